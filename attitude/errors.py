@@ -1,0 +1,78 @@
+"""Everything that can go wrong, as one tree.
+
+    AttitudeError                   catch this to catch all of them
+    ├── InputError                  a value the library cannot take: field, value, what would be right
+    ├── RegimeError                 the question has no answer for this motion
+    ├── ToleranceError              the answer would not have the accuracy that was promised
+    └── FormatError                 a file or document that cannot be read or written
+
+`InputError` is a `ValueError` too, so that callers who expect Python's own class find it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class AttitudeError(Exception):
+    """Base of the tree.  `str()` is one line that says what was wrong and what would be right."""
+
+
+class InputError(AttitudeError, ValueError):
+    """A value the library cannot take.
+
+    Attributes
+    ----------
+    field : str
+        Where the value stands: an argument's name, or a path in a document ("body.moments[2]").
+    value : object
+        What was found there, as it was given.
+    expected : str
+        What would be right.
+    """
+
+    def __init__(self, field: str, value: Any, expected: str):
+        self.field = field
+        self.value = value
+        self.expected = expected
+        super().__init__(f"{field}: {expected}; got {_short(value)}")
+
+    @property
+    def pointer(self) -> str:
+        """The field as a JSON pointer (RFC 6901): "body.moments[2]" is "/body/moments/2"."""
+        if not self.field:
+            return ""
+        steps = self.field.replace("]", "").replace("[", ".").split(".")
+        return "/" + "/".join(step.replace("~", "~0").replace("/", "~1") for step in steps)
+
+
+class RegimeError(AttitudeError):
+    """The question has no answer for this motion (a body without inertia asked for its energy)."""
+
+
+class ToleranceError(AttitudeError):
+    """Double-double phases cannot carry the accuracy that far."""
+
+
+class FormatError(AttitudeError):
+    """A file or document that cannot be read or written.
+
+    Attributes
+    ----------
+    source : str
+        The file's name, or what stands for it.
+    line : int or None
+        Where in it, counted from 1.
+    """
+
+    def __init__(self, message: str, source: str = "", line: int | None = None):
+        self.source = source
+        self.line = line
+        where = ", ".join(part for part in (source, f"line {line}" if line else "") if part)
+        super().__init__(f"{where}: {message}" if where else message)
+
+
+def _short(value: Any) -> str:
+    """A value as it may stand in one line of an error."""
+    text = "nothing" if value is None else " ".join(repr(value).split())
+    return text if len(text) <= 80 else text[:77] + "..."

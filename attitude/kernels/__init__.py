@@ -1,0 +1,14 @@
+"""Compiled mathematics: plain float64 arrays in and out.
+
+Nothing in this room knows units, `Time`, frames, files or HTTP, and nothing here
+imports from the modules above it.  Read downwards it is the calculation:
+
+    intrinsics     the processor's fused multiply-add and the bits of a double
+    doubledouble   two-part arithmetic
+    expansion      sums of products without any rounding
+    elliptic       K, K', R_F in two parts
+    principal      a tensor's principal moments and axes, in two parts
+    quaternion     the one statement of order and direction
+    invariants     body, momentum, attitude -> everything the samples need: decided once
+    cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
+"""

@@ -1,0 +1,249 @@
+"""From time to phases to alpha and beta to quaternion and body rate: the path that all samples run.
+
+alpha = q0 + i q3 and beta = q1 + i q2 are the attitude in the frame whose z axis is the angular
+momentum (Cayley-Klein parameters).  Both carry the common turn exp(i lambda t); what is left is
+periodic.  Equation numbers are those of docs/theory.md.
+
+Straight-line arithmetic without calls or branches, so that LLVM turns each loop into vector
+instructions; outputs are rows by component for the same reason.  A fused multiply-add is written
+where one is wanted, and nowhere left to the compiler: the two-part products depend on it.
+"""
+
+import math
+
+import numpy as np
+
+from .doubledouble import two_product, two_sum
+from .intrinsics import bits_of, double_of, fma, kernel
+from .invariants import THETA
+
+# Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
+ROUND = 1.5 * 2.0**52
+# Whole turns are dropped in one step; the step is exact up to this many of them.
+MAX_TURNS = 2.0**45
+
+TURN = 2.0 * math.pi
+TURN_LOW = 2.4492935982947064e-16
+LOG2_E = 1.4426950408889634
+LN2 = 0.6931471805599453
+LN2_LOW = 2.3190468138462996e-17
+
+COS2, COS2_LOW = -19.739208802178716, -1.2530591017479423e-15
+COS4, COS6, COS8 = 64.9393940226683, -85.45681720668301, 60.24464136411913
+COS10, COS12, COS14 = -26.426254729094907, 7.903290410841581, -1.7008083860210004
+
+
+@kernel
+def _phase(rate_hi, rate_lo, t, t_low):
+    """rate * time in two parts; the first product is exact."""
+    hi = rate_hi * t
+    lo = fma(rate_hi, t, -hi)
+    return hi, fma(rate_hi, t_low, fma(rate_lo, t, lo))
+
+
+@kernel
+def _sine_cosine(turns, rest):
+    """Sine and cosine of 2 pi (turns + rest), rest small: whole quarter turns drop out exactly.
+
+    Polynomials: Chebyshev interpolation of sin(2 pi r) and cos(2 pi r) on abs(r) <= 1/8 + 1/512
+    (off by at most 2e-17), leading coefficients in two parts.
+    """
+    shifted = fma(turns, 4.0, ROUND)
+    quarter = bits_of(shifted)
+    r = (turns - 0.25 * (shifted - ROUND)) + rest
+    r2 = r * r
+    p = fma(r2, 3.7853823143371303, -15.094016647383457)
+    p = fma(r2, p, 42.05868871747735)
+    p = fma(r2, p, -76.70585973332197)
+    p = fma(r2, p, 81.60524927604779)
+    p = fma(r2, p, -41.341702240399755)
+    sine = fma(r, TURN, r * fma(r2, p, TURN_LOW))
+    p = fma(r2, COS14, COS12)
+    p = fma(r2, p, COS10)
+    p = fma(r2, p, COS8)
+    p = fma(r2, p, COS6)
+    p = fma(r2, p, COS4)
+    cosine = 1.0 + fma(r2, COS2, r2 * fma(r2, p, COS2_LOW))
+    swap = (quarter & 1) != 0
+    s = cosine if swap else sine
+    c = sine if swap else cosine
+    s = double_of(bits_of(s) ^ ((quarter & 2) << 62))
+    c = double_of(bits_of(c) ^ (((quarter + 1) & 2) << 62))
+    return s, c
+
+
+@kernel
+def _exp_negative(x):
+    """e^x for x <= 0, within an ulp; not below 1e-307, so that a division by it is safe."""
+    x = max(x, -707.0)
+    shifted = fma(x, LOG2_E, ROUND)
+    n = shifted - ROUND
+    r = fma(n, -LN2_LOW, fma(n, -LN2, x))
+    p = fma(r, 2.5100472505694996e-08, 2.7620201591031547e-07)
+    p = fma(r, p, 2.7557268276905696e-06)
+    p = fma(r, p, 2.4801521057868204e-05)
+    p = fma(r, p, 0.00019841269863171557)
+    p = fma(r, p, 0.0013888888917367081)
+    p = fma(r, p, 0.008333333333330039)
+    p = fma(r, p, 0.041666666666623824)
+    p = fma(r, p, 0.16666666666666669)
+    p = fma(r, p, 0.5000000000000001)
+    p = 1.0 + fma(r * r, p, r)
+    return double_of(bits_of(p) + (bits_of(shifted) << 52))
+
+
+@kernel
+def _cubic(p0, p1, p2, p3, w):
+    return fma(w, fma(w, fma(w, p3, p2), p1), p0)
+
+
+@kernel
+def _compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
+    """Turn by the precession and normalise: the quaternion q_MP, in the order w, x, y, z."""
+    norm2 = fma(alpha_re, alpha_re, alpha_im * alpha_im) + fma(beta_re, beta_re, beta_im * beta_im)
+    inverse = 1.0 / math.sqrt(norm2)
+    sine, cosine = sine * inverse, cosine * inverse
+    w = fma(alpha_re, cosine, -alpha_im * sine)
+    z = fma(alpha_re, sine, alpha_im * cosine)
+    x = fma(beta_re, cosine, -beta_im * sine)
+    y = fma(beta_re, sine, beta_im * cosine)
+    return w, x, y, z
+
+
+@kernel
+def _momentum_direction(alpha_re, alpha_im, beta_re, beta_im):
+    """gamma1 + i gamma2 = 2i conj(alpha) beta, gamma3 = abs(alpha)^2 - abs(beta)^2 (eq. 4)."""
+    alpha2 = fma(alpha_re, alpha_re, alpha_im * alpha_im)
+    beta2 = fma(beta_re, beta_re, beta_im * beta_im)
+    inverse = 1.0 / (alpha2 + beta2)
+    g1 = 2.0 * inverse * fma(alpha_im, beta_re, -alpha_re * beta_im)
+    g2 = 2.0 * inverse * fma(alpha_re, beta_re, alpha_im * beta_im)
+    return g1, g2, (alpha2 - beta2) * inverse
+
+
+@kernel
+def _dot4(m0, m1, m2, m3, w, x, y, z):
+    return fma(m0, w, fma(m1, x, fma(m2, y, m3 * z)))
+
+
+@kernel
+def _dot3(m0, m1, m2, x, y, z):
+    return fma(m0, x, fma(m1, y, m2 * z))
+
+
+@kernel
+def _four(x):
+    return x[0], x[1], x[2], x[3]
+
+
+@kernel
+def _three(x):
+    return x[0], x[1], x[2]
+
+
+@kernel
+def _turned(frame, q):
+    """The 4 by 4 frame matrix (four rows) on (w, x, y, z)."""
+    return (
+        _dot4(*frame[0], *q),
+        _dot4(*frame[1], *q),
+        _dot4(*frame[2], *q),
+        _dot4(*frame[3], *q),
+    )
+
+
+@kernel
+def _sample_theta(body, b, t, t_low, quaternions, rates):
+    """alpha from theta4, beta from theta1 of v - ih, both as polynomials in cos 2v (eqs. 21, 22)."""
+    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
+    v_hi, v_lo, v0, v0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
+    ar, ai = _four(body.alpha_re), _four(body.alpha_im)
+    br, bi = _four(body.beta_re), _four(body.beta_im)
+    F = body.frame
+    frame = _four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])
+    W = body.rate
+    to_rate = _three(W[0]), _three(W[1]), _three(W[2])
+    for i in range(t.shape[0]):
+        low = 0.0 if t_low is None else t_low[i]
+        v, rest = _phase(v_hi, v_lo, t[i], low)
+        v, joined = two_sum(v, v0)
+        s, c = _sine_cosine(v, rest + (joined + v0_lo))
+        w = fma(c, c, -s * s)
+        alpha_re = _cubic(*ar, w)
+        alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
+        beta_re = s * _cubic(*br, w)
+        beta_im = c * _cubic(*bi, w)
+        if quaternions is not None:
+            turns, rest = _phase(lambda_hi, lambda_lo, t[i], low)
+            s, c = _sine_cosine(turns, rest)
+            q = _turned(frame, _compose(alpha_re, alpha_im, beta_re, beta_im, s, c))
+            for j in range(4):
+                quaternions[j, b, i] = q[j]
+        if rates is not None:
+            g = _momentum_direction(alpha_re, alpha_im, beta_re, beta_im)
+            for j in range(3):
+                rates[j, b, i] = _dot3(*to_rate[j], *g)
+
+
+@kernel
+def _sample_transformed(body, b, t, t_low, quaternions, rates):
+    """The same after the modular transform, beside and on the separatrix (eqs. 23 to 25)."""
+    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
+    y_hi, y_lo, y0, y0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
+    half_turn, half_turn_lo = body.half_turn[0], body.half_turn[1]
+    per_half_turn = body.per_half_turn
+    if per_half_turn == 0.0:
+        half_turn = half_turn_lo = 0.0  # none is ever passed
+    slip, Q = body.slip, body.nome
+    ar, ai = _four(body.alpha_re), _four(body.alpha_im)
+    br, bi = _four(body.beta_re), _four(body.beta_im)
+    F = body.frame
+    frame = _four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])
+    W = body.rate
+    to_rate = _three(W[0]), _three(W[1]), _three(W[2])
+    for i in range(t.shape[0]):
+        low = 0.0 if t_low is None else t_low[i]
+        y, rest = _phase(y_hi, y_lo, t[i], low)
+        y, joined = two_sum(y, y0)
+        shifted = fma(y, per_half_turn, ROUND)
+        n = shifted - ROUND
+        whole, whole_lo = two_product(n, half_turn)
+        y = (y - whole) + (rest + (joined + y0_lo) - fma(n, half_turn_lo, whole_lo))
+        e = _exp_negative(-2.0 * abs(y))
+        z, far = Q / e, Q * e
+        sign = math.copysign(1.0, y)
+        flip = double_of(bits_of(sign) ^ ((bits_of(shifted) & 1) << 63))  # (-1)^n sign(y)
+        parity = flip * sign
+        alpha_re = fma(e, _cubic(*ar, far), _cubic(*ar, z))
+        alpha_im = sign * fma(-e, _cubic(*ai, far), _cubic(*ai, z))
+        beta_re = flip * fma(-e, _cubic(*br, far), _cubic(*br, z))
+        beta_im = parity * fma(e, _cubic(*bi, far), _cubic(*bi, z))
+        if quaternions is not None:
+            turns, rest = _phase(lambda_hi, lambda_lo, t[i], low)
+            turns, joined = two_sum(turns, slip * y)
+            s, c = _sine_cosine(turns, rest + joined)
+            q = _turned(frame, _compose(alpha_re, alpha_im, beta_re, beta_im, s, c))
+            for j in range(4):
+                quaternions[j, b, i] = q[j]
+        if rates is not None:
+            g = _momentum_direction(alpha_re, alpha_im, beta_re, beta_im)
+            for j in range(3):
+                rates[j, b, i] = _dot3(*to_rate[j], *g)
+
+
+@kernel
+def sample(bodies, t, t_low, quaternions, rates):
+    """Attitudes and body rates of each body at each instant.
+
+    Parameters
+    ----------
+    bodies : (n,) of INVARIANTS
+    t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
+    quaternions : (4, n, k), written: w, x, y, z, body to inertial; or None
+    rates : (3, n, k), written: rad/s, body frame; or None
+    """
+    for b in range(bodies.shape[0]):
+        if bodies[b].route == THETA:
+            _sample_theta(bodies[b], b, t, t_low, quaternions, rates)
+        else:
+            _sample_transformed(bodies[b], b, t, t_low, quaternions, rates)

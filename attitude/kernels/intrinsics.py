@@ -1,0 +1,43 @@
+"""How kernels are compiled, and the three instructions numba has no name for."""
+
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+# error_model="numpy": a division is a division, with no test that would stop vectorisation.
+# No fastmath anywhere: reassociation and contraction would break the two-part arithmetic.
+kernel = njit(cache=True, error_model="numpy", nogil=True)
+
+
+@intrinsic
+def fma(typingctx, a, b, c):
+    """a*b + c rounded once (float64)."""
+    signature = types.float64(types.float64, types.float64, types.float64)
+
+    def codegen(context, builder, signature, args):
+        double = ir.DoubleType()
+        function_type = ir.FunctionType(double, [double, double, double])
+        instruction = builder.module.declare_intrinsic("llvm.fma", [double], function_type)
+        return builder.call(instruction, args)
+
+    return signature, codegen
+
+
+@intrinsic
+def bits_of(typingctx, x):
+    """The 64 bits of a double, as an integer."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(args[0], ir.IntType(64))
+
+    return types.int64(types.float64), codegen
+
+
+@intrinsic
+def double_of(typingctx, bits):
+    """The double that has these 64 bits."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(args[0], ir.DoubleType())
+
+    return types.float64(types.int64), codegen

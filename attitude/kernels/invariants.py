@@ -1,0 +1,611 @@
+"""From body, momentum and attitude to everything the samples need: decided once, in two parts.
+
+Equation numbers are those of docs/theory.md.  Letters: axis 3 is the one that the momentum
+circles, axis 1 the other extreme, axis 2 the middle one; s = +1 about the greatest moment, -1
+about the least.  gamma is the direction of the momentum seen from the body.  Squares never
+appear where they could leave the range of a double: the chain runs on roots (r21, S3, k, k1...).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from . import quaternion
+from .doubledouble import (
+    ONE,
+    PER_TURN,
+    PI,
+    ZERO,
+    add,
+    div,
+    exp,
+    hypot,
+    mul,
+    neg,
+    power_of_two_near,
+    scale,
+    sin_cos,
+    sqrt,
+    square,
+    sub,
+)
+from .elliptic import carlson_rf, quarter_period
+from .expansion import add_product, two_part_value
+from .intrinsics import kernel
+
+CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
+REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
+THETA, TRANSFORMED = range(2)
+
+# Below this complementary parameter (m > 0.97) four terms of the theta series no longer reach
+# 1e-17, and four terms of the transformed series do.
+TRANSFORM_BELOW = 0.03
+
+INVARIANTS = np.dtype(
+    [
+        # what the samples need
+        ("route", "i8"),  # THETA or TRANSFORMED
+        ("precession", "f8", 2),  # lambda, turns/s, two parts
+        ("argument", "f8", 2),  # v' turns/s, or y' rad/s, two parts
+        ("argument0", "f8", 2),  # its value at t = 0
+        ("half_turn", "f8", 2),  # y for half a polhode period; infinite on the separatrix
+        ("per_half_turn", "f8"),
+        ("slip", "f8"),  # turns of precession for each unit of y
+        ("nome", "f8"),  # q, or Q of the transformed series
+        ("alpha_re", "f8", 4),
+        ("alpha_im", "f8", 4),
+        ("beta_re", "f8", 4),
+        ("beta_im", "f8", 4),
+        ("frame", "f8", (4, 4)),  # q_IM * . * q_PB
+        ("rate", "f8", (3, 3)),  # gamma -> body rate, rad/s
+        # what users ask about
+        ("regime", "i8"),
+        ("axes", "f8", (3, 3)),  # rows: axes 1, 2, 3 in the body frame
+        ("spin_rates", "f8", 3),  # L / I_i, rad/s
+        ("gamma", "f8", 3),
+        ("amplitude", "f8", 3),  # A1, A2, A3
+        ("modulus", "f8"),  # k
+        ("complementary_modulus", "f8"),  # k1
+        ("K", "f8"),
+        ("K_prime", "f8"),
+        ("eta", "f8"),
+        ("eta_complement", "f8"),  # K' - eta
+        ("u_rate", "f8"),  # u', rad/s
+        ("u0", "f8"),
+    ]
+)
+
+
+class Polhode(NamedTuple):
+    """The shape of gamma's path and where on it the motion starts (theory, section 3)."""
+
+    s: float
+    gamma: tuple
+    r21: tuple  # sqrt abs(a2 - a1), and so on
+    r31: tuple
+    r32: tuple
+    A1: tuple
+    A2: tuple
+    A3: tuple
+    k: tuple
+    k1: tuple
+    u_rate: tuple
+    spin_rates: tuple  # L a1, L a2, L a3
+    mean_rate: tuple  # L/2 (a1 + a31 A3), the part of lambda outside the series
+
+
+class Series(NamedTuple):
+    """Coefficients of the two theta functions, and the rates of their phases."""
+
+    precession: tuple
+    argument: tuple
+    argument0: tuple
+    alpha_re: tuple
+    alpha_im: tuple
+    beta_re: tuple
+    beta_im: tuple
+    alpha: tuple  # at t = 0, unit together with beta
+    beta: tuple
+
+
+@kernel
+def invariants(moments, axes, rates, attitudes, constant, out):
+    """Fill out[b] for each body.
+
+    Parameters
+    ----------
+    moments : (n, 3, 2), two-part principal moments, any common unit
+    axes : (n, 3, 3, 2), rows are the principal axes in the body frame, two parts
+    rates : (n, 3), body rate, rad/s
+    attitudes : (n, 4), wxyz, near unit (normalised here in two parts)
+    constant : (n,), whether omega is parallel to I omega (`principal.rate_is_constant`)
+    out : (n,) of INVARIANTS
+    """
+    parts = np.empty(256)
+    work = np.empty((2, 256))
+    factors = np.empty((4, 2))
+    for b in range(out.shape[0]):
+        attitude = quaternion.normalised(
+            ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
+        )
+        if constant[b]:
+            _constant_rate(rates[b], attitude, out[b])
+        else:
+            _polhode_motion(moments[b], axes[b], rates[b], attitude, parts, work, factors, out[b])
+
+
+@kernel
+def _store(field, value):
+    field[0] = value[0]
+    field[1] = value[1]
+
+
+@kernel
+def _constant_rate(rate, attitude, out):
+    """q = q0 exp(omega t / 2), eq. (30): the theta route with beta = 0."""
+    unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
+    x, y, z = (rate[0] / unit, 0.0), (rate[1] / unit, 0.0), (rate[2] / unit, 0.0)
+    speed = sqrt(add(add(square(x), square(y)), square(z)))
+    inverse = div(ONE, speed) if speed[0] > 0.0 else ZERO
+    spin = quaternion.product(attitude, (ZERO, mul(x, inverse), mul(y, inverse), mul(z, inverse)))
+    out.route, out.regime = THETA, CONSTANT_RATE
+    _store(out.precession, scale(mul(speed, PER_TURN), 0.5 * unit))
+    out.alpha_re[0] = 1.0
+    for i in range(4):
+        out.frame[i, 0] = attitude[i][0]
+        out.frame[i, 3] = spin[i][0]
+    for i in range(3):
+        out.rate[i, 2] = rate[i]
+    out.complementary_modulus = 1.0
+    out.amplitude[2] = 1.0
+    out.gamma[2] = 1.0
+
+
+@kernel
+def _polhode_motion(moments, axes, rate, attitude, parts, work, factors, out):
+    unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
+    inertia = _scaled_moments(moments)
+    omega = _principal_rate(axes, rate, 1.0 / unit)
+    lo, mid, hi = _ascending(inertia)
+    root_D, sign_D = _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors)
+    first, third = (hi, lo) if sign_D < 0.0 else (lo, hi)
+    polhode, signs = _polhode(inertia, omega, first, mid, third, root_D)
+    K, K_prime = quarter_period(polhode.k1), quarter_period(polhode.k)
+    # docs/theory.md (12): the start, as an amplitude kept by its sine and cosine
+    S = scale(div(polhode.gamma[1], polhode.A2), polhode.s)
+    C = div(polhode.gamma[0], polhode.A1)
+    u0 = mul(S, carlson_rf(C, div(polhode.gamma[2], polhode.A3), ONE))
+    if polhode.k1[0] * polhode.k1[0] >= TRANSFORM_BELOW:
+        series = _theta_series(polhode, K, K_prime, u0, out)
+    else:
+        series = _transformed_series(polhode, K, K_prime, u0, out)
+    _write_rates(series, unit, out)
+    _write_series(series, out)
+    R_PB = _principal_frame(axes, (first, mid, third), signs)
+    _write_frame(R_PB, series, attitude, out)
+    _write_body_rate(R_PB, polhode.spin_rates, unit, out)
+    out.regime = SEPARATRIX if sign_D == 0.0 else (SHORT_AXIS if sign_D > 0.0 else LONG_AXIS)
+    _write_public(polhode, K, K_prime, u0, unit, out)
+
+
+@kernel
+def _scaled_moments(moments):
+    """Only ratios of moments reach the attitude: the greatest is brought to [1, 2)."""
+    inverse = 1.0 / power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
+    return (
+        (moments[0, 0] * inverse, moments[0, 1] * inverse),
+        (moments[1, 0] * inverse, moments[1, 1] * inverse),
+        (moments[2, 0] * inverse, moments[2, 1] * inverse),
+    )
+
+
+@kernel
+def _principal_component(axis, rate, factor):
+    total = mul((axis[0, 0], axis[0, 1]), (rate[0] * factor, 0.0))
+    total = add(total, mul((axis[1, 0], axis[1, 1]), (rate[1] * factor, 0.0)))
+    return add(total, mul((axis[2, 0], axis[2, 1]), (rate[2] * factor, 0.0)))
+
+
+@kernel
+def _principal_rate(axes, rate, factor):
+    return (
+        _principal_component(axes[0], rate, factor),
+        _principal_component(axes[1], rate, factor),
+        _principal_component(axes[2], rate, factor),
+    )
+
+
+@kernel
+def _less(a, b):
+    return a[0] < b[0] or (a[0] == b[0] and a[1] < b[1])
+
+
+@kernel
+def _ascending(inertia):
+    """Indices of the least, middle and greatest moment; equal moments keep their order."""
+    lo, mid, hi = 0, 1, 2
+    if _less(inertia[mid], inertia[lo]):
+        lo, mid = mid, lo
+    if _less(inertia[hi], inertia[mid]):
+        mid, hi = hi, mid
+        if _less(inertia[mid], inertia[lo]):
+            lo, mid = mid, lo
+    return lo, mid, hi
+
+
+@kernel
+def _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors):
+    """sqrt(abs(D)) and the sign of D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2.
+
+    D is the only place where digits can be lost, so its terms are summed without rounding;
+    its two rates are first scaled together, so that their squares stay in range.
+    """
+    together = power_of_two_near(max(abs(omega[lo][0]), abs(omega[hi][0])))
+    count = 0
+    for axis in (lo, hi):
+        component = scale(omega[axis], 1.0 / together)
+        _store(factors[0], inertia[axis])
+        _store(factors[1], sub(inertia[axis], inertia[mid]))
+        _store(factors[2], component)
+        _store(factors[3], component)
+        count = add_product(parts, count, factors, work)
+    D = two_part_value(parts, count)
+    sign = 1.0 if D[0] > 0.0 else (-1.0 if D[0] < 0.0 else 0.0)
+    return scale(sqrt(scale(D, sign)), together), sign
+
+
+@kernel
+def _root_difference(I_i, I_j):
+    """sqrt(abs(1/I_j - 1/I_i)) from the difference of the moments."""
+    difference = sub(I_i, I_j)
+    if difference[0] < 0.0:
+        difference = neg(difference)
+    return div(sqrt(difference), mul(sqrt(I_i), sqrt(I_j)))
+
+
+@kernel
+def _polhode(inertia, omega, first, mid, third, root_D):
+    """Amplitudes, moduli and rate of gamma (theory, eqs. 6 to 11), and the signs of the axes."""
+    I1, I2, I3 = inertia[first], inertia[mid], inertia[third]
+    L1, L2, L3 = mul(I1, omega[first]), mul(I2, omega[mid]), mul(I3, omega[third])
+    L = hypot(hypot(L1, L3), L2)
+    sign1 = -1.0 if L1[0] < 0.0 else 1.0
+    sign3 = -1.0 if L3[0] < 0.0 else 1.0
+    parity = 1.0 if (mid - first) % 3 == 1 else -1.0
+    sign2 = parity * sign1 * sign3
+    inverse = div(ONE, L)
+    gamma = (mul(scale(L1, sign1), inverse), mul(scale(L2, sign2), inverse), mul(scale(L3, sign3), inverse))
+    s = -1.0 if _less(I3, I1) else 1.0
+    r21, r31, r32 = _root_difference(I2, I1), _root_difference(I3, I1), _root_difference(I3, I2)
+    S1 = hypot(mul(r21, gamma[1]), mul(r31, gamma[2]))  # sqrt abs(c - a1)
+    S3 = hypot(mul(r31, gamma[0]), mul(r32, gamma[1]))  # sqrt abs(a3 - c)
+    S2 = div(root_D, mul(sqrt(I2), L))  # sqrt abs(c - a2)
+    A1, A2, A3 = div(S3, r31), div(S3, r32), div(S1, r31)
+    r32_S1 = mul(r32, S1)
+    k, k1 = div(mul(S3, r21), r32_S1), div(mul(r31, S2), r32_S1)
+    spin_rates = div(L, I1), div(L, I2), div(L, I3)
+    mean_rate = scale(sub(spin_rates[0], scale(mul(mul(square(r31), A3), L), s)), 0.5)
+    u_rate = mul(L, r32_S1)
+    polhode = Polhode(s, gamma, r21, r31, r32, A1, A2, A3, k, k1, u_rate, spin_rates, mean_rate)
+    return polhode, (sign1, sign2, sign3)
+
+
+@kernel
+def _eta(polhode):
+    """eta = F(atan(r32/r21) | m1) (eq. 14)."""
+    third = hypot(polhode.r21, mul(polhode.k, polhode.r32))
+    roots = div(polhode.r21, polhode.r31), div(third, polhode.r31)
+    return mul(div(polhode.r32, polhode.r31), carlson_rf(roots[0], roots[1], ONE))
+
+
+@kernel
+def _eta_complement(polhode):
+    """K' - eta = F(atan(A3/A1) | m1) (eq. 15), whatever K'."""
+    third = hypot(polhode.A1, mul(polhode.k, polhode.A3))
+    return mul(polhode.A3, carlson_rf(polhode.A1, third, ONE))
+
+
+@kernel
+def _nomes(polhode, K, K_prime, out):
+    """q, E = exp(-2h) and E' = q/E (eq. 16): the nearer of the two poles is measured, the other follows."""
+    over_K = div(PI, K)
+    q = ZERO if K_prime[0] == math.inf else exp(neg(mul(over_K, K_prime)))
+    if polhode.r32[0] * polhode.A1[0] <= polhode.r21[0] * polhode.A3[0]:
+        eta = _eta(polhode)
+        out.eta, out.eta_complement = eta[0], K_prime[0] - eta[0]
+        E = exp(neg(mul(over_K, eta)))
+        E_prime = div(q, E) if q[0] > 0.0 else ZERO
+    else:
+        eta = _eta_complement(polhode)
+        out.eta, out.eta_complement = K_prime[0] - eta[0], eta[0]
+        E_prime = exp(neg(mul(over_K, eta)))
+        E = div(q, E_prime) if q[0] > 0.0 else ZERO
+    return q, E, E_prime
+
+
+@kernel
+def _theta_phase_sum(q, E, E_prime):
+    """sum_n (q^n E'^n - q^2n E^n) / (1 - q^4n), to the last of both parts (eq. 20)."""
+    total = ZERO
+    near, far, q4 = ONE, ONE, ONE
+    near_step, far_step = mul(q, E_prime), mul(square(q), E)
+    q4_step = square(square(q))
+    for _ in range(60):
+        near, far, q4 = mul(near, near_step), mul(far, far_step), mul(q4, q4_step)
+        total = add(total, div(sub(near, far), sub(ONE, q4)))
+        if near[0] <= 1e-34:
+            break
+    return total
+
+
+@kernel
+def _theta_terms(q, E, E_prime):
+    """a_n, b_n of theta4 (n = 0..3) and c_k, d_k of theta1 (k = 0..3), relative to its first (eqs. 17, 18)."""
+    q2 = square(q)
+    q3 = mul(q2, q)
+    E2 = square(E)
+    P2 = square(E_prime)
+    near1, far1 = mul(q, E_prime), mul(q2, E)
+    near2, far2 = mul(square(q3), P2), mul(square(square(q2)), E2)
+    near3 = mul(mul(square(square(q3)), q3), mul(P2, E_prime))
+    far3 = mul(square(mul(square(q3), q3)), mul(E2, E))
+    a = ONE, neg(add(near1, far1)), add(near2, far2), neg(add(near3, far3))
+    b = ZERO, neg(sub(near1, far1)), sub(near2, far2), neg(sub(near3, far3))
+    near1, far1 = mul(q3, E_prime), mul(square(q2), E2)
+    near2, far2 = mul(square(mul(q2, q3)), P2), mul(square(square(q3)), mul(E2, E))
+    near3 = mul(mul(square(square(mul(q2, q3))), q), mul(P2, E_prime))
+    far3 = mul(square(square(square(q3))), square(E2))
+    c = add(ONE, E), neg(add(near1, far1)), add(near2, far2), neg(add(near3, far3))
+    d = sub(ONE, E), neg(sub(near1, far1)), sub(near2, far2), neg(sub(near3, far3))
+    return a, b, c, d
+
+
+@kernel
+def _sum4(x):
+    return add(add(x[0], x[1]), add(x[2], x[3]))
+
+
+@kernel
+def _amplitudes(polhode, sum_alpha, sum_beta):
+    """Factors that make abs(alpha)^2 = (1 + A3)/2 and abs(beta)^2 = (1 - A3)/2 at u = 0 (eq. 19)."""
+    root = sqrt(scale(add(ONE, polhode.A3), 0.5))
+    return div(root, sum_alpha), div(scale(div(polhode.A1, root), 0.5), sum_beta)
+
+
+@kernel
+def _times(factor, x):
+    return mul(factor, x[0]), mul(factor, x[1]), mul(factor, x[2]), mul(factor, x[3])
+
+
+@kernel
+def _linear(w0, w1, w2, w3, x):
+    """w0 x0 + w1 x1 + w2 x2 + w3 x3 with small whole weights."""
+    total = add(mul(x[0], (w0, 0.0)), mul(x[1], (w1, 0.0)))
+    return add(total, add(mul(x[2], (w2, 0.0)), mul(x[3], (w3, 0.0))))
+
+
+@kernel
+def _powers(a, b, c, d):
+    """From multiple angles to powers of w = cos 2v (eq. 22)."""
+    alpha_re = (
+        _linear(1.0, 0.0, -1.0, 0.0, a),
+        _linear(0.0, 1.0, 0.0, -3.0, a),
+        _linear(0.0, 0.0, 2.0, 0.0, a),
+        _linear(0.0, 0.0, 0.0, 4.0, a),
+    )
+    alpha_im = _linear(0.0, 1.0, 0.0, -1.0, b), scale(b[2], 2.0), scale(b[3], 4.0), ZERO
+    beta_re = (
+        _linear(1.0, 1.0, -1.0, -1.0, c),
+        _linear(0.0, 2.0, 2.0, -4.0, c),
+        _linear(0.0, 0.0, 4.0, 4.0, c),
+        scale(c[3], 8.0),
+    )
+    beta_im = (
+        neg(_linear(1.0, -1.0, -1.0, 1.0, d)),
+        neg(_linear(0.0, 2.0, -2.0, -4.0, d)),
+        neg(_linear(0.0, 0.0, 4.0, -4.0, d)),
+        scale(d[3], -8.0),
+    )
+    return alpha_re, alpha_im, beta_re, beta_im
+
+
+@kernel
+def _polynomial(p, w):
+    return add(p[0], mul(w, add(p[1], mul(w, add(p[2], mul(w, p[3]))))))
+
+
+@kernel
+def _theta_series(polhode, K, K_prime, u0, out):
+    """Section 4 of the theory: nome exp(-pi K'/K), argument v = pi u / 2K."""
+    q, E, E_prime = _nomes(polhode, K, K_prime, out)
+    a, b, c, d = _theta_terms(q, E, E_prime)
+    factor_a, factor_b = _amplitudes(polhode, _sum4(a), _sum4(d))
+    s = polhode.s
+    a, b = _times(factor_a, a), _times(scale(factor_a, s), b)
+    c, d = _times(scale(factor_b, s), c), _times(factor_b, d)
+    alpha_re, alpha_im, beta_re, beta_im = _powers(a, b, c, d)
+
+    v_per_u = div(scale(PI, 0.5), K)
+    v_rate, v0 = mul(polhode.u_rate, v_per_u), mul(u0, v_per_u)
+    drift = scale(mul(v_rate, _theta_phase_sum(q, E, E_prime)), 2.0 * s)
+
+    sine, cosine = sin_cos(v0)
+    w = sub(square(cosine), square(sine))
+    alpha = _polynomial(alpha_re, w), mul(scale(mul(sine, cosine), 2.0), _polynomial(alpha_im, w))
+    beta = mul(sine, _polynomial(beta_re, w)), mul(cosine, _polynomial(beta_im, w))
+    out.route, out.nome = THETA, q[0]
+    return Series(
+        mul(add(polhode.mean_rate, drift), PER_TURN),
+        mul(v_rate, PER_TURN),
+        mul(v0, PER_TURN),
+        alpha_re,
+        alpha_im,
+        beta_re,
+        beta_im,
+        alpha,
+        beta,
+    )
+
+
+@kernel
+def _transformed_phase_sum(x, Q):
+    """tan x - 4 sum_n (-1)^n Q^2n / (1 - Q^2n) sin 2nx (eq. 26)."""
+    sine, cosine = sin_cos(x)
+    total = div(sine, cosine)
+    twice_cos2x = scale(sub(ONE, scale(square(sine), 2.0)), 2.0)
+    before, now = ZERO, scale(mul(sine, cosine), 2.0)  # sin 0, sin 2x; then sin 2nx by recurrence
+    Q2 = square(Q)
+    power, sign = Q2, 4.0
+    for _ in range(30):
+        if power[0] <= 1e-34:
+            break
+        total = add(total, scale(mul(div(power, sub(ONE, power)), now), sign))
+        power, sign = mul(power, Q2), -sign
+        before, now = now, sub(mul(twice_cos2x, now), before)
+    return total
+
+
+@kernel
+def _transformed_terms(x, Q):
+    """Q^(k^2) cos (2k+1)x and Q^(k^2) sin (2k+1)x for k = 0..3 (eq. 24)."""
+    sine, cosine = sin_cos(x)
+    cos2, sin2 = sub(square(cosine), square(sine)), scale(mul(sine, cosine), 2.0)
+    c1, s1 = sub(mul(cosine, cos2), mul(sine, sin2)), add(mul(sine, cos2), mul(cosine, sin2))
+    c2, s2 = sub(mul(c1, cos2), mul(s1, sin2)), add(mul(s1, cos2), mul(c1, sin2))
+    c3, s3 = sub(mul(c2, cos2), mul(s2, sin2)), add(mul(s2, cos2), mul(c2, sin2))
+    Q4 = square(square(Q))
+    Q9 = mul(square(Q4), Q)
+    return (cosine, mul(Q, c1), mul(Q4, c2), mul(Q9, c3)), (sine, mul(Q, s1), mul(Q4, s2), mul(Q9, s3))
+
+
+@kernel
+def _alternating(x):
+    return x[0], neg(x[1]), x[2], neg(x[3])
+
+
+@kernel
+def _transformed_series(polhode, K, K_prime, u0, out):
+    """Section 5 of the theory: nome exp(-pi K / 2K'), argument y = pi u / 4K'; K may be infinite."""
+    s = polhode.s
+    y_per_u = div(scale(PI, 0.25), K_prime)
+    eta = _eta(polhode)
+    x = mul(eta, y_per_u)
+    out.eta, out.eta_complement = eta[0], K_prime[0] - eta[0]
+    infinite = K[0] == math.inf
+    half_turn = (math.inf, 0.0) if infinite else scale(mul(y_per_u, K), 2.0)
+    Q = ZERO if infinite else exp(neg(half_turn))
+    # x u'/K: the share of the precession that comes in steps, one each half-turn (eq. 27)
+    slip = ZERO if infinite else mul(div(x, mul(PI, half_turn)), (s, 0.0))
+
+    cosines, sines = _transformed_terms(x, Q)
+    alternating_sines = _alternating(sines)
+    sum_alpha, sum_beta = _polynomial(cosines, Q), _polynomial(alternating_sines, Q)
+    factor_a, factor_b = _amplitudes(polhode, sum_alpha, sum_beta)
+    alpha_re, alpha_im = _times(factor_a, cosines), _times(scale(factor_a, -s), sines)
+    beta_re = _times(scale(factor_b, s), _alternating(cosines))
+    beta_im = _times(neg(factor_b), alternating_sines)
+
+    y_rate, y0 = mul(polhode.u_rate, y_per_u), mul(u0, y_per_u)
+    drift = scale(mul(y_rate, _transformed_phase_sum(x, Q)), s)
+    rate = mul(add(polhode.mean_rate, drift), PER_TURN)
+    rate = sub(rate, mul(slip, y_rate))
+
+    out.route, out.nome, out.slip = TRANSFORMED, Q[0], slip[0]
+    _store(out.half_turn, half_turn)
+    out.per_half_turn = 0.0 if infinite else 1.0 / half_turn[0]
+    alpha, beta = _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip)
+    return Series(rate, y_rate, y0, alpha_re, alpha_im, beta_re, beta_im, alpha, beta)
+
+
+@kernel
+def _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
+    """alpha and beta at t = 0, with the turn by slip*y0 that the samples make too (eq. 25)."""
+    size = y0 if y0[0] >= 0.0 else neg(y0)
+    sign = 1.0 if y0[0] >= 0.0 else -1.0
+    e = exp(scale(size, -2.0))
+    z = div(Q, e) if Q[0] > 0.0 else ZERO
+    z_far = mul(Q, e)
+    alpha_r = add(_polynomial(alpha_re, z), mul(e, _polynomial(alpha_re, z_far)))
+    alpha_i = scale(sub(_polynomial(alpha_im, z), mul(e, _polynomial(alpha_im, z_far))), sign)
+    beta_r = scale(sub(_polynomial(beta_re, z), mul(e, _polynomial(beta_re, z_far))), sign)
+    beta_i = add(_polynomial(beta_im, z), mul(e, _polynomial(beta_im, z_far)))
+    sine, cosine = sin_cos(mul(scale(PI, 2.0), mul(slip, y0)))
+    alpha = sub(mul(alpha_r, cosine), mul(alpha_i, sine)), add(mul(alpha_r, sine), mul(alpha_i, cosine))
+    beta = sub(mul(beta_r, cosine), mul(beta_i, sine)), add(mul(beta_r, sine), mul(beta_i, cosine))
+    return alpha, beta
+
+
+@kernel
+def _write_rates(series, unit, out):
+    _store(out.precession, scale(series.precession, unit))
+    _store(out.argument, scale(series.argument, unit))
+    _store(out.argument0, series.argument0)
+
+
+@kernel
+def _write_series(series, out):
+    for i in range(4):
+        out.alpha_re[i] = series.alpha_re[i][0]
+        out.alpha_im[i] = series.alpha_im[i][0]
+        out.beta_re[i] = series.beta_re[i][0]
+        out.beta_im[i] = series.beta_im[i][0]
+
+
+@kernel
+def _signed_row(axes, row, sign):
+    x = axes[row, 0, 0] * sign, axes[row, 0, 1] * sign
+    y = axes[row, 1, 0] * sign, axes[row, 1, 1] * sign
+    z = axes[row, 2, 0] * sign, axes[row, 2, 1] * sign
+    return x, y, z
+
+
+@kernel
+def _principal_frame(axes, order, signs):
+    """R_PB: axes 1, 2, 3 as rows, right-handed, turned so that gamma1 and gamma3 are not negative."""
+    return (
+        _signed_row(axes, order[0], signs[0]),
+        _signed_row(axes, order[1], signs[1]),
+        _signed_row(axes, order[2], signs[2]),
+    )
+
+
+@kernel
+def _write_frame(R_PB, series, attitude, out):
+    """q(t) = q_IM * q_MP(t) * q_PB with q_IM from q(0), as one 4 by 4 matrix on q_MP (eq. 5)."""
+    q_PB = quaternion.from_rotation_matrix(R_PB)
+    q_MP = quaternion.normalised((series.alpha[0], series.beta[0], series.beta[1], series.alpha[1]))
+    q_IM = quaternion.product(
+        quaternion.product(attitude, quaternion.conjugate(q_PB)), quaternion.conjugate(q_MP)
+    )
+    for column in range(4):
+        unit = (
+            ONE if column == 0 else ZERO,
+            ONE if column == 1 else ZERO,
+            ONE if column == 2 else ZERO,
+            ONE if column == 3 else ZERO,
+        )
+        q = quaternion.product(quaternion.product(q_IM, unit), q_PB)
+        for i in range(4):
+            out.frame[i, column] = q[i][0]
+
+
+@kernel
+def _write_body_rate(R_PB, spin_rates, unit, out):
+    """omega_B = R_BP diag(L/I) gamma."""
+    for i in range(3):
+        for j in range(3):
+            out.axes[i, j] = R_PB[i][j][0]
+            out.rate[j, i] = mul(R_PB[i][j], spin_rates[i])[0] * unit
+
+
+@kernel
+def _write_public(polhode, K, K_prime, u0, unit, out):
+    amplitudes = (polhode.A1, polhode.A2, polhode.A3)
+    for i in range(3):
+        out.spin_rates[i] = polhode.spin_rates[i][0] * unit
+        out.gamma[i] = polhode.gamma[i][0]
+        out.amplitude[i] = amplitudes[i][0]
+    out.modulus, out.complementary_modulus = polhode.k[0], polhode.k1[0]
+    out.K, out.K_prime = K[0], K_prime[0]
+    out.u_rate, out.u0 = polhode.u_rate[0] * unit, u0[0]

@@ -1,0 +1,60 @@
+"""The one statement of order and direction.
+
+A quaternion is (w, x, y, z), unit, with the Hamilton product; it is the active rotation from
+body to inertial:
+
+    v_inertial = q * (0, v_body) * conj(q)
+
+Here in two parts, as tuples of pairs, for the constants; `cayley_klein` builds on the same order.
+"""
+
+from .doubledouble import ONE, add, div, mul, neg, scale, sqrt, square, sub
+from .intrinsics import kernel
+
+
+@kernel
+def product(p, q):
+    w = sub(sub(mul(p[0], q[0]), mul(p[1], q[1])), add(mul(p[2], q[2]), mul(p[3], q[3])))
+    x = add(add(mul(p[0], q[1]), mul(p[1], q[0])), sub(mul(p[2], q[3]), mul(p[3], q[2])))
+    y = add(add(mul(p[0], q[2]), mul(p[2], q[0])), sub(mul(p[3], q[1]), mul(p[1], q[3])))
+    z = add(add(mul(p[0], q[3]), mul(p[3], q[0])), sub(mul(p[1], q[2]), mul(p[2], q[1])))
+    return w, x, y, z
+
+
+@kernel
+def conjugate(q):
+    return q[0], neg(q[1]), neg(q[2]), neg(q[3])
+
+
+@kernel
+def normalised(q):
+    norm2 = add(add(square(q[0]), square(q[1])), add(square(q[2]), square(q[3])))
+    inverse = div(ONE, sqrt(norm2))
+    return mul(q[0], inverse), mul(q[1], inverse), mul(q[2], inverse), mul(q[3], inverse)
+
+
+@kernel
+def from_rotation_matrix(R):
+    """The quaternion of a proper rotation matrix R (three rows of pairs), v' = R v.
+
+    The largest component is found first, so that nothing is divided by a small one.
+    Source: Shepperd, J. Guidance and Control 1 (1978) 223.
+    """
+    trace = R[0][0][0] + R[1][1][0] + R[2][2][0]
+    a, b, c = R[0][0][0], R[1][1][0], R[2][2][0]
+    skew = sub(R[2][1], R[1][2]), sub(R[0][2], R[2][0]), sub(R[1][0], R[0][1])
+    xy, xz, yz = add(R[0][1], R[1][0]), add(R[0][2], R[2][0]), add(R[1][2], R[2][1])
+    if trace >= max(a, b, c):
+        largest = add(ONE, add(R[0][0], add(R[1][1], R[2][2])))
+        q = (largest, skew[0], skew[1], skew[2])
+    elif a >= max(b, c):
+        largest = add(ONE, sub(R[0][0], add(R[1][1], R[2][2])))
+        q = (skew[0], largest, xy, xz)
+    elif b >= c:
+        largest = add(ONE, sub(R[1][1], add(R[0][0], R[2][2])))
+        q = (skew[1], xy, largest, yz)
+    else:
+        largest = add(ONE, sub(R[2][2], add(R[0][0], R[1][1])))
+        q = (skew[2], xz, yz, largest)
+    inverse = div(ONE, scale(sqrt(largest), 2.0))
+    return mul(q[0], inverse), mul(q[1], inverse), mul(q[2], inverse), mul(q[3], inverse)
