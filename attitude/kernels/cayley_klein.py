@@ -153,80 +153,102 @@ def _turned(frame, q):
 
 
 @kernel
+def _theta_pair(s, c, ar, ai, br, bi):
+    """alpha from theta4 and beta from theta1 of v - ih, as polynomials in w = cos 2v (eqs. 21, 22)."""
+    w = fma(c, c, -s * s)
+    alpha_re = _cubic(*ar, w)
+    alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
+    return alpha_re, alpha_im, s * _cubic(*br, w), c * _cubic(*bi, w)
+
+
+@kernel
+def _transformed_pair(y, flip, parity, Q, ar, ai, br, bi):
+    """The same two after the modular transform (eqs. 23, 25); flip = (-1)^n sign(y), parity = (-1)^n."""
+    e = _exp_negative(-2.0 * abs(y))
+    z, far = Q / e, Q * e
+    alpha_re = fma(e, _cubic(*ar, far), _cubic(*ar, z))
+    alpha_im = math.copysign(1.0, y) * fma(-e, _cubic(*ai, far), _cubic(*ai, z))
+    beta_re = flip * fma(-e, _cubic(*br, far), _cubic(*br, z))
+    return alpha_re, alpha_im, beta_re, parity * fma(e, _cubic(*bi, far), _cubic(*bi, z))
+
+
+@kernel
+def _since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
+    """y less n half turns, to the nearest u = 0 (mod 2K); flip and parity of n as signs, and n."""
+    shifted = fma(y, per_half_turn, ROUND)
+    n = shifted - ROUND
+    whole, whole_lo = two_product(n, half_turn)
+    y = (y - whole) + (rest - fma(n, half_turn_lo, whole_lo))
+    odd = (bits_of(shifted) & 1) << 63
+    return y, double_of(bits_of(math.copysign(1.0, y)) ^ odd), double_of(bits_of(1.0) ^ odd), n
+
+
+@kernel
+def _half_turn(body):
+    """Length of a half turn in y and its inverse; on the separatrix none is ever passed."""
+    if body.per_half_turn == 0.0:
+        return 0.0, 0.0, 0.0
+    return body.half_turn[0], body.half_turn[1], body.per_half_turn
+
+
+@kernel
+def _series(body):
+    return _four(body.alpha_re), _four(body.alpha_im), _four(body.beta_re), _four(body.beta_im)
+
+
+@kernel
+def _outputs(body):
+    """The frame matrix for quaternions and the matrix for rates, by rows."""
+    F, W = body.frame, body.rate
+    return (_four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])), (_three(W[0]), _three(W[1]), _three(W[2]))
+
+
+@kernel
 def _sample_theta(body, b, t, t_low, quaternions, rates):
-    """alpha from theta4, beta from theta1 of v - ih, both as polynomials in cos 2v (eqs. 21, 22)."""
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     v_hi, v_lo, v0, v0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
-    ar, ai = _four(body.alpha_re), _four(body.alpha_im)
-    br, bi = _four(body.beta_re), _four(body.beta_im)
-    F = body.frame
-    frame = _four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])
-    W = body.rate
-    to_rate = _three(W[0]), _three(W[1]), _three(W[2])
+    series = _series(body)
+    frame, to_rate = _outputs(body)
     for i in range(t.shape[0]):
         low = 0.0 if t_low is None else t_low[i]
         v, rest = _phase(v_hi, v_lo, t[i], low)
         v, joined = two_sum(v, v0)
         s, c = _sine_cosine(v, rest + (joined + v0_lo))
-        w = fma(c, c, -s * s)
-        alpha_re = _cubic(*ar, w)
-        alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
-        beta_re = s * _cubic(*br, w)
-        beta_im = c * _cubic(*bi, w)
+        pair = _theta_pair(s, c, *series)
         if quaternions is not None:
             turns, rest = _phase(lambda_hi, lambda_lo, t[i], low)
             s, c = _sine_cosine(turns, rest)
-            q = _turned(frame, _compose(alpha_re, alpha_im, beta_re, beta_im, s, c))
+            q = _turned(frame, _compose(*pair, s, c))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
-            g = _momentum_direction(alpha_re, alpha_im, beta_re, beta_im)
+            g = _momentum_direction(*pair)
             for j in range(3):
                 rates[j, b, i] = _dot3(*to_rate[j], *g)
 
 
 @kernel
 def _sample_transformed(body, b, t, t_low, quaternions, rates):
-    """The same after the modular transform, beside and on the separatrix (eqs. 23 to 25)."""
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     y_hi, y_lo, y0, y0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
-    half_turn, half_turn_lo = body.half_turn[0], body.half_turn[1]
-    per_half_turn = body.per_half_turn
-    if per_half_turn == 0.0:
-        half_turn = half_turn_lo = 0.0  # none is ever passed
-    slip, Q = body.slip, body.nome
-    ar, ai = _four(body.alpha_re), _four(body.alpha_im)
-    br, bi = _four(body.beta_re), _four(body.beta_im)
-    F = body.frame
-    frame = _four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])
-    W = body.rate
-    to_rate = _three(W[0]), _three(W[1]), _three(W[2])
+    slip, Q, half_turn = body.slip, body.nome, _half_turn(body)
+    series = _series(body)
+    frame, to_rate = _outputs(body)
     for i in range(t.shape[0]):
         low = 0.0 if t_low is None else t_low[i]
         y, rest = _phase(y_hi, y_lo, t[i], low)
         y, joined = two_sum(y, y0)
-        shifted = fma(y, per_half_turn, ROUND)
-        n = shifted - ROUND
-        whole, whole_lo = two_product(n, half_turn)
-        y = (y - whole) + (rest + (joined + y0_lo) - fma(n, half_turn_lo, whole_lo))
-        e = _exp_negative(-2.0 * abs(y))
-        z, far = Q / e, Q * e
-        sign = math.copysign(1.0, y)
-        flip = double_of(bits_of(sign) ^ ((bits_of(shifted) & 1) << 63))  # (-1)^n sign(y)
-        parity = flip * sign
-        alpha_re = fma(e, _cubic(*ar, far), _cubic(*ar, z))
-        alpha_im = sign * fma(-e, _cubic(*ai, far), _cubic(*ai, z))
-        beta_re = flip * fma(-e, _cubic(*br, far), _cubic(*br, z))
-        beta_im = parity * fma(e, _cubic(*bi, far), _cubic(*bi, z))
+        y, flip, parity, n = _since_half_turn(y, rest + (joined + y0_lo), *half_turn)
+        pair = _transformed_pair(y, flip, parity, Q, *series)
         if quaternions is not None:
             turns, rest = _phase(lambda_hi, lambda_lo, t[i], low)
             turns, joined = two_sum(turns, slip * y)
             s, c = _sine_cosine(turns, rest + joined)
-            q = _turned(frame, _compose(alpha_re, alpha_im, beta_re, beta_im, s, c))
+            q = _turned(frame, _compose(*pair, s, c))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
-            g = _momentum_direction(alpha_re, alpha_im, beta_re, beta_im)
+            g = _momentum_direction(*pair)
             for j in range(3):
                 rates[j, b, i] = _dot3(*to_rate[j], *g)
 
@@ -247,3 +269,32 @@ def sample(bodies, t, t_low, quaternions, rates):
             _sample_theta(bodies[b], b, t, t_low, quaternions, rates)
         else:
             _sample_transformed(bodies[b], b, t, t_low, quaternions, rates)
+
+
+@kernel
+def azimuth(bodies, sense, t, angles):
+    """Angle of axis 3 about the momentum, arg alpha + arg beta, continuous in t (eq. 28).
+
+    bodies : (n,) of INVARIANTS; sense : (n,), s of each body; t : (k,), s; angles : (n, k), rad, written.
+    """
+    for b in range(bodies.shape[0]):
+        body = bodies[b]
+        series = _series(body)
+        half_turn = _half_turn(body)
+        for i in range(t.shape[0]):
+            rate, low = _phase(body.precession[0], body.precession[1], t[i], 0.0)
+            x, rest = _phase(body.argument[0], body.argument[1], t[i], 0.0)
+            x, joined = two_sum(x, body.argument0[0])
+            rest += joined + body.argument0[1]
+            turned = 2.0 * TURN * (rate + low)
+            if body.route == THETA:
+                s, c = _sine_cosine(x, rest)
+                pair = _theta_pair(s, c, *series)
+                # beta leads or trails exp(i s v) by less than half a turn: that part counts turns
+                lead = math.atan2(pair[3] * c - pair[2] * s * sense[b], pair[2] * c + pair[3] * s * sense[b])
+                turned += sense[b] * TURN * (x + rest) + lead
+            else:
+                y, flip, parity, n = _since_half_turn(x, rest, *half_turn)
+                pair = _transformed_pair(y, math.copysign(1.0, y), 1.0, body.nome, *series)
+                turned += 2.0 * TURN * body.slip * y + math.atan2(pair[3], pair[2]) + sense[b] * n * math.pi
+            angles[b, i] = turned + math.atan2(pair[1], pair[0])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .doubledouble import ONE, ZERO, add, div, mul, neg, scale, sqrt, square, sub
+from .doubledouble import ONE, ZERO, add, div, mul, neg, power_of_two_near, scale, sqrt, square, sub
 from .expansion import add_product
 from .intrinsics import kernel
 
@@ -95,19 +95,25 @@ def _jacobi_angle(a, b, off):
 
 @kernel
 def rate_is_constant(tensors, rates, constant):
-    """constant[b]: whether omega is parallel to I omega, decided without rounding."""
+    """constant[b]: whether omega is parallel to I omega, decided without rounding.
+
+    tensors : (n, 3, 3), rates : (n, 3), both brought to order one by powers of two; constant : (n,), written
+    """
     parts = np.empty(64)
     work = np.empty((2, 256))
     factors = np.zeros((3, 2))
     for b in range(tensors.shape[0]):
+        inverse = 1.0 / power_of_two_near(np.max(np.abs(rates[b])))
+        rate = rates[b] * inverse
+        tensor = tensors[b] / power_of_two_near(np.max(np.abs(tensors[b])))
         constant[b] = True
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             count = 0
-            for column in range(3):
-                factors[2, 0] = rates[b, column]
-                factors[0, 0], factors[1, 0] = rates[b, j], tensors[b, k, column]
+            for column in range(3):  # (omega x I omega)_i, product by product
+                factors[2, 0] = rate[column]
+                factors[0, 0], factors[1, 0] = rate[j], tensor[k, column]
                 count = add_product(parts, count, factors, work)
-                factors[0, 0], factors[1, 0] = -rates[b, k], tensors[b, j, column]
+                factors[0, 0], factors[1, 0] = -rate[k], tensor[j, column]
                 count = add_product(parts, count, factors, work)
             constant[b] = constant[b] and (count == 0 or parts[count - 1] == 0.0)

@@ -1,0 +1,128 @@
+"""The body: its inertia checked, its principal moments and axes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import units
+from .errors import InputError
+from .kernels.principal import principal_axes
+
+# Rounding in the caller's own arithmetic that is forgiven; anything larger is refused.
+TRIANGLE_TOLERANCE = 1e-12
+SYMMETRY_TOLERANCE = 1e-12
+
+
+class RigidBody:
+    """A rigid body, or an array of them, by inertia about the centre of mass.
+
+    Parameters
+    ----------
+    inertia : array_like or Quantity, kg m2
+        Principal moments, shape (..., 3), about the body axes x, y, z in any order of size; or
+        full tensors, shape (..., 3, 3).  A (3, 3) array is one tensor: for three bodies by their
+        moments use `RigidBody.from_moments`.
+
+    Attributes
+    ----------
+    moments : ndarray, (..., 3), kg m2
+        Principal moments; for a tensor in the order of its diagonal.
+    axes : ndarray, (..., 3, 3)
+        Rows are the principal axes, components in the body frame: axes @ tensor @ axes.T is
+        diagonal.  The identity where moments were given.
+    tensor : ndarray, (..., 3, 3), kg m2
+    shape : tuple
+        The batch dimensions.
+
+    Raises
+    ------
+    InputError : moments that are not finite and positive, or that no mass distribution has
+        (one greater than the sum of the others, beyond rounding of 1e-12), or a tensor that is
+        not symmetric (beyond 1e-12 of its largest element; below that, both halves are averaged).
+
+    Notes
+    -----
+    Principal moments and axes are kept in two parts (32 digits), since their rounding would grow
+    into a phase error with elapsed time (docs/theory.md, section 7).
+    """
+
+    def __init__(self, inertia: Any):
+        array = units.si_array(inertia, units.MOMENT, "inertia")
+        if array.ndim >= 2 and array.shape[-2:] == (3, 3):
+            self._from_tensor(array)
+        elif array.ndim >= 1 and array.shape[-1] == 3:
+            self._from_moments(array)
+        else:
+            raise InputError("inertia", f"shape {array.shape}", "shape (..., 3) for moments or (..., 3, 3)")
+
+    @classmethod
+    def from_moments(cls, moments: Any) -> RigidBody:
+        """Bodies by principal moments, shape (..., 3), whatever the number of bodies."""
+        array = units.si_array(moments, units.MOMENT, "moments")
+        if array.ndim < 1 or array.shape[-1] != 3:
+            raise InputError("moments", f"shape {array.shape}", "shape (..., 3)")
+        body = cls.__new__(cls)
+        body._from_moments(array)
+        return body
+
+    def _from_moments(self, moments: np.ndarray) -> None:
+        self.shape = moments.shape[:-1]
+        self._two_part_moments = np.zeros((*moments.shape, 2))
+        self._two_part_moments[..., 0] = moments
+        self._two_part_axes = np.zeros((*self.shape, 3, 3, 2))
+        self._two_part_axes[..., 0] = np.eye(3)
+        self.tensor = moments[..., None] * np.eye(3)
+        self._finish("inertia")
+
+    def _from_tensor(self, tensor: np.ndarray) -> None:
+        self.shape = tensor.shape[:-2]
+        self.tensor = _symmetric(tensor)
+        self._two_part_moments = np.empty((*self.shape, 3, 2))
+        self._two_part_axes = np.empty((*self.shape, 3, 3, 2))
+        principal_axes(
+            self.tensor.reshape(-1, 3, 3),
+            self._two_part_moments.reshape(-1, 3, 2),
+            self._two_part_axes.reshape(-1, 3, 3, 2),
+        )
+        self._finish("principal moments of inertia")
+
+    def _finish(self, field: str) -> None:
+        self.moments = self._two_part_moments[..., 0]
+        self.axes = self._two_part_axes[..., 0]
+        _check_moments(self.moments, field)
+        for array in (self.tensor, self.moments, self.axes):
+            array.flags.writeable = False
+
+    def __repr__(self) -> str:
+        if self.shape:
+            return f"<RigidBody: {self.shape} bodies>"
+        return f"<RigidBody: principal moments {', '.join(f'{m:.6g}' for m in self.moments)} kg m2>"
+
+
+def _symmetric(tensor: np.ndarray) -> np.ndarray:
+    transposed = np.swapaxes(tensor, -1, -2)
+    size = np.abs(tensor).max(axis=(-1, -2), keepdims=True)
+    difference = np.abs(tensor - transposed)
+    if (difference > SYMMETRY_TOLERANCE * size).any():
+        place = np.unravel_index(np.argmax(difference - SYMMETRY_TOLERANCE * size), tensor.shape)
+        where = "inertia" + "".join(f"[{int(i)}]" for i in place)
+        mirror = float(transposed[place])
+        raise InputError(where, float(tensor[place]), f"a symmetric tensor (the mirrored element is {mirror!r})")
+    return np.where(tensor == transposed, tensor, 0.5 * tensor + 0.5 * transposed)
+
+
+def _check_moments(moments: np.ndarray, field: str) -> None:
+    if (moments <= 0.0).any():
+        place = tuple(int(i[0]) for i in np.nonzero(moments <= 0.0))
+        where = field + "".join(f"[{i}]" for i in place)
+        raise InputError(where, float(moments[place]), "positive moments")
+    half = 0.5 * moments  # halves: the sum of two huge moments must not overflow
+    excess = half - (half.sum(axis=-1, keepdims=True) - half) * (1.0 + TRIANGLE_TOLERANCE)
+    if (excess > 0.0).any():
+        place = tuple(int(i[0]) for i in np.nonzero(excess > 0.0))
+        where = field + "".join(f"[{i}]" for i in place)
+        raise InputError(
+            where, float(moments[place]), "no moment greater than the sum of the other two, as for any real body"
+        )

@@ -1,0 +1,171 @@
+"""Instants: astropy Time, and the two-part SI seconds since the epoch that the kernels take.
+
+The motion runs in SI seconds of TAI (the same as TT).  A Time in any scale is brought to TAI and
+differenced from the epoch as a two-part number, so a UTC span counts its leap seconds and a span
+of centuries keeps its picoseconds.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from astropy import units as u
+from astropy.time import Time, TimeDelta
+from astropy.utils import iers
+
+from . import units
+from .errors import InputError
+from .kernels import clock
+
+# Nothing here may reach for the network: tables that astropy ships are what there is.
+iers.conf.auto_download = False
+
+KINDS = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
+
+
+class Instants:
+    """An array of instants: two-part seconds since the epoch, and the Time they were given as.
+
+    Attributes
+    ----------
+    seconds : ndarray, s
+        Elapsed SI seconds, rounded to one double.
+    rest : ndarray or None, s
+        What that rounding left, so that seconds + rest is good to 32 digits; None for zero.
+    epoch : Time or None
+    """
+
+    def __init__(self, seconds: np.ndarray, rest: np.ndarray | None, epoch: Time | None, time: Time | None = None):
+        self.seconds = seconds
+        self.rest = rest
+        self.epoch = epoch
+        self._time = time
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.seconds.shape
+
+    @property
+    def time(self) -> Time | None:
+        """The instants as a Time, made when first asked for; None without an epoch.
+
+        In the scale of the Time they were given as, else in the epoch's.
+        """
+        if self._time is None and self.epoch is not None:
+            self._time = self._build_time(self.epoch)
+        return self._time
+
+    def _build_time(self, epoch: Time) -> Time:
+        seconds = np.ascontiguousarray(self.seconds).ravel()
+        rest = np.zeros_like(seconds) if self.rest is None else np.ascontiguousarray(self.rest).ravel()
+        days, days_low = np.empty_like(seconds), np.empty_like(seconds)
+        clock.days_from_seconds(seconds, rest, days, days_low)
+        offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
+        time = getattr(epoch.tai + offset, epoch.scale)
+        time.format, time.precision = epoch.format, epoch.precision
+        return time
+
+    def __getitem__(self, key: Any) -> Instants:
+        rest = None if self.rest is None else self.rest[key]
+        return Instants(self.seconds[key], rest, self.epoch, None if self._time is None else self._time[key])
+
+
+def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
+    if epoch is None:
+        return None
+    if not isinstance(epoch, Time):
+        raise InputError(field, epoch, "an astropy Time, or None")
+    if not epoch.isscalar:
+        raise InputError(field, f"shape {epoch.shape}", "one Time for all bodies")
+    if epoch.masked and np.any(epoch.mask):
+        raise InputError(field, "a masked Time", "a time that is not missing")
+    _tai(epoch, field)
+    return epoch.copy()
+
+
+def instants(t: Any, epoch: Time | None, field: str = "t") -> Instants:
+    """What users give as times, checked, as two-part seconds since the epoch.
+
+    Parameters
+    ----------
+    t : float array (s), Quantity, TimeDelta, or Time (needs an epoch); any shape, either sign
+
+    Raises
+    ------
+    InputError : not one of these, not finite, masked, or a Time without an epoch.
+    """
+    if isinstance(t, Time):
+        if epoch is None:
+            raise InputError(field, "a Time", "elapsed time, or an epoch for the motion to count from")
+        return _from_time(t, epoch, field)
+    if isinstance(t, TimeDelta):
+        return _from_delta(t, epoch, field)
+    if isinstance(t, u.Quantity) and t.unit is not u.s:
+        units.si_array(t, units.SECOND, field)  # refuses other dimensions, and what is not finite
+        return _from_delta(TimeDelta(t), epoch, field)
+    if isinstance(t, (str, bytes)):
+        raise InputError(field, t, KINDS)
+    return Instants(units.si_array(t, units.SECOND, field), None, epoch)
+
+
+def _tai(time: Time, field: str) -> Time:
+    """In TAI; what astropy cannot convert offline (UT1 outside its tables) is refused."""
+    try:
+        return time.tai
+    except (iers.IERSRangeError, ValueError) as error:
+        raise InputError(field, f"scale {time.scale!r}", f"a time that can be brought to TAI ({error})") from None
+
+
+def _from_time(time: Time, epoch: Time, field: str) -> Instants:
+    _refuse_missing(time, field)
+    tai, start = _tai(time, field), _tai(epoch, "epoch")
+    seconds, rest = _seconds(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
+    return Instants(seconds, rest, epoch, time.copy())
+
+
+def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
+    _refuse_missing(delta, field)
+    if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
+        return _from_time(getattr(epoch, delta.scale) + delta, epoch, field)
+    if delta.scale not in (None, "tai", "tt"):
+        raise InputError(field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from")
+    seconds, rest = _seconds(delta.jd1, delta.jd2, 0.0, 0.0)
+    return Instants(seconds, rest, epoch)
+
+
+def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
+    if time.masked and np.any(time.mask):
+        place = tuple(int(i[0]) for i in np.nonzero(time.mask))
+        raise InputError(field + "".join(f"[{i}]" for i in place), "a missing time", "a value for every instant")
+
+
+def _seconds(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:
+    day, fraction = np.asarray(day, dtype=np.float64), np.asarray(fraction, dtype=np.float64)
+    seconds, rest = np.empty(day.shape), np.empty(day.shape)
+    clock.seconds_from_days(
+        np.ascontiguousarray(day).ravel(),
+        np.ascontiguousarray(fraction).ravel(),
+        day0,
+        fraction0,
+        seconds.reshape(-1),
+        rest.reshape(-1),
+    )
+    return seconds, rest
+
+
+def grid(start: float, stop: float, step: float, count: int, unit: float) -> tuple[np.ndarray, np.ndarray]:
+    """`count` instants in two-part seconds: start + k*step, or evenly from start to stop where step is 0.
+
+    start, stop, step are in units of `unit` seconds; no Time is built.
+    """
+    seconds, rest = np.empty(count), np.empty(count)
+    clock.grid(start, stop, count - 1, step, unit, seconds, rest)
+    return seconds, rest
+
+
+def in_unit(values: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray]:
+    """values * unit as two-part seconds; the product is exact."""
+    seconds, rest = np.empty(values.size), np.empty(values.size)
+    clock.scaled(values, unit, seconds, rest)
+    return seconds, rest

@@ -1,0 +1,188 @@
+"""What an answer is: attitudes at instants, with everything needed to read them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from astropy.time import Time
+
+from . import orientation
+from .body import RigidBody
+from .elapsed import Instants
+from .errors import InputError, RegimeError
+
+if TYPE_CHECKING:
+    from astropy.table import QTable
+    from scipy.spatial.transform import Rotation
+
+CONVENTION = (
+    "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, continuous in time; "
+    "angular velocity is that of the body relative to the inertial frame, components in the body frame"
+)
+
+
+class Ephemeris:
+    """Attitude and body rate of one body, or of many, at instants.
+
+    Shape is batch + instants, as in `TorqueFreeMotion.at`; `len`, indexing and slicing go along
+    the (first) dimension of the instants.  Arrays are read-only views; nothing here changes.
+
+    Attributes
+    ----------
+    frame : str, the inertial frame
+    body : RigidBody or None (an ephemeris read from a file that holds no inertia)
+    epoch : Time or None
+    instants : Instants, two-part seconds since the epoch
+    name : str
+    """
+
+    def __init__(
+        self,
+        quaternion: np.ndarray,
+        instants: Instants,
+        frame: str,
+        body: RigidBody | None = None,
+        rate: np.ndarray | Callable[[Instants], np.ndarray] | None = None,
+        name: str = "",
+    ):
+        self._quaternion = quaternion
+        self._rate = rate
+        self.instants = instants
+        self.frame = frame
+        self.body = body
+        self.name = name
+        quaternion.flags.writeable = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch dimensions, then those of the instants."""
+        return self._quaternion.shape[:-1]
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        return self.shape[: len(self.shape) - len(self.instants.shape)]
+
+    # -- time -------------------------------------------------------------------------------
+
+    @property
+    def epoch(self) -> Time | None:
+        return self.instants.epoch
+
+    @property
+    def elapsed(self) -> np.ndarray:
+        """(instants), s: SI seconds since the epoch, rounded to one double (`instants.rest` has the rest)."""
+        return _read_only(self.instants.seconds)
+
+    @property
+    def time(self) -> Time:
+        """The instants as a Time, built when first asked for.
+
+        Raises InputError where no epoch was given.
+        """
+        time = self.instants.time
+        if time is None:
+            raise InputError("epoch", None, "a Time, for instants to be dated; this ephemeris has elapsed seconds")
+        return time
+
+    # -- attitude and rate --------------------------------------------------------------------
+
+    def quaternion(self, order: str) -> np.ndarray:
+        """(..., 4) unit quaternions, body to inertial, in the named order: "wxyz" or "xyzw"."""
+        return orientation.in_order(self._quaternion, order)
+
+    @property
+    def rotation(self) -> Rotation:
+        """scipy Rotation of the same shape: rotation.apply(v_body) is v_inertial."""
+        from scipy.spatial.transform import Rotation
+
+        return Rotation.from_quat(self.quaternion("xyzw"))
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """(..., 3), rad/s, body components; computed when first asked for."""
+        if callable(self._rate):
+            self._rate = self._rate(self.instants)
+        if self._rate is None:
+            raise RegimeError("angular_velocity: this ephemeris was read from a file that holds attitudes only")
+        return _read_only(self._rate)
+
+    @property
+    def angular_momentum(self) -> np.ndarray:
+        """(..., 3), kg m2 rad/s, inertial components, from the sampled attitude and rate."""
+        return orientation.rotate(self._quaternion, self._body_momentum())
+
+    @property
+    def kinetic_energy(self) -> np.ndarray:
+        """(...), J, from the sampled rate."""
+        return 0.5 * (self.angular_velocity * self._body_momentum()).sum(axis=-1)
+
+    def _body_momentum(self) -> np.ndarray:
+        if self.body is None:
+            raise RegimeError("body: this ephemeris holds no inertia, so neither momentum nor energy")
+        added = (1,) * len(self.instants.shape)
+        tensor = self.body.tensor.reshape(*self.body.shape, *added, 3, 3)
+        return (tensor @ self.angular_velocity[..., None])[..., 0]
+
+    # -- parts --------------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        if not self.instants.shape:
+            raise TypeError("an ephemeris of one instant has no length")
+        return self.instants.shape[0]
+
+    def __getitem__(self, key: Any) -> Ephemeris:
+        """The same for some of the instants: an index, slice, mask or array along their dimensions."""
+        if not self.instants.shape:
+            raise TypeError("an ephemeris of one instant cannot be indexed")
+        key = key if isinstance(key, tuple) else (key,)
+        instants = self.instants[key]
+        whole = (slice(None),) * len(self.batch_shape)
+        rate = self._rate if callable(self._rate) or self._rate is None else self._rate[whole + key]
+        return Ephemeris(self._quaternion[whole + key], instants, self.frame, self.body, rate, self.name)
+
+    def __repr__(self) -> str:
+        epoch = f" from {self.epoch.isot} {self.epoch.scale}" if self.epoch is not None else ""
+        return f"<Ephemeris: shape {self.shape}, body to {self.frame}{epoch}>"
+
+    # -- leaving and coming back ----------------------------------------------------------------
+
+    def to_table(self) -> QTable:
+        """An astropy QTable, one row an instant.
+
+        Columns time (with an epoch), elapsed [s], quaternion (w, x, y, z) and angular_velocity
+        [rad/s]; a batch's dimensions follow the row.  meta names frame, order and convention.
+        """
+        from .formats.table import to_table
+
+        return to_table(self)
+
+    def write(self, path: str | Path, format: str | None = None, progress: Callable | None = None) -> None:
+        """Write to a file; format "ecsv", "csv" or "json", by default from the file's ending.
+
+        The file appears whole or not at all.  progress, if given, is called with the fraction done.
+        Raises FormatError for an unknown format or an unwritable path.
+        """
+        from . import formats
+
+        formats.write(self, path, format, progress)
+
+    @classmethod
+    def read(cls, path: str | Path, format: str | None = None) -> Ephemeris:
+        """Read a file that `write` made; the bits of quaternions, rates and times come back.
+
+        Raises FormatError, with file and line, for anything else.
+        """
+        from . import formats
+
+        return formats.read(path, format)
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+

@@ -1,0 +1,70 @@
+"""Attitudes as users write them, and the order of a quaternion's numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import units
+from .errors import InputError
+
+# Where w, x, y, z stand in each named order.
+ORDERS = {"wxyz": (0, 1, 2, 3), "xyzw": (3, 0, 1, 2)}
+UNIT_TOLERANCE = 1e-6
+
+INERTIAL_FRAMES = {
+    "ICRF": "International Celestial Reference Frame",
+    "GCRF": "geocentric, axes of the ICRF",
+    "EME2000": "mean equator and equinox of J2000.0",
+    "ECLIPJ2000": "mean ecliptic and equinox of J2000.0",
+    "INERTIAL": "an inertial frame of the user's own",
+}
+
+
+def check_order(order: str | None, field: str = "order") -> str:
+    if order not in ORDERS:
+        raise InputError(field, order, 'the order of the four numbers, "wxyz" or "xyzw"')
+    return order
+
+
+def check_frame(frame: str, field: str = "frame") -> str:
+    if frame not in INERTIAL_FRAMES:
+        raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}")
+    return frame
+
+
+def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude") -> np.ndarray:
+    """(..., 4) wxyz from a scipy `Rotation` or an array whose order is named.
+
+    The length may be off 1 by as much as 1e-6 (a few printed digits); what uses it normalises it.
+    """
+    if hasattr(attitude, "as_quat"):
+        attitude, order = attitude.as_quat(), "xyzw"
+    elif order is None:
+        raise InputError("order", None, 'the order of the four numbers, "wxyz" or "xyzw", beside a bare array')
+    array = units.finite_array(attitude, field)
+    if array.ndim < 1 or array.shape[-1] != 4:
+        raise InputError(field, f"shape {array.shape}", "a Rotation or quaternions of shape (..., 4)")
+    array = np.ascontiguousarray(array[..., ORDERS[check_order(order)]])
+    length = np.sqrt((array * array).sum(axis=-1))
+    off = ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
+    if off.any():
+        place = tuple(int(i[0]) for i in np.nonzero(off)) if array.ndim > 1 else ()
+        where = field + "".join(f"[{i}]" for i in place)
+        raise InputError(where, f"length {float(length[place]):.9g}", "a unit quaternion, within 1e-6")
+    return array
+
+
+def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:
+    """Numbers of (..., 4) wxyz in the named order; no copy for wxyz."""
+    if check_order(order) == "wxyz":
+        return wxyz
+    return wxyz[..., (1, 2, 3, 0)]
+
+
+def rotate(wxyz: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """q v conj(q) = v + 2 w (r x v) + 2 r x (r x v), with r the vector part; broadcasts."""
+    w, r = wxyz[..., :1], wxyz[..., 1:]
+    twice = 2.0 * np.cross(r, vector)
+    return vector + w * twice + np.cross(r, twice)

@@ -1,0 +1,410 @@
+"""The scene document: one JSON for library, command and HTTP.
+
+Read downwards: the parts of the document, the scene, and how a document's faults become the
+library's own errors.  Every model refuses unknown keys, and every number carries its unit in a
+field beside it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from astropy import units as u
+from astropy.time import Time
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from scipy.spatial.transform import Rotation
+
+from . import elapsed, orientation, units
+from .body import RigidBody
+from .elapsed import Instants
+from .ephemeris import Ephemeris
+from .errors import AttitudeError, FormatError, InputError
+from .motion import TorqueFreeMotion
+
+KNOWN_EFFECTS: tuple[str, ...] = ()
+
+
+def _number(value: Any) -> Any:
+    """JSON numbers only: a string or true is not silently read as one."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError("a number")
+    if not math.isfinite(value):
+        raise ValueError("a finite number")
+    return float(value)
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
+Four = Annotated[list[Number], Field(min_length=4, max_length=4)]
+
+
+class Part(BaseModel):
+    """Any part of a document: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Body(Part):
+    """Inertia about the centre of mass: principal `moments`, or a full `tensor`."""
+
+    moments: Vector | None = None
+    tensor: Matrix | None = None
+    unit: str = Field(examples=["kg m2"])
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Body:
+        _exactly_one(self, ("moments", "tensor"))
+        return self
+
+    def build(self) -> RigidBody:
+        factor = units.parse_unit(self.unit, units.MOMENT, "body.unit")
+        field = "moments" if self.moments is not None else "tensor"
+        values = np.array(getattr(self, field)) * factor
+        with _field_named("inertia", f"body.{field}"):
+            return RigidBody.from_moments(values) if field == "moments" else RigidBody(values)
+
+
+class Epoch(Part):
+    """An instant: ISO 8601 text and the time scale it is in."""
+
+    time: str = Field(examples=["1992-11-09T17:49:47"])
+    scale: Literal["utc", "tai", "tt", "tdb", "tcb", "tcg", "ut1"]
+
+    def build(self) -> Time:
+        return elapsed.check_epoch(_parse_time(self.time, self.scale, "epoch.time"), "epoch.time")
+
+
+class Attitude(Part):
+    """Attitude at the epoch, active from body to inertial, in one of four forms.
+
+    `euler`: intrinsic rotations that carry the inertial axes onto the body's, in the order of
+    `sequence`; `quaternion` with its `order`; `matrix` R with v_inertial = R v_body; `mrp`, the
+    modified Rodrigues parameters e tan(angle/4) of the same rotation.
+    """
+
+    euler: Vector | None = None
+    sequence: str | None = Field(None, pattern=r"^[XYZ]{3}$", examples=["ZXZ"])
+    unit: str | None = Field(None, examples=["deg"])
+    quaternion: Four | None = None
+    order: str | None = Field(None, examples=["wxyz"])
+    matrix: Matrix | None = None
+    mrp: Vector | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Attitude:
+        form = _exactly_one(self, ("euler", "quaternion", "matrix", "mrp"))
+        wanted = {"euler": {"sequence", "unit"}, "quaternion": {"order"}}.get(form, set())
+        for name in ("sequence", "unit", "order"):
+            if name in wanted and getattr(self, name) is None:
+                raise InputError(name, None, f"{_MEANING[name]} beside {form}")
+            if name not in wanted and getattr(self, name) is not None:
+                raise InputError(name, getattr(self, name), f"no {name} beside {form}")
+        if self.sequence and (self.sequence[0] == self.sequence[1] or self.sequence[1] == self.sequence[2]):
+            raise InputError("sequence", self.sequence, "three axes, no two neighbours the same")
+        return self
+
+    def build(self) -> np.ndarray:
+        """(4,) wxyz."""
+        if self.quaternion is not None:
+            orientation.check_order(self.order, "attitude.order")
+            return orientation.attitude_quaternion(self.quaternion, self.order, "attitude.quaternion")
+        if self.matrix is not None:
+            return _from_matrix(np.array(self.matrix))
+        if self.mrp is not None:
+            return Rotation.from_mrp(self.mrp).as_quat(scalar_first=True)
+        angles = np.array(self.euler) * units.parse_unit(self.unit or "", u.rad, "attitude.unit")
+        return Rotation.from_euler(self.sequence or "", angles).as_quat(scalar_first=True)
+
+
+_MEANING = {
+    "sequence": 'the axes in turn, such as "ZXZ",',
+    "unit": 'the unit of the angles, "deg" or "rad",',
+    "order": '"wxyz" or "xyzw"',
+}
+
+
+class AngularVelocity(Part):
+    """Of the body relative to the inertial frame, components in the body frame, at the epoch."""
+
+    value: Vector
+    unit: str = Field(examples=["deg/d"])
+
+    def build(self) -> np.ndarray:
+        return np.array(self.value) * units.parse_unit(self.unit, units.RATE, "angular_velocity.unit")
+
+
+class Times(Part):
+    """Instants: `start`, `stop` and `step` or `count`; or `elapsed` values; or `dates` in a `scale`.
+
+    The last instant of a stepped grid is the last one not beyond `stop`.
+    """
+
+    start: Number | None = None
+    stop: Number | None = None
+    step: Annotated[Number, Field(gt=0)] | None = None
+    count: Annotated[int, Field(ge=1, strict=True)] | None = None
+    elapsed: list[Number] | None = Field(None, min_length=1)
+    unit: str | None = Field(None, examples=["s"])
+    dates: list[str] | None = Field(None, min_length=1)
+    scale: Literal["utc", "tai", "tt", "tdb", "tcb", "tcg", "ut1"] | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Times:
+        form = _exactly_one(self, ("start", "elapsed", "dates"))
+        needed = {"start": {"start", "stop", "unit"}, "elapsed": {"elapsed", "unit"}, "dates": {"dates", "scale"}}[form]
+        for name in sorted(needed):
+            if getattr(self, name) is None:
+                raise InputError(name, None, f"a value beside {form}")
+        if form == "start":
+            _exactly_one(self, ("step", "count"))
+            if self.stop < self.start:
+                raise InputError("stop", self.stop, f"an instant not before start ({self.start!r})")
+            if self.count == 1 and self.stop != self.start:
+                raise InputError("count", 1, "at least 2 where stop is after start")
+            needed = needed | {"step", "count"}
+        for name in type(self).model_fields:
+            if name not in needed and getattr(self, name) is not None:
+                raise InputError(name, getattr(self, name), f"no {name} beside {form}")
+        return self
+
+    @property
+    def samples(self) -> int:
+        """How many instants, without building them."""
+        if self.elapsed is not None:
+            return len(self.elapsed)
+        if self.dates is not None:
+            return len(self.dates)
+        if self.count is not None:
+            return self.count
+        intervals = (self.stop - self.start) / self.step
+        if not intervals < 2**53:
+            raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
+        return math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
+
+    def build(self, epoch: Time | None) -> Instants:
+        if self.dates is not None:
+            if epoch is None:
+                raise InputError("times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from")
+            dates = [_parse_time(date, self.scale, f"times.dates[{i}]") for i, date in enumerate(self.dates)]
+            return elapsed.instants(Time(dates), epoch, "times.dates")
+        unit = units.parse_unit(self.unit or "", units.SECOND, "times.unit")
+        if self.elapsed is not None:
+            seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit)
+        else:
+            seconds, rest = elapsed.grid(self.start, self.stop, self.step or 0.0, self.samples, unit)
+        return Instants(seconds, rest if rest.any() else None, epoch)
+
+
+class Scene(Part):
+    """A body, its state at an epoch, instants, and the effects to simulate.
+
+    `Scene.read(path)`, `Scene.builtin(name)`, `Scene.from_json(text)` and
+    `Scene.model_validate(dict)` raise InputError with the field's path for whatever is wrong.
+    """
+
+    name: str = ""
+    description: str = ""
+    body: Body
+    epoch: Epoch | None = None
+    frame: str = "ICRF"
+    attitude: Attitude
+    angular_velocity: AngularVelocity
+    times: Times
+    effects: list[Any] = []
+
+    @model_validator(mode="after")
+    def _check(self) -> Scene:
+        orientation.check_frame(self.frame)
+        for i, effect in enumerate(self.effects):
+            name = effect.get("type", effect) if isinstance(effect, dict) else effect
+            known = ", ".join(KNOWN_EFFECTS) or "none"
+            raise InputError(f"effects[{i}]", name, f"an effect that this version simulates ({known})")
+        return self
+
+    def __init__(self, **document: Any):
+        with _document_errors():
+            super().__init__(**document)
+
+    @classmethod
+    def model_validate(cls, document: Any, **options: Any) -> Scene:
+        with _document_errors():
+            return super().model_validate(document, **options)
+
+    @classmethod
+    def from_json(cls, text: str | bytes, source: str = "document") -> Scene:
+        """From JSON text.  Refuses NaN, Infinity and keys given twice, which JSON readers let pass."""
+        return cls.model_validate(_parse_json(text, source))
+
+    @classmethod
+    def read(cls, path: str | Path) -> Scene:
+        """From a JSON file."""
+        try:
+            text = Path(path).read_bytes()
+        except OSError as error:
+            raise FormatError(f"cannot be read ({error.strerror})", str(path)) from None
+        return cls.from_json(text, str(path))
+
+    @classmethod
+    def builtin(cls, name: str) -> Scene:
+        """One of the scenes that come with the package."""
+        if name not in builtin_names():
+            raise InputError("scene", name, f"a built-in scene, one of {', '.join(builtin_names())}")
+        text = resources.files("attitude").joinpath("scenes", f"{name}.json").read_bytes()
+        return cls.from_json(text, name)
+
+    def to_json(self) -> str:
+        """The document as JSON text; `from_json` of it is this scene."""
+        return json.dumps(self.document(), indent=2, ensure_ascii=False)
+
+    def document(self) -> dict[str, Any]:
+        """The document as plain data, without what was left out."""
+        return self.model_dump(exclude_unset=True)
+
+    def motion(self) -> TorqueFreeMotion:
+        """The motion at the document's epoch."""
+        epoch = self.epoch.build() if self.epoch is not None else None
+        body, attitude, rate = self.body.build(), self.attitude.build(), self.angular_velocity.build()
+        return TorqueFreeMotion(body, attitude, rate, epoch, order="wxyz", frame=self.frame)
+
+    def run(self, max_samples: int | None = None) -> Ephemeris:
+        """Simulate what the document asks for.
+
+        Raises InputError where a value cannot be taken, or where there are more than
+        `max_samples` instants.
+        """
+        if max_samples is not None and self.times.samples > max_samples:
+            raise InputError("times", f"{self.times.samples} samples", f"at most {max_samples} samples")
+        motion = self.motion()
+        ephemeris = motion.ephemeris(self.times.build(motion.epoch))
+        ephemeris.name = self.name
+        return ephemeris
+
+
+def builtin_names() -> list[str]:
+    """Names of the scenes that come with the package, sorted."""
+    folder = resources.files("attitude").joinpath("scenes")
+    return sorted(entry.name.removesuffix(".json") for entry in folder.iterdir() if entry.name.endswith(".json"))
+
+
+# -- checks the parts share ---------------------------------------------------------------------
+
+
+def _exactly_one(part: Part, names: tuple[str, ...]) -> str:
+    given = [name for name in names if getattr(part, name) is not None]
+    if len(given) != 1:
+        raise InputError("", " and ".join(given) or None, f"exactly one of {', '.join(names)}")
+    return given[0]
+
+
+def _parse_time(text: str, scale: str | None, field: str) -> Time:
+    try:
+        return Time(text, scale=scale)
+    except ValueError:
+        raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)") from None
+
+
+def _from_matrix(matrix: np.ndarray) -> np.ndarray:
+    off = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    if off > orientation.UNIT_TOLERANCE or np.linalg.det(matrix) < 0.0:
+        raise InputError("attitude.matrix", matrix.tolist(), "a proper rotation matrix, orthonormal within 1e-6")
+    return Rotation.from_matrix(matrix).as_quat(scalar_first=True)
+
+
+class _field_named:
+    """Gives an error from the library the name that its field has in the document."""
+
+    def __init__(self, inside: str, outside: str):
+        self.inside, self.outside = inside, outside
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, kind: Any, error: Any, traceback: Any) -> None:
+        if isinstance(error, InputError):
+            tail = error.field[error.field.index("[") :] if "[" in error.field else ""
+            raise InputError(self.outside + tail, error.value, error.expected) from None
+
+
+# -- documents that are wrong ---------------------------------------------------------------------
+
+
+def _parse_json(text: str | bytes, source: str) -> Any:
+    try:
+        return json.loads(text, object_pairs_hook=_without_twins, parse_constant=_no_constant)
+    except json.JSONDecodeError as error:
+        raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
+    except UnicodeDecodeError:
+        raise FormatError("not JSON: not UTF-8 text", source) from None
+    except RecursionError:
+        raise FormatError("not JSON that can be read: nested too deeply", source) from None
+    except AttitudeError:
+        raise
+    except ValueError as error:  # an integer of thousands of digits
+        raise FormatError(f"not JSON that can be read: {error}", source) from None
+
+
+def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    document = dict(pairs)
+    if len(document) < len(pairs):
+        names = [name for name, _ in pairs]
+        twin = next(name for name in names if names.count(name) > 1)
+        raise InputError(twin, "the key twice", "each key once")
+    return document
+
+
+def _no_constant(name: str) -> float:
+    raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)")
+
+
+class _document_errors:
+    """Turns pydantic's errors into one InputError that names the first field and counts the others."""
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, kind: Any, error: Any, traceback: Any) -> None:
+        if isinstance(error, ValidationError):
+            raise _input_error(error) from None
+
+
+def _input_error(error: ValidationError) -> InputError:
+    faults = [_fault(details) for details in error.errors(include_url=False)]
+    first = faults[0]
+    if len(faults) > 1:
+        others = ", ".join(dict.fromkeys(fault.field for fault in faults[1:6]))
+        first = InputError(first.field, first.value, first.expected)
+        first.args = (f"{first} (also: {others})",)
+    return first
+
+
+def _fault(details: Any) -> InputError:
+    field = ""
+    for step in details["loc"]:
+        field += f"[{step}]" if isinstance(step, int) else (f".{step}" if field else str(step))
+    cause = details.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):  # raised by a check of ours, relative to its part
+        inner = ".".join(part for part in (field, cause.field) if part)
+        return InputError(inner or "document", cause.value, cause.expected)
+    found = None if details["type"] == "missing" else details["input"]
+    return InputError(field or "document", found, _expected(details))
+
+
+def _expected(details: Any) -> str:
+    kind, context = details["type"], details.get("ctx", {})
+    if kind == "missing":
+        return "a value (the field is required)"
+    if kind == "extra_forbidden":
+        return "no such key (unknown keys are refused)"
+    if kind in ("too_short", "too_long"):
+        least, most = context.get("min_length"), context.get("max_length")
+        wanted = least if least is not None else most
+        return f"{wanted} elements" if details["loc"] and details["loc"][-1] not in ("elapsed", "dates") else "at least one"
+    if kind == "literal_error":
+        return f"one of {context['expected']}"
+    return str(details["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
+
+
