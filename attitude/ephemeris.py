@@ -101,6 +101,11 @@ class Ephemeris:
         return Rotation.from_quat(self.quaternion("xyzw"))
 
     @property
+    def has_rate(self) -> bool:
+        """Whether there is a body rate to ask for (a file may hold attitudes only)."""
+        return self._rate is not None
+
+    @property
     def angular_velocity(self) -> np.ndarray:
         """(..., 3), rad/s, body components; computed when first asked for."""
         if callable(self._rate):

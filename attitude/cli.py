@@ -1,0 +1,140 @@
+"""The command `attitude`: run a scene, list the built-in ones, serve.
+
+Bad input is one line on standard error and exit code 2.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import __version__
+from .errors import AttitudeError, FormatError, InputError
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+BAD_INPUT = 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        options.command(options)
+        sys.stdout.flush()
+    except AttitudeError as error:
+        print(f"attitude: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="attitude", description="Exact attitude ephemerides of freely rotating bodies."
+    )
+    parser.add_argument("--version", action="version", version=f"attitude {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="simulate a scene", description="Simulate a scene and write its ephemeris.")
+    run.add_argument("scene", metavar="SCENE", help='a scene document (JSON file, "-" for standard input) or built-in name')
+    run.add_argument("-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)')
+    run.add_argument("-f", "--format", metavar="F", help="ecsv, csv or json; by default from FILE's ending, else csv")
+    run.add_argument("-q", "--quiet", action="store_true", help="no progress and no summary on standard error")
+    run.set_defaults(command=_run)
+
+    scenes = commands.add_parser("scenes", help="list the built-in scenes, or print one")
+    scenes.add_argument("name", nargs="?", metavar="NAME", help="print this scene's document")
+    scenes.set_defaults(command=_scenes)
+
+    serve = commands.add_parser("serve", help="serve over HTTP")
+    serve.add_argument("--host", help="address to listen on (ATTITUDE_HOST; 127.0.0.1)")
+    serve.add_argument("--port", type=int, help="port to listen on (ATTITUDE_PORT; 8000)")
+    serve.set_defaults(command=_serve)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> None:
+    from . import formats
+
+    format = options.format or ("csv" if options.output == formats.STANDARD_STREAM else None)
+    formats.check(options.output, format)
+    scene = _scene(options.scene)
+    say = _silent if options.quiet else _to_terminal
+    say(f"{scene.name or options.scene}: {scene.times.samples} samples")
+    motion = scene.motion()
+    say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
+    ephemeris = scene.run()
+    formats.write(ephemeris, options.output, format, _progress(say))
+
+
+def _scene(name: str) -> Scene:
+    """A document by its path, "-" for standard input, or a built-in scene by its name."""
+    from .scene import Scene, builtin_names
+
+    if name == "-":
+        return Scene.from_json(sys.stdin.buffer.read(), "standard input")
+    if Path(name).exists():
+        return Scene.read(name)
+    if name in builtin_names():
+        return Scene.builtin(name)
+    if Path(name).suffix == ".json" or os.sep in name:
+        raise FormatError("no such file", name)
+    raise InputError("SCENE", name, f"a file, or a built-in scene ({', '.join(builtin_names())})")
+
+
+def _silent(text: str) -> None:
+    pass
+
+
+def _to_terminal(text: str) -> None:
+    """Remarks go to standard error, and only where a person sees them."""
+    if sys.stderr.isatty():
+        print(f"attitude: {text}", file=sys.stderr)
+
+
+def _progress(say: Callable[[str], None]) -> Callable[[float], None]:
+    """Says each further tenth of a long run once."""
+    said = 0
+
+    def progress(done: float) -> None:
+        nonlocal said
+        if int(done * 10) > said and (done < 1.0 or said):
+            said = int(done * 10)
+            say(f"written {said * 10} %")
+
+    return progress
+
+
+def _scenes(options: argparse.Namespace) -> None:
+    from .scene import Scene, builtin_names
+
+    if options.name is not None:
+        print(Scene.builtin(options.name).to_json())
+        return
+    for name in builtin_names():
+        scene = Scene.builtin(name)
+        print(f"{name:<14}{scene.name}. {scene.description}")
+
+
+def _serve(options: argparse.Namespace) -> None:
+    try:
+        from service.app import serve
+    except ModuleNotFoundError as error:
+        if error.name in ("fastapi", "uvicorn", "starlette"):
+            message = f"the service needs {error.name}: pip install 'attitude[service]'"
+            raise AttitudeError(message) from None
+        raise
+    serve(options.host, options.port)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+"""The columnar JSON answer: metadata, then one list a column; the service sends these very bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import orjson
+
+from ..errors import FormatError
+from . import parts
+
+if TYPE_CHECKING:
+    from ..ephemeris import Ephemeris
+    from ..motion import TorqueFreeMotion
+
+
+def dumps(ephemeris: Ephemeris) -> bytes:
+    """The whole answer as JSON text; floats in their shortest form that reads back to the same bits."""
+    table = {name: _plain(values) for name, values in parts.columns(ephemeris).items()}
+    return _dump({**parts.metadata(ephemeris), "columns": table})
+
+
+def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[bytes]:
+    yield dumps(ephemeris) + b"\n"
+    progress(1.0)
+
+
+def parse(text: bytes, source: str) -> Ephemeris:
+    try:
+        answer = orjson.loads(text)
+    except orjson.JSONDecodeError as error:
+        raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
+    if not isinstance(answer, dict) or not isinstance(answer.get("columns"), dict):
+        raise FormatError("not an ephemeris: no columns", source)
+    table = {name: values for name, values in answer["columns"].items() if name != parts.TIME}
+    return parts.ephemeris_from(answer, table, source)
+
+
+def motion_summary(motion: TorqueFreeMotion, name: str = "") -> bytes:
+    """Constants and periods of one motion as JSON; what does not exist for it (a period without end) is null."""
+    summary: dict[str, Any] = {
+        "name": name,
+        "regime": motion.regime,
+        "frame": motion.frame,
+        "principal_moments_kg_m2": motion.body.moments,
+        "angular_momentum_kg_m2_rad_s": motion.angular_momentum,
+        "kinetic_energy_J": motion.kinetic_energy,
+        "polhode_period_s": motion.polhode_period,
+        "mean_precession_rate_rad_s": motion.mean_precession_rate,
+        "spin_axis_precession_rate_rad_s": motion.spin_axis_precession_rate,
+        "nutation_range_rad": motion.nutation_range,
+        "constants": _paper_constants(motion),
+    }
+    return _dump({key: _plain(value) for key, value in summary.items()})
+
+
+def _paper_constants(motion: TorqueFreeMotion) -> dict[str, Any] | None:
+    if motion.regime == "constant_rate":
+        return None
+    constants = motion.constants
+    return {
+        "m": _plain(constants.m),
+        "K": _plain(constants.K),
+        "K_prime": _plain(constants.K_prime),
+        "q": _plain(constants.q),
+        "omega_p_rad_s": _plain(constants.omega_p),
+        "epsilon": _plain(constants.epsilon),
+        "eta": _plain(constants.eta),
+        "A1_rad": _plain(constants.A1),
+        "A2_rad_s": _plain(constants.A2),
+    }
+
+
+def _plain(value: Any) -> Any:
+    """What orjson writes directly: contiguous arrays, lists of text, and null for an infinite scalar."""
+    if isinstance(value, np.ndarray) and value.dtype.kind == "S":
+        return value.astype("U").tolist()
+    if isinstance(value, np.ndarray) and value.ndim:
+        return np.ascontiguousarray(value)
+    if isinstance(value, (float, np.floating, np.ndarray)):
+        number = float(value)
+        return number if np.isfinite(number) else None
+    return value
+
+
+def _dump(document: dict[str, Any]) -> bytes:
+    return orjson.dumps(document, option=orjson.OPT_SERIALIZE_NUMPY)
