@@ -1,0 +1,1 @@
+"""Attitude and rate of torque-free bodies to fifty digits, by routes independent of the library."""

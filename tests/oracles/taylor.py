@@ -1,0 +1,320 @@
+"""Route 1: Taylor series of Euler's equations, continued to any horizon by the period map.
+
+No elliptic or theta function appears. With gamma = Lb / L and a_i = 1/I_i,
+
+    gamma1' = L (a3 - a2) gamma2 gamma3  (and cyclic),     q' = q omega / 2,     omega_i = L a_i gamma_i.
+
+A rotation about the momentum at the rate L a_mid is taken out of q exactly,
+
+    q = q0 exp(gamma(0) L a_mid t / 2) p,
+    p' = p w / 2,    w_i = L (a_i - a_mid) gamma_i,    p(0) = 1,
+
+so that a nearly spherical body needs no more steps than any other. gamma has a period T, after which
+p(T) = exp(gamma(0) angle / 2); hence p(t + n T) = p(T)^n p(t), for any n, and its sign is the continuous one.
+
+Numbers are integers scaled by 2^bits; time is in units of 1 / (L (a_max - a_min)): no rate exceeds one.
+"""
+
+from functools import lru_cache
+from math import ceil, log
+from operator import mul
+from typing import NamedTuple
+
+from mpmath import mp, mpf
+
+try:
+    from gmpy2 import mpz
+except ImportError:
+    mpz = int
+
+from .exact import circulation, decades, elapsed, fractions, half_turn, multiply, normalised, real
+
+GUARD_DIGITS = 28
+MAX_STEP = 2.0
+MAX_STEPS = 20_000
+# Beside the separatrix errors grow as exp(u), and u is less than the time in rate units.
+SEPARATRIX_DIGITS = 60
+
+
+def attitude_and_rate(moments, omega, q0, t, digits=50):
+    """Attitude and body rate after time t; arguments and results as in `theta.attitude_and_rate`.
+
+    Beyond one period the period map is used. On the separatrix plain Taylor steps reach t, or an
+    ArithmeticError tells that it is too many time constants away. Rest, a sphere and pure spin have nothing
+    to step: there q = q0 exp(omega t / 2).
+    """
+    return motion(fractions(moments), fractions(omega), digits).at(t, q0)
+
+
+def integrate(moments, omega, q0, t, digits=50):
+    """As `attitude_and_rate`, but stepping all the way to t, over however many periods."""
+    return motion(fractions(moments), fractions(omega), digits).at(t, q0, by_period=False)
+
+
+@lru_cache(maxsize=256)
+def motion(moments, omega, digits=50):
+    """The `TaylorMotion` of a body, from Fractions; keeps the steps that it has made."""
+    return TaylorMotion(moments, omega, digits)
+
+
+class Step(NamedTuple):
+    """Scaled Taylor coefficients of (gamma, p) over one step; argument (t - start) / scale in [0, length]."""
+
+    start: object
+    scale: object
+    length: object
+    series: list
+
+
+class TaylorMotion:
+    """Solution of Euler's equations and of the attitude relative to the start, as stored Taylor steps."""
+
+    def __init__(self, moments, omega, digits):
+        self.moments, self.omega, self.digits = moments, omega, digits
+        self.regime, self.mid_axis, self.polar_axis, self.polar_sign, lost = _character(moments, omega)
+        self.bits = ceil((digits + GUARD_DIGITS + lost) * 3.3219281) + 8
+        self.order = ceil(self.bits * log(2) / 2)
+        self.steps = {1: [], -1: []}
+        self.period_map = None
+        if self.regime != "constant_rate":
+            with mp.workprec(self.bits + 64):
+                self._set_rates()
+
+    def _set_rates(self):
+        a = [1 / moment for moment in self.moments]
+        spread = max(a) - min(a)
+        momentum = [moment * rate for moment, rate in zip(self.moments, self.omega, strict=True)]
+        self.L = mp.sqrt(real(sum(component * component for component in momentum)))
+        self.gamma0 = [real(component) / self.L for component in momentum]
+        self.rate_unit = self.L * real(spread)
+        self.mean_rate = self.L * real(a[self.mid_axis])
+        self.inverse = [real(component) for component in a]
+        self.gamma_rates = [real((a[(k + 2) % 3] - a[(k + 1) % 3]) / spread) for k in range(3)]
+        self.p_rates = [real((component - a[self.mid_axis]) / spread) for component in a]
+
+    # Steps
+
+    def fixed(self, value):
+        """mpf to integer scaled by 2^bits."""
+        return mpz(int(mp.nint(mp.ldexp(value, self.bits))))
+
+    def real(self, integer):
+        return mp.ldexp(mpf(int(integer)), -self.bits)
+
+    def initial_state(self):
+        one = mpz(1) << self.bits
+        return [self.fixed(component) for component in self.gamma0] + [one, mpz(0), mpz(0), mpz(0)]
+
+    def series(self, state, scale):
+        """Taylor coefficients of (gamma, p) in (t - start) / scale, as integers scaled by 2^bits."""
+        bits, x, y = self.bits, (self.mid_axis + 1) % 3, (self.mid_axis + 2) % 3
+        k1, k2, k3 = (self.fixed(rate * scale) for rate in self.gamma_rates)
+        wx, wy = self.fixed(self.p_rates[x] * scale / 2), self.fixed(self.p_rates[y] * scale / 2)
+        g1, g2, g3, p0, *p123 = ([component] for component in state)
+        gammas, (px, py, pm) = (g1, g2, g3), (p123[x], p123[y], p123[self.mid_axis])
+        g2_back, g3_back, wx_back, wy_back = [g2[0]], [g3[0]], [], []
+        for n in range(1, self.order + 1):
+            # a convolution is a product of one list with the other one backwards
+            wx_back.insert(0, (wx * gammas[x][-1]) >> bits)
+            wy_back.insert(0, (wy * gammas[y][-1]) >> bits)
+            next1 = (k1 * (_dot(g2, g3_back) >> bits) >> bits) // n
+            next2 = (k2 * (_dot(g1, g3_back) >> bits) >> bits) // n
+            next3 = (k3 * (_dot(g1, g2_back) >> bits) >> bits) // n
+            next0 = ((-_dot(px, wx_back) - _dot(py, wy_back)) >> bits) // n
+            nextx = ((_dot(p0, wx_back) - _dot(pm, wy_back)) >> bits) // n
+            nexty = ((_dot(p0, wy_back) + _dot(pm, wx_back)) >> bits) // n
+            nextm = ((_dot(px, wy_back) - _dot(py, wx_back)) >> bits) // n
+            g1.append(next1), g2.append(next2), g3.append(next3)
+            g2_back.insert(0, next2), g3_back.insert(0, next3)
+            p0.append(next0), px.append(nextx), py.append(nexty), pm.append(nextm)
+        return [g1, g2, g3, p0, *p123]
+
+    def next_step(self, direction):
+        """Append a step forward (1) or backward (-1), as long as its own coefficients allow."""
+        steps = self.steps[direction]
+        if len(steps) >= MAX_STEPS:
+            raise ArithmeticError(f"{MAX_STEPS} Taylor steps do not reach the time asked for")
+        if steps:
+            last = steps[-1]
+            start, state = last.start + last.scale * last.length, self.evaluate(last, last.length)
+            trial = 1.5 * abs(last.scale) * last.length
+        else:
+            start, state, trial = mpf(0), self.initial_state(), mpf(1)
+        scale = direction * min(trial, self.longest_step(state))
+        series = self.series(state, scale)
+        tail = max(abs(coefficient) for component in series for coefficient in component[-2:])
+        # |c_N| length^N stays below one unit of the last place
+        length = min(mpf(1), mpf(2) ** (-mpf(int(tail).bit_length()) / self.order))
+        steps.append(Step(start, scale, length, series))
+
+    def longest_step(self, state):
+        """A time in which neither gamma_mid has two zeros nor alpha makes half a turn.
+
+        No rate exceeds one, so a motion that starts at sine rho from the middle axis stays log(1/rho).
+        """
+        off = [self.real(abs(state[k])) for k in range(3) if k != self.mid_axis]
+        return MAX_STEP - mp.log(max(*off, mpf(2) ** -self.bits))
+
+    def evaluate(self, step, argument):
+        """(gamma, p) as integers, at (t - start) / scale = argument in [0, 1]."""
+        x, bits = self.fixed(argument), self.bits
+        values = []
+        for component in step.series:
+            value = mpz(0)
+            for coefficient in reversed(component):
+                value = (value * x >> bits) + coefficient
+            values.append(value)
+        return values
+
+    def state(self, time):
+        """(gamma, p) as integers at a time in rate units, stepping until it is reached."""
+        steps = self.steps[1 if time >= 0 else -1]
+        while not steps or abs(steps[-1].start + steps[-1].scale * steps[-1].length) < abs(time):
+            self.next_step(1 if time >= 0 else -1)
+        low, high = 0, len(steps) - 1
+        while low < high:
+            middle = (low + high + 1) // 2
+            low, high = (middle, high) if abs(steps[middle].start) <= abs(time) else (low, middle - 1)
+        step = steps[low]
+        return self.evaluate(step, (time - step.start) / step.scale)
+
+    # Period map
+
+    def period(self):
+        """(T in rate units, angle): p(T) = exp(gamma(0) angle / 2), the angle continuous from 0."""
+        if self.period_map is None:
+            with mp.workprec(self.bits + 64):
+                first, second = self._crossings()
+                period = 2 * (second - first)
+                gamma = [self.real(component) for component in self.state(period)[:3]]
+                closure = max(abs(now - then) for now, then in zip(gamma, self.gamma0, strict=True))
+                if closure > mpf(10) ** -(self.digits + 10):
+                    raise ArithmeticError(f"the momentum misses its start by {mp.nstr(closure, 5)}")
+                self.period_map = period, self._angle(period)
+        return self.period_map
+
+    def _crossings(self):
+        """Times of two successive zeros of gamma_mid, which are half a period apart."""
+        found, number = [], 0
+        while len(found) < 2:
+            if number == len(self.steps[1]):
+                self.next_step(1)
+            step = self.steps[1][number]
+            number += 1
+            before = step.series[self.mid_axis][0]
+            after = self.evaluate(step, step.length)[self.mid_axis]
+            if before == 0 or ((before < 0) != (after < 0) and after != 0):
+                found.append(step.start + step.scale * self._root(step))
+        return found
+
+    def _root(self, step):
+        """Newton's method for gamma_mid = 0 within a step, from a bisected start."""
+        series = step.series[self.mid_axis]
+        if series[0] == 0:
+            return mpf(0)
+        slope = [n * coefficient for n, coefficient in enumerate(series)][1:]
+        low, high = mpf(0), step.length
+        for _ in range(12):
+            middle = (low + high) / 2
+            before = (self._horner(series, middle) < 0) == (series[0] < 0)
+            low, high = (middle, high) if before else (low, middle)
+        root = (low + high) / 2
+        for _ in range(ceil(log(self.bits) / log(2))):
+            root -= mpf(int(self._horner(series, root))) / int(self._horner(slope, root))
+        return root
+
+    def _horner(self, series, argument):
+        x, value = self.fixed(argument), mpz(0)
+        for coefficient in reversed(series):
+            value = (value * x >> self.bits) + coefficient
+        return value
+
+    def _angle(self, period):
+        """Twice the continuous growth of arg alpha over a period.
+
+        alpha = r0 + i r_polar for r(t) = r(0) p(t), where r(0) turns gamma(0) into the axis circulated about:
+        |alpha|^2 = (1 + |gamma_polar|) / 2 never vanishes, and no step turns it by half a turn.
+        """
+        axis = [mpf(self.polar_sign * int(k == self.polar_axis)) for k in range(3)]
+        g, e = self.gamma0, axis
+        cross = (g[1] * e[2] - g[2] * e[1], g[2] * e[0] - g[0] * e[2], g[0] * e[1] - g[1] * e[0])
+        start = (1 + sum(a * b for a, b in zip(g, e, strict=True)), *cross)
+        times = [step.start for step in self.steps[1] if step.start < period] + [period]
+        total, previous = mpf(0), None
+        for time in times:
+            r = multiply(start, [self.real(component) for component in self.state(time)[3:]])
+            argument = mp.atan2(sum(a * b for a, b in zip(r[1:], axis, strict=True)), r[0])
+            if previous is not None:
+                total += (argument - previous + mp.pi) % (2 * mp.pi) - mp.pi
+            previous = argument
+        return 2 * total
+
+    # What callers ask
+
+    def at(self, t, q0, by_period=True):
+        """Attitude (wxyz, continuous, q(0) = q0) and body rate at time t."""
+        t = elapsed(t)
+        with mp.workprec(self.bits + 64):
+            if self.regime == "constant_rate":
+                return self._constant_rate(t, normalised(q0))
+            time = real(t) * self.rate_unit
+            turn = self.mean_rate * real(t)
+            if by_period and self.regime != "separatrix":
+                period, angle = self.period()
+                cycles = mp.floor(time / period)
+                time, turn = time - cycles * period, turn + cycles * angle
+            elif self.regime == "separatrix" and abs(time) > SEPARATRIX_DIGITS * mp.ln10:
+                raise ArithmeticError(f"on the separatrix {mp.nstr(time, 5)} rate units are too many")
+            state = [self.real(component) for component in self.state(time)]
+            attitude = multiply(half_turn(self.gamma0, turn / 2), state[3:])
+            rate = tuple(self.L * a * gamma for a, gamma in zip(self.inverse, state[:3], strict=True))
+            return multiply(normalised(q0), attitude), rate
+
+    def _constant_rate(self, t, q0):
+        rate = tuple(real(component) for component in self.omega)
+        speed = mp.sqrt(sum(component * component for component in rate))
+        if not speed:
+            return q0, rate
+        return multiply(q0, half_turn([component / speed for component in rate], speed * real(t) / 2)), rate
+
+    def polhode_period(self):
+        """Period of the body-frame momentum, s."""
+        with mp.workprec(self.bits + 64):
+            return self.period()[0] / self.rate_unit
+
+    def turn_per_period(self):
+        """Continuous angle about the momentum by which q(t + T) is turned from q(t), rad."""
+        with mp.workprec(self.bits + 64):
+            return self.period()[1] + self.mean_rate * self.polhode_period()
+
+    def precession_period(self, axis=None):
+        """Mean time in which a body axis goes once round the momentum, s; negative if against it.
+
+        The axis of least moment unless told: the long axis of an asteroid, in either mode. In a polhode
+        period the axis circulated about goes a turn more, or less, than `turn_per_period`; the others that.
+        """
+        if axis is None:
+            axis = self.moments.index(min(self.moments))
+        with mp.workprec(self.bits + 64):
+            further = 0
+            if axis == self.polar_axis:
+                # gamma goes round the axis of least moment positively, so the body spins about it negatively
+                further = 1 if self.moments[axis] == max(self.moments) else -1
+            return 2 * mp.pi * self.polhode_period() / (self.turn_per_period() + further * 2 * mp.pi)
+
+
+def _dot(forward, backward):
+    return sum(map(mul, forward, backward))
+
+
+def _character(moments, omega):
+    """Regime, middle axis, axis circulated about with its sign, and decimal digits that the motion loses."""
+    found = circulation(moments, omega)
+    if found.regime == "constant_rate":
+        return found.regime, 1, 2, 1, 0
+    lost = decades(min(found.amplitude_squared[:2])) // 2 + 1
+    if found.regime == "separatrix":
+        lost += SEPARATRIX_DIGITS
+    elif found.regime != "symmetric":
+        lost += decades(found.m1)
+    return found.regime, found.axes[1], found.axes[2], found.signs[2], lost
