@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -94,6 +96,24 @@ class RigidBody:
         _check_moments(self.moments, field)
         for array in (self.tensor, self.moments, self.axes):
             array.flags.writeable = False
+
+    def broadcast_to(self, shape: tuple[int, ...]) -> RigidBody:
+        """The same bodies repeated to a batch of this shape, without copying."""
+        added = len(shape) - len(self.shape)
+        return self._each(lambda array: np.broadcast_to(array, shape + array.shape[len(shape) - added :]), shape)
+
+    def __getitem__(self, key: Any) -> RigidBody:
+        """Some of a batch's bodies, by index or slice of the batch dimensions."""
+        if not self.shape:
+            raise TypeError("a single body cannot be indexed")
+        return self._each(lambda array: array[key], np.empty(self.shape)[key].shape)
+
+    def _each(self, change: Callable[[np.ndarray], np.ndarray], shape: tuple[int, ...]) -> RigidBody:
+        part = copy(self)
+        part.shape = shape
+        for name in ("tensor", "moments", "axes", "_two_part_moments", "_two_part_axes"):
+            setattr(part, name, change(getattr(self, name)))
+        return part
 
     def __repr__(self) -> str:
         if self.shape:

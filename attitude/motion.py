@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -214,7 +215,12 @@ class TorqueFreeMotion:
 
     def __getitem__(self, key: Any) -> TorqueFreeMotion:
         """The motion of some of a batch's bodies, by index or slice of the batch dimensions."""
-        raise NotImplementedError
+        part = copy(self)
+        part.body = self.body.broadcast_to(self.shape)[key]
+        part.shape = part.body.shape
+        for name in ("_attitudes", "_rates", "_invariants"):
+            setattr(part, name, getattr(self, name)[key])
+        return part
 
     def __repr__(self) -> str:
         if self.shape:

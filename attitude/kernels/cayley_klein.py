@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from .doubledouble import two_product, two_sum
-from .intrinsics import bits_of, double_of, fma, kernel
+from .intrinsics import bits_of, double_of, fma, kernel, routine
 from .invariants import THETA
 
 # Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
@@ -33,7 +33,7 @@ COS4, COS6, COS8 = 64.9393940226683, -85.45681720668301, 60.24464136411913
 COS10, COS12, COS14 = -26.426254729094907, 7.903290410841581, -1.7008083860210004
 
 
-@kernel
+@routine
 def _phase(rate_hi, rate_lo, t, t_low):
     """rate * time in two parts; the first product is exact."""
     hi = rate_hi * t
@@ -41,7 +41,7 @@ def _phase(rate_hi, rate_lo, t, t_low):
     return hi, fma(rate_hi, t_low, fma(rate_lo, t, lo))
 
 
-@kernel
+@routine
 def _sine_cosine(turns, rest):
     """Sine and cosine of 2 pi (turns + rest), rest small: whole quarter turns drop out exactly.
 
@@ -72,7 +72,7 @@ def _sine_cosine(turns, rest):
     return s, c
 
 
-@kernel
+@routine
 def _exp_negative(x):
     """e^x for x <= 0, within an ulp; not below 1e-307, so that a division by it is safe."""
     x = max(x, -707.0)
@@ -92,12 +92,12 @@ def _exp_negative(x):
     return double_of(bits_of(p) + (bits_of(shifted) << 52))
 
 
-@kernel
+@routine
 def _cubic(p0, p1, p2, p3, w):
     return fma(w, fma(w, fma(w, p3, p2), p1), p0)
 
 
-@kernel
+@routine
 def _compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
     """Turn by the precession and normalise: the quaternion q_MP, in the order w, x, y, z."""
     norm2 = fma(alpha_re, alpha_re, alpha_im * alpha_im) + fma(beta_re, beta_re, beta_im * beta_im)
@@ -110,7 +110,7 @@ def _compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
     return w, x, y, z
 
 
-@kernel
+@routine
 def _momentum_direction(alpha_re, alpha_im, beta_re, beta_im):
     """gamma1 + i gamma2 = 2i conj(alpha) beta, gamma3 = abs(alpha)^2 - abs(beta)^2 (eq. 4)."""
     alpha2 = fma(alpha_re, alpha_re, alpha_im * alpha_im)
@@ -121,27 +121,27 @@ def _momentum_direction(alpha_re, alpha_im, beta_re, beta_im):
     return g1, g2, (alpha2 - beta2) * inverse
 
 
-@kernel
+@routine
 def _dot4(m0, m1, m2, m3, w, x, y, z):
     return fma(m0, w, fma(m1, x, fma(m2, y, m3 * z)))
 
 
-@kernel
+@routine
 def _dot3(m0, m1, m2, x, y, z):
     return fma(m0, x, fma(m1, y, m2 * z))
 
 
-@kernel
+@routine
 def _four(x):
     return x[0], x[1], x[2], x[3]
 
 
-@kernel
+@routine
 def _three(x):
     return x[0], x[1], x[2]
 
 
-@kernel
+@routine
 def _turned(frame, q):
     """The 4 by 4 frame matrix (four rows) on (w, x, y, z)."""
     return (
@@ -152,7 +152,7 @@ def _turned(frame, q):
     )
 
 
-@kernel
+@routine
 def _theta_pair(s, c, ar, ai, br, bi):
     """alpha from theta4 and beta from theta1 of v - ih, as polynomials in w = cos 2v (eqs. 21, 22)."""
     w = fma(c, c, -s * s)
@@ -161,7 +161,7 @@ def _theta_pair(s, c, ar, ai, br, bi):
     return alpha_re, alpha_im, s * _cubic(*br, w), c * _cubic(*bi, w)
 
 
-@kernel
+@routine
 def _transformed_pair(y, flip, parity, Q, ar, ai, br, bi):
     """The same two after the modular transform (eqs. 23, 25); flip = (-1)^n sign(y), parity = (-1)^n."""
     e = _exp_negative(-2.0 * abs(y))
@@ -172,7 +172,7 @@ def _transformed_pair(y, flip, parity, Q, ar, ai, br, bi):
     return alpha_re, alpha_im, beta_re, parity * fma(e, _cubic(*bi, far), _cubic(*bi, z))
 
 
-@kernel
+@routine
 def _since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
     """y less n half turns, to the nearest u = 0 (mod 2K); flip and parity of n as signs, and n."""
     shifted = fma(y, per_half_turn, ROUND)
@@ -183,7 +183,7 @@ def _since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
     return y, double_of(bits_of(math.copysign(1.0, y)) ^ odd), double_of(bits_of(1.0) ^ odd), n
 
 
-@kernel
+@routine
 def _half_turn(body):
     """Length of a half turn in y and its inverse; on the separatrix none is ever passed."""
     if body.per_half_turn == 0.0:
@@ -191,19 +191,19 @@ def _half_turn(body):
     return body.half_turn[0], body.half_turn[1], body.per_half_turn
 
 
-@kernel
+@routine
 def _series(body):
     return _four(body.alpha_re), _four(body.alpha_im), _four(body.beta_re), _four(body.beta_im)
 
 
-@kernel
+@routine
 def _outputs(body):
     """The frame matrix for quaternions and the matrix for rates, by rows."""
     F, W = body.frame, body.rate
     return (_four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])), (_three(W[0]), _three(W[1]), _three(W[2]))
 
 
-@kernel
+@routine
 def _sample_theta(body, b, t, t_low, quaternions, rates):
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     v_hi, v_lo, v0, v0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
@@ -227,7 +227,7 @@ def _sample_theta(body, b, t, t_low, quaternions, rates):
                 rates[j, b, i] = _dot3(*to_rate[j], *g)
 
 
-@kernel
+@routine
 def _sample_transformed(body, b, t, t_low, quaternions, rates):
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     y_hi, y_lo, y0, y0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from .intrinsics import fma, kernel
+from .intrinsics import fma, routine
 
 ZERO = (0.0, 0.0)
 ONE = (1.0, 0.0)
@@ -37,7 +37,7 @@ def _inverse_factorials(count):
 INVERSE_FACTORIAL = _inverse_factorials(24)
 
 
-@kernel
+@routine
 def two_sum(a, b):
     """a + b = hi + lo exactly."""
     hi = a + b
@@ -45,32 +45,32 @@ def two_sum(a, b):
     return hi, (a - (hi - t)) + (b - t)
 
 
-@kernel
+@routine
 def fast_two_sum(a, b):
     """a + b = hi + lo exactly, for abs(a) >= abs(b) or a = 0."""
     hi = a + b
     return hi, b - (hi - a)
 
 
-@kernel
+@routine
 def two_product(a, b):
     """a * b = hi + lo exactly (short of underflow)."""
     hi = a * b
     return hi, fma(a, b, -hi)
 
 
-@kernel
+@routine
 def neg(a):
     return -a[0], -a[1]
 
 
-@kernel
+@routine
 def scale(a, power_of_two):
     """Exact: the factor is a power of two."""
     return a[0] * power_of_two, a[1] * power_of_two
 
 
-@kernel
+@routine
 def add(a, b):
     s, e = two_sum(a[0], b[0])
     t, f = two_sum(a[1], b[1])
@@ -78,24 +78,24 @@ def add(a, b):
     return fast_two_sum(s, e + f)
 
 
-@kernel
+@routine
 def sub(a, b):
     return add(a, (-b[0], -b[1]))
 
 
-@kernel
+@routine
 def mul(a, b):
     p, e = two_product(a[0], b[0])
     e = fma(a[1], b[0], fma(a[0], b[1], fma(a[1], b[1], e)))
     return fast_two_sum(p, e)
 
 
-@kernel
+@routine
 def square(a):
     return mul(a, a)
 
 
-@kernel
+@routine
 def div(a, b):
     q1 = a[0] / b[0]
     r = sub(a, mul(b, (q1, 0.0)))
@@ -105,7 +105,7 @@ def div(a, b):
     return fast_two_sum(q, e + r[0] / b[0])
 
 
-@kernel
+@routine
 def sqrt(a):
     """Square root; zero gives zero."""
     if a[0] <= 0.0:
@@ -119,7 +119,7 @@ def sqrt(a):
     return fast_two_sum(s, e + r[0] / (2.0 * s))
 
 
-@kernel
+@routine
 def power_of_two_near(x):
     """The power of two in (abs(x)/2, abs(x)], and 1 for zero: multiplying by it is exact."""
     if x == 0.0:
@@ -127,7 +127,7 @@ def power_of_two_near(x):
     return math.ldexp(1.0, max(-1021, min(1020, math.frexp(x)[1] - 1)))
 
 
-@kernel
+@routine
 def hypot(a, b):
     """sqrt(a^2 + b^2) with no square leaving the range of a double."""
     unit = power_of_two_near(max(abs(a[0]), abs(b[0])))
@@ -136,7 +136,7 @@ def hypot(a, b):
     return scale(sqrt(add(square(x), square(y))), unit)
 
 
-@kernel
+@routine
 def exp(a):
     """e^a; zero where that is below the range of a double."""
     if a[0] < -745.0:
@@ -152,7 +152,7 @@ def exp(a):
     return math.ldexp(s[0], int(k)), math.ldexp(s[1], int(k))
 
 
-@kernel
+@routine
 def sin_cos(a):
     """Sine and cosine for abs(a) <= 2 rad."""
     r = scale(a, 1.0 / 16.0)

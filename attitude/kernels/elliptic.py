@@ -9,12 +9,12 @@ Source: DLMF 19.8(i) (AGM), 19.25.5 and 19.36(i) (R_F).
 import math
 
 from .doubledouble import ONE, PI, ZERO, add, div, mul, scale, sqrt, square, sub
-from .intrinsics import kernel
+from .intrinsics import routine
 
 HALF_PI = (PI[0] / 2.0, PI[1] / 2.0)
 
 
-@kernel
+@routine
 def quarter_period(complementary_modulus):
     """K = pi/2 / agm(1, k1); infinite (hi part) for k1 = 0."""
     if complementary_modulus[0] == 0.0:
@@ -27,7 +27,7 @@ def quarter_period(complementary_modulus):
     return div(HALF_PI, scale(add(a, g), 0.5))
 
 
-@kernel
+@routine
 def carlson_rf(root_x, root_y, root_z):
     """R_F(x, y, z) from the square roots of its arguments; at most one of them zero."""
     x, y, z = root_x, root_y, root_z
@@ -44,7 +44,7 @@ def carlson_rf(root_x, root_y, root_z):
     return div(_rf_series(x, y, mean), sqrt(mean))
 
 
-@kernel
+@routine
 def _rf_series(x, y, mean):
     """The symmetric series about the mean, through degree 7 (DLMF 19.36.1); the next term is 3e-32."""
     inverse = div(ONE, mean)

@@ -7,10 +7,10 @@ predicates", Discrete Comput. Geom. 18 (1997), section 2.
 """
 
 from .doubledouble import fast_two_sum, two_product, two_sum
-from .intrinsics import kernel
+from .intrinsics import routine
 
 
-@kernel
+@routine
 def grow(parts, count, x):
     """Add x to the expansion parts[:count]; returns the new count."""
     kept = 0
@@ -23,7 +23,7 @@ def grow(parts, count, x):
     return kept + 1
 
 
-@kernel
+@routine
 def add_product(parts, count, factors, work):
     """Add the exact product of the two-part numbers in `factors` (n, 2); returns the new count.
 
@@ -51,7 +51,7 @@ def add_product(parts, count, factors, work):
     return count
 
 
-@kernel
+@routine
 def two_part_value(parts, count):
     """The expansion's value as a pair."""
     hi, lo = 0.0, 0.0

@@ -32,7 +32,7 @@ from .doubledouble import (
 )
 from .elliptic import carlson_rf, quarter_period
 from .expansion import add_product, two_part_value
-from .intrinsics import kernel
+from .intrinsics import kernel, routine
 
 CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
 REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
@@ -135,13 +135,13 @@ def invariants(moments, axes, rates, attitudes, constant, out):
             _polhode_motion(moments[b], axes[b], rates[b], attitude, parts, work, factors, out[b])
 
 
-@kernel
+@routine
 def _store(field, value):
     field[0] = value[0]
     field[1] = value[1]
 
 
-@kernel
+@routine
 def _constant_rate(rate, attitude, out):
     """q = q0 exp(omega t / 2), eq. (30): the theta route with beta = 0."""
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
@@ -162,7 +162,7 @@ def _constant_rate(rate, attitude, out):
     out.gamma[2] = 1.0
 
 
-@kernel
+@routine
 def _polhode_motion(moments, axes, rate, attitude, parts, work, factors, out):
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
     inertia = _scaled_moments(moments)
@@ -189,7 +189,7 @@ def _polhode_motion(moments, axes, rate, attitude, parts, work, factors, out):
     _write_public(polhode, K, K_prime, u0, unit, out)
 
 
-@kernel
+@routine
 def _scaled_moments(moments):
     """Only ratios of moments reach the attitude: the greatest is brought to [1, 2)."""
     inverse = 1.0 / power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
@@ -200,14 +200,14 @@ def _scaled_moments(moments):
     )
 
 
-@kernel
+@routine
 def _principal_component(axis, rate, factor):
     total = mul((axis[0, 0], axis[0, 1]), (rate[0] * factor, 0.0))
     total = add(total, mul((axis[1, 0], axis[1, 1]), (rate[1] * factor, 0.0)))
     return add(total, mul((axis[2, 0], axis[2, 1]), (rate[2] * factor, 0.0)))
 
 
-@kernel
+@routine
 def _principal_rate(axes, rate, factor):
     return (
         _principal_component(axes[0], rate, factor),
@@ -216,12 +216,12 @@ def _principal_rate(axes, rate, factor):
     )
 
 
-@kernel
+@routine
 def _less(a, b):
     return a[0] < b[0] or (a[0] == b[0] and a[1] < b[1])
 
 
-@kernel
+@routine
 def _ascending(inertia):
     """Indices of the least, middle and greatest moment; equal moments keep their order."""
     lo, mid, hi = 0, 1, 2
@@ -234,7 +234,7 @@ def _ascending(inertia):
     return lo, mid, hi
 
 
-@kernel
+@routine
 def _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors):
     """sqrt(abs(D)) and the sign of D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2.
 
@@ -255,7 +255,7 @@ def _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors):
     return scale(sqrt(scale(D, sign)), together), sign
 
 
-@kernel
+@routine
 def _root_difference(I_i, I_j):
     """sqrt(abs(1/I_j - 1/I_i)) from the difference of the moments."""
     difference = sub(I_i, I_j)
@@ -264,7 +264,7 @@ def _root_difference(I_i, I_j):
     return div(sqrt(difference), mul(sqrt(I_i), sqrt(I_j)))
 
 
-@kernel
+@routine
 def _polhode(inertia, omega, first, mid, third, root_D):
     """Amplitudes, moduli and rate of gamma (theory, eqs. 6 to 11), and the signs of the axes."""
     I1, I2, I3 = inertia[first], inertia[mid], inertia[third]
@@ -291,7 +291,7 @@ def _polhode(inertia, omega, first, mid, third, root_D):
     return polhode, (sign1, sign2, sign3)
 
 
-@kernel
+@routine
 def _eta(polhode):
     """eta = F(atan(r32/r21) | m1) (eq. 14)."""
     third = hypot(polhode.r21, mul(polhode.k, polhode.r32))
@@ -299,14 +299,14 @@ def _eta(polhode):
     return mul(div(polhode.r32, polhode.r31), carlson_rf(roots[0], roots[1], ONE))
 
 
-@kernel
+@routine
 def _eta_complement(polhode):
     """K' - eta = F(atan(A3/A1) | m1) (eq. 15), whatever K'."""
     third = hypot(polhode.A1, mul(polhode.k, polhode.A3))
     return mul(polhode.A3, carlson_rf(polhode.A1, third, ONE))
 
 
-@kernel
+@routine
 def _nomes(polhode, K, K_prime, out):
     """q, E = exp(-2h) and E' = q/E (eq. 16): the nearer of the two poles is measured, the other follows."""
     over_K = div(PI, K)
@@ -324,7 +324,7 @@ def _nomes(polhode, K, K_prime, out):
     return q, E, E_prime
 
 
-@kernel
+@routine
 def _theta_phase_sum(q, E, E_prime):
     """sum_n (q^n E'^n - q^2n E^n) / (1 - q^4n), to the last of both parts (eq. 20)."""
     total = ZERO
@@ -339,7 +339,7 @@ def _theta_phase_sum(q, E, E_prime):
     return total
 
 
-@kernel
+@routine
 def _theta_terms(q, E, E_prime):
     """a_n, b_n of theta4 (n = 0..3) and c_k, d_k of theta1 (k = 0..3), relative to its first (eqs. 17, 18)."""
     q2 = square(q)
@@ -361,31 +361,31 @@ def _theta_terms(q, E, E_prime):
     return a, b, c, d
 
 
-@kernel
+@routine
 def _sum4(x):
     return add(add(x[0], x[1]), add(x[2], x[3]))
 
 
-@kernel
+@routine
 def _amplitudes(polhode, sum_alpha, sum_beta):
     """Factors that make abs(alpha)^2 = (1 + A3)/2 and abs(beta)^2 = (1 - A3)/2 at u = 0 (eq. 19)."""
     root = sqrt(scale(add(ONE, polhode.A3), 0.5))
     return div(root, sum_alpha), div(scale(div(polhode.A1, root), 0.5), sum_beta)
 
 
-@kernel
+@routine
 def _times(factor, x):
     return mul(factor, x[0]), mul(factor, x[1]), mul(factor, x[2]), mul(factor, x[3])
 
 
-@kernel
+@routine
 def _linear(w0, w1, w2, w3, x):
     """w0 x0 + w1 x1 + w2 x2 + w3 x3 with small whole weights."""
     total = add(mul(x[0], (w0, 0.0)), mul(x[1], (w1, 0.0)))
     return add(total, add(mul(x[2], (w2, 0.0)), mul(x[3], (w3, 0.0))))
 
 
-@kernel
+@routine
 def _powers(a, b, c, d):
     """From multiple angles to powers of w = cos 2v (eq. 22)."""
     alpha_re = (
@@ -410,12 +410,12 @@ def _powers(a, b, c, d):
     return alpha_re, alpha_im, beta_re, beta_im
 
 
-@kernel
+@routine
 def _polynomial(p, w):
     return add(p[0], mul(w, add(p[1], mul(w, add(p[2], mul(w, p[3]))))))
 
 
-@kernel
+@routine
 def _theta_series(polhode, K, K_prime, u0, out):
     """Section 4 of the theory: nome exp(-pi K'/K), argument v = pi u / 2K."""
     q, E, E_prime = _nomes(polhode, K, K_prime, out)
@@ -448,7 +448,7 @@ def _theta_series(polhode, K, K_prime, u0, out):
     )
 
 
-@kernel
+@routine
 def _transformed_phase_sum(x, Q):
     """tan x - 4 sum_n (-1)^n Q^2n / (1 - Q^2n) sin 2nx (eq. 26)."""
     sine, cosine = sin_cos(x)
@@ -466,7 +466,7 @@ def _transformed_phase_sum(x, Q):
     return total
 
 
-@kernel
+@routine
 def _transformed_terms(x, Q):
     """Q^(k^2) cos (2k+1)x and Q^(k^2) sin (2k+1)x for k = 0..3 (eq. 24)."""
     sine, cosine = sin_cos(x)
@@ -479,12 +479,12 @@ def _transformed_terms(x, Q):
     return (cosine, mul(Q, c1), mul(Q4, c2), mul(Q9, c3)), (sine, mul(Q, s1), mul(Q4, s2), mul(Q9, s3))
 
 
-@kernel
+@routine
 def _alternating(x):
     return x[0], neg(x[1]), x[2], neg(x[3])
 
 
-@kernel
+@routine
 def _transformed_series(polhode, K, K_prime, u0, out):
     """Section 5 of the theory: nome exp(-pi K / 2K'), argument y = pi u / 4K'; K may be infinite."""
     s = polhode.s
@@ -518,7 +518,7 @@ def _transformed_series(polhode, K, K_prime, u0, out):
     return Series(rate, y_rate, y0, alpha_re, alpha_im, beta_re, beta_im, alpha, beta)
 
 
-@kernel
+@routine
 def _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
     """alpha and beta at t = 0, with the turn by slip*y0 that the samples make too (eq. 25)."""
     size = y0 if y0[0] >= 0.0 else neg(y0)
@@ -536,14 +536,14 @@ def _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
     return alpha, beta
 
 
-@kernel
+@routine
 def _write_rates(series, unit, out):
     _store(out.precession, scale(series.precession, unit))
     _store(out.argument, scale(series.argument, unit))
     _store(out.argument0, series.argument0)
 
 
-@kernel
+@routine
 def _write_series(series, out):
     for i in range(4):
         out.alpha_re[i] = series.alpha_re[i][0]
@@ -552,7 +552,7 @@ def _write_series(series, out):
         out.beta_im[i] = series.beta_im[i][0]
 
 
-@kernel
+@routine
 def _signed_row(axes, row, sign):
     x = axes[row, 0, 0] * sign, axes[row, 0, 1] * sign
     y = axes[row, 1, 0] * sign, axes[row, 1, 1] * sign
@@ -560,7 +560,7 @@ def _signed_row(axes, row, sign):
     return x, y, z
 
 
-@kernel
+@routine
 def _principal_frame(axes, order, signs):
     """R_PB: axes 1, 2, 3 as rows, right-handed, turned so that gamma1 and gamma3 are not negative."""
     return (
@@ -570,7 +570,7 @@ def _principal_frame(axes, order, signs):
     )
 
 
-@kernel
+@routine
 def _write_frame(R_PB, series, attitude, out):
     """q(t) = q_IM * q_MP(t) * q_PB with q_IM from q(0), as one 4 by 4 matrix on q_MP (eq. 5)."""
     q_PB = quaternion.from_rotation_matrix(R_PB)
@@ -590,7 +590,7 @@ def _write_frame(R_PB, series, attitude, out):
             out.frame[i, column] = q[i][0]
 
 
-@kernel
+@routine
 def _write_body_rate(R_PB, spin_rates, unit, out):
     """omega_B = R_BP diag(L/I) gamma."""
     for i in range(3):
@@ -599,7 +599,7 @@ def _write_body_rate(R_PB, spin_rates, unit, out):
             out.rate[j, i] = mul(R_PB[i][j], spin_rates[i])[0] * unit
 
 
-@kernel
+@routine
 def _write_public(polhode, K, K_prime, u0, unit, out):
     amplitudes = (polhode.A1, polhode.A2, polhode.A3)
     for i in range(3):

@@ -4,7 +4,7 @@ import numpy as np
 
 from .doubledouble import ONE, ZERO, add, div, mul, neg, power_of_two_near, scale, sqrt, square, sub
 from .expansion import add_product
-from .intrinsics import kernel
+from .intrinsics import kernel, routine
 
 
 @kernel
@@ -43,18 +43,18 @@ def principal_axes(tensors, moments, axes):
             moments[b, i, 1] = matrix[i, i, 1]
 
 
-@kernel
+@routine
 def _get(matrix, i, j):
     return matrix[i, j, 0], matrix[i, j, 1]
 
 
-@kernel
+@routine
 def _set(matrix, i, j, value):
     matrix[i, j, 0] = value[0]
     matrix[i, j, 1] = value[1]
 
 
-@kernel
+@routine
 def _rotate(matrix, axes, i, j):
     """One Jacobi rotation in the plane (i, j), zeroing matrix[i, j]."""
     off = _get(matrix, i, j)
@@ -78,7 +78,7 @@ def _rotate(matrix, axes, i, j):
         _set(axes, j, k, add(mul(s, x), mul(c, y)))
 
 
-@kernel
+@routine
 def _jacobi_angle(a, b, off):
     """tan, cos, sin of the smaller angle that zeroes the off-diagonal element."""
     difference = sub(b, a)

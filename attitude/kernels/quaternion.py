@@ -9,10 +9,10 @@ Here in two parts, as tuples of pairs, for the constants; `cayley_klein` builds 
 """
 
 from .doubledouble import ONE, add, div, mul, neg, scale, sqrt, square, sub
-from .intrinsics import kernel
+from .intrinsics import routine
 
 
-@kernel
+@routine
 def product(p, q):
     w = sub(sub(mul(p[0], q[0]), mul(p[1], q[1])), add(mul(p[2], q[2]), mul(p[3], q[3])))
     x = add(add(mul(p[0], q[1]), mul(p[1], q[0])), sub(mul(p[2], q[3]), mul(p[3], q[2])))
@@ -21,19 +21,19 @@ def product(p, q):
     return w, x, y, z
 
 
-@kernel
+@routine
 def conjugate(q):
     return q[0], neg(q[1]), neg(q[2]), neg(q[3])
 
 
-@kernel
+@routine
 def normalised(q):
     norm2 = add(add(square(q[0]), square(q[1])), add(square(q[2]), square(q[3])))
     inverse = div(ONE, sqrt(norm2))
     return mul(q[0], inverse), mul(q[1], inverse), mul(q[2], inverse), mul(q[3], inverse)
 
 
-@kernel
+@routine
 def from_rotation_matrix(R):
     """The quaternion of a proper rotation matrix R (three rows of pairs), v' = R v.
 
