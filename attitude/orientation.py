@@ -64,7 +64,10 @@ def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:
 
 
 def rotate(wxyz: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """q v conj(q) = v + 2 w (r x v) + 2 r x (r x v), with r the vector part; broadcasts."""
+    """q v conj(q) / (q.q) = v + 2 (w (r x v) + r x (r x v)) / (q.q), r the vector part; broadcasts.
+
+    Dividing by the square of the length leaves no trace of its last-place error in the result.
+    """
     w, r = wxyz[..., :1], wxyz[..., 1:]
-    twice = 2.0 * np.cross(r, vector)
-    return vector + w * twice + np.cross(r, twice)
+    across = np.cross(r, vector) * (2.0 / (wxyz * wxyz).sum(axis=-1, keepdims=True))
+    return vector + w * across + np.cross(r, across)

@@ -57,6 +57,7 @@ INVARIANTS = np.dtype(
         ("alpha_im", "f8", 4),
         ("beta_re", "f8", 4),
         ("beta_im", "f8", 4),
+        ("direction", "f8", (4, 5)),  # gamma1, gamma2, gamma3 over the last row; or three factors
         ("frame", "f8", (4, 4)),  # q_IM * . * q_PB
         ("rate", "f8", (3, 3)),  # gamma -> body rate, rad/s
         # what users ask about
@@ -152,6 +153,7 @@ def _constant_rate(rate, attitude, out):
     out.route, out.regime = THETA, CONSTANT_RATE
     _store(out.precession, scale(mul(speed, PER_TURN), 0.5 * unit))
     out.alpha_re[0] = 1.0
+    out.direction[2, 0] = out.direction[3, 0] = 1.0
     for i in range(4):
         out.frame[i, 0] = attitude[i][0]
         out.frame[i, 3] = spin[i][0]
@@ -285,7 +287,9 @@ def _polhode(inertia, omega, first, mid, third, root_D):
     r32_S1 = mul(r32, S1)
     k, k1 = div(mul(S3, r21), r32_S1), div(mul(r31, S2), r32_S1)
     spin_rates = div(L, I1), div(L, I2), div(L, I3)
-    mean_rate = scale(sub(spin_rates[0], scale(mul(mul(square(r31), A3), L), s)), 0.5)
+    # a1 + a31 A3 = a1 (1 - A3) + a3 A3: for a needle a1 is huge and 1 - A3 as small
+    share1 = div(square(A1), add(ONE, A3))
+    mean_rate = scale(add(mul(spin_rates[0], share1), mul(spin_rates[2], A3)), 0.5)
     u_rate = mul(L, r32_S1)
     polhode = Polhode(s, gamma, r21, r31, r32, A1, A2, A3, k, k1, u_rate, spin_rates, mean_rate)
     return polhode, (sign1, sign2, sign3)
@@ -411,6 +415,69 @@ def _powers(a, b, c, d):
 
 
 @routine
+def _doubled(x):
+    """Coefficients of 1 + 2 x1 cos 2v + 2 x2 cos 4v + ... as powers of w = cos 2v."""
+    p0 = add(sub(ONE, scale(x[2], 2.0)), scale(x[4], 2.0))
+    p2 = sub(scale(x[2], 4.0), scale(x[4], 16.0))
+    return p0, sub(scale(x[1], 2.0), scale(x[3], 6.0)), p2, scale(x[3], 8.0), scale(x[4], 16.0)
+
+
+@routine
+def _alternate_signs(x):
+    return x[0], neg(x[1]), x[2], neg(x[3]), x[4]
+
+
+@routine
+def _odd_cosines(x):
+    """sum x_n cos (2n+1)v / cos v as powers of w; with every second sign changed, of sines in -w."""
+    p0 = add(sub(sub(x[0], x[1]), sub(x[2], x[3])), x[4])
+    p1 = add(sub(scale(x[1], 2.0), scale(x[2], 2.0)), sub(scale(x[4], 4.0), scale(x[3], 4.0)))
+    p2 = sub(sub(scale(x[2], 4.0), scale(x[3], 4.0)), mul(x[4], (12.0, 0.0)))
+    return p0, p1, p2, sub(scale(x[3], 8.0), scale(x[4], 8.0)), scale(x[4], 16.0)
+
+
+@routine
+def _sum5(x):
+    return add(add(add(x[0], x[1]), add(x[2], x[3])), x[4])
+
+
+@routine
+def _write_theta_direction(polhode, q, out):
+    """gamma = (A1 cn, s A2 sn, A3 dn) as theta quotients of nome q (eq. 31), made exact at u = 0 and K."""
+    q2 = square(q)
+    q4 = square(q2)
+    q6, q8, q9 = mul(q4, q2), square(q4), mul(square(q4), q)
+    even = (ONE, q, q4, q9, square(q8))  # q^(n^2)
+    odd = (ONE, q2, q6, square(q6), mul(square(q8), q4))  # q^(n(n+1))
+    theta3, theta2 = _doubled(even), _odd_cosines(odd)
+    theta4, theta1 = _alternate_signs(theta3), _alternate_signs(theta2)
+    at_zero2, at_zero3, at_zero4 = _sum5(theta2), _sum5(theta3), _sum5(theta4)
+    factor1 = mul(polhode.A1, div(at_zero4, at_zero2))
+    factor2 = mul(scale(polhode.A2, polhode.s), div(at_zero3, at_zero2))
+    factor3 = mul(polhode.A3, div(at_zero4, at_zero3))
+    for i in range(5):
+        out.direction[0, i] = mul(factor1, theta2[i])[0]
+        out.direction[1, i] = mul(factor2, theta1[i])[0]
+        out.direction[2, i] = mul(factor3, theta3[i])[0]
+        out.direction[3, i] = theta4[i][0]
+
+
+@routine
+def _write_transformed_direction(polhode, Q, out):
+    """Factors that make gamma's quotients (eq. 32) A1 and A3 at u = 0, and s A2 at u = K."""
+    Q2 = square(Q)
+    Q4 = square(Q2)
+    Q8 = square(Q4)
+    both, fourth = scale(Q2, 2.0), scale(Q8, 2.0)  # z = far = Q at u = 0
+    below = add(scale(add(ONE, Q4), 2.0), mul(Q8, Q4))
+    even1, even3 = add(sub(ONE, both), fourth), add(add(ONE, both), fourth)
+    out.direction[0, 0] = mul(polhode.A1, div(below, even1))[0]
+    # at u = K, where z = 1 and e = Q, the same two sums stand below and over the line
+    out.direction[0, 1] = mul(scale(polhode.A2, polhode.s), div(even3, even1))[0]
+    out.direction[0, 2] = mul(polhode.A3, div(below, even3))[0]
+
+
+@routine
 def _polynomial(p, w):
     return add(p[0], mul(w, add(p[1], mul(w, add(p[2], mul(w, p[3]))))))
 
@@ -419,6 +486,7 @@ def _polynomial(p, w):
 def _theta_series(polhode, K, K_prime, u0, out):
     """Section 4 of the theory: nome exp(-pi K'/K), argument v = pi u / 2K."""
     q, E, E_prime = _nomes(polhode, K, K_prime, out)
+    _write_theta_direction(polhode, q, out)
     a, b, c, d = _theta_terms(q, E, E_prime)
     factor_a, factor_b = _amplitudes(polhode, _sum4(a), _sum4(d))
     s = polhode.s
@@ -498,6 +566,7 @@ def _transformed_series(polhode, K, K_prime, u0, out):
     # x u'/K: the share of the precession that comes in steps, one each half-turn (eq. 27)
     slip = ZERO if infinite else mul(div(x, mul(PI, half_turn)), (s, 0.0))
 
+    _write_transformed_direction(polhode, Q, out)
     cosines, sines = _transformed_terms(x, Q)
     alternating_sines = _alternating(sines)
     sum_alpha, sum_beta = _polynomial(cosines, Q), _polynomial(alternating_sines, Q)
