@@ -1,7 +1,7 @@
 """Exact attitude ephemerides of freely rotating bodies.  The public names, nothing else."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .body import RigidBody
 from .ephemeris import Ephemeris
@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> Any:
     # pydantic costs as much to import as the rest: only those who use documents pay
     if name == "Scene":
         return import_module(".scene", __name__).Scene

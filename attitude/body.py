@@ -76,7 +76,7 @@ class RigidBody:
         self._two_part_axes = np.zeros((*self.shape, 3, 3, 2))
         self._two_part_axes[..., 0] = np.eye(3)
         self.tensor = moments[..., None] * np.eye(3)
-        self._finish("inertia")
+        self._finish()
 
     def _from_tensor(self, tensor: np.ndarray) -> None:
         self.shape = tensor.shape[:-2]
@@ -88,19 +88,21 @@ class RigidBody:
             self._two_part_moments.reshape(-1, 3, 2),
             self._two_part_axes.reshape(-1, 3, 3, 2),
         )
-        self._finish("principal moments of inertia")
+        self._finish()
 
-    def _finish(self, field: str) -> None:
+    def _finish(self) -> None:
         self.moments = self._two_part_moments[..., 0]
         self.axes = self._two_part_axes[..., 0]
-        _check_moments(self.moments, field)
+        _check_moments(self.moments)
         for array in (self.tensor, self.moments, self.axes):
             array.flags.writeable = False
 
     def broadcast_to(self, shape: tuple[int, ...]) -> RigidBody:
         """The same bodies repeated to a batch of this shape, without copying."""
         added = len(shape) - len(self.shape)
-        return self._each(lambda array: np.broadcast_to(array, shape + array.shape[len(shape) - added :]), shape)
+        return self._each(
+            lambda array: np.broadcast_to(array, shape + array.shape[len(shape) - added :]), shape
+        )
 
     def __getitem__(self, key: Any) -> RigidBody:
         """Some of a batch's bodies, by index or slice of the batch dimensions."""
@@ -129,20 +131,23 @@ def _symmetric(tensor: np.ndarray) -> np.ndarray:
         place = np.unravel_index(np.argmax(difference - SYMMETRY_TOLERANCE * size), tensor.shape)
         where = "inertia" + "".join(f"[{int(i)}]" for i in place)
         mirror = float(transposed[place])
-        raise InputError(where, float(tensor[place]), f"a symmetric tensor (the mirrored element is {mirror!r})")
+        raise InputError(
+            where, float(tensor[place]), f"a symmetric tensor (the mirrored element is {mirror!r})"
+        )
     return np.where(tensor == transposed, tensor, 0.5 * tensor + 0.5 * transposed)
 
 
-def _check_moments(moments: np.ndarray, field: str) -> None:
-    if (moments <= 0.0).any():
-        place = tuple(int(i[0]) for i in np.nonzero(moments <= 0.0))
-        where = field + "".join(f"[{i}]" for i in place)
-        raise InputError(where, float(moments[place]), "positive moments")
+def _check_moments(moments: np.ndarray) -> None:
+    _refuse_where(moments <= 0.0, moments, "positive principal moments")
     half = 0.5 * moments  # halves: the sum of two huge moments must not overflow
-    excess = half - (half.sum(axis=-1, keepdims=True) - half) * (1.0 + TRIANGLE_TOLERANCE)
-    if (excess > 0.0).any():
-        place = tuple(int(i[0]) for i in np.nonzero(excess > 0.0))
-        where = field + "".join(f"[{i}]" for i in place)
-        raise InputError(
-            where, float(moments[place]), "no moment greater than the sum of the other two, as for any real body"
-        )
+    others = half.sum(axis=-1, keepdims=True) - half
+    excess = half > others * (1.0 + TRIANGLE_TOLERANCE)
+    _refuse_where(
+        excess, moments, "no principal moment greater than the sum of the other two, as for any real body"
+    )
+
+
+def _refuse_where(wrong: np.ndarray, moments: np.ndarray, expected: str) -> None:
+    if wrong.any():
+        place = tuple(int(i[0]) for i in np.nonzero(wrong))
+        raise InputError("inertia" + "".join(f"[{i}]" for i in place), float(moments[place]), expected)

@@ -44,11 +44,21 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"attitude {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    run = commands.add_parser("run", help="simulate a scene", description="Simulate a scene and write its ephemeris.")
-    run.add_argument("scene", metavar="SCENE", help='a scene document (JSON file, "-" for standard input) or built-in name')
-    run.add_argument("-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)')
-    run.add_argument("-f", "--format", metavar="F", help="ecsv, csv or json; by default from FILE's ending, else csv")
-    run.add_argument("-q", "--quiet", action="store_true", help="no progress and no summary on standard error")
+    run = commands.add_parser(
+        "run", help="simulate a scene", description="Simulate a scene and write its ephemeris."
+    )
+    run.add_argument(
+        "scene", metavar="SCENE", help='a scene document (JSON file, "-" for standard input) or built-in name'
+    )
+    run.add_argument(
+        "-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)'
+    )
+    run.add_argument(
+        "-f", "--format", metavar="F", help="ecsv, csv or json; by default from FILE's ending, else csv"
+    )
+    run.add_argument(
+        "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
+    )
     run.set_defaults(command=_run)
 
     scenes = commands.add_parser("scenes", help="list the built-in scenes, or print one")

@@ -36,7 +36,9 @@ class Instants:
     epoch : Time or None
     """
 
-    def __init__(self, seconds: np.ndarray, rest: np.ndarray | None, epoch: Time | None, time: Time | None = None):
+    def __init__(
+        self, seconds: np.ndarray, rest: np.ndarray | None, epoch: Time | None, time: Time | None = None
+    ):
         self.seconds = seconds
         self.rest = rest
         self.epoch = epoch
@@ -114,7 +116,9 @@ def _tai(time: Time, field: str) -> Time:
     try:
         return time.tai
     except (iers.IERSRangeError, ValueError) as error:
-        raise InputError(field, f"scale {time.scale!r}", f"a time that can be brought to TAI ({error})") from None
+        raise InputError(
+            field, f"scale {time.scale!r}", f"a time that can be brought to TAI ({error})"
+        ) from None
 
 
 def _from_time(time: Time, epoch: Time, field: str) -> Instants:
@@ -129,7 +133,9 @@ def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
     if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
         return _from_time(getattr(epoch, delta.scale) + delta, epoch, field)
     if delta.scale not in (None, "tai", "tt"):
-        raise InputError(field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from")
+        raise InputError(
+            field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from"
+        )
     seconds, rest = _seconds(delta.jd1, delta.jd2, 0.0, 0.0)
     return Instants(seconds, rest, epoch)
 
@@ -137,7 +143,9 @@ def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
 def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
     if time.masked and np.any(time.mask):
         place = tuple(int(i[0]) for i in np.nonzero(time.mask))
-        raise InputError(field + "".join(f"[{i}]" for i in place), "a missing time", "a value for every instant")
+        raise InputError(
+            field + "".join(f"[{i}]" for i in place), "a missing time", "a value for every instant"
+        )
 
 
 def _seconds(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:

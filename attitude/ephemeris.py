@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 CONVENTION = (
-    "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, continuous in time; "
-    "angular velocity is that of the body relative to the inertial frame, components in the body frame"
+    "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
+    "continuous in time; angular velocity is that of the body relative to the inertial frame, components in the body frame"
 )
 
 
@@ -84,7 +84,9 @@ class Ephemeris:
         """
         time = self.instants.time
         if time is None:
-            raise InputError("epoch", None, "a Time, for instants to be dated; this ephemeris has elapsed seconds")
+            raise InputError(
+                "epoch", None, "a Time, for instants to be dated; this ephemeris has elapsed seconds"
+            )
         return time
 
     # -- attitude and rate --------------------------------------------------------------------
@@ -111,7 +113,9 @@ class Ephemeris:
         if callable(self._rate):
             self._rate = self._rate(self.instants)
         if self._rate is None:
-            raise RegimeError("angular_velocity: this ephemeris was read from a file that holds attitudes only")
+            raise RegimeError(
+                "angular_velocity: this ephemeris was read from a file that holds attitudes only"
+            )
         return _read_only(self._rate)
 
     @property
@@ -164,7 +168,9 @@ class Ephemeris:
 
         return to_table(self)
 
-    def write(self, path: str | Path, format: str | None = None, progress: Callable | None = None) -> None:
+    def write(
+        self, path: str | Path, format: str | None = None, progress: Callable[[float], None] | None = None
+    ) -> None:
         """Write to a file; format "ecsv", "csv" or "json", by default from the file's ending.
 
         The file appears whole or not at all.  progress, if given, is called with the fraction done.
@@ -189,5 +195,3 @@ def _read_only(array: np.ndarray) -> np.ndarray:
     view = array.view()
     view.flags.writeable = False
     return view
-
-

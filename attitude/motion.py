@@ -104,7 +104,7 @@ class TorqueFreeMotion:
             rate=lambda part: self._sample(part, quaternion=False, rate=True)[1],
         )
 
-    def _sample(self, instants: elapsed.Instants, quaternion: bool, rate: bool) -> tuple:
+    def _sample(self, instants: elapsed.Instants, quaternion: bool, rate: bool) -> tuple[Any, Any]:
         """(quaternions (..., 4), rates (..., 3)), None for what was not asked for.
 
         Stored by component and viewed transposed: the compiled loop writes whole vectors.
@@ -125,7 +125,9 @@ class TorqueFreeMotion:
         if not instants.seconds.size or not self._invariants.size:
             return
         bodies = self._invariants
-        turns_per_second = max(np.abs(bodies["precession"][..., 0]).max(), np.abs(bodies["argument"][..., 0]).max())
+        turns_per_second = max(
+            np.abs(bodies["precession"][..., 0]).max(), np.abs(bodies["argument"][..., 0]).max()
+        )
         first, last = units.extremes(instants.seconds)
         farthest = max(-first, last)
         if farthest * float(turns_per_second) > cayley_klein.MAX_TURNS:
@@ -139,9 +141,10 @@ class TorqueFreeMotion:
 
     @property
     def regime(self) -> Any:
-        """"short_axis" (circling the greatest moment), "long_axis" (the least), "separatrix" or "constant_rate".
+        """Which motion this is; a str, or an array of them for a batch.
 
-        A str, or an array of them for a batch.
+        "short_axis" (the momentum circles the axis of greatest moment), "long_axis" (of the least),
+        "separatrix" (neither, ever) or "constant_rate" (the body rate stays as it is).
         """
         names = np.array(kernel.REGIMES)[self._invariants["regime"]]
         return str(names) if names.ndim == 0 else names
@@ -186,7 +189,9 @@ class TorqueFreeMotion:
         For a symmetric body spinning about its axis of symmetry this is the textbook's L / I_transverse.
         """
         twice, circling = self._mean_rates()
-        return np.where(self._invariants["regime"] == kernel.LONG_AXIS, twice - circling, twice + circling)[()]
+        return np.where(self._invariants["regime"] == kernel.LONG_AXIS, twice - circling, twice + circling)[
+            ()
+        ]
 
     def _mean_rates(self) -> tuple[np.ndarray, np.ndarray]:
         """2 lambda, and v' (half the polhode's angular rate times two), rad/s."""
@@ -210,7 +215,9 @@ class TorqueFreeMotion:
     def constants(self) -> PaperConstants:
         """m, K, K', q, omega_p, epsilon, eta, A1, A2 and psi(t) as van Zon and Schofield define them."""
         if (self._invariants["regime"] == kernel.CONSTANT_RATE).any():
-            raise RegimeError("constants: this motion has a constant body rate, for which the paper defines none")
+            raise RegimeError(
+                "constants: this motion has a constant body rate, for which the paper defines none"
+            )
         return PaperConstants.from_invariants(self._invariants)
 
     def __getitem__(self, key: Any) -> TorqueFreeMotion:

@@ -42,7 +42,9 @@ def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude
     if hasattr(attitude, "as_quat"):
         attitude, order = attitude.as_quat(), "xyzw"
     elif order is None:
-        raise InputError("order", None, 'the order of the four numbers, "wxyz" or "xyzw", beside a bare array')
+        raise InputError(
+            "order", None, 'the order of the four numbers, "wxyz" or "xyzw", beside a bare array'
+        )
     array = units.finite_array(attitude, field)
     if array.ndim < 1 or array.shape[-1] != 4:
         raise InputError(field, f"shape {array.shape}", "a Rotation or quaternions of shape (..., 4)")

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -66,7 +68,7 @@ class Body(Part):
         factor = units.parse_unit(self.unit, units.MOMENT, "body.unit")
         field = "moments" if self.moments is not None else "tensor"
         values = np.array(getattr(self, field)) * factor
-        with _field_named("inertia", f"body.{field}"):
+        with _field_named(f"body.{field}"):
             return RigidBody.from_moments(values) if field == "moments" else RigidBody(values)
 
 
@@ -157,15 +159,20 @@ class Times(Part):
     @model_validator(mode="after")
     def _one_form(self) -> Times:
         form = _exactly_one(self, ("start", "elapsed", "dates"))
-        needed = {"start": {"start", "stop", "unit"}, "elapsed": {"elapsed", "unit"}, "dates": {"dates", "scale"}}[form]
+        needed = {
+            "start": {"start", "stop", "unit"},
+            "elapsed": {"elapsed", "unit"},
+            "dates": {"dates", "scale"},
+        }[form]
         for name in sorted(needed):
             if getattr(self, name) is None:
                 raise InputError(name, None, f"a value beside {form}")
         if form == "start":
             _exactly_one(self, ("step", "count"))
-            if self.stop < self.start:
-                raise InputError("stop", self.stop, f"an instant not before start ({self.start!r})")
-            if self.count == 1 and self.stop != self.start:
+            start, stop = self._span()
+            if stop < start:
+                raise InputError("stop", stop, f"an instant not before start ({start!r})")
+            if self.count == 1 and stop != start:
                 raise InputError("count", 1, "at least 2 where stop is after start")
             needed = needed | {"step", "count"}
         for name in type(self).model_fields:
@@ -182,22 +189,29 @@ class Times(Part):
             return len(self.dates)
         if self.count is not None:
             return self.count
-        intervals = (self.stop - self.start) / self.step
+        start, stop = self._span()
+        intervals = (stop - start) / (self.step or 1.0)
         if not intervals < 2**53:
             raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
         return math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
 
+    def _span(self) -> tuple[float, float]:
+        """start and stop of a grid, where both are sure to be given."""
+        return self.start or 0.0, self.stop or 0.0
+
     def build(self, epoch: Time | None) -> Instants:
         if self.dates is not None:
             if epoch is None:
-                raise InputError("times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from")
+                raise InputError(
+                    "times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from"
+                )
             dates = [_parse_time(date, self.scale, f"times.dates[{i}]") for i, date in enumerate(self.dates)]
             return elapsed.instants(Time(dates), epoch, "times.dates")
         unit = units.parse_unit(self.unit or "", units.SECOND, "times.unit")
         if self.elapsed is not None:
             seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit)
         else:
-            seconds, rest = elapsed.grid(self.start, self.stop, self.step or 0.0, self.samples, unit)
+            seconds, rest = elapsed.grid(*self._span(), self.step or 0.0, self.samples, unit)
         return Instants(seconds, rest if rest.any() else None, epoch)
 
 
@@ -232,7 +246,7 @@ class Scene(Part):
             super().__init__(**document)
 
     @classmethod
-    def model_validate(cls, document: Any, **options: Any) -> Scene:
+    def model_validate(cls, document: Any, **options: Any) -> Scene:  # type: ignore[override]
         with _document_errors():
             return super().model_validate(document, **options)
 
@@ -289,7 +303,9 @@ class Scene(Part):
 def builtin_names() -> list[str]:
     """Names of the scenes that come with the package, sorted."""
     folder = resources.files("attitude").joinpath("scenes")
-    return sorted(entry.name.removesuffix(".json") for entry in folder.iterdir() if entry.name.endswith(".json"))
+    return sorted(
+        entry.name.removesuffix(".json") for entry in folder.iterdir() if entry.name.endswith(".json")
+    )
 
 
 # -- checks the parts share ---------------------------------------------------------------------
@@ -312,22 +328,20 @@ def _parse_time(text: str, scale: str | None, field: str) -> Time:
 def _from_matrix(matrix: np.ndarray) -> np.ndarray:
     off = np.abs(matrix @ matrix.T - np.eye(3)).max()
     if off > orientation.UNIT_TOLERANCE or np.linalg.det(matrix) < 0.0:
-        raise InputError("attitude.matrix", matrix.tolist(), "a proper rotation matrix, orthonormal within 1e-6")
+        raise InputError(
+            "attitude.matrix", matrix.tolist(), "a proper rotation matrix, orthonormal within 1e-6"
+        )
     return Rotation.from_matrix(matrix).as_quat(scalar_first=True)
 
 
-class _field_named:
+@contextmanager
+def _field_named(name: str) -> Iterator[None]:
     """Gives an error from the library the name that its field has in the document."""
-
-    def __init__(self, inside: str, outside: str):
-        self.inside, self.outside = inside, outside
-
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, kind: Any, error: Any, traceback: Any) -> None:
-        if isinstance(error, InputError):
-            tail = error.field[error.field.index("[") :] if "[" in error.field else ""
-            raise InputError(self.outside + tail, error.value, error.expected) from None
+    try:
+        yield
+    except InputError as error:
+        tail = error.field[error.field.index("[") :] if "[" in error.field else ""
+        raise InputError(name + tail, error.value, error.expected) from None
 
 
 # -- documents that are wrong ---------------------------------------------------------------------
@@ -361,14 +375,13 @@ def _no_constant(name: str) -> float:
     raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)")
 
 
-class _document_errors:
-    """Turns pydantic's errors into one InputError that names the first field and counts the others."""
-
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, kind: Any, error: Any, traceback: Any) -> None:
-        if isinstance(error, ValidationError):
-            raise _input_error(error) from None
+@contextmanager
+def _document_errors() -> Iterator[None]:
+    """Turns pydantic's errors into one InputError that names the first field and lists the others."""
+    try:
+        yield
+    except ValidationError as error:
+        raise _input_error(error) from None
 
 
 def _input_error(error: ValidationError) -> InputError:
@@ -402,9 +415,11 @@ def _expected(details: Any) -> str:
     if kind in ("too_short", "too_long"):
         least, most = context.get("min_length"), context.get("max_length")
         wanted = least if least is not None else most
-        return f"{wanted} elements" if details["loc"] and details["loc"][-1] not in ("elapsed", "dates") else "at least one"
+        return (
+            f"{wanted} elements"
+            if details["loc"] and details["loc"][-1] not in ("elapsed", "dates")
+            else "at least one"
+        )
     if kind == "literal_error":
         return f"one of {context['expected']}"
     return str(details["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
-
-

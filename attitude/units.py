@@ -25,7 +25,9 @@ def si_array(value: Any, unit: u.UnitBase, field: str) -> np.ndarray:
         try:
             value = value.to_value(unit)
         except u.UnitConversionError:
-            raise InputError(field, value.unit.to_string(), f"a unit of {unit.physical_type} ({unit})") from None
+            raise InputError(
+                field, value.unit.to_string(), f"a unit of {unit.physical_type} ({unit})"
+            ) from None
     return finite_array(value, field)
 
 

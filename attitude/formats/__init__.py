@@ -1,9 +1,9 @@
 """Ephemerides as files: one module a format, and here the way in and out.
 
-    parts    what every format says: metadata and columns, with their units in the names
-    table    an astropy QTable, and ECSV through it
-    csv      comma-separated text, in blocks
-    json     the columnar answer that the service gives too
+parts    what every format says: metadata and columns, with their units in the names
+table    an astropy QTable, and ECSV through it
+csv      comma-separated text, in blocks
+json     the columnar answer that the service gives too
 """
 
 from __future__ import annotations

@@ -21,7 +21,9 @@ MARK = b"# metadata: "
 
 def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[bytes]:
     if len(ephemeris.shape) != 1:
-        raise FormatError(f"CSV holds one body at a list of instants, not shape {ephemeris.shape}; ecsv and json do")
+        raise FormatError(
+            f"CSV holds one body at a list of instants, not shape {ephemeris.shape}; ecsv and json do"
+        )
     meta = parts.metadata(ephemeris)
     names = ",".join(_header(ephemeris))
     yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), MARK, orjson.dumps(meta), names.encode())
@@ -32,7 +34,7 @@ def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[
 
 
 def _header(ephemeris: Ephemeris) -> list[str]:
-    """Column names, the same for every block: the rest of two-part seconds stands in all of them or in none."""
+    """Column names, the same for every block: the rest of two-part seconds stands in all or in none."""
     names = list(parts.columns(ephemeris[:1]))
     rest = ephemeris.instants.rest
     if rest is not None and rest.any() and parts.REST not in names:
@@ -41,7 +43,7 @@ def _header(ephemeris: Ephemeris) -> list[str]:
 
 
 def _rows(table: dict[str, np.ndarray], names: list[str]) -> bytes:
-    """orjson writes a matrix of doubles in shortest form faster than anything else at hand: it does the digits."""
+    """The digits are orjson's: shortest form that reads back to the same bits, at 20 ns a number."""
     numbers = [name for name in names if name != parts.TIME]
     zero = np.zeros_like(table[parts.ELAPSED])
     matrix = np.stack([table.get(name, zero) for name in numbers], axis=1)
@@ -79,11 +81,13 @@ def _numbers(rows: list[str], wanted: list[int], width: int, source: str, first_
     """(n, columns) doubles, with the line of the first that is none."""
     for number, row in enumerate(rows):
         if row.count(",") != width - 1:
-            raise FormatError(f"{row.count(',') + 1} values where {width} belong", source, first_line + number)
+            raise FormatError(
+                f"{row.count(',') + 1} values where {width} belong", source, first_line + number
+            )
     if not rows:
         raise FormatError("no instants", source, first_line)
     try:
         return np.loadtxt(rows, delimiter=",", usecols=wanted, ndmin=2, comments=None)
     except ValueError as error:
-        row = re.search(r"row (\d+)", str(error))
-        raise FormatError(str(error), source, first_line + int(row[1]) if row else None) from None
+        place = re.search(r"row (\d+)", str(error))
+        raise FormatError(str(error), source, first_line + int(place[1]) if place else None) from None

@@ -39,7 +39,7 @@ def parse(text: bytes, source: str) -> Ephemeris:
 
 
 def motion_summary(motion: TorqueFreeMotion, name: str = "") -> bytes:
-    """Constants and periods of one motion as JSON; what does not exist for it (a period without end) is null."""
+    """Constants and periods of one motion as JSON; null for what it has not (a period without end)."""
     summary: dict[str, Any] = {
         "name": name,
         "regime": motion.regime,

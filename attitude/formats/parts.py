@@ -11,8 +11,8 @@ from astropy.time import Time
 from .. import orientation, units
 from ..body import RigidBody
 from ..elapsed import Instants
-from ..errors import AttitudeError, FormatError
 from ..ephemeris import CONVENTION, Ephemeris
+from ..errors import AttitudeError, FormatError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 def to_table(ephemeris: Ephemeris) -> QTable:
     """See `Ephemeris.to_table`."""
     if len(ephemeris.instants.shape) != 1:
-        raise InputError("instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table")
+        raise InputError(
+            "instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table"
+        )
     table = QTable(meta=parts.metadata(ephemeris))
     if ephemeris.epoch is not None:
         table["time"] = ephemeris.time
@@ -65,5 +67,7 @@ def parse(text: bytes, source: str) -> Ephemeris:
     try:
         table = QTable.read(text.decode(), format="ascii.ecsv")
     except Exception as error:  # astropy's reader raises a dozen kinds; none may leave as it is
-        raise FormatError(f"not ECSV that astropy reads: {' '.join(str(error).split())[:200]}", source) from None
+        raise FormatError(
+            f"not ECSV that astropy reads: {' '.join(str(error).split())[:200]}", source
+        ) from None
     return from_table(table, source)

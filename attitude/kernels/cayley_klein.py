@@ -11,8 +11,6 @@ where one is wanted, and nowhere left to the compiler: the two-part products dep
 
 import math
 
-import numpy as np
-
 from .doubledouble import two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, kernel, routine
 from .invariants import THETA
@@ -280,7 +278,7 @@ def _sample_transformed(body, b, t, t_low, quaternions, rates):
         low = 0.0 if t_low is None else t_low[i]
         y, rest = _phase(y_hi, y_lo, t[i], low)
         y, joined = two_sum(y, y0)
-        y, sign, flip, parity, n = _since_half_turn(y, rest + (joined + y0_lo), *half_turn)
+        y, sign, flip, parity, _n = _since_half_turn(y, rest + (joined + y0_lo), *half_turn)
         e, inverse = _exp_pair(-2.0 * abs(y))
         z, far = Q * inverse, Q * e
         if quaternions is not None:
@@ -335,7 +333,7 @@ def azimuth(bodies, sense, t, angles):
                 lead = math.atan2(pair[3] * c - pair[2] * s * sense[b], pair[2] * c + pair[3] * s * sense[b])
                 lead += sense[b] * TURN * (x + rest)
             else:
-                y, sign, flip, parity, n = _since_half_turn(x, rest, *half_turn)
+                y, sign, _flip, _parity, n = _since_half_turn(x, rest, *half_turn)
                 e, inverse = _exp_pair(-2.0 * abs(y))
                 pair = _transformed_pair(e, body.nome * inverse, body.nome * e, sign, sign, 1.0, *series)
                 lead = math.atan2(pair[3], pair[2]) + sense[b] * n * math.pi + 2.0 * TURN * body.slip * y

@@ -26,7 +26,7 @@ def days_from_seconds(seconds, seconds_low, days, days_low):
 
 @kernel
 def grid(start, stop, intervals, step, unit, seconds, seconds_low):
-    """start + k*step, k = 0, 1, ..., in `unit` seconds, or `intervals` equal steps to stop where step is 0."""
+    """start + k*step in `unit` seconds, or `intervals` equal steps to stop where step is 0."""
     first = two_product(start, unit)
     if step == 0.0:
         span = mul(two_sum(stop, -start), (unit, 0.0))

@@ -238,7 +238,7 @@ def _ascending(inertia):
 
 @routine
 def _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors):
-    """sqrt(abs(D)) and the sign of D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2.
+    """Root of abs(D), and sign of D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2.
 
     D is the only place where digits can be lost, so its terms are summed without rounding;
     its two rates are first scaled together, so that their squares stay in range.
@@ -345,7 +345,7 @@ def _theta_phase_sum(q, E, E_prime):
 
 @routine
 def _theta_terms(q, E, E_prime):
-    """a_n, b_n of theta4 (n = 0..3) and c_k, d_k of theta1 (k = 0..3), relative to its first (eqs. 17, 18)."""
+    """a_n, b_n of theta4 and c_k, d_k of theta1 relative to its first, n and k from 0 to 3 (eqs. 17, 18)."""
     q2 = square(q)
     q3 = mul(q2, q)
     E2 = square(E)
