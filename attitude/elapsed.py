@@ -12,14 +12,10 @@ from typing import Any
 import numpy as np
 from astropy import units as u
 from astropy.time import Time, TimeDelta
-from astropy.utils import iers
 
 from . import units
 from .errors import InputError
 from .kernels import clock
-
-# Nothing here may reach for the network: tables that astropy ships are what there is.
-iers.conf.auto_download = False
 
 KINDS = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
 
@@ -59,12 +55,12 @@ class Instants:
         return self._time
 
     def _build_time(self, epoch: Time) -> Time:
-        seconds = np.ascontiguousarray(self.seconds).ravel()
-        rest = np.zeros_like(seconds) if self.rest is None else np.ascontiguousarray(self.rest).ravel()
+        seconds = _for_kernel(self.seconds).reshape(-1)
+        rest = np.zeros_like(seconds) if self.rest is None else _for_kernel(self.rest).reshape(-1)
         days, days_low = np.empty_like(seconds), np.empty_like(seconds)
         clock.days_from_seconds(seconds, rest, days, days_low)
         offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
-        time = getattr(epoch.tai + offset, epoch.scale)
+        time = getattr(_offline(epoch).tai + offset, epoch.scale)
         time.format, time.precision = epoch.format, epoch.precision
         return time
 
@@ -114,11 +110,20 @@ def instants(t: Any, epoch: Time | None, field: str = "t") -> Instants:
 def _tai(time: Time, field: str) -> Time:
     """In TAI; what astropy cannot convert offline (UT1 outside its tables) is refused."""
     try:
-        return time.tai
-    except (iers.IERSRangeError, ValueError) as error:
+        return _offline(time).tai
+    except (IndexError, ValueError) as error:  # IERSRangeError is an IndexError
         raise InputError(
             field, f"scale {time.scale!r}", f"a time that can be brought to TAI ({error})"
         ) from None
+
+
+def _offline(time: Time) -> Time:
+    """The same Time, and no network: for UT1, the tables that astropy ships are what there is."""
+    if time.scale == "ut1":
+        from astropy.utils import iers
+
+        iers.conf.auto_download = False
+    return time
 
 
 def _from_time(time: Time, epoch: Time, field: str) -> Instants:
@@ -149,17 +154,16 @@ def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
 
 
 def _seconds(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:
-    day, fraction = np.asarray(day, dtype=np.float64), np.asarray(fraction, dtype=np.float64)
+    day, fraction = _for_kernel(day), _for_kernel(fraction)
     seconds, rest = np.empty(day.shape), np.empty(day.shape)
-    clock.seconds_from_days(
-        np.ascontiguousarray(day).ravel(),
-        np.ascontiguousarray(fraction).ravel(),
-        day0,
-        fraction0,
-        seconds.reshape(-1),
-        rest.reshape(-1),
-    )
+    flat = [array.reshape(-1) for array in (day, fraction, seconds, rest)]
+    clock.seconds_from_days(flat[0], flat[1], day0, fraction0, flat[2], flat[3])
     return seconds, rest
+
+
+def _for_kernel(array: Any) -> np.ndarray:
+    """Contiguous and writeable, the one kind of array that kernels are compiled for."""
+    return np.require(array, dtype=np.float64, requirements=["C", "W"])
 
 
 def grid(start: float, stop: float, step: float, count: int, unit: float) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 CONVENTION = (
     "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
-    "continuous in time; angular velocity is that of the body relative to the inertial frame, components in the body frame"
+    "continuous in time; angular velocity is that of the body relative to the inertial frame, "
+    "components in the body frame"
 )
 
 

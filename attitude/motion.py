@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -93,16 +94,12 @@ class TorqueFreeMotion:
         """
         return self.ephemeris(elapsed.instants(t, self.epoch))
 
-    def ephemeris(self, instants: elapsed.Instants) -> Ephemeris:
-        """`at`, for instants already in two-part seconds."""
-        quaternion, _ = self._sample(instants, quaternion=True, rate=False)
-        return Ephemeris(
-            quaternion,
-            instants,
-            frame=self.frame,
-            body=self.body,
-            rate=lambda part: self._sample(part, quaternion=False, rate=True)[1],
-        )
+    def ephemeris(self, instants: elapsed.Instants, rate: bool = False, name: str = "") -> Ephemeris:
+        """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
+        quaternion, computed = self._sample(instants, quaternion=True, rate=rate)
+        later = partial(self._sample, quaternion=False, rate=True)
+        source = computed if rate else lambda part: later(part)[1]
+        return Ephemeris(quaternion, instants, self.frame, self.body, source, name)
 
     def _sample(self, instants: elapsed.Instants, quaternion: bool, rate: bool) -> tuple[Any, Any]:
         """(quaternions (..., 4), rates (..., 3)), None for what was not asked for.
@@ -110,8 +107,12 @@ class TorqueFreeMotion:
         Stored by component and viewed transposed: the compiled loop writes whole vectors.
         """
         self._refuse_too_far(instants)
-        seconds, bodies = instants.seconds.reshape(-1), self._invariants.reshape(-1)
-        rest = None if instants.rest is None else instants.rest.reshape(-1)
+        # contiguous and writeable, whatever was sliced: the kernel is compiled for one kind of array
+        bodies = self._invariants.reshape(-1)
+        seconds = np.require(instants.seconds, requirements=["C", "W"]).reshape(-1)
+        rest = (
+            None if instants.rest is None else np.require(instants.rest, requirements=["C", "W"]).reshape(-1)
+        )
         q = np.empty((4, bodies.size, seconds.size)) if quaternion else None
         w = np.empty((3, bodies.size, seconds.size)) if rate else None
         cayley_klein.sample(bodies, seconds, rest, q, w)

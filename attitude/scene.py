@@ -295,9 +295,7 @@ class Scene(Part):
         if max_samples is not None and self.times.samples > max_samples:
             raise InputError("times", f"{self.times.samples} samples", f"at most {max_samples} samples")
         motion = self.motion()
-        ephemeris = motion.ephemeris(self.times.build(motion.epoch))
-        ephemeris.name = self.name
-        return ephemeris
+        return motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
 
 
 def builtin_names() -> list[str]:

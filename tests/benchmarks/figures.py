@@ -249,16 +249,19 @@ def _import_time() -> None:
 # -- memory ---------------------------------------------------------------------------------------
 
 MEASURE = """
-import resource, numpy as np
+import re, numpy as np
+from pathlib import Path
 from attitude import RigidBody, TorqueFreeMotion
 motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), (1, 0, 0, 0), (0.3, 0.4, 0.5), order="wxyz")
 motion.at(np.zeros(2))
 t = np.linspace(0.0, 1e6, 10_000_000)
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+def resident(which):  # KiB
+    return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1])
+Path("/proc/self/clear_refs").write_text("5")  # the peak counts from here
+before = resident("VmRSS")
 ephemeris = motion.at(t)
-after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 outputs = ephemeris.quaternion("wxyz").nbytes + ephemeris.elapsed.nbytes
-print((after - before) / 1024 - outputs / 2**20)
+print((resident("VmHWM") - before) / 1024 - outputs / 2**20)
 """
 
 
