@@ -111,7 +111,7 @@ def _tai(time: Time, field: str) -> Time:
     """In TAI; what astropy cannot convert offline (UT1 outside its tables) is refused."""
     try:
         return _offline(time).tai
-    except (IndexError, ValueError) as error:  # IERSRangeError is an IndexError
+    except ValueError as error:
         raise InputError(
             field, f"scale {time.scale!r}", f"a time that can be brought to TAI ({error})"
         ) from None
@@ -123,6 +123,9 @@ def _offline(time: Time) -> Time:
         from astropy.utils import iers
 
         iers.conf.auto_download = False
+        _, status = iers.earth_orientation_table.get().ut1_utc(time.jd1, time.jd2, return_status=True)
+        if np.any((status == iers.TIME_BEFORE_IERS_RANGE) | (status == iers.TIME_BEYOND_IERS_RANGE)):
+            raise ValueError("UT1 - UTC is not in the tables for it")  # astropy would take the nearest
     return time
 
 
