@@ -60,7 +60,8 @@ class Instants:
         days, days_low = np.empty_like(seconds), np.empty_like(seconds)
         clock.days_from_seconds(seconds, rest, days, days_low)
         offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
-        time = getattr(_offline(epoch).tai + offset, epoch.scale)
+        time = getattr(epoch.tai + offset, epoch.scale)
+        _tai(time, "time")
         time.format, time.precision = epoch.format, epoch.precision
         return time
 

@@ -12,7 +12,7 @@ where one is wanted, and nowhere left to the compiler: the two-part products dep
 import math
 
 from .doubledouble import two_product, two_sum
-from .intrinsics import bits_of, double_of, fma, kernel, routine
+from .intrinsics import bits_of, double_of, fma, kernel, prefer_widest_vectors, routine
 from .invariants import THETA
 
 # Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
@@ -246,6 +246,7 @@ def _outputs(body):
 
 @routine
 def _sample_theta(body, b, t, t_low, quaternions, rates):
+    prefer_widest_vectors()
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     v_hi, v_lo, v0, v0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
     series, direction = _series(body), _direction(body)
@@ -269,6 +270,7 @@ def _sample_theta(body, b, t, t_low, quaternions, rates):
 
 @routine
 def _sample_transformed(body, b, t, t_low, quaternions, rates):
+    prefer_widest_vectors()
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     y_hi, y_lo, y0, y0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
     slip, Q, half_turn = body.slip, body.nome, _half_turn(body)
