@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 
@@ -29,21 +30,21 @@ class InputError(AttitudeError, ValueError):
         What was found there, as it was given.
     expected : str
         What would be right.
+    steps : tuple
+        The field as keys and indices, one a level; () is the whole document.
     """
 
-    def __init__(self, field: str, value: Any, expected: str):
+    def __init__(self, field: str, value: Any, expected: str, steps: tuple[str | int, ...] | None = None):
         self.field = field
         self.value = value
         self.expected = expected
+        self.steps = _steps(field) if steps is None else steps
         super().__init__(f"{field}: {expected}; got {_short(value)}")
 
     @property
     def pointer(self) -> str:
         """The field as a JSON pointer (RFC 6901): "body.moments[2]" is "/body/moments/2"."""
-        if not self.field:
-            return ""
-        steps = self.field.replace("]", "").replace("[", ".").split(".")
-        return "/" + "/".join(step.replace("~", "~0").replace("/", "~1") for step in steps)
+        return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in self.steps)
 
 
 class RegimeError(AttitudeError):
@@ -70,6 +71,13 @@ class FormatError(AttitudeError):
         self.line = line
         where = ", ".join(part for part in (source, f"line {line}" if line else "") if part)
         super().__init__(f"{where}: {message}" if where else message)
+
+
+def _steps(field: str) -> tuple[str | int, ...]:
+    """ "times.dates[3]" as ("times", "dates", 3)."""
+    return tuple(
+        int(step[1:-1]) if step[0] == "[" else step for step in re.findall(r"\[\d+\]|[^.\[\]]+", field)
+    )
 
 
 def _short(value: Any) -> str:

@@ -65,9 +65,7 @@ class TorqueFreeMotion:
         self.epoch = elapsed.check_epoch(epoch)
         self.frame = orientation.check_frame(frame)
         attitudes = orientation.attitude_quaternion(attitude, order)
-        rates = units.si_array(angular_velocity, units.RATE, "angular_velocity")
-        if rates.ndim < 1 or rates.shape[-1] != 3:
-            raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
+        rates = _check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
         self.shape = _batch_shape(body.shape, attitudes.shape[:-1], rates.shape[:-1])
         self._attitudes = np.broadcast_to(attitudes, (*self.shape, 4))
         self._rates = np.broadcast_to(rates, (*self.shape, 3))
@@ -153,13 +151,16 @@ class TorqueFreeMotion:
     @property
     def angular_momentum(self) -> np.ndarray:
         """(..., 3), kg m2 rad/s, inertial components; constant."""
-        momentum = np.einsum("...ij,...j->...i", self.body.tensor, self._rates)
-        return orientation.rotate(_unit(self._attitudes), momentum)
+        with np.errstate(over="ignore", invalid="ignore"):
+            momentum = np.einsum("...ij,...j->...i", self.body.tensor, self._rates)
+            return _representable(orientation.rotate(self._attitudes, momentum), "angular_momentum")
 
     @property
     def kinetic_energy(self) -> np.ndarray:
         """(...), J; constant."""
-        return 0.5 * np.einsum("...i,...ij,...j->...", self._rates, self.body.tensor, self._rates)[()]
+        with np.errstate(over="ignore", invalid="ignore"):
+            twice = np.einsum("...i,...ij,...j->...", self._rates, self.body.tensor, self._rates)[()]
+        return 0.5 * _representable(twice, "kinetic_energy")
 
     @property
     def polhode_period(self) -> np.ndarray:
@@ -236,6 +237,22 @@ class TorqueFreeMotion:
         return f"<TorqueFreeMotion: {self.regime}, polhode period {self.polhode_period:.9g} s, {self.frame}>"
 
 
+# Between these the two parts of every phase rate are normal doubles.
+SLOWEST, FASTEST = 1e-290, 1e300
+
+
+def _check_rates(rates: np.ndarray) -> np.ndarray:
+    if rates.ndim < 1 or rates.shape[-1] != 3:
+        raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
+    size = np.abs(rates).max(axis=-1)
+    wrong = (size > FASTEST) | ((size > 0.0) & (size < SLOWEST))
+    if wrong.any():
+        place = tuple(int(i[0]) for i in np.nonzero(wrong)) if wrong.ndim else ()
+        where = "angular_velocity" + "".join(f"[{i}]" for i in place)
+        raise InputError(where, rates[place].tolist(), f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s")
+    return rates
+
+
 def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes)
@@ -245,8 +262,10 @@ def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
         raise InputError("angular_velocity", found, "leading dimensions that broadcast together") from None
 
 
-def _unit(quaternions: np.ndarray) -> np.ndarray:
-    return quaternions / np.sqrt((quaternions * quaternions).sum(axis=-1, keepdims=True))
+def _representable(value: np.ndarray, name: str) -> np.ndarray:
+    if not np.isfinite(value).all():
+        raise RegimeError(f"{name}: beyond the range of a double for this body; its attitude is not")
+    return value
 
 
 def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:

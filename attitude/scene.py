@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -35,12 +36,27 @@ def _number(value: Any) -> Any:
     """JSON numbers only: a string or true is not silently read as one."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError("a number")
-    if not math.isfinite(value):
+    try:
+        number = float(value)
+    except OverflowError:
+        raise ValueError("a number in the range of a double") from None
+    if not math.isfinite(number):
         raise ValueError("a finite number")
-    return float(value)
+    return number
+
+
+def _text(value: Any) -> Any:
+    """Text that UTF-8 can hold (JSON lets half a surrogate pair through)."""
+    if isinstance(value, str) and not value.isascii():
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            raise ValueError("text without half surrogate pairs") from None
+    return value
 
 
 Number = Annotated[float, BeforeValidator(_number)]
+Text = Annotated[str, BeforeValidator(_text)]
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
 Four = Annotated[list[Number], Field(min_length=4, max_length=4)]
@@ -205,8 +221,7 @@ class Times(Part):
                 raise InputError(
                     "times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from"
                 )
-            dates = [_parse_time(date, self.scale, f"times.dates[{i}]") for i, date in enumerate(self.dates)]
-            return elapsed.instants(Time(dates), epoch, "times.dates")
+            return elapsed.instants(_parse_times(self.dates, self.scale), epoch, "times.dates")
         unit = units.parse_unit(self.unit or "", units.SECOND, "times.unit")
         if self.elapsed is not None:
             seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit)
@@ -222,8 +237,8 @@ class Scene(Part):
     `Scene.model_validate(dict)` raise InputError with the field's path for whatever is wrong.
     """
 
-    name: str = ""
-    description: str = ""
+    name: Text = ""
+    description: Text = ""
     body: Body
     epoch: Epoch | None = None
     frame: str = "ICRF"
@@ -316,11 +331,26 @@ def _exactly_one(part: Part, names: tuple[str, ...]) -> str:
     return given[0]
 
 
+ISO_DATE = re.compile(r"\d{4}-\d{2}-\d{2}([T ][\d:.]+)?")
+
+
 def _parse_time(text: str, scale: str | None, field: str) -> Time:
+    """ISO 8601; a Z at the end is taken where the scale is UTC, which it states."""
+    plain = text.removesuffix("Z") if scale == "utc" else text
     try:
-        return Time(text, scale=scale)
+        if ISO_DATE.fullmatch(plain):
+            return Time(plain, scale=scale)
     except ValueError:
-        raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)") from None
+        pass
+    raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)") from None
+
+
+def _parse_times(texts: list[str], scale: str | None) -> Time:
+    """All at once where all are plain ISO 8601; one by one to find the one that is not."""
+    if all(ISO_DATE.fullmatch(text) for text in texts):
+        with suppress(ValueError):
+            return Time(texts, scale=scale)
+    return Time([_parse_time(text, scale, f"times.dates[{i}]") for i, text in enumerate(texts)])
 
 
 def _from_matrix(matrix: np.ndarray) -> np.ndarray:
@@ -365,12 +395,12 @@ def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(document) < len(pairs):
         names = [name for name, _ in pairs]
         twin = next(name for name in names if names.count(name) > 1)
-        raise InputError(twin, "the key twice", "each key once")
+        raise InputError(twin, "the key twice", "each key once", steps=())
     return document
 
 
 def _no_constant(name: str) -> float:
-    raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)")
+    raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)", steps=())
 
 
 @contextmanager
@@ -387,29 +417,39 @@ def _input_error(error: ValidationError) -> InputError:
     first = faults[0]
     if len(faults) > 1:
         others = ", ".join(dict.fromkeys(fault.field for fault in faults[1:6]))
-        first = InputError(first.field, first.value, first.expected)
         first.args = (f"{first} (also: {others})",)
     return first
 
 
 def _fault(details: Any) -> InputError:
-    field = ""
-    for step in details["loc"]:
-        field += f"[{step}]" if isinstance(step, int) else (f".{step}" if field else str(step))
+    steps = tuple(details["loc"])
     cause = details.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # raised by a check of ours, relative to its part
-        inner = ".".join(part for part in (field, cause.field) if part)
-        return InputError(inner or "document", cause.value, cause.expected)
+        return InputError(_field((*steps, *cause.steps)), cause.value, cause.expected, (*steps, *cause.steps))
     found = None if details["type"] == "missing" else details["input"]
-    return InputError(field or "document", found, _expected(details))
+    return InputError(_field(steps), found, _expected(details), steps)
+
+
+def _field(steps: tuple[str | int, ...]) -> str:
+    """("times", "dates", 3) as "times.dates[3]"."""
+    text = ""
+    for step in steps:
+        text += f"[{step}]" if isinstance(step, int) else (f".{step}" if text else step)
+    return text or "document"
+
+
+_PLAINLY = {
+    "missing": "a value (the field is required)",
+    "extra_forbidden": "no such key (unknown keys are refused)",
+    "model_type": "a JSON object",
+    "list_type": "a list",
+    "string_type": "text",
+    "string_pattern_mismatch": 'three axes in capitals (rotations about the body\'s own), such as "ZXZ"',
+}
 
 
 def _expected(details: Any) -> str:
     kind, context = details["type"], details.get("ctx", {})
-    if kind == "missing":
-        return "a value (the field is required)"
-    if kind == "extra_forbidden":
-        return "no such key (unknown keys are refused)"
     if kind in ("too_short", "too_long"):
         least, most = context.get("min_length"), context.get("max_length")
         wanted = least if least is not None else most
@@ -418,6 +458,8 @@ def _expected(details: Any) -> str:
             if details["loc"] and details["loc"][-1] not in ("elapsed", "dates")
             else "at least one"
         )
+    if kind in _PLAINLY:
+        return _PLAINLY[kind]
     if kind == "literal_error":
         return f"one of {context['expected']}"
     return str(details["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")

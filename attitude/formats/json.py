@@ -47,7 +47,7 @@ def motion_summary(motion: TorqueFreeMotion, name: str = "") -> bytes:
         "principal_moments_kg_m2": motion.body.moments,
         "angular_momentum_kg_m2_rad_s": motion.angular_momentum,
         "kinetic_energy_J": motion.kinetic_energy,
-        "polhode_period_s": motion.polhode_period,
+        "polhode_period_s": _finite_or_null(motion.polhode_period),
         "mean_precession_rate_rad_s": motion.mean_precession_rate,
         "spin_axis_precession_rate_rad_s": motion.spin_axis_precession_rate,
         "nutation_range_rad": motion.nutation_range,
@@ -62,7 +62,7 @@ def _paper_constants(motion: TorqueFreeMotion) -> dict[str, Any] | None:
     constants = motion.constants
     return {
         "m": _plain(constants.m),
-        "K": _plain(constants.K),
+        "K": _finite_or_null(constants.K),
         "K_prime": _plain(constants.K_prime),
         "q": _plain(constants.q),
         "omega_p_rad_s": _plain(constants.omega_p),
@@ -74,15 +74,17 @@ def _paper_constants(motion: TorqueFreeMotion) -> dict[str, Any] | None:
 
 
 def _plain(value: Any) -> Any:
-    """What orjson writes directly: contiguous arrays, lists of text, and null for an infinite scalar."""
+    """What orjson writes directly: contiguous arrays, lists of text, plain scalars."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "S":
         return value.astype("U").tolist()
     if isinstance(value, np.ndarray) and value.ndim:
         return np.ascontiguousarray(value)
-    if isinstance(value, (float, np.floating, np.ndarray)):
-        number = float(value)
-        return number if np.isfinite(number) else None
-    return value
+    return float(value) if isinstance(value, (np.floating, np.ndarray)) else value
+
+
+def _finite_or_null(value: Any) -> Any:
+    """For what may have no end: a period, and the quarter period it is made of."""
+    return _plain(value) if np.isfinite(value).all() else None
 
 
 def _dump(document: dict[str, Any]) -> bytes:

@@ -8,8 +8,15 @@ from numba.extending import intrinsic
 # No fastmath anywhere: reassociation and contraction would break the two-part arithmetic.
 # `kernel` is what Python calls, kept on disk; `routine` is called by kernels only, whose code
 # it becomes part of: without wrappers and files of its own it compiles in a third of the time.
-kernel = njit(cache=True, error_model="numpy", nogil=True)
-routine = njit(error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+OPTIONS = {"error_model": "numpy", "nogil": True}
+routine = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def kernel(function):
+    try:
+        return njit(cache=True, **OPTIONS)(function)
+    except RuntimeError:  # no directory that numba may write to: compile in each process
+        return njit(**OPTIONS)(function)
 
 
 @intrinsic

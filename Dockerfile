@@ -1,0 +1,60 @@
+# The HTTP service.    docker build -t attitude .  &&  docker run -p 8000:8000 attitude
+ARG PYTHON_IMAGE=python:3.11-slim
+
+
+# -- build: a virtual environment, and the kernel compiled ----------------------------------------
+FROM ${PYTHON_IMAGE} AS build
+
+ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_ROOT_USER_ACTION=ignore
+# Without pip of its own: the image's pip installs into it, and none is carried along.
+RUN ["python", "-m", "venv", "--without-pip", "/opt/attitude"]
+WORKDIR /src
+
+# Dependencies in a layer of their own, which stays cached while the project's code changes.
+COPY pyproject.toml ./
+RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
+print(*project['dependencies'], *project['optional-dependencies']['service'], sep='\n')" >requirements.txt \
+ && python -m pip --python /opt/attitude/bin/python install -r requirements.txt
+
+COPY README.md LICENSE ./
+COPY attitude attitude
+COPY service service
+RUN ["python", "-m", "pip", "--python", "/opt/attitude/bin/python", "install", "--no-deps", "."]
+
+# Compiled kernels are found again by the source's path and content, the numba version and the
+# processor: same path in the final stage, so there they are loaded, not compiled. The warm-up
+# also computes the service's known case, and the build fails if it comes out wrong.
+WORKDIR /
+ENV NUMBA_CACHE_DIR=/var/cache/attitude
+RUN ["/opt/attitude/bin/python", "-c", "from service import readiness; print(readiness.warm_up())"]
+
+
+# -- what runs ------------------------------------------------------------------------------------
+FROM ${PYTHON_IMAGE}
+
+LABEL org.opencontainers.image.title="attitude" \
+      org.opencontainers.image.description="Exact attitude ephemerides of freely rotating bodies, over HTTP" \
+      org.opencontainers.image.licenses="BSD-3-Clause"
+
+# The base image's installers are of no use to a service that installs nothing.
+RUN ["python", "-m", "pip", "uninstall", "--yes", "--quiet", "--root-user-action=ignore", "pip", "setuptools", "wheel"]
+
+COPY --from=build /opt/attitude /opt/attitude
+# The user's own, since numba reads only a cache that it could also write: on another kind of
+# processor than the build's the kernel is compiled anew at the first start.
+COPY --from=build --chown=10001:10001 /var/cache/attitude /var/cache/attitude
+
+ENV PATH=/opt/attitude/bin:$PATH \
+    PYTHONUNBUFFERED=1 \
+    NUMBA_CACHE_DIR=/var/cache/attitude \
+    ATTITUDE_HOST=0.0.0.0 \
+    ATTITUDE_PORT=8000
+USER 10001:10001
+WORKDIR /
+EXPOSE 8000
+
+# Alive, not ready: a container that is still compiling is not to be killed for it.
+HEALTHCHECK --interval=10s --timeout=3s --start-period=30s --retries=3 \
+  CMD ["python", "-c", "import os; from urllib.request import ProxyHandler, build_opener as build; build(ProxyHandler({})).open('http://127.0.0.1:' + os.environ['ATTITUDE_PORT'] + '/healthz', timeout=2)"]
+
+CMD ["attitude", "serve"]

@@ -1,0 +1,95 @@
+"""When the service may be sent work: the kernel is compiled, or loaded, and a known case came out right.
+
+The same warm-up runs when the container image is built, so that it has the compiled kernel on board.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+from numba.core import event
+
+from attitude.formats import json
+from attitude.scene import Scene, builtin_names
+
+log = logging.getLogger(__name__)
+
+# Check case 2 of NASA/TM-2015-218675, the tumbling brick: attitude at 30 s, the last instant of its scene.
+KNOWN_SCENE = "nasa-brick"
+KNOWN_QUATERNION_WXYZ = (-0.8811471853104235, 0.4701825277666925, 0.01172825232487118, 0.04868753947208377)
+# The published digits are good to 1e-13; a kernel that is compiled wrongly misses by far more.
+KNOWN_WITHIN = 1e-12
+
+WARMING = "the kernel is being compiled or loaded"
+FAILED = "the warm-up ended with an unexpected error, which the service's log has"
+
+
+class KnownCaseError(Exception):
+    """The known case came out wrong: no answer of this process is to be trusted."""
+
+
+class Readiness:
+    """Whether work may be sent here; decided by the warm-up, which runs in a thread of its own."""
+
+    def __init__(self) -> None:
+        self.obstacle: str | None = WARMING
+
+    def start(self) -> None:
+        # a daemon: a stop that comes while the kernel is compiled is not to wait for it
+        threading.Thread(target=self.run, name="warm-up", daemon=True).start()
+
+    def run(self) -> None:
+        try:
+            summary = warm_up()
+        except KnownCaseError as error:
+            self.obstacle = str(error)
+            log.critical("not ready, and never will be: %s", error)
+        except Exception:
+            self.obstacle = FAILED
+            log.critical("not ready, and never will be", exc_info=True)
+        else:
+            self.obstacle = None
+            log.info("ready: %s", summary)
+
+
+def warm_up() -> str:
+    """Compute the known case and one request of every form; says what that took.
+
+    Raises KnownCaseError where the known case comes out wrong.
+    """
+    begun = time.monotonic()
+    with event.install_recorder("numba:compile") as compilations:
+        check_known_case()
+        for document in request_forms():
+            scene = Scene.model_validate(document)
+            json.dumps(scene.run())
+            json.motion_summary(scene.motion(), scene.name)
+    compiled = sum(record.is_start for _, record in compilations.buffer)
+    return f"known case right, {compiled} functions compiled, {time.monotonic() - begun:.2f} s"
+
+
+def check_known_case() -> None:
+    quaternion = Scene.builtin(KNOWN_SCENE).run().quaternion("wxyz")[-1].tolist()
+    pairs = zip(quaternion, KNOWN_QUATERNION_WXYZ, strict=True)
+    if not all(abs(found - known) <= KNOWN_WITHIN for found, known in pairs):
+        known = list(KNOWN_QUATERNION_WXYZ)
+        raise KnownCaseError(f"{KNOWN_SCENE}: {quaternion} is not within {KNOWN_WITHIN} of {known}")
+
+
+def request_forms() -> Iterator[dict[str, Any]]:
+    """Documents that between them call all that a request can: no first caller waits for a compiler."""
+    for name in builtin_names():
+        yield Scene.builtin(name).document()
+    known = Scene.builtin(KNOWN_SCENE).document()
+    tensor = [[2.0, 0.1, 0.0], [0.1, 3.0, 0.0], [0.0, 0.0, 4.0]]
+    dates = ["2026-01-01T00:00:00", "2026-01-01T00:00:00.1"]
+    dated = known | {"epoch": {"time": dates[0], "scale": "utc"}}
+    yield known | {"body": {"tensor": tensor, "unit": "kg m2"}}
+    yield known | {"times": {"start": 0, "stop": 3, "step": 1, "unit": "s"}}
+    yield dated | {"times": {"elapsed": [0, 0.1, 7], "unit": "min"}}
+    yield dated | {"times": {"dates": dates, "scale": "utc"}}
+    yield dated | {"times": {"dates": dates, "scale": "tai"}}  # not converted: arrays of another kind

@@ -1,0 +1,147 @@
+"""The handlers: document in, one library call, answer out."""
+
+from __future__ import annotations
+
+import platform
+from functools import cache
+from http import HTTPStatus
+from importlib.metadata import version as version_of
+from typing import Annotated, Any
+
+import orjson
+from fastapi import APIRouter, Depends, Request
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+import attitude
+from attitude.errors import InputError
+from attitude.formats import json
+from attitude.scene import Scene, builtin_names
+
+from . import limits
+from .errors import problem
+from .openapi import json_answer, scene_request
+from .settings import Settings
+
+JSON = "application/json"
+PACKAGES = ("numpy", "numba", "astropy")
+
+router = APIRouter()
+
+
+async def _settings(request: Request) -> Settings:
+    settings: Settings = request.app.state.settings
+    return settings
+
+
+SettingsOf = Annotated[Settings, Depends(_settings)]
+
+
+async def _document(request: Request, settings: SettingsOf) -> bytes:
+    """The raw document; the library parses it, so that it is refused in the library's words."""
+    given = request.headers.get("content-type", "nothing")
+    if given.partition(";")[0].strip().lower() != JSON:
+        raise HTTPException(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"content-type: {JSON}; got {given}")
+    return await limits.read_body(request, settings)
+
+
+Document = Annotated[bytes, Depends(_document)]
+
+
+def _answer(content: bytes | str) -> Response:
+    return Response(content, media_type=JSON)
+
+
+# -- computing: plain functions, which FastAPI runs in its thread pool ----------------------------
+
+
+@router.post(
+    "/v1/ephemeris",
+    summary="Attitude and body rate at a scene's instants",
+    openapi_extra=scene_request(),
+    responses=json_answer("Columns, one list each, with convention, frame, epoch and shape"),
+)
+def ephemeris(document: Document, settings: SettingsOf) -> Response:
+    scene = Scene.from_json(document)
+    limits.check_samples(scene, settings)
+    return _answer(json.dumps(scene.run()))
+
+
+@router.post(
+    "/v1/motion",
+    summary="Regime, periods, rates and constants of a scene's motion",
+    openapi_extra=scene_request(),
+    responses=json_answer("Constants of the motion, units in their names; null for what this motion has not"),
+)
+def motion(document: Document) -> Response:
+    scene = Scene.from_json(document)
+    return _answer(json.motion_summary(scene.motion(), scene.name))
+
+
+# -- the built-in scenes --------------------------------------------------------------------------
+
+
+@router.get(
+    "/v1/scenes",
+    summary="The scenes that come with the service",
+    responses=json_answer("Their names and titles"),
+)
+async def scenes() -> Response:
+    return _answer(_catalogue())
+
+
+@cache
+def _catalogue() -> bytes:
+    return orjson.dumps({"scenes": [_entry(name) for name in builtin_names()]})
+
+
+def _entry(name: str) -> dict[str, Any]:
+    scene = Scene.builtin(name)
+    return {"name": name, "title": scene.name, "description": scene.description, "href": f"/v1/scenes/{name}"}
+
+
+@router.get(
+    "/v1/scenes/{name}",
+    summary="One of them, as a document to post",
+    responses=json_answer("A scene document"),
+)
+async def scene(name: str) -> Response:
+    try:
+        return _answer(Scene.builtin(name).to_json())
+    except InputError as error:
+        raise HTTPException(HTTPStatus.NOT_FOUND, str(error)) from None
+
+
+# -- the process: answered by the event loop, whatever the thread pool is busy with ---------------
+
+
+@router.get("/healthz", summary="The process is alive", responses=json_answer("It is"))
+async def healthz() -> Response:
+    return _answer(orjson.dumps({"status": "alive"}))
+
+
+@router.get(
+    "/readyz",
+    summary="Work may be sent: the kernel is compiled and a known case came out right",
+    responses=json_answer("It may"),
+)
+async def readyz(request: Request) -> Response:
+    obstacle = request.app.state.readiness.obstacle
+    if obstacle is not None:
+        return problem(HTTPStatus.SERVICE_UNAVAILABLE, obstacle)
+    return _answer(orjson.dumps({"status": "ready"}))
+
+
+@router.get(
+    "/version",
+    summary="Versions of the package and of what it computes with",
+    responses=json_answer("Versions, by name"),
+)
+async def version() -> Response:
+    return _answer(_versions())
+
+
+@cache
+def _versions() -> bytes:
+    packages = {name: version_of(name) for name in PACKAGES}
+    return orjson.dumps({"attitude": attitude.__version__, "python": platform.python_version(), **packages})

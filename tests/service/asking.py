@@ -1,0 +1,32 @@
+"""What several tests of the service share."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+# Limits of the service that the tests ask.
+MAX_SAMPLES = 10_000
+MAX_BODY_BYTES = 20_000
+# Compiling the kernel takes most of a minute on a busy machine; loading it takes a second.
+READY_WITHIN_S = 300
+PROBLEM = "application/problem+json"
+
+
+def wait_until_ready(is_ready: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + READY_WITHIN_S
+    while not is_ready():
+        assert time.monotonic() < deadline, f"not ready within {READY_WITHIN_S} s"
+        time.sleep(0.05)
+
+
+def assert_problem(answer: Any, status: int) -> dict[str, Any]:
+    """What every problem has; returns it."""
+    assert answer.status_code == status
+    assert answer.headers["content-type"] == PROBLEM
+    problem: dict[str, Any] = answer.json()
+    assert problem["status"] == status
+    assert {"type", "title", "detail"} <= set(problem)
+    assert "\n" not in problem["detail"]
+    return problem

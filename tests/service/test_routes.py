@@ -1,0 +1,113 @@
+"""Answers: what the library computed, to the bit."""
+
+from __future__ import annotations
+
+import platform
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import orjson
+import pytest
+
+import attitude
+from attitude import Scene
+from attitude.formats import json
+from attitude.scene import builtin_names
+from service import routes
+
+
+def test_ephemeris_answer_is_the_librarys_own_bytes(client, document):
+    answer = client.post("/v1/ephemeris", json=document)
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "application/json"
+    assert answer.content == json.dumps(Scene(**document).run())
+
+
+def test_answered_numbers_are_the_librarys_bits(client, document):
+    columns = client.post("/v1/ephemeris", json=document).json()["columns"]
+    ephemeris = Scene(**document).run()
+    answered = np.stack([columns[name] for name in ("q_w", "q_x", "q_y", "q_z")], axis=-1)
+    assert np.array_equal(answered, ephemeris.quaternion("wxyz"))
+    rates = np.stack([columns[f"omega_{axis}_rad_s"] for axis in "xyz"], axis=-1)
+    assert np.array_equal(rates, ephemeris.angular_velocity)
+
+
+def test_answer_says_how_to_read_it(client, document):
+    answer = client.post("/v1/ephemeris", json=document).json()
+    assert answer["name"] == "tumbling box"
+    assert answer["frame"] == "ICRF"
+    assert answer["quaternion_order"] == "wxyz"
+    assert "v_inertial = q * v_body * conj(q)" in answer["convention"]
+    assert answer["epoch"]["scale"] == "utc"
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_built_in_scene_comes_back_as_a_document_that_answers(client, name):
+    scene = client.get(f"/v1/scenes/{name}")
+    assert scene.json() == Scene.builtin(name).document()
+    answer = client.post("/v1/ephemeris", content=scene.content, headers={"content-type": "application/json"})
+    assert answer.content == json.dumps(Scene.builtin(name).run())
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_no_column_holds_null(client, name):
+    """orjson writes NaN as null without a word."""
+    columns = client.post("/v1/ephemeris", json=Scene.builtin(name).document()).json()["columns"]
+    assert all(value is not None for column in columns.values() for value in column)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_motion_answer_is_the_librarys_own_bytes(client, name):
+    scene = Scene.builtin(name)
+    answer = client.post("/v1/motion", json=scene.document())
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "application/json"
+    assert answer.content == json.motion_summary(scene.motion(), scene.name)
+
+
+def test_motion_of_the_nasa_brick_has_the_published_periods(client):
+    """NASA/TM-2015-218675, case 2: periods to the nanosecond, as printed."""
+    summary = client.post("/v1/motion", json=Scene.builtin("nasa-brick").document()).json()
+    assert summary["regime"] == "short_axis"
+    assert summary["polhode_period_s"] == pytest.approx(17.384489271939, abs=1e-11)
+    assert 2 * np.pi / summary["mean_precession_rate_rad_s"] == pytest.approx(10.076492250293, abs=1e-11)
+
+
+def test_list_of_scenes_names_every_built_in_one_and_where_it_is(client):
+    scenes = client.get("/v1/scenes").json()["scenes"]
+    assert [scene["name"] for scene in scenes] == builtin_names()
+    for scene in scenes:
+        document = client.get(scene["href"]).json()
+        assert (scene["title"], scene["description"]) == (document["name"], document["description"])
+
+
+def test_version_names_the_package_and_what_it_computes_with(client):
+    answer = client.get("/version").json()
+    assert set(answer) == {"attitude", "python", "numpy", "numba", "astropy"}
+    assert answer["attitude"] == attitude.__version__
+    assert answer["python"] == platform.python_version()
+    assert answer["numpy"] == np.__version__
+
+
+def test_content_type_may_carry_a_charset_and_any_case(client, document):
+    headers = {"content-type": "Application/JSON; charset=utf-8"}
+    assert client.post("/v1/motion", content=orjson.dumps(document), headers=headers).status_code == 200
+
+
+def test_health_is_answered_while_a_computation_is_under_way(client, document, monkeypatch):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slow(ephemeris):
+        begun.set()
+        assert go_on.wait(60)
+        return b"{}"
+
+    monkeypatch.setattr(routes.json, "dumps", slow)
+    with ThreadPoolExecutor(1) as pool:
+        computation = pool.submit(client.post, "/v1/ephemeris", json=document)
+        assert begun.wait(60)
+        assert client.get("/healthz").status_code == 200
+        assert not computation.done()
+        go_on.set()
+        assert computation.result().content == b"{}"
