@@ -73,7 +73,7 @@ class PaperConstants:
         seconds = units.si_array(t, units.SECOND, "t")
         start = _azimuth(self._bodies, np.zeros(1))
         turned = _azimuth(self._bodies, seconds.reshape(-1)) - start
-        return turned.reshape(*self._bodies.shape, *seconds.shape)[()]
+        return turned.reshape(self._bodies.shape + seconds.shape)[()]
 
 
 def _sense(bodies: np.ndarray) -> np.ndarray:

@@ -261,9 +261,11 @@ class Scene(Part):
             super().__init__(**document)
 
     @classmethod
-    def model_validate(cls, document: Any, **options: Any) -> Scene:  # type: ignore[override]
-        with _document_errors():
-            return super().model_validate(document, **options)
+    def model_validate(cls, document: Any) -> Scene:  # type: ignore[override]
+        """From plain data, as JSON text holds it."""
+        if not isinstance(document, dict) or not all(isinstance(key, str) for key in document):
+            raise InputError("document", document, "a JSON object", steps=())
+        return cls(**document)
 
     @classmethod
     def from_json(cls, text: str | bytes, source: str = "document") -> Scene:

@@ -1,0 +1,98 @@
+"""The README's examples run, and print what it shows."""
+
+import doctest
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+NUMBER = re.compile(r"(?<![\w.-])-?\d+\.\d+(?:e[+-]?\d+)?")
+# The last place of a sine differs between mathematical libraries; an attitude follows it.
+PRINTED = 1e-12
+READY_WITHIN = 240.0  # seconds; the kernels may have to be compiled first
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("readme")
+    (document,) = blocks("json")
+    (path / "toutatis.json").write_text(document)
+    return path
+
+
+@pytest.fixture(scope="module")
+def port(folder):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        number = free.getsockname()[1]
+    command = [sys.executable, "-m", "attitude.cli", "serve", "--port", str(number)]
+    with open(folder / "serve.log", "w") as log:
+        server = subprocess.Popen(command, stdout=log, stderr=log)
+        try:
+            wait_until_ready(number, server)
+            yield number
+        finally:
+            server.terminate()
+            server.wait(timeout=30)
+
+
+def wait_until_ready(number, server):
+    end = time.monotonic() + READY_WITHIN
+    while time.monotonic() < end and server.poll() is None:
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{number}/readyz", timeout=5):
+                return
+        except (urllib.error.URLError, OSError):
+            time.sleep(0.2)
+    pytest.fail("the service did not become ready")
+
+
+def test_python_examples_print_what_is_shown(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    parser, runner = doctest.DocTestParser(), doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    for number, text in enumerate(blocks("python")):
+        runner.run(parser.get_doctest(text, {}, f"README block {number}", "README.md", 0))
+    assert runner.summarize(verbose=False).failed == 0
+    assert runner.tries > 20
+
+
+def console_examples():
+    for block in blocks("console"):
+        for example in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+            command, _, shown = example.partition("\n")
+            yield pytest.param(command, shown, id=command[:60])
+
+
+@pytest.mark.parametrize(("command", "shown"), list(console_examples()))
+def test_console_examples_print_what_is_shown(command, shown, folder, request):
+    if "curl" in command:
+        command = command.replace(":8000", f":{request.getfixturevalue('port')}")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    answer = subprocess.run(
+        command, shell=True, cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
+    )
+    printed = (answer.stdout + answer.stderr).rstrip("\n")
+    assert NUMBER.sub("#", printed) == NUMBER.sub("#", shown.rstrip("\n"))
+    found, expected = ([float(x) for x in NUMBER.findall(text)] for text in (printed, shown))
+    assert found == pytest.approx(expected, rel=PRINTED, abs=PRINTED)
+
+
+def test_settings_table_names_every_setting():
+    from dataclasses import fields
+
+    from service.settings import Settings, variable
+
+    rows = dict(re.findall(r"^\| `(ATTITUDE_\w+)` \| (\S+)", README, flags=re.MULTILINE))
+    assert rows == {variable(each.name): str(each.default) for each in fields(Settings)}
