@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from . import __version__
 from .errors import AttitudeError, FormatError, InputError
@@ -37,10 +37,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """One line, without the usage that argparse puts before it."""
+        self.exit(BAD_INPUT, f"attitude: {message} (see {self.prog} --help)\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="attitude", description="Exact attitude ephemerides of freely rotating bodies."
-    )
+    parser = _Parser(prog="attitude", description="Exact attitude ephemerides of freely rotating bodies.")
     parser.add_argument("--version", action="version", version=f"attitude {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
@@ -79,6 +83,7 @@ def _run(options: argparse.Namespace) -> None:
     formats.check(options.output, format)
     scene = _scene(options.scene)
     say = _silent if options.quiet else _to_terminal
+    _announce_compilation(say)
     say(f"{scene.name or options.scene}: {scene.times.samples} samples")
     motion = scene.motion()
     say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
@@ -109,6 +114,24 @@ def _to_terminal(text: str) -> None:
     """Remarks go to standard error, and only where a person sees them."""
     if sys.stderr.isatty():
         print(f"attitude: {text}", file=sys.stderr)
+
+
+def _announce_compilation(say: Callable[[str], None]) -> None:
+    """On a new machine the first run compiles: without a word it would look hung."""
+    from numba.core import event
+
+    class Announcer(event.Listener):  # type: ignore[misc]
+        said = False
+
+        def on_start(self, _: object) -> None:
+            if not self.said:
+                say("compiling the kernels for this processor, once: about half a minute")
+            self.said = True
+
+        def on_end(self, _: object) -> None:
+            pass
+
+    event.register("numba:compile", Announcer())
 
 
 def _progress(say: Callable[[str], None]) -> Callable[[float], None]:

@@ -58,6 +58,31 @@ def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude
     return array
 
 
+def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:
+    """(4,) wxyz of intrinsic rotations: q = q_first * q_second * q_third, each exp(axis angle / 2).
+
+    Written out because a document with Euler angles would otherwise wait half a second for scipy.
+    """
+    q = np.array([1.0, 0.0, 0.0, 0.0])
+    for axis, angle in zip(sequence, angles, strict=True):
+        i = 1 + "XYZ".index(axis)
+        j, k = i % 3 + 1, (i + 1) % 3 + 1
+        c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
+        turned = c * q
+        turned[0] -= s * q[i]
+        turned[i] += s * q[0]
+        turned[j] += s * q[k]
+        turned[k] -= s * q[j]
+        q = turned
+    return q
+
+
+def from_mrp(mrp: np.ndarray) -> np.ndarray:
+    """(4,) wxyz of modified Rodrigues parameters e tan(angle/4) (Schaub and Junkins, eq. 3.140)."""
+    size = float(mrp @ mrp)
+    return np.array([1.0 - size, *(2.0 * mrp)]) / (1.0 + size)
+
+
 def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:
     """Numbers of (..., 4) wxyz in the named order; no copy for wxyz."""
     if check_order(order) == "wxyz":

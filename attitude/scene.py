@@ -20,7 +20,6 @@ import numpy as np
 from astropy import units as u
 from astropy.time import Time
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
-from scipy.spatial.transform import Rotation
 
 from . import elapsed, orientation, units
 from .body import RigidBody
@@ -135,9 +134,9 @@ class Attitude(Part):
         if self.matrix is not None:
             return _from_matrix(np.array(self.matrix))
         if self.mrp is not None:
-            return Rotation.from_mrp(self.mrp).as_quat(scalar_first=True)
+            return orientation.from_mrp(np.array(self.mrp))
         angles = np.array(self.euler) * units.parse_unit(self.unit or "", u.rad, "attitude.unit")
-        return Rotation.from_euler(self.sequence or "", angles).as_quat(scalar_first=True)
+        return orientation.from_euler(self.sequence or "", angles)
 
 
 _MEANING = {
@@ -361,6 +360,8 @@ def _from_matrix(matrix: np.ndarray) -> np.ndarray:
         raise InputError(
             "attitude.matrix", matrix.tolist(), "a proper rotation matrix, orthonormal within 1e-6"
         )
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_matrix(matrix).as_quat(scalar_first=True)
 
 

@@ -70,9 +70,16 @@ def _to_standard_output(blocks: Iterable[bytes]) -> None:
 
 
 def _to_file(blocks: Iterable[bytes], path: Path) -> None:
-    """Whole or not at all: written beside the target under another name, then renamed."""
+    """Whole or not at all: written beside the target under another name, then renamed.
+
+    A device or pipe is written to as it is: renaming would put a file in its place.
+    """
     name = None
     try:
+        if path.exists() and not path.is_file():
+            with open(path, "wb") as stream:
+                stream.writelines(blocks)
+            return
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
             name = file.name
             file.writelines(blocks)
