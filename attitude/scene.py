@@ -1,17 +1,10 @@
-"""The scene document: one JSON for library, command and HTTP.
-
-Read downwards: the parts of the document, the scene, and how a document's faults become the
-library's own errors.  Every model refuses unknown keys, and every number carries its unit in a
-field beside it.
-"""
+"""The scene document, one JSON for library, command and HTTP: its parts, and what runs it."""
 
 from __future__ import annotations
 
 import json
-import math
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,52 +12,28 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from astropy import units as u
 from astropy.time import Time
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from . import elapsed, orientation, units
 from .body import RigidBody
+from .document import (
+    Four,
+    Matrix,
+    Number,
+    Part,
+    Text,
+    Vector,
+    document_errors,
+    exactly_one,
+    field_named,
+    parse_json,
+)
 from .elapsed import Instants
 from .ephemeris import Ephemeris
-from .errors import AttitudeError, FormatError, InputError
+from .errors import FormatError, InputError
 from .motion import TorqueFreeMotion
 
 KNOWN_EFFECTS: tuple[str, ...] = ()
-
-
-def _number(value: Any) -> Any:
-    """JSON numbers only: a string or true is not silently read as one."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError("a number")
-    try:
-        number = float(value)
-    except OverflowError:
-        raise ValueError("a number in the range of a double") from None
-    if not math.isfinite(number):
-        raise ValueError("a finite number")
-    return number
-
-
-def _text(value: Any) -> Any:
-    """Text that UTF-8 can hold (JSON lets half a surrogate pair through)."""
-    if isinstance(value, str) and not value.isascii():
-        try:
-            value.encode()
-        except UnicodeEncodeError:
-            raise ValueError("text without half surrogate pairs") from None
-    return value
-
-
-Number = Annotated[float, BeforeValidator(_number)]
-Text = Annotated[str, BeforeValidator(_text)]
-Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
-Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
-Four = Annotated[list[Number], Field(min_length=4, max_length=4)]
-
-
-class Part(BaseModel):
-    """Any part of a document: frozen, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Body(Part):
@@ -76,14 +45,14 @@ class Body(Part):
 
     @model_validator(mode="after")
     def _one_of(self) -> Body:
-        _exactly_one(self, ("moments", "tensor"))
+        exactly_one(self, ("moments", "tensor"))
         return self
 
     def build(self) -> RigidBody:
         factor = units.parse_unit(self.unit, units.MOMENT, "body.unit")
         field = "moments" if self.moments is not None else "tensor"
         values = np.array(getattr(self, field)) * factor
-        with _field_named(f"body.{field}"):
+        with field_named(f"body.{field}"):
             return RigidBody.from_moments(values) if field == "moments" else RigidBody(values)
 
 
@@ -115,7 +84,7 @@ class Attitude(Part):
 
     @model_validator(mode="after")
     def _one_of(self) -> Attitude:
-        form = _exactly_one(self, ("euler", "quaternion", "matrix", "mrp"))
+        form = exactly_one(self, ("euler", "quaternion", "matrix", "mrp"))
         wanted = {"euler": {"sequence", "unit"}, "quaternion": {"order"}}.get(form, set())
         for name in ("sequence", "unit", "order"):
             if name in wanted and getattr(self, name) is None:
@@ -173,7 +142,7 @@ class Times(Part):
 
     @model_validator(mode="after")
     def _one_form(self) -> Times:
-        form = _exactly_one(self, ("start", "elapsed", "dates"))
+        form = exactly_one(self, ("start", "elapsed", "dates"))
         needed = {
             "start": {"start", "stop", "unit"},
             "elapsed": {"elapsed", "unit"},
@@ -183,7 +152,7 @@ class Times(Part):
             if getattr(self, name) is None:
                 raise InputError(name, None, f"a value beside {form}")
         if form == "start":
-            _exactly_one(self, ("step", "count"))
+            exactly_one(self, ("step", "count"))
             start, stop = self._span()
             if stop < start:
                 raise InputError("stop", stop, f"an instant not before start ({start!r})")
@@ -256,7 +225,7 @@ class Scene(Part):
         return self
 
     def __init__(self, **document: Any):
-        with _document_errors():
+        with document_errors():
             super().__init__(**document)
 
     @classmethod
@@ -269,7 +238,7 @@ class Scene(Part):
     @classmethod
     def from_json(cls, text: str | bytes, source: str = "document") -> Scene:
         """From JSON text.  Refuses NaN, Infinity and keys given twice, which JSON readers let pass."""
-        return cls.model_validate(_parse_json(text, source))
+        return cls.model_validate(parse_json(text, source))
 
     @classmethod
     def read(cls, path: str | Path) -> Scene:
@@ -322,14 +291,7 @@ def builtin_names() -> list[str]:
     )
 
 
-# -- checks the parts share ---------------------------------------------------------------------
-
-
-def _exactly_one(part: Part, names: tuple[str, ...]) -> str:
-    given = [name for name in names if getattr(part, name) is not None]
-    if len(given) != 1:
-        raise InputError("", " and ".join(given) or None, f"exactly one of {', '.join(names)}")
-    return given[0]
+# -- dates and matrices -------------------------------------------------------------------------
 
 
 ISO_DATE = re.compile(r"\d{4}-\d{2}-\d{2}([T ][\d:.]+)?")
@@ -363,106 +325,3 @@ def _from_matrix(matrix: np.ndarray) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_matrix(matrix).as_quat(scalar_first=True)
-
-
-@contextmanager
-def _field_named(name: str) -> Iterator[None]:
-    """Gives an error from the library the name that its field has in the document."""
-    try:
-        yield
-    except InputError as error:
-        tail = error.field[error.field.index("[") :] if "[" in error.field else ""
-        raise InputError(name + tail, error.value, error.expected) from None
-
-
-# -- documents that are wrong ---------------------------------------------------------------------
-
-
-def _parse_json(text: str | bytes, source: str) -> Any:
-    try:
-        return json.loads(text, object_pairs_hook=_without_twins, parse_constant=_no_constant)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
-    except UnicodeDecodeError:
-        raise FormatError("not JSON: not UTF-8 text", source) from None
-    except RecursionError:
-        raise FormatError("not JSON that can be read: nested too deeply", source) from None
-    except AttitudeError:
-        raise
-    except ValueError as error:  # an integer of thousands of digits
-        raise FormatError(f"not JSON that can be read: {error}", source) from None
-
-
-def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    document = dict(pairs)
-    if len(document) < len(pairs):
-        names = [name for name, _ in pairs]
-        twin = next(name for name in names if names.count(name) > 1)
-        raise InputError(twin, "the key twice", "each key once", steps=())
-    return document
-
-
-def _no_constant(name: str) -> float:
-    raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)", steps=())
-
-
-@contextmanager
-def _document_errors() -> Iterator[None]:
-    """Turns pydantic's errors into one InputError that names the first field and lists the others."""
-    try:
-        yield
-    except ValidationError as error:
-        raise _input_error(error) from None
-
-
-def _input_error(error: ValidationError) -> InputError:
-    faults = [_fault(details) for details in error.errors(include_url=False)]
-    first = faults[0]
-    if len(faults) > 1:
-        others = ", ".join(dict.fromkeys(fault.field for fault in faults[1:6]))
-        first.args = (f"{first} (also: {others})",)
-    return first
-
-
-def _fault(details: Any) -> InputError:
-    steps = tuple(details["loc"])
-    cause = details.get("ctx", {}).get("error")
-    if isinstance(cause, InputError):  # raised by a check of ours, relative to its part
-        return InputError(_field((*steps, *cause.steps)), cause.value, cause.expected, (*steps, *cause.steps))
-    found = None if details["type"] == "missing" else details["input"]
-    return InputError(_field(steps), found, _expected(details), steps)
-
-
-def _field(steps: tuple[str | int, ...]) -> str:
-    """("times", "dates", 3) as "times.dates[3]"."""
-    text = ""
-    for step in steps:
-        text += f"[{step}]" if isinstance(step, int) else (f".{step}" if text else step)
-    return text or "document"
-
-
-_PLAINLY = {
-    "missing": "a value (the field is required)",
-    "extra_forbidden": "no such key (unknown keys are refused)",
-    "model_type": "a JSON object",
-    "list_type": "a list",
-    "string_type": "text",
-    "string_pattern_mismatch": 'three axes in capitals (rotations about the body\'s own), such as "ZXZ"',
-}
-
-
-def _expected(details: Any) -> str:
-    kind, context = details["type"], details.get("ctx", {})
-    if kind in ("too_short", "too_long"):
-        least, most = context.get("min_length"), context.get("max_length")
-        wanted = least if least is not None else most
-        return (
-            f"{wanted} elements"
-            if details["loc"] and details["loc"][-1] not in ("elapsed", "dates")
-            else "at least one"
-        )
-    if kind in _PLAINLY:
-        return _PLAINLY[kind]
-    if kind == "literal_error":
-        return f"one of {context['expected']}"
-    return str(details["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
