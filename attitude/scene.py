@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from contextlib import suppress
 from importlib import resources
@@ -213,7 +214,7 @@ class Scene(Part):
     attitude: Attitude
     angular_velocity: AngularVelocity
     times: Times
-    effects: list[Any] = []
+    effects: list[Any] = Field(default_factory=list)
 
     @model_validator(mode="after")
     def _check(self) -> Scene:

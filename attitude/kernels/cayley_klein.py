@@ -17,8 +17,8 @@ from .invariants import THETA
 
 # Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
 ROUND = 1.5 * 2.0**52
-# Whole turns are dropped in one step; the step is exact up to this many of them.
-MAX_TURNS = 2.0**45
+# Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
+MAX_TURNS = 2.0**42
 
 TURN = 2.0 * math.pi
 TURN_LOW = 2.4492935982947064e-16

@@ -33,7 +33,7 @@ def carlson_rf(root_x, root_y, root_z):
     x, y, z = root_x, root_y, root_z
     pairs = add(add(mul(x, y), mul(x, z)), mul(y, z))
     x, y, z = square(x), square(y), square(z)
-    while True:
+    for _ in range(64):  # a handful, and log2 of the arguments' exponents more where they are tiny
         x, y, z = scale(add(x, pairs), 0.25), scale(add(y, pairs), 0.25), scale(add(z, pairs), 0.25)
         mean = div(add(add(x, y), z), (3.0, 0.0))
         spread = max(abs(mean[0] - x[0]), abs(mean[0] - y[0]), abs(mean[0] - z[0]))

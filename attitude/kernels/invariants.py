@@ -38,8 +38,8 @@ CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
 REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
 THETA, TRANSFORMED = range(2)
 
-# Below this complementary parameter (m > 0.97) four terms of the theta series no longer reach
-# 1e-17, and four terms of the transformed series do.
+# At this complementary parameter (m = 0.97, q = 0.207) the degree-four polynomials of eq. (31) leave
+# out 2 q^25 = 1.6e-17; beyond it the transformed series, with Q < 0.044, is the short one.
 TRANSFORM_BELOW = 0.03
 
 INVARIANTS = np.dtype(
@@ -173,6 +173,9 @@ def _polhode_motion(moments, axes, rate, attitude, parts, work, factors, out):
     root_D, sign_D = _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors)
     first, third = (hi, lo) if sign_D < 0.0 else (lo, hi)
     polhode, signs = _polhode(inertia, omega, first, mid, third, root_D)
+    if polhode.A1[0] == 0.0 or polhode.r32[0] == 0.0 or polhode.u_rate[0] == 0.0:
+        _constant_rate(rate, attitude, out)  # off a principal axis by less than two parts can hold
+        return
     K, K_prime = quarter_period(polhode.k1), quarter_period(polhode.k)
     # docs/theory.md (12): the start, as an amplitude kept by its sine and cosine
     S = scale(div(polhode.gamma[1], polhode.A2), polhode.s)
@@ -243,15 +246,20 @@ def _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors):
     D is the only place where digits can be lost, so its terms are summed without rounding;
     its two rates are first scaled together, so that their squares stay in range.
     """
-    together = power_of_two_near(max(abs(omega[lo][0]), abs(omega[hi][0])))
+    to_lo, to_hi = sub(inertia[lo], inertia[mid]), sub(inertia[hi], inertia[mid])
+    # an axis whose moment is the middle one has no share in D, and none in the scale
+    share_lo = abs(omega[lo][0]) if to_lo[0] != 0.0 else 0.0
+    share_hi = abs(omega[hi][0]) if to_hi[0] != 0.0 else 0.0
+    together = power_of_two_near(max(share_lo, share_hi))
     count = 0
-    for axis in (lo, hi):
+    for axis, difference in ((lo, to_lo), (hi, to_hi)):
         component = scale(omega[axis], 1.0 / together)
         _store(factors[0], inertia[axis])
-        _store(factors[1], sub(inertia[axis], inertia[mid]))
+        _store(factors[1], difference)
         _store(factors[2], component)
         _store(factors[3], component)
-        count = add_product(parts, count, factors, work)
+        if difference[0] != 0.0:
+            count = add_product(parts, count, factors, work)
     D = two_part_value(parts, count)
     sign = 1.0 if D[0] > 0.0 else (-1.0 if D[0] < 0.0 else 0.0)
     return scale(sqrt(scale(D, sign)), together), sign
