@@ -353,23 +353,30 @@ def _theta_phase_sum(q, E, E_prime):
 
 @routine
 def _theta_terms(q, E, E_prime):
-    """a_n, b_n of theta4 and c_k, d_k of theta1 relative to its first, n and k from 0 to 3 (eqs. 17, 18)."""
-    q2 = square(q)
-    q3 = mul(q2, q)
-    E2 = square(E)
-    P2 = square(E_prime)
+    """a_n, b_n of theta4 and c_k, d_k of theta1 relative to its first, n and k from 0 to 3 (eqs. 17, 18).
+
+    The d_k are (1 - E) times sums of one sign, sinh (2k+1)h / sinh h = sum_j e^2jh: where the two
+    moments beside axis 1 are nearly equal h is as small, and all of beta is of that size.
+    """
+    q2, P2, E2 = square(q), square(E_prime), square(E)
+    q3, q4 = mul(q2, q), square(q2)
+    q8, P3, E3 = square(q4), mul(P2, E_prime), mul(E2, E)
     near1, far1 = mul(q, E_prime), mul(q2, E)
-    near2, far2 = mul(square(q3), P2), mul(square(square(q2)), E2)
-    near3 = mul(mul(square(square(q3)), q3), mul(P2, E_prime))
-    far3 = mul(square(mul(square(q3), q3)), mul(E2, E))
+    near2, far2 = mul(mul(q4, q2), P2), mul(q8, E2)
+    near3, far3 = mul(mul(q8, mul(q4, q3)), P3), mul(mul(square(q8), q2), E3)
     a = ONE, neg(add(near1, far1)), add(near2, far2), neg(add(near3, far3))
     b = ZERO, neg(sub(near1, far1)), sub(near2, far2), neg(sub(near3, far3))
-    near1, far1 = mul(q3, E_prime), mul(square(q2), E2)
-    near2, far2 = mul(square(mul(q2, q3)), P2), mul(square(square(q3)), mul(E2, E))
-    near3 = mul(mul(square(square(mul(q2, q3))), q), mul(P2, E_prime))
-    far3 = mul(square(square(square(q3))), square(E2))
+    q10, q21 = mul(q8, q2), mul(mul(square(q8), q4), q)
+    near1, far1 = mul(q3, E_prime), mul(q4, E2)
+    near2, far2 = mul(q10, P2), mul(mul(q8, q4), E3)
+    near3, far3 = mul(q21, P3), mul(mul(q21, q3), square(E2))
     c = add(ONE, E), neg(add(near1, far1)), add(near2, far2), neg(add(near3, far3))
-    d = sub(ONE, E), neg(sub(near1, far1)), sub(near2, far2), neg(sub(near3, far3))
+    sum1 = add(near1, mul(q4, add(ONE, E)))
+    sum2 = add(near2, mul(q10, add(mul(q, E_prime), mul(q2, add(ONE, add(E, E2))))))
+    far3 = mul(q2, add(E_prime, mul(q, add(add(ONE, E), add(E2, E3)))))
+    sum3 = add(near3, mul(q21, add(mul(q, P2), far3)))
+    first = sub(ONE, E)
+    d = first, neg(mul(first, sum1)), mul(first, sum2), neg(mul(first, sum3))
     return a, b, c, d
 
 
