@@ -26,6 +26,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), "Scene"})
+
+
 def __getattr__(name: str) -> Any:
     # pydantic costs as much to import as the rest: only those who use documents pay
     if name == "Scene":

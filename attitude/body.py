@@ -138,16 +138,8 @@ def _symmetric(tensor: np.ndarray) -> np.ndarray:
 
 
 def _check_moments(moments: np.ndarray) -> None:
-    _refuse_where(moments <= 0.0, moments, "positive principal moments")
-    half = 0.5 * moments  # halves: the sum of two huge moments must not overflow
-    others = half.sum(axis=-1, keepdims=True) - half
-    excess = half > others * (1.0 + TRIANGLE_TOLERANCE)
-    _refuse_where(
-        excess, moments, "no principal moment greater than the sum of the other two, as for any real body"
-    )
-
-
-def _refuse_where(wrong: np.ndarray, moments: np.ndarray, expected: str) -> None:
-    if wrong.any():
-        place = tuple(int(i[0]) for i in np.nonzero(wrong))
-        raise InputError("inertia" + "".join(f"[{i}]" for i in place), float(moments[place]), expected)
+    units.refuse_where(moments <= 0.0, moments, "inertia", "positive principal moments")
+    quarter = 0.25 * moments  # the sum of two huge moments must not overflow
+    others = quarter.sum(axis=-1, keepdims=True) - quarter
+    beyond = "no principal moment greater than the sum of the other two, as for any real body"
+    units.refuse_where(quarter > others * (1.0 + TRIANGLE_TOLERANCE), moments, "inertia", beyond)

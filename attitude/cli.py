@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.command(options)
         sys.stdout.flush()
     except AttitudeError as error:
-        print(f"attitude: {error}", file=sys.stderr)
+        print("attitude: " + " ".join(str(error).split()), file=sys.stderr)
         return BAD_INPUT
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -97,10 +97,10 @@ def _scene(name: str) -> Scene:
 
     if name == "-":
         return Scene.from_json(sys.stdin.buffer.read(), "standard input")
-    if Path(name).exists():
-        return Scene.read(name)
-    if name in builtin_names():
+    if name in builtin_names() and not Path(name).is_file():
         return Scene.builtin(name)
+    if os.path.exists(name):  # unlike Path's, false for a name that no file can have
+        return Scene.read(name)
     if Path(name).suffix == ".json" or os.sep in name:
         raise FormatError("no such file", name)
     raise InputError("SCENE", name, f"a file, or a built-in scene ({', '.join(builtin_names())})")

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 from astropy import units as u
-from astropy.time import Time, TimeDelta
+from astropy.time import ScaleValueError, Time, TimeDelta
+from erfa import ErfaError
 
 from . import units
 from .errors import InputError
@@ -30,15 +31,24 @@ class Instants:
     rest : ndarray or None, s
         What that rounding left, so that seconds + rest is good to 32 digits; None for zero.
     epoch : Time or None
+    scale : str or None
+        The time scale in which they are dated: that of the Time they were given as, else the epoch's.
     """
 
     def __init__(
-        self, seconds: np.ndarray, rest: np.ndarray | None, epoch: Time | None, time: Time | None = None
+        self,
+        seconds: np.ndarray,
+        rest: np.ndarray | None,
+        epoch: Time | None,
+        time: Time | None = None,
+        scale: str | None = None,
     ):
-        self.seconds = seconds
-        self.rest = rest
+        self.seconds = np.asarray(seconds)
+        self.rest = None if rest is None else np.asarray(rest)
         self.epoch = epoch
         self._time = time
+        dated = epoch if time is None else time
+        self.scale = dated.scale if scale is None and dated is not None else scale
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -46,10 +56,7 @@ class Instants:
 
     @property
     def time(self) -> Time | None:
-        """The instants as a Time, made when first asked for; None without an epoch.
-
-        In the scale of the Time they were given as, else in the epoch's.
-        """
+        """The instants as a Time in `scale`, made when first asked for; None without an epoch."""
         if self._time is None and self.epoch is not None:
             self._time = self._build_time(self.epoch)
         return self._time
@@ -60,14 +67,18 @@ class Instants:
         days, days_low = np.empty_like(seconds), np.empty_like(seconds)
         clock.days_from_seconds(seconds, rest, days, days_low)
         offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
-        time = getattr(epoch.tai + offset, epoch.scale)
+        try:
+            time = getattr(epoch.tai + offset, self.scale or epoch.scale)
+        except (ErfaError, ValueError) as error:
+            raise InputError("time", "an instant so far off", f"one that a calendar has ({error})") from None
         _tai(time, "time")
         time.format, time.precision = epoch.format, epoch.precision
         return time
 
     def __getitem__(self, key: Any) -> Instants:
         rest = None if self.rest is None else self.rest[key]
-        return Instants(self.seconds[key], rest, self.epoch, None if self._time is None else self._time[key])
+        time = None if self._time is None else self._time[key]
+        return Instants(self.seconds[key], rest, self.epoch, time, self.scale)
 
 
 def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
@@ -77,8 +88,7 @@ def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
         raise InputError(field, epoch, "an astropy Time, or None")
     if not epoch.isscalar:
         raise InputError(field, f"shape {epoch.shape}", "one Time for all bodies")
-    if epoch.masked and np.any(epoch.mask):
-        raise InputError(field, "a masked Time", "a time that is not missing")
+    _refuse_missing(epoch, field)
     _tai(epoch, field)
     return epoch.copy()
 
@@ -100,22 +110,25 @@ def instants(t: Any, epoch: Time | None, field: str = "t") -> Instants:
         return _from_time(t, epoch, field)
     if isinstance(t, TimeDelta):
         return _from_delta(t, epoch, field)
-    if isinstance(t, u.Quantity) and t.unit is not u.s:
-        units.si_array(t, units.SECOND, field)  # refuses other dimensions, and what is not finite
-        return _from_delta(TimeDelta(t), epoch, field)
-    if isinstance(t, (str, bytes)):
-        raise InputError(field, t, KINDS)
-    return Instants(units.si_array(t, units.SECOND, field), None, epoch)
+    if isinstance(t, u.Quantity) and t.unit != u.s:
+        units.si_array(t, units.SECOND, field)  # refuses other dimensions
+        return Instants(*in_unit(units.finite_array(t.value, field), t.unit.to_string(), field), epoch)
+    if isinstance(t, u.Quantity):
+        return Instants(units.si_array(t, units.SECOND, field), None, epoch)
+    try:
+        return Instants(units.finite_array(t, field), None, epoch)
+    except InputError as error:
+        expected = KINDS if error.expected == "numbers" else error.expected
+        raise InputError(error.field, error.value, expected) from None
 
 
 def _tai(time: Time, field: str) -> Time:
     """In TAI; what astropy cannot convert offline (UT1 outside its tables) is refused."""
     try:
         return _offline(time).tai
-    except ValueError as error:
-        raise InputError(
-            field, f"scale {time.scale!r}", f"a time that can be brought to TAI ({error})"
-        ) from None
+    except (ValueError, ScaleValueError, ErfaError) as error:
+        expected = f"a time that can be brought to TAI ({error})"
+        raise InputError(field, f"scale {time.scale!r}", expected) from None
 
 
 def _offline(time: Time) -> Time:
@@ -133,36 +146,44 @@ def _offline(time: Time) -> Time:
 def _from_time(time: Time, epoch: Time, field: str) -> Instants:
     _refuse_missing(time, field)
     tai, start = _tai(time, field), _tai(epoch, "epoch")
-    seconds, rest = _seconds(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
+    seconds, rest = _seconds(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2), field)
     return Instants(seconds, rest, epoch, time.copy())
 
 
 def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
     _refuse_missing(delta, field)
     if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
-        return _from_time(getattr(epoch, delta.scale) + delta, epoch, field)
+        return _from_time(getattr(_offline(epoch), delta.scale) + delta, epoch, field)
     if delta.scale not in (None, "tai", "tt"):
         raise InputError(
             field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from"
         )
-    seconds, rest = _seconds(delta.jd1, delta.jd2, 0.0, 0.0)
+    seconds, rest = _seconds(delta.jd1, delta.jd2, 0.0, 0.0, field)
     return Instants(seconds, rest, epoch)
 
 
 def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
-    if time.masked and np.any(time.mask):
-        place = tuple(int(i[0]) for i in np.nonzero(time.mask))
-        raise InputError(
-            field + "".join(f"[{i}]" for i in place), "a missing time", "a value for every instant"
-        )
+    if time.masked:
+        missing = np.asarray(time.mask)
+        units.refuse_where(missing, np.where(missing, "nothing", ""), field, "a time for every instant")
 
 
-def _seconds(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:
+def _seconds(
+    day: Any, fraction: Any, day0: float, fraction0: float, field: str
+) -> tuple[np.ndarray, np.ndarray]:
     day, fraction = _for_kernel(day), _for_kernel(fraction)
     seconds, rest = np.empty(day.shape), np.empty(day.shape)
     flat = [array.reshape(-1) for array in (day, fraction, seconds, rest)]
     clock.seconds_from_days(flat[0], flat[1], day0, fraction0, flat[2], flat[3])
-    return seconds, rest
+    return _finite(seconds, field), rest
+
+
+def _finite(seconds: np.ndarray, field: str) -> np.ndarray:
+    if seconds.size and not np.isfinite(units.extremes(seconds)).all():
+        units.refuse_where(
+            ~np.isfinite(seconds), seconds, field, "instants that a double can hold in seconds"
+        )
+    return seconds
 
 
 def _for_kernel(array: Any) -> np.ndarray:
@@ -170,18 +191,36 @@ def _for_kernel(array: Any) -> np.ndarray:
     return np.require(array, dtype=np.float64, requirements=["C", "W"])
 
 
-def grid(start: float, stop: float, step: float, count: int, unit: float) -> tuple[np.ndarray, np.ndarray]:
+def grid(start: float, stop: float, step: float, count: int, unit: str) -> tuple[np.ndarray, np.ndarray]:
     """`count` instants in two-part seconds: start + k*step, or evenly from start to stop where step is 0.
 
-    start, stop, step are in units of `unit` seconds; no Time is built.
+    start, stop and step are in `unit`; no Time is built.
     """
-    seconds, rest = np.empty(count), np.empty(count)
-    clock.grid(start, stop, count - 1, step, unit, seconds, rest)
-    return seconds, rest
+    seconds, rest = _room_for(count)
+    clock.grid(start, stop, count - 1, step, *_ratio(unit, "times.unit"), seconds, rest)
+    return _finite(seconds, "times"), rest
 
 
-def in_unit(values: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray]:
-    """values * unit as two-part seconds; the product is exact."""
-    seconds, rest = np.empty(values.size), np.empty(values.size)
-    clock.scaled(values, unit, seconds, rest)
-    return seconds, rest
+def in_unit(values: np.ndarray, unit: str, field: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values in `unit` as two-part seconds, good to 32 digits."""
+    seconds, rest = np.empty(values.shape), np.empty(values.shape)
+    clock.scaled(values.reshape(-1), *_ratio(unit, field), seconds.reshape(-1), rest.reshape(-1))
+    return _finite(seconds, field), rest
+
+
+def _ratio(unit: str, field: str) -> tuple[float, float]:
+    """Seconds in a unit as a ratio of doubles: a millisecond is 1/1000, which no double is."""
+    factor = units.parse_unit(unit, units.SECOND, field)
+    inverse = 1.0 / factor
+    return (
+        (1.0, float(round(inverse)))
+        if factor < 1.0 and abs(inverse - round(inverse)) < 1e-9 * inverse
+        else (factor, 1.0)
+    )
+
+
+def _room_for(count: int) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        return np.empty(count), np.empty(count)
+    except (MemoryError, ValueError):
+        raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None

@@ -18,6 +18,10 @@ from typing import Any
 class AttitudeError(Exception):
     """Base of the tree.  `str()` is one line that says what was wrong and what would be right."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Comes back whole from a worker process, whatever arguments its class takes."""
+        return _rebuilt, (type(self), self.args, self.__dict__)
+
 
 class InputError(AttitudeError, ValueError):
     """A value the library cannot take.
@@ -71,6 +75,13 @@ class FormatError(AttitudeError):
         self.line = line
         where = ", ".join(part for part in (source, f"line {line}" if line else "") if part)
         super().__init__(f"{where}: {message}" if where else message)
+
+
+def _rebuilt(kind: type[AttitudeError], args: tuple[Any, ...], state: dict[str, Any]) -> AttitudeError:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(state)
+    return error
 
 
 def _steps(field: str) -> tuple[str | int, ...]:

@@ -246,10 +246,7 @@ def _check_rates(rates: np.ndarray) -> np.ndarray:
         raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
     size = np.abs(rates).max(axis=-1)
     wrong = (size > FASTEST) | ((size > 0.0) & (size < SLOWEST))
-    if wrong.any():
-        place = tuple(int(i[0]) for i in np.nonzero(wrong)) if wrong.ndim else ()
-        where = "angular_velocity" + "".join(f"[{i}]" for i in place)
-        raise InputError(where, rates[place].tolist(), f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s")
+    units.refuse_where(wrong, rates, "angular_velocity", f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s")
     return rates
 
 
@@ -271,13 +268,19 @@ def _representable(value: np.ndarray, name: str) -> np.ndarray:
 def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """INVARIANTS of the batch's shape."""
     out = np.zeros(shape, kernel.INVARIANTS)
-    flat_rates = np.ascontiguousarray(rates).reshape(-1, 3)
-    tensors = np.ascontiguousarray(np.broadcast_to(body.tensor, (*shape, 3, 3))).reshape(-1, 3, 3)
-    moments = np.ascontiguousarray(np.broadcast_to(body._two_part_moments, (*shape, 3, 2))).reshape(-1, 3, 2)
-    axes = np.ascontiguousarray(np.broadcast_to(body._two_part_axes, (*shape, 3, 3, 2))).reshape(-1, 3, 3, 2)
+    flat_rates = _for_kernel(rates, len(shape))
+    tensors, moments, axes = (
+        _for_kernel(np.broadcast_to(array, shape + array.shape[len(body.shape) :]), len(shape))
+        for array in (body.tensor, body._two_part_moments, body._two_part_axes)
+    )
     constant = np.empty(len(flat_rates), dtype=np.bool_)
     rate_is_constant(tensors, flat_rates, constant)
     kernel.invariants(
-        moments, axes, flat_rates, np.ascontiguousarray(attitudes).reshape(-1, 4), constant, out.reshape(-1)
+        moments, axes, flat_rates, _for_kernel(attitudes, len(shape)), constant, out.reshape(-1)
     )
     return out
+
+
+def _for_kernel(array: np.ndarray, batch: int) -> np.ndarray:
+    """Its first `batch` dimensions as one, contiguous and writeable: what kernels are compiled for."""
+    return np.require(array, requirements=["C", "W"]).reshape(-1, *array.shape[batch:])

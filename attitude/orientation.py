@@ -23,13 +23,13 @@ INERTIAL_FRAMES = {
 
 
 def check_order(order: str | None, field: str = "order") -> str:
-    if order not in ORDERS:
+    if not isinstance(order, str) or order not in ORDERS:
         raise InputError(field, order, 'the order of the four numbers, "wxyz" or "xyzw"')
     return order
 
 
 def check_frame(frame: str, field: str = "frame") -> str:
-    if frame not in INERTIAL_FRAMES:
+    if not isinstance(frame, str) or frame not in INERTIAL_FRAMES:
         raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}")
     return frame
 
@@ -49,12 +49,10 @@ def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude
     if array.ndim < 1 or array.shape[-1] != 4:
         raise InputError(field, f"shape {array.shape}", "a Rotation or quaternions of shape (..., 4)")
     array = np.ascontiguousarray(array[..., ORDERS[check_order(order)]])
-    length = np.sqrt((array * array).sum(axis=-1))
+    with np.errstate(over="ignore"):
+        length = np.sqrt((array * array).sum(axis=-1))
     off = ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
-    if off.any():
-        place = tuple(int(i[0]) for i in np.nonzero(off)) if array.ndim > 1 else ()
-        where = field + "".join(f"[{i}]" for i in place)
-        raise InputError(where, f"length {float(length[place]):.9g}", "a unit quaternion, within 1e-6")
+    units.refuse_where(off, length, field, "a unit quaternion, within 1e-6 of length 1")
     return array
 
 

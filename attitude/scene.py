@@ -191,9 +191,10 @@ class Times(Part):
                     "times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from"
                 )
             return elapsed.instants(_parse_times(self.dates, self.scale), epoch, "times.dates")
-        unit = units.parse_unit(self.unit or "", units.SECOND, "times.unit")
+        unit = self.unit or ""
+        units.parse_unit(unit, units.SECOND, "times.unit")
         if self.elapsed is not None:
-            seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit)
+            seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit, "times.elapsed")
         else:
             seconds, rest = elapsed.grid(*self._span(), self.step or 0.0, self.samples, unit)
         return Instants(seconds, rest if rest.any() else None, epoch)
@@ -246,8 +247,8 @@ class Scene(Part):
         """From a JSON file."""
         try:
             text = Path(path).read_bytes()
-        except OSError as error:
-            raise FormatError(f"cannot be read ({error.strerror})", str(path)) from None
+        except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+            raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
         return cls.from_json(text, str(path))
 
     @classmethod

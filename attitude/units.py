@@ -23,7 +23,8 @@ def si_array(value: Any, unit: u.UnitBase, field: str) -> np.ndarray:
     """
     if isinstance(value, u.Quantity):
         try:
-            value = value.to_value(unit)
+            with np.errstate(over="ignore"):
+                value = value.to_value(unit)
         except u.UnitConversionError:
             raise InputError(
                 field, value.unit.to_string(), f"a unit of {unit.physical_type} ({unit})"
@@ -36,14 +37,22 @@ def finite_array(value: Any, field: str) -> np.ndarray:
     if np.ma.is_masked(value):
         raise InputError(field, "a masked array with missing values", "a value for every element")
     try:
-        array = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
+        array = np.asarray(value)
+        if array.dtype.kind not in "iufO":  # text, dates and booleans would be taken for numbers
+            raise TypeError
+        array = np.array(array, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError):
         raise InputError(field, value, "numbers") from None
     if array.size and not np.isfinite(extremes(array)).all():
-        place = tuple(int(i[0]) for i in np.nonzero(~np.isfinite(array)))
-        where = field + "".join(f"[{i}]" for i in place)
-        raise InputError(where, float(array[place]), "finite numbers")
+        refuse_where(~np.isfinite(array), array, field, "finite numbers")
     return array
+
+
+def refuse_where(wrong: np.ndarray, values: np.ndarray, field: str, expected: str) -> None:
+    """Raises InputError with the place of the first wrong element, if there is one."""
+    if wrong.any():
+        place = tuple(int(i) for i in np.unravel_index(int(np.argmax(wrong)), wrong.shape))
+        raise InputError(field + "".join(f"[{i}]" for i in place), values[place].tolist(), expected)
 
 
 def extremes(array: np.ndarray) -> tuple[float, float]:

@@ -33,6 +33,8 @@ def write(
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """See `Ephemeris.write`; the path "-" is standard output, and then the format must be named."""
+    if not all(ephemeris.shape):
+        raise FormatError("an ephemeris of no instants is not written", str(path))
     blocks = check(path, format).blocks(ephemeris, progress or _no_progress)
     if str(path) == STANDARD_STREAM:
         _to_standard_output(blocks)
@@ -45,8 +47,8 @@ def read(path: str | Path, format: str | None = None) -> Ephemeris:
     module = check(path, format)
     try:
         text = Path(path).read_bytes()
-    except OSError as error:
-        raise FormatError(f"cannot be read ({error.strerror})", str(path)) from None
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
     return module.parse(text, str(path))
 
 
@@ -85,8 +87,8 @@ def _to_file(blocks: Iterable[bytes], path: Path) -> None:
             file.writelines(blocks)
         os.chmod(name, 0o666 & ~_umask())
         os.replace(name, path)
-    except OSError as error:
-        raise FormatError(f"cannot be written ({error.strerror})", str(path)) from None
+    except (OSError, ValueError) as error:
+        raise FormatError(f"cannot be written ({getattr(error, 'strerror', error)})", str(path)) from None
     finally:
         if name is not None and os.path.exists(name):
             os.unlink(name)

@@ -54,16 +54,23 @@ def _rows(table: dict[str, np.ndarray], names: list[str]) -> bytes:
 
 
 def parse(text: bytes, source: str) -> Ephemeris:
-    lines = text.decode("utf-8", errors="replace").splitlines()
+    lines = text.decode("utf-8", errors="replace").split("\n")
+    if lines.pop():
+        raise FormatError("ends in the middle of a line", source, len(lines) + 1)
+    lines = [line.removesuffix("\r") for line in lines]
     comments = [line for line in lines[:64] if line.startswith("#")]
     meta = _metadata(comments, source)
     body = lines[len(comments) :]
     if not body:
         raise FormatError("ends before the column names", source, len(lines))
     names = body[0].split(",")
+    if len(set(names)) < len(names):
+        raise FormatError("a column name twice", source, len(comments) + 1)
     wanted = [i for i, name in enumerate(names) if name != parts.TIME]
-    matrix = _numbers(body[1:], wanted, len(names), source, len(comments) + 2)
-    return parts.ephemeris_from(meta, {names[i]: matrix[:, k] for k, i in enumerate(wanted)}, source)
+    first_line = len(comments) + 2
+    matrix = _numbers(body[1:], wanted, len(names), source, first_line)
+    table = {names[i]: matrix[:, k] for k, i in enumerate(wanted)}
+    return parts.ephemeris_from(meta, table, source, first_line)
 
 
 def _metadata(comments: list[str], source: str) -> dict[str, Any]:

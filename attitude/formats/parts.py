@@ -10,9 +10,9 @@ from astropy.time import Time
 
 from .. import orientation, units
 from ..body import RigidBody
-from ..elapsed import Instants
+from ..elapsed import Instants, check_epoch
 from ..ephemeris import CONVENTION, Ephemeris
-from ..errors import AttitudeError, FormatError
+from ..errors import AttitudeError, FormatError, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,6 +32,7 @@ def metadata(ephemeris: Ephemeris) -> dict[str, Any]:
         "quaternion_order": "wxyz",
         "frame": ephemeris.frame,
         "epoch": None if ephemeris.epoch is None else _epoch(ephemeris.epoch),
+        "time_scale": ephemeris.instants.scale,
         "body": None if ephemeris.body is None else _body(ephemeris.body),
         "shape": list(ephemeris.shape),
     }
@@ -66,49 +67,73 @@ def columns(ephemeris: Ephemeris, dated: bool = True) -> dict[str, np.ndarray]:
     return table
 
 
-def ephemeris_from(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source: str) -> Ephemeris:
-    """The ephemeris that these metadata and columns describe; refuses what `columns` would not have made."""
-    if meta.get("kind") != KIND:
-        raise FormatError(f"not an ephemeris of this library ({KIND}): kind is {meta.get('kind')!r}", source)
+def ephemeris_from(
+    meta: Any, table: Mapping[str, Any], source: str, first_line: int | None = None
+) -> Ephemeris:
+    """The ephemeris that these metadata and columns describe; refuses what `columns` would not have made.
+
+    `first_line` is the line of the first row, where a row is a line: a bad value is then named by its own.
+    """
+    if not isinstance(meta, dict) or meta.get("kind") != KIND:
+        raise FormatError(f"not an ephemeris of this library: metadata of kind {KIND!r} expected", source)
     if meta.get("quaternion_order") != "wxyz":
         raise FormatError(f"quaternion_order is {meta.get('quaternion_order')!r}, not 'wxyz'", source)
-    missing = [name for name in (ELAPSED, *QUATERNION) if name not in table]
+    needed = (ELAPSED, *QUATERNION, *(RATE if any(name in table for name in RATE) else ()))
+    missing = [name for name in needed if name not in table]
     if missing:
         raise FormatError(f"no column {missing[0]}", source)
     try:
         return _ephemeris(meta, {name: units.finite_array(values, name) for name, values in table.items()})
+    except InputError as error:
+        row = error.steps[-1] if error.steps else None
+        line = first_line + row if first_line is not None and isinstance(row, int) else None
+        raise FormatError(str(error), source, line) from None
     except AttitudeError as error:
         raise FormatError(str(error), source) from None
-    except (KeyError, TypeError, ValueError) as error:
-        raise FormatError(f"metadata or columns that do not fit together ({error})", source) from None
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        reason = " ".join(str(error).split())
+        raise FormatError(f"metadata or columns that do not fit together ({reason})", source) from None
 
 
 def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephemeris:
-    quaternion = np.stack([table[name] for name in QUATERNION])
-    orientation.attitude_quaternion(np.moveaxis(quaternion, 0, -1), "wxyz", "quaternion")
-    rate = None
-    if all(name in table for name in RATE):
-        rate = np.moveaxis(np.stack([table[name] for name in RATE]), 0, -1)
-    instants = Instants(table[ELAPSED], table.get(REST), _read_epoch(meta.get("epoch")))
-    shape = quaternion.shape[1:]
-    if shape[len(shape) - len(instants.shape) :] != instants.shape or list(shape) != list(meta["shape"]):
-        raise ValueError(f"shape {shape}, {instants.shape} instants, {meta['shape']} stated")
-    return Ephemeris(
-        np.moveaxis(quaternion, 0, -1),
-        instants,
-        orientation.check_frame(meta["frame"]),
-        _read_body(meta.get("body")),
-        rate,
-        str(meta.get("name", "")),
-    )
+    shape, instants = table[QUATERNION[0]].shape, table[ELAPSED].shape
+    if list(shape) != list(meta["shape"]) or shape[len(shape) - len(instants) :] != instants:
+        raise ValueError(f"shape {shape}, {instants} instants, {meta['shape']} stated")
+    for name, values in table.items():
+        if values.shape != (instants if name in (ELAPSED, REST) else shape):
+            raise ValueError(f"column {name} of shape {values.shape}")
+    quaternion = _vector(table, QUATERNION)
+    orientation.attitude_quaternion(quaternion, "wxyz", "quaternion")
+    rate = _vector(table, RATE) if RATE[0] in table else None
+    epoch = _read_epoch(meta.get("epoch"))
+    scale = None if epoch is None else _check_scale(meta["time_scale"])
+    times = Instants(table[ELAPSED], table.get(REST), epoch, scale=scale)
+    frame = orientation.check_frame(meta["frame"])
+    return Ephemeris(quaternion, times, frame, _read_body(meta.get("body")), rate, str(meta.get("name", "")))
+
+
+def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+    """Columns side by side along a last dimension, stored by component."""
+    return np.moveaxis(np.stack([table[name] for name in names]), 0, -1)
+
+
+def _check_scale(scale: Any) -> str:
+    if scale not in Time.SCALES or scale == "local":
+        raise ValueError(f"time scale {scale!r}")
+    return str(scale)
 
 
 def _read_epoch(epoch: Mapping[str, Any] | None) -> Time | None:
     if epoch is None:
         return None
-    time = Time(epoch["jd1"], epoch["jd2"], format="jd", scale=epoch["scale"])
+    days = units.finite_array([epoch["jd1"], epoch["jd2"]], "epoch")
+    time = Time(days[0], days[1], format="jd", scale=_check_scale(epoch["scale"]))
     time.format = "isot"
-    return time
+    try:
+        iso_text(time)
+    except erfa.ErfaError as error:
+        raise ValueError(f"epoch beyond any calendar: {error}") from None
+    return check_epoch(time)
 
 
 def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:

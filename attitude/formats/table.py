@@ -39,21 +39,39 @@ def to_table(ephemeris: Ephemeris) -> QTable:
 
 def from_table(table: QTable, source: str) -> Ephemeris:
     """The ephemeris that `to_table` made it of."""
-    for name, unit in (("elapsed", u.s), ("quaternion", None), ("angular_velocity", u.rad / u.s)):
-        if name == "angular_velocity" and name not in table.colnames:
-            continue
-        if name not in table.colnames or (unit is not None and getattr(table[name], "unit", None) != unit):
-            raise FormatError(f"no column {name!r}" + (f" in {unit}" if unit is not None else ""), source)
-    row = len(table.meta.get("shape", [0])) - 1
-    columns = {parts.ELAPSED: table["elapsed"].value}
+    shape = table.meta.get("shape")
+    row = len(shape) - 1 if isinstance(shape, list) and shape else 0
+    columns = {parts.ELAPSED: _values(table, "elapsed", u.s, (), source)}
     if "elapsed_rest" in table.colnames:
-        columns[parts.REST] = table["elapsed_rest"].value
-    quaternion = np.moveaxis(np.asarray(table["quaternion"]), 0, row)
-    columns.update((name, quaternion[..., i]) for i, name in enumerate(parts.QUATERNION))
+        columns[parts.REST] = _values(table, "elapsed_rest", u.s, (), source)
+    quaternion = _values(table, "quaternion", None, (4,), source)
+    columns.update(zip(parts.QUATERNION, _components(quaternion, row), strict=True))
     if "angular_velocity" in table.colnames:
-        rate = np.moveaxis(table["angular_velocity"].value, 0, row)
-        columns.update((name, rate[..., i]) for i, name in enumerate(parts.RATE))
-    return parts.ephemeris_from(table.meta, columns, source)
+        rate = _values(table, "angular_velocity", u.rad / u.s, (3,), source)
+        columns.update(zip(parts.RATE, _components(rate, row), strict=True))
+    return parts.ephemeris_from(dict(table.meta), columns, source)
+
+
+def _values(
+    table: QTable, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
+) -> np.ndarray:
+    """A column's numbers; refuses one that is not there, in another unit, of another shape, or has gaps."""
+    column = table[name] if name in table.colnames else None
+    if (
+        column is None
+        or getattr(column, "unit", None) != unit
+        or column.shape[column.ndim - len(last) :] != last
+    ):
+        wanted = f" of {last[0]} numbers" if last else ""
+        raise FormatError(f"no column {name!r}{wanted}" + (f" in {unit}" if unit else ""), source)
+    if np.any(getattr(column, "mask", False)):
+        raise FormatError(f"column {name!r} has missing values", source)
+    return np.asarray(column.value if unit else column)
+
+
+def _components(column: np.ndarray, row: int) -> np.ndarray:
+    """(component, batch, instant) of (instant, batch, component)."""
+    return np.moveaxis(np.moveaxis(column, 0, min(row, column.ndim - 2)), -1, 0)
 
 
 def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[bytes]:

@@ -6,6 +6,7 @@ imports from the modules above it.  Read downwards it is the calculation:
     intrinsics     the processor's fused multiply-add and the bits of a double
     doubledouble   two-part arithmetic
     expansion      sums of products without any rounding
+    clock          days and seconds in two parts
     elliptic       K, K', R_F in two parts
     principal      a tensor's principal moments and axes, in two parts
     quaternion     the one statement of order and direction

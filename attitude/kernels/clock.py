@@ -25,20 +25,20 @@ def days_from_seconds(seconds, seconds_low, days, days_low):
 
 
 @kernel
-def grid(start, stop, intervals, step, unit, seconds, seconds_low):
-    """start + k*step in `unit` seconds, or `intervals` equal steps to stop where step is 0."""
-    first = two_product(start, unit)
+def grid(start, stop, intervals, step, times, over, seconds, seconds_low):
+    """start + k*step, or `intervals` equal steps to stop where step is 0; in units of times/over seconds."""
+    unit = div((times, 0.0), (over, 0.0))
+    first = mul((start, 0.0), unit)
     if step == 0.0:
-        span = mul(two_sum(stop, -start), (unit, 0.0))
-        pace = div(span, (max(intervals, 1.0), 0.0))
+        pace = div(mul(two_sum(stop, -start), unit), (max(intervals, 1.0), 0.0))
     else:
-        pace = two_product(step, unit)
+        pace = mul((step, 0.0), unit)
     for i in range(seconds.shape[0]):
         seconds[i], seconds_low[i] = add(first, mul(pace, (float(i), 0.0)))
 
 
 @kernel
-def scaled(values, unit, seconds, seconds_low):
-    """values * unit, exactly, as two parts."""
+def scaled(values, times, over, seconds, seconds_low):
+    """values * times / over as two parts."""
     for i in range(values.shape[0]):
-        seconds[i], seconds_low[i] = two_product(values[i], unit)
+        seconds[i], seconds_low[i] = div(two_product(values[i], times), (over, 0.0))
