@@ -84,5 +84,10 @@ def _sense(bodies: np.ndarray) -> np.ndarray:
 def _azimuth(bodies: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     angles = np.empty((*bodies.shape, seconds.size))
     sense = np.ascontiguousarray(_sense(bodies)).reshape(-1)
-    cayley_klein.azimuth(bodies.reshape(-1), sense, seconds, angles.reshape(-1, seconds.size))
+    cayley_klein.azimuth(
+        np.require(bodies, requirements=["C", "W"]).reshape(-1),
+        sense,
+        seconds,
+        angles.reshape(-1, seconds.size),
+    )
     return angles

@@ -70,7 +70,9 @@ class Instants:
         try:
             time = getattr(epoch.tai + offset, self.scale or epoch.scale)
         except (ErfaError, ValueError) as error:
-            raise InputError("time", "an instant so far off", f"one that a calendar has ({error})") from None
+            raise InputError(
+                "time", f"scale {self.scale!r}", f"instants that a calendar has ({error})"
+            ) from None
         _tai(time, "time")
         time.format, time.precision = epoch.format, epoch.precision
         return time
@@ -131,9 +133,9 @@ def _tai(time: Time, field: str) -> Time:
         raise InputError(field, f"scale {time.scale!r}", expected) from None
 
 
-def _offline(time: Time) -> Time:
-    """The same Time, and no network: for UT1, the tables that astropy ships are what there is."""
-    if time.scale == "ut1":
+def _offline(time: Time, to: str | None = None) -> Time:
+    """The same Time, and no network: where UT1 comes in (from it or `to` it) astropy's own tables do."""
+    if "ut1" in (time.scale, to):
         from astropy.utils import iers
 
         iers.conf.auto_download = False
@@ -153,7 +155,7 @@ def _from_time(time: Time, epoch: Time, field: str) -> Instants:
 def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
     _refuse_missing(delta, field)
     if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
-        return _from_time(getattr(_offline(epoch), delta.scale) + delta, epoch, field)
+        return _from_time(getattr(_offline(epoch, delta.scale), delta.scale) + delta, epoch, field)
     if delta.scale not in (None, "tai", "tt"):
         raise InputError(
             field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from"

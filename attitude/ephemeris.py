@@ -148,10 +148,11 @@ class Ephemeris:
         if not self.instants.shape:
             raise TypeError("an ephemeris of one instant cannot be indexed")
         key = key if isinstance(key, tuple) else (key,)
-        instants = self.instants[key]
-        whole = (slice(None),) * len(self.batch_shape)
-        rate = self._rate if callable(self._rate) or self._rate is None else self._rate[whole + key]
-        return Ephemeris(self._quaternion[whole + key], instants, self.frame, self.body, rate, self.name)
+        of_samples = (*(slice(None),) * len(self.batch_shape), *key, *_rest_of(key))
+        rate = self._rate if callable(self._rate) or self._rate is None else self._rate[of_samples]
+        return Ephemeris(
+            self._quaternion[of_samples], self.instants[key], self.frame, self.body, rate, self.name
+        )
 
     def __repr__(self) -> str:
         epoch = f" from {self.epoch.isot} {self.epoch.scale}" if self.epoch is not None else ""
@@ -190,6 +191,11 @@ class Ephemeris:
         from . import formats
 
         return formats.read(path, format)
+
+
+def _rest_of(key: tuple[Any, ...]) -> tuple[slice, ...]:
+    """An ellipsis stands for dimensions of the instants, not for that of the components."""
+    return (slice(None),) if any(part is Ellipsis for part in key) else ()
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

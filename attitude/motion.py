@@ -105,12 +105,9 @@ class TorqueFreeMotion:
         Stored by component and viewed transposed: the compiled loop writes whole vectors.
         """
         self._refuse_too_far(instants)
-        # contiguous and writeable, whatever was sliced: the kernel is compiled for one kind of array
-        bodies = self._invariants.reshape(-1)
-        seconds = np.require(instants.seconds, requirements=["C", "W"]).reshape(-1)
-        rest = (
-            None if instants.rest is None else np.require(instants.rest, requirements=["C", "W"]).reshape(-1)
-        )
+        bodies = _for_kernel(self._invariants, len(self.shape))
+        seconds = _for_kernel(instants.seconds, len(instants.shape))
+        rest = None if instants.rest is None else _for_kernel(instants.rest, len(instants.shape))
         q = np.empty((4, bodies.size, seconds.size)) if quaternion else None
         w = np.empty((3, bodies.size, seconds.size)) if rate else None
         cayley_klein.sample(bodies, seconds, rest, q, w)

@@ -77,8 +77,10 @@ def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:
 
 def from_mrp(mrp: np.ndarray) -> np.ndarray:
     """(4,) wxyz of modified Rodrigues parameters e tan(angle/4) (Schaub and Junkins, eq. 3.140)."""
-    size = float(mrp @ mrp)
-    return np.array([1.0 - size, *(2.0 * mrp)]) / (1.0 + size)
+    longest = max(1.0, float(np.abs(mrp).max()))  # the square of a long one would not be a double
+    e = mrp / longest
+    size, unit = float(e @ e), 1.0 / longest**2 if longest < 1e150 else 0.0
+    return np.array([unit - size, *(2.0 * e / longest)]) / (unit + size)
 
 
 def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:

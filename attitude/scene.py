@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import warnings
 from contextlib import suppress
 from importlib import resources
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from astropy import units as u
 from astropy.time import Time
+from erfa import ErfaWarning
 from pydantic import Field, model_validator
 
 from . import elapsed, orientation, units
@@ -50,9 +52,8 @@ class Body(Part):
         return self
 
     def build(self) -> RigidBody:
-        factor = units.parse_unit(self.unit, units.MOMENT, "body.unit")
         field = "moments" if self.moments is not None else "tensor"
-        values = np.array(getattr(self, field)) * factor
+        values = _si(getattr(self, field), self.unit, units.MOMENT, "body.unit")
         with field_named(f"body.{field}"):
             return RigidBody.from_moments(values) if field == "moments" else RigidBody(values)
 
@@ -105,7 +106,7 @@ class Attitude(Part):
             return _from_matrix(np.array(self.matrix))
         if self.mrp is not None:
             return orientation.from_mrp(np.array(self.mrp))
-        angles = np.array(self.euler) * units.parse_unit(self.unit or "", u.rad, "attitude.unit")
+        angles = _si(self.euler, self.unit or "", u.rad, "attitude.unit")
         return orientation.from_euler(self.sequence or "", angles)
 
 
@@ -123,7 +124,8 @@ class AngularVelocity(Part):
     unit: str = Field(examples=["deg/d"])
 
     def build(self) -> np.ndarray:
-        return np.array(self.value) * units.parse_unit(self.unit, units.RATE, "angular_velocity.unit")
+        values = _si(self.value, self.unit, units.RATE, "angular_velocity.unit")
+        return units.finite_array(values, "angular_velocity.value")
 
 
 class Times(Part):
@@ -304,23 +306,40 @@ def _parse_time(text: str, scale: str | None, field: str) -> Time:
     plain = text.removesuffix("Z") if scale == "utc" else text
     try:
         if ISO_DATE.fullmatch(plain):
-            return Time(plain, scale=scale)
+            return _existing_time(plain, scale)
     except ValueError:
         pass
     raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)") from None
+
+
+def _existing_time(text: str | list[str], scale: str | None) -> Time:
+    """A second 60 where no leap second was, astropy lets pass with a warning; here it is a ValueError."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*after end of day")
+        try:
+            return Time(text, scale=scale)
+        except ErfaWarning as warning:
+            raise ValueError(str(warning)) from None
 
 
 def _parse_times(texts: list[str], scale: str | None) -> Time:
     """All at once where all are plain ISO 8601; one by one to find the one that is not."""
     if all(ISO_DATE.fullmatch(text) for text in texts):
         with suppress(ValueError):
-            return Time(texts, scale=scale)
+            return _existing_time(texts, scale)
     return Time([_parse_time(text, scale, f"times.dates[{i}]") for i, text in enumerate(texts)])
 
 
+def _si(values: Any, unit: str, like: u.UnitBase, field: str) -> np.ndarray:
+    """Numbers of a document in SI; what overflows there is refused by whoever takes it."""
+    with np.errstate(over="ignore"):
+        return np.array(values) * units.parse_unit(unit, like, field)
+
+
 def _from_matrix(matrix: np.ndarray) -> np.ndarray:
-    off = np.abs(matrix @ matrix.T - np.eye(3)).max()
-    if off > orientation.UNIT_TOLERANCE or np.linalg.det(matrix) < 0.0:
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    if not off <= orientation.UNIT_TOLERANCE or np.linalg.det(matrix) < 0.0:
         raise InputError(
             "attitude.matrix", matrix.tolist(), "a proper rotation matrix, orthonormal within 1e-6"
         )

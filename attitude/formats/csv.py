@@ -80,6 +80,8 @@ def _metadata(comments: list[str], source: str) -> dict[str, Any]:
                 meta: dict[str, Any] = orjson.loads(comment[len(MARK) :])
             except orjson.JSONDecodeError:
                 raise FormatError("metadata that are not JSON", source, number) from None
+            if not isinstance(meta, dict):
+                raise FormatError("metadata that are not an object", source, number)
             return meta
     raise FormatError("not an ephemeris of this library: no metadata comment", source, 1)
 

@@ -74,8 +74,9 @@ def ephemeris_from(
 
     `first_line` is the line of the first row, where a row is a line: a bad value is then named by its own.
     """
-    if not isinstance(meta, dict) or meta.get("kind") != KIND:
-        raise FormatError(f"not an ephemeris of this library: metadata of kind {KIND!r} expected", source)
+    kind = meta.get("kind") if isinstance(meta, dict) else None
+    if kind != KIND:
+        raise FormatError(f"not an ephemeris of this library ({KIND}): kind is {kind!r}", source)
     if meta.get("quaternion_order") != "wxyz":
         raise FormatError(f"quaternion_order is {meta.get('quaternion_order')!r}, not 'wxyz'", source)
     needed = (ELAPSED, *QUATERNION, *(RATE if any(name in table for name in RATE) else ()))
@@ -108,8 +109,11 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
     epoch = _read_epoch(meta.get("epoch"))
     scale = None if epoch is None else _check_scale(meta["time_scale"])
     times = Instants(table[ELAPSED], table.get(REST), epoch, scale=scale)
-    frame = orientation.check_frame(meta["frame"])
-    return Ephemeris(quaternion, times, frame, _read_body(meta.get("body")), rate, str(meta.get("name", "")))
+    frame, body = orientation.check_frame(meta["frame"]), _read_body(meta.get("body"))
+    batch = shape[: len(shape) - len(instants)]
+    if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
+        raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")
+    return Ephemeris(quaternion, times, frame, body, rate, str(meta.get("name", "")))
 
 
 def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from astropy import units as u
-from astropy.table import QTable
+from astropy.table import QTable, Table
 
 from ..errors import FormatError, InputError
 from . import parts
@@ -37,7 +37,7 @@ def to_table(ephemeris: Ephemeris) -> QTable:
     return table
 
 
-def from_table(table: QTable, source: str) -> Ephemeris:
+def from_table(table: Table, source: str) -> Ephemeris:
     """The ephemeris that `to_table` made it of."""
     shape = table.meta.get("shape")
     row = len(shape) - 1 if isinstance(shape, list) and shape else 0
@@ -53,7 +53,7 @@ def from_table(table: QTable, source: str) -> Ephemeris:
 
 
 def _values(
-    table: QTable, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
+    table: Table, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
 ) -> np.ndarray:
     """A column's numbers; refuses one that is not there, in another unit, of another shape, or has gaps."""
     column = table[name] if name in table.colnames else None
@@ -66,7 +66,7 @@ def _values(
         raise FormatError(f"no column {name!r}{wanted}" + (f" in {unit}" if unit else ""), source)
     if np.any(getattr(column, "mask", False)):
         raise FormatError(f"column {name!r} has missing values", source)
-    return np.asarray(column.value if unit else column)
+    return np.asarray(column)
 
 
 def _components(column: np.ndarray, row: int) -> np.ndarray:
@@ -83,7 +83,7 @@ def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[
 
 def parse(text: bytes, source: str) -> Ephemeris:
     try:
-        table = QTable.read(text.decode(), format="ascii.ecsv")
+        table = Table.read(text.decode(), format="ascii.ecsv")  # a QTable would fill gaps with zeros
     except Exception as error:  # astropy's reader raises a dozen kinds; none may leave as it is
         raise FormatError(
             f"not ECSV that astropy reads: {' '.join(str(error).split())[:200]}", source
