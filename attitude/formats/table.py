@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from astropy import units as u
-from astropy.table import QTable, Table
+from astropy.table import QTable
 
 from ..errors import FormatError, InputError
 from . import parts
@@ -37,7 +37,7 @@ def to_table(ephemeris: Ephemeris) -> QTable:
     return table
 
 
-def from_table(table: Table, source: str) -> Ephemeris:
+def from_table(table: QTable, source: str) -> Ephemeris:
     """The ephemeris that `to_table` made it of."""
     shape = table.meta.get("shape")
     row = len(shape) - 1 if isinstance(shape, list) and shape else 0
@@ -53,9 +53,9 @@ def from_table(table: Table, source: str) -> Ephemeris:
 
 
 def _values(
-    table: Table, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
+    table: QTable, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
 ) -> np.ndarray:
-    """A column's numbers; refuses one that is not there, in another unit, of another shape, or has gaps."""
+    """A column's numbers; refuses one that is not there, in another unit, or of another shape."""
     column = table[name] if name in table.colnames else None
     if (
         column is None
@@ -64,9 +64,7 @@ def _values(
     ):
         wanted = f" of {last[0]} numbers" if last else ""
         raise FormatError(f"no column {name!r}{wanted}" + (f" in {unit}" if unit else ""), source)
-    if np.any(getattr(column, "mask", False)):
-        raise FormatError(f"column {name!r} has missing values", source)
-    return np.asarray(column)
+    return np.asarray(column.value if unit else column)
 
 
 def _components(column: np.ndarray, row: int) -> np.ndarray:
@@ -82,10 +80,18 @@ def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[
 
 
 def parse(text: bytes, source: str) -> Ephemeris:
+    _refuse_gaps(text, source)
     try:
-        table = Table.read(text.decode(), format="ascii.ecsv")  # a QTable would fill gaps with zeros
+        table = QTable.read(text.decode(), format="ascii.ecsv")
     except Exception as error:  # astropy's reader raises a dozen kinds; none may leave as it is
         raise FormatError(
             f"not ECSV that astropy reads: {' '.join(str(error).split())[:200]}", source
         ) from None
     return from_table(table, source)
+
+
+def _refuse_gaps(text: bytes, source: str) -> None:
+    """A missing number stands as "" in a row; astropy's reader makes it zero."""
+    for number, line in enumerate(text.split(b"\n"), start=1):
+        if b'""' in line and not line.startswith(b"#"):
+            raise FormatError("elapsed, quaternion or rate without a value", source, number)

@@ -1,0 +1,253 @@
+"""Constants of the motion: the paper's, against its own formulas at eighty digits; periods, rates, ranges."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf, workdps
+
+from attitude import RegimeError, RigidBody, TorqueFreeMotion
+
+from .bodies import (
+    ATTITUDE,
+    CONSTANT_RATE,
+    GENERIC,
+    LONG_AXIS,
+    NAMED,
+    SEPARATRIX,
+    SHORT_AXIS,
+    Body,
+    each,
+    fastest,
+    motion,
+    random_bodies,
+    sample,
+    speed,
+)
+from .oracles import truth
+from .oracles.published import PublishedMotion
+
+# Kept in two parts, each is rounded once or twice: an ulp or two.
+TOLERANCE = 1e-15
+# q = exp(-pi K'/K) is rounded in its exponent, by eps for each unit of it.
+NOME_TOLERANCE = 2.0**-52
+# A1 is an arc tangent plus another: rad.
+ANGLE_TOLERANCE = 2e-15
+DIGITS = 80
+
+REGIMES = {
+    "short_axis": SHORT_AXIS,
+    "long_axis": LONG_AXIS,
+    "separatrix": SEPARATRIX,
+    "constant_rate": CONSTANT_RATE,
+}
+
+
+def facing_plus(body):
+    """The body turned so that its momentum's extreme components are positive: so are the paper's signs."""
+    omega = list(body.omega)
+    for axis in np.argsort(body.inertia)[[0, 2]]:
+        omega[axis] = abs(omega[axis])
+    return Body(body.inertia, tuple(omega))
+
+
+def relative_error(value, expected):
+    return float(abs((mpf(float(value)) - expected) / expected))
+
+
+def assert_constants_are_the_papers(body):
+    body = facing_plus(body)
+    found = motion(body).constants
+    with workdps(DIGITS):
+        paper = PublishedMotion(*body)
+        for name in ("m", "K", "K_prime", "omega_p", "epsilon", "eta", "A2"):
+            assert relative_error(getattr(found, name), getattr(paper, name)) <= TOLERANCE, (name, body)
+        exponent = float(mp.pi * paper.K_prime / paper.K)
+        assert relative_error(found.q, paper.nome) <= NOME_TOLERANCE * (4 + exponent), body
+        turns = (mpf(float(found.A1)) - paper.A1) / (2 * mp.pi)
+        assert abs(turns - mp.nint(turns)) * 2 * mp.pi <= ANGLE_TOLERANCE, body
+
+
+@pytest.mark.parametrize("body", **each(GENERIC))
+def test_constants_of_named_bodies_are_the_papers(body):
+    assert_constants_are_the_papers(body)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_constants_of_random_bodies_are_the_papers(seed):
+    for body, _ in random_bodies(random.Random(f"constants {seed}"), 25):
+        assert_constants_are_the_papers(body)
+
+
+LADDERS = {
+    "to the separatrix": [
+        Body((3.0, 4.0, 6.0), (2.0 * (1 + sign * 10.0**-k), 0.7, 1.0))
+        for k in range(1, 15)
+        for sign in (1, -1)
+    ],
+    "to spin about the greatest axis": [
+        Body((3.0, 4.0, 6.0), (10.0**-k, 0.7 * 10.0**-k, 1.0)) for k in range(1, 17)
+    ],
+    "to spin about the least axis": [
+        Body((3.0, 4.0, 6.0), (1.0, 0.7 * 10.0**-k, 10.0**-k)) for k in range(1, 17)
+    ],
+    "to spin about the middle axis": [
+        Body((3.0, 4.0, 6.0), (10.0**-k, 1.0, 0.7 * 10.0**-k)) for k in range(1, 13)
+    ],
+    "to an oblate body": [Body((2.0, 2.0 + 10.0**-k, 3.0), (0.3, 0.4, 0.8)) for k in range(1, 15)],
+    "to a prolate body": [Body((1.0, 2.0, 2.0 + 10.0**-k), (1.3, 0.4, 0.5)) for k in range(1, 15)],
+}
+
+
+@pytest.mark.parametrize("ladder", **each(LADDERS))
+def test_constants_keep_their_digits_where_formulas_lose_theirs(ladder):
+    for body in ladder:
+        assert_constants_are_the_papers(body)
+
+
+@pytest.mark.parametrize("body", **each(GENERIC))
+def test_psi_is_the_papers_angle_and_starts_at_zero(body):
+    """Printed whole, not wrapped: rounded as a double of its size, and its phases as doubles of theirs."""
+    body = facing_plus(body)
+    t = np.array([0.0, 1e-3, -1e-3, 2.0, -37.0, 1e3, -1e5]) / speed(body)
+    psi = motion(body).constants.psi(t)
+    assert psi[0] == 0.0
+    with workdps(DIGITS):
+        paper = PublishedMotion(*body)
+        for angle, instant in zip(psi, t, strict=True):
+            expected = paper.psi(mpf(float(instant)))
+            off = abs(mpf(float(angle)) - expected)
+            assert off <= 4 * 2.0**-52 * (2 + abs(expected)), instant
+
+
+@pytest.mark.parametrize("body", **each(SHORT_AXIS | LONG_AXIS | SEPARATRIX))
+def test_psi_is_continuous(body):
+    """psi' = L (I1 w1^2 + I2 w2^2) / (L1^2 + L2^2) lies between L/I_hi and L/I_lo."""
+    t = np.arange(-100_000, 100_000) * 2.0**-10
+    slope = np.diff(motion(body).constants.psi(t)) * 2.0**10
+    L = math.hypot(*(moment * rate for moment, rate in zip(*body, strict=True)))
+    noise = 4 * 2.0**-52 * 100 * fastest(body) * max(body.inertia) / min(body.inertia) * 2.0**10
+    assert np.min(slope) >= L / max(body.inertia) - noise
+    assert np.max(slope) <= L / min(body.inertia) + noise
+
+
+def test_psi_takes_an_instant_and_any_shape():
+    constants = motion(GENERIC["short axis"]).constants
+    one, many = constants.psi(2.0), constants.psi(np.full((3, 2), 2.0))
+    assert np.shape(one) == ()
+    np.testing.assert_array_equal(many, np.full((3, 2), one))
+
+
+def test_constants_of_symmetric_bodies_and_of_the_separatrix_are_the_limits():
+    oblate, flip = motion(SHORT_AXIS["oblate"]).constants, motion(SEPARATRIX["separatrix"]).constants
+    assert (oblate.m, oblate.q, oblate.K, oblate.K_prime) == (0.0, 0.0, math.pi / 2, math.inf)
+    assert (flip.m, flip.q, flip.K, flip.K_prime) == (1.0, 1.0, math.inf, math.pi / 2)
+    for constants in (oblate, flip):
+        assert np.all(np.isfinite([constants.omega_p, constants.epsilon, constants.A1, constants.A2]))
+
+
+@pytest.mark.parametrize("body", **each(CONSTANT_RATE))
+def test_a_constant_rate_has_none_of_the_papers_constants(body):
+    with pytest.raises(RegimeError, match="constant body rate"):
+        _ = motion(body).constants
+
+
+# Periods, rates, ranges
+
+
+def circled(found):
+    """The body axis that the momentum circles."""
+    moments = found.body.moments
+    return int(np.argmax(moments) if found.regime == "short_axis" else np.argmin(moments))
+
+
+def assert_periods_are_true(body):
+    found = motion(body)
+    assert relative_error(found.polhode_period, truth.polhode_period(*body)) <= TOLERANCE
+    for rate, axis in ((found.mean_precession_rate, None), (found.spin_axis_precession_rate, circled(found))):
+        expected = 2 * mp.pi / truth.precession_period(*body, axis)
+        assert relative_error(rate, expected) <= 2 * TOLERANCE
+
+
+@pytest.mark.parametrize("body", **each(GENERIC))
+def test_periods_of_named_bodies_are_true(body):
+    assert_periods_are_true(body)
+
+
+def test_periods_of_random_bodies_are_true():
+    for body, _ in random_bodies(random.Random("periods"), 20, decades=1.0):
+        assert_periods_are_true(body)
+
+
+@pytest.mark.parametrize("body", **each(SEPARATRIX | CONSTANT_RATE))
+def test_what_never_returns_has_an_infinite_period(body):
+    assert motion(body).polhode_period == math.inf
+
+
+@pytest.mark.parametrize("body", **each(CONSTANT_RATE))
+def test_a_constant_rate_is_its_own_precession_and_does_not_nutate(body):
+    found = motion(body)
+    expected = math.hypot(*body.omega)
+    assert found.mean_precession_rate == pytest.approx(expected, rel=4e-16)
+    assert found.spin_axis_precession_rate == pytest.approx(expected, rel=4e-16)
+    np.testing.assert_array_equal(found.nutation_range, 0.0)
+
+
+@pytest.mark.parametrize("body", **each(GENERIC))
+def test_the_momentum_reaches_both_ends_of_the_nutation_range_and_never_leaves_it(body):
+    found = motion(body)
+    first = -found.constants.epsilon / found.constants.omega_p
+    quarters = first + found.polhode_period / 4 * np.arange(-8, 9)
+    between = first + found.polhode_period * np.linspace(-2, 2, 1001)
+    least, greatest = found.nutation_range
+    angles = [nutation(body, t, circled(found)) for t in (quarters[::2], quarters[1::2], between)]
+    np.testing.assert_allclose(angles[0], least, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(angles[1], greatest, rtol=0, atol=1e-14)
+    assert np.min(angles[2]) >= least - 1e-14
+    assert np.max(angles[2]) <= greatest + 1e-14
+
+
+def nutation(body, t, axis):
+    """Angle between the momentum and an axis of the body, from the sampled rates."""
+    _, omega = sample(body, t)
+    momentum = omega * body.inertia
+    across = np.linalg.norm(np.delete(momentum, axis, axis=1), axis=1)
+    return np.arctan2(across, np.abs(momentum[:, axis]))
+
+
+def test_regimes_are_named():
+    for regime, bodies in REGIMES.items():
+        assert {motion(body).regime for body in bodies.values()} == {regime}
+
+
+def test_a_batch_has_the_constants_of_its_bodies():
+    moving = list(GENERIC.values())
+    together = TorqueFreeMotion(
+        RigidBody.from_moments([body.inertia for body in moving]),
+        ATTITUDE,
+        [body.omega for body in moving],
+        order="wxyz",
+    )
+    for name in ("regime", "polhode_period", "mean_precession_rate", "nutation_range", "kinetic_energy"):
+        np.testing.assert_array_equal(
+            getattr(together, name), [getattr(motion(body), name) for body in moving]
+        )
+    for name in ("m", "K", "K_prime", "q", "omega_p", "epsilon", "eta", "A1", "A2"):
+        expected = [getattr(motion(body).constants, name) for body in moving]
+        np.testing.assert_array_equal(getattr(together.constants, name), expected)
+    t = np.linspace(-5, 5, 7)
+    expected = [motion(body).constants.psi(t) for body in moving]
+    np.testing.assert_array_equal(together.constants.psi(t), expected)
+
+
+@pytest.mark.parametrize("body", **each(NAMED))
+def test_momentum_and_energy_are_those_of_the_state(body):
+    found, ephemeris = motion(body), motion(body).at([0.0, 10.0])
+    size = max(1.0, np.linalg.norm(found.angular_momentum))
+    np.testing.assert_allclose(
+        ephemeris.angular_momentum, [found.angular_momentum] * 2, rtol=0, atol=4e-15 * size
+    )
+    energy = 0.5 * sum(moment * rate**2 for moment, rate in zip(*body, strict=True))
+    np.testing.assert_allclose(found.kinetic_energy, energy, rtol=4e-16)
+    np.testing.assert_allclose(ephemeris.kinetic_energy, energy, rtol=4e-15)

@@ -1,0 +1,627 @@
+"""Files: what comes back is what was written, to the last bit; what is no such file is refused by name."""
+
+import errno
+import json
+import os
+import re
+import stat
+
+import numpy as np
+import pytest
+from astropy import units as u
+from astropy.table import QTable
+from astropy.time import Time, TimeDelta
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from attitude import AttitudeError, Ephemeris, FormatError, RigidBody, TorqueFreeMotion
+from attitude.ephemeris import CONVENTION
+from attitude.formats import check, csv, parts
+
+from .bodies import ATTITUDE
+
+FORMATS = ("ecsv", "csv", "json")
+each_format = pytest.mark.parametrize("format", FORMATS)
+# Dates are written to the nanosecond where they are text; where they are not, two parts come back.
+TIME_TOLERANCE = 1e-9  # s
+
+TENSOR = [[199.0, 0.6, -0.2], [0.6, 201.0, 0.1], [-0.2, 0.1, 262.0]]
+EPOCH = Time("2016-12-31T23:59:50.123456789", scale="utc")
+T = np.arange(40) / 7
+SPAN = TimeDelta(np.arange(40.0), np.arange(40) * 1e-15 / 3, format="jd")
+
+
+def motion(inertia=(1.0, 1.6, 2.1), epoch=None):
+    return TorqueFreeMotion(RigidBody(inertia), ATTITUDE, (0.3, -0.5, 0.9), epoch, order="wxyz", frame="GCRF")
+
+
+def batch(shape, epoch=None):
+    moments = np.random.default_rng(2).uniform(1.0, 1.9, (*shape, 3))
+    return TorqueFreeMotion(
+        RigidBody.from_moments(moments), ATTITUDE, (0.3, -0.5, 0.9), epoch, order="wxyz", frame="GCRF"
+    )
+
+
+def named(ephemeris, name='tumbling "debris", å\n'):
+    ephemeris.name = name
+    return ephemeris
+
+
+def exact(instants):
+    """Both parts of the seconds, zero where there is no second."""
+    rest = np.zeros(instants.shape) if instants.rest is None else instants.rest
+    return np.stack([instants.seconds, rest])
+
+
+SINGLE = {
+    "undated": motion().at(T),
+    "dated": motion(epoch=EPOCH).at(T),
+    "tensor": motion(TENSOR, EPOCH).at(T),
+    "two-part seconds": motion().at(SPAN),
+    "two-part seconds and dates": motion(epoch=EPOCH.tt).at(SPAN),
+    "dates across a leap second": motion(epoch=EPOCH).at(EPOCH + np.arange(0, 20, 0.25) * u.s),
+    "barycentric epoch": motion(epoch=EPOCH.tdb).at(T),
+    "named": named(motion(epoch=EPOCH).at(T)),
+    "one sample": motion(epoch=EPOCH).at([3.0]),
+    "part": motion(epoch=EPOCH).at(T)[::-3],
+}
+MANY = {
+    "batch": batch((3,), EPOCH).at(SPAN),
+    "batch of two dimensions": named(batch((2, 3)).at(T)),
+    "batch of one": batch((1,), EPOCH).at([2.0]),
+}
+OTHER = {
+    "one instant": motion(epoch=EPOCH).at(3.0),
+    "instants of two dimensions": motion(epoch=EPOCH).at(T.reshape(8, 5)),
+    "batch at instants of two dimensions": batch((3,)).at(T.reshape(8, 5)),
+}
+WRITTEN = [
+    pytest.param(ephemeris, format, id=f"{name}-{format}")
+    for table, formats in ((SINGLE, FORMATS), (MANY, ("ecsv", "json")), (OTHER, ("json",)))
+    for name, ephemeris in table.items()
+    for format in formats
+]
+
+
+@pytest.mark.parametrize(("written", "format"), WRITTEN)
+def test_what_comes_back_is_what_was_written(written, format, tmp_path):
+    path = tmp_path / f"a.{format}"
+    written.write(path)
+    back = Ephemeris.read(path)
+    assert back.shape == written.shape
+    assert np.array_equal(back.quaternion("wxyz"), written.quaternion("wxyz"))
+    assert np.array_equal(back.angular_velocity, written.angular_velocity)
+    assert np.array_equal(exact(back.instants), exact(written.instants))
+    assert (back.frame, back.name) == (written.frame, written.name)
+    assert np.array_equal(back.body.tensor, written.body.tensor)
+    assert np.array_equal(back.angular_momentum, written.angular_momentum)
+    if written.epoch is None:
+        assert back.epoch is None
+    else:
+        assert back.epoch.scale == written.epoch.scale
+        assert (back.epoch.jd1, back.epoch.jd2) == (written.epoch.jd1, written.epoch.jd2)
+        assert np.abs((back.time - written.time).sec).max() < TIME_TOLERANCE
+
+
+@each_format
+def test_file_names_the_scale_of_its_dates(format, tmp_path):
+    written = motion(epoch=EPOCH).at(EPOCH.tai + T * u.s)
+    assert written.time.scale != written.epoch.scale
+    path = tmp_path / f"a.{format}"
+    written.write(path)
+    if format == "ecsv":
+        dates = QTable.read(path)["time"]
+    else:
+        meta, column = dates_of_text(path.read_text(), format)
+        dates = Time(column, scale=meta.get("time_scale", meta["epoch"]["scale"]))
+    assert np.abs((dates - written.time).sec).max() < TIME_TOLERANCE
+    assert Ephemeris.read(path).time.scale == written.time.scale
+
+
+def dates_of_text(text, format):
+    """Metadata and the column of dates, by other means than the library's."""
+    if format == "json":
+        answer = json.loads(text)
+        return answer, answer["columns"]["time"]
+    lines = text.splitlines()
+    meta = next(json.loads(line.partition(": ")[2]) for line in lines if line.startswith("# metadata: "))
+    header, *rows = (line.split(",") for line in lines if not line.startswith("#"))
+    return meta, [row[header.index("time")] for row in rows]
+
+
+@each_format
+def test_nothing_to_write_comes_back_as_nothing_or_is_refused(format, tmp_path):
+    path = tmp_path / f"a.{format}"
+    for empty in (motion().at([]), motion(epoch=EPOCH).at([])):
+        try:
+            empty.write(path)
+        except AttitudeError:
+            assert not path.exists()
+        else:
+            assert Ephemeris.read(path).shape == (0,)
+
+
+@each_format
+def test_name_of_any_text_comes_back(format, tmp_path):
+    path = tmp_path / f"a.{format}"
+    for name in ("", "# x: y", "a\u2028b\u0085c", "\x1f\t\r\n", "null", "1.0", "日本", "'\"{}[],"):
+        named(motion().at(T), name).write(path)
+        assert Ephemeris.read(path).name == name
+
+
+@each_format
+def test_attitudes_alone_come_back_without_rate_or_body(format, tmp_path):
+    whole = motion().at(T)
+    Ephemeris(whole.quaternion("wxyz").copy(), whole.instants, "ICRF").write(tmp_path / f"a.{format}")
+    back = Ephemeris.read(tmp_path / f"a.{format}")
+    assert not back.has_rate
+    assert back.body is None
+
+
+@pytest.mark.parametrize("block", [1, 7, 39, 40, 41])
+def test_csv_does_not_depend_on_the_size_of_its_blocks(block, monkeypatch, tmp_path):
+    # the rest of the first samples is zero: their blocks alone would have no column for it
+    rest = np.concatenate([np.zeros(20), np.full(20, 1e-17)])
+    written = motion(epoch=EPOCH.tai).at(TimeDelta(np.arange(40.0), rest, format="jd"))
+    written.write(tmp_path / "whole.csv")
+    monkeypatch.setattr(csv, "BLOCK", block)
+    written.write(tmp_path / "blocks.csv")
+    assert (tmp_path / "blocks.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+
+
+def test_progress_is_told_up_to_the_end(monkeypatch, tmp_path):
+    monkeypatch.setattr(csv, "BLOCK", 10)
+    told = []
+    motion().at(T).write(tmp_path / "a.csv", progress=told.append)
+    assert told == [0.25, 0.5, 0.75, 1.0]
+    for format in ("ecsv", "json"):
+        told.clear()
+        motion().at(T).write(tmp_path / f"a.{format}", progress=told.append)
+        assert told == [1.0]
+
+
+# -- other readers ------------------------------------------------------------------------------
+
+
+@each_format
+def test_file_states_convention_order_frame_and_epoch(format, tmp_path):
+    motion(epoch=EPOCH).at(T).write(tmp_path / f"a.{format}")
+    text = " ".join((tmp_path / f"a.{format}").read_text().replace("#", "").split())
+    for statement in (CONVENTION, "wxyz", "GCRF", "2016-12-31T23:59:50.123456789", "utc"):
+        assert statement in text
+
+
+def test_ecsv_is_a_table_with_units_and_dates_for_astropy(tmp_path):
+    written = motion(epoch=EPOCH).at(T)
+    written.write(tmp_path / "a.ecsv")
+    table = QTable.read(tmp_path / "a.ecsv")
+    assert np.array_equal(table["quaternion"], written.quaternion("wxyz"))
+    assert np.array_equal(table["angular_velocity"].to_value(u.rad / u.s), written.angular_velocity)
+    assert np.array_equal(table["time"].jd2, written.time.jd2)
+
+
+def test_csv_is_numbers_under_names_for_numpy(tmp_path):
+    written = motion(epoch=EPOCH).at(T)
+    written.write(tmp_path / "a.csv")
+    comments = 2
+    table = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True, skip_header=comments, dtype=None)
+    assert table.dtype.names == ("time", "elapsed_s", *parts.QUATERNION, *parts.RATE)
+    assert np.array_equal(table["q_y"], written.quaternion("wxyz")[:, 2])
+    assert np.array_equal(table["elapsed_s"], T)
+    assert np.array_equal(table["time"], isot(written.time))
+
+
+def test_json_is_columns_for_any_reader(tmp_path):
+    written = motion(epoch=EPOCH).at(T)
+    written.write(tmp_path / "a.json")
+    columns = json.loads((tmp_path / "a.json").read_text())["columns"]
+    assert list(columns) == ["time", "elapsed_s", *parts.QUATERNION, *parts.RATE]
+    assert columns["omega_z_rad_s"] == written.angular_velocity[:, 2].tolist()
+
+
+# -- dates as text ------------------------------------------------------------------------------
+
+
+def isot(time):
+    """astropy's own text, to the nanosecond."""
+    named = time.copy(format="isot")
+    named.precision = 9
+    return named.value
+
+
+def assert_astropys_text(time):
+    text = parts.iso_text(time)
+    assert text.shape == time.shape
+    assert np.array_equal(text.astype("U"), isot(time))
+
+
+@pytest.mark.parametrize("scale", ["utc", "tai", "tt", "tdb"])
+def test_text_of_dates_is_astropys(scale):
+    days = np.random.default_rng(3).uniform(2441400, 2460900, 400)
+    assert_astropys_text(Time(days.reshape(20, 20), days.reshape(20, 20) % 1e-3, format="jd", scale=scale))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "2016-12-31T23:59:60.999999999",
+        "2016-12-31T23:59:59.9999999996",
+        "2016-12-31T23:59:60.9999999996",
+        "2020-02-29T00:00:00",
+        "1999-12-31T23:59:59.9999999999",
+    ],
+)
+def test_text_of_seconds_that_round_up_or_leap_is_astropys(text):
+    assert_astropys_text(Time(text, scale="utc"))
+
+
+@pytest.mark.parametrize("year", [-4000, -1, 1000, 9999, 10_000, 12_345])
+def test_text_of_distant_years_is_astropys(year):
+    assert_astropys_text(Time([year + 0.123, year + 0.987], format="jyear", scale="tt"))
+
+
+@pytest.mark.parametrize("year", [0, 7, 99, 999])
+def test_text_of_years_before_1000_is_astropys_with_the_four_digits_of_iso_8601(year):
+    time = Time([year + 0.123, year + 0.987], format="jyear", scale="tt")
+    width = len("0999-01-01T00:00:00.000000000")
+    assert parts.iso_text(time).astype("U").tolist() == [text.rjust(width, "0") for text in isot(time)]
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (1,), (2, 3)], ids=str)
+def test_text_of_dates_has_their_shape(shape):
+    assert_astropys_text(Time(np.full(shape, 2451545.0), format="jd", scale="tt"))
+
+
+# -- the file itself ----------------------------------------------------------------------------
+
+
+class Interruption(BaseException):
+    """As Ctrl-C: no library code may catch it."""
+
+
+def interrupted(done):
+    raise Interruption
+
+
+@each_format
+@pytest.mark.parametrize("before", [None, b"what was there"], ids=["new file", "over a file"])
+def test_interrupted_write_leaves_what_was_there(format, before, tmp_path):
+    path = tmp_path / f"a.{format}"
+    if before is not None:
+        path.write_bytes(before)
+    with pytest.raises(Interruption):
+        motion().at(T).write(path, progress=interrupted)
+    assert [entry.read_bytes() for entry in tmp_path.iterdir()] == ([] if before is None else [before])
+
+
+@each_format
+def test_full_disk_is_said_and_leaves_nothing(format, monkeypatch, tmp_path):
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(FormatError, match="cannot be written \\(No space left on device\\)") as caught:
+        motion().at(T).write(tmp_path / f"a.{format}")
+    assert caught.value.source == str(tmp_path / f"a.{format}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_refused_ephemeris_leaves_no_file(tmp_path):
+    with pytest.raises(FormatError, match=r"CSV holds one body at a list of instants, not shape \(3, 40\)"):
+        batch((3,)).at(T).write(tmp_path / "a.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_written_file_has_the_permissions_of_any_other(tmp_path):
+    motion().at(T).write(tmp_path / "a.csv")
+    (tmp_path / "other").touch()
+    assert stat.S_IMODE((tmp_path / "a.csv").stat().st_mode) == stat.S_IMODE(
+        (tmp_path / "other").stat().st_mode
+    )
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["missing/a.csv", "x" * 300 + ".csv", "folder.csv", "a\0b.csv"],
+    ids=["folder", "long", "is one", "null"],
+)
+def test_path_that_cannot_be_written_or_read_is_said(name, tmp_path):
+    (tmp_path / "folder.csv").mkdir()
+    path = f"{tmp_path}/{name}"
+    with pytest.raises(FormatError, match=r"cannot be written \(.+\)") as caught:
+        motion().at(T).write(path)
+    assert caught.value.source == path
+    with pytest.raises(FormatError, match=r"cannot be read \(.+\)") as caught:
+        Ephemeris.read(path)
+    assert caught.value.source == path
+
+
+@pytest.mark.parametrize(
+    ("name", "format", "message"),
+    [
+        ("a.xml", None, "format 'xml'; this version knows ecsv, csv, json"),
+        ("a", None, "no format and no file ending; this version knows ecsv, csv, json"),
+        ("a.csv", "fits", "format 'fits'"),
+    ],
+)
+def test_unknown_format_is_refused_by_name(name, format, message, tmp_path):
+    for refuse in (motion().at(T).write, Ephemeris.read):
+        with pytest.raises(FormatError, match=message):
+            refuse(tmp_path / name, format)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_format_named_wins_over_the_ending(tmp_path):
+    motion().at(T).write(tmp_path / "a.txt", "JSON")
+    assert json.loads((tmp_path / "a.txt").read_text())["kind"] == parts.KIND
+    assert Ephemeris.read(tmp_path / "a.txt", format="json").shape == T.shape
+
+
+# -- malformed files ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def valid(tmp_path_factory):
+    """The bytes of one ephemeris of three samples, in each format."""
+    folder = tmp_path_factory.mktemp("valid")
+    ephemeris = motion(TENSOR, EPOCH).at(TimeDelta([0.0, 1e-3, 1 / 3], format="jd"))
+    for format in FORMATS:
+        ephemeris.write(folder / f"a.{format}")
+    return {format: (folder / f"a.{format}").read_text() for format in FORMATS}
+
+
+def swap(old, new, count=1):
+    """The text with old replaced by new, which must change it."""
+
+    def change(text):
+        assert re.search(old, text)
+        return re.sub(old, new, text, count=count)
+
+    return change
+
+
+def row(number, change):
+    """The text of a table with one of its last lines, the samples, changed."""
+
+    def changed(text):
+        lines = text.splitlines()
+        lines[number - 4] = change(lines[number - 4])
+        return "\n".join(lines) + "\n"
+
+    return changed
+
+
+def cell(name, value):
+    """A CSV file with the second sample's value of a column changed."""
+
+    def changed(text):
+        lines = text.splitlines()
+        cells = lines[-2].split(",")
+        cells[lines[2].split(",").index(name)] = value
+        lines[-2] = ",".join(cells)
+        return "\n".join(lines) + "\n"
+
+    return changed
+
+
+def document(**changes):
+    """A JSON file with members of it, or by `columns__name` a column, changed; None takes one away."""
+
+    def changed(text):
+        answer = json.loads(text)
+        for name, value in changes.items():
+            part = answer["columns"] if name.startswith("columns__") else answer
+            key = name.removeprefix("columns__")
+            assert key in part
+            if value is None:
+                del part[key]
+            else:
+                part[key] = value
+        return json.dumps(answer)
+
+    return changed
+
+
+KIND = r"not an ephemeris of this library \(attitude-ephemeris/1\): kind is"
+UNIT = "quaternion.*unit quaternion, within 1e-6"
+FINITE = "finite numbers; got nan"
+FRAME = "frame: an inertial frame, one of ICRF.*; got 'ITRF'"
+
+# What is done to the file; what is said; the line, where there is one.
+CSV = {
+    "empty": (lambda text: "", "no metadata", 1),
+    "another file": (lambda text: "a,b\n1,2\n", "not an ephemeris of this library: no metadata", 1),
+    "ends in the comments": (
+        lambda text: "\n".join(text.splitlines()[:2]) + "\n",
+        "ends before the column names",
+        2,
+    ),
+    "ends in a row": (lambda text: text[: text.rindex(",") - 2] + "\n", "values where 10 belong", 6),
+    "ends in the last number": (lambda text: text[:-6], None, 6),
+    "ends after a row": (
+        lambda text: "\n".join(text.splitlines()[:-1]) + "\n",
+        r"shape .*\(2,\).* \[3\]",
+        None,
+    ),
+    "no metadata": (swap("# metadata", "# other"), "no metadata comment", 1),
+    "metadata that are not JSON": (swap('metadata: {"', "metadata: {"), "metadata that are not JSON", 2),
+    "metadata of another form": (swap("metadata: .*", "metadata: [1]"), "metadata|kind is None", None),
+    "wrong kind": (
+        swap("attitude-ephemeris/1", "attitude-ephemeris/9"),
+        f"{KIND} 'attitude-ephemeris/9'",
+        None,
+    ),
+    "wrong order": (swap('"wxyz"', '"xyzw"'), "quaternion_order is 'xyzw'", None),
+    "unknown frame": (swap('"GCRF"', '"ITRF"'), FRAME, None),
+    "unknown scale": (swap('"scale":"utc"', '"scale":"gps"'), "gps", None),
+    "epoch beyond any calendar": (swap('"jd1":2457', '"jd1":12457000'), None, None),
+    "epoch that is no number": (swap('"jd1":2457', '"jd1":"x","was":2457'), None, None),
+    "body in grams": (swap('"kg m2"', '"g cm2"'), "'g cm2'", None),
+    "body that none is": (swap(r'"tensor":\[\[199', '"tensor":[[-199'), "positive principal moments", None),
+    "header of other names": (swap("q_w,q_x", "q0,q1"), "no column q_w", None),
+    "column missing": (swap("(?m),q_z,", ",other,"), "no column q_z", None),
+    "rate missing a component": (swap("omega_y_rad_s", "other"), "omega_y_rad_s", None),
+    "row too long": (row(2, lambda line: line + ",1.0"), "11 values where 10 belong", 5),
+    "row empty": (row(2, lambda line: ""), "1 values where 10 belong", 5),
+    "text for a number": (cell("q_x", "north"), "could not convert string 'north'", 5),
+    "nothing for a number": (cell("q_x", ""), "could not convert string ''", 5),
+    "NaN": (cell("q_x", "nan"), FINITE, 5),
+    "infinity": (cell("elapsed_s", "inf"), "finite numbers; got inf", 5),
+    "not unit": (cell("q_x", "0.9"), UNIT, 5),
+}
+ECSV = {
+    "empty": (lambda text: "", "not ECSV that astropy reads"),
+    "another file": (lambda text: "a,b\n1,2\n", "not ECSV that astropy reads"),
+    "ends in the header": (lambda text: text[: text.index("# meta")], "not ECSV that astropy reads"),
+    "ends in a row": (lambda text: text[: text.rindex("[")], "not ECSV that astropy reads"),
+    "ends in the last number": (lambda text: text[:-6], "not ECSV that astropy reads"),
+    "ends after a row": (lambda text: "\n".join(text.splitlines()[:-1]) + "\n", r"shape .*\(2,\).* \[3\]"),
+    "no metadata": (swap("(?s)# meta: .*# schema", "# schema"), "kind is None|no column"),
+    "wrong kind": (swap("attitude-ephemeris/1", "attitude-ephemeris/9"), f"{KIND} 'attitude-ephemeris/9'"),
+    "wrong order": (swap("quaternion_order: wxyz", "quaternion_order: xyzw"), "quaternion_order is 'xyzw'"),
+    "unknown frame": (swap("frame: GCRF", "frame: ITRF"), FRAME),
+    "unknown scale": (swap("scale: utc, time", "scale: gps, time"), "gps"),
+    "column missing": (swap("quaternion", "attitude", 0), "no column 'quaternion'|quaternion_order"),
+    "other unit": (swap("unit: s,", "unit: min,", 0), "not ECSV|no column 'elapsed' in s"),
+    "quaternion of three": (
+        lambda text: re.sub(
+            r"\[([^][]+?),[^][,]+\] \[", r"[\1] [", text.replace("'float64[4]'", "'float64[3]'")
+        ),
+        "quaternion",
+    ),
+    "NaN": (row(2, lambda line: re.sub(r"\[[^,]+", "[NaN", line, count=1)), FINITE),
+    "not unit": (row(2, lambda line: re.sub(r"\[[^,]+", "[0.1", line, count=1)), UNIT),
+    "value missing": (
+        row(2, lambda line: re.sub(r" 86\.4 ", ' "" ', line)),
+        "elapsed.*(value|finite)|not ECSV",
+    ),
+}
+JSON = {
+    "empty": (lambda text: "", "not JSON", 1),
+    "ends in the middle": (lambda text: text[: len(text) // 2], "not JSON", 1),
+    "a list": (lambda text: "[1, 2]", "not an ephemeris: no columns", None),
+    "nested without end": (lambda text: "[" * 100_000, "not JSON", None),
+    "no columns": (document(columns=None), "no columns", None),
+    "columns of another form": (document(columns=[1, 2]), "no columns", None),
+    "no metadata": (document(kind=None), f"{KIND} None", None),
+    "no shape": (document(shape=None), "shape", None),
+    "no frame": (document(frame=None), "frame", None),
+    "wrong kind": (document(kind="attitude-ephemeris/9"), f"{KIND} 'attitude-ephemeris/9'", None),
+    "wrong order": (document(quaternion_order="xyzw"), "quaternion_order is 'xyzw'", None),
+    "wrong shape": (document(shape=[4]), r"\[4\]", None),
+    "unknown frame": (document(frame="ITRF"), FRAME, None),
+    "frame that is no text": (document(frame=["GCRF"]), "frame", None),
+    "unknown scale": (document(epoch={"jd1": 2457754.0, "jd2": 0.0, "scale": "gps"}), "gps", None),
+    "epoch without its numbers": (document(epoch={"time": "2016-12-31", "scale": "utc"}), "jd1", None),
+    "epoch of another form": (document(epoch="2016-12-31"), None, None),
+    "epoch beyond any calendar": (document(epoch={"jd1": 1e12, "jd2": 0.0, "scale": "utc"}), None, None),
+    "body of another form": (document(body=[1, 2, 3]), None, None),
+    "body without inertia": (document(body={"unit": "kg m2"}), "tensor", None),
+    "body that none is": (
+        document(body={"moments": [1, 1, 3], "unit": "kg m2"}),
+        "sum of the other two",
+        None,
+    ),
+    "bodies of another batch": (
+        document(body={"moments": [[1, 1, 1], [2, 2, 2]], "unit": "kg m2"}),
+        "shape|fit together",
+        None,
+    ),
+    "column missing": (document(columns__q_z=None), "no column q_z", None),
+    "rate missing a component": (document(columns__omega_y_rad_s=None), "omega_y_rad_s", None),
+    "column too short": (document(columns__q_z=[0.0]), "fit together|shape", None),
+    "rate too short": (
+        document(columns__omega_x_rad_s=[0.1], columns__omega_y_rad_s=[0.1], columns__omega_z_rad_s=[0.1]),
+        "shape|fit together",
+        None,
+    ),
+    "rest too short": (
+        document(columns__elapsed_rest_s=[0.0, 1e-15]),
+        "shape|fit together|elapsed_rest_s",
+        None,
+    ),
+    "seconds too short": (document(columns__elapsed_s=[0.0, 1.0]), "instants|elapsed", None),
+    "ragged column": (document(columns__q_z=[[0.0], [0.0, 1.0], 0.0]), "q_z: numbers", None),
+    "text for a number": (document(columns__q_z=["0", "0", "0"]), "q_z: numbers", None),
+    "null for a number": (document(columns__q_z=[0.0, None, 0.0]), r"q_z\[1\]: (finite )?numbers", None),
+    "NaN": (document(columns__q_z=[0.0, float("nan"), 0.0]), "not JSON", 1),
+    "not unit": (document(columns__q_w=[1.0, 0.1, 1.0]), UNIT, None),
+}
+
+
+def assert_refused(text, format, message, line, tmp_path):
+    path = tmp_path / f"bad.{format}"
+    path.write_text(text)
+    with pytest.raises(FormatError, match=message) as caught:
+        Ephemeris.read(path)
+    assert caught.value.source == str(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+    assert line is None or caught.value.line == line
+
+
+@pytest.mark.parametrize(("change", "message", "line"), CSV.values(), ids=CSV)
+def test_malformed_csv_is_refused_by_file_and_line(change, message, line, valid, tmp_path):
+    assert_refused(change(valid["csv"]), "csv", message, line, tmp_path)
+
+
+@pytest.mark.parametrize(("change", "message"), ECSV.values(), ids=ECSV)
+def test_malformed_ecsv_is_refused_by_file(change, message, valid, tmp_path):
+    assert_refused(change(valid["ecsv"]), "ecsv", message, None, tmp_path)
+
+
+@pytest.mark.parametrize(("change", "message", "line"), JSON.values(), ids=JSON)
+def test_malformed_json_is_refused_by_file_and_line(change, message, line, valid, tmp_path):
+    assert_refused(change(valid["json"]), "json", message, line, tmp_path)
+
+
+@each_format
+def test_bytes_that_are_no_text_are_refused(format, tmp_path):
+    (tmp_path / f"a.{format}").write_bytes(b"\xff\xfe\x00" * 100)
+    with pytest.raises(FormatError):
+        Ephemeris.read(tmp_path / f"a.{format}")
+
+
+WORD = re.compile(rb"[\w.+-]+")
+JUNK = b'0 9 . - e9 e400 NaN null true , : " [ ] { } [] {} 2016 \xff # ~ x'.split()
+# Which word of the file, where in it, how many bytes to take away there, and what to put instead.
+EDIT = st.tuples(
+    st.floats(0, 1, exclude_max=True),
+    st.sampled_from([0, 0, 0, 1, 2]),
+    st.sampled_from([0, 0, 1, 1, 2, 7, 60]),
+    st.sampled_from([*JUNK, b"", b"\n", b" "]),
+)
+
+
+# ECSV is ten times slower to read than the others.
+@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
+@pytest.mark.parametrize(("format", "examples"), [("ecsv", 150), ("csv", 1000), ("json", 1000)])
+def test_any_damage_is_refused_or_gives_attitudes(format, examples, valid):
+    original = valid[format].encode()
+
+    @settings(max_examples=examples, deadline=None, database=None, derandomize=True)
+    @given(st.lists(EDIT, min_size=1, max_size=3))
+    def damage(edits):
+        text = original
+        for word, offset, removed, added in edits:
+            starts = [match.start() for match in WORD.finditer(text)] or [0]
+            at = starts[int(word * len(starts))] + offset
+            text = text[:at] + added + text[at + removed :]
+        assert_refused_or_sound(text, format)
+
+    damage()
+
+
+def assert_refused_or_sound(text, format):
+    try:
+        ephemeris = check("damaged", format).parse(text, "damaged")
+        q = ephemeris.quaternion("wxyz")
+        assert np.abs((q * q).sum(axis=-1) - 1).max(initial=0.0) <= 3e-6  # lengths within 1e-6
+        assert np.isfinite(ephemeris.elapsed).all()
+        if ephemeris.has_rate:
+            assert ephemeris.angular_velocity.shape == (*ephemeris.shape, 3)
+            assert np.isfinite(ephemeris.angular_velocity).all()
+        if ephemeris.epoch is not None:
+            assert ephemeris.time.shape == ephemeris.elapsed.shape
+    except AttitudeError:
+        pass

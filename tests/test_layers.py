@@ -1,0 +1,181 @@
+"""Who may import whom: read off the source, and off what an import loads."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import attitude
+import attitude.kernels
+
+ROOT = Path(attitude.__file__).parent
+MODULES = {
+    ".".join(path.relative_to(ROOT.parent).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(ROOT.rglob("*.py"))
+}
+KERNELS = [name for name in MODULES if name.startswith("attitude.kernels.")]
+SERVICE = sorted((ROOT.parent / "service").glob("*.py"))
+
+
+def statements(tree, everywhere):
+    """Import statements: all, or those that run when the module is imported."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            yield node
+        elif everywhere:
+            yield from statements(node, everywhere)
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+            continue
+        elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            yield from (found for other in node.orelse for found in statements(other, everywhere))
+        else:
+            yield from statements(node, everywhere)
+
+
+def imported(path, package, everywhere=True):
+    """Absolute names of what a file imports; names imported from a module follow its own."""
+    for node in statements(ast.parse(path.read_text()), everywhere):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        else:
+            parts = package.split(".")
+            base = parts[: len(parts) - node.level + 1] if node.level else []
+            module = ".".join([*base, *([node.module] if node.module else [])])
+            yield from (f"{module}.{alias.name}" for alias in node.names)
+
+
+def package_of(name):
+    return name if MODULES[name].name == "__init__.py" else name.rpartition(".")[0]
+
+
+def modules_imported(name, everywhere=True):
+    """Which of the library's modules a module imports."""
+    found = set()
+    for target in imported(MODULES[name], package_of(name), everywhere):
+        while target and target not in MODULES:
+            target = target.rpartition(".")[0]
+        found.add(target)
+    return found - {"", name}
+
+
+def tops(names):
+    return {name.split(".")[0] for name in names}
+
+
+def test_source_is_read_as_python_reads_it():
+    assert {"attitude.motion", "attitude.formats.csv", "attitude.kernels.clock"} <= set(MODULES)
+    assert "attitude.kernels.doubledouble" in modules_imported("attitude.kernels.elliptic")
+    assert {"attitude.units", "attitude.errors"} <= modules_imported("attitude.body")
+    assert "attitude.scene" in modules_imported("attitude.cli")
+    assert "attitude.scene" not in modules_imported("attitude.cli", everywhere=False)
+
+
+# -- kernels ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_kernel_knows_numbers_and_nothing_else(name):
+    names = set(imported(MODULES[name], "attitude.kernels"))
+    ours = {target for target in names if target.startswith("attitude")}
+    assert all(target.startswith("attitude.kernels.") for target in ours)
+    assert tops(names - ours) <= {"numpy", "numba", "llvmlite"} | sys.stdlib_module_names
+
+
+def kernels_in_order():
+    """The modules of the calculation, as the package's docstring lists them."""
+    return re.findall(r"(?m)^ +(\w+) {2,}\S", attitude.kernels.__doc__)
+
+
+def test_every_kernel_has_its_place_in_the_calculation():
+    assert sorted(kernels_in_order()) == sorted(name.rpartition(".")[2] for name in KERNELS)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_kernel_imports_from_those_before_it(name):
+    order = [f"attitude.kernels.{module}" for module in kernels_in_order()]
+    assert modules_imported(name) <= set(order[: order.index(name)])
+
+
+# -- library and service ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_library_knows_no_http(name):
+    names = set(imported(MODULES[name], package_of(name)))
+    if name == "attitude.cli":  # the command that starts the service
+        assert {target for target in names if target.startswith("service")} == {"service.app.serve"}
+        names.discard("service.app.serve")
+    assert not tops(names) & {"fastapi", "uvicorn", "starlette", "httpx", "service"}
+
+
+@pytest.mark.parametrize("path", SERVICE, ids=[path.stem for path in SERVICE])
+def test_service_reaches_no_kernel(path):
+    assert not any(name.startswith("attitude.kernels") for name in imported(path, "service"))
+
+
+@pytest.mark.parametrize(
+    ("name", "below"),
+    [
+        ("attitude.errors", set()),
+        ("attitude.units", {"attitude.errors"}),
+        ("attitude.orientation", {"attitude.errors", "attitude.units"}),
+    ],
+)
+def test_lowest_modules_rest_on_nothing_above_them(name, below):
+    assert modules_imported(name) <= below
+
+
+# From below: each may be imported by those after it and by nobody else.
+UPPERMOST = ["attitude.document", "attitude.scene", "attitude.cli"]
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name != "attitude"])
+def test_documents_and_commands_are_above_the_library(name):
+    known = UPPERMOST[: UPPERMOST.index(name)] if name in UPPERMOST else []
+    assert modules_imported(name) & set(UPPERMOST) <= set(known)
+
+
+def test_no_module_imports_itself_in_a_circle():
+    graph = {name: modules_imported(name, everywhere=False) for name in MODULES}
+    while graph:
+        free = [name for name, needed in graph.items() if not needed & graph.keys()]
+        assert free, {name: needed & graph.keys() for name, needed in graph.items()}
+        for name in free:
+            del graph[name]
+
+
+# -- what an import loads -----------------------------------------------------------------------
+
+
+def loaded(statement):
+    """Modules that a statement loads in a new process."""
+    program = f"{statement}\nimport sys\nprint(*sys.modules)"
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    return set(run.stdout.split())
+
+
+def test_importing_the_library_loads_no_more_than_it_needs():
+    modules = loaded("import attitude")
+    assert "attitude.motion" in modules
+    heavy = {
+        "pydantic",
+        "scipy.spatial",
+        "matplotlib",
+        "fastapi",
+        "uvicorn",
+        "orjson",
+        "hypothesis",
+        "service",
+    }
+    assert not modules & heavy
+
+
+def test_samples_alone_load_no_more_either():
+    body = "attitude.RigidBody((1, 2, 2.5))"
+    modules = loaded(
+        f"import attitude; attitude.TorqueFreeMotion({body}, (1, 0, 0, 0), (1, 2, 3), order='wxyz').at(5.0)"
+    )
+    assert not modules & {"pydantic", "scipy.spatial", "matplotlib"}
