@@ -273,7 +273,7 @@ def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tu
     constant = np.empty(len(flat_rates), dtype=np.bool_)
     rate_is_constant(tensors, flat_rates, constant)
     kernel.invariants(
-        moments, axes, flat_rates, _for_kernel(attitudes, len(shape)), constant, out.reshape(-1)
+        tensors, moments, axes, flat_rates, _for_kernel(attitudes, len(shape)), constant, out.reshape(-1)
     )
     return out
 

@@ -9,6 +9,7 @@ imports from the modules above it.  Read downwards it is the calculation:
     clock          days and seconds in two parts
     elliptic       K, K', R_F in two parts
     principal      a tensor's principal moments and axes, in two parts
+    discriminant   D, whose sign is the regime
     quaternion     the one statement of order and direction
     invariants     body, momentum, attitude -> everything the samples need: decided once
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate

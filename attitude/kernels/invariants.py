@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import quaternion
+from .discriminant import ascending, root_of_D, root_of_D_of_tensor, workspace
 from .doubledouble import (
     ONE,
     PER_TURN,
@@ -31,7 +32,6 @@ from .doubledouble import (
     sub,
 )
 from .elliptic import carlson_rf, quarter_period
-from .expansion import add_product, two_part_value
 from .intrinsics import kernel, routine
 
 CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
@@ -78,6 +78,10 @@ INVARIANTS = np.dtype(
 )
 
 
+# Below this the products that make up D from a tensor's own numbers leave the range of a double.
+SMALLEST_ROOT = 1e-120
+
+
 class Polhode(NamedTuple):
     """The shape of gamma's path and where on it the motion starts (theory, section 3)."""
 
@@ -111,21 +115,20 @@ class Series(NamedTuple):
 
 
 @kernel
-def invariants(moments, axes, rates, attitudes, constant, out):
+def invariants(tensors, moments, axes, rates, attitudes, constant, out):
     """Fill out[b] for each body.
 
     Parameters
     ----------
-    moments : (n, 3, 2), two-part principal moments, any common unit
+    tensors : (n, 3, 3), any common unit; diagonal where principal moments were given
+    moments : (n, 3, 2), their principal moments in two parts
     axes : (n, 3, 3, 2), rows are the principal axes in the body frame, two parts
     rates : (n, 3), body rate, rad/s
     attitudes : (n, 4), wxyz, near unit (normalised here in two parts)
     constant : (n,), whether omega is parallel to I omega (`principal.rate_is_constant`)
     out : (n,) of INVARIANTS
     """
-    parts = np.empty(256)
-    work = np.empty((2, 256))
-    factors = np.empty((4, 2))
+    space = workspace()
     for b in range(out.shape[0]):
         attitude = quaternion.normalised(
             ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
@@ -133,7 +136,7 @@ def invariants(moments, axes, rates, attitudes, constant, out):
         if constant[b]:
             _constant_rate(rates[b], attitude, out[b])
         else:
-            _polhode_motion(moments[b], axes[b], rates[b], attitude, parts, work, factors, out[b])
+            _polhode_motion(tensors[b], moments[b], axes[b], rates[b], attitude, space, out[b])
 
 
 @routine
@@ -165,12 +168,16 @@ def _constant_rate(rate, attitude, out):
 
 
 @routine
-def _polhode_motion(moments, axes, rate, attitude, parts, work, factors, out):
+def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
-    inertia = _scaled_moments(moments)
+    size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
+    inertia = _scaled_moments(moments, 1.0 / size)
     omega = _principal_rate(axes, rate, 1.0 / unit)
-    lo, mid, hi = _ascending(inertia)
-    root_D, sign_D = _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors)
+    lo, mid, hi = ascending(inertia)
+    diagonal = tensor[0, 1] == 0.0 and tensor[0, 2] == 0.0 and tensor[1, 2] == 0.0
+    root_D, sign_D = root_of_D(inertia, omega, lo, mid, hi, space)
+    if not diagonal and root_D[0] > SMALLEST_ROOT:
+        root_D, sign_D = root_of_D_of_tensor(tensor / size, rate / unit, inertia, lo, mid, hi, space)
     first, third = (hi, lo) if sign_D < 0.0 else (lo, hi)
     polhode, signs = _polhode(inertia, omega, first, mid, third, root_D)
     if polhode.A1[0] == 0.0 or polhode.r32[0] == 0.0 or polhode.u_rate[0] == 0.0:
@@ -195,9 +202,8 @@ def _polhode_motion(moments, axes, rate, attitude, parts, work, factors, out):
 
 
 @routine
-def _scaled_moments(moments):
+def _scaled_moments(moments, inverse):
     """Only ratios of moments reach the attitude: the greatest is brought to [1, 2)."""
-    inverse = 1.0 / power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
     return (
         (moments[0, 0] * inverse, moments[0, 1] * inverse),
         (moments[1, 0] * inverse, moments[1, 1] * inverse),
@@ -222,50 +228,6 @@ def _principal_rate(axes, rate, factor):
 
 
 @routine
-def _less(a, b):
-    return a[0] < b[0] or (a[0] == b[0] and a[1] < b[1])
-
-
-@routine
-def _ascending(inertia):
-    """Indices of the least, middle and greatest moment; equal moments keep their order."""
-    lo, mid, hi = 0, 1, 2
-    if _less(inertia[mid], inertia[lo]):
-        lo, mid = mid, lo
-    if _less(inertia[hi], inertia[mid]):
-        mid, hi = hi, mid
-        if _less(inertia[mid], inertia[lo]):
-            lo, mid = mid, lo
-    return lo, mid, hi
-
-
-@routine
-def _root_of_D(inertia, omega, lo, mid, hi, parts, work, factors):
-    """Root of abs(D), and sign of D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2.
-
-    D is the only place where digits can be lost, so its terms are summed without rounding;
-    its two rates are first scaled together, so that their squares stay in range.
-    """
-    to_lo, to_hi = sub(inertia[lo], inertia[mid]), sub(inertia[hi], inertia[mid])
-    # an axis whose moment is the middle one has no share in D, and none in the scale
-    share_lo = abs(omega[lo][0]) if to_lo[0] != 0.0 else 0.0
-    share_hi = abs(omega[hi][0]) if to_hi[0] != 0.0 else 0.0
-    together = power_of_two_near(max(share_lo, share_hi))
-    count = 0
-    for axis, difference in ((lo, to_lo), (hi, to_hi)):
-        component = scale(omega[axis], 1.0 / together)
-        _store(factors[0], inertia[axis])
-        _store(factors[1], difference)
-        _store(factors[2], component)
-        _store(factors[3], component)
-        if difference[0] != 0.0:
-            count = add_product(parts, count, factors, work)
-    D = two_part_value(parts, count)
-    sign = 1.0 if D[0] > 0.0 else (-1.0 if D[0] < 0.0 else 0.0)
-    return scale(sqrt(scale(D, sign)), together), sign
-
-
-@routine
 def _root_difference(I_i, I_j):
     """sqrt(abs(1/I_j - 1/I_i)) from the difference of the moments."""
     difference = sub(I_i, I_j)
@@ -286,7 +248,7 @@ def _polhode(inertia, omega, first, mid, third, root_D):
     sign2 = parity * sign1 * sign3
     inverse = div(ONE, L)
     gamma = (mul(scale(L1, sign1), inverse), mul(scale(L2, sign2), inverse), mul(scale(L3, sign3), inverse))
-    s = -1.0 if _less(I3, I1) else 1.0
+    s = -1.0 if I3[0] < I1[0] or (I3[0] == I1[0] and I3[1] < I1[1]) else 1.0
     r21, r31, r32 = _root_difference(I2, I1), _root_difference(I3, I1), _root_difference(I3, I2)
     S1 = hypot(mul(r21, gamma[1]), mul(r31, gamma[2]))  # sqrt abs(c - a1)
     S3 = hypot(mul(r31, gamma[0]), mul(r32, gamma[1]))  # sqrt abs(a3 - c)

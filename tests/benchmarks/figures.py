@@ -65,6 +65,7 @@ def accuracy() -> None:
     report_worst("generic bodies, abs(omega t) to 1e12 rad", generic, 1e12)
     for name, states in _ladders().items():
         report_worst(name, states, 1e9)
+    report_worst("full tensors, 1e-1..1e-15 from the separatrix", _tensor_states(), 1e9)
     _conservation()
 
 
@@ -82,9 +83,10 @@ def _errors(moments: tuple, omega: tuple, attitude: tuple, farthest: float) -> t
     quaternions, rates = ephemeris.quaternion("wxyz"), ephemeris.angular_velocity
     if not (np.isfinite(quaternions).all() and np.isfinite(rates).all()):
         return np.nan, np.nan
+    reference = truth.attitude_and_rate if np.ndim(moments) == 1 else truth.attitude_and_rate_of_tensor
     worst, worst_rate = 0.0, 0.0
     for t, q, w in zip(horizons, quaternions, rates, strict=True):
-        true_q, true_w = truth.attitude_and_rate(moments, omega, attitude, float(t))
+        true_q, true_w = reference(moments, omega, attitude, float(t))
         worst = max(worst, truth.attitude_error(tuple(map(float, q)), true_q))
         if any(omega):
             worst_rate = max(worst_rate, truth.rate_error(tuple(map(float, w)), true_w))
@@ -149,6 +151,24 @@ def _extreme_states() -> list:
     needle, disc = (1e-12, 1.0, 1.0), (1.0, 1.0, 2.0)
     states += [(needle, (5.0, 0.4, 0.5), IDENTITY), (disc, (0.3, 0.4, 0.5), IDENTITY)]
     return [*states, ((1e-9, 1.0, 1.0 + 9e-10), (0.3, 0.4, 0.5), IDENTITY)]
+
+
+def _tensor_states() -> list:
+    random = np.random.default_rng(7)
+    states = []
+    for power in range(1, 16):
+        turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+        tensor = turn @ np.diag([1.0, 2.0, 2.7]) @ turn.T
+        tensor = 0.5 * (tensor + tensor.T)
+        body = RigidBody(tensor)
+        least, middle, greatest = np.argsort(body.moments)
+        edge = np.sqrt(1.0 / (2.7 * 0.7))  # the rate about the greatest axis that makes D = 0
+        for side in (1.0, -1.0):
+            rate = np.empty(3)
+            rate[[least, middle, greatest]] = 1.0, 0.7, edge * (1.0 + side * 10.0**-power)
+            omega = tuple(map(float, body.axes.T @ rate))
+            states.append((tuple(map(tuple, tensor.tolist())), omega, IDENTITY))
+    return states
 
 
 def _conservation() -> None:

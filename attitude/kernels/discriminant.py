@@ -1,0 +1,139 @@
+"""D = L^2 - 2 E I_mid, whose sign is the regime and whose size is the distance from the separatrix.
+
+It is the only place where digits can be lost, and they are the digits of every later flip: so its
+terms are summed without rounding, in a form for principal moments and in one for a full tensor.
+"""
+
+import numpy as np
+
+from .doubledouble import power_of_two_near, scale, sqrt, sub
+from .expansion import add_product, two_part_value
+from .intrinsics import routine
+
+
+@routine
+def _less(a, b):
+    return a[0] < b[0] or (a[0] == b[0] and a[1] < b[1])
+
+
+@routine
+def ascending(inertia):
+    """Indices of the least, middle and greatest moment; equal moments keep their order."""
+    lo, mid, hi = 0, 1, 2
+    if _less(inertia[mid], inertia[lo]):
+        lo, mid = mid, lo
+    if _less(inertia[hi], inertia[mid]):
+        mid, hi = hi, mid
+        if _less(inertia[mid], inertia[lo]):
+            lo, mid = mid, lo
+    return lo, mid, hi
+
+
+@routine
+def workspace():
+    """Scratch for the expansions: the sum, two generations of a product, and its factors."""
+    return np.empty(512), np.empty((2, 256)), np.empty((5, 2))
+
+
+@routine
+def root_and_sign(parts, count, together):
+    """Root of abs(D), brought back from the scale of its rates, and the sign of D."""
+    D = two_part_value(parts, count)
+    sign = 1.0 if D[0] > 0.0 else (-1.0 if D[0] < 0.0 else 0.0)
+    return scale(sqrt(scale(D, sign)), together), sign
+
+
+@routine
+def root_of_D(inertia, omega, lo, mid, hi, space):
+    """From principal moments: D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2 (eq. 6).
+
+    Its two rates are first scaled together, so that their squares stay in range.
+    """
+    parts, work, factors = space
+    to_lo, to_hi = sub(inertia[lo], inertia[mid]), sub(inertia[hi], inertia[mid])
+    # an axis whose moment is the middle one has no share in D, and none in the scale
+    share_lo = abs(omega[lo][0]) if to_lo[0] != 0.0 else 0.0
+    share_hi = abs(omega[hi][0]) if to_hi[0] != 0.0 else 0.0
+    together = power_of_two_near(max(share_lo, share_hi))
+    count = 0
+    for axis, difference in ((lo, to_lo), (hi, to_hi)):
+        if difference[0] != 0.0:
+            _factor(factors, 0, inertia[axis])
+            _factor(factors, 1, difference)
+            _factor(factors, 2, scale(omega[axis], 1.0 / together))
+            _factor(factors, 3, scale(omega[axis], 1.0 / together))
+            count = add_product(parts, count, factors[:4], work)
+    return root_and_sign(parts, count, together)
+
+
+@routine
+def root_of_D_of_tensor(tensor, rate, inertia, lo, mid, hi, space):
+    """From a full tensor: D = abs(I omega)^2 - I_mid omega.(I omega), each product of numbers as given.
+
+    The middle moment, the one number that is not given, takes a third part (`_third_part`).
+    """
+    parts, work, factors = space
+    rest = _third_part(tensor, inertia, lo, mid, hi, space)
+    count = 0
+    for j in range(3):
+        for k in range(3):
+            _factor(factors, 2, (rate[j], 0.0))
+            _factor(factors, 3, (rate[k], 0.0))
+            for i in range(3):
+                _factor(factors, 0, (tensor[i, j], 0.0))
+                _factor(factors, 1, (tensor[i, k], 0.0))
+                count = add_product(parts, count, factors[:4], work)
+            _factor(factors, 0, (-tensor[j, k], 0.0))
+            _factor(factors, 1, inertia[mid])
+            count = add_product(parts, count, factors[:4], work)
+            _factor(factors, 1, (rest, 0.0))
+            count = add_product(parts, count, factors[:4], work)
+    return root_and_sign(parts, count, 1.0)
+
+
+@routine
+def _third_part(tensor, inertia, lo, mid, hi, space):
+    """What the middle moment lacks after two parts: one Newton step on det(I - x 1), evaluated exactly.
+
+    Zero where another moment is as near as the two parts' own error: no third part would be right.
+    """
+    parts, work, factors = space
+    x = inertia[mid]
+    slope = sub(inertia[lo], x)[0] * sub(inertia[hi], x)[0]
+    if abs(slope) < 1e-20:
+        return 0.0
+    count = 0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        # prod (T_ii - x) + 2 T_01 T_02 T_12 - sum (T_ii - x) T_jk^2, a third of the first two in each turn
+        _factor(factors, 0, (-tensor[j, k], 0.0))
+        _factor(factors, 1, (tensor[j, k], 0.0))
+        _factor(factors, 2, (tensor[i, i], 0.0))
+        count = add_product(parts, count, factors[:3], work)
+        _factor(factors, 0, (tensor[j, k], 0.0))
+        _factor(factors, 2, x)
+        count = add_product(parts, count, factors[:3], work)
+        _factor(factors, 0, (-tensor[i, i], 0.0))  # - T_ii T_jj x
+        _factor(factors, 1, (tensor[j, j], 0.0))
+        count = add_product(parts, count, factors[:3], work)
+        _factor(factors, 0, (tensor[i, i], 0.0))  # + T_ii x^2
+        _factor(factors, 1, x)
+        count = add_product(parts, count, factors[:3], work)
+    for i in range(3):
+        _factor(factors, i, (tensor[i, i], 0.0))
+    count = add_product(parts, count, factors[:3], work)
+    _factor(factors, 0, (2.0 * tensor[0, 1], 0.0))
+    _factor(factors, 1, (tensor[0, 2], 0.0))
+    _factor(factors, 2, (tensor[1, 2], 0.0))
+    count = add_product(parts, count, factors[:3], work)
+    _factor(factors, 0, (-x[0], -x[1]))
+    _factor(factors, 1, x)
+    _factor(factors, 2, x)
+    count = add_product(parts, count, factors[:3], work)
+    return two_part_value(parts, count)[0] / slope
+
+
+@routine
+def _factor(factors, i, value):
+    factors[i, 0] = value[0]
+    factors[i, 1] = value[1]
