@@ -8,10 +8,13 @@ import math
 import random
 from fractions import Fraction
 from itertools import permutations, product
+from operator import mul
 
 import numpy as np
 import pytest
 from astropy.time import TimeDelta
+from mpmath import workdps
+from scipy.spatial.transform import Rotation
 
 from .bodies import (
     ATTITUDE,
@@ -20,6 +23,7 @@ from .bodies import (
     NAMED,
     RATE_TOLERANCE,
     SEPARATRIX,
+    TRUTH_DIGITS,
     Body,
     angle_between,
     assert_true,
@@ -33,7 +37,7 @@ from .bodies import (
     speed,
     times,
 )
-from .oracles import truth
+from .oracles import exact, truth
 
 # Angles turned at the first rate, rad.
 ANY_REGIME = (0.0, 1e-3, 2.0, -37.0, 1e3, -1e6, 1e9, -1e9)
@@ -306,6 +310,72 @@ def test_tensors_down_to_diagonal_are_true(diagonal, omega):
     for k in (1, 2, 4, 8, 12, 15, 16, 17, 20, 33, 35, 40, 100, 150):
         body = Body(symmetric(diagonal, *(10.0**-k * rng.uniform(-1, 1) for _ in range(3))), omega)
         assert_true(body, times(body, (3.0, 1e9)))
+
+
+TURNS = [(1, 2, 0, -1), (2, -1, 1, 3), (0, 1, 1, 0), (3, 1, -2, 2)]
+
+
+def turned(body, turn):
+    """The body about other axes, exactly, and the same about its own.
+
+    An integer quaternion of norm N gives an integer N R; N R I (N R)^T and N R omega belong to moments
+    N^2 I and rate N omega.
+    """
+    N = sum(part * part for part in turn)
+    NR = [
+        [round(N * entry) for entry in row] for row in Rotation.from_quat(turn, scalar_first=True).as_matrix()
+    ]
+    moments, omega = (tuple(map(Fraction, vector)) for vector in body)
+    tensor = [[sum(map(mul, map(mul, row, column), moments)) for column in NR] for row in NR]
+    rate = [sum(map(mul, row, omega)) for row in NR]
+    rounded = Body(tuple(tuple(map(float, row)) for row in tensor), tuple(map(float, rate)))
+    assert list(map(Fraction, rounded.omega)) == rate
+    straight = Body(tuple(N * N * moment for moment in moments), tuple(N * component for component in omega))
+    return rounded, straight
+
+
+def assert_turned_is_true(body, turn, radians):
+    """Against the truth of the moments: q_IB = q_IP * conj(q_R), omega_B = R omega_P."""
+    rounded, straight = turned(body, turn)
+    q_R = exact.normalised(turn)
+    t = times(rounded, radians)
+    for instant, q, rate in zip(t, *sample(rounded, t), strict=True):
+        with workdps(60):
+            q0_P = exact.multiply(exact.normalised(ATTITUDE), q_R)
+            true_q, true_rate = truth.attitude_and_rate(*straight, q0_P, instant, TRUTH_DIGITS)
+            true_q, true_rate = exact.multiply(true_q, exact.conjugate(q_R)), exact.rotate(q_R, true_rate)
+        assert truth.attitude_error(q.tolist(), true_q) <= ATTITUDE_TOLERANCE, (body, turn)
+        assert truth.component_error(q.tolist(), true_q) <= ATTITUDE_TOLERANCE, (body, turn)
+        assert truth.rate_error(rate.tolist(), true_rate) <= RATE_TOLERANCE, (body, turn)
+
+
+@pytest.mark.parametrize("turn", TURNS, ids=str)
+def test_separatrix_of_a_full_tensor_is_recognised_exactly(turn):
+    for omega in ((2.0, 0.75, 1.0), (-2.0, 0.0, 1.0), (2.0**-40, -1.0, -(2.0**-41))):
+        body = Body((3.0, 4.0, 6.0), omega)
+        assert motion(turned(body, turn)[0]).regime == "separatrix"
+        assert_turned_is_true(body, turn, ANY_REGIME)
+
+
+@pytest.mark.parametrize("turn", TURNS, ids=str)
+def test_full_tensors_are_true_on_the_way_to_the_separatrix(turn):
+    for k in (1, 3, 5, 10, 20, 30, 40):
+        for sign in (1, -1):
+            body = Body((3.0, 4.0, 6.0), (2.0 * (1 + sign * 2.0**-k), 0.75, 1.0))
+            assert_turned_is_true(body, turn, ANY_REGIME)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_rounded_tensors_are_true_a_hair_off_the_separatrix(seed):
+    """Random axes, and a rate that D = 0 asks for, off by 1e-1 to 1e-15 of itself to either side."""
+    rng, edge = np.random.default_rng(seed), math.sqrt(1 / (2.7 * 0.7))
+    for sign, off in both_sides(DECADES):
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        tensor = axes * (1.0, 2.0, 2.7) @ axes.T
+        tensor = 0.5 * (tensor + tensor.T)
+        omega = np.linalg.eigh(tensor)[1] @ (1.0, 0.7, edge * (1 + sign * off))
+        body = Body(tuple(map(tuple, tensor.tolist())), tuple(omega.tolist()))
+        assert_true(body, times(body, ANY_REGIME))
 
 
 @pytest.mark.parametrize("scale", [1e-150, 1e150])

@@ -185,6 +185,13 @@ def test_what_never_returns_has_an_infinite_period(body):
     assert motion(body).polhode_period == math.inf
 
 
+def test_a_period_beyond_the_range_of_a_double_is_infinite_and_no_overflow():
+    found = motion(Body((2.0, 2.0, 4.0), (0.0, 1e-200, 1e-310)))
+    assert found.polhode_period == math.inf
+    assert found.mean_precession_rate == pytest.approx(1e-200, rel=4e-16)
+    assert found.spin_axis_precession_rate == pytest.approx(1e-200, rel=4e-16)
+
+
 @pytest.mark.parametrize("body", **each(CONSTANT_RATE))
 def test_a_constant_rate_is_its_own_precession_and_does_not_nutate(body):
     found = motion(body)

@@ -312,8 +312,9 @@ def test_refused_ephemeris_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_written_file_has_the_permissions_of_any_other(tmp_path):
+def test_written_file_stands_alone_with_the_permissions_of_any_other(tmp_path):
     motion().at(T).write(tmp_path / "a.csv")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.csv"]
     (tmp_path / "other").touch()
     assert stat.S_IMODE((tmp_path / "a.csv").stat().st_mode) == stat.S_IMODE(
         (tmp_path / "other").stat().st_mode

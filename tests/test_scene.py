@@ -142,6 +142,14 @@ GRIDS = {
         {"start": 0, "stop": 0.9, "step": 0.3, "unit": "s"},
         [k * THREE_TENTHS for k in range(4)],
     ),
+    "step rounded before stop": (
+        {"start": 0, "stop": 0.3, "step": 0.1, "unit": "s"},
+        [k * TENTH for k in range(4)],
+    ),
+    "span rounded below its steps": (
+        {"start": 1000, "stop": 1000.3, "step": 0.1, "unit": "s"},
+        [1000 + k * TENTH for k in range(4)],
+    ),
     "stop between steps": (
         {"start": 0, "stop": 0.99, "step": 0.1, "unit": "s"},
         [k * TENTH for k in range(10)],
