@@ -1,4 +1,4 @@
-"""`python -m tests`: formatter, linter, type checker and tests, in that order; stops at the first that fails."""
+"""`python -m tests`: formatter, linter, type checker, tests; stops at the first that fails."""
 
 import os
 import subprocess
