@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -83,11 +84,11 @@ def _run(options: argparse.Namespace) -> None:
     formats.check(options.output, format)
     scene = _scene(options.scene)
     say = _silent if options.quiet else _to_terminal
-    _announce_compilation(say)
     say(f"{scene.name or options.scene}: {scene.times.samples} samples")
-    motion = scene.motion()
-    say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
-    ephemeris = scene.run()
+    with _compilation_announced(say):
+        motion = scene.motion()
+        say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
+        ephemeris = scene.run()
     formats.write(ephemeris, options.output, format, _progress(say))
 
 
@@ -116,7 +117,7 @@ def _to_terminal(text: str) -> None:
         print(f"attitude: {text}", file=sys.stderr)
 
 
-def _announce_compilation(say: Callable[[str], None]) -> None:
+def _compilation_announced(say: Callable[[str], None]) -> AbstractContextManager[None]:
     """On a new machine the first run compiles: without a word it would look hung."""
     from numba.core import event
 
@@ -131,7 +132,8 @@ def _announce_compilation(say: Callable[[str], None]) -> None:
         def on_end(self, _: object) -> None:
             pass
 
-    event.register("numba:compile", Announcer())
+    announcer: AbstractContextManager[None] = event.install_listener("numba:compile", Announcer())
+    return announcer
 
 
 def _progress(say: Callable[[str], None]) -> Callable[[float], None]:

@@ -167,7 +167,7 @@ class TorqueFreeMotion:
         """
         bodies = self._invariants
         moving = (bodies["u_rate"] > 0.0) & np.isfinite(bodies["K"])
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             period = 4.0 * bodies["K"] / bodies["u_rate"]
         return np.where(moving, period, np.inf)[()]
 

@@ -349,12 +349,15 @@ def assert_turned_is_true(body, turn, radians):
         assert truth.rate_error(rate.tolist(), true_rate) <= RATE_TOLERANCE, (body, turn)
 
 
+# The middle moment of a tensor is known to 1e-46, not exactly: D = 0 may come out as that, and the motion
+# then leaves the truth as 1e-46 exp(u' t), with u' t at most 34 after this many radians.
+LEAVING_SEPARATRIX = (0.0, 1e-3, 2.0, -37.0, 100.0)
+
+
 @pytest.mark.parametrize("turn", TURNS, ids=str)
-def test_separatrix_of_a_full_tensor_is_recognised_exactly(turn):
+def test_full_tensors_are_true_on_the_separatrix_until_the_saddle(turn):
     for omega in ((2.0, 0.75, 1.0), (-2.0, 0.0, 1.0), (2.0**-40, -1.0, -(2.0**-41))):
-        body = Body((3.0, 4.0, 6.0), omega)
-        assert motion(turned(body, turn)[0]).regime == "separatrix"
-        assert_turned_is_true(body, turn, ANY_REGIME)
+        assert_turned_is_true(Body((3.0, 4.0, 6.0), omega), turn, LEAVING_SEPARATRIX)
 
 
 @pytest.mark.parametrize("turn", TURNS, ids=str)

@@ -329,9 +329,10 @@ KEYS = {
 
 
 @pytest.mark.parametrize("rate_first", [True, False], ids=["rate asked before", "rate asked after"])
-@pytest.mark.parametrize("whole", [generic(), batch()], ids=["one body", "batch"])
+@pytest.mark.parametrize("make", [generic, batch], ids=["one body", "batch"])
 @pytest.mark.parametrize("key", KEYS.values(), ids=KEYS)
-def test_index_takes_some_of_the_instants(key, whole, rate_first):
+def test_index_takes_some_of_the_instants(key, make, rate_first):
+    whole = make()
     ephemeris = whole.at(T)
     if rate_first:
         _ = ephemeris.angular_velocity
@@ -346,8 +347,9 @@ def test_index_takes_some_of_the_instants(key, whole, rate_first):
 @pytest.mark.parametrize(
     "key", [1, (1, 2), (slice(None), 0), (..., 0), (0, ...), [2, 0], (T > 0).reshape(3, 19)], ids=str
 )
-@pytest.mark.parametrize("whole", [generic(), batch()], ids=["one body", "batch"])
-def test_index_goes_along_the_dimensions_of_the_instants(key, whole):
+@pytest.mark.parametrize("make", [generic, batch], ids=["one body", "batch"])
+def test_index_goes_along_the_dimensions_of_the_instants(key, make):
+    whole = make()
     t = T.reshape(3, 19)
     part = whole.at(t)[key]
     assert np.array_equal(bits(part), bits(whole.at(t[key])))
@@ -389,9 +391,10 @@ def test_index_beyond_the_instants_is_pythons_own_error():
 # -- arrays -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("whole", [generic(), batch()], ids=["one body", "batch"])
+@pytest.mark.parametrize("make", [generic, batch], ids=["one body", "batch"])
 @pytest.mark.parametrize("part", [slice(None), slice(3, 9), 2], ids=str)
-def test_arrays_are_read_only(whole, part):
+def test_arrays_are_read_only(make, part):
+    whole = make()
     ephemeris = whole.at(T)[part]
     for array in (ephemeris.quaternion("wxyz"), ephemeris.angular_velocity, ephemeris.elapsed):
         assert not array.flags.writeable

@@ -6,7 +6,7 @@ terms are summed without rounding, in a form for principal moments and in one fo
 
 import numpy as np
 
-from .doubledouble import power_of_two_near, scale, sqrt, sub
+from .doubledouble import ZERO, add, power_of_two_near, scale, sqrt, sub
 from .expansion import add_product, two_part_value
 from .intrinsics import routine
 
@@ -36,9 +36,8 @@ def workspace():
 
 
 @routine
-def root_and_sign(parts, count, together):
+def _root_and_sign(D, together):
     """Root of abs(D), brought back from the scale of its rates, and the sign of D."""
-    D = two_part_value(parts, count)
     sign = 1.0 if D[0] > 0.0 else (-1.0 if D[0] < 0.0 else 0.0)
     return scale(sqrt(scale(D, sign)), together), sign
 
@@ -63,18 +62,19 @@ def root_of_D(inertia, omega, lo, mid, hi, space):
             _factor(factors, 2, scale(omega[axis], 1.0 / together))
             _factor(factors, 3, scale(omega[axis], 1.0 / together))
             count = add_product(parts, count, factors[:4], work)
-    return root_and_sign(parts, count, together)
+    return _root_and_sign(two_part_value(parts, count), together)
 
 
 @routine
 def root_of_D_of_tensor(tensor, rate, inertia, lo, mid, hi, space):
     """From a full tensor: D = abs(I omega)^2 - I_mid omega.(I omega), each product of numbers as given.
 
-    The middle moment, the one number that is not given, takes a third part (`_third_part`).
+    The middle moment, the one number that is not given, takes a third part; what D has beyond it
+    is nothing that the numbers say, and counts as zero.
     """
     parts, work, factors = space
-    rest = _third_part(tensor, inertia, lo, mid, hi, space)
-    count = 0
+    middle, rest = _three_part_moment(tensor, inertia, lo, mid, hi, space)
+    count, twice_energy = 0, 0.0
     for j in range(3):
         for k in range(3):
             _factor(factors, 2, (rate[j], 0.0))
@@ -84,24 +84,37 @@ def root_of_D_of_tensor(tensor, rate, inertia, lo, mid, hi, space):
                 _factor(factors, 1, (tensor[i, k], 0.0))
                 count = add_product(parts, count, factors[:4], work)
             _factor(factors, 0, (-tensor[j, k], 0.0))
-            _factor(factors, 1, inertia[mid])
+            _factor(factors, 1, middle)
             count = add_product(parts, count, factors[:4], work)
             _factor(factors, 1, (rest, 0.0))
             count = add_product(parts, count, factors[:4], work)
-    return root_and_sign(parts, count, 1.0)
+            twice_energy += tensor[j, k] * rate[j] * rate[k]
+    D = two_part_value(parts, count)
+    if abs(D[0]) <= twice_energy * abs(rest) * 2.0**-48:
+        D = ZERO
+    return _root_and_sign(D, 1.0)
 
 
 @routine
-def _third_part(tensor, inertia, lo, mid, hi, space):
-    """What the middle moment lacks after two parts: one Newton step on det(I - x 1), evaluated exactly.
+def _three_part_moment(tensor, inertia, lo, mid, hi, space):
+    """The middle moment in two parts and a third; the third is zero where two hold it exactly.
 
-    Zero where another moment is as near as the two parts' own error: no third part would be right.
+    Newton's method on det(I - x 1), evaluated without rounding; two steps, since the two parts
+    that come in may be off in their last digits.  No third part where another moment is so near
+    that none would be right.
     """
-    parts, work, factors = space
     x = inertia[mid]
     slope = sub(inertia[lo], x)[0] * sub(inertia[hi], x)[0]
     if abs(slope) < 1e-20:
-        return 0.0
+        return x, 0.0
+    x = add(x, (_determinant(tensor, x, space) / slope, 0.0))
+    return x, _determinant(tensor, x, space) / slope
+
+
+@routine
+def _determinant(tensor, x, space):
+    """det(I - x 1) for a two-part x, its products summed without rounding, as one double."""
+    parts, work, factors = space
     count = 0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -130,7 +143,7 @@ def _third_part(tensor, inertia, lo, mid, hi, space):
     _factor(factors, 1, x)
     _factor(factors, 2, x)
     count = add_product(parts, count, factors[:3], work)
-    return two_part_value(parts, count)[0] / slope
+    return two_part_value(parts, count)[0]
 
 
 @routine
