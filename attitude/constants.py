@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import units
+from .horizon import refuse_too_far
 from .kernels import cayley_klein
 from .kernels import invariants as kernel
 
@@ -69,8 +70,10 @@ class PaperConstants:
         """Angle turned about the momentum by axis 3 since the epoch, rad; continuous, psi(0) = 0.
 
         t : seconds (float array or Quantity) of any shape; the result has shape batch + t.shape.
+        Raises ToleranceError where `TorqueFreeMotion.at` would.
         """
         seconds = units.si_array(t, units.SECOND, "t")
+        refuse_too_far(self._bodies, seconds)
         start = _azimuth(self._bodies, np.zeros(1))
         turned = _azimuth(self._bodies, seconds.reshape(-1)) - start
         return turned.reshape(self._bodies.shape + seconds.shape)[()]

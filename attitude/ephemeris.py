@@ -29,7 +29,8 @@ class Ephemeris:
     """Attitude and body rate of one body, or of many, at instants.
 
     Shape is batch + instants, as in `TorqueFreeMotion.at`; `len`, indexing and slicing go along
-    the (first) dimension of the instants.  Arrays are read-only views; nothing here changes.
+    the (first) dimension of the instants.  Arrays are read-only views; nothing here changes.  Copy one
+    for code that insists on writing (scipy's `Rotation.apply` does: `.apply(x.copy())`).
 
     Attributes
     ----------

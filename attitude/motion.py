@@ -13,7 +13,8 @@ from . import elapsed, orientation, units
 from .body import RigidBody
 from .constants import PaperConstants
 from .ephemeris import Ephemeris
-from .errors import InputError, RegimeError, ToleranceError
+from .errors import InputError, RegimeError
+from .horizon import refuse_too_far
 from .kernels import cayley_klein
 from .kernels import invariants as kernel
 from .kernels.principal import rate_is_constant
@@ -104,7 +105,7 @@ class TorqueFreeMotion:
 
         Stored by component and viewed transposed: the compiled loop writes whole vectors.
         """
-        self._refuse_too_far(instants)
+        refuse_too_far(self._invariants, instants.seconds)
         bodies = _for_kernel(self._invariants, len(self.shape))
         seconds = _for_kernel(instants.seconds, len(instants.shape))
         rest = None if instants.rest is None else _for_kernel(instants.rest, len(instants.shape))
@@ -116,22 +117,6 @@ class TorqueFreeMotion:
             None if q is None else np.moveaxis(q.reshape(4, *shape), 0, -1),
             None if w is None else np.moveaxis(w.reshape(3, *shape), 0, -1),
         )
-
-    def _refuse_too_far(self, instants: elapsed.Instants) -> None:
-        if not instants.seconds.size or not self._invariants.size:
-            return
-        bodies = self._invariants
-        turns_per_second = max(
-            np.abs(bodies["precession"][..., 0]).max(), np.abs(bodies["argument"][..., 0]).max()
-        )
-        first, last = units.extremes(instants.seconds)
-        farthest = max(-first, last)
-        if farthest * float(turns_per_second) > cayley_klein.MAX_TURNS:
-            limit = cayley_klein.MAX_TURNS / float(turns_per_second)
-            raise ToleranceError(
-                f"t: {farthest:.6g} s is beyond {limit:.6g} s, where this body has made "
-                f"{cayley_klein.MAX_TURNS:.3g} turns and phases would lose digits; ask for nearer instants"
-            )
 
     # -- constants of the motion ----------------------------------------------------------
 
@@ -234,8 +219,8 @@ class TorqueFreeMotion:
         return f"<TorqueFreeMotion: {self.regime}, polhode period {self.polhode_period:.9g} s, {self.frame}>"
 
 
-# Between these the two parts of every phase rate are normal doubles.
-SLOWEST, FASTEST = 1e-290, 1e300
+# Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
+SLOWEST, FASTEST = 1e-200, 1e200
 
 
 def _check_rates(rates: np.ndarray) -> np.ndarray:
@@ -275,6 +260,9 @@ def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tu
     kernel.invariants(
         tensors, moments, axes, flat_rates, _for_kernel(attitudes, len(shape)), constant, out.reshape(-1)
     )
+    beyond = ~(np.isfinite(out["rate"]).all(axis=(-1, -2)) & np.isfinite(out["frame"]).all(axis=(-1, -2)))
+    expected = "a rate that a body so thin can have without leaving the range of a double"
+    units.refuse_where(beyond, rates[..., 0], "angular_velocity", expected)
     return out
 
 

@@ -3,7 +3,7 @@
 Used once per body, for the constants and the phase rates: a phase is a rate times a time,
 so a rate has to carry as many digits more than the answer as the time has.
 
-Error bounds (in units of 2**-104, relative): add 3, mul 2, div 10, sqrt 4.
+Error bounds (in units of 2**-106, relative): add 3, mul 5, div 10, sqrt 4.
 Source: Joldes, Muller, Popescu, "Tight and rigorous error bounds for basic building blocks
 of double-word arithmetic", ACM TOMS 44 (2017), algorithms 6, 12 and 17.
 """
