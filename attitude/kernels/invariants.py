@@ -62,16 +62,12 @@ INVARIANTS = np.dtype(
         ("rate", "f8", (3, 3)),  # gamma -> body rate, rad/s
         # what users ask about
         ("regime", "i8"),
-        ("axes", "f8", (3, 3)),  # rows: axes 1, 2, 3 in the body frame
-        ("spin_rates", "f8", 3),  # L / I_i, rad/s
-        ("gamma", "f8", 3),
         ("amplitude", "f8", 3),  # A1, A2, A3
         ("modulus", "f8"),  # k
         ("complementary_modulus", "f8"),  # k1
         ("K", "f8"),
         ("K_prime", "f8"),
         ("eta", "f8"),
-        ("eta_complement", "f8"),  # K' - eta
         ("u_rate", "f8"),  # u', rad/s
         ("u0", "f8"),
     ]
@@ -164,7 +160,6 @@ def _constant_rate(rate, attitude, out):
         out.rate[i, 2] = rate[i]
     out.complementary_modulus = 1.0
     out.amplitude[2] = 1.0
-    out.gamma[2] = 1.0
 
 
 @routine
@@ -287,12 +282,12 @@ def _nomes(polhode, K, K_prime, out):
     q = ZERO if K_prime[0] == math.inf else exp(neg(mul(over_K, K_prime)))
     if polhode.r32[0] * polhode.A1[0] <= polhode.r21[0] * polhode.A3[0]:
         eta = _eta(polhode)
-        out.eta, out.eta_complement = eta[0], K_prime[0] - eta[0]
+        out.eta = eta[0]
         E = exp(neg(mul(over_K, eta)))
         E_prime = div(q, E) if q[0] > 0.0 else ZERO
     else:
         eta = _eta_complement(polhode)
-        out.eta, out.eta_complement = K_prime[0] - eta[0], eta[0]
+        out.eta = K_prime[0] - eta[0]
         E_prime = exp(neg(mul(over_K, eta)))
         E = div(q, E_prime) if q[0] > 0.0 else ZERO
     return q, E, E_prime
@@ -536,7 +531,7 @@ def _transformed_series(polhode, K, K_prime, u0, out):
     y_per_u = div(scale(PI, 0.25), K_prime)
     eta = _eta(polhode)
     x = mul(eta, y_per_u)
-    out.eta, out.eta_complement = eta[0], K_prime[0] - eta[0]
+    out.eta = eta[0]
     infinite = K[0] == math.inf
     half_turn = (math.inf, 0.0) if infinite else scale(mul(y_per_u, K), 2.0)
     Q = ZERO if infinite else exp(neg(half_turn))
@@ -641,7 +636,6 @@ def _write_body_rate(R_PB, spin_rates, unit, out):
     """omega_B = R_BP diag(L/I) gamma."""
     for i in range(3):
         for j in range(3):
-            out.axes[i, j] = R_PB[i][j][0]
             out.rate[j, i] = mul(R_PB[i][j], spin_rates[i])[0] * unit
 
 
@@ -649,8 +643,6 @@ def _write_body_rate(R_PB, spin_rates, unit, out):
 def _write_public(polhode, K, K_prime, u0, unit, out):
     amplitudes = (polhode.A1, polhode.A2, polhode.A3)
     for i in range(3):
-        out.spin_rates[i] = polhode.spin_rates[i][0] * unit
-        out.gamma[i] = polhode.gamma[i][0]
         out.amplitude[i] = amplitudes[i][0]
     out.modulus, out.complementary_modulus = polhode.k[0], polhode.k1[0]
     out.K, out.K_prime = K[0], K_prime[0]
