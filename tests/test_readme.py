@@ -3,6 +3,7 @@
 import doctest
 import os
 import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -17,6 +18,18 @@ README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 NUMBER = re.compile(r"(?<![\w.-])-?\d+\.\d+(?:e[+-]?\d+)?")
 # The last place of a sine differs between mathematical libraries; an attitude follows it.
 PRINTED = 1e-12
+# What `curl -s -H NAME:VALUE -d DATA URL` does, for a machine that has none.
+CURL = """#!{python}
+import sys, urllib.error, urllib.request
+_, _, _, header, _, data, url = sys.argv
+body = open(data[1:], "rb").read() if data.startswith("@") else data.encode()
+request = urllib.request.Request(url, body, dict([header.split(": ")]))
+try:
+    answer = urllib.request.urlopen(request)
+except urllib.error.HTTPError as error:
+    answer = error
+sys.stdout.buffer.write(answer.read())
+"""
 READY_WITHIN = 240.0  # seconds; the kernels may have to be compiled first
 
 
@@ -29,6 +42,9 @@ def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("readme")
     (document,) = blocks("json")
     (path / "toutatis.json").write_text(document)
+    if shutil.which("curl") is None:
+        (path / "curl").write_text(CURL.format(python=sys.executable))
+        (path / "curl").chmod(0o755)
     return path
 
 
@@ -79,7 +95,7 @@ def console_examples():
 def test_console_examples_print_what_is_shown(command, shown, folder, request):
     if "curl" in command:
         command = command.replace(":8000", f":{request.getfixturevalue('port')}")
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"], str(folder)])
     answer = subprocess.run(
         command, shell=True, cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
     )
