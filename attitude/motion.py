@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -74,13 +77,15 @@ class TorqueFreeMotion:
 
     # -- the motion in time ---------------------------------------------------------------
 
-    def at(self, t: Any) -> Ephemeris:
+    def at(self, t: Any, threads: int = 1) -> Ephemeris:
         """Attitude (and, when asked for, body rate) at instants t.
 
         Parameters
         ----------
         t : float array (s since the epoch), Quantity, TimeDelta, or Time (needs an epoch)
             Any shape, either sign, any order.
+        threads : int
+            Share the samples among so many threads; the bits do not depend on it.
 
         Returns
         -------
@@ -91,16 +96,22 @@ class TorqueFreeMotion:
         InputError : t is not one of these, not finite, or a Time where there is no epoch.
         ToleranceError : t is so far off that two-part phases would not give 4e-15 rad.
         """
-        return self.ephemeris(elapsed.instants(t, self.epoch))
+        return self.ephemeris(elapsed.instants(t, self.epoch), threads=threads)
 
-    def ephemeris(self, instants: elapsed.Instants, rate: bool = False, name: str = "") -> Ephemeris:
+    def ephemeris(
+        self, instants: elapsed.Instants, rate: bool = False, name: str = "", threads: int = 1
+    ) -> Ephemeris:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
-        quaternion, computed = self._sample(instants, quaternion=True, rate=rate)
-        later = partial(self._sample, quaternion=False, rate=True)
+        if not isinstance(threads, int) or threads < 1:
+            raise InputError("threads", threads, "a whole number, at least 1")
+        quaternion, computed = self._sample(instants, quaternion=True, rate=rate, threads=threads)
+        later = partial(self._sample, quaternion=False, rate=True, threads=threads)
         source = computed if rate else lambda part: later(part)[1]
         return Ephemeris(quaternion, instants, self.frame, self.body, source, name)
 
-    def _sample(self, instants: elapsed.Instants, quaternion: bool, rate: bool) -> tuple[Any, Any]:
+    def _sample(
+        self, instants: elapsed.Instants, quaternion: bool, rate: bool, threads: int
+    ) -> tuple[Any, Any]:
         """(quaternions (..., 4), rates (..., 3)), None for what was not asked for.
 
         Stored by component and viewed transposed: the compiled loop writes whole vectors.
@@ -111,7 +122,8 @@ class TorqueFreeMotion:
         rest = None if instants.rest is None else _for_kernel(instants.rest, len(instants.shape))
         q = np.empty((4, bodies.size, seconds.size)) if quaternion else None
         w = np.empty((3, bodies.size, seconds.size)) if rate else None
-        cayley_klein.sample(bodies, seconds, rest, q, w)
+        shares = _shares(bodies.size, seconds.size, threads)
+        _in_threads(partial(cayley_klein.sample, bodies, seconds, rest, q, w), shares)
         shape = self.shape + instants.shape
         return (
             None if q is None else np.moveaxis(q.reshape(4, *shape), 0, -1),
@@ -269,3 +281,25 @@ def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tu
 def _for_kernel(array: np.ndarray, batch: int) -> np.ndarray:
     """Its first `batch` dimensions as one, contiguous and writeable: what kernels are compiled for."""
     return np.require(array, requirements=["C", "W"]).reshape(-1, *array.shape[batch:])
+
+
+def _shares(bodies: int, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
+    """The block of bodies and instants cut into equal shares, along whichever is longer."""
+    longer = max(bodies, instants)
+    edges = [longer * i // threads for i in range(threads + 1)]
+    pairs = [(a, b) for a, b in pairwise(edges) if a < b]
+    if bodies > instants:
+        return [(a, b, 0, instants) for a, b in pairs]
+    return [(0, bodies, a, b) for a, b in pairs]
+
+
+def _in_threads(
+    work: Callable[[tuple[int, int, int, int]], None], shares: list[tuple[int, int, int, int]]
+) -> None:
+    """Kernels release the interpreter's lock, so plain threads share the processor's cores."""
+    if len(shares) == 1:
+        work(shares[0])
+        return
+    with ThreadPoolExecutor(len(shares) or 1) as pool:
+        for _ in pool.map(work, shares):
+            pass

@@ -299,6 +299,20 @@ def test_kernels_are_handed_one_kind_of_array_whatever_was_broadcast_or_sliced(h
         assert all(array.flags.c_contiguous and array.flags.writeable for array in arrays), name
 
 
+@pytest.mark.parametrize("threads", [2, 3, 8])
+@pytest.mark.parametrize("bodies", [1, 20], ids=["instants shared", "bodies shared"])
+def test_threads_do_not_change_a_bit(threads, bodies):
+    many = TorqueFreeMotion(RigidBody.from_moments(MOMENTS[:bodies]), ATTITUDE, RATES[:bodies], order="wxyz")
+    for t in (T, T[:0], T[:1]):
+        assert np.array_equal(bits(many.at(t, threads=threads)), bits(many.at(t)))
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, "2"])
+def test_threads_that_are_no_count_are_refused(threads):
+    with pytest.raises(InputError, match="^threads: a whole number, at least 1; got"):
+        TorqueFreeMotion(RigidBody(MOMENTS[0]), ATTITUDE, RATES[0], order="wxyz").at(T, threads=threads)
+
+
 # -- shapes and parts ---------------------------------------------------------------------------
 
 

@@ -11,6 +11,8 @@ where one is wanted, and nowhere left to the compiler: the two-part products dep
 
 import math
 
+import numpy as np
+
 from .doubledouble import two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, kernel, prefer_widest_vectors, routine
 from .invariants import THETA
@@ -245,13 +247,13 @@ def _outputs(body):
 
 
 @routine
-def _sample_theta(body, b, t, t_low, quaternions, rates):
+def _sample_theta(body, b, first, last, t, t_low, quaternions, rates):
     prefer_widest_vectors()
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     v_hi, v_lo, v0, v0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
     series, direction = _series(body), _direction(body)
     frame, to_rate = _outputs(body)
-    for i in range(t.shape[0]):
+    for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = 0.0 if t_low is None else t_low[i]
         v, rest = _phase(v_hi, v_lo, t[i], low)
         v, joined = two_sum(v, v0)
@@ -269,14 +271,14 @@ def _sample_theta(body, b, t, t_low, quaternions, rates):
 
 
 @routine
-def _sample_transformed(body, b, t, t_low, quaternions, rates):
+def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates):
     prefer_widest_vectors()
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     y_hi, y_lo, y0, y0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
     slip, Q, half_turn = body.slip, body.nome, _half_turn(body)
     series, factor = _series(body), _three(body.direction[0])
     frame, to_rate = _outputs(body)
-    for i in range(t.shape[0]):
+    for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = 0.0 if t_low is None else t_low[i]
         y, rest = _phase(y_hi, y_lo, t[i], low)
         y, joined = two_sum(y, y0)
@@ -297,8 +299,8 @@ def _sample_transformed(body, b, t, t_low, quaternions, rates):
 
 
 @kernel
-def sample(bodies, t, t_low, quaternions, rates):
-    """Attitudes and body rates of each body at each instant.
+def sample(bodies, t, t_low, quaternions, rates, part):
+    """Attitudes and body rates of each body at each instant, or of a part of them.
 
     Parameters
     ----------
@@ -306,12 +308,13 @@ def sample(bodies, t, t_low, quaternions, rates):
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
     quaternions : (4, n, k), written: w, x, y, z, body to inertial; or None
     rates : (3, n, k), written: rad/s, body frame; or None
+    part : first and last body, first and last instant, each last one excluded: a thread's share
     """
-    for b in range(bodies.shape[0]):
+    for b in range(part[0], part[1]):
         if bodies[b].route == THETA:
-            _sample_theta(bodies[b], b, t, t_low, quaternions, rates)
+            _sample_theta(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates)
         else:
-            _sample_transformed(bodies[b], b, t, t_low, quaternions, rates)
+            _sample_transformed(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates)
 
 
 @kernel

@@ -195,6 +195,7 @@ def _conservation() -> None:
 def speed() -> None:
     for name, omega in (("theta series", (0.3, 0.4, 0.5)), ("beside the separatrix", (1e-6, 1.0, 1e-6))):
         _kernel_against_fill(name, omega)
+    _two_threads()
     _set_up()
     _near_and_far()
     _import_time()
@@ -223,7 +224,7 @@ def _kernel_against_fill(name: str, omega: tuple) -> None:
     out, filled = np.empty((4, 1, count)), np.empty((count, 4))
 
     def kernel() -> None:
-        cayley_klein.sample(bodies, t, None, out, None)
+        cayley_klein.sample(bodies, t, None, out, None, (0, 1, 0, count))
 
     kernel()
     assert (motion.at(t).quaternion("wxyz") == out[:, 0].T).all()
@@ -234,6 +235,15 @@ def _kernel_against_fill(name: str, omega: tuple) -> None:
         f"{sample / fill:.2f}",
         "<= 3",
     )
+
+
+def _two_threads() -> None:
+    count = 4_000_000
+    motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 2.5)), IDENTITY, (0.3, 0.4, 0.5), order="wxyz")
+    t = np.linspace(0.0, 1e6, count)
+    assert (motion.at(t, threads=2).quaternion("wxyz") == motion.at(t).quaternion("wxyz")).all()
+    one, two = _in_turns(lambda: motion.at(t), lambda: motion.at(t, threads=2))
+    report("at(4e6 samples), one thread against two", f"{one / two:.2f}", "")
 
 
 def _set_up() -> None:
