@@ -309,7 +309,7 @@ def test_threads_do_not_change_a_bit(threads, bodies):
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, "2"])
 def test_threads_that_are_no_count_are_refused(threads):
-    with pytest.raises(InputError, match="^threads: a whole number, at least 1; got"):
+    with pytest.raises(InputError, match=r"^threads: a whole number, at least 1; got"):
         TorqueFreeMotion(RigidBody(MOMENTS[0]), ATTITUDE, RATES[0], order="wxyz").at(T, threads=threads)
 
 
