@@ -1,6 +1,6 @@
 """The project's figures, each beside what it has to reach.
 
-    python tests/benchmarks/figures.py            everything, about three minutes
+    python tests/benchmarks/figures.py            everything, about a minute
     python tests/benchmarks/figures.py accuracy   one part: accuracy, speed or memory
 
 Accuracy is against the 50-digit oracle (tests/oracles), speeds are medians of repeats in this run,
