@@ -274,7 +274,7 @@ def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tu
     )
     beyond = ~(np.isfinite(out["rate"]).all(axis=(-1, -2)) & np.isfinite(out["frame"]).all(axis=(-1, -2)))
     expected = "a rate that a body so thin can have without leaving the range of a double"
-    units.refuse_where(beyond, rates[..., 0], "angular_velocity", expected)
+    units.refuse_where(beyond, rates, "angular_velocity", expected)
     return out
 
 

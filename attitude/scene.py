@@ -275,14 +275,15 @@ class Scene(Part):
         body, attitude, rate = self.body.build(), self.attitude.build(), self.angular_velocity.build()
         return TorqueFreeMotion(body, attitude, rate, epoch, order="wxyz", frame=self.frame)
 
-    def run(self, max_samples: int | None = None) -> Ephemeris:
+    def run(self, max_samples: int | None = None, set_by: str = "") -> Ephemeris:
         """Simulate what the document asks for.
 
         Raises InputError where a value cannot be taken, or where there are more than
-        `max_samples` instants.
+        `max_samples` instants (a limit `set_by` whatever the message is to name).
         """
         if max_samples is not None and self.times.samples > max_samples:
-            raise InputError("times", f"{self.times.samples} samples", f"at most {max_samples} samples")
+            limit = f"at most {max_samples} samples" + (f" ({set_by})" if set_by else "")
+            raise InputError("times", f"{self.times.samples} samples", limit)
         motion = self.motion()
         return motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
 

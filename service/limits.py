@@ -1,6 +1,6 @@
-"""What is refused for its size, before anything is computed.
+"""A document that is refused for its size, before it is read whole.
 
-Each refusal names the limit, its number, and the variable that sets it.
+The refusal names the limit, its number, and the variable that sets it.
 """
 
 from __future__ import annotations
@@ -9,9 +9,6 @@ from http import HTTPStatus
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-
-from attitude.errors import InputError
-from attitude.scene import Scene
 
 from .settings import Settings, variable
 
@@ -32,10 +29,3 @@ async def read_body(request: Request, settings: Settings) -> bytes:
 def _too_large(settings: Settings) -> HTTPException:
     limit = f"at most {settings.max_body_bytes} bytes ({variable('max_body_bytes')})"
     return HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"document: {limit}; got more")
-
-
-def check_samples(scene: Scene, settings: Settings) -> None:
-    """Raises InputError where the scene asks for more instants than one answer may hold."""
-    if scene.times.samples > settings.max_samples:
-        limit = f"at most {settings.max_samples} samples ({variable('max_samples')})"
-        raise InputError("times", f"{scene.times.samples} samples", limit)

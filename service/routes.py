@@ -21,7 +21,7 @@ from attitude.scene import Scene, builtin_names
 from . import limits
 from .errors import problem
 from .openapi import json_answer, scene_request
-from .settings import Settings
+from .settings import Settings, variable
 
 JSON = "application/json"
 PACKAGES = ("numpy", "numba", "astropy")
@@ -63,8 +63,7 @@ def _answer(content: bytes | str) -> Response:
 )
 def ephemeris(document: Document, settings: SettingsOf) -> Response:
     scene = Scene.from_json(document)
-    limits.check_samples(scene, settings)
-    return _answer(json.dumps(scene.run()))
+    return _answer(json.dumps(scene.run(settings.max_samples, variable("max_samples"))))
 
 
 @router.post(

@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from . import doubledouble
 from .doubledouble import two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, kernel, prefer_widest_vectors, routine
 from .invariants import THETA
@@ -22,11 +23,9 @@ ROUND = 1.5 * 2.0**52
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42
 
-TURN = 2.0 * math.pi
-TURN_LOW = 2.4492935982947064e-16
+TURN, TURN_LOW = doubledouble.TURN
 LOG2_E = 1.4426950408889634
-LN2 = 0.6931471805599453
-LN2_LOW = 2.3190468138462996e-17
+LN2, LN2_LOW = doubledouble.LN2
 
 COS2, COS2_LOW = -19.739208802178716, -1.2530591017479423e-15
 COS4, COS6, COS8 = 64.9393940226683, -85.45681720668301, 60.24464136411913

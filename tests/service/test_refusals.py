@@ -12,8 +12,6 @@ from asking import MAX_BODY_BYTES, MAX_SAMPLES, assert_problem
 from attitude import AttitudeError, Scene, errors
 from service import routes
 from service.errors import TABLE, UNEXPECTED
-from service.limits import check_samples
-from service.settings import Settings
 
 # -- values that cannot be taken ------------------------------------------------------------------
 
@@ -86,9 +84,7 @@ def test_number_that_is_not_finite_is_a_problem(client, document, number):
 @pytest.mark.parametrize("change", [change for change, _, _ in REFUSED.values()], ids=REFUSED)
 def test_http_refuses_in_the_librarys_words(client, document, change):
     def compute():
-        scene = Scene.model_validate(document | change)
-        check_samples(scene, Settings(max_samples=MAX_SAMPLES))
-        return scene.run()
+        return Scene.model_validate(document | change).run(MAX_SAMPLES, "ATTITUDE_MAX_SAMPLES")
 
     with pytest.raises(AttitudeError) as refusal:
         compute()
