@@ -1,0 +1,1 @@
+"""What accuracy costs in time: methods measured side by side against a truth that none of them supplied."""
