@@ -21,11 +21,10 @@ COPY attitude attitude
 COPY service service
 RUN ["python", "-m", "pip", "--python", "/opt/attitude/bin/python", "install", "--no-deps", "."]
 
-# Compiled kernels are found again by the source's path and content, the numba version and the
-# processor: same path in the final stage, so there they are loaded, not compiled. The warm-up
+# Compiled kernels are found again by their sources, the compiler's version and the processor; they
+# are kept beside the sources, so in the final stage they are loaded, not compiled. The warm-up
 # also computes the service's known case, and the build fails if it comes out wrong.
 WORKDIR /
-ENV NUMBA_CACHE_DIR=/var/cache/attitude
 RUN ["/opt/attitude/bin/python", "-c", "from service import readiness; print(readiness.warm_up())"]
 
 
@@ -40,13 +39,12 @@ LABEL org.opencontainers.image.title="attitude" \
 RUN ["python", "-m", "pip", "uninstall", "--yes", "--quiet", "--root-user-action=ignore", "pip", "setuptools", "wheel"]
 
 COPY --from=build /opt/attitude /opt/attitude
-# The user's own, since numba reads only a cache that it could also write: on another kind of
-# processor than the build's the kernel is compiled anew at the first start.
-COPY --from=build --chown=10001:10001 /var/cache/attitude /var/cache/attitude
+# On another kind of processor than the build's the kernels are compiled anew, and kept here.
+RUN ["python", "-c", "import os; os.makedirs('/var/cache/attitude'); os.chown('/var/cache/attitude', 10001, 10001)"]
 
 ENV PATH=/opt/attitude/bin:$PATH \
     PYTHONUNBUFFERED=1 \
-    NUMBA_CACHE_DIR=/var/cache/attitude \
+    XDG_CACHE_HOME=/var/cache \
     ATTITUDE_HOST=0.0.0.0 \
     ATTITUDE_PORT=8000
 USER 10001:10001

@@ -3,15 +3,28 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .body import RigidBody
-from .ephemeris import Ephemeris
-from .errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
-from .motion import TorqueFreeMotion
-
 if TYPE_CHECKING:
+    from .body import RigidBody
+    from .ephemeris import Ephemeris
+    from .errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
+    from .motion import TorqueFreeMotion
     from .scene import Scene
 
 __version__ = "0.1.0"
+
+# Each is imported when first asked for: the command answers `--version` or a mistyped argument at
+# once, and only those who use documents pay for pydantic.
+_WHERE = {
+    "AttitudeError": "errors",
+    "Ephemeris": "ephemeris",
+    "FormatError": "errors",
+    "InputError": "errors",
+    "RegimeError": "errors",
+    "RigidBody": "body",
+    "Scene": "scene",
+    "ToleranceError": "errors",
+    "TorqueFreeMotion": "motion",
+}
 
 __all__ = [
     "AttitudeError",
@@ -27,11 +40,10 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), "Scene"})
+    return sorted({*globals(), *__all__})
 
 
 def __getattr__(name: str) -> Any:
-    # pydantic costs as much to import as the rest: only those who use documents pay
-    if name == "Scene":
-        return import_module(".scene", __name__).Scene
+    if name in _WHERE:
+        return getattr(import_module(f".{_WHERE[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

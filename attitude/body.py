@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from . import units
+from . import compiled, units
 from .errors import InputError
-from .kernels.principal import principal_axes
 
 # Rounding in the caller's own arithmetic that is forgiven; anything larger is refused.
 TRIANGLE_TOLERANCE = 1e-12
@@ -83,10 +82,11 @@ class RigidBody:
         self.tensor = _symmetric(tensor)
         self._two_part_moments = np.empty((*self.shape, 3, 2))
         self._two_part_axes = np.empty((*self.shape, 3, 3, 2))
-        principal_axes(
+        compiled.principal_axes(
             self.tensor.reshape(-1, 3, 3),
             self._two_part_moments.reshape(-1, 3, 2),
             self._two_part_axes.reshape(-1, 3, 3, 2),
+            np.empty((3, 3, 2)),
         )
         self._finish()
 

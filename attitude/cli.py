@@ -9,7 +9,6 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -85,10 +84,10 @@ def _run(options: argparse.Namespace) -> None:
     scene = _scene(options.scene)
     say = _silent if options.quiet else _to_terminal
     say(f"{scene.name or options.scene}: {scene.times.samples} samples")
-    with _compilation_announced(say):
-        motion = scene.motion()
-        say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
-        ephemeris = scene.run()
+    _announce_compilation(say)
+    motion = scene.motion()
+    say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
+    ephemeris = scene.run()
     formats.write(ephemeris, options.output, format, _progress(say))
 
 
@@ -117,23 +116,13 @@ def _to_terminal(text: str) -> None:
         print(f"attitude: {text}", file=sys.stderr)
 
 
-def _compilation_announced(say: Callable[[str], None]) -> AbstractContextManager[None]:
+def _announce_compilation(say: Callable[[str], None]) -> None:
     """On a new machine the first run compiles: without a word it would look hung."""
-    from numba.core import event
+    from . import compiled
 
-    class Announcer(event.Listener):  # type: ignore[misc]
-        said = False
-
-        def on_start(self, _: object) -> None:
-            if not self.said:
-                say("compiling the kernels for this processor, once: about half a minute")
-            self.said = True
-
-        def on_end(self, _: object) -> None:
-            pass
-
-    announcer: AbstractContextManager[None] = event.install_listener("numba:compile", Announcer())
-    return announcer
+    compiled.on_compilation.append(
+        lambda count: say(f"compiling {count} kernels for this processor, once: about ten seconds")
+    )
 
 
 def _progress(say: Callable[[str], None]) -> Callable[[float], None]:

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from . import units
+from . import compiled, units
 from .horizon import refuse_too_far
-from .kernels import cayley_klein
-from .kernels import invariants as kernel
+from .kernels import layout
 
 
 @dataclass(frozen=True)
@@ -81,14 +80,14 @@ class PaperConstants:
 
 def _sense(bodies: np.ndarray) -> np.ndarray:
     """s: +1 about the greatest moment (and on the separatrix), -1 about the least."""
-    return np.where(bodies["regime"] == kernel.LONG_AXIS, -1.0, 1.0)[()]
+    return np.where(bodies["regime"] == layout.LONG_AXIS, -1.0, 1.0)[()]
 
 
 def _azimuth(bodies: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     angles = np.empty((*bodies.shape, seconds.size))
     sense = np.ascontiguousarray(_sense(bodies)).reshape(-1)
-    cayley_klein.azimuth(
-        np.require(bodies, requirements=["C", "W"]).reshape(-1),
+    compiled.azimuth(
+        np.ascontiguousarray(bodies).reshape(-1),
         sense,
         seconds,
         angles.reshape(-1, seconds.size),

@@ -14,9 +14,8 @@ from astropy import units as u
 from astropy.time import ScaleValueError, Time, TimeDelta
 from erfa import ErfaError
 
-from . import units
+from . import compiled, units
 from .errors import InputError
-from .kernels import clock
 
 KINDS = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
 
@@ -65,7 +64,7 @@ class Instants:
         seconds = _for_kernel(self.seconds).reshape(-1)
         rest = np.zeros_like(seconds) if self.rest is None else _for_kernel(self.rest).reshape(-1)
         days, days_low = np.empty_like(seconds), np.empty_like(seconds)
-        clock.days_from_seconds(seconds, rest, days, days_low)
+        compiled.days_from_seconds(seconds, rest, days, days_low)
         offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
         try:
             time = getattr(epoch.tai + offset, self.scale or epoch.scale)
@@ -176,7 +175,7 @@ def _seconds(
     day, fraction = _for_kernel(day), _for_kernel(fraction)
     seconds, rest = np.empty(day.shape), np.empty(day.shape)
     flat = [array.reshape(-1) for array in (day, fraction, seconds, rest)]
-    clock.seconds_from_days(flat[0], flat[1], day0, fraction0, flat[2], flat[3])
+    compiled.seconds_from_days(flat[0], flat[1], day0, fraction0, flat[2], flat[3])
     return _finite(seconds, field), rest
 
 
@@ -189,8 +188,8 @@ def _finite(seconds: np.ndarray, field: str) -> np.ndarray:
 
 
 def _for_kernel(array: Any) -> np.ndarray:
-    """Contiguous and writeable, the one kind of array that kernels are compiled for."""
-    return np.require(array, dtype=np.float64, requirements=["C", "W"])
+    """Doubles in C order, what kernels take."""
+    return np.ascontiguousarray(array, dtype=np.float64).reshape(np.shape(array))
 
 
 def grid(start: float, stop: float, step: float, count: int, unit: str) -> tuple[np.ndarray, np.ndarray]:
@@ -199,14 +198,14 @@ def grid(start: float, stop: float, step: float, count: int, unit: str) -> tuple
     start, stop and step are in `unit`; no Time is built.
     """
     seconds, rest = _room_for(count)
-    clock.grid(start, stop, count - 1, step, *_ratio(unit, "times.unit"), seconds, rest)
+    compiled.grid(start, stop, count - 1, step, *_ratio(unit, "times.unit"), seconds, rest)
     return _finite(seconds, "times"), rest
 
 
 def in_unit(values: np.ndarray, unit: str, field: str) -> tuple[np.ndarray, np.ndarray]:
     """Values in `unit` as two-part seconds, good to 32 digits."""
     seconds, rest = np.empty(values.shape), np.empty(values.shape)
-    clock.scaled(values.reshape(-1), *_ratio(unit, field), seconds.reshape(-1), rest.reshape(-1))
+    compiled.scaled(values.reshape(-1), *_ratio(unit, field), seconds.reshape(-1), rest.reshape(-1))
     return _finite(seconds, field), rest
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import units
 from .errors import ToleranceError
-from .kernels.cayley_klein import MAX_TURNS
+from .kernels.layout import MAX_TURNS
 
 
 def refuse_too_far(bodies: np.ndarray, seconds: np.ndarray) -> None:

@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 from astropy.time import Time
 
-from . import elapsed, orientation, units
+from . import compiled, elapsed, orientation, units
 from .body import RigidBody
 from .constants import PaperConstants
 from .ephemeris import Ephemeris
 from .errors import InputError, RegimeError
 from .horizon import refuse_too_far
-from .kernels import cayley_klein
-from .kernels import invariants as kernel
-from .kernels.principal import rate_is_constant
+from .kernels import layout
 
 
 class TorqueFreeMotion:
@@ -123,7 +121,7 @@ class TorqueFreeMotion:
         q = np.empty((4, bodies.size, seconds.size)) if quaternion else None
         w = np.empty((3, bodies.size, seconds.size)) if rate else None
         shares = _shares(bodies.size, seconds.size, threads)
-        _in_threads(partial(cayley_klein.sample, bodies, seconds, rest, q, w), shares)
+        _in_threads(partial(compiled.sample, bodies, seconds, rest, q, w, None), shares)
         shape = self.shape + instants.shape
         return (
             None if q is None else np.moveaxis(q.reshape(4, *shape), 0, -1),
@@ -139,7 +137,7 @@ class TorqueFreeMotion:
         "short_axis" (the momentum circles the axis of greatest moment), "long_axis" (of the least),
         "separatrix" (neither, ever) or "constant_rate" (the body rate stays as it is).
         """
-        names = np.array(kernel.REGIMES)[self._invariants["regime"]]
+        names = np.array(layout.REGIMES)[self._invariants["regime"]]
         return str(names) if names.ndim == 0 else names
 
     @property
@@ -176,7 +174,7 @@ class TorqueFreeMotion:
         For a constant rate, that rate.  Theory, eqs. (28) and (29).
         """
         twice, circling = self._mean_rates()
-        return np.where(self._invariants["regime"] == kernel.LONG_AXIS, twice - circling, twice)[()]
+        return np.where(self._invariants["regime"] == layout.LONG_AXIS, twice - circling, twice)[()]
 
     @property
     def spin_axis_precession_rate(self) -> np.ndarray:
@@ -185,7 +183,7 @@ class TorqueFreeMotion:
         For a symmetric body spinning about its axis of symmetry this is the textbook's L / I_transverse.
         """
         twice, circling = self._mean_rates()
-        return np.where(self._invariants["regime"] == kernel.LONG_AXIS, twice - circling, twice + circling)[
+        return np.where(self._invariants["regime"] == layout.LONG_AXIS, twice - circling, twice + circling)[
             ()
         ]
 
@@ -210,7 +208,7 @@ class TorqueFreeMotion:
     @property
     def constants(self) -> PaperConstants:
         """m, K, K', q, omega_p, epsilon, eta, A1, A2 and psi(t) as van Zon and Schofield define them."""
-        if (self._invariants["regime"] == kernel.CONSTANT_RATE).any():
+        if (self._invariants["regime"] == layout.CONSTANT_RATE).any():
             raise RegimeError(
                 "constants: this motion has a constant body rate, for which the paper defines none"
             )
@@ -261,17 +259,16 @@ def _representable(value: np.ndarray, name: str) -> np.ndarray:
 
 def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """INVARIANTS of the batch's shape."""
-    out = np.zeros(shape, kernel.INVARIANTS)
+    out = np.zeros(shape, layout.INVARIANTS)
     flat_rates = _for_kernel(rates, len(shape))
     tensors, moments, axes = (
         _for_kernel(np.broadcast_to(array, shape + array.shape[len(body.shape) :]), len(shape))
         for array in (body.tensor, body._two_part_moments, body._two_part_axes)
     )
-    constant = np.empty(len(flat_rates), dtype=np.bool_)
-    rate_is_constant(tensors, flat_rates, constant)
-    kernel.invariants(
-        tensors, moments, axes, flat_rates, _for_kernel(attitudes, len(shape)), constant, out.reshape(-1)
-    )
+    constant, space = np.empty(len(flat_rates), dtype=np.bool_), layout.workspace()
+    compiled.rate_is_constant(tensors, flat_rates, constant, *space)
+    flat_attitudes = _for_kernel(attitudes, len(shape))
+    compiled.invariants(tensors, moments, axes, flat_rates, flat_attitudes, constant, out.reshape(-1), *space)
     beyond = ~(np.isfinite(out["rate"]).all(axis=(-1, -2)) & np.isfinite(out["frame"]).all(axis=(-1, -2)))
     expected = "a rate that a body so thin can have without leaving the range of a double"
     units.refuse_where(beyond, rates, "angular_velocity", expected)
@@ -279,8 +276,8 @@ def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tu
 
 
 def _for_kernel(array: np.ndarray, batch: int) -> np.ndarray:
-    """Its first `batch` dimensions as one, contiguous and writeable: what kernels are compiled for."""
-    return np.require(array, requirements=["C", "W"]).reshape(-1, *array.shape[batch:])
+    """Its first `batch` dimensions as one, in C order: what kernels take."""
+    return np.ascontiguousarray(array).reshape(-1, *array.shape[batch:])
 
 
 def _shares(bodies: int, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
@@ -293,13 +290,11 @@ def _shares(bodies: int, instants: int, threads: int) -> list[tuple[int, int, in
     return [(0, bodies, a, b) for a, b in pairs]
 
 
-def _in_threads(
-    work: Callable[[tuple[int, int, int, int]], None], shares: list[tuple[int, int, int, int]]
-) -> None:
+def _in_threads(work: Callable[..., None], shares: list[tuple[int, int, int, int]]) -> None:
     """Kernels release the interpreter's lock, so plain threads share the processor's cores."""
     if len(shares) == 1:
-        work(shares[0])
+        work(*shares[0])
         return
     with ThreadPoolExecutor(len(shares) or 1) as pool:
-        for _ in pool.map(work, shares):
+        for _ in pool.map(lambda share: work(*share), shares):
             pass

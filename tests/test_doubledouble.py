@@ -9,9 +9,10 @@ import pytest
 from mpmath import mp, mpf
 from numba import njit
 
+from attitude import compiled
 from attitude.kernels import doubledouble as dd
 from attitude.kernels import elliptic, expansion
-from attitude.kernels.principal import principal_axes, rate_is_constant
+from attitude.kernels.layout import workspace
 
 # u^2 = 2^-106, 1.2e-32: the unit of Joldes, Muller & Popescu's theorems, whose bounds these are.
 UNIT = 2.0**-106
@@ -255,7 +256,7 @@ def test_principal_moments_and_axes_are_mpmaths_to_thirty_digits():
     tensors = np.array([[[rng.gauss(0, 1) for _ in range(3)] for _ in range(3)] for _ in range(40)])
     tensors = tensors + tensors.transpose(0, 2, 1) + 5 * np.eye(3)
     moments, axes = np.empty((40, 3, 2)), np.empty((40, 3, 3, 2))
-    principal_axes(tensors, moments, axes)
+    compiled.principal_axes(tensors, moments, axes, np.empty((3, 3, 2)))
     for tensor, found, rows in zip(tensors.tolist(), moments.tolist(), axes.tolist(), strict=True):
         expected = sorted(mp.eigsy(mp.matrix(tensor), eigvals_only=True))
         size = max(map(abs, expected))
@@ -286,5 +287,5 @@ CONSTANT = {
 @pytest.mark.parametrize("scale", [1.0, 2.0**-500, 2.0**500])
 def test_constant_rate_is_decided_without_rounding(tensor, rate, expected, scale):
     found = np.empty(1, dtype=bool)
-    rate_is_constant(np.array([tensor]) * scale, np.array([rate]), found)
+    compiled.rate_is_constant(np.array([tensor]) * scale, np.array([rate]), found, *workspace())
     assert bool(found[0]) is expected

@@ -3,6 +3,7 @@
 Nothing in this room knows units, `Time`, frames, files or HTTP, and nothing here
 imports from the modules above it.  Read downwards it is the calculation:
 
+    layout         what kernels and their callers agree on
     intrinsics     the processor's fused multiply-add and the bits of a double
     doubledouble   two-part arithmetic
     expansion      sums of products without any rounding
@@ -13,4 +14,5 @@ imports from the modules above it.  Read downwards it is the calculation:
     quaternion     the one statement of order and direction
     invariants     body, momentum, attitude -> everything the samples need: decided once
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
+    compiler       all of this into machine code, in a process of its own
 """

@@ -16,12 +16,10 @@ import numpy as np
 from . import doubledouble
 from .doubledouble import two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, kernel, prefer_widest_vectors, routine
-from .invariants import THETA
+from .layout import THETA
 
 # Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
 ROUND = 1.5 * 2.0**52
-# Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
-MAX_TURNS = 2.0**42
 
 TURN, TURN_LOW = doubledouble.TURN
 LOG2_E = 1.4426950408889634
@@ -34,10 +32,22 @@ COS10, COS12, COS14 = -26.426254729094907, 7.903290410841581, -1.700808386021000
 
 @routine
 def _phase(rate_hi, rate_lo, t, t_low):
-    """rate * time in two parts; the first product is exact."""
+    """rate * time in two parts; the first product is exact.  In one, where the rate has no second."""
+    if rate_lo is None:
+        return rate_hi * t, 0.0
     hi = rate_hi * t
     lo = fma(rate_hi, t, -hi)
     return hi, fma(rate_hi, t_low, fma(rate_lo, t, lo))
+
+
+@routine
+def _argument(rate_hi, rate_lo, t, t_low, start, start_lo):
+    """start + rate * time in two parts."""
+    x, rest = _phase(rate_hi, rate_lo, t, t_low)
+    if rate_lo is None:
+        return x + start, 0.0
+    x, joined = two_sum(x, start)
+    return x, rest + (joined + start_lo)
 
 
 @routine
@@ -220,6 +230,14 @@ def _since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
 
 
 @routine
+def _low(rate, plain):
+    """The second part of a rate, or None where phases are to be plain doubles."""
+    if plain is None:
+        return rate[1]
+    return None
+
+
+@routine
 def _half_turn(body):
     """Length of a half turn in y and its inverse; on the separatrix none is ever passed."""
     if body.per_half_turn == 0.0:
@@ -246,17 +264,16 @@ def _outputs(body):
 
 
 @routine
-def _sample_theta(body, b, first, last, t, t_low, quaternions, rates):
+def _sample_theta(body, b, first, last, t, t_low, quaternions, rates, plain):
     prefer_widest_vectors()
-    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
-    v_hi, v_lo, v0, v0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
+    lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
+    v_hi, v_lo = body.argument[0], _low(body.argument, plain)
+    v0, v0_lo = body.argument0[0], body.argument0[1]
     series, direction = _series(body), _direction(body)
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = 0.0 if t_low is None else t_low[i]
-        v, rest = _phase(v_hi, v_lo, t[i], low)
-        v, joined = two_sum(v, v0)
-        s, c = _sine_cosine(v, rest + (joined + v0_lo))
+        s, c = _sine_cosine(*_argument(v_hi, v_lo, t[i], low, v0, v0_lo))
         w = fma(c, c, -s * s)
         if quaternions is not None:
             turns, rest = _phase(lambda_hi, lambda_lo, t[i], low)
@@ -270,18 +287,18 @@ def _sample_theta(body, b, first, last, t, t_low, quaternions, rates):
 
 
 @routine
-def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates):
+def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates, plain):
     prefer_widest_vectors()
-    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
-    y_hi, y_lo, y0, y0_lo = body.argument[0], body.argument[1], body.argument0[0], body.argument0[1]
+    lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
+    y_hi, y_lo = body.argument[0], _low(body.argument, plain)
+    y0, y0_lo = body.argument0[0], body.argument0[1]
     slip, Q, half_turn = body.slip, body.nome, _half_turn(body)
     series, factor = _series(body), _three(body.direction[0])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = 0.0 if t_low is None else t_low[i]
-        y, rest = _phase(y_hi, y_lo, t[i], low)
-        y, joined = two_sum(y, y0)
-        y, sign, flip, parity, _n = _since_half_turn(y, rest + (joined + y0_lo), *half_turn)
+        y, rest = _argument(y_hi, y_lo, t[i], low, y0, y0_lo)
+        y, sign, flip, parity, _n = _since_half_turn(y, rest, *half_turn)
         e, inverse = _exp_pair(-2.0 * abs(y))
         z, far = Q * inverse, Q * e
         if quaternions is not None:
@@ -298,7 +315,7 @@ def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates):
 
 
 @kernel
-def sample(bodies, t, t_low, quaternions, rates, part):
+def sample(bodies, t, t_low, quaternions, rates, plain, *part):
     """Attitudes and body rates of each body at each instant, or of a part of them.
 
     Parameters
@@ -307,13 +324,14 @@ def sample(bodies, t, t_low, quaternions, rates, part):
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
     quaternions : (4, n, k), written: w, x, y, z, body to inertial; or None
     rates : (3, n, k), written: rad/s, body frame; or None
+    plain : None; or anything else for phases in plain doubles (what exact ones cost: attitude.cost)
     part : first and last body, first and last instant, each last one excluded: a thread's share
     """
     for b in range(part[0], part[1]):
         if bodies[b].route == THETA:
-            _sample_theta(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates)
+            _sample_theta(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates, plain)
         else:
-            _sample_transformed(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates)
+            _sample_transformed(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates, plain)
 
 
 @kernel
@@ -327,9 +345,8 @@ def azimuth(bodies, sense, t, angles):
         series, half_turn = _series(body), _half_turn(body)
         for i in range(t.shape[0]):
             turns, low = _phase(body.precession[0], body.precession[1], t[i], 0.0)
-            x, rest = _phase(body.argument[0], body.argument[1], t[i], 0.0)
-            x, joined = two_sum(x, body.argument0[0])
-            rest += joined + body.argument0[1]
+            start, start_lo = body.argument0[0], body.argument0[1]
+            x, rest = _argument(body.argument[0], body.argument[1], t[i], 0.0, start, start_lo)
             if body.route == THETA:
                 s, c = _sine_cosine(x, rest)
                 pair = _theta_pair(s, c, fma(c, c, -s * s), *series)

@@ -4,8 +4,6 @@ It is the only place where digits can be lost, and they are the digits of every 
 terms are summed without rounding, in a form for principal moments and in one for a full tensor.
 """
 
-import numpy as np
-
 from .doubledouble import ZERO, add, power_of_two_near, scale, sqrt, sub
 from .expansion import add_product, two_part_value
 from .intrinsics import routine
@@ -30,12 +28,6 @@ def ascending(inertia):
 
 
 @routine
-def workspace():
-    """Scratch for the expansions: the sum, two generations of a product, and its factors."""
-    return np.empty(512), np.empty((2, 256)), np.empty((5, 2))
-
-
-@routine
 def _root_and_sign(D, together):
     """Root of abs(D), brought back from the scale of its rates, and the sign of D."""
     sign = 1.0 if D[0] > 0.0 else (-1.0 if D[0] < 0.0 else 0.0)
@@ -48,7 +40,7 @@ def root_of_D(inertia, omega, lo, mid, hi, space):
 
     Its two rates are first scaled together, so that their squares stay in range.
     """
-    parts, work, factors = space
+    parts, work, factors, _numbers = space
     to_lo, to_hi = sub(inertia[lo], inertia[mid]), sub(inertia[hi], inertia[mid])
     # an axis whose moment is the middle one has no share in D, and none in the scale
     share_lo = abs(omega[lo][0]) if to_lo[0] != 0.0 else 0.0
@@ -72,7 +64,7 @@ def root_of_D_of_tensor(tensor, rate, inertia, lo, mid, hi, space):
     The middle moment, the one number that is not given, takes a third part; what D has beyond it
     is nothing that the numbers say, and counts as zero.
     """
-    parts, work, factors = space
+    parts, work, factors, _numbers = space
     middle, rest = _three_part_moment(tensor, inertia, lo, mid, hi, space)
     count, twice_energy = 0, 0.0
     for j in range(3):
@@ -114,7 +106,7 @@ def _three_part_moment(tensor, inertia, lo, mid, hi, space):
 @routine
 def _determinant(tensor, x, space):
     """det(I - x 1) for a two-part x, its products summed without rounding, as one double."""
-    parts, work, factors = space
+    parts, work, factors, _numbers = space
     count = 0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from .intrinsics import fma, routine
+from .intrinsics import bits_of, double_of, fma, routine
 
 ZERO = (0.0, 0.0)
 ONE = (1.0, 0.0)
@@ -124,7 +124,8 @@ def power_of_two_near(x):
     """The power of two in (abs(x)/2, abs(x)], and 1 for zero: multiplying by it is exact."""
     if x == 0.0:
         return 1.0
-    return math.ldexp(1.0, max(-1021, min(1020, math.frexp(x)[1] - 1)))
+    power = double_of(bits_of(x) & 0x7FF0000000000000)  # its exponent alone; zero for a subnormal
+    return max(2.0**-1021, min(2.0**1020, power))
 
 
 @routine
@@ -149,7 +150,15 @@ def exp(a):
     for _ in range(8):  # expm1(2r) = 2 expm1(r) + expm1(r)^2
         s = add(scale(s, 2.0), square(s))
     s = add(s, ONE)
-    return math.ldexp(s[0], int(k)), math.ldexp(s[1], int(k))
+    half = int(k) >> 1  # in two steps, since e^-745 = 2^-1075 is no power that a normal double holds
+    return _times_power_of_two(s, half, int(k) - half)
+
+
+@routine
+def _times_power_of_two(a, m, n):
+    """a * 2^m * 2^n for abs(m), abs(n) < 1022."""
+    first, second = double_of((m + 1023) << 52), double_of((n + 1023) << 52)
+    return a[0] * first * second, a[1] * first * second
 
 
 @routine

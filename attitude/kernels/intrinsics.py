@@ -6,17 +6,10 @@ from numba.extending import intrinsic
 
 # error_model="numpy": a division is a division, with no test that would stop vectorisation.
 # No fastmath anywhere: reassociation and contraction would break the two-part arithmetic.
-# `kernel` is what Python calls, kept on disk; `routine` is called by kernels only, whose code
-# it becomes part of: without wrappers and files of its own it compiles in a third of the time.
-OPTIONS = {"error_model": "numpy", "nogil": True}
-routine = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-
-
-def kernel(function):
-    try:
-        return njit(cache=True, **OPTIONS)(function)
-    except RuntimeError:  # no directory that numba may write to: compile in each process
-        return njit(**OPTIONS)(function)
+# Neither allocates: what is compiled needs nothing of numba's when it runs.
+# `kernel` is what callers of this room call (through attitude/compiled.py), `routine` what kernels do.
+OPTIONS = {"error_model": "numpy", "nogil": True, "_nrt": False}
+routine = kernel = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @intrinsic

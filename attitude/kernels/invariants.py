@@ -9,10 +9,8 @@ appear where they could leave the range of a double: the chain runs on roots (r2
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from . import quaternion
-from .discriminant import ascending, root_of_D, root_of_D_of_tensor, workspace
+from .discriminant import ascending, root_of_D, root_of_D_of_tensor
 from .doubledouble import (
     ONE,
     PER_TURN,
@@ -33,46 +31,12 @@ from .doubledouble import (
 )
 from .elliptic import carlson_rf, quarter_period
 from .intrinsics import kernel, routine
-
-CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
-REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
-THETA, TRANSFORMED = range(2)
+from .layout import CONSTANT_RATE, LONG_AXIS, SEPARATRIX, SHORT_AXIS, THETA, TRANSFORMED
+from .principal import over_powers_of_two
 
 # At this complementary parameter (m = 0.97, q = 0.207) the degree-four polynomials of eq. (31) leave
 # out 2 q^25 = 1.6e-17; beyond it the transformed series, with Q < 0.044, is the short one.
 TRANSFORM_BELOW = 0.03
-
-INVARIANTS = np.dtype(
-    [
-        # what the samples need
-        ("route", "i8"),  # THETA or TRANSFORMED
-        ("precession", "f8", 2),  # lambda, turns/s, two parts
-        ("argument", "f8", 2),  # v' turns/s, or y' rad/s, two parts
-        ("argument0", "f8", 2),  # its value at t = 0
-        ("half_turn", "f8", 2),  # y for half a polhode period; infinite on the separatrix
-        ("per_half_turn", "f8"),
-        ("slip", "f8"),  # turns of precession for each unit of y
-        ("nome", "f8"),  # q, or Q of the transformed series
-        ("alpha_re", "f8", 4),
-        ("alpha_im", "f8", 4),
-        ("beta_re", "f8", 4),
-        ("beta_im", "f8", 4),
-        ("direction", "f8", (4, 5)),  # gamma1, gamma2, gamma3 over the last row; or three factors
-        ("frame", "f8", (4, 4)),  # q_IM * . * q_PB
-        ("rate", "f8", (3, 3)),  # gamma -> body rate, rad/s
-        # what users ask about
-        ("regime", "i8"),
-        ("amplitude", "f8", 3),  # A1, A2, A3
-        ("modulus", "f8"),  # k
-        ("complementary_modulus", "f8"),  # k1
-        ("K", "f8"),
-        ("K_prime", "f8"),
-        ("eta", "f8"),
-        ("u_rate", "f8"),  # u', rad/s
-        ("u0", "f8"),
-    ]
-)
-
 
 # Below this the products that make up D from a tensor's own numbers leave the range of a double.
 SMALLEST_ROOT = 1e-120
@@ -111,7 +75,7 @@ class Series(NamedTuple):
 
 
 @kernel
-def invariants(tensors, moments, axes, rates, attitudes, constant, out):
+def invariants(tensors, moments, axes, rates, attitudes, constant, out, *space):
     """Fill out[b] for each body.
 
     Parameters
@@ -122,9 +86,9 @@ def invariants(tensors, moments, axes, rates, attitudes, constant, out):
     rates : (n, 3), body rate, rad/s
     attitudes : (n, 4), wxyz, near unit (normalised here in two parts)
     constant : (n,), whether omega is parallel to I omega (`principal.rate_is_constant`)
-    out : (n,) of INVARIANTS
+    out : (n,) of INVARIANTS, written where not zero
+    space : `layout.workspace()`
     """
-    space = workspace()
     for b in range(out.shape[0]):
         attitude = quaternion.normalised(
             ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
@@ -172,7 +136,8 @@ def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
     diagonal = tensor[0, 1] == 0.0 and tensor[0, 2] == 0.0 and tensor[1, 2] == 0.0
     root_D, sign_D = root_of_D(inertia, omega, lo, mid, hi, space)
     if not diagonal and root_D[0] > SMALLEST_ROOT:
-        root_D, sign_D = root_of_D_of_tensor(tensor / size, rate / unit, inertia, lo, mid, hi, space)
+        tensor, rate_over_unit = over_powers_of_two(tensor, size, rate, unit, space[3])
+        root_D, sign_D = root_of_D_of_tensor(tensor, rate_over_unit, inertia, lo, mid, hi, space)
     first, third = (hi, lo) if sign_D < 0.0 else (lo, hi)
     polhode, signs = _polhode(inertia, omega, first, mid, third, root_D)
     if polhode.A1[0] == 0.0 or polhode.r32[0] == 0.0 or polhode.u_rate[0] == 0.0:

@@ -1,14 +1,12 @@
 """Principal moments and axes of an inertia tensor, in two parts."""
 
-import numpy as np
-
 from .doubledouble import ONE, ZERO, add, div, mul, neg, power_of_two_near, scale, sqrt, square, sub
 from .expansion import add_product
 from .intrinsics import kernel, routine
 
 
 @kernel
-def principal_axes(tensors, moments, axes):
+def principal_axes(tensors, moments, axes, matrix):
     """Diagonalise each tensor: axes[b] @ tensor @ axes[b].T = diag(moments[b]).
 
     Parameters
@@ -17,6 +15,7 @@ def principal_axes(tensors, moments, axes):
     moments : (n, 3, 2), written: two-part moments, in the order of the tensor's diagonal
     axes : (n, 3, 3, 2), written: rows are the principal axes, components in the body frame,
         right-handed; the identity for a diagonal tensor
+    matrix : (3, 3, 2), scratch
 
     Notes
     -----
@@ -26,10 +25,9 @@ def principal_axes(tensors, moments, axes):
     Source: Golub and Van Loan, Matrix Computations, 4th ed., section 8.5.
     """
     for b in range(tensors.shape[0]):
-        matrix = np.zeros((3, 3, 2))
         for i in range(3):
             for j in range(3):
-                matrix[i, j, 0] = tensors[b, i, j]
+                _set(matrix, i, j, (tensors[b, i, j], 0.0))
                 axes[b, i, j, 0] = 1.0 if i == j else 0.0
                 axes[b, i, j, 1] = 0.0
         for _ in range(20):
@@ -94,18 +92,19 @@ def _jacobi_angle(a, b, off):
 
 
 @kernel
-def rate_is_constant(tensors, rates, constant):
+def rate_is_constant(tensors, rates, constant, *space):
     """constant[b]: whether omega is parallel to I omega, decided without rounding.
 
-    tensors : (n, 3, 3), rates : (n, 3), both brought to order one by powers of two; constant : (n,), written
+    tensors : (n, 3, 3), rates : (n, 3), both brought to order one by powers of two;
+    constant : (n,), written; space : `layout.workspace()`
     """
-    parts = np.empty(64)
-    work = np.empty((2, 256))
-    factors = np.zeros((3, 2))
+    parts, work, factors, numbers = space
+    factors = factors[:3]
+    factors[:, 1] = 0.0
     for b in range(tensors.shape[0]):
-        inverse = 1.0 / power_of_two_near(np.max(np.abs(rates[b])))
-        rate = rates[b] * inverse
-        tensor = tensors[b] / power_of_two_near(np.max(np.abs(tensors[b])))
+        size = power_of_two_near(_greatest(tensors[b]))
+        unit = power_of_two_near(max(abs(rates[b, 0]), abs(rates[b, 1]), abs(rates[b, 2])))
+        tensor, rate = over_powers_of_two(tensors[b], size, rates[b], unit, numbers)
         constant[b] = True
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
@@ -117,3 +116,22 @@ def rate_is_constant(tensors, rates, constant):
                 factors[0, 0], factors[1, 0] = -rate[k], tensor[j, column]
                 count = add_product(parts, count, factors, work)
             constant[b] = constant[b] and (count == 0 or parts[count - 1] == 0.0)
+
+
+@routine
+def over_powers_of_two(tensor, size, rate, unit, numbers):
+    """tensor / size and rate / unit, in the workspace's (4, 3) `numbers`; exact."""
+    for j in range(3):
+        for i in range(3):
+            numbers[i, j] = tensor[i, j] / size
+        numbers[3, j] = rate[j] / unit
+    return numbers[:3], numbers[3]
+
+
+@routine
+def _greatest(tensor):
+    greatest = 0.0
+    for i in range(3):
+        for j in range(3):
+            greatest = max(greatest, abs(tensor[i, j]))
+    return greatest

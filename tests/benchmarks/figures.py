@@ -21,7 +21,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from attitude import RigidBody, TorqueFreeMotion
+from attitude import RigidBody, TorqueFreeMotion, compiled
 from tests.oracles import truth
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -216,15 +216,13 @@ def _in_turns(*works: Callable[[], object], repeats: int = REPEATS) -> list[floa
 
 
 def _kernel_against_fill(name: str, omega: tuple) -> None:
-    from attitude.kernels import cayley_klein
-
     count = 1_000_000
     motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), IDENTITY, omega, order="wxyz")
     bodies, t = motion._invariants.reshape(-1), np.linspace(0.0, 1e6, count)
     out, filled = np.empty((4, 1, count)), np.empty((count, 4))
 
     def kernel() -> None:
-        cayley_klein.sample(bodies, t, None, out, None, (0, 1, 0, count))
+        compiled.sample(bodies, t, None, out, None, None, 0, 1, 0, count)
 
     kernel()
     assert (motion.at(t).quaternion("wxyz") == out[:, 0].T).all()

@@ -47,21 +47,16 @@ def test_known_case_is_within_a_tenth_of_what_the_check_allows():
     assert quaternion == pytest.approx(readiness.KNOWN_QUATERNION_WXYZ, rel=0, abs=1e-13)
 
 
-# Counts compiled forms of all kernels after the warm-up, then after requests of many more kinds.
+# Listens for compilations after the warm-up, in requests of many more kinds.
 COUNT = """
 import sys
-from numba.core.dispatcher import Dispatcher
-from attitude import Scene
+from attitude import Scene, compiled
 from attitude.formats import json
 from service import readiness
 
-def compiled():
-    modules = [module for name, module in sys.modules.items() if name.startswith("attitude.kernels")]
-    found = {found for module in modules for found in vars(module).values() if isinstance(found, Dispatcher)}
-    return sum(len(kernel.signatures) for kernel in found)
-
 readiness.warm_up()
-warm = compiled()
+compilations = []
+compiled.on_compilation.append(compilations.append)
 base = Scene.builtin("nasa-brick").document()
 epoch = {"epoch": {"time": "2026-01-01T00:00:00", "scale": "tt"}}
 forms = [
@@ -85,8 +80,9 @@ for change in forms:
         scene = Scene.model_validate(base | dated | change)
         json.dumps(scene.run())
         json.motion_summary(scene.motion(), scene.name)
-assert warm > 0
-assert compiled() == warm, (warm, compiled())
+assert compiled.loaded()[compiled.sample]
+assert not compilations
+assert "numba" not in sys.modules
 """
 
 

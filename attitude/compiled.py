@@ -1,0 +1,251 @@
+"""The kernels as Python calls them: machine code, kept on disk and loaded without the compiler.
+
+Numba compiles attitude/kernels for this processor when code is first wanted, in processes of their
+own (attitude/kernels/compiler.py); from then on a process needs no numba, which would take it
+longer to start than all of a short run.  Code is kept beside the kernels' sources where that may
+be written to, else in the user's cache; ATTITUDE_CACHE_DIR names another place.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from threading import RLock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import kernels
+from .errors import AttitudeError
+from .kernels.layout import INVARIANTS, CompiledName
+
+if TYPE_CHECKING:
+    from llvmlite.binding import ExecutionEngine
+
+SOURCES = Path(kernels.__file__).parent
+ENTRY = "attitude_entry"
+ELEMENTS = {np.dtype(np.float64): "d", np.dtype(np.bool_): "b", INVARIANTS: "r"}
+
+# Called with the number of kernels before they are compiled: on a new machine a run would look hung.
+on_compilation: list[Callable[[int], None]] = []
+
+
+class Kernel:
+    """One compiled function; called with C-ordered arrays, floats, ints and Nones.
+
+    For each combination of kinds of arguments there is machine code of its own.  Releases the
+    interpreter's lock.
+    """
+
+    def __init__(self, module: str, name: str):
+        self.module = module
+        self.name = name
+        self._functions: dict[tuple[str, ...], Any] = {}
+
+    def __call__(self, *arguments: Any) -> None:
+        words: list[int] = []
+        kinds = tuple([_described(argument, words) for argument in arguments])
+        function = self._functions.get(kinds)
+        if function is None:
+            function = self._functions[kinds] = _function(self.module, self.name, kinds)
+        function((ctypes.c_int64 * len(words))(*words))
+
+
+sample = Kernel("cayley_klein", "sample")
+azimuth = Kernel("cayley_klein", "azimuth")
+invariants = Kernel("invariants", "invariants")
+principal_axes = Kernel("principal", "principal_axes")
+rate_is_constant = Kernel("principal", "rate_is_constant")
+seconds_from_days = Kernel("clock", "seconds_from_days")
+days_from_seconds = Kernel("clock", "days_from_seconds")
+grid = Kernel("clock", "grid")
+scaled = Kernel("clock", "scaled")
+
+# What the library calls: compiled together when any of it is missing, the longest first.
+SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
+STANDARD = [
+    [("invariants", "invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")],
+    [
+        *(("cayley_klein", "sample", f"r1.d1.{outputs}.n.i.i.i.i") for outputs in SAMPLES),
+        ("cayley_klein", "azimuth", "r1.d1.d1.d2"),
+        ("principal", "principal_axes", "d3.d3.d4.d3"),
+        ("principal", "rate_is_constant", "d3.d2.b1.d1.d2.d2.d2"),
+        ("clock", "seconds_from_days", "d1.d1.f.f.d1.d1"),
+        ("clock", "days_from_seconds", "d1.d1.d1.d1"),
+        ("clock", "grid", "f.f.f.f.f.f.d1.d1"),
+        ("clock", "scaled", "d1.f.f.d1.d1"),
+    ],
+]
+
+
+def compile_all() -> int:
+    """Compile what the library calls and is not kept yet; returns how many kernels that was."""
+    with _lock:
+        missing = [name for names in _standard() for name in names if not _kept(name)]
+        if missing:
+            _compile(missing[0])
+    return len(missing)
+
+
+def is_standard(kernel: Kernel, kinds: tuple[str, ...]) -> bool:
+    """Whether code for these kinds of arguments is compiled with the rest."""
+    return any((kernel.module, kernel.name, ".".join(kinds)) in group for group in STANDARD)
+
+
+def loaded() -> dict[Kernel, set[tuple[str, ...]]]:
+    """What this process has called: kernels, and the kinds of arguments they were called with."""
+    kernels = [value for value in globals().values() if isinstance(value, Kernel)]
+    return {kernel: set(kernel._functions) for kernel in kernels}
+
+
+# -- arguments --------------------------------------------------------------------------------------
+
+
+def _described(argument: Any, words: list[int]) -> str:
+    """The argument's kind; what the machine code reads of it is appended to the words."""
+    if isinstance(argument, np.ndarray):
+        if not argument.flags.c_contiguous:
+            raise TypeError("kernels take arrays in C order")
+        words.append(argument.__array_interface__["data"][0])
+        words.extend(argument.shape)
+        return f"{ELEMENTS[argument.dtype]}{argument.ndim}"
+    if argument is None:
+        return "n"
+    if isinstance(argument, float):
+        words.append(ctypes.c_int64.from_buffer(ctypes.c_double(argument)).value)
+        return "f"
+    words.append(int(argument))
+    return "i"
+
+
+# -- machine code, from disk ------------------------------------------------------------------------
+
+_lock = RLock()
+_engines: list[ExecutionEngine] = []  # they own the code: alive as long as the process
+_unkept: dict[str, bytes] = {}  # code for which no place on disk can be written to
+
+
+def _function(module: str, kernel: str, kinds: tuple[str, ...]) -> Any:
+    """The machine code as a function of one address, compiled first where it is not kept."""
+    name = CompiledName(module, kernel, kinds, _digest())
+    with _lock:
+        return _loaded(_kept(name) or _compile(name))
+
+
+def _loaded(code: bytes) -> Any:
+    import llvmlite.binding as llvm
+
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    _engines.append(engine)
+    return ctypes.CFUNCTYPE(None, ctypes.c_void_p)(engine.get_function_address(ENTRY))
+
+
+@cache
+def _target_machine() -> Any:
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    return target.create_target_machine(codemodel="jitdefault")
+
+
+@cache
+def _digest() -> str:
+    """Of what machine code depends on: kernels as written, compiler, processor."""
+    import llvmlite.binding as llvm
+
+    digest = hashlib.sha256()
+    for path in sorted(SOURCES.glob("*.py")):
+        digest.update(path.read_bytes())
+    processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), llvm.get_process_triple()
+    digest.update(repr((version("numba"), version("llvmlite"), processor)).encode())
+    return digest.hexdigest()[:16]
+
+
+def _kept(name: CompiledName) -> bytes | None:
+    if str(name) in _unkept:
+        return _unkept[str(name)]
+    for place in _places():
+        with suppress(OSError):
+            return (place / str(name)).read_bytes()
+    return None
+
+
+def _places() -> list[Path]:
+    """Where machine code may be kept, the first of them that can be written to is written to."""
+    chosen = os.environ.get("ATTITUDE_CACHE_DIR")
+    if chosen:
+        return [Path(chosen)]
+    cache_home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return [SOURCES / "__pycache__", Path(cache_home) / "attitude"]
+
+
+# -- compiling --------------------------------------------------------------------------------------
+
+
+def _standard() -> list[list[CompiledName]]:
+    digest = _digest()
+    return [
+        [CompiledName(module, kernel, tuple(kinds.split(".")), digest) for module, kernel, kinds in group]
+        for group in STANDARD
+    ]
+
+
+def _compile(wanted: CompiledName) -> bytes:
+    """Machine code of what is wanted; and all else that is standard and missing is kept with it."""
+    groups = [[name for name in group if not _kept(name)] for group in _standard()]
+    if not any(wanted in group for group in groups):
+        groups = [[wanted]]
+    for listener in on_compilation:
+        listener(sum(map(len, groups)))
+    with tempfile.TemporaryDirectory() as elsewhere:
+        place = _writeable_place() or Path(elsewhere)
+        _run_compilers(place, [group for group in groups if group])
+        if place == Path(elsewhere):
+            _unkept.update((path.name, path.read_bytes()) for path in place.iterdir())
+        code = _kept(wanted)
+    if code is None:
+        raise AttitudeError(f"the kernels cannot be kept: {wanted} was compiled, and is gone")
+    return code
+
+
+def _writeable_place() -> Path | None:
+    for place in _places():
+        with suppress(OSError):
+            place.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=place):
+                return place
+    return None
+
+
+def _run_compilers(place: Path, groups: Iterable[list[CompiledName]]) -> None:
+    """One process for each group, side by side."""
+    packages = os.pathsep.join([str(SOURCES.parents[1]), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    environment = os.environ | {"PYTHONPATH": packages}
+    running = [
+        subprocess.Popen(
+            [sys.executable, "-m", "attitude.kernels.compiler", str(place), *map(str, group)],
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for group in groups
+    ]
+    messages = [process.communicate()[1] for process in running]
+    for process, message in zip(running, messages, strict=True):
+        if process.returncode != 0:
+            last = (message.strip().splitlines() or [f"exit code {process.returncode}"])[-1]
+            raise AttitudeError(f"the kernels cannot be compiled: {last}")
