@@ -33,7 +33,6 @@ class RigidBody:
     axes : ndarray, (..., 3, 3)
         Rows are the principal axes, components in the body frame: axes @ tensor @ axes.T is
         diagonal.  The identity where moments were given.
-    tensor : ndarray, (..., 3, 3), kg m2
     shape : tuple
         The batch dimensions.
 
@@ -68,22 +67,24 @@ class RigidBody:
         body._from_moments(array)
         return body
 
+    _tensor: np.ndarray | None
+
     def _from_moments(self, moments: np.ndarray) -> None:
         self.shape = moments.shape[:-1]
         self._two_part_moments = np.zeros((*moments.shape, 2))
         self._two_part_moments[..., 0] = moments
-        self._two_part_axes = np.zeros((*self.shape, 3, 3, 2))
-        self._two_part_axes[..., 0] = np.eye(3)
-        self.tensor = moments[..., None] * np.eye(3)
+        identity = np.stack([np.eye(3), np.zeros((3, 3))], axis=-1)
+        self._two_part_axes = np.broadcast_to(identity, (*self.shape, 3, 3, 2))
+        self._tensor = None
         self._finish()
 
     def _from_tensor(self, tensor: np.ndarray) -> None:
         self.shape = tensor.shape[:-2]
-        self.tensor = _symmetric(tensor)
+        self._tensor = _symmetric(tensor)
         self._two_part_moments = np.empty((*self.shape, 3, 2))
         self._two_part_axes = np.empty((*self.shape, 3, 3, 2))
         compiled.principal_axes(
-            self.tensor.reshape(-1, 3, 3),
+            self._tensor.reshape(-1, 3, 3),
             self._two_part_moments.reshape(-1, 3, 2),
             self._two_part_axes.reshape(-1, 3, 3, 2),
             np.empty((3, 3, 2)),
@@ -94,8 +95,15 @@ class RigidBody:
         self.moments = self._two_part_moments[..., 0]
         self.axes = self._two_part_axes[..., 0]
         _check_moments(self.moments)
-        for array in (self.tensor, self.moments, self.axes):
+        for array in (self.moments, self.axes):
             array.flags.writeable = False
+
+    @property
+    def tensor(self) -> np.ndarray:
+        """(..., 3, 3), kg m2; where moments were given, made from them when asked for."""
+        tensor = self.moments[..., None] * np.eye(3) if self._tensor is None else self._tensor.view()
+        tensor.flags.writeable = False
+        return tensor
 
     def broadcast_to(self, shape: tuple[int, ...]) -> RigidBody:
         """The same bodies repeated to a batch of this shape, without copying."""
@@ -113,8 +121,9 @@ class RigidBody:
     def _each(self, change: Callable[[np.ndarray], np.ndarray], shape: tuple[int, ...]) -> RigidBody:
         part = copy(self)
         part.shape = shape
-        for name in ("tensor", "moments", "axes", "_two_part_moments", "_two_part_axes"):
-            setattr(part, name, change(getattr(self, name)))
+        for name in ("_tensor", "moments", "axes", "_two_part_moments", "_two_part_axes"):
+            array = getattr(self, name)
+            setattr(part, name, None if array is None else change(array))
         return part
 
     def __repr__(self) -> str:

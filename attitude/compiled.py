@@ -75,7 +75,7 @@ SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t
 STANDARD = [
     [("invariants", "invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")],
     [
-        *(("cayley_klein", "sample", f"r1.d1.{outputs}.n.i.i.i.i") for outputs in SAMPLES),
+        *(("cayley_klein", "sample", f"r1.d1.{outputs}.n.i.i.i") for outputs in SAMPLES),
         ("cayley_klein", "azimuth", "r1.d1.d1.d2"),
         ("principal", "principal_axes", "d3.d3.d4.d3"),
         ("principal", "rate_is_constant", "d3.d2.b1.d1.d2.d2.d2"),

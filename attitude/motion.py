@@ -13,6 +13,7 @@ import numpy as np
 from astropy.time import Time
 
 from . import compiled, elapsed, orientation, units
+from .batch import Batch
 from .body import RigidBody
 from .constants import PaperConstants
 from .ephemeris import Ephemeris
@@ -69,9 +70,7 @@ class TorqueFreeMotion:
         attitudes = orientation.attitude_quaternion(attitude, order)
         rates = _check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
         self.shape = _batch_shape(body.shape, attitudes.shape[:-1], rates.shape[:-1])
-        self._attitudes = np.broadcast_to(attitudes, (*self.shape, 4))
-        self._rates = np.broadcast_to(rates, (*self.shape, 3))
-        self._invariants = _set_up(body, self._attitudes, self._rates, self.shape)
+        self._batch = Batch(body, attitudes, rates, self.shape)
 
     # -- the motion in time ---------------------------------------------------------------
 
@@ -114,19 +113,36 @@ class TorqueFreeMotion:
 
         Stored by component and viewed transposed: the compiled loop writes whole vectors.
         """
-        refuse_too_far(self._invariants, instants.seconds)
-        bodies = _for_kernel(self._invariants, len(self.shape))
-        seconds = _for_kernel(instants.seconds, len(instants.shape))
-        rest = None if instants.rest is None else _for_kernel(instants.rest, len(instants.shape))
-        q = np.empty((4, bodies.size, seconds.size)) if quaternion else None
-        w = np.empty((3, bodies.size, seconds.size)) if rate else None
-        shares = _shares(bodies.size, seconds.size, threads)
-        _in_threads(partial(compiled.sample, bodies, seconds, rest, q, w, None), shares)
+        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+        rest = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
+        q = np.empty((4, self._batch.size, seconds.size)) if quaternion else None
+        w = np.empty((3, self._batch.size, seconds.size)) if rate else None
+        _in_threads(partial(self._sample_part, seconds, rest, q, w), self._shares(seconds.size, threads))
         shape = self.shape + instants.shape
         return (
             None if q is None else np.moveaxis(q.reshape(4, *shape), 0, -1),
             None if w is None else np.moveaxis(w.reshape(3, *shape), 0, -1),
         )
+
+    def _sample_part(
+        self, seconds: np.ndarray, rest: np.ndarray | None, q: Any, w: Any, part: tuple[int, int, int, int]
+    ) -> None:
+        """One thread's share: from first to last body, from first to last instant."""
+        first_body, last_body, first, last = part
+        for place, bodies in self._batch.blocks(first_body, last_body):
+            refuse_too_far(bodies, seconds)
+            compiled.sample(bodies, seconds, rest, q, w, None, place, first, last)
+
+    def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
+        """The block of bodies and instants cut into equal shares, along whichever is longer.
+
+        Records that are not kept are made by each thread for bodies of its own.
+        """
+        bodies = self._batch.size
+        by_bodies = bodies > instants or not self._batch.is_kept
+        if by_bodies:
+            return [(a, b, 0, instants) for a, b in _cut(bodies, threads)]
+        return [(0, bodies, a, b) for a, b in _cut(instants, threads)]
 
     # -- constants of the motion ----------------------------------------------------------
 
@@ -137,21 +153,22 @@ class TorqueFreeMotion:
         "short_axis" (the momentum circles the axis of greatest moment), "long_axis" (of the least),
         "separatrix" (neither, ever) or "constant_rate" (the body rate stays as it is).
         """
-        names = np.array(layout.REGIMES)[self._invariants["regime"]]
+        names = np.array(layout.REGIMES)[self._batch.fields("regime")["regime"]]
         return str(names) if names.ndim == 0 else names
 
     @property
     def angular_momentum(self) -> np.ndarray:
         """(..., 3), kg m2 rad/s, inertial components; constant."""
         with np.errstate(over="ignore", invalid="ignore"):
-            momentum = np.einsum("...ij,...j->...i", self.body.tensor, self._rates)
-            return _representable(orientation.rotate(self._attitudes, momentum), "angular_momentum")
+            momentum = np.einsum("...ij,...j->...i", self.body.tensor, self._batch.rates)
+            return _representable(orientation.rotate(self._batch.attitudes, momentum), "angular_momentum")
 
     @property
     def kinetic_energy(self) -> np.ndarray:
         """(...), J; constant."""
+        rates = self._batch.rates
         with np.errstate(over="ignore", invalid="ignore"):
-            twice = np.einsum("...i,...ij,...j->...", self._rates, self.body.tensor, self._rates)[()]
+            twice = np.einsum("...i,...ij,...j->...", rates, self.body.tensor, rates)[()]
         return 0.5 * _representable(twice, "kinetic_energy")
 
     @property
@@ -160,7 +177,7 @@ class TorqueFreeMotion:
 
         Infinite on the separatrix and for a constant rate.
         """
-        bodies = self._invariants
+        bodies = self._batch.fields("u_rate", "K")
         moving = (bodies["u_rate"] > 0.0) & np.isfinite(bodies["K"])
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             period = 4.0 * bodies["K"] / bodies["u_rate"]
@@ -174,7 +191,7 @@ class TorqueFreeMotion:
         For a constant rate, that rate.  Theory, eqs. (28) and (29).
         """
         twice, circling = self._mean_rates()
-        return np.where(self._invariants["regime"] == layout.LONG_AXIS, twice - circling, twice)[()]
+        return np.where(self._is_long_axis(), twice - circling, twice)[()]
 
     @property
     def spin_axis_precession_rate(self) -> np.ndarray:
@@ -183,14 +200,15 @@ class TorqueFreeMotion:
         For a symmetric body spinning about its axis of symmetry this is the textbook's L / I_transverse.
         """
         twice, circling = self._mean_rates()
-        return np.where(self._invariants["regime"] == layout.LONG_AXIS, twice - circling, twice + circling)[
-            ()
-        ]
+        return np.where(self._is_long_axis(), twice - circling, twice + circling)[()]
+
+    def _is_long_axis(self) -> np.ndarray:
+        return self._batch.fields("regime")["regime"] == layout.LONG_AXIS
 
     def _mean_rates(self) -> tuple[np.ndarray, np.ndarray]:
         """2 lambda, and v' (half the polhode's angular rate times two), rad/s."""
-        bodies, turn = self._invariants, 2.0 * np.pi
-        twice = 2.0 * turn * (bodies["precession"][..., 0] + bodies["precession"][..., 1])
+        precession, turn = self._batch.fields("precession")["precession"], 2.0 * np.pi
+        twice = 2.0 * turn * (precession[..., 0] + precession[..., 1])
         return twice, turn / self.polhode_period
 
     @property
@@ -200,27 +218,26 @@ class TorqueFreeMotion:
         Axis 3 is the axis of greatest moment in the short-axis regime and on the separatrix, of
         the least in the long-axis regime, on the side where the momentum is.  Zero for a constant rate.
         """
-        A1, A2, A3 = np.moveaxis(self._invariants["amplitude"], -1, 0)
+        bodies = self._batch.fields("amplitude", "complementary_modulus")
+        A1, A2, A3 = np.moveaxis(bodies["amplitude"], -1, 0)
         least = np.arctan2(A1, A3)
-        greatest = np.arctan2(A2, A3 * self._invariants["complementary_modulus"])
+        greatest = np.arctan2(A2, A3 * bodies["complementary_modulus"])
         return np.stack([least, greatest], axis=-1)
 
     @property
     def constants(self) -> PaperConstants:
         """m, K, K', q, omega_p, epsilon, eta, A1, A2 and psi(t) as van Zon and Schofield define them."""
-        if (self._invariants["regime"] == layout.CONSTANT_RATE).any():
+        if (self._batch.fields("regime")["regime"] == layout.CONSTANT_RATE).any():
             raise RegimeError(
                 "constants: this motion has a constant body rate, for which the paper defines none"
             )
-        return PaperConstants.from_invariants(self._invariants)
+        return PaperConstants.from_invariants(self._batch.fields(*(layout.INVARIANTS.names or ())))
 
     def __getitem__(self, key: Any) -> TorqueFreeMotion:
         """The motion of some of a batch's bodies, by index or slice of the batch dimensions."""
         part = copy(self)
-        part.body = self.body.broadcast_to(self.shape)[key]
-        part.shape = part.body.shape
-        for name in ("_attitudes", "_rates", "_invariants"):
-            setattr(part, name, getattr(self, name)[key])
+        part._batch = self._batch[key]
+        part.body, part.shape = part._batch.body, part._batch.shape
         return part
 
     def __repr__(self) -> str:
@@ -257,44 +274,18 @@ def _representable(value: np.ndarray, name: str) -> np.ndarray:
     return value
 
 
-def _set_up(body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """INVARIANTS of the batch's shape."""
-    out = np.zeros(shape, layout.INVARIANTS)
-    flat_rates = _for_kernel(rates, len(shape))
-    tensors, moments, axes = (
-        _for_kernel(np.broadcast_to(array, shape + array.shape[len(body.shape) :]), len(shape))
-        for array in (body.tensor, body._two_part_moments, body._two_part_axes)
-    )
-    constant, space = np.empty(len(flat_rates), dtype=np.bool_), layout.workspace()
-    compiled.rate_is_constant(tensors, flat_rates, constant, *space)
-    flat_attitudes = _for_kernel(attitudes, len(shape))
-    compiled.invariants(tensors, moments, axes, flat_rates, flat_attitudes, constant, out.reshape(-1), *space)
-    beyond = ~(np.isfinite(out["rate"]).all(axis=(-1, -2)) & np.isfinite(out["frame"]).all(axis=(-1, -2)))
-    expected = "a rate that a body so thin can have without leaving the range of a double"
-    units.refuse_where(beyond, rates, "angular_velocity", expected)
-    return out
+def _cut(length: int, parts: int) -> list[tuple[int, int]]:
+    edges = [length * i // parts for i in range(parts + 1)]
+    return [(a, b) for a, b in pairwise(edges) if a < b]
 
 
-def _for_kernel(array: np.ndarray, batch: int) -> np.ndarray:
-    """Its first `batch` dimensions as one, in C order: what kernels take."""
-    return np.ascontiguousarray(array).reshape(-1, *array.shape[batch:])
-
-
-def _shares(bodies: int, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
-    """The block of bodies and instants cut into equal shares, along whichever is longer."""
-    longer = max(bodies, instants)
-    edges = [longer * i // threads for i in range(threads + 1)]
-    pairs = [(a, b) for a, b in pairwise(edges) if a < b]
-    if bodies > instants:
-        return [(a, b, 0, instants) for a, b in pairs]
-    return [(0, bodies, a, b) for a, b in pairs]
-
-
-def _in_threads(work: Callable[..., None], shares: list[tuple[int, int, int, int]]) -> None:
+def _in_threads(
+    work: Callable[[tuple[int, int, int, int]], None], shares: list[tuple[int, int, int, int]]
+) -> None:
     """Kernels release the interpreter's lock, so plain threads share the processor's cores."""
     if len(shares) == 1:
-        work(*shares[0])
+        work(shares[0])
         return
     with ThreadPoolExecutor(len(shares) or 1) as pool:
-        for _ in pool.map(lambda share: work(*share), shares):
+        for _ in pool.map(work, shares):
             pass

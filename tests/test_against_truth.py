@@ -234,7 +234,7 @@ SWITCHING = {
 
 
 def route(body):
-    return motion(body)._invariants["route"]
+    return motion(body)._batch.fields("route")["route"]
 
 
 def at_the_switch(family, near, far):

@@ -75,6 +75,6 @@ def test_plain_phases_are_those_of_doubles(omega):
     motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), (1, 0, 0, 0), omega, order="wxyz")
     for span, least, most in ((1.0, 0.0, 1e-15), (1e9, 1e-9, 1e-5)):
         t, plain = np.linspace(0.0, span, 1000), np.empty((4, 1, 1000))
-        compiled.sample(motion._invariants.reshape(1), t, None, plain, None, 1, 0, 1, 0, 1000)
+        compiled.sample(next(motion._batch.blocks(0, 1))[1], t, None, plain, None, 1, 0, 0, 1000)
         difference = np.abs(plain[:, 0].T - motion.at(t).quaternion("wxyz")).max()
         assert least <= difference <= most

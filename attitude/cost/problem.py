@@ -37,10 +37,10 @@ class Problem:
     def of_motion(cls, motion: TorqueFreeMotion) -> Problem:
         if motion.shape:
             raise InputError("motion", f"shape {motion.shape}", "one body")
-        tensor, rate = motion.body.tensor, motion._rates
+        tensor, rate = motion.body.tensor, motion._batch.rates
         diagonal = np.array_equal(tensor, np.diag(np.diag(tensor)))
         moments = np.diag(tensor).copy() if diagonal else None
-        return cls(tensor, moments, motion._attitudes, rate, *_unit(float(motion.polhode_period), rate))
+        return cls(tensor, moments, motion._batch.attitudes, rate, *_unit(float(motion.polhode_period), rate))
 
 
 def _unit(period: float, rate: np.ndarray) -> tuple[float, str]:

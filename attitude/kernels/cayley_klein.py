@@ -315,23 +315,24 @@ def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates, plai
 
 
 @kernel
-def sample(bodies, t, t_low, quaternions, rates, plain, *part):
+def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):
     """Attitudes and body rates of each body at each instant, or of a part of them.
 
     Parameters
     ----------
     bodies : (n,) of INVARIANTS
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
-    quaternions : (4, n, k), written: w, x, y, z, body to inertial; or None
-    rates : (3, n, k), written: rad/s, body frame; or None
+    quaternions : (4, m, k), written: w, x, y, z, body to inertial; or None
+    rates : (3, m, k), written: rad/s, body frame; or None
     plain : None; or anything else for phases in plain doubles (what exact ones cost: attitude.cost)
-    part : first and last body, first and last instant, each last one excluded: a thread's share
+    place : where in the outputs the first body's samples go; the others' follow
+    first, last : which instants, the last one excluded
     """
-    for b in range(part[0], part[1]):
+    for b in range(bodies.shape[0]):
         if bodies[b].route == THETA:
-            _sample_theta(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates, plain)
+            _sample_theta(bodies[b], place + b, first, last, t, t_low, quaternions, rates, plain)
         else:
-            _sample_transformed(bodies[b], b, part[2], part[3], t, t_low, quaternions, rates, plain)
+            _sample_transformed(bodies[b], place + b, first, last, t, t_low, quaternions, rates, plain)
 
 
 @kernel

@@ -22,6 +22,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude import RigidBody, TorqueFreeMotion, compiled
+from attitude.batch import Batch
 from tests.oracles import truth
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -218,11 +219,11 @@ def _in_turns(*works: Callable[[], object], repeats: int = REPEATS) -> list[floa
 def _kernel_against_fill(name: str, omega: tuple) -> None:
     count = 1_000_000
     motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), IDENTITY, omega, order="wxyz")
-    bodies, t = motion._invariants.reshape(-1), np.linspace(0.0, 1e6, count)
+    bodies, t = motion._batch._records(0, 1), np.linspace(0.0, 1e6, count)
     out, filled = np.empty((4, 1, count)), np.empty((count, 4))
 
     def kernel() -> None:
-        compiled.sample(bodies, t, None, out, None, None, 0, 1, 0, count)
+        compiled.sample(bodies, t, None, out, None, None, 0, 0, count)
 
     kernel()
     assert (motion.at(t).quaternion("wxyz") == out[:, 0].T).all()
@@ -245,14 +246,12 @@ def _two_threads() -> None:
 
 
 def _set_up() -> None:
-    from attitude.motion import _set_up as set_up
-
     count = 100_000
     random = np.random.default_rng(1)
     body = RigidBody.from_moments(1.0 + random.random((count, 3)))
     rates = random.normal(size=(count, 3))
     attitudes = np.broadcast_to(IDENTITY, (count, 4))
-    (seconds,) = _in_turns(lambda: set_up(body, attitudes, rates, (count,)), repeats=5)
+    (seconds,) = _in_turns(lambda: Batch(body, attitudes, rates, (count,)), repeats=5)
     report("set-up per body at full accuracy, batch of 1e5 [us]", f"{seconds / count * 1e6:.1f}", "<= 30")
 
 
