@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .body import RigidBody
+    from .elapsed import Grid
     from .ephemeris import Ephemeris
     from .errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
     from .motion import TorqueFreeMotion
@@ -18,6 +19,7 @@ _WHERE = {
     "AttitudeError": "errors",
     "Ephemeris": "ephemeris",
     "FormatError": "errors",
+    "Grid": "elapsed",
     "InputError": "errors",
     "RegimeError": "errors",
     "RigidBody": "body",
@@ -30,6 +32,7 @@ __all__ = [
     "AttitudeError",
     "Ephemeris",
     "FormatError",
+    "Grid",
     "InputError",
     "RegimeError",
     "RigidBody",

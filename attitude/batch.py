@@ -8,6 +8,8 @@ memory does not grow with the number of bodies.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ import numpy as np
 from . import compiled, units
 from .body import RigidBody
 from .kernels import layout
+from .plan import form_of, solution
 
 KEPT = 2**17  # bodies whose records, 100 MiB, are kept
 BLOCK = 2**12  # bodies whose records, 3 MiB, stay in a processor's cache until their samples are made
@@ -29,6 +32,10 @@ class Batch:
     attitudes : (..., 4) wxyz; rates : (..., 3) rad/s; both broadcast to `shape`
     shape : batch shape
 
+    Attributes
+    ----------
+    seconds : wall-clock time in which kept records were made (of the whole, for a part of a batch)
+
     Raises
     ------
     InputError : a rate that no body so thin can have; for a batch whose records are not kept, when
@@ -41,11 +48,19 @@ class Batch:
         self.rates = np.broadcast_to(rates, (*shape, 3))
         self.shape = shape
         self.size = int(np.prod(shape))
+        self._forms = np.zeros(self.size, np.int8)
+        begun = perf_counter()
         self._kept = self._records(0, self.size) if self.size <= KEPT else None
+        self.seconds = perf_counter() - begun
 
     @property
     def is_kept(self) -> bool:
         return self._kept is not None
+
+    @cached_property
+    def solution(self) -> tuple[str, float]:
+        """Which closed forms, and the bound on their error, rad; known once all records were made."""
+        return solution(self._forms)
 
     def blocks(self, first: int, last: int) -> Iterator[tuple[int, np.ndarray]]:
         """(index of the first, records) of the bodies from first to last, in blocks."""
@@ -72,7 +87,8 @@ class Batch:
         part.shape = part.body.shape
         part.attitudes, part.rates = self.attitudes[key], self.rates[key]
         part.size = int(np.prod(part.shape))
-        part._kept = None
+        part._kept, part.seconds = None, self.seconds
+        part._forms = np.ascontiguousarray(self._forms.reshape(self.shape)[key]).reshape(-1)
         if self._kept is not None:
             part._kept = np.ascontiguousarray(self._kept.reshape(self.shape)[key]).reshape(-1)
         elif part.size <= KEPT:
@@ -95,6 +111,7 @@ class Batch:
         out = np.zeros(last - first, layout.INVARIANTS)
         compiled.invariants(tensors, moments, axes, rates, attitudes, constant, out, *space)
         self._refuse_out_of_range(out, first)
+        self._forms[first:last] = form_of(out["regime"], out["route"])
         return out
 
     def _refuse_out_of_range(self, records: np.ndarray, first: int) -> None:
@@ -111,7 +128,7 @@ class Batch:
 
 
 def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> np.ndarray:
-    """Elements first to last of the leading dimensions `shape` taken as one; in C order, copying only those."""
+    """Elements first to last of the leading dimensions `shape` taken as one; in C order, no others copied."""
     if len(shape) == 1:
         part = array[first:last]
     elif array.flags.c_contiguous:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -81,7 +82,7 @@ STANDARD = [
         ("principal", "rate_is_constant", "d3.d2.b1.d1.d2.d2.d2"),
         ("clock", "seconds_from_days", "d1.d1.f.f.d1.d1"),
         ("clock", "days_from_seconds", "d1.d1.d1.d1"),
-        ("clock", "grid", "f.f.f.f.f.f.d1.d1"),
+        ("clock", "grid", "f.f.f.f.f.f.f.d1.d1"),
         ("clock", "scaled", "d1.f.f.d1.d1"),
     ],
 ]
@@ -247,5 +248,6 @@ def _run_compilers(place: Path, groups: Iterable[list[CompiledName]]) -> None:
     messages = [process.communicate()[1] for process in running]
     for process, message in zip(running, messages, strict=True):
         if process.returncode != 0:
-            last = (message.strip().splitlines() or [f"exit code {process.returncode}"])[-1]
-            raise AttitudeError(f"the kernels cannot be compiled: {last}")
+            lines = message.strip().splitlines() or [f"exit code {process.returncode}"]
+            reason = next((line for line in lines if re.match(r"[\w.]*Error:", line)), lines[-1])
+            raise AttitudeError(f"the kernels cannot be compiled: {reason}")

@@ -7,6 +7,9 @@ of centuries keeps its picoseconds.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -123,6 +126,22 @@ def instants(t: Any, epoch: Time | None, field: str = "t") -> Instants:
         raise InputError(error.field, error.value, expected) from None
 
 
+def parts(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], int]:
+    """(the instants from first to last as a function, how many there are) of a `Grid` or what users give.
+
+    Only the part that is asked for is converted.  Raises InputError unless there is one dimension.
+    """
+    if isinstance(t, Grid):
+        return partial(t.part, epoch=epoch), len(t)
+    if not isinstance(t, (Time, TimeDelta, Instants)):
+        t = t if isinstance(t, u.Quantity) else np.asarray(t)
+    if len(t.shape) != 1:
+        raise InputError("times", f"shape {t.shape}", "instants along one dimension")
+    if isinstance(t, Instants):
+        return lambda first, last: t[first:last], t.shape[0]
+    return lambda first, last: instants(t[first:last], epoch), t.shape[0]
+
+
 def _tai(time: Time, field: str) -> Time:
     """In TAI; what astropy cannot convert offline (UT1 outside its tables) is refused."""
     try:
@@ -192,14 +211,58 @@ def _for_kernel(array: Any) -> np.ndarray:
     return np.ascontiguousarray(array, dtype=np.float64).reshape(np.shape(array))
 
 
-def grid(start: float, stop: float, step: float, count: int, unit: str) -> tuple[np.ndarray, np.ndarray]:
-    """`count` instants in two-part seconds: start + k*step, or evenly from start to stop where step is 0.
+class Grid:
+    """Even instants, made only when and as far as they are wanted: for `TorqueFreeMotion.chunks`.
 
-    start, stop and step are in `unit`; no Time is built.
+    Parameters
+    ----------
+    start, stop : float, in `unit`
+    count : int, how many instants from start to stop, both included; or
+    step : float, in `unit`; the last instant is the last one not beyond stop
+    unit : str, a unit of time
+
+    Raises
+    ------
+    InputError : a value that is not finite, or none or both of count and step.
     """
-    seconds, rest = _room_for(count)
-    compiled.grid(start, stop, count - 1, step, *_ratio(unit, "times.unit"), seconds, rest)
-    return _finite(seconds, "times"), rest
+
+    def __init__(
+        self,
+        start: float,
+        stop: float,
+        count: int | None = None,
+        step: float | None = None,
+        unit: str = "s",
+    ):
+        if (count is None) == (step is None):
+            raise InputError("times", {"count": count, "step": step}, "one of count and step")
+        self.start, self.stop, self.unit = float(start), float(stop), unit
+        self._ratio = _ratio(unit, "times.unit")
+        self.step = 0.0 if step is None else float(step)
+        for name in ("start", "stop", "step"):
+            if not np.isfinite(getattr(self, name)):
+                raise InputError(f"times.{name}", getattr(self, name), "a finite number")
+        self.count = self._stepped_count() if count is None else count
+        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
+            raise InputError("times.count", self.count, "a whole number, at least 1")
+
+    def _stepped_count(self) -> int:
+        if self.step <= 0.0:
+            raise InputError("times.step", self.step, "a number greater than 0")
+        intervals = (self.stop - self.start) / self.step
+        if not intervals < 2**53:
+            raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
+        return math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
+
+    def __len__(self) -> int:
+        return self.count
+
+    def part(self, first: int, last: int, epoch: Time | None = None) -> Instants:
+        """The instants from first to last, the last one excluded; the bits do not depend on the parts."""
+        seconds, rest = _room_for(last - first)
+        grid = self.start, self.stop, float(self.count - 1), self.step
+        compiled.grid(*grid, *self._ratio, float(first), seconds, rest)
+        return Instants(_finite(seconds, "times"), rest if rest.any() else None, epoch)
 
 
 def in_unit(values: np.ndarray, unit: str, field: str) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from . import orientation
 from .body import RigidBody
 from .elapsed import Instants
 from .errors import InputError, RegimeError
+from .plan import Plan
 
 if TYPE_CHECKING:
     from astropy.table import QTable
@@ -39,6 +41,7 @@ class Ephemeris:
     epoch : Time or None
     instants : Instants, two-part seconds since the epoch
     name : str
+    plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class Ephemeris:
         body: RigidBody | None = None,
         rate: np.ndarray | Callable[[Instants], np.ndarray] | None = None,
         name: str = "",
+        plan: Plan | None = None,
     ):
         self._quaternion = quaternion
         self._rate = rate
@@ -56,6 +60,7 @@ class Ephemeris:
         self.frame = frame
         self.body = body
         self.name = name
+        self.plan = plan
         quaternion.flags.writeable = False
 
     @property
@@ -151,9 +156,9 @@ class Ephemeris:
         key = key if isinstance(key, tuple) else (key,)
         of_samples = (*(slice(None),) * len(self.batch_shape), *key, *_rest_of(key))
         rate = self._rate if callable(self._rate) or self._rate is None else self._rate[of_samples]
-        return Ephemeris(
-            self._quaternion[of_samples], self.instants[key], self.frame, self.body, rate, self.name
-        )
+        quaternion = self._quaternion[of_samples]
+        plan = self.plan and replace(self.plan, samples=quaternion[..., 0].size)
+        return Ephemeris(quaternion, self.instants[key], self.frame, self.body, rate, self.name, plan)
 
     def __repr__(self) -> str:
         epoch = f" from {self.epoch.isot} {self.epoch.scale}" if self.epoch is not None else ""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from functools import partial
 from itertools import pairwise
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from .ephemeris import Ephemeris
 from .errors import InputError, RegimeError
 from .horizon import refuse_too_far
 from .kernels import layout
+from .plan import Plan
 
 
 class TorqueFreeMotion:
@@ -101,10 +103,37 @@ class TorqueFreeMotion:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
         if not isinstance(threads, int) or threads < 1:
             raise InputError("threads", threads, "a whole number, at least 1")
+        begun = perf_counter()
         quaternion, computed = self._sample(instants, quaternion=True, rate=rate, threads=threads)
+        solver, bound = self._batch.solution
+        samples = self._batch.size * instants.seconds.size
+        plan = Plan(solver, samples, self._batch.seconds, perf_counter() - begun, bound)
         later = partial(self._sample, quaternion=False, rate=True, threads=threads)
         source = computed if rate else lambda part: later(part)[1]
-        return Ephemeris(quaternion, instants, self.frame, self.body, source, name)
+        return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan)
+
+    def chunks(
+        self, times: Any, size: int, rate: bool = False, threads: int = 1, name: str = ""
+    ) -> Iterator[Ephemeris]:
+        """Ephemerides of at most `size` instants each, one after the other: memory stays that of one.
+
+        Parameters
+        ----------
+        times : what `at` takes, one-dimensional; or a `Grid`, whose instants are made chunk by chunk
+        size : instants in a chunk; the last chunk may have fewer
+        rate : whether the body rate is computed in the same pass
+        threads, name : as in `at` and of the ephemerides
+
+        Raises
+        ------
+        InputError : size is not a whole number of at least 1, or times has not one dimension; and
+            what `at` raises, when the chunk in question is reached.
+        """
+        if isinstance(size, bool) or not isinstance(size, int) or size < 1:
+            raise InputError("size", size, "a whole number, at least 1")
+        part, count = elapsed.parts(times, self.epoch)
+        pieces = (part(first, min(first + size, count)) for first in range(0, count, size))
+        return (self.ephemeris(instants, rate, name, threads) for instants in pieces)
 
     def _sample(
         self, instants: elapsed.Instants, quaternion: bool, rate: bool, threads: int

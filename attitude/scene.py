@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import warnings
+from collections.abc import Iterator
 from contextlib import suppress
 from importlib import resources
 from pathlib import Path
@@ -31,7 +31,7 @@ from .document import (
     field_named,
     parse_json,
 )
-from .elapsed import Instants
+from .elapsed import Grid, Instants
 from .ephemeris import Ephemeris
 from .errors import FormatError, InputError
 from .motion import TorqueFreeMotion
@@ -176,11 +176,7 @@ class Times(Part):
             return len(self.dates)
         if self.count is not None:
             return self.count
-        start, stop = self._span()
-        intervals = (stop - start) / (self.step or 1.0)
-        if not intervals < 2**53:
-            raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
-        return math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
+        return len(self._grid())
 
     def _span(self) -> tuple[float, float]:
         """start and stop of a grid, where both are sure to be given."""
@@ -195,11 +191,18 @@ class Times(Part):
             return elapsed.instants(_parse_times(self.dates, self.scale), epoch, "times.dates")
         unit = self.unit or ""
         units.parse_unit(unit, units.SECOND, "times.unit")
-        if self.elapsed is not None:
-            seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit, "times.elapsed")
-        else:
-            seconds, rest = elapsed.grid(*self._span(), self.step or 0.0, self.samples, unit)
+        if self.elapsed is None:
+            grid = self._grid()
+            return grid.part(0, len(grid), epoch)
+        seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit, "times.elapsed")
         return Instants(seconds, rest if rest.any() else None, epoch)
+
+    def lazily(self, epoch: Time | None) -> Grid | Instants:
+        """The instants for `TorqueFreeMotion.chunks`: those of a grid are not made yet."""
+        return self.build(epoch) if self.start is None else self._grid()
+
+    def _grid(self) -> Grid:
+        return Grid(*self._span(), self.count, self.step, self.unit or "")
 
 
 class Scene(Part):
@@ -286,6 +289,13 @@ class Scene(Part):
             raise InputError("times", f"{self.times.samples} samples", limit)
         motion = self.motion()
         return motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
+
+    def chunks(self, size: int, threads: int = 1) -> Iterator[Ephemeris]:
+        """What `run` gives, in ephemerides of at most `size` instants each; see `TorqueFreeMotion.chunks`."""
+        motion = self.motion()
+        return motion.chunks(
+            self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
+        )
 
 
 def builtin_names() -> list[str]:

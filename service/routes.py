@@ -59,11 +59,11 @@ def _answer(content: bytes | str) -> Response:
     "/v1/ephemeris",
     summary="Attitude and body rate at a scene's instants",
     openapi_extra=scene_request(),
-    responses=json_answer("Columns, one list each, with convention, frame, epoch and shape"),
+    responses=json_answer("Columns, one list each, with convention, frame, epoch, shape and cost"),
 )
 def ephemeris(document: Document, settings: SettingsOf) -> Response:
     scene = Scene.from_json(document)
-    return _answer(json.dumps(scene.run(settings.max_samples, variable("max_samples"))))
+    return _answer(json.dumps(scene.run(settings.max_samples, variable("max_samples")), cost=True))
 
 
 @router.post(

@@ -14,12 +14,28 @@ from . import parts
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
     from ..motion import TorqueFreeMotion
+    from ..plan import Plan
 
 
-def dumps(ephemeris: Ephemeris) -> bytes:
-    """The whole answer as JSON text; floats in their shortest form that reads back to the same bits."""
+def dumps(ephemeris: Ephemeris, cost: bool = False) -> bytes:
+    """The whole answer as JSON text; floats in their shortest form that reads back to the same bits.
+
+    With `cost`, also what it took and what it is worth (a file's bytes should not depend on that).
+    """
     table = {name: _plain(values) for name, values in parts.columns(ephemeris).items()}
-    return _dump({**parts.metadata(ephemeris), "columns": table})
+    said = {"cost": _cost(ephemeris.plan)} if cost and ephemeris.plan else {}
+    return _dump({**parts.metadata(ephemeris), **said, "columns": table})
+
+
+def _cost(plan: Plan) -> dict[str, Any]:
+    return {
+        "solver": plan.solver,
+        "samples": plan.samples,
+        "set_up_s": plan.set_up_seconds,
+        "sample_s": plan.sample_seconds,
+        "error_bound_rad": plan.error_bound,
+        "error_bound_source": plan.bound_source,
+    }
 
 
 def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[bytes]:

@@ -25,8 +25,11 @@ def days_from_seconds(seconds, seconds_low, days, days_low):
 
 
 @kernel
-def grid(start, stop, intervals, step, times, over, seconds, seconds_low):
-    """start + k*step, or `intervals` equal steps to stop where step is 0; in units of times/over seconds."""
+def grid(start, stop, intervals, step, times, over, skipped, seconds, seconds_low):
+    """start + k*step, or `intervals` equal steps to stop where step is 0; in units of times/over seconds.
+
+    k from `skipped` on, as many as there is room for in `seconds` and `seconds_low`, (n,), written.
+    """
     unit = div((times, 0.0), (over, 0.0))
     first = mul((start, 0.0), unit)
     if step == 0.0:
@@ -34,7 +37,7 @@ def grid(start, stop, intervals, step, times, over, seconds, seconds_low):
     else:
         pace = mul((step, 0.0), unit)
     for i in range(seconds.shape[0]):
-        seconds[i], seconds_low[i] = add(first, mul(pace, (float(i), 0.0)))
+        seconds[i], seconds_low[i] = add(first, mul(pace, (skipped + float(i), 0.0)))
 
 
 @kernel

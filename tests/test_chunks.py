@@ -1,0 +1,133 @@
+"""Chunks: the same bits as all at once, at the memory of one chunk."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from astropy import units as u
+from astropy.time import Time, TimeDelta
+
+from attitude import Grid, InputError, Scene
+
+from . import bodies
+
+EPOCH = Time("2016-12-31T23:00:00", scale="utc")  # an hour before a leap second
+
+
+@pytest.fixture(scope="module")
+def motion():
+    from attitude import RigidBody, TorqueFreeMotion
+
+    body = bodies.SHORT_AXIS["oblate"]
+    return TorqueFreeMotion(RigidBody(body.inertia), bodies.ATTITUDE, body.omega, EPOCH, order="wxyz")
+
+
+T = np.linspace(-3.0, 7200.0, 23)
+FORMS = {
+    "floats": T,
+    "list": T.tolist(),
+    "quantity": T / 60.0 * u.min,
+    "delta": TimeDelta(T, format="sec"),
+    "time": EPOCH + TimeDelta(T, format="sec"),
+    "grid by count": Grid(-3.0, 7200.0, 23),
+    "grid by step": Grid(0.0, 2.2, step=0.1, unit="h"),
+}
+
+
+def whole(motion, times):
+    if isinstance(times, Grid):
+        return motion.ephemeris(times.part(0, len(times), motion.epoch), rate=True)
+    return motion.at(times)
+
+
+@pytest.mark.parametrize("times", FORMS.values(), ids=FORMS)
+@pytest.mark.parametrize("size", [1, 4, 23, 1000])
+def test_chunks_are_the_whole_bit_for_bit(motion, times, size):
+    expected = whole(motion, times)
+    chunks = list(motion.chunks(times, size, rate=size > 4, threads=2, name="piece"))
+    assert [len(chunk) for chunk in chunks[:-1]] == [size] * (len(chunks) - 1)
+    for attribute in ("elapsed", "angular_velocity"):
+        together = np.concatenate([getattr(chunk, attribute) for chunk in chunks])
+        assert np.array_equal(together, getattr(expected, attribute))
+    together = np.concatenate([chunk.quaternion("wxyz") for chunk in chunks])
+    assert np.array_equal(together, expected.quaternion("wxyz"))
+    assert all(
+        (c.time.tai - e.time.tai).sec.max() == 0.0 for c, e in zip(chunks[:1], [expected[:size]], strict=True)
+    )
+    assert (chunks[-1].time.tai - expected[-len(chunks[-1]) :].time.tai).sec.max() == 0.0
+    assert {chunk.name for chunk in chunks} == {"piece"}
+    assert sum(chunk.plan.samples for chunk in chunks) == len(expected)
+
+
+def test_scene_in_chunks_is_its_run():
+    for name in ("toutatis", "nasa-brick", "spinner"):
+        scene = Scene.builtin(name)
+        run, chunks = scene.run(), list(scene.chunks(7))
+        together = np.concatenate([chunk.quaternion("wxyz") for chunk in chunks])
+        assert np.array_equal(together, run.quaternion("wxyz"))
+        assert chunks[0].name == run.name
+
+
+@pytest.mark.parametrize("size", [0, -1, 2.5, True, None])
+def test_size_is_a_whole_number(motion, size):
+    with pytest.raises(InputError, match="size: a whole number, at least 1"):
+        motion.chunks(T, size)
+
+
+@pytest.mark.parametrize("times", [5.0, np.zeros((2, 3)), Time("2020-01-01")])
+def test_times_have_one_dimension(motion, times):
+    with pytest.raises(InputError, match="times: instants along one dimension"):
+        motion.chunks(times, 10)
+
+
+def test_what_is_wrong_in_a_chunk_is_said_when_it_is_reached(motion):
+    chunks = motion.chunks(np.array([0.0, 1.0, np.nan]), 2)
+    assert len(next(chunks)) == 2
+    with pytest.raises(InputError, match=r"t\[0\]: finite numbers"):
+        next(chunks)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0.0, 1.0), "times: one of count and step"),
+        ((0.0, 1.0, 2, 0.5), "times: one of count and step"),
+        ((0.0, 1.0, 0), "times.count: a whole number, at least 1; got 0"),
+        ((0.0, 1.0, 2.0), "times.count: a whole number"),
+        ((0.0, np.inf, 2), "times.stop: a finite number"),
+        ((0.0, 1.0, None, 0.0), "times.step: a number greater than 0"),
+        ((0.0, 1.0, None, 1e-300), r"times.step: a step that makes fewer than 2\*\*53 instants"),
+        ((0.0, 1.0, 2, None, "kg"), "times.unit: a unit of time"),
+    ],
+)
+def test_grid_refuses(arguments, message):
+    with pytest.raises(InputError, match=message):
+        Grid(*arguments)
+
+
+RESIDENT = """
+import re
+from pathlib import Path
+from attitude import Grid, RigidBody, TorqueFreeMotion
+motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), (1, 0, 0, 0), (0.3, 0.4, 0.5), order="wxyz")
+
+def peak_of(count):  # MiB, over what is resident before
+    def resident(which):
+        return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1]) / 1024
+    Path("/proc/self/clear_refs").write_text("5")
+    before = resident("VmRSS")
+    for ephemeris in motion.chunks(Grid(0.0, 1e6, count), 10**5):
+        pass
+    return resident("VmHWM") - before
+
+peak_of(2 * 10**5)
+print(peak_of(10**7))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_memory_is_that_of_one_chunk():
+    """A chunk of 1e5 instants is 3.2 MB of attitudes and 1.6 MB of instants; all 1e7 would be 480 MB."""
+    run = subprocess.run([sys.executable, "-c", RESIDENT], capture_output=True, text=True, check=True)
+    assert float(run.stdout) < 32
