@@ -132,7 +132,7 @@ def parts(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], i
     Only the part that is asked for is converted.  Raises InputError unless there is one dimension.
     """
     if isinstance(t, Grid):
-        return partial(t.part, epoch=epoch), len(t)
+        return partial(t.part, epoch=epoch), t.count
     if not isinstance(t, (Time, TimeDelta, Instants)):
         t = t if isinstance(t, u.Quantity) else np.asarray(t)
     if len(t.shape) != 1:

@@ -176,7 +176,7 @@ class Times(Part):
             return len(self.dates)
         if self.count is not None:
             return self.count
-        return len(self._grid())
+        return self._grid().count
 
     def _span(self) -> tuple[float, float]:
         """start and stop of a grid, where both are sure to be given."""
@@ -193,7 +193,7 @@ class Times(Part):
         units.parse_unit(unit, units.SECOND, "times.unit")
         if self.elapsed is None:
             grid = self._grid()
-            return grid.part(0, len(grid), epoch)
+            return grid.part(0, grid.count, epoch)
         seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit, "times.elapsed")
         return Instants(seconds, rest if rest.any() else None, epoch)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -17,11 +18,25 @@ from attitude.scene import builtin_names
 from service import routes
 
 
+def without_cost(answer):
+    """The bytes of an answer but for what no two answers share: the time they took."""
+    return re.sub(rb'"cost":\{[^{}]*\},', b"", answer.content, count=1)
+
+
+def test_answer_says_what_it_cost_and_is_worth(client, document):
+    cost = client.post("/v1/ephemeris", json=document).json()["cost"]
+    plan = Scene(**document).run().plan
+    assert (cost["solver"], cost["samples"]) == (plan.solver, plan.samples)
+    assert (cost["error_bound_rad"], cost["error_bound_source"]) == (plan.error_bound, plan.bound_source)
+    assert 0.0 < cost["sample_s"] < 60.0
+    assert 0.0 < cost["set_up_s"] < 60.0
+
+
 def test_ephemeris_answer_is_the_librarys_own_bytes(client, document):
     answer = client.post("/v1/ephemeris", json=document)
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "application/json"
-    assert answer.content == json.dumps(Scene(**document).run())
+    assert without_cost(answer) == json.dumps(Scene(**document).run())
 
 
 def test_answered_numbers_are_the_librarys_bits(client, document):
@@ -47,7 +62,7 @@ def test_built_in_scene_comes_back_as_a_document_that_answers(client, name):
     scene = client.get(f"/v1/scenes/{name}")
     assert scene.json() == Scene.builtin(name).document()
     answer = client.post("/v1/ephemeris", content=scene.content, headers={"content-type": "application/json"})
-    assert answer.content == json.dumps(Scene.builtin(name).run())
+    assert without_cost(answer) == json.dumps(Scene.builtin(name).run())
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -98,7 +113,7 @@ def test_content_type_may_carry_a_charset_and_any_case(client, document):
 def test_health_is_answered_while_a_computation_is_under_way(client, document, monkeypatch):
     begun, go_on = threading.Event(), threading.Event()
 
-    def slow(ephemeris):
+    def slow(ephemeris, cost):
         begun.set()
         assert go_on.wait(60)
         return b"{}"
