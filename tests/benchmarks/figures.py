@@ -3,7 +3,7 @@
     python tests/benchmarks/figures.py            everything, about a minute
     python tests/benchmarks/figures.py accuracy   one part: accuracy, speed or memory
 
-Accuracy is against the 50-digit oracle (tests/oracles), speeds are medians of repeats in this run,
+Accuracy is against the 50-digit oracle (attitude/oracle), speeds are medians of repeats in this run,
 ratios are of medians taken in turns, and equal answers are asserted before anything is timed.
 """
 
@@ -22,7 +22,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude import RigidBody, TorqueFreeMotion
-from tests.oracles import truth
+from attitude.oracle import truth
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 REPEATS = 15
