@@ -1,0 +1,163 @@
+"""Orekit's TorqueFree (org.orekit.attitudes), asked in its own language: the loop over instants runs in the JVM.
+
+A class of a page, TorqueFreeLoop.java, is compiled in the process by the JDK's own compiler and holds the loop; one
+call takes all instants in one array and brings all answers back in another.  The virtual machine starts once in a
+process, with the first problem prepared unless `start` was called before; one that runs already is used as it is.
+
+No orekit-data is needed: dates count from ARBITRARY_EPOCH, attitudes refer to GCRF.  Orekit's dates resolve an
+attosecond and its tolerances are made for bodies of human size, so time and moments are counted in powers of two
+near the problem's own; no digit changes.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..method import AbsentError, Method, Solve
+from ..problem import Problem
+from .normal_form import exponent_of, principal_axes
+
+FAMILY = "Orekit TorqueFree"
+SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
+# Silent (-Xlog:disable also hushes warnings), and Python keeps its own handling of ctrl-C.
+FLAGS = "-Xrs,-Xlog:disable"
+WARM_UP = 20_000  # samples; the JVM compiles a loop after about ten thousand
+
+
+def ladder() -> list[Method]:
+    """One method: Orekit offers no accuracy to choose."""
+    return [Method(FAMILY, "", prepare, steps=False)]
+
+
+def prepare(problem: Problem) -> Solve:
+    """Orekit's model of the motion, which integrates one angle over a period when it is made.
+
+    Raises
+    ------
+    AbsentError : no package, no Java, or a Java without compiler.
+    ArithmeticError : what Orekit threw, now or when instants are asked for.
+    """
+    loop_class = start()
+    exponent = exponent_of(problem.angular_velocity)
+    with _java_errors_named():
+        loop = _loop(loop_class, problem, exponent)
+
+    def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        with _java_errors_named():
+            answer = _doubles(loop.evaluate(_java_array(np.ldexp(instants, exponent))))
+        rows = answer.reshape(-1, 7)
+        return rows[:, :4], np.ldexp(rows[:, 4:], exponent)
+
+    return solve
+
+
+def _loop(loop_class: Any, problem: Problem, exponent: int) -> Any:
+    """A TorqueFreeLoop of the problem in units near its own; rates are divided by 2^exponent."""
+    moments, axes = problem.moments, np.eye(3)
+    if moments is None:
+        moments, axes = principal_axes(problem.tensor)
+    arguments = (
+        np.ldexp(moments, -exponent_of(moments)),
+        axes.T.ravel(),
+        problem.attitude,
+        np.ldexp(problem.angular_velocity, -exponent),
+    )
+    return loop_class(*map(_java_array, arguments))
+
+
+# -- the virtual machine ----------------------------------------------------------------------
+
+
+@cache
+def start() -> Any:
+    """TorqueFreeLoop, the Java class, in a virtual machine that runs and has compiled it to machine code.
+
+    Raises
+    ------
+    AbsentError : no package, no Java, or a Java without compiler.
+    """
+    try:
+        import jpype
+        import orekit_jpype
+    except ImportError as error:
+        raise AbsentError("Orekit is not installed: pip install 'attitude[peers]'") from error
+    if not jpype.isJVMStarted():
+        _start_machine(orekit_jpype)
+    jars = sorted(Path(orekit_jpype.__file__).parent.glob("jars/*.jar"))
+    with tempfile.TemporaryDirectory(prefix="attitude-orekit-") as folder:
+        _compile(jars, Path(folder))
+        loop_class = _loaded(jars, Path(folder))
+    _warm_up(loop_class)
+    return loop_class
+
+
+def _start_machine(orekit_jpype: Any) -> None:
+    """By Orekit's own package, so that whoever uses it later in the process finds all in place."""
+    import jpype
+
+    try:
+        orekit_jpype.initVM(vmargs=FLAGS)
+    except jpype.JVMNotFoundException as error:
+        raise AbsentError("Orekit needs Java and found none: install a JDK, or set JAVA_HOME") from error
+
+
+def _compile(jars: list[Path], folder: Path) -> None:
+    import jpype
+
+    compiler = jpype.JClass("javax.tools.ToolProvider").getSystemJavaCompiler()
+    if compiler is None:
+        raise AbsentError("Orekit's loop is compiled when first used: this Java has no compiler, install a JDK")
+    complaints = jpype.JClass("java.io.ByteArrayOutputStream")()
+    separator = jpype.JClass("java.io.File").pathSeparator
+    path = str(separator).join(map(str, jars))
+    arguments = ["-nowarn", "-proc:none", "-classpath", path, "-d", str(folder), str(SOURCE)]
+    if compiler.run(None, complaints, complaints, arguments) != 0:
+        raise RuntimeError(f"{SOURCE.name} does not compile: {complaints}")
+
+
+def _loaded(jars: list[Path], folder: Path) -> Any:
+    """The compiled class and Orekit in a loader of their own: no class path of the process changes."""
+    import jpype
+
+    as_file = jpype.JClass("java.io.File")
+    urls = [as_file(str(path)).toURI().toURL() for path in (folder, *jars)]
+    loader = jpype.JClass("java.net.URLClassLoader")(urls, jpype.JClass("java.lang.ClassLoader").getSystemClassLoader())
+    return jpype.JClass("TorqueFreeLoop", loader=loader)
+
+
+def _warm_up(loop_class: Any) -> None:
+    arguments = ([1.0, 1.6, 2.1], np.eye(3).ravel(), [1.0, 0.0, 0.0, 0.0], [0.3, 0.4, 0.5])
+    loop = loop_class(*map(_java_array, arguments))
+    loop.evaluate(_java_array(np.linspace(0.0, 100.0, WARM_UP)))
+
+
+# -- to Java and back -------------------------------------------------------------------------
+
+
+@contextmanager
+def _java_errors_named() -> Iterator[None]:
+    import jpype
+
+    try:
+        yield
+    except jpype.JException as error:
+        raise ArithmeticError(f"Orekit: {error}") from error
+
+
+def _java_array(values: Any) -> Any:
+    """double[], copied as a block."""
+    import jpype
+
+    return jpype.JArray(jpype.JDouble)(np.ascontiguousarray(values, dtype=float))
+
+
+def _doubles(array: Any) -> np.ndarray:
+    """double[] as an array, copied as a block."""
+    return np.array(memoryview(array), dtype=float)
