@@ -1,9 +1,10 @@
-"""heyoka.py: the equations of motion by Taylor's method, compiled for the problem (Biscani & Izzo, MNRAS 504, 2021).
+"""heyoka.py: the equations of motion by Taylor's method, compiled (Biscani & Izzo, MNRAS 504, 2021).
 
-Quaternion and rate in principal axes, seven equations whose only parameters are (I2 - I3) / I1 and its like.
-Time is counted in a power of two of seconds such that the largest component of the rate is between 1/2 and 1, for
-heyoka's tolerance is absolute while all of the state is below one: so a tolerance means the same at any scale, and
-no digit is lost to it.  Compact mode and plain sums: for these equations the others are no faster and no more exact.
+Quaternion and rate in principal axes: seven equations whose only parameters are (I2 - I3) / I1 and its like.
+Time is counted in a power of two of seconds such that the largest component of the rate is between 1/2 and 1,
+for heyoka's tolerance is absolute while all of the state is below one: so a tolerance means the same at any
+scale, and no digit is lost to it.  Compact mode and plain sums: for these equations the others are no faster
+and no more exact.
 """
 
 from __future__ import annotations
@@ -72,9 +73,7 @@ def _integrator(start: np.ndarray, couplings: list[float], tolerance: float) -> 
         (y, heyoka.par[1] * (z * x)),
         (z, heyoka.par[2] * (x * y)),
     ]
-    return heyoka.taylor_adaptive(
-        equations, start.tolist(), pars=couplings, tol=tolerance, compact_mode=True
-    )
+    return heyoka.taylor_adaptive(equations, start.tolist(), pars=couplings, tol=tolerance, compact_mode=True)
 
 
 def _propagate(integrator: Any, grid: np.ndarray) -> np.ndarray:

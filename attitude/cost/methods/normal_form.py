@@ -1,7 +1,7 @@
 """A problem as integrators and formulas like it: in principal axes, and in units near one.
 
-Both are bookkeeping that any user of the methods here would do first.  Units change by powers of two, so that no
-digit of the problem changes with them.
+Both are bookkeeping that any user of the methods here would do first.  Units change by powers of two, so that
+no digit of the problem changes with them.
 """
 
 from __future__ import annotations
