@@ -1,12 +1,12 @@
-"""Orekit's TorqueFree (org.orekit.attitudes), asked in its own language: the loop over instants is in the JVM.
+"""Orekit's TorqueFree (org.orekit.attitudes), asked in its own language: the loop is in the JVM.
 
 A class of a page, TorqueFreeLoop.java, is compiled in the process by the JDK's own compiler and holds the
 loop; one call takes all instants in one array and brings all answers back in another.  The virtual machine
 starts once in a process, with the first problem prepared unless `start` was called before; one that runs
 already is used as it is.
 
-No orekit-data is needed: dates count from ARBITRARY_EPOCH, attitudes refer to GCRF.  Orekit's dates resolve an
-attosecond and no less, so time is counted in a power of two of seconds such that the body turns by about a
+No orekit-data is needed: dates count from ARBITRARY_EPOCH, attitudes refer to GCRF.  Orekit's dates resolve
+an attosecond and no less, so time is counted in a power of two of seconds such that the body turns by about a
 radian in one, and the moments in a power of two near the greatest.  No digit changes.
 """
 

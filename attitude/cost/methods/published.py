@@ -1,10 +1,10 @@
 """The closed form as van Zon & Schofield published it (J. Comput. Phys. 225, 2007, 145-164), as users run it.
 
 NumPy and scipy.special on all instants at once.  The formulas stand as published, cancellations included, for
-what they lose beside the separatrix and beside an axis is part of what is measured; only slips of the print are
-mended: nome exp(-pi K'/K), Theta = theta1, F(x|m) of the sine of the amplitude, xi = exp(pi eta / K),
-e1 = (L1 L3, L2 L3, -Lperp^2) / (L Lperp).  Equal moments, a spin about a principal axis and the separatrix have
-no generic formula.
+what they lose beside the separatrix and beside an axis is part of what is measured; only slips of the print
+are mended: nome exp(-pi K'/K), Theta = theta1, F(x|m) of the sine of the amplitude, xi = exp(pi eta / K),
+e1 = (L1 L3, L2 L3, -Lperp^2) / (L Lperp).  Equal moments, a spin about a principal axis and the separatrix
+have no generic formula.
 """
 
 from __future__ import annotations
