@@ -1,11 +1,11 @@
 """The methods that are compared, by the names that select them.
 
-    ours               the library itself
-    published          the closed form as its authors printed it
-    euler              the equations that the integrators of the next two share
-    runge_kutta        fixed steps
-    scipy_integrators  DOP853 and LSODA
-    heyoka, orekit     peers, where they are installed
+ours               the library itself
+published          the closed form as its authors printed it
+euler              the equations that the integrators of the next two share
+runge_kutta        fixed steps
+scipy_integrators  DOP853 and LSODA
+heyoka, orekit     peers, where they are installed
 """
 
 from __future__ import annotations

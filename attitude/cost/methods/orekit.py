@@ -26,7 +26,7 @@ import numpy as np
 
 from ..method import AbsentError, Method, Solve
 from ..problem import Problem
-from .normal_form import exponent_of, principal_axes
+from .principal import exponent, principal_axes
 
 FAMILY = "Orekit TorqueFree"
 SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
@@ -50,29 +50,27 @@ def prepare(problem: Problem) -> Solve:
     ArithmeticError : what Orekit threw, now or when instants are asked for.
     """
     loop_class = start()
-    exponent = exponent_of(problem.angular_velocity)
+    second = exponent(problem.angular_velocity)
     with _java_errors_named():
-        loop = _loop(loop_class, problem, exponent)
+        loop = _loop(loop_class, problem, second)
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         with _java_errors_named():
-            answer = _doubles(loop.evaluate(_java_array(np.ldexp(instants, exponent))))
+            answer = _doubles(loop.evaluate(_java_array(np.ldexp(instants, second))))
         rows = answer.reshape(-1, 7)
-        return rows[:, :4], np.ldexp(rows[:, 4:], exponent)
+        return rows[:, :4], np.ldexp(rows[:, 4:], second)
 
     return solve
 
 
-def _loop(loop_class: Any, problem: Problem, exponent: int) -> Any:
-    """A TorqueFreeLoop of the problem in units near its own; rates are divided by 2^exponent."""
-    moments, axes = problem.moments, np.eye(3)
-    if moments is None:
-        moments, axes = principal_axes(problem.tensor)
+def _loop(loop_class: Any, problem: Problem, second: int) -> Any:
+    """A TorqueFreeLoop of the problem, with 2^second units of time in a second."""
+    moments, axes = principal_axes(problem)
     arguments = (
-        np.ldexp(moments, -exponent_of(moments)),
+        np.ldexp(moments, -exponent(moments)),
         axes.T.ravel(),
         problem.attitude,
-        np.ldexp(problem.angular_velocity, -exponent),
+        np.ldexp(problem.angular_velocity, -second),
     )
     return loop_class(*map(_java_array, arguments))
 
