@@ -211,8 +211,8 @@ class Race:
 
     def _measure(self, attempt: Attempt) -> None:
         horizon = f"{self.horizons[attempt.horizon]:g} {self.problem.unit_name}"
-        seconds = f"about {attempt.predicted_s:.2g} s; {self.left:.0f} s left"
-        self._announce(f"{attempt.method.name}, {horizon}: {seconds}", attempt.predicted_s)
+        wait = f"about {attempt.predicted_s:.2g} s; {self.left:.0f} s left"
+        self._announce(f"{attempt.method.name}, {horizon}: {wait}", attempt.predicted_s)
         method, j = attempt.method, attempt.horizon
         try:
             seconds, repeats, answer = self._timed(attempt.solve, self.grids[j])

@@ -6,7 +6,7 @@ runge_kutta        fixed steps
 scipy_integrators  DOP853 and LSODA
 heyoka, orekit     peers, where they are installed
 
-normal_form, euler   what they share: principal axes, units near one; the equations of motion, compiled
+principal, euler   what they share: principal axes, units near one; the equations of motion, compiled
 """
 
 from __future__ import annotations

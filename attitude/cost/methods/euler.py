@@ -12,10 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ...kernels.intrinsics import kernel, routine
 from ..problem import Problem
-from .normal_form import PrincipalState, exponent_of
+from .principal import exponent, principal_axes
 
 
 @dataclass(frozen=True)
@@ -27,27 +28,34 @@ class Equations:
     k : (3,); (I2 - I3) / I1 and cyclic
     start : (7,), wxyz and rate, rad a unit of time
     second : units of time in a second; a power of two, so that instants keep their bits
-    state : the problem in principal axes
+    axes : of the principal frame in the body frame, or None where they are the body's own
     """
 
     k: np.ndarray
     start: np.ndarray
     second: float
-    state: PrincipalState
+    axes: Rotation | None
 
     @classmethod
     def of(cls, problem: Problem) -> Equations:
-        state = PrincipalState.of_problem(problem)
-        I1, I2, I3 = state.moments
+        (I1, I2, I3), columns = principal_axes(problem)
+        attitude, rate, axes = problem.attitude, problem.angular_velocity, None
+        if problem.moments is None:
+            axes = Rotation.from_matrix(columns)
+            attitude = (Rotation.from_quat(attitude, scalar_first=True) * axes).as_quat(scalar_first=True)
+            rate = rate @ columns
+        second = 2.0 ** exponent(rate)
         k = np.array([(I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3])
-        second = 2.0 ** exponent_of(state.angular_velocity)
-        return cls(k, np.concatenate([state.attitude, state.angular_velocity / second]), second, state)
+        return cls(k, np.concatenate([attitude, rate / second]), second, axes)
 
     def answer(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n, 7) states as unit quaternions (n, 4) and rates (n, 3), rad/s, of the body as it was given."""
         attitudes, rates = np.empty((len(y), 4)), np.empty((len(y), 3))
         normalise(y, self.second, attitudes, rates)
-        return self.state.to_body(attitudes, rates)
+        if self.axes is None:
+            return attitudes, rates
+        turned = Rotation.from_quat(attitudes, scalar_first=True) * self.axes.inv()
+        return turned.as_quat(scalar_first=True), self.axes.apply(rates)
 
 
 @kernel
@@ -120,9 +128,11 @@ def hermite(y0, y1, h, k, c):
         c1, c2 = h * f0[i], 0.5 * h * h * g0[i]
         D, E, F = y1[i] - y0[i] - c1 - c2, h * f1[i] - c1 - 2.0 * c2, h * h * g1[i] - 2.0 * c2
         c[0, i], c[1, i], c[2, i] = y0[i], c1, c2
-        c[3, i] = 10.0 * D - 4.0 * E + 0.5 * F
-        c[4, i] = 7.0 * E - 15.0 * D - F
-        c[5, i] = 6.0 * D - 3.0 * E + 0.5 * F
+        c[3, i], c[4, i], c[5, i] = (
+            10.0 * D - 4.0 * E + 0.5 * F,
+            7.0 * E - 15.0 * D - F,
+            6.0 * D - 3.0 * E + 0.5 * F,
+        )
 
 
 @kernel

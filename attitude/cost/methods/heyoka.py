@@ -1,9 +1,9 @@
-"""heyoka.py: the equations of motion by Taylor's method, compiled for the problem (Biscani & Izzo, MNRAS 504, 2021).
+"""heyoka.py: the equations of motion by Taylor's method, compiled (Biscani & Izzo, MNRAS 504, 2021).
 
-Quaternion and rate in principal axes, seven equations whose only parameters are (I2 - I3) / I1 and its like.
-Time is counted in a power of two of seconds such that the largest component of the rate is between 1/2 and 1, for
-heyoka's tolerance is absolute while all of the state is below one: so a tolerance means the same at any scale, and
-no digit is lost to it.  Compact mode and plain sums: for these equations the others are no faster and no more exact.
+Quaternion and rate in principal axes: seven equations whose only parameters are (I2 - I3) / I1 and its like.
+Its tolerance is absolute while all of the state is below one and relative above, so it means the same at any
+scale in a time that makes the rate of order one.  Compact mode and plain sums: for these equations the others
+are no faster and no more exact.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from ..method import AbsentError, Method, Solve
 from ..problem import Problem
-from .normal_form import PrincipalState, exponent_of
+from .euler import Equations
 
 FAMILY = "heyoka"
 TOLERANCES = {"tol 1e-6": 1e-6, "tol 1e-9": 1e-9, "tol 1e-12": 1e-12, "tol eps": 2.0**-52}
@@ -24,12 +24,12 @@ TOLERANCES = {"tol 1e-6": 1e-6, "tol 1e-9": 1e-9, "tol 1e-12": 1e-12, "tol eps":
 def ladder() -> list[Method]:
     """From loose to as tight as a double has digits."""
     return [
-        Method(FAMILY, setting, partial(prepare, tolerance), steps=True)
+        Method(FAMILY, setting, partial(prepare, tolerance=tolerance), steps=True)
         for setting, tolerance in TOLERANCES.items()
     ]
 
 
-def prepare(tolerance: float, problem: Problem) -> Solve:
+def prepare(problem: Problem, tolerance: float) -> Solve:
     """The integrator, compiled; heyoka keeps what it compiled, so that a second body costs less.
 
     Raises
@@ -37,27 +37,18 @@ def prepare(tolerance: float, problem: Problem) -> Solve:
     AbsentError : heyoka is not installed.
     ArithmeticError : the integration ends otherwise than at the last instant; when instants are asked for.
     """
-    state = PrincipalState.of_problem(problem)
-    exponent = exponent_of(state.angular_velocity)
-    start = np.concatenate([state.attitude, np.ldexp(state.angular_velocity, -exponent)])
-    integrator = _integrator(start, _couplings(state.moments), tolerance)
+    equations = Equations.of(problem)
+    integrator = _integrator(equations, tolerance)
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         integrator.time = 0.0
-        integrator.state[:] = start
-        path = _propagate(integrator, np.ldexp(instants, exponent))
-        return state.to_body(path[:, :4], np.ldexp(path[:, 4:], exponent))
+        integrator.state[:] = equations.start
+        return equations.answer(_propagate(integrator, instants * equations.second))
 
     return solve
 
 
-def _couplings(moments: np.ndarray) -> list[float]:
-    """(I2 - I3) / I1 and its like: what multiplies omega2 omega3 in the rate of omega1."""
-    I1, I2, I3 = moments.tolist()
-    return [(I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3]
-
-
-def _integrator(start: np.ndarray, couplings: list[float], tolerance: float) -> Any:
+def _integrator(problem: Equations, tolerance: float) -> Any:
     try:
         import heyoka
     except ImportError as error:
@@ -72,9 +63,8 @@ def _integrator(start: np.ndarray, couplings: list[float], tolerance: float) -> 
         (y, heyoka.par[1] * (z * x)),
         (z, heyoka.par[2] * (x * y)),
     ]
-    return heyoka.taylor_adaptive(
-        equations, start.tolist(), pars=couplings, tol=tolerance, compact_mode=True
-    )
+    start, k = problem.start.tolist(), problem.k.tolist()
+    return heyoka.taylor_adaptive(equations, start, pars=k, tol=tolerance, compact_mode=True)
 
 
 def _propagate(integrator: Any, grid: np.ndarray) -> np.ndarray:

@@ -1,20 +1,24 @@
-"""Orekit's TorqueFree (org.orekit.attitudes), asked in its own language: the loop over instants runs in the JVM.
+"""Orekit's TorqueFree (org.orekit.attitudes), asked in its own language: the loop is in the JVM.
 
-A class of a page, TorqueFreeLoop.java, is compiled in the process by the JDK's own compiler and holds the loop; one
-call takes all instants in one array and brings all answers back in another.  The virtual machine starts once in a
-process, with the first problem prepared unless `start` was called before; one that runs already is used as it is.
+A class of a page, TorqueFreeLoop.java, is compiled in the process by the JDK's own compiler and holds the
+loop; one call takes all instants in one array and brings all answers back in another.  The virtual machine
+starts once in a process, with the first problem prepared unless `start` was called before; one that runs
+already is used as it is.
 
-No orekit-data is needed: dates count from ARBITRARY_EPOCH, attitudes refer to GCRF.  Orekit's dates resolve an
-attosecond and its tolerances are made for bodies of human size, so time and moments are counted in powers of two
-near the problem's own; no digit changes.
+No orekit-data is needed: dates count from ARBITRARY_EPOCH, attitudes refer to GCRF.  Orekit's dates resolve
+an attosecond and no less, so time is counted in a power of two of seconds such that the body turns by about a
+radian in one, and the moments in a power of two near the greatest.  No digit changes.
 """
 
 from __future__ import annotations
 
+import os
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +26,13 @@ import numpy as np
 
 from ..method import AbsentError, Method, Solve
 from ..problem import Problem
-from .normal_form import exponent_of, principal_axes
+from .principal import exponent, principal_axes
 
 FAMILY = "Orekit TorqueFree"
 SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
-# Silent (-Xlog:disable also hushes warnings), and Python keeps its own handling of ctrl-C.
-FLAGS = "-Xrs,-Xlog:disable"
+# Python keeps its own handling of ctrl-C, and no warning is printed.
+FLAGS = ["-Xrs", "-Xlog:disable"]
+WARNS_OF_NATIVE_CODE, NATIVE_CODE_FLAG = 22, "--enable-native-access=ALL-UNNAMED"  # Java 11 does not know it
 WARM_UP = 20_000  # samples; the JVM compiles a loop after about ten thousand
 
 
@@ -45,29 +50,27 @@ def prepare(problem: Problem) -> Solve:
     ArithmeticError : what Orekit threw, now or when instants are asked for.
     """
     loop_class = start()
-    exponent = exponent_of(problem.angular_velocity)
+    second = exponent(problem.angular_velocity)
     with _java_errors_named():
-        loop = _loop(loop_class, problem, exponent)
+        loop = _loop(loop_class, problem, second)
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         with _java_errors_named():
-            answer = _doubles(loop.evaluate(_java_array(np.ldexp(instants, exponent))))
+            answer = _doubles(loop.evaluate(_java_array(np.ldexp(instants, second))))
         rows = answer.reshape(-1, 7)
-        return rows[:, :4], np.ldexp(rows[:, 4:], exponent)
+        return rows[:, :4], np.ldexp(rows[:, 4:], second)
 
     return solve
 
 
-def _loop(loop_class: Any, problem: Problem, exponent: int) -> Any:
-    """A TorqueFreeLoop of the problem in units near its own; rates are divided by 2^exponent."""
-    moments, axes = problem.moments, np.eye(3)
-    if moments is None:
-        moments, axes = principal_axes(problem.tensor)
+def _loop(loop_class: Any, problem: Problem, second: int) -> Any:
+    """A TorqueFreeLoop of the problem, with 2^second units of time in a second."""
+    moments, axes = principal_axes(problem)
     arguments = (
-        np.ldexp(moments, -exponent_of(moments)),
+        np.ldexp(moments, -exponent(moments)),
         axes.T.ravel(),
         problem.attitude,
-        np.ldexp(problem.angular_velocity, -exponent),
+        np.ldexp(problem.angular_velocity, -second),
     )
     return loop_class(*map(_java_array, arguments))
 
@@ -83,14 +86,10 @@ def start() -> Any:
     ------
     AbsentError : no package, no Java, or a Java without compiler.
     """
-    try:
-        import jpype
-        import orekit_jpype
-    except ImportError as error:
-        raise AbsentError("Orekit is not installed: pip install 'attitude[peers]'") from error
+    jpype, package = _packages()
     if not jpype.isJVMStarted():
-        _start_machine(orekit_jpype)
-    jars = sorted(Path(orekit_jpype.__file__).parent.glob("jars/*.jar"))
+        _start_machine(jpype, package)
+    jars = sorted(Path(package.__file__).parent.glob("jars/*.jar"))
     with tempfile.TemporaryDirectory(prefix="attitude-orekit-") as folder:
         _compile(jars, Path(folder))
         loop_class = _loaded(jars, Path(folder))
@@ -98,25 +97,37 @@ def start() -> Any:
     return loop_class
 
 
-def _start_machine(orekit_jpype: Any) -> None:
-    """By Orekit's own package, so that whoever uses it later in the process finds all in place."""
-    import jpype
-
+def _packages() -> tuple[Any, Any]:
     try:
-        orekit_jpype.initVM(vmargs=FLAGS)
-    except jpype.JVMNotFoundException as error:
-        raise AbsentError("Orekit needs Java and found none: install a JDK, or set JAVA_HOME") from error
+        return import_module("jpype"), import_module("orekit_jpype")
+    except ImportError as error:
+        raise AbsentError("Orekit is not installed: pip install 'attitude[peers]'") from error
+
+
+def _start_machine(jpype: Any, package: Any) -> None:
+    """By Orekit's own package, so that whoever uses it later in the process finds all in place."""
+    try:
+        library = Path(jpype.getDefaultJVMPath())
+        package.initVM(vmargs=",".join(FLAGS + _flags_of(library)))
+    except (jpype.JVMNotFoundException, jpype.JVMNotSupportedException, OSError) as error:
+        raise AbsentError(f"Orekit needs Java, such as a JDK in JAVA_HOME: {error}") from error
+
+
+def _flags_of(library: Path) -> list[str]:
+    """What this Java needs to be told; its home, two or three levels above its library, holds its version."""
+    for home in library.parents[1:4]:
+        if (home / "release").is_file():
+            found = re.search(r'JAVA_VERSION="(\d+)', (home / "release").read_text())
+            return [NATIVE_CODE_FLAG] if found and int(found[1]) >= WARNS_OF_NATIVE_CODE else []
+    return []
 
 
 def _compile(jars: list[Path], folder: Path) -> None:
-    import jpype
-
-    compiler = jpype.JClass("javax.tools.ToolProvider").getSystemJavaCompiler()
+    compiler = _java("javax.tools.ToolProvider").getSystemJavaCompiler()
     if compiler is None:
-        raise AbsentError("Orekit's loop is compiled when first used: this Java has no compiler, install a JDK")
-    complaints = jpype.JClass("java.io.ByteArrayOutputStream")()
-    separator = jpype.JClass("java.io.File").pathSeparator
-    path = str(separator).join(map(str, jars))
+        raise AbsentError("Orekit's loop is compiled when first used, and this Java cannot: a JDK is needed")
+    complaints = _java("java.io.ByteArrayOutputStream")()
+    path = os.pathsep.join(map(str, jars))
     arguments = ["-nowarn", "-proc:none", "-classpath", path, "-d", str(folder), str(SOURCE)]
     if compiler.run(None, complaints, complaints, arguments) != 0:
         raise RuntimeError(f"{SOURCE.name} does not compile: {complaints}")
@@ -124,12 +135,14 @@ def _compile(jars: list[Path], folder: Path) -> None:
 
 def _loaded(jars: list[Path], folder: Path) -> Any:
     """The compiled class and Orekit in a loader of their own: no class path of the process changes."""
-    import jpype
+    urls = [_java("java.io.File")(str(path)).toURI().toURL() for path in (folder, *jars)]
+    parent = _java("java.lang.ClassLoader").getSystemClassLoader()
+    loader = _java("java.net.URLClassLoader")(urls, parent)
+    return import_module("jpype").JClass("TorqueFreeLoop", loader=loader)
 
-    as_file = jpype.JClass("java.io.File")
-    urls = [as_file(str(path)).toURI().toURL() for path in (folder, *jars)]
-    loader = jpype.JClass("java.net.URLClassLoader")(urls, jpype.JClass("java.lang.ClassLoader").getSystemClassLoader())
-    return jpype.JClass("TorqueFreeLoop", loader=loader)
+
+def _java(name: str) -> Any:
+    return import_module("jpype").JClass(name)
 
 
 def _warm_up(loop_class: Any) -> None:
@@ -143,18 +156,15 @@ def _warm_up(loop_class: Any) -> None:
 
 @contextmanager
 def _java_errors_named() -> Iterator[None]:
-    import jpype
-
     try:
         yield
-    except jpype.JException as error:
+    except import_module("jpype").JException as error:
         raise ArithmeticError(f"Orekit: {error}") from error
 
 
 def _java_array(values: Any) -> Any:
     """double[], copied as a block."""
-    import jpype
-
+    jpype = import_module("jpype")
     return jpype.JArray(jpype.JDouble)(np.ascontiguousarray(values, dtype=float))
 
 

@@ -1,9 +1,10 @@
-"""The closed form as van Zon & Schofield published it (J. Comput. Phys. 225, 2007, 145-164), as a user would run it.
+"""The closed form as van Zon & Schofield published it (J. Comput. Phys. 225, 2007, 145-164), as users run it.
 
-NumPy and scipy.special on all instants at once.  The formulas stand as published, cancellations included, for what
-they lose beside the separatrix and beside an axis is part of what is measured; only slips of the print are mended:
-nome exp(-pi K'/K), Theta = theta1, F(x|m) of the sine of the amplitude, e1 = (L1 L3, L2 L3, -Lperp^2) / (L Lperp),
-xi = exp(pi eta / K).  Equal moments, a spin about a principal axis and the separatrix have no generic formula.
+NumPy and scipy.special on all instants at once.  The formulas stand as published, cancellations included, for
+what they lose beside the separatrix and beside an axis is part of what is measured; only slips of the print
+are mended: nome exp(-pi K'/K), Theta = theta1, F(x|m) of the sine of the amplitude, xi = exp(pi eta / K),
+e1 = (L1 L3, L2 L3, -Lperp^2) / (L Lperp).  Equal moments, a spin about a principal axis and the separatrix
+have no generic formula.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from contextlib import contextmanager
 
 import numpy as np
 from scipy import special
+from scipy.spatial.transform import Rotation
 
 from ..method import Method, Solve
 from ..problem import Problem
-from .normal_form import PrincipalState, multiply, quaternion_of
+from .principal import principal_axes
 
 FAMILY = "van Zon & Schofield (SciPy)"
 EPS = 2.0**-52
@@ -35,14 +37,16 @@ def prepare(problem: Problem) -> Solve:
     ------
     ArithmeticError : a formula leaves its domain or overflows; now, or when instants are asked for.
     """
-    state = PrincipalState.of_problem(problem)
+    moments, axes = principal_axes(problem)
+    attitude = Rotation.from_quat(problem.attitude, scalar_first=True)
     with _failures_named():
-        motion = PublishedMotion(state.moments, state.angular_velocity)
+        motion = PublishedMotion(moments, axes.T @ problem.angular_velocity)
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         with _failures_named():
-            relative, rates = motion.turn_and_rate(instants)
-        return state.to_body(multiply(state.attitude, relative), rates)
+            turns, rates = motion.turn_and_rate(instants)
+            turned = attitude * Rotation.from_matrix(axes @ turns @ axes.T)
+        return turned.as_quat(scalar_first=True), rates @ axes.T
 
     return solve
 
@@ -161,14 +165,13 @@ class PublishedMotion:
         return self.amplitudes * np.stack([cn, sn, dn], axis=-1)
 
     def turn_and_rate(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Quaternions (n, 4) from the axes at t to those at 0, and rates (n, 3), in principal axes."""
+        """Rotations (n, 3, 3) that carry the axes at 0 to those at t, and rates (n, 3), in principal axes."""
         omega, psi = self.omega(t), self.psi(t)
         _require_finite(omega, psi)
         to_axes = self._tilt(omega) @ _turn_about_momentum(psi) @ self._tilt(self.omega0).T
         frame = np.zeros((3, 3))
         frame[self.order, range(3)] = self.signs
-        matrices = frame @ np.swapaxes(to_axes, -1, -2) @ frame.T
-        return quaternion_of(matrices), omega @ frame.T
+        return frame @ np.swapaxes(to_axes, -1, -2) @ frame.T, omega @ frame.T
 
     def _tilt(self, omega: np.ndarray) -> np.ndarray:
         """T1' (..., 3, 3), with columns e1, e2 and the momentum direction (equations 16 and 19)."""
