@@ -21,7 +21,7 @@ class Cell:
     status : "measured", "absent", "failed" or "not run"
     detail : why it is not "measured"
     predicted_s : s, what one call would have taken, where it was not run
-    attitude_error : rad, largest at the instants of truth
+    attitude_error_rad : rad, largest at the instants of truth
     energy_error, momentum_error : largest at any sample, relative
     ns_per_sample : ns, median over `repeats` calls
     setup_s : s, to set the method up for a problem, in a process that has done so before
@@ -34,7 +34,7 @@ class Cell:
     status: str
     detail: str = ""
     predicted_s: float | None = None
-    attitude_error: float | None = None
+    attitude_error_rad: float | None = None
     energy_error: float | None = None
     momentum_error: float | None = None
     ns_per_sample: float | None = None

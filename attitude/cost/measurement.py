@@ -26,7 +26,7 @@ from .cell import ABSENT, FAILED, LOST, MEASURED, NOT_RUN, Cell
 from .machine import machine, versions
 from .method import AbsentError, Method, Solve
 from .methods import ladder
-from .problem import Problem
+from .problem import Problem, counted
 from .report import Report
 from .truth import Conserved, Truth
 
@@ -210,7 +210,7 @@ class Race:
     # -- one cell ---------------------------------------------------------------------------
 
     def _measure(self, attempt: Attempt) -> None:
-        horizon = f"{self.horizons[attempt.horizon]:g} {self.problem.unit_name}"
+        horizon = counted(self.horizons[attempt.horizon], self.problem.unit_name)
         wait = f"about {attempt.predicted_s:.2g} s; {self.left:.0f} s left"
         self._announce(f"{attempt.method.name}, {horizon}: {wait}", attempt.predicted_s)
         method, j = attempt.method, attempt.horizon
@@ -250,7 +250,7 @@ class Race:
             attempt.method.setting,
             self.horizons[attempt.horizon],
             MEASURED,
-            attitude_error=self.truths[attempt.horizon].error(answer[0]),
+            attitude_error_rad=self.truths[attempt.horizon].error(answer[0]),
             energy_error=energy,
             momentum_error=momentum,
             ns_per_sample=seconds / len(answer[0]) * 1e9,
@@ -291,9 +291,9 @@ class Race:
 def _lost(cell: Cell) -> str:
     """Why longer horizons have nothing to tell, or nothing."""
     if cell.status == FAILED:
-        return f"failed over {cell.horizon:g} already"
-    if (error := cell.attitude_error or 0.0) > LOST:
-        return f"lost over {cell.horizon:g} already, {error:.1f} rad off"
+        return f"failed over {cell.horizon:.15g} already"
+    if (error := cell.attitude_error_rad or 0.0) > LOST:
+        return f"attitude lost over {cell.horizon:.15g} already, {error:.1f} rad off"
     return ""
 
 

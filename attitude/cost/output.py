@@ -7,7 +7,8 @@ import tempfile
 from pathlib import Path
 
 from ..errors import AttitudeError, FormatError
-from ..formats import STANDARD_STREAM, write_whole
+from ..formats import STANDARD_STREAM as STANDARD_STREAM
+from ..formats import write_whole
 
 PICTURES = ("svg", "png")
 

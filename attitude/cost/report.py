@@ -84,7 +84,7 @@ class Report:
         count = max(count for count, _ in self.truths)
         packages = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         return [
-            f"{self.name or 'motion'}: {self.regime.replace('_', ' ')} regime; "
+            f"{self.name or 'motion'}: {self.regime.replace('_', ' ')} regime",
             f"horizons in {self.unit_name} ({self.unit_s:.9g} s), {self.samples} samples each",
             f"attitude: largest error at {count} samples (seed {self.seed}) "
             f"against fifty digits ({' and '.join(routes)} route)",
@@ -108,6 +108,8 @@ class Report:
         yield ""
         yield GROWTH.format("growth, as horizon to the power of", "attitude", "ns a sample")
         for growth in self.growth():
+            if growth.error is None and growth.cost is None:
+                continue
             name = ", ".join(filter(None, (growth.family, growth.setting)))
             yield GROWTH.format(_cut(name, 37), _signed(growth.error), _signed(growth.cost))
 
@@ -182,7 +184,7 @@ def _row(cell: Cell) -> str:
         return f"{_cut(cell.method, 37):<37}  {_cut(reason(cell), WIDTH - 39)}"
     return ROW.format(
         _cut(cell.method, 37),
-        _error(cell.attitude_error),
+        _error(cell.attitude_error_rad),
         _error(cell.energy_error),
         _error(cell.momentum_error),
         _three(cell.ns_per_sample or 0.0),
@@ -200,11 +202,11 @@ def reason(cell: Cell) -> str:
 
 
 def _growth(family: str, setting: str, cells: list[Cell]) -> Growth:
-    kept = [cell for cell in cells if (cell.attitude_error or 0.0) <= LOST]
+    kept = [cell for cell in cells if (cell.attitude_error_rad or 0.0) <= LOST]
     return Growth(
         family,
         setting,
-        _exponent(kept, lambda cell: cell.attitude_error),
+        _exponent(kept, lambda cell: cell.attitude_error_rad),
         _exponent(cells, lambda cell: cell.ns_per_sample),
     )
 
