@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import math
 import textwrap
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -47,6 +48,7 @@ def picture(report: Report, format: str) -> bytes:
     """An "svg" or "png" file."""
     with rc_context(SETTINGS):
         figure = Figure(figsize=SIZE, layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.07)
         canvas = FigureCanvasAgg(figure)
         panels = _draw(figure, report)
         canvas.draw()  # labels are placed among what has its place
@@ -126,7 +128,7 @@ def _cost(cell: Cell) -> float:
 def _note(report: Report, tightest: dict[str, list[Cell]]) -> str:
     """What a reader has to know of the lines."""
     first = [cells[0] for cells in tightest.values() if cells]
-    settings = ", ".join(cell.method for cell in first if cell.setting)
+    settings = "; ".join(cell.method for cell in first if cell.setting)
     below = f"only the tightest: {settings}." if settings else "the same methods."
     lines = textwrap.wrap(
         f"Above: a line for each family, from its loosest setting to its tightest. Below: {below}", 130
@@ -147,11 +149,43 @@ def _note(report: Report, tightest: dict[str, list[Cell]]) -> str:
 
 # Where a label may stand, from its point: direction and, in points, distance; the nearest first.
 PLACES = [
-    (math.cos(angle), math.sin(angle), distance)
+    (np.array([math.cos(angle), math.sin(angle)]), distance)
     for distance in (9.0, 16.0, 28.0, 44.0, 64.0, 90.0)
     for angle in np.deg2rad([0, 90, 270, 45, 315, 135, 225, 180, 20, 340, 70, 290])
 ]
 LEADER = 12.0  # points; labels farther off are tied to their point by a thin line
+MARGIN = 3.0  # pixels kept free about a label
+MARKER = 5.0 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])  # pixels that a marker takes
+
+
+@dataclass
+class Spot:
+    """A place for a label, in pixels: the point it names, its centre and size, how far off it is."""
+
+    point: np.ndarray
+    centre: np.ndarray
+    size: np.ndarray
+    distance: float
+
+    @property
+    def low(self) -> np.ndarray:
+        return self.centre - 0.5 * self.size - MARGIN
+
+    @property
+    def high(self) -> np.ndarray:
+        return self.centre + 0.5 * self.size + MARGIN
+
+    @property
+    def tie(self) -> np.ndarray:
+        """The line to its point."""
+        return _filled(np.array([self.point, self.centre])) if self.distance > LEADER else np.empty((0, 2))
+
+    def hides(self, taken: np.ndarray) -> int:
+        return int(((taken > self.low) & (taken < self.high)).all(axis=1).sum())
+
+    def overlaps(self, other: Spot) -> bool:
+        apart = (self.low >= other.high).any() or (other.low >= self.high).any()
+        return not apart or other.hides(self.tie) > 0
 
 
 @dataclass
@@ -171,59 +205,57 @@ class Panel:
         self.axes.margins(x=0.12, y=0.12)
 
     def place_labels(self, renderer: Any) -> None:
-        """One after the other, each where it hides the least; the most crowded lines first."""
+        """One after the other, each where it hides the least."""
         scale = self.axes.figure.dpi / 72.0
         paths = [self.axes.transData.transform(points) for _, points, _ in self.lines]
-        taken = np.concatenate([_filled(path) for path in paths]) if paths else np.empty((0, 2))
+        taken = np.concatenate([np.empty((0, 2)), *map(_filled, paths)])
         frame = self.axes.get_window_extent(renderer).extents
-        placed: list[np.ndarray] = []
-        for (name, points, style), path in zip(self.lines, paths, strict=True):
-            text = self.axes.annotate(
-                name, points[-1], xytext=(0, 0), textcoords="offset points", fontsize=9.5, va="center",
-                color=style["color"], ha="center", fontweight="bold" if style["zorder"] == 4 else "normal",
-            )  # fmt: skip
-            size = text.get_window_extent(renderer).size
-            candidates = [
-                (*_box(path[i], place, size, scale), place, i)
-                for i in dict.fromkeys((len(path) - 1, 0, len(path) // 2))
-                for place in PLACES
-            ]
-            costs = [
-                _hidden(box, taken, placed, frame) + 0.02 * place[2] + 0.1 * (i != len(path) - 1)
-                for box, _, place, i in candidates
-            ]
-            box, centre, place, i = candidates[int(np.argmin(costs))]
-            placed.append(box)
+        placed: list[Spot] = []
+        for (name, _, style), path in zip(self.lines, paths, strict=True):
+            text = self._text(name, style, path[-1], path[-1])
+            spots = list(_spots(path, text.get_window_extent(renderer).size, scale))
             text.remove()
-            tie = {"arrowstyle": "-", "color": style["color"], "linewidth": 0.6, "shrinkA": 1, "shrinkB": 3}
-            self.axes.annotate(
-                name, points[i], xytext=(centre - path[i]) / scale, textcoords="offset points", fontsize=9.5,
-                va="center", ha="center", color=style["color"], zorder=5,
-                fontweight="bold" if style["zorder"] == 4 else "normal",
-                arrowprops=tie if place[2] > LEADER else None,
-            )  # fmt: skip
+            best = min(spots, key=lambda spot: _cost_of(spot, taken, placed, frame))
+            self._text(name, style, best.point, best.centre, tied=best.distance > LEADER)
+            taken = np.concatenate([taken, best.tie])
+            placed.append(best)
+
+    def _text(
+        self, name: str, style: dict[str, Any], point: np.ndarray, centre: np.ndarray, tied: bool = False
+    ) -> Any:
+        tie = {"arrowstyle": "-", "color": style["color"], "linewidth": 0.6, "shrinkA": 1, "shrinkB": 3}
+        return self.axes.annotate(
+            name,
+            self.axes.transData.inverted().transform(point),
+            xytext=(centre - point) * 72.0 / self.axes.figure.dpi,
+            textcoords="offset points",
+            fontsize=9.5,
+            fontweight="bold" if style["zorder"] == 4 else "normal",
+            color=style["color"],
+            ha="center",
+            va="center",
+            zorder=5,
+            arrowprops=tie if tied else None,
+        )
 
 
 def _filled(path: np.ndarray) -> np.ndarray:
-    """A line as points in pixels, close enough to find what a label would hide."""
-    if len(path) == 1:
-        return path
-    steps = np.linspace(0.0, 1.0, 40)[:, None]
-    return np.concatenate([a + steps * (b - a) for a, b in pairwise(path)])
+    """A line and its markers as points in pixels, close enough to find what a label would hide."""
+    markers = (path[:, None] + MARKER).reshape(-1, 2)
+    steps = np.linspace(0.0, 1.0, 60)[:, None]
+    return np.concatenate([markers, *(a + steps * (b - a) for a, b in pairwise(path))])
 
 
-def _box(
-    point: np.ndarray, place: tuple[float, float, float], size: np.ndarray, scale: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """(x0, y0, x1, y1) of a label, pixels, and its centre; the label's near edge is `distance` off."""
-    across, up, distance = place
-    centre = point + np.array([across, up]) * (distance * scale + 0.5 * size * np.abs([across, up]))
-    return np.concatenate([centre - 0.5 * size - 2.0, centre + 0.5 * size + 2.0]), centre
+def _spots(path: np.ndarray, size: np.ndarray, scale: float) -> Iterator[Spot]:
+    """About the last point of a line, its first and its middle one; the nearest edge is `distance` off."""
+    for i in dict.fromkeys((len(path) - 1, 0, len(path) // 2)):
+        for direction, distance in PLACES:
+            centre = path[i] + direction * (distance * scale + 0.5 * size * np.abs(direction))
+            yield Spot(path[i], centre, size, distance)
 
 
-def _hidden(box: np.ndarray, taken: np.ndarray, placed: list[np.ndarray], frame: np.ndarray) -> float:
+def _cost_of(spot: Spot, taken: np.ndarray, placed: list[Spot], frame: np.ndarray) -> float:
     """How much a label would hide; other labels and the frame weigh the most."""
-    inside = ((taken > box[:2]) & (taken < box[2:])).all(axis=1).sum()
-    overlap = sum(bool((box[:2] < other[2:]).all() and (other[:2] < box[2:]).all()) for other in placed)
-    outside = bool((box[:2] < frame[:2]).any() or (box[2:] > frame[2:]).any())
-    return float(inside) + 1000.0 * overlap + 1000.0 * outside
+    overlaps = sum(spot.overlaps(other) for other in placed)
+    outside = bool((spot.low < frame[:2]).any() or (spot.high > frame[2:]).any())
+    return spot.hides(taken) + 0.02 * spot.distance + 1000.0 * (overlaps + outside)
