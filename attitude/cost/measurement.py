@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..elapsed import instants
 from ..errors import AttitudeError, InputError
 from ..motion import TorqueFreeMotion
 from .cell import ABSENT, FAILED, LOST, MEASURED, NOT_RUN, Cell
@@ -60,7 +61,8 @@ def measure(
     Parameters
     ----------
     scene : Scene or TorqueFreeMotion, of one body
-    budget : s, wall-clock for all of it; the call under way is finished
+    budget : s, wall-clock for all of it; the call under way is finished.  The library's own kernels
+        are compiled before, where that is still to be done: once on a machine, half a minute.
     methods : names of families (`attitude.cost.methods.FAMILIES`) or Methods; all families by default
     samples : evenly spaced from 0 to each horizon, both ends included
     horizons : ascending, in polhode periods, or where there is none in turns of the body rate
@@ -72,16 +74,18 @@ def measure(
     InputError : a value that cannot be taken, or a budget in which nothing could be measured.
     AttitudeError : mpmath is missing.
     """
-    started = perf_counter()
-    _check(budget, samples, horizons)
+    _check(budget, samples, horizons, seed)
     chosen = _methods(methods)
+    before = perf_counter()
     motion = scene if isinstance(scene, TorqueFreeMotion) else scene.motion()
     problem = Problem.of_motion(motion)
+    motion.ephemeris(instants([0.0], None), rate=True)
+    started = perf_counter()
     say = say or _silent
     say("truth to fifty digits")
     grids = [np.linspace(0.0, horizon * problem.unit, samples) for horizon in horizons]
     truths = [Truth.at_some(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
-    race = Race(problem, tuple(horizons), grids, truths, started + budget, say)
+    race = Race(problem, tuple(horizons), grids, truths, started, budget, say)
     cells = race.run(chosen)
     if race.cheapest is not None and not any(cell.status == MEASURED for cell in cells):
         needed = perf_counter() - started + race.cheapest
@@ -96,17 +100,20 @@ def measure(
         truths=tuple((len(truth.indices), truth.route) for truth in truths),
         budget_s=budget,
         seed=seed,
+        compilation_s=started - before,
         machine=machine(),
         versions=versions(),
         cells=tuple(cells),
     )
 
 
-def _check(budget: float, samples: int, horizons: Sequence[float]) -> None:
+def _check(budget: float, samples: int, horizons: Sequence[float], seed: int) -> None:
     if not 0.0 < budget < math.inf:
         raise InputError("budget", budget, "a number of seconds greater than zero")
     if not 2 <= samples <= MOST_SAMPLES:
         raise InputError("samples", samples, f"a whole number from 2 to {MOST_SAMPLES}")
+    if seed < 0:
+        raise InputError("seed", seed, "a whole number, not negative")
     ascending = all(a < b for a, b in zip((0.0, *horizons), (*horizons, math.inf), strict=True))
     if not horizons or not ascending:
         raise InputError("horizons", list(horizons), "numbers greater than zero, in ascending order")
@@ -147,11 +154,12 @@ class Race:
         horizons: tuple[float, ...],
         grids: list[np.ndarray],
         truths: list[Truth],
-        end: float,
+        started: float,
+        budget: float,
         say: Callable[[str], None],
     ):
         self.problem, self.horizons, self.grids, self.truths = problem, horizons, grids, truths
-        self.end, self.say, self.said = end, say, perf_counter()
+        self.started, self.budget, self.say, self.said = started, budget, say, started
         self.conserved = Conserved(problem)
         self.queue: list[Attempt] = []
         self.cells: dict[tuple[int, int], Cell] = {}
@@ -171,14 +179,14 @@ class Race:
 
     @property
     def left(self) -> float:
-        return self.end - perf_counter()
+        return self.started + self.budget - perf_counter()
 
     # -- the trial --------------------------------------------------------------------------
 
     def _try(self, number: int, method: Method) -> None:
         """Warm a method up and predict its first cell; its cells at once where that cannot be."""
-        if self.queue and self.left <= 0.0:
-            self._rest(number, method, 0, NOT_RUN, "the budget was used up before its trial")
+        if self.queue and self.left < 0.5 * self.budget:  # what has been tried is to be measured too
+            self._rest(number, method, 0, NOT_RUN, "half the budget was used up before its trial")
             return
         self._announce(f"{method.name}: trial")
         part = TRIAL if self.grids[0].size * TRIAL >= 2.0 else 2.0 / self.grids[0].size
@@ -326,7 +334,7 @@ def _quiet() -> Iterator[None]:
 
 def _line(error: Exception) -> str:
     text = " ".join(str(error).split())
-    if isinstance(error, AttitudeError | ArithmeticError) and text:
+    if text and (isinstance(error, AttitudeError) or type(error) is ArithmeticError):
         return text
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 

@@ -48,6 +48,7 @@ class Report:
     unit_s, unit_name : what horizons are counted in
     samples, horizons, budget_s, seed : as they were asked for
     truths : for each horizon at how many instants the truth was taken, and by which route
+    compilation_s : s, that the library's own kernels took to be compiled, or read from disk, before
     machine, versions : of processor and system; of Python and packages
     cells : one for each horizon and method; by horizon, then in the order of the ladder
     """
@@ -61,6 +62,7 @@ class Report:
     truths: tuple[tuple[int, str], ...]
     budget_s: float
     seed: int
+    compilation_s: float
     machine: dict[str, str | int]
     versions: dict[str, str]
     cells: tuple[Cell, ...]
@@ -115,7 +117,7 @@ class Report:
 
     def _first_use(self) -> Iterator[str]:
         """Where the first use in a process takes much longer than any later one, by family."""
-        first: dict[str, float] = {}
+        first = {"the library's kernels": self.compilation_s} if self.compilation_s > 0.1 else {}
         for cell in self.cells:
             if cell.first_use_s is not None and cell.first_use_s > 0.1 + 10.0 * (cell.setup_s or 0.0):
                 first[cell.family] = max(cell.first_use_s, first.get(cell.family, 0.0))
@@ -136,6 +138,7 @@ class Report:
             "samples": self.samples,
             "budget_s": self.budget_s,
             "seed": self.seed,
+            "compilation_s": self.compilation_s,
             "machine": self.machine,
             "versions": self.versions,
             "truth": [
