@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable, Iterator
+import textwrap
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -98,7 +99,8 @@ class Report:
 
     def table(self) -> str:
         """For a terminal 110 columns wide."""
-        return "\n".join([*self.header(), *self._rows(), *self._growth_rows(), *self._first_use()]) + "\n"
+        lines = [*_wrapped(self.header()), *self._rows(), *self._growth_rows(), *_wrapped(self._first_use())]
+        return "\n".join(lines) + "\n"
 
     def _rows(self) -> Iterator[str]:
         for horizon in self.horizons:
@@ -180,6 +182,11 @@ class Report:
 
         format = check_picture(path)
         write(path, self.picture(format))
+
+
+def _wrapped(lines: Iterable[str]) -> Iterator[str]:
+    for line in lines:
+        yield from textwrap.wrap(line, WIDTH, subsequent_indent="  ") or [""]
 
 
 def _row(cell: Cell) -> str:
