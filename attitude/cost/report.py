@@ -186,7 +186,7 @@ class Report:
 
 def _wrapped(lines: Iterable[str]) -> Iterator[str]:
     for line in lines:
-        yield from textwrap.wrap(line, WIDTH, subsequent_indent="  ") or [""]
+        yield from textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False) or [""]
 
 
 def _row(cell: Cell) -> str:
