@@ -123,7 +123,7 @@ def tensor_motion():
 def test_runge_kutta_is_of_fourth_order(tensor, tensor_motion):
     steps = [
         Method("RK4", str(count), lambda problem, count=count: runge_kutta.prepare(problem, count), True)
-        for count in (100, 200)
+        for count in (800, 1600)  # fine enough for interpolation of a lower order to show
     ]
     motion = tensor_motion if tensor else TOUTATIS
     coarse, fine = measure(motion, methods=steps, horizons=(1.0,), samples=300).cells
@@ -413,6 +413,7 @@ def test_labels_of_a_picture_do_not_overlap(report):
     canvas.draw()
     for panel in panels:
         panel.place_labels(canvas.get_renderer())
+        canvas.draw()  # which puts annotations where they belong
         labels = [Text.get_window_extent(text, canvas.get_renderer()) for text in panel.axes.texts]
         assert len(labels) == 7
         assert not any(a.overlaps(b) for i, a in enumerate(labels) for b in labels[:i])
