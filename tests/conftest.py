@@ -9,6 +9,7 @@ import os
 import tempfile
 from pathlib import Path
 
-_kernels = sorted((Path(__file__).parents[1] / "attitude" / "kernels").glob("*.py"))
+_package = Path(__file__).parents[1] / "attitude"
+_kernels = [*sorted((_package / "kernels").glob("*.py")), _package / "cost" / "methods" / "euler.py"]
 _digest = hashlib.sha256(b"".join(path.read_bytes() for path in _kernels)).hexdigest()[:16]
 os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"attitude-kernels-{_digest}")

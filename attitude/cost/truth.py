@@ -81,7 +81,7 @@ class Conserved:
         self.energy, self.momentum = energy[0], momentum[0]
 
     def errors(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
-        """Largest relative errors of energy and momentum vector; absolute ones, scaled, for a body at rest."""
+        """Largest relative errors of energy and of the momentum vector; scaled absolute ones for rest."""
         energy, momentum = self._of(attitudes, rates)
         off = np.sqrt(((momentum - self.momentum) ** 2).sum(axis=-1)).max()
         size = np.sqrt((self.momentum**2).sum()) or LONG(1.0)

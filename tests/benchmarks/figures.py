@@ -22,6 +22,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude import RigidBody, TorqueFreeMotion
+from attitude.cost.machine import processor
 from attitude.oracle import truth
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -42,14 +43,7 @@ def _machine() -> str:
 
     names = ("numpy", "numba", "llvmlite", "astropy", "scipy")
     versions = ", ".join(f"{name} {version(name)}" for name in names)
-    return f"{_processor()}, Python {platform.python_version()}, {versions}"
-
-
-def _processor() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else ():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor() or platform.machine()
+    return f"{processor()}, Python {platform.python_version()}, {versions}"
 
 
 def report(figure: str, reached: str, reach: str) -> None:

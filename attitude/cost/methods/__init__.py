@@ -2,10 +2,11 @@
 
 ours               the library itself
 published          the closed form as its authors printed it
-euler              the equations that the integrators of the next two share
 runge_kutta        fixed steps
 scipy_integrators  DOP853 and LSODA
 heyoka, orekit     peers, where they are installed
+
+principal, euler   what they share: principal axes, units near one; the equations of motion, compiled
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from ...kernels.intrinsics import kernel, routine
 from ..problem import Problem
+from .principal import exponent, principal_axes
 
 
 @dataclass(frozen=True)
@@ -37,37 +38,35 @@ class Equations:
 
     @classmethod
     def of(cls, problem: Problem) -> Equations:
-        attitude, rate, moments, axes = problem.attitude, problem.angular_velocity, problem.moments, None
-        if moments is None:
-            moments, columns = np.linalg.eigh(problem.tensor)
-            columns[:, 2] *= np.linalg.det(columns)
+        (I1, I2, I3), columns = principal_axes(problem)
+        attitude, rate, axes = problem.attitude, problem.angular_velocity, None
+        if problem.moments is None:
             axes = Rotation.from_matrix(columns)
             attitude = (Rotation.from_quat(attitude, scalar_first=True) * axes).as_quat(scalar_first=True)
-            rate = axes.inv().apply(rate.copy())
-        speed = float(np.linalg.norm(rate))
-        second = 2.0 ** round(np.log2(speed)) if speed > 0.0 else 1.0
-        I1, I2, I3 = moments
+            rate = rate @ columns
+        second = 2.0 ** exponent(rate)
         k = np.array([(I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3])
         return cls(k, np.concatenate([attitude, rate / second]), second, axes)
 
     def answer(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n, 7) states as unit quaternions (n, 4) and rates (n, 3), rad/s, of the body as it was given."""
-        attitude, rate = np.empty((len(y), 4)), np.empty((len(y), 3))
-        normalise(y, self.second, attitude, rate)
+        attitudes, rates = np.empty((len(y), 4)), np.empty((len(y), 3))
+        normalise(y, self.second, attitudes, rates)
         if self.axes is None:
-            return attitude, rate
-        turned = Rotation.from_quat(attitude, scalar_first=True) * self.axes.inv()
-        return turned.as_quat(scalar_first=True), self.axes.apply(rate)
+            return attitudes, rates
+        turned = Rotation.from_quat(attitudes, scalar_first=True) * self.axes.inv()
+        return turned.as_quat(scalar_first=True), self.axes.apply(rates)
 
 
 @kernel
-def normalise(y, second, attitude, rate):
+def normalise(y, second, attitudes, rates):
+    """States (n, 7) into unit quaternions (n, 4) and rates (n, 3), rad/s."""
     for j in range(len(y)):
         norm = 1.0 / np.sqrt(y[j, 0] ** 2 + y[j, 1] ** 2 + y[j, 2] ** 2 + y[j, 3] ** 2)
         for i in range(4):
-            attitude[j, i] = y[j, i] * norm
+            attitudes[j, i] = y[j, i] * norm
         for i in range(3):
-            rate[j, i] = y[j, 4 + i] * second
+            rates[j, i] = y[j, 4 + i] * second
 
 
 @routine

@@ -33,7 +33,7 @@ SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
 # Python keeps its own handling of ctrl-C, and no warning is printed.
 FLAGS = ["-Xrs", "-Xlog:disable"]
 WARNS_OF_NATIVE_CODE, NATIVE_CODE_FLAG = 22, "--enable-native-access=ALL-UNNAMED"  # Java 11 does not know it
-WARM_UP = 20_000  # samples; the JVM compiles a loop after about ten thousand
+WARM_UP = 200_000  # samples; until the JVM has compiled the loop, and all it calls, as well as it can
 
 
 def ladder() -> list[Method]:

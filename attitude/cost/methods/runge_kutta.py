@@ -14,7 +14,9 @@ STEPS = (32, 128, 512, 2048)
 
 
 def ladder() -> list[Method]:
-    return [Method("RK4", f"{steps} steps a period", partial(prepare, steps=steps), True) for steps in STEPS]
+    return [
+        Method("RK4", f"{steps} steps a period", partial(prepare, steps=steps), steps=True) for steps in STEPS
+    ]
 
 
 def prepare(problem: Problem, steps: int) -> Solve:

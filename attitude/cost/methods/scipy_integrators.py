@@ -12,7 +12,7 @@ from ..problem import Problem
 from .euler import Equations, derivative
 
 # The last is the least that SciPy takes, 100 eps; smaller ones it raises to this, with a warning.
-TOLERANCES = (1e-6, 1e-9, 1e-12, 2.3e-14)
+TOLERANCES = {"rtol 1e-6": 1e-6, "rtol 1e-9": 1e-9, "rtol 1e-12": 1e-12, "rtol 2.3e-14": 2.3e-14}
 
 
 def dop853() -> list[Method]:
@@ -25,8 +25,8 @@ def lsoda() -> list[Method]:
 
 def _ladder(name: str) -> list[Method]:
     return [
-        Method(f"{name} (SciPy)", f"rtol {rtol:.2g}", partial(prepare, name=name, rtol=rtol), True)
-        for rtol in TOLERANCES
+        Method(f"{name} (SciPy)", setting, partial(prepare, name=name, rtol=rtol), steps=True)
+        for setting, rtol in TOLERANCES.items()
     ]
 
 
