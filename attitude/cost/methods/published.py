@@ -38,14 +38,14 @@ def prepare(problem: Problem) -> Solve:
     ArithmeticError : a formula leaves its domain or overflows; now, or when instants are asked for.
     """
     moments, axes = principal_axes(problem)
-    attitude = Rotation.from_quat(problem.attitude, scalar_first=True)
+    attitude = Rotation.from_quat(problem.attitude, scalar_first=True).as_matrix() @ axes
     with _failures_named():
         motion = PublishedMotion(moments, axes.T @ problem.angular_velocity)
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         with _failures_named():
             turns, rates = motion.turn_and_rate(instants)
-            turned = attitude * Rotation.from_matrix(axes @ turns @ axes.T)
+            turned = Rotation.from_matrix(attitude @ turns @ axes.T)
         return turned.as_quat(scalar_first=True), rates @ axes.T
 
     return solve
