@@ -1,4 +1,4 @@
-"""The command `attitude`: run a scene, list the built-in ones, serve.
+"""The command `attitude`: run a scene, tell what accuracy costs, list the built-in scenes, serve.
 
 Bad input is one line on standard error and exit code 2.
 """
@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import __version__
 from .errors import AttitudeError, FormatError, InputError
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 BAD_INPUT = 2
+SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,9 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     run = commands.add_parser(
         "run", help="simulate a scene", description="Simulate a scene and write its ephemeris."
     )
-    run.add_argument(
-        "scene", metavar="SCENE", help='a scene document (JSON file, "-" for standard input) or built-in name'
-    )
+    run.add_argument("scene", metavar="SCENE", help=SCENE)
     run.add_argument(
         "-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)'
     )
@@ -65,6 +64,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.set_defaults(command=_run)
 
+    _add_cost(commands)
+
     scenes = commands.add_parser("scenes", help="list the built-in scenes, or print one")
     scenes.add_argument("name", nargs="?", metavar="NAME", help="print this scene's document")
     scenes.set_defaults(command=_scenes)
@@ -74,6 +75,51 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--port", type=int, help="port to listen on (ATTITUDE_PORT; 8000)")
     serve.set_defaults(command=_serve)
     return parser
+
+
+def _add_cost(commands: Any) -> None:
+    cost = commands.add_parser(
+        "cost",
+        help="what accuracy costs in time, on a scene",
+        description="Measure accuracy and cost of this library, of integrators and of other libraries on a "
+        "scene's own body and state, and print them as a table.",
+    )
+    cost.add_argument("scene", metavar="SCENE", help=SCENE)
+    cost.add_argument("--budget", type=float, metavar="S", help="seconds for all of it (60)")
+    cost.add_argument("--samples", type=int, metavar="N", help="instants of each horizon (10000)")
+    cost.add_argument("--method", action="append", metavar="NAME", help="only this family; repeatable")
+    cost.add_argument("--seed", type=int, metavar="N", help="of the instants compared with the truth (0)")
+    cost.add_argument("--json", metavar="FILE", help='as JSON too ("-": standard output, for the table)')
+    cost.add_argument("--csv", metavar="FILE", help='as CSV too ("-": standard output, for the table)')
+    cost.add_argument("--plot", metavar="FILE", help="as a picture too: FILE.svg or FILE.png")
+    cost.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
+    cost.set_defaults(command=_cost)
+
+
+def _cost(options: argparse.Namespace) -> None:
+    from . import cost
+    from .cost import output
+
+    files = [path for path in (options.json, options.csv) if path is not None]
+    if files == [output.STANDARD_STREAM] * 2:
+        raise InputError("--csv", "-", "one of --json and --csv on standard output")
+    for path in files:
+        output.check(path)
+    if options.plot is not None:
+        output.check_picture(options.plot)
+    say = _silent if options.quiet else _to_terminal
+    asked = {name: getattr(options, name) for name in ("budget", "samples", "seed")}
+    given = {name: value for name, value in asked.items() if value is not None}
+    _announce_compilation(say)
+    report = cost.measure(_scene(options.scene), methods=options.method, say=say, **given)
+    if options.json is not None:
+        output.write(options.json, report.to_json().encode())
+    if options.csv is not None:
+        output.write(options.csv, report.to_csv().encode())
+    if options.plot is not None:
+        report.plot(options.plot)
+    if output.STANDARD_STREAM not in files:
+        print(report.table(), end="")
 
 
 def _run(options: argparse.Namespace) -> None:

@@ -14,7 +14,7 @@ BOUND_SOURCE = (
 )
 # Forms of the solution, and the greatest angle in rad that an attitude can be off: docs/theory.md (34).
 FORMS = (
-    ("rotation at a constant rate", 2.5e-15),
+    ("rotation at a constant rate", 1.6e-15),
     ("closed form, theta series", 3.7e-15),
     ("closed form, transformed theta series (beside the separatrix)", 3.9e-15),
 )

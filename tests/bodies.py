@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from attitude import RigidBody, TorqueFreeMotion
-
-from .oracles import truth
+from attitude.oracle import truth
 
 # What the library promises, in every regime: of the attitude, and of the body rate relative to its norm.
 ATTITUDE_TOLERANCE = 4e-15  # rad

@@ -16,6 +16,8 @@ from astropy.time import TimeDelta
 from mpmath import workdps
 from scipy.spatial.transform import Rotation
 
+from attitude.oracle import exact, truth
+
 from .bodies import (
     ATTITUDE,
     ATTITUDE_TOLERANCE,
@@ -37,7 +39,6 @@ from .bodies import (
     speed,
     times,
 )
-from .oracles import exact, truth
 
 # Angles turned at the first rate, rad.
 ANY_REGIME = (0.0, 1e-3, 2.0, -37.0, 1e3, -1e6, 1e9, -1e9)

@@ -154,6 +154,29 @@ BAD = {
         "missing/out.csv: cannot be written",
     ),
     "folder to write to": (["run", "toutatis", "-o", "folder", "-f", "csv"], "folder: cannot be written"),
+    "unknown method": (
+        ["cost", "toutatis", "--method", "ours", "--method", "rk5"],
+        "method: one of ours, plain, published, rk4, dop853, lsoda, heyoka, orekit; got 'rk5'",
+    ),
+    "unknown scene of cost": (
+        ["cost", "pluto"],
+        f"SCENE: a file, or a built-in scene ({NAMES}); got 'pluto'",
+    ),
+    "no folder for the JSON": (["cost", "toutatis", "--json", "missing/x"], "missing/x: cannot be written"),
+    "folder for the CSV": (["cost", "toutatis", "--csv", "folder"], "folder: cannot be written (Is a dir"),
+    "no folder for the picture": (
+        ["cost", "toutatis", "--plot", "missing/x.svg"],
+        "missing/x.svg: cannot be",
+    ),
+    "picture of another kind": (
+        ["cost", "toutatis", "--plot", "x.pdf"],
+        "x.pdf: a picture's ending is svg or png",
+    ),
+    "two on standard output": (["cost", "toutatis", "--json", "-", "--csv", "-"], "--csv: one of --json and"),
+    "budget that is none": (["cost", "toutatis", "--budget", "nan"], "budget: a number of seconds greater"),
+    "budget too small": (["cost", "toutatis", "--method", "ours", "--budget", "1e-9"], "budget: at least "),
+    "one sample": (["cost", "toutatis", "--samples", "1"], "samples: a whole number from 2 to 10000000"),
+    "negative seed": (["cost", "toutatis", "--seed", "-1"], "seed: a whole number, not negative; got -1"),
     "unknown built-in scene": (["scenes", "pluto"], f"scene: a built-in scene, one of {NAMES}; got 'pluto'"),
 }
 
@@ -214,6 +237,62 @@ def test_interruption_by_the_user_is_quiet_and_leaves_no_file(answer, monkeypatc
     monkeypatch.setattr(csv, "_rows", interrupted)
     assert answer("run", "toutatis", "-o", tmp_path / "out.csv") == (130, b"", "")
     assert list(tmp_path.iterdir()) == []
+
+
+# -- cost ---------------------------------------------------------------------------------------
+
+QUICK = ("cost", "toutatis", "--method", "Ours", "--method", "published", "--samples", 200, "--budget", 100)
+
+
+def test_cost_is_a_table(answer):
+    code, out, err = answer(*QUICK)
+    assert (code, err) == (0, "")
+    lines = out.decode().splitlines()
+    assert lines[0].startswith("4179 Toutatis: long axis regime")
+    assert sum(line.startswith("closed form  ") for line in lines) == 5  # four horizons, and growth
+
+
+def test_cost_goes_to_files_beside_the_table(answer, tmp_path):
+    json_file, csv_file, picture = (tmp_path / f"cost.{ending}" for ending in ("json", "csv", "svg"))
+    code, out, _ = answer(*QUICK, "--json", json_file, "--csv", csv_file, "--plot", picture, "--seed", 3)
+    assert code == 0
+    assert out.startswith(b"4179 Toutatis")
+    document = json.loads(json_file.read_text())
+    assert (document["samples"], document["budget_s"], document["seed"]) == (200, 100.0, 3)
+    rows = [line for line in csv_file.read_text().splitlines() if not line.startswith("#")]
+    assert len(rows) == 1 + len(document["cells"])
+    assert b"4179 Toutatis: what accuracy costs in time" in picture.read_bytes()
+
+
+@pytest.mark.parametrize("format", ["json", "csv"])
+def test_cost_on_standard_output_stands_for_the_table(format, answer):
+    code, out, _ = answer(*QUICK, f"--{format}", "-")
+    assert code == 0
+    assert out.startswith({"json": b'{\n "kind": "attitude-cost/1"', "csv": b"# 4179 Toutatis"}[format])
+    assert b"growth, as horizon" not in out
+
+
+def test_cost_tells_a_person_what_is_under_way(answer):
+    _, _, err = answer(*QUICK, terminal=True)
+    assert "attitude: truth to fifty digits\n" in err
+    assert answer(*QUICK, "--quiet", terminal=True)[2] == ""
+
+
+@pytest.mark.parametrize(
+    ("missing", "option", "message"),
+    [
+        ("mpmath", "--quiet", "the cost needs mpmath for its truth: pip install 'attitude[cost]'"),
+        ("matplotlib", "--plot=x.svg", "the picture needs matplotlib: pip install 'attitude[plot]'"),
+    ],
+)
+def test_cost_without_its_packages_says_what_to_install(missing, option, message, answer, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith(("attitude.oracle", f"{missing}."))]:
+        monkeypatch.delitem(sys.modules, name)
+    import attitude
+
+    monkeypatch.delattr(attitude, "oracle", raising=False)
+    monkeypatch.setitem(sys.modules, missing, None)
+    assert answer(*QUICK, option) == (2, b"", f"attitude: {message}\n")
 
 
 # -- the other commands -------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import pytest
 from mpmath import mp, mpf, workdps
 
 from attitude import RegimeError, RigidBody, TorqueFreeMotion
+from attitude.oracle import truth
 
 from .bodies import (
     ATTITUDE,
@@ -25,7 +26,6 @@ from .bodies import (
     sample,
     speed,
 )
-from .oracles import truth
 from .oracles.published import PublishedMotion
 
 # Kept in two parts, each is rounded once or twice: an ulp or two.

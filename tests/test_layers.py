@@ -128,14 +128,37 @@ def test_lowest_modules_rest_on_nothing_above_them(name, below):
     assert modules_imported(name) <= below
 
 
-# From below: each may be imported by those after it and by nobody else.
-UPPERMOST = ["attitude.document", "attitude.scene", "attitude.cli"]
+# From below: each may be imported by those after it, or its own package, and by nobody else.
+UPPERMOST = ["attitude.document", "attitude.scene", "attitude.cost", "attitude.cli"]
+
+
+def uppermost(name):
+    """Which of them a module is, or is part of; None for those below."""
+    return next((place for place in UPPERMOST if f"{name}.".startswith(f"{place}.")), None)
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if name != "attitude"])
 def test_documents_and_commands_are_above_the_library(name):
-    known = UPPERMOST[: UPPERMOST.index(name)] if name in UPPERMOST else []
-    assert modules_imported(name) & set(UPPERMOST) <= set(known)
+    place = uppermost(name)
+    known = UPPERMOST[: UPPERMOST.index(place) + 1] if place else []
+    assert {uppermost(other) for other in modules_imported(name)} - {None} <= set(known)
+
+
+ORACLE = [name for name in MODULES if name.startswith("attitude.oracle")]
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name not in ORACLE])
+def test_oracle_judges_and_never_computes(name):
+    assert name.startswith("attitude.cost") or not modules_imported(name) & set(ORACLE)
+
+
+@pytest.mark.parametrize("name", ORACLE)
+def test_oracle_knows_nothing_of_what_it_judges(name):
+    assert modules_imported(name) <= set(ORACLE)
+    assert (
+        tops(imported(MODULES[name], package_of(name)))
+        <= {"attitude", "mpmath", "gmpy2"} | sys.stdlib_module_names
+    )
 
 
 def test_no_module_imports_itself_in_a_circle():
@@ -165,6 +188,8 @@ def test_importing_the_library_loads_no_more_than_it_needs():
         "pydantic",
         "scipy.spatial",
         "matplotlib",
+        "mpmath",
+        "attitude.cost",
         "fastapi",
         "uvicorn",
         "orjson",

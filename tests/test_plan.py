@@ -1,4 +1,4 @@
-"""What an ephemeris says of itself: solver, samples, time, and a bound on its error that holds and is near."""
+"""What an ephemeris says of itself: solver, samples, time, and a bound that holds and is near."""
 
 import random
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from attitude import Ephemeris, RigidBody, TorqueFreeMotion, batch, plan
+from attitude.oracle import truth
 
 from . import bodies
-from .oracles import truth
 
 INSTANTS = 40
 # Both routes and constant rates, at up to 1e9 rad: what the bound is held against.
@@ -18,11 +18,11 @@ FORMS = {
         bodies.Body((1.0, 2.0, 3.0), (0.3, 0.4, 0.5)),
         bodies.Body((1.0, 1.6, 2.1), (-1.1, 0.4, 0.2)),
         bodies.LONG_AXIS["Toutatis"],
-        bodies.LONG_AXIS["Dzhanibekov"],
         bodies.Body((1.0, 2.0, 2.5), (0.31, -0.42, 1.53)),
         bodies.Body((1.0, 1.3, 1.9), (0.7, 0.6, 0.5)),
     ],
     "closed form, transformed theta series (beside the separatrix)": [
+        bodies.LONG_AXIS["Dzhanibekov"],
         *bodies.SEPARATRIX.values(),
         *(bodies.Body((1.0, 2.0, 3.0), (10.0**-k, 1.0, 10.0**-k)) for k in (2, 4, 6, 9, 12, 15)),
         *(

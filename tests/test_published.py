@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import RigidBody, TorqueFreeMotion
+from attitude.oracle import truth
 
 from .bodies import (
     ATTITUDE_TOLERANCE,
@@ -21,7 +22,7 @@ from .bodies import (
     sample,
     times,
 )
-from .oracles import published, truth
+from .oracles import published
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 DEGREE = math.pi / 180

@@ -1,1 +1,17 @@
-"""What accuracy costs in time: methods measured side by side against a truth that none of them supplied."""
+"""What accuracy costs in time: methods measured side by side against a truth that none of them supplied.
+
+problem.py  method.py   what is given: a body and its state; a way to its attitudes
+methods/        the methods
+truth.py        errors against fifty digits, and of what is conserved
+measurement.py  who runs when, within a budget of time
+cell.py  report.py  plot.py   what was found; as table, JSON, CSV and picture
+machine.py  output.py   on what it was measured; where it is written
+"""
+
+from .cell import Cell
+from .measurement import measure
+from .method import AbsentError, Method
+from .problem import Problem
+from .report import Report
+
+__all__ = ["AbsentError", "Cell", "Method", "Problem", "Report", "measure"]

@@ -43,6 +43,12 @@ class Problem:
         return cls(tensor, moments, motion._batch.attitudes, rate, *_unit(float(motion.polhode_period), rate))
 
 
+def counted(number: float, unit_name: str) -> str:
+    """ "1 polhode period", "10000 polhode periods"."""
+    first, space, rest = unit_name.partition(" of ")
+    return f"{number:.15g} {first.removesuffix('s') if number == 1.0 else first}{space}{rest}"
+
+
 def _unit(period: float, rate: np.ndarray) -> tuple[float, str]:
     if np.isfinite(period):
         return period, "polhode periods"

@@ -36,10 +36,7 @@ def write(
     if not all(ephemeris.shape):
         raise FormatError("an ephemeris of no instants is not written", str(path))
     blocks = check(path, format).blocks(ephemeris, progress or _no_progress)
-    if str(path) == STANDARD_STREAM:
-        _to_standard_output(blocks)
-    else:
-        _to_file(blocks, Path(path))
+    write_whole(blocks, path)
 
 
 def read(path: str | Path, format: str | None = None) -> Ephemeris:
@@ -63,6 +60,14 @@ def check(path: str | Path, format: str | None) -> ModuleType:
 
 def _no_progress(done: float) -> None:
     pass
+
+
+def write_whole(blocks: Iterable[bytes], path: str | Path) -> None:
+    """To a file, whole or not at all, or to standard output."""
+    if str(path) == STANDARD_STREAM:
+        _to_standard_output(blocks)
+    else:
+        _to_file(blocks, Path(path))
 
 
 def _to_standard_output(blocks: Iterable[bytes]) -> None:

@@ -3,7 +3,7 @@
     python tests/benchmarks/figures.py            everything, about a minute
     python tests/benchmarks/figures.py accuracy   one part: accuracy, speed or memory
 
-Accuracy is against the 50-digit oracle (tests/oracles), speeds are medians of repeats in this run,
+Accuracy is against the 50-digit oracle (attitude/oracle), speeds are medians of repeats in this run,
 ratios are of medians taken in turns, and equal answers are asserted before anything is timed.
 """
 
@@ -23,7 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude import RigidBody, TorqueFreeMotion, compiled
 from attitude.batch import Batch
-from tests.oracles import truth
+from attitude.cost.machine import processor
+from attitude.oracle import truth
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 REPEATS = 15
@@ -43,14 +44,7 @@ def _machine() -> str:
 
     names = ("numpy", "numba", "llvmlite", "astropy", "scipy")
     versions = ", ".join(f"{name} {version(name)}" for name in names)
-    return f"{_processor()}, Python {platform.python_version()}, {versions}"
-
-
-def _processor() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else ():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor() or platform.machine()
+    return f"{processor()}, Python {platform.python_version()}, {versions}"
 
 
 def report(figure: str, reached: str, reach: str) -> None:

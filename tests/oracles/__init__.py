@@ -1,1 +1,1 @@
-"""Attitude and rate of torque-free bodies to fifty digits, by routes independent of the library."""
+"""The tests of the 50-digit oracle, and the closed form as it was published."""

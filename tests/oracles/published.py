@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import mpmath
 from scipy import special
 
-from .exact import elapsed, multiply, quaternion_of_matrix, real
+from attitude.oracle.exact import elapsed, multiply, quaternion_of_matrix, real
 
 DOUBLES = SimpleNamespace(
     mpf=float,

@@ -1,0 +1,173 @@
+"""Orekit's TorqueFree (org.orekit.attitudes), asked in its own language: the loop is in the JVM.
+
+A class of a page, TorqueFreeLoop.java, is compiled in the process by the JDK's own compiler and holds the
+loop; one call takes all instants in one array and brings all answers back in another.  The virtual machine
+starts once in a process, with the first problem prepared unless `start` was called before; one that runs
+already is used as it is.
+
+No orekit-data is needed: dates count from ARBITRARY_EPOCH, attitudes refer to GCRF.  Orekit's dates resolve
+an attosecond and no less, so time is counted in a power of two of seconds such that the body turns by about a
+radian in one, and the moments in a power of two near the greatest.  No digit changes.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..method import AbsentError, Method, Solve
+from ..problem import Problem
+from .principal import exponent, principal_axes
+
+FAMILY = "Orekit TorqueFree"
+SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
+# Python keeps its own handling of ctrl-C, and no warning is printed.
+FLAGS = ["-Xrs", "-Xlog:disable"]
+WARNS_OF_NATIVE_CODE, NATIVE_CODE_FLAG = 22, "--enable-native-access=ALL-UNNAMED"  # Java 11 does not know it
+WARM_UP = 200_000  # samples; until the JVM has compiled the loop, and all it calls, as well as it can
+
+
+def ladder() -> list[Method]:
+    """One method: Orekit offers no accuracy to choose."""
+    return [Method(FAMILY, "", prepare, steps=False)]
+
+
+def prepare(problem: Problem) -> Solve:
+    """Orekit's model of the motion, which integrates one angle over a period when it is made.
+
+    Raises
+    ------
+    AbsentError : no package, no Java, or a Java without compiler.
+    ArithmeticError : what Orekit threw, now or when instants are asked for.
+    """
+    loop_class = start()
+    second = exponent(problem.angular_velocity)
+    with _java_errors_named():
+        loop = _loop(loop_class, problem, second)
+
+    def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        with _java_errors_named():
+            answer = _doubles(loop.evaluate(_java_array(np.ldexp(instants, second))))
+        rows = answer.reshape(-1, 7)
+        return rows[:, :4], np.ldexp(rows[:, 4:], second)
+
+    return solve
+
+
+def _loop(loop_class: Any, problem: Problem, second: int) -> Any:
+    """A TorqueFreeLoop of the problem, with 2^second units of time in a second."""
+    moments, axes = principal_axes(problem)
+    arguments = (
+        np.ldexp(moments, -exponent(moments)),
+        axes.T.ravel(),
+        problem.attitude,
+        np.ldexp(problem.angular_velocity, -second),
+    )
+    return loop_class(*map(_java_array, arguments))
+
+
+# -- the virtual machine ----------------------------------------------------------------------
+
+
+@cache
+def start() -> Any:
+    """TorqueFreeLoop, the Java class, in a virtual machine that runs and has compiled it to machine code.
+
+    Raises
+    ------
+    AbsentError : no package, no Java, or a Java without compiler.
+    """
+    jpype, package = _packages()
+    if not jpype.isJVMStarted():
+        _start_machine(jpype, package)
+    jars = sorted(Path(package.__file__).parent.glob("jars/*.jar"))
+    with tempfile.TemporaryDirectory(prefix="attitude-orekit-") as folder:
+        _compile(jars, Path(folder))
+        loop_class = _loaded(jars, Path(folder))
+    _warm_up(loop_class)
+    return loop_class
+
+
+def _packages() -> tuple[Any, Any]:
+    try:
+        return import_module("jpype"), import_module("orekit_jpype")
+    except ImportError as error:
+        raise AbsentError("Orekit is not installed: pip install 'attitude[peers]'") from error
+
+
+def _start_machine(jpype: Any, package: Any) -> None:
+    """By Orekit's own package, so that whoever uses it later in the process finds all in place."""
+    try:
+        library = Path(jpype.getDefaultJVMPath())
+        package.initVM(vmargs=",".join(FLAGS + _flags_of(library)))
+    except (jpype.JVMNotFoundException, jpype.JVMNotSupportedException, OSError) as error:
+        raise AbsentError(f"Orekit needs Java, such as a JDK in JAVA_HOME: {error}") from error
+
+
+def _flags_of(library: Path) -> list[str]:
+    """What this Java needs to be told; its home, two or three levels above its library, holds its version."""
+    for home in library.parents[1:4]:
+        if (home / "release").is_file():
+            found = re.search(r'JAVA_VERSION="(\d+)', (home / "release").read_text())
+            return [NATIVE_CODE_FLAG] if found and int(found[1]) >= WARNS_OF_NATIVE_CODE else []
+    return []
+
+
+def _compile(jars: list[Path], folder: Path) -> None:
+    compiler = _java("javax.tools.ToolProvider").getSystemJavaCompiler()
+    if compiler is None:
+        raise AbsentError("Orekit's loop is compiled when first used, and this Java cannot: a JDK is needed")
+    complaints = _java("java.io.ByteArrayOutputStream")()
+    path = os.pathsep.join(map(str, jars))
+    arguments = ["-nowarn", "-proc:none", "-classpath", path, "-d", str(folder), str(SOURCE)]
+    if compiler.run(None, complaints, complaints, arguments) != 0:
+        raise RuntimeError(f"{SOURCE.name} does not compile: {complaints}")
+
+
+def _loaded(jars: list[Path], folder: Path) -> Any:
+    """The compiled class and Orekit in a loader of their own: no class path of the process changes."""
+    urls = [_java("java.io.File")(str(path)).toURI().toURL() for path in (folder, *jars)]
+    parent = _java("java.lang.ClassLoader").getSystemClassLoader()
+    loader = _java("java.net.URLClassLoader")(urls, parent)
+    return import_module("jpype").JClass("TorqueFreeLoop", loader=loader)
+
+
+def _java(name: str) -> Any:
+    return import_module("jpype").JClass(name)
+
+
+def _warm_up(loop_class: Any) -> None:
+    arguments = ([1.0, 1.6, 2.1], np.eye(3).ravel(), [1.0, 0.0, 0.0, 0.0], [0.3, 0.4, 0.5])
+    loop = loop_class(*map(_java_array, arguments))
+    loop.evaluate(_java_array(np.linspace(0.0, 100.0, WARM_UP)))
+
+
+# -- to Java and back -------------------------------------------------------------------------
+
+
+@contextmanager
+def _java_errors_named() -> Iterator[None]:
+    try:
+        yield
+    except import_module("jpype").JException as error:
+        raise ArithmeticError(f"Orekit: {error}") from error
+
+
+def _java_array(values: Any) -> Any:
+    """double[], copied as a block."""
+    jpype = import_module("jpype")
+    return jpype.JArray(jpype.JDouble)(np.ascontiguousarray(values, dtype=float))
+
+
+def _doubles(array: Any) -> np.ndarray:
+    """double[] as an array, copied as a block."""
+    return np.array(memoryview(array), dtype=float)

@@ -1,0 +1,261 @@
+"""The picture of a report: error against cost, and how both grow with the horizon.
+
+Every line carries its name beside it, and has a marker and a dash pattern of its own beside its colour.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from .cell import MEASURED, Cell
+from .problem import counted
+
+if TYPE_CHECKING:
+    from .report import Report
+
+# What an exact zero is drawn at: below any double's last place.
+FLOOR = 1e-17
+
+SIZE = (10.0, 9.6)  # inches
+SETTINGS = {
+    "font.size": 10.0,
+    "font.family": "DejaVu Sans",
+    "axes.titlesize": 11.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "0.92",
+    "svg.fonttype": "none",  # text stays text, to be found and read aloud
+    "svg.hashsalt": "attitude",  # the same report makes the same file
+}
+COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#7f3c8d", "#666666")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
+DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (7, 2)), (0, (1, 1)), (0, (4, 2, 1, 2)))
+
+
+def picture(report: Report, format: str) -> bytes:
+    """An "svg" or "png" file."""
+    with rc_context(SETTINGS):
+        figure = Figure(figsize=SIZE, layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.07)
+        canvas = FigureCanvasAgg(figure)
+        panels = _draw(figure, report)
+        canvas.draw()  # labels are placed among what has its place
+        figure.set_layout_engine("none")
+        for panel in panels:
+            panel.place_labels(canvas.get_renderer())
+        file = io.BytesIO()
+        metadata = {"Date": None} if format == "svg" else {}
+        figure.savefig(file, format=format, dpi=150, metadata=metadata)
+    return file.getvalue()
+
+
+def _draw(figure: Figure, report: Report) -> list[Panel]:
+    families = list(dict.fromkeys(cell.family for cell in report.cells))
+    styles = {family: _style(number) for number, family in enumerate(families)}
+    horizon = _fullest_horizon(report)
+    tightest = {family: _tightest(report, family, horizon) for family in families}
+    axes = figure.subplot_mosaic([["work", "work"], ["error", "cost"]], height_ratios=[1.15, 1.0])
+    work, error, cost = (Panel(axes[name]) for name in ("work", "error", "cost"))
+    for family, style in styles.items():
+        at = [cell for cell in report.at(horizon) if cell.family == family and cell.status == MEASURED]
+        work.add(family, [_cost(cell) for cell in at], [_error(cell) for cell in at], style)
+        x = [cell.horizon for cell in tightest[family]]
+        error.add(family, x, [_error(cell) for cell in tightest[family]], style)
+        cost.add(family, x, [_cost(cell) for cell in tightest[family]], style)
+    unit = report.unit_name
+    work.finish(
+        f"Error against cost, {report.samples} samples over {counted(horizon, unit)}",
+        "cost, ns a sample", "largest attitude error, rad",
+    )  # fmt: skip
+    error.finish("Error as the horizon grows", f"horizon, {unit}", "largest attitude error, rad")
+    cost.finish("Cost as the horizon grows", f"horizon, {unit}", "cost, ns a sample")
+    name = report.name or "Motion"
+    figure.suptitle(f"{name}: what accuracy costs in time", fontsize=13)
+    figure.supxlabel(_note(report, tightest), fontsize=8.5, x=0.01, ha="left")
+    return [work, error, cost]
+
+
+def _style(number: int) -> dict[str, Any]:
+    """The first, which is the library's own, is drawn the strongest."""
+    return {
+        "color": COLOURS[number % len(COLOURS)],
+        "marker": MARKERS[number % len(MARKERS)],
+        "linestyle": DASHES[number % len(DASHES)],
+        "linewidth": 2.4 if number == 0 else 1.4,
+        "markersize": 8.0 if number == 0 else 5.5,
+        "zorder": 4 if number == 0 else 3,
+    }
+
+
+def _fullest_horizon(report: Report) -> float:
+    """The longest of those over which most methods were measured."""
+
+    def measured(horizon: float) -> int:
+        return sum(cell.status == MEASURED for cell in report.at(horizon))
+
+    return max(report.horizons, key=lambda horizon: (measured(horizon), horizon))
+
+
+def _tightest(report: Report, family: str, horizon: float) -> list[Cell]:
+    """The measured cells of a family's tightest setting; of those measured over the horizon, if any."""
+    cells = [cell for cell in report.cells if cell.family == family and cell.status == MEASURED]
+    there = [cell for cell in cells if cell.horizon == horizon] or cells
+    if not there:
+        return []
+    return [cell for cell in cells if cell.setting == there[-1].setting]
+
+
+def _error(cell: Cell) -> float:
+    return max(cell.attitude_error_rad or 0.0, FLOOR)
+
+
+def _cost(cell: Cell) -> float:
+    return cell.ns_per_sample or math.nan
+
+
+def _note(report: Report, tightest: dict[str, list[Cell]]) -> str:
+    """What a reader has to know of the lines."""
+    first = [cells[0] for cells in tightest.values() if cells]
+    settings = "; ".join(cell.method for cell in first if cell.setting)
+    below = f"only the tightest: {settings}." if settings else "the same methods."
+    lines = textwrap.wrap(
+        f"Above: a line for each family, from its loosest setting to its tightest. Below: {below}", 130
+    )
+    lines.append("A line ends where the budget did, where its method failed, or where the attitude was lost.")
+    if any(cell.attitude_error_rad == 0.0 for cell in report.cells):
+        lines.append(f"Errors of exactly zero are drawn at {FLOOR:g} rad.")
+    missing = {cell.family: cell.status for cell in report.cells if not tightest[cell.family]}
+    if missing:
+        lines.append(
+            f"Without a line: {', '.join(f'{name} ({status})' for name, status in missing.items())}."
+        )
+    lines.append(f"{report.machine['processor']}, Python {report.versions['python']}.")
+    return "\n".join(lines)
+
+
+# -- labels ---------------------------------------------------------------------------------------
+
+# Where a label may stand, from its point: direction and, in points, distance; the nearest first.
+PLACES = [
+    (np.array([math.cos(angle), math.sin(angle)]), distance)
+    for distance in (9.0, 16.0, 28.0, 44.0, 64.0, 90.0)
+    for angle in np.deg2rad([0, 90, 270, 45, 315, 135, 225, 180, 20, 340, 70, 290])
+]
+LEADER = 12.0  # points; labels farther off are tied to their point by a thin line
+MARGIN = 3.0  # pixels kept free about a label
+MARKER = 5.0 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])  # pixels that a marker takes
+
+
+@dataclass
+class Spot:
+    """A place for a label, in pixels: the point it names, its centre and size, how far off it is."""
+
+    point: np.ndarray
+    centre: np.ndarray
+    size: np.ndarray
+    distance: float
+
+    @property
+    def low(self) -> np.ndarray:
+        return self.centre - 0.5 * self.size - MARGIN
+
+    @property
+    def high(self) -> np.ndarray:
+        return self.centre + 0.5 * self.size + MARGIN
+
+    @property
+    def tie(self) -> np.ndarray:
+        """The line to its point."""
+        return _filled(np.array([self.point, self.centre])) if self.distance > LEADER else np.empty((0, 2))
+
+    def hides(self, taken: np.ndarray) -> int:
+        return int(((taken > self.low) & (taken < self.high)).all(axis=1).sum())
+
+    def overlaps(self, other: Spot) -> bool:
+        return bool((self.low < other.high).all() and (other.low < self.high).all())
+
+
+@dataclass
+class Panel:
+    """Axes with logarithms on both, and the lines drawn in them."""
+
+    axes: Any
+    lines: list[tuple[str, np.ndarray, dict[str, Any]]] = field(default_factory=list)
+
+    def add(self, name: str, x: list[float], y: list[float], style: dict[str, Any]) -> None:
+        if x:
+            self.axes.plot(x, y, **style)
+            self.lines.append((name, np.column_stack([x, y]), style))
+
+    def finish(self, title: str, x_label: str, y_label: str) -> None:
+        self.axes.set(xscale="log", yscale="log", title=title, xlabel=x_label, ylabel=y_label)
+        self.axes.margins(x=0.12, y=0.12)
+
+    def place_labels(self, renderer: Any) -> None:
+        """One after the other, each where it hides the least."""
+        scale = self.axes.figure.dpi / 72.0
+        paths = [self.axes.transData.transform(points) for _, points, _ in self.lines]
+        taken = np.concatenate([np.empty((0, 2)), *map(_filled, paths)])
+        frame = self.axes.get_window_extent(renderer).extents
+        placed: list[Spot] = []
+        for (name, _, style), path in zip(self.lines, paths, strict=True):
+            text = self._text(name, style, path[-1], path[-1])
+            spots = list(_spots(path, text.get_window_extent(renderer).size, scale))
+            text.remove()
+            best = min(spots, key=lambda spot: _cost_of(spot, taken, placed, frame))
+            self._text(name, style, best.point, best.centre, tied=best.distance > LEADER)
+            taken = np.concatenate([taken, best.tie])
+            placed.append(best)
+
+    def _text(
+        self, name: str, style: dict[str, Any], point: np.ndarray, centre: np.ndarray, tied: bool = False
+    ) -> Any:
+        tie = {"arrowstyle": "-", "color": style["color"], "linewidth": 0.6, "shrinkA": 1, "shrinkB": 3}
+        return self.axes.annotate(
+            name,
+            self.axes.transData.inverted().transform(point),
+            xytext=(centre - point) * 72.0 / self.axes.figure.dpi,
+            textcoords="offset points",
+            fontsize=9.5,
+            fontweight="bold" if style["zorder"] == 4 else "normal",
+            color=style["color"],
+            ha="center",
+            va="center",
+            zorder=5,
+            arrowprops=tie if tied else None,
+        )
+
+
+def _filled(path: np.ndarray) -> np.ndarray:
+    """A line and its markers as points in pixels, close enough to find what a label would hide."""
+    markers = (path[:, None] + MARKER).reshape(-1, 2)
+    steps = np.linspace(0.0, 1.0, 60)[:, None]
+    return np.concatenate([markers, *(a + steps * (b - a) for a, b in pairwise(path))])
+
+
+def _spots(path: np.ndarray, size: np.ndarray, scale: float) -> Iterator[Spot]:
+    """About the last point of a line, its first and its middle one; the nearest edge is `distance` off."""
+    for i in dict.fromkeys((len(path) - 1, 0, len(path) // 2)):
+        for direction, distance in PLACES:
+            centre = path[i] + direction * (distance * scale + 0.5 * size * np.abs(direction))
+            yield Spot(path[i], centre, size, distance)
+
+
+def _cost_of(spot: Spot, taken: np.ndarray, placed: list[Spot], frame: np.ndarray) -> float:
+    """How much a label would hide; other labels and the frame weigh the most, then a tie across a label."""
+    overlaps = sum(spot.overlaps(other) for other in placed)
+    crossed = sum(other.hides(spot.tie) > 0 for other in placed)
+    outside = bool((spot.low < frame[:2]).any() or (spot.high > frame[2:]).any())
+    return spot.hides(taken) + 0.02 * spot.distance + 100.0 * crossed + 1000.0 * (overlaps + outside)

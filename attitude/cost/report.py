@@ -1,0 +1,252 @@
+"""The report: what was measured, as a table, as JSON, as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import textwrap
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .cell import ABSENT, LOST, MEASURED, Cell
+
+KIND = "attitude-cost/1"
+# What an exact zero counts as where logarithms are taken: well below any double's last place.
+FLOOR = 1e-17
+
+WIDTH = 110
+ROW = "{:<37}{:>13}{:>11}{:>11}{:>13}{:>12}{:>8}"
+TITLES = ("attitude, rad", "energy", "momentum", "ns a sample", "set-up, s", "repeats")
+GROWTH = "{:<37}{:>13}{:>35}"
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How a method's error and cost grow: as horizon^exponent, by a straight line through the logarithms.
+
+    `error` leaves out horizons at whose end the attitude is lost (errors over 1 rad).  None where
+    fewer than two horizons are left.
+    """
+
+    family: str
+    setting: str
+    error: float | None
+    cost: float | None
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `measure` found.
+
+    Attributes
+    ----------
+    name, regime : of the scene and its motion
+    unit_s, unit_name : what horizons are counted in
+    samples, horizons, budget_s, seed : as they were asked for
+    truths : for each horizon at how many instants the truth was taken, and by which route
+    compilation_s : s, that the library's own kernels took to be compiled, or read from disk, before
+    machine, versions : of processor and system; of Python and packages
+    cells : one for each horizon and method; by horizon, then in the order of the ladder
+    """
+
+    name: str
+    regime: str
+    unit_s: float
+    unit_name: str
+    samples: int
+    horizons: tuple[float, ...]
+    truths: tuple[tuple[int, str], ...]
+    budget_s: float
+    seed: int
+    compilation_s: float
+    machine: dict[str, str | int]
+    versions: dict[str, str]
+    cells: tuple[Cell, ...]
+
+    def at(self, horizon: float) -> list[Cell]:
+        return [cell for cell in self.cells if cell.horizon == horizon]
+
+    def growth(self) -> list[Growth]:
+        """Of every method that was measured at all."""
+        methods: dict[tuple[str, str], list[Cell]] = {}
+        for cell in self.cells:
+            if cell.status == MEASURED:
+                methods.setdefault((cell.family, cell.setting), []).append(cell)
+        return [_growth(*method, cells) for method, cells in methods.items()]
+
+    # -- for readers ------------------------------------------------------------------------
+
+    def header(self) -> list[str]:
+        """The circumstances, a line each."""
+        routes = sorted({route for _, route in self.truths})
+        count = max(count for count, _ in self.truths)
+        packages = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        return [
+            f"{self.name or 'motion'}: {self.regime.replace('_', ' ')} regime",
+            f"horizons in {self.unit_name} ({self.unit_s:.9g} s), {self.samples} samples each",
+            f"attitude: largest error at {count} samples (seed {self.seed}) "
+            f"against fifty digits ({' and '.join(routes)} route)",
+            "energy, momentum (inertial vector): largest relative error at any sample",
+            f"{self.machine['processor']}, {self.machine['cores']} cores, {self.machine['system']}; "
+            f"budget {self.budget_s:g} s",
+            packages,
+        ]
+
+    def table(self) -> str:
+        """For a terminal 110 columns wide."""
+        lines = [*_wrapped(self.header()), *self._rows(), *self._growth_rows(), *_wrapped(self._first_use())]
+        return "\n".join(lines) + "\n"
+
+    def _rows(self) -> Iterator[str]:
+        for horizon in self.horizons:
+            yield ""
+            yield ROW.format(f"horizon {_count(horizon)} = {horizon * self.unit_s:.3g} s", *TITLES)
+            yield from (_row(cell) for cell in self.at(horizon))
+
+    def _growth_rows(self) -> Iterator[str]:
+        yield ""
+        yield GROWTH.format("growth, as horizon to the power of", "attitude", "ns a sample")
+        for growth in self.growth():
+            if growth.error is None and growth.cost is None:
+                continue
+            name = ", ".join(filter(None, (growth.family, growth.setting)))
+            yield GROWTH.format(_cut(name, 37), _signed(growth.error), _signed(growth.cost))
+
+    def _first_use(self) -> Iterator[str]:
+        """Where the first use in a process takes much longer than any later one, by family."""
+        first = {"the library's kernels": self.compilation_s} if self.compilation_s > 0.1 else {}
+        for cell in self.cells:
+            if cell.first_use_s is not None and cell.first_use_s > 0.1 + 10.0 * (cell.setup_s or 0.0):
+                first[cell.family] = max(cell.first_use_s, first.get(cell.family, 0.0))
+        if first:
+            yield ""
+            listed = "; ".join(f"{family} {seconds:.2g} s" for family, seconds in first.items())
+            yield f"first use in this process (compilation, JVM), not in the figures above: {listed}"
+
+    # -- for machines -----------------------------------------------------------------------
+
+    def document(self) -> dict[str, Any]:
+        """Plain data; what was not measured is None."""
+        return {
+            "kind": KIND,
+            "name": self.name,
+            "regime": self.regime,
+            "unit": {"name": self.unit_name, "s": self.unit_s},
+            "samples": self.samples,
+            "budget_s": self.budget_s,
+            "seed": self.seed,
+            "compilation_s": self.compilation_s,
+            "machine": self.machine,
+            "versions": self.versions,
+            "truth": [
+                {"horizon": horizon, "instants": count, "route": route}
+                for horizon, (count, route) in zip(self.horizons, self.truths, strict=True)
+            ],
+            "cells": [asdict(cell) for cell in self.cells],
+            "growth": [asdict(growth) for growth in self.growth()],
+        }
+
+    def to_json(self) -> str:
+        return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def to_csv(self) -> str:
+        """The circumstances in comment lines, then one line a cell; empty where nothing was measured."""
+        text = io.StringIO()
+        text.writelines(f"# {line}\n" for line in self.header())
+        writer = csv.writer(text, lineterminator="\n")
+        names = [each.name for each in fields(Cell)]
+        writer.writerow(names)
+        for cell in self.cells:
+            values = (getattr(cell, name) for name in names)
+            writer.writerow("" if value is None else value for value in values)
+        return text.getvalue()
+
+    def picture(self, format: str) -> bytes:
+        """`plot` as the bytes of an "svg" or "png" file."""
+        from .plot import picture
+
+        return picture(self, format)
+
+    def plot(self, path: str | Path) -> None:
+        """Three panels: error against cost; error, and cost, against the horizon.
+
+        Raises FormatError for another ending than svg and png, or where the file cannot be written;
+        AttitudeError where matplotlib is missing.
+        """
+        from .output import check_picture, write
+
+        format = check_picture(path)
+        write(path, self.picture(format))
+
+
+def _wrapped(lines: Iterable[str]) -> Iterator[str]:
+    for line in lines:
+        yield from textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False) or [""]
+
+
+def _row(cell: Cell) -> str:
+    if cell.status != MEASURED:
+        return f"{_cut(cell.method, 37):<37}  {_cut(reason(cell), WIDTH - 39)}"
+    return ROW.format(
+        _cut(cell.method, 37),
+        _error(cell.attitude_error_rad),
+        _error(cell.energy_error),
+        _error(cell.momentum_error),
+        _three(cell.ns_per_sample or 0.0),
+        f"{cell.setup_s:.1e}",
+        cell.repeats,
+    )
+
+
+def reason(cell: Cell) -> str:
+    """Why a cell was not measured."""
+    if cell.predicted_s is not None:
+        return f"{cell.status}, predicted {cell.predicted_s:.1e} s"
+    # an absent method's detail says so itself
+    return cell.detail if cell.status == ABSENT else f"{cell.status}: {cell.detail}"
+
+
+def _growth(family: str, setting: str, cells: list[Cell]) -> Growth:
+    kept = [cell for cell in cells if (cell.attitude_error_rad or 0.0) <= LOST]
+    return Growth(
+        family,
+        setting,
+        _exponent(kept, lambda cell: cell.attitude_error_rad),
+        _exponent(cells, lambda cell: cell.ns_per_sample),
+    )
+
+
+def _exponent(cells: list[Cell], of: Callable[[Cell], float | None]) -> float | None:
+    if len(cells) < 2:
+        return None
+    x = np.log10([cell.horizon for cell in cells])
+    y = np.log10([max(of(cell) or 0.0, FLOOR) for cell in cells])
+    return float(np.polyfit(x, y, 1)[0])
+
+
+def _error(value: float | None) -> str:
+    return "0" if value == 0.0 else f"{value:.1e}"
+
+
+def _three(value: float) -> str:
+    """Three digits, as a plain number."""
+    if value < 99.95:
+        return f"{value:.1f}"
+    return f"{float(f'{value:.2e}'):,.0f}"
+
+
+def _count(horizon: float) -> str:
+    return f"{horizon:g}" if horizon < 1e4 else f"{horizon:.0e}".replace("e+0", "e")
+
+
+def _signed(exponent: float | None) -> str:
+    return "" if exponent is None else f"{exponent + 0.0:+.2f}"
+
+
+def _cut(text: str, width: int) -> str:
+    return text if len(text) <= width else text[: width - 3] + "..."
