@@ -66,6 +66,7 @@ azimuth = Kernel("cayley_klein", "azimuth")
 invariants = Kernel("invariants", "invariants")
 principal_axes = Kernel("principal", "principal_axes")
 rate_is_constant = Kernel("principal", "rate_is_constant")
+farthest = Kernel("clock", "farthest")
 seconds_from_days = Kernel("clock", "seconds_from_days")
 days_from_seconds = Kernel("clock", "days_from_seconds")
 grid = Kernel("clock", "grid")
@@ -80,6 +81,7 @@ STANDARD = [
         ("cayley_klein", "azimuth", "r1.d1.d1.d2"),
         ("principal", "principal_axes", "d3.d3.d4.d3"),
         ("principal", "rate_is_constant", "d3.d2.b1.d1.d2.d2.d2"),
+        ("clock", "farthest", "d1.d1"),
         ("clock", "seconds_from_days", "d1.d1.f.f.d1.d1"),
         ("clock", "days_from_seconds", "d1.d1.d1.d1"),
         ("clock", "grid", "f.f.f.f.f.f.f.d1.d1"),

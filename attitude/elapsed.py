@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from erfa import ErfaError
 from . import compiled, units
 from .errors import InputError
 
+BEYOND = "instants that a double can hold in seconds"
 KINDS = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
 
 
@@ -55,6 +56,19 @@ class Instants:
     @property
     def shape(self) -> tuple[int, ...]:
         return self.seconds.shape
+
+    @cached_property
+    def farthest(self) -> float:
+        """s; the greatest abs(seconds), not finite where one of them is not."""
+        greatest = np.zeros(1)
+        compiled.farthest(_for_kernel(self.seconds).reshape(-1), greatest)
+        return float(greatest[0])
+
+    def finite(self, field: str, expected: str = BEYOND) -> Instants:
+        """These instants; InputError naming the first that is not finite."""
+        if not math.isfinite(self.farthest):
+            units.refuse_where(~np.isfinite(self.seconds), self.seconds, field, expected)
+        return self
 
     @property
     def time(self) -> Time | None:
@@ -116,11 +130,11 @@ def instants(t: Any, epoch: Time | None, field: str = "t") -> Instants:
         return _from_delta(t, epoch, field)
     if isinstance(t, u.Quantity) and t.unit != u.s:
         units.si_array(t, units.SECOND, field)  # refuses other dimensions
-        return Instants(*in_unit(units.finite_array(t.value, field), t.unit.to_string(), field), epoch)
+        return in_unit(units.finite_array(t.value, field), t.unit.to_string(), field, epoch)
     if isinstance(t, u.Quantity):
         return Instants(units.si_array(t, units.SECOND, field), None, epoch)
     try:
-        return Instants(units.finite_array(t, field), None, epoch)
+        return Instants(units.float_array(t, field), None, epoch).finite(field, "finite numbers")
     except InputError as error:
         expected = KINDS if error.expected == "numbers" else error.expected
         raise InputError(error.field, error.value, expected) from None
@@ -166,8 +180,8 @@ def _offline(time: Time, to: str | None = None) -> Time:
 def _from_time(time: Time, epoch: Time, field: str) -> Instants:
     _refuse_missing(time, field)
     tai, start = _tai(time, field), _tai(epoch, "epoch")
-    seconds, rest = _seconds(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2), field)
-    return Instants(seconds, rest, epoch, time.copy())
+    seconds, rest = _seconds(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
+    return Instants(seconds, rest, epoch, time.copy()).finite(field)
 
 
 def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
@@ -178,8 +192,8 @@ def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
         raise InputError(
             field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from"
         )
-    seconds, rest = _seconds(delta.jd1, delta.jd2, 0.0, 0.0, field)
-    return Instants(seconds, rest, epoch)
+    seconds, rest = _seconds(delta.jd1, delta.jd2, 0.0, 0.0)
+    return Instants(seconds, rest, epoch).finite(field)
 
 
 def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
@@ -188,22 +202,12 @@ def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
         units.refuse_where(missing, np.where(missing, "nothing", ""), field, "a time for every instant")
 
 
-def _seconds(
-    day: Any, fraction: Any, day0: float, fraction0: float, field: str
-) -> tuple[np.ndarray, np.ndarray]:
+def _seconds(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:
     day, fraction = _for_kernel(day), _for_kernel(fraction)
     seconds, rest = np.empty(day.shape), np.empty(day.shape)
     flat = [array.reshape(-1) for array in (day, fraction, seconds, rest)]
     compiled.seconds_from_days(flat[0], flat[1], day0, fraction0, flat[2], flat[3])
-    return _finite(seconds, field), rest
-
-
-def _finite(seconds: np.ndarray, field: str) -> np.ndarray:
-    if seconds.size and not np.isfinite(units.extremes(seconds)).all():
-        units.refuse_where(
-            ~np.isfinite(seconds), seconds, field, "instants that a double can hold in seconds"
-        )
-    return seconds
+    return seconds, rest
 
 
 def _for_kernel(array: Any) -> np.ndarray:
@@ -262,14 +266,14 @@ class Grid:
         seconds, rest = _room_for(last - first)
         grid = self.start, self.stop, float(self.count - 1), self.step
         compiled.grid(*grid, *self._ratio, float(first), seconds, rest)
-        return Instants(_finite(seconds, "times"), rest if rest.any() else None, epoch)
+        return Instants(seconds, rest if rest.any() else None, epoch).finite("times")
 
 
-def in_unit(values: np.ndarray, unit: str, field: str) -> tuple[np.ndarray, np.ndarray]:
+def in_unit(values: np.ndarray, unit: str, field: str, epoch: Time | None) -> Instants:
     """Values in `unit` as two-part seconds, good to 32 digits."""
     seconds, rest = np.empty(values.shape), np.empty(values.shape)
     compiled.scaled(values.reshape(-1), *_ratio(unit, field), seconds.reshape(-1), rest.reshape(-1))
-    return _finite(seconds, field), rest
+    return Instants(seconds, rest if rest.any() else None, epoch).finite(field)
 
 
 def _ratio(unit: str, field: str) -> tuple[float, float]:

@@ -146,7 +146,8 @@ class TorqueFreeMotion:
         rest = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
         q = np.empty((4, self._batch.size, seconds.size)) if quaternion else None
         w = np.empty((3, self._batch.size, seconds.size)) if rate else None
-        _in_threads(partial(self._sample_part, seconds, rest, q, w), self._shares(seconds.size, threads))
+        work = partial(self._sample_part, seconds, rest, instants.farthest, q, w)
+        _in_threads(work, self._shares(seconds.size, threads), threads)
         shape = self.shape + instants.shape
         return (
             None if q is None else np.moveaxis(q.reshape(4, *shape), 0, -1),
@@ -154,24 +155,32 @@ class TorqueFreeMotion:
         )
 
     def _sample_part(
-        self, seconds: np.ndarray, rest: np.ndarray | None, q: Any, w: Any, part: tuple[int, int, int, int]
+        self,
+        seconds: np.ndarray,
+        rest: np.ndarray | None,
+        farthest: float,
+        q: Any,
+        w: Any,
+        part: tuple[int, int, int, int],
     ) -> None:
         """One thread's share: from first to last body, from first to last instant."""
         first_body, last_body, first, last = part
         for place, bodies in self._batch.blocks(first_body, last_body):
-            refuse_too_far(bodies, seconds)
+            refuse_too_far(bodies, farthest)
             compiled.sample(bodies, seconds, rest, q, w, None, place, first, last)
 
     def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
-        """The block of bodies and instants cut into equal shares, along whichever is longer.
+        """The block of bodies and instants cut into shares, along whichever is longer.
 
+        More shares than threads, so that a thread which is held up leaves the others more of them.
         Records that are not kept are made by each thread for bodies of its own.
         """
+        parts = 1 if threads == 1 else SHARES * threads
         bodies = self._batch.size
         by_bodies = bodies > instants or not self._batch.is_kept
         if by_bodies:
-            return [(a, b, 0, instants) for a, b in _cut(bodies, threads)]
-        return [(0, bodies, a, b) for a, b in _cut(instants, threads)]
+            return [(a, b, 0, instants) for a, b in _cut(bodies, parts)]
+        return [(0, bodies, a, b) for a, b in _cut(instants, parts)]
 
     # -- constants of the motion ----------------------------------------------------------
 
@@ -275,6 +284,7 @@ class TorqueFreeMotion:
         return f"<TorqueFreeMotion: {self.regime}, polhode period {self.polhode_period:.9g} s, {self.frame}>"
 
 
+SHARES = 8  # of the work for each thread
 # Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
 SLOWEST, FASTEST = 1e-200, 1e200
 
@@ -309,12 +319,13 @@ def _cut(length: int, parts: int) -> list[tuple[int, int]]:
 
 
 def _in_threads(
-    work: Callable[[tuple[int, int, int, int]], None], shares: list[tuple[int, int, int, int]]
+    work: Callable[[tuple[int, int, int, int]], None], shares: list[tuple[int, int, int, int]], threads: int
 ) -> None:
     """Kernels release the interpreter's lock, so plain threads share the processor's cores."""
-    if len(shares) == 1:
-        work(shares[0])
+    if threads == 1 or len(shares) == 1:
+        for share in shares:
+            work(share)
         return
-    with ThreadPoolExecutor(len(shares) or 1) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(work, shares):
             pass

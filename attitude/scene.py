@@ -194,8 +194,7 @@ class Times(Part):
         if self.elapsed is None:
             grid = self._grid()
             return grid.part(0, grid.count, epoch)
-        seconds, rest = elapsed.in_unit(np.array(self.elapsed), unit, "times.elapsed")
-        return Instants(seconds, rest if rest.any() else None, epoch)
+        return elapsed.in_unit(np.array(self.elapsed), unit, "times.elapsed", epoch)
 
     def lazily(self, epoch: Time | None) -> Grid | Instants:
         """The instants for `TorqueFreeMotion.chunks`: those of a grid are not made yet."""

@@ -34,18 +34,23 @@ def si_array(value: Any, unit: u.UnitBase, field: str) -> np.ndarray:
 
 def finite_array(value: Any, field: str) -> np.ndarray:
     """Finite float64 array (always a copy, in C order)."""
+    array = float_array(value, field)
+    if array.size and not np.isfinite(extremes(array)).all():
+        refuse_where(~np.isfinite(array), array, field, "finite numbers")
+    return array
+
+
+def float_array(value: Any, field: str) -> np.ndarray:
+    """float64 array, a copy in C order, whose values are still to be looked at."""
     if np.ma.is_masked(value):
         raise InputError(field, "a masked array with missing values", "a value for every element")
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "iufO":  # text, dates and booleans would be taken for numbers
             raise TypeError
-        array = np.array(array, dtype=np.float64, order="C")
+        return np.array(array, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError):
         raise InputError(field, value, "numbers") from None
-    if array.size and not np.isfinite(extremes(array)).all():
-        refuse_where(~np.isfinite(array), array, field, "finite numbers")
-    return array
 
 
 def refuse_where(wrong: np.ndarray, values: np.ndarray, field: str, expected: str) -> None:

@@ -1,7 +1,7 @@
 """Days and seconds in two parts, exact to 1e-32 of the span: what stands between a Time and a phase."""
 
 from .doubledouble import add, div, mul, two_product, two_sum
-from .intrinsics import kernel
+from .intrinsics import bits_of, double_of, kernel
 
 DAY = 86400.0
 
@@ -15,6 +15,15 @@ def seconds_from_days(day, fraction, day0, fraction0, seconds, seconds_low):
     for i in range(day.shape[0]):
         days = add(two_sum(day[i], -day0), two_sum(fraction[i], -fraction0))
         seconds[i], seconds_low[i] = mul(days, (DAY, 0.0))
+
+
+@kernel
+def farthest(seconds, greatest):
+    """greatest[0]: of abs(seconds), (n,); not finite where one of them is not."""
+    most = 0
+    for i in range(seconds.shape[0]):  # as bits, magnitudes are ordered too, and NaN comes last
+        most = max(most, bits_of(seconds[i]) & 0x7FFFFFFFFFFFFFFF)
+    greatest[0] = double_of(most)
 
 
 @kernel
