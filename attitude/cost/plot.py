@@ -184,8 +184,7 @@ class Spot:
         return int(((taken > self.low) & (taken < self.high)).all(axis=1).sum())
 
     def overlaps(self, other: Spot) -> bool:
-        apart = (self.low >= other.high).any() or (other.low >= self.high).any()
-        return not apart or other.hides(self.tie) > 0
+        return bool((self.low < other.high).all() and (other.low < self.high).all())
 
 
 @dataclass
@@ -255,7 +254,8 @@ def _spots(path: np.ndarray, size: np.ndarray, scale: float) -> Iterator[Spot]:
 
 
 def _cost_of(spot: Spot, taken: np.ndarray, placed: list[Spot], frame: np.ndarray) -> float:
-    """How much a label would hide; other labels and the frame weigh the most."""
+    """How much a label would hide; other labels and the frame weigh the most, then a tie across a label."""
     overlaps = sum(spot.overlaps(other) for other in placed)
+    crossed = sum(other.hides(spot.tie) > 0 for other in placed)
     outside = bool((spot.low < frame[:2]).any() or (spot.high > frame[2:]).any())
-    return spot.hides(taken) + 0.02 * spot.distance + 1000.0 * (overlaps + outside)
+    return spot.hides(taken) + 0.02 * spot.distance + 100.0 * crossed + 1000.0 * (overlaps + outside)
