@@ -3,9 +3,9 @@
     python -m pytest -s tests/benchmarks/test_peers.py
 
 Every peer at its most exact and set up beforehand; quaternions and rates; one thread.  Equal answers are
-asserted first, then medians of calls.  Calls of one method follow each other, as in `attitude cost`: ours then
-writes into memory that the process has already.  Where other work comes between, the system gives each call
-fresh pages, which takes longer than computing what goes into them; that ratio is printed too, not asserted.
+asserted first, then medians of calls.  Calls of one method follow each other, as in `attitude cost`: ours
+then writes into memory that the process has already.  Where other work comes between, the system gives each
+call fresh pages, which takes longer than computing what goes into them; that ratio is printed, not asserted.
 """
 
 import statistics
