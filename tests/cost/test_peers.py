@@ -103,9 +103,7 @@ def test_orekits_exceptions_are_arithmetic_errors():
         method.prepare(problem(Body((3.0, 4.0, 6.0), (2.0, 0.7, 1.0))))
 
 
-OREKIT = "import orekit_jpype; orekit_jpype.initVM()"
 PROGRAM = """
-import sys
 {before}
 from attitude.cost.methods import orekit
 orekit.start()
@@ -114,20 +112,22 @@ assert orekit.start() is orekit.start()
 """
 
 
-@pytest.mark.usefixtures("java")
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("", f"{OREKIT}; from org.orekit.time import AbsoluteDate"),  # whoever uses Orekit later finds it
-        ("import jpype; jpype.startJVM()", ""),  # a machine that runs already is used as it is
-        (OREKIT, "from org.orekit.time import AbsoluteDate"),
-    ],
-    ids=["own machine", "machine of the user's", "Orekit of the user's"],
-)
-def test_virtual_machine_is_silent_and_lets_the_process_end(before, after):
+def end_of_process(before="", after=""):
     program = PROGRAM.format(before=before, after=after)
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
-    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+    return run.returncode, run.stdout, run.stderr
+
+
+@pytest.mark.usefixtures("java")
+def test_virtual_machine_is_silent_serves_others_and_lets_the_process_end():
+    later = "import orekit_jpype; orekit_jpype.initVM(); from org.orekit.time import AbsoluteDate"
+    assert end_of_process(after=later) == (0, "", "")
+
+
+@pytest.mark.usefixtures("java")
+def test_virtual_machine_that_runs_already_is_used_as_it_is():
+    code, printed, complaints = end_of_process(before="import jpype; jpype.startJVM()")
+    assert (code, printed) == (0, ""), complaints  # of which its own starter may have chosen to see some
 
 
 # -- absent ---------------------------------------------------------------------------------------
