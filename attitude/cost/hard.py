@@ -198,13 +198,14 @@ def hard(
     rungs = cases(seed)
     trials = [Trial(method, rungs[0]) for method in chosen]
     cells: list[HardCell] = []
-    for case in rungs:
-        if say is not None and (not cells or case.ladder != cells[-1].ladder):
-            say(case.ladder)
-        truth = _truth(case)
-        for trial in trials:
-            left = budget - sum(each.spent for each in trials if each.method.steps)
-            cells.append(trial.cell(case, truth, left))
+    for ladder, group in groupby(rungs, lambda case: case.ladder):
+        if say is not None:
+            say(ladder)
+        for case in group:
+            truth = _truth(case)
+            for trial in trials:
+                left = budget - sum(each.spent for each in trials if each.method.steps)
+                cells.append(trial.cell(case, truth, left))
     return HardReport(seed, budget, machine(), versions(), tuple(cells))
 
 

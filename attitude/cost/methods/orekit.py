@@ -30,8 +30,9 @@ from .principal import exponent, principal_axes
 
 FAMILY = "Orekit TorqueFree"
 SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
-# Python keeps its own handling of ctrl-C, and no warning is printed.
-FLAGS = ["-Xrs", "-Xlog:disable"]
+# Python keeps its own handling of ctrl-C; no warning is printed; and JPype, which asks for a full collection
+# when Python collects, is not heeded: a tenth of a second, it would fall into the timing of whoever is next.
+FLAGS = ["-Xrs", "-Xlog:disable", "-XX:+DisableExplicitGC"]
 WARNS_OF_NATIVE_CODE, NATIVE_CODE_FLAG = 22, "--enable-native-access=ALL-UNNAMED"  # Java 11 does not know it
 WARM_UP = 200_000  # samples; until the JVM has compiled the loop, and all it calls, as well as it can
 

@@ -1,0 +1,1 @@
+"""Tests of the methods compared and of the hard ladders."""
