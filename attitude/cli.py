@@ -82,44 +82,68 @@ def _add_cost(commands: Any) -> None:
         "cost",
         help="what accuracy costs in time, on a scene",
         description="Measure accuracy and cost of this library, of integrators and of other libraries on a "
-        "scene's own body and state, and print them as a table.",
+        "scene's own body and state, as a table; or, with --hard, accuracy on the hardest motions there are.",
     )
-    cost.add_argument("scene", metavar="SCENE", help=SCENE)
+    cost.add_argument("scene", metavar="SCENE", nargs="?", help=SCENE)
+    cost.add_argument("--hard", action="store_true", help="the hard ladders, instead of a scene")
     cost.add_argument("--budget", type=float, metavar="S", help="seconds for all of it (60)")
-    cost.add_argument("--samples", type=int, metavar="N", help="instants of each horizon (10000)")
+    cost.add_argument("--samples", type=int, metavar="N", help="instants of each horizon (100000)")
     cost.add_argument("--method", action="append", metavar="NAME", help="only this family; repeatable")
     cost.add_argument("--seed", type=int, metavar="N", help="of the instants compared with the truth (0)")
-    cost.add_argument("--json", metavar="FILE", help='as JSON too ("-": standard output, for the table)')
-    cost.add_argument("--csv", metavar="FILE", help='as CSV too ("-": standard output, for the table)')
+    for name in REPORTS:
+        cost.add_argument(f"--{name}", metavar="FILE", help=f'as {name} too ("-": instead of the table)')
     cost.add_argument("--plot", metavar="FILE", help="as a picture too: FILE.svg or FILE.png")
     cost.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
     cost.set_defaults(command=_cost)
 
 
+# What `attitude cost` writes, and the report's method that makes it.
+REPORTS = {"json": "to_json", "csv": "to_csv", "markdown": "markdown"}
+
+
 def _cost(options: argparse.Namespace) -> None:
-    from . import cost
     from .cost import output
 
-    files = [path for path in (options.json, options.csv) if path is not None]
-    if files == [output.STANDARD_STREAM] * 2:
-        raise InputError("--csv", "-", "one of --json and --csv on standard output")
-    for path in files:
+    files = {name: path for name in REPORTS if (path := getattr(options, name)) is not None}
+    _check_cost(options, list(files.values()))
+    say = _silent if options.quiet else _to_terminal
+    _announce_compilation(say)
+    report = _measured(options, say)
+    for name, path in files.items():
+        output.write(path, getattr(report, REPORTS[name])().encode())
+    if options.plot is not None:
+        report.plot(options.plot)
+    if output.STANDARD_STREAM not in files.values():
+        print(report.table(), end="")
+
+
+def _check_cost(options: argparse.Namespace, paths: list[str]) -> None:
+    """What is wrong is said before a minute is spent on measuring."""
+    from .cost import output
+
+    if (options.scene is None) != options.hard:
+        raise InputError("SCENE", options.scene, "a scene, or --hard instead of one")
+    for name in ("samples", "plot"):
+        if options.hard and getattr(options, name) is not None:
+            raise InputError(f"--{name}", getattr(options, name), f"no --{name} beside --hard")
+    if paths.count(output.STANDARD_STREAM) > 1:
+        raise InputError(f"--{'/--'.join(REPORTS)}", "-", "one of them on standard output")
+    for path in paths:
         output.check(path)
     if options.plot is not None:
         output.check_picture(options.plot)
-    say = _silent if options.quiet else _to_terminal
-    asked = {name: getattr(options, name) for name in ("budget", "samples", "seed")}
-    given = {name: value for name, value in asked.items() if value is not None}
-    _announce_compilation(say)
-    report = cost.measure(_scene(options.scene), methods=options.method, say=say, **given)
-    if options.json is not None:
-        output.write(options.json, report.to_json().encode())
-    if options.csv is not None:
-        output.write(options.csv, report.to_csv().encode())
-    if options.plot is not None:
-        report.plot(options.plot)
-    if output.STANDARD_STREAM not in files:
-        print(report.table(), end="")
+
+
+def _measured(options: argparse.Namespace, say: Callable[[str], None]) -> Any:
+    """The Report of a scene, or the HardReport."""
+    from . import cost
+
+    given = {"methods": options.method} | {
+        name: value for name in ("budget", "samples", "seed") if (value := getattr(options, name)) is not None
+    }
+    if options.hard:
+        return cost.hard(say=say, **given)
+    return cost.measure(_scene(options.scene), say=say, **given)
 
 
 def _run(options: argparse.Namespace) -> None:

@@ -81,7 +81,7 @@ STANDARD = [
         ("cayley_klein", "azimuth", "r1.d1.d1.d2"),
         ("principal", "principal_axes", "d3.d3.d4.d3"),
         ("principal", "rate_is_constant", "d3.d2.b1.d1.d2.d2.d2"),
-        ("clock", "farthest", "d1.d1"),
+        ("clock", "farthest", "d1.i.i.d1"),
         ("clock", "seconds_from_days", "d1.d1.f.f.d1.d1"),
         ("clock", "days_from_seconds", "d1.d1.d1.d1"),
         ("clock", "grid", "f.f.f.f.f.f.f.d1.d1"),
@@ -118,7 +118,7 @@ def _described(argument: Any, words: list[int]) -> str:
     if isinstance(argument, np.ndarray):
         if not argument.flags.c_contiguous:
             raise TypeError("kernels take arrays in C order")
-        words.append(argument.__array_interface__["data"][0])
+        words.append(argument.ctypes.data)
         words.extend(argument.shape)
         return f"{ELEMENTS[argument.dtype]}{argument.ndim}"
     if argument is None:

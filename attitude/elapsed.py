@@ -19,7 +19,9 @@ from erfa import ErfaError
 
 from . import compiled, units
 from .errors import InputError
+from .threads import cut, run
 
+WORTH_SHARING = 500_000  # instants; fewer are copied before a thread has begun
 BEYOND = "instants that a double can hold in seconds"
 KINDS = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
 
@@ -60,9 +62,7 @@ class Instants:
     @cached_property
     def farthest(self) -> float:
         """s; the greatest abs(seconds), not finite where one of them is not."""
-        greatest = np.zeros(1)
-        compiled.farthest(_for_kernel(self.seconds).reshape(-1), greatest)
-        return float(greatest[0])
+        return _farthest(_for_kernel(self.seconds).reshape(-1), 0, self.seconds.size)
 
     def finite(self, field: str, expected: str = BEYOND) -> Instants:
         """These instants; InputError naming the first that is not finite."""
@@ -111,7 +111,7 @@ def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
     return epoch.copy()
 
 
-def instants(t: Any, epoch: Time | None, field: str = "t") -> Instants:
+def instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) -> Instants:
     """What users give as times, checked, as two-part seconds since the epoch.
 
     Parameters
@@ -134,10 +134,33 @@ def instants(t: Any, epoch: Time | None, field: str = "t") -> Instants:
     if isinstance(t, u.Quantity):
         return Instants(units.si_array(t, units.SECOND, field), None, epoch)
     try:
-        return Instants(units.float_array(t, field), None, epoch).finite(field, "finite numbers")
+        return _taken(t, epoch, field, threads).finite(field, "finite numbers")
     except InputError as error:
         expected = KINDS if error.expected == "numbers" else error.expected
         raise InputError(error.field, error.value, expected) from None
+
+
+def _taken(t: Any, epoch: Time | None, field: str, threads: int) -> Instants:
+    """A copy of bare seconds: with threads, each copies its part of a long array, and looks it through."""
+    if threads == 1 or type(t) is not np.ndarray or t.dtype != np.float64 or t.size < WORTH_SHARING:
+        return Instants(units.float_array(t, field), None, epoch)
+    given, seconds, found = np.ascontiguousarray(t).reshape(-1), np.empty(t.size), []
+
+    def copy(part: tuple[int, int]) -> None:
+        first, last = part
+        seconds[first:last] = given[first:last]
+        found.append(_farthest(seconds, first, last))
+
+    run(copy, cut(t.size, threads))
+    taken = Instants(seconds.reshape(t.shape), None, epoch)
+    taken.farthest = float(np.max(found))  # NaN where any is
+    return taken
+
+
+def _farthest(seconds: np.ndarray, first: int, last: int) -> float:
+    greatest = np.zeros(1)
+    compiled.farthest(seconds, first, last, greatest)
+    return float(greatest[0])
 
 
 def parts(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], int]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from copy import copy
 from functools import partial
-from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
@@ -22,6 +20,7 @@ from .errors import InputError, RegimeError
 from .horizon import refuse_too_far
 from .kernels import layout
 from .plan import Plan
+from .threads import check, cut, run
 
 
 class TorqueFreeMotion:
@@ -54,6 +53,8 @@ class TorqueFreeMotion:
     sample then runs the same path.  Accuracy: 4e-15 rad for abs(omega t) up to 1e12 rad in every
     regime (tests/test_against_truth.py).
     """
+
+    _plain: int | None = None  # 1 for phases in plain doubles: what exact ones cost (attitude.cost)
 
     def __init__(
         self,
@@ -95,14 +96,14 @@ class TorqueFreeMotion:
         InputError : t is not one of these, not finite, or a Time where there is no epoch.
         ToleranceError : t is so far off that two-part phases would not give 4e-15 rad.
         """
-        return self.ephemeris(elapsed.instants(t, self.epoch), threads=threads)
+        check(threads)
+        return self.ephemeris(elapsed.instants(t, self.epoch, threads=threads), threads=threads)
 
     def ephemeris(
         self, instants: elapsed.Instants, rate: bool = False, name: str = "", threads: int = 1
     ) -> Ephemeris:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
-        if not isinstance(threads, int) or threads < 1:
-            raise InputError("threads", threads, "a whole number, at least 1")
+        check(threads)
         begun = perf_counter()
         quaternion, computed = self._sample(instants, quaternion=True, rate=rate, threads=threads)
         solver, bound = self._batch.solution
@@ -147,7 +148,7 @@ class TorqueFreeMotion:
         q = np.empty((4, self._batch.size, seconds.size)) if quaternion else None
         w = np.empty((3, self._batch.size, seconds.size)) if rate else None
         work = partial(self._sample_part, seconds, rest, instants.farthest, q, w)
-        _in_threads(work, self._shares(seconds.size, threads), threads)
+        run(work, self._shares(seconds.size, threads))
         shape = self.shape + instants.shape
         return (
             None if q is None else np.moveaxis(q.reshape(4, *shape), 0, -1),
@@ -167,20 +168,21 @@ class TorqueFreeMotion:
         first_body, last_body, first, last = part
         for place, bodies in self._batch.blocks(first_body, last_body):
             refuse_too_far(bodies, farthest)
-            compiled.sample(bodies, seconds, rest, q, w, None, place, first, last)
+            compiled.sample(bodies, seconds, rest, q, w, self._plain, place, first, last)
 
     def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
-        """The block of bodies and instants cut into shares, along whichever is longer.
+        """The block of bodies and instants cut into equal shares, along whichever is longer.
 
-        More shares than threads, so that a thread which is held up leaves the others more of them.
+        Fewer than `threads` of so few samples that a thread would hardly have begun before they are done.
+
         Records that are not kept are made by each thread for bodies of its own.
         """
-        parts = 1 if threads == 1 else SHARES * threads
         bodies = self._batch.size
+        threads = min(threads, bodies * instants // WORTH_A_THREAD + 1)
         by_bodies = bodies > instants or not self._batch.is_kept
         if by_bodies:
-            return [(a, b, 0, instants) for a, b in _cut(bodies, parts)]
-        return [(0, bodies, a, b) for a, b in _cut(instants, parts)]
+            return [(a, b, 0, instants) for a, b in cut(bodies, threads)]
+        return [(0, bodies, a, b) for a, b in cut(instants, threads)]
 
     # -- constants of the motion ----------------------------------------------------------
 
@@ -284,7 +286,7 @@ class TorqueFreeMotion:
         return f"<TorqueFreeMotion: {self.regime}, polhode period {self.polhode_period:.9g} s, {self.frame}>"
 
 
-SHARES = 8  # of the work for each thread
+WORTH_A_THREAD = 20_000  # samples
 # Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
 SLOWEST, FASTEST = 1e-200, 1e200
 
@@ -311,21 +313,3 @@ def _representable(value: np.ndarray, name: str) -> np.ndarray:
     if not np.isfinite(value).all():
         raise RegimeError(f"{name}: beyond the range of a double for this body; its attitude is not")
     return value
-
-
-def _cut(length: int, parts: int) -> list[tuple[int, int]]:
-    edges = [length * i // parts for i in range(parts + 1)]
-    return [(a, b) for a, b in pairwise(edges) if a < b]
-
-
-def _in_threads(
-    work: Callable[[tuple[int, int, int, int]], None], shares: list[tuple[int, int, int, int]], threads: int
-) -> None:
-    """Kernels release the interpreter's lock, so plain threads share the processor's cores."""
-    if threads == 1 or len(shares) == 1:
-        for share in shares:
-            work(share)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(work, shares):
-            pass

@@ -172,7 +172,10 @@ BAD = {
         ["cost", "toutatis", "--plot", "x.pdf"],
         "x.pdf: a picture's ending is svg or png",
     ),
-    "two on standard output": (["cost", "toutatis", "--json", "-", "--csv", "-"], "--csv: one of --json and"),
+    "two on standard output": (
+        ["cost", "toutatis", "--json", "-", "--csv", "-"],
+        "--json/--csv/--markdown: one of them",
+    ),
     "budget that is none": (["cost", "toutatis", "--budget", "nan"], "budget: a number of seconds greater"),
     "budget too small": (["cost", "toutatis", "--method", "ours", "--budget", "1e-9"], "budget: at least "),
     "one sample": (["cost", "toutatis", "--samples", "1"], "samples: a whole number from 2 to 10000000"),
@@ -264,12 +267,35 @@ def test_cost_goes_to_files_beside_the_table(answer, tmp_path):
     assert b"4179 Toutatis: what accuracy costs in time" in picture.read_bytes()
 
 
-@pytest.mark.parametrize("format", ["json", "csv"])
+STARTS = {
+    "json": b'{\n "kind": "attitude-cost/1"',
+    "csv": b"# 4179 Toutatis",
+    "markdown": b"| error in rad, ns",
+}
+
+
+@pytest.mark.parametrize("format", STARTS)
 def test_cost_on_standard_output_stands_for_the_table(format, answer):
     code, out, _ = answer(*QUICK, f"--{format}", "-")
     assert code == 0
-    assert out.startswith({"json": b'{\n "kind": "attitude-cost/1"', "csv": b"# 4179 Toutatis"}[format])
+    assert out.startswith(STARTS[format])
     assert b"growth, as horizon" not in out
+
+
+def test_cost_for_a_document_has_a_row_a_family(answer):
+    _, out, _ = answer(*QUICK, "--markdown", "-")
+    title, rule, *rows = out.decode().splitlines()
+    assert {line.count("|") for line in (title, rule, *rows)} == {6}
+    assert [row.split("|")[1].strip() for row in rows] == ["closed form", "van Zon & Schofield (SciPy)"]
+
+
+def test_hard_ladders_as_a_table_and_for_a_document(answer, tmp_path):
+    code, out, err = answer("cost", "--hard", "--method", "ours", "--markdown", tmp_path / "hard.md")
+    assert (code, err) == (0, "")
+    rows = (tmp_path / "hard.md").read_text().splitlines()[2:]
+    assert len(rows) > 60
+    assert all(0.0 < float(row.split("|")[3]) <= 4e-15 for row in rows)
+    assert "huge times" in out.decode()
 
 
 def test_cost_tells_a_person_what_is_under_way(answer):

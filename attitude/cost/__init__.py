@@ -5,13 +5,15 @@ methods/        the methods
 truth.py        errors against fifty digits, and of what is conserved
 measurement.py  who runs when, within a budget of time
 cell.py  report.py  plot.py   what was found; as table, JSON, CSV and picture
+hard_cases.py  hard_ladders.py   the hardest motions there are; every method on them
 machine.py  output.py   on what it was measured; where it is written
 """
 
 from .cell import Cell
+from .hard_ladders import HardCell, HardReport, hard
 from .measurement import measure
 from .method import AbsentError, Method
 from .problem import Problem
 from .report import Report
 
-__all__ = ["AbsentError", "Cell", "Method", "Problem", "Report", "measure"]
+__all__ = ["AbsentError", "Cell", "HardCell", "HardReport", "Method", "Problem", "Report", "hard", "measure"]

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 BUDGET = 60.0  # s
-SAMPLES = 10_000
+SAMPLES = 100_000
 MOST_SAMPLES = 10_000_000
 HORIZONS = (1.0, 1e2, 1e4, 1e6)
 

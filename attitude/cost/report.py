@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .cell import ABSENT, LOST, MEASURED, Cell
+from .problem import counted
 
 KIND = "attitude-cost/1"
 # What an exact zero counts as where logarithms are taken: well below any double's last place.
@@ -128,6 +129,18 @@ class Report:
             listed = "; ".join(f"{family} {seconds:.2g} s" for family, seconds in first.items())
             yield f"first use in this process (compilation, JVM), not in the figures above: {listed}"
 
+    def markdown(self) -> str:
+        """A table for a document: each family at its most exact, error and cost by horizon."""
+        titles = ["error in rad, ns a sample", *(counted(each, self.unit_name) for each in self.horizons)]
+        last = {cell.family: (cell.family, cell.setting) for cell in self.cells}
+        rows = [
+            [next(cell.method for cell in self.cells if (cell.family, cell.setting) == method)]
+            + [_entry(c) for h in self.horizons for c in self.at(h) if (c.family, c.setting) == method]
+            for method in last.values()
+        ]
+        lines = [titles, ["---"] * len(titles), *rows]
+        return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
     # -- for machines -----------------------------------------------------------------------
 
     def document(self) -> dict[str, Any]:
@@ -201,6 +214,13 @@ def _row(cell: Cell) -> str:
         f"{cell.setup_s:.1e}",
         cell.repeats,
     )
+
+
+def _entry(cell: Cell) -> str:
+    """One cell of a document's table; reasons at length are in the other forms."""
+    if cell.status == MEASURED:
+        return f"{_error(cell.attitude_error_rad)}, {_three(cell.ns_per_sample or 0.0)}"
+    return cell.status if cell.predicted_s is None else f"not run ({_three(cell.predicted_s)} s)"
 
 
 def reason(cell: Cell) -> str:

@@ -1,5 +1,7 @@
 """Days and seconds in two parts, exact to 1e-32 of the span: what stands between a Time and a phase."""
 
+import numpy as np
+
 from .doubledouble import add, div, mul, two_product, two_sum
 from .intrinsics import bits_of, double_of, kernel
 
@@ -18,10 +20,11 @@ def seconds_from_days(day, fraction, day0, fraction0, seconds, seconds_low):
 
 
 @kernel
-def farthest(seconds, greatest):
-    """greatest[0]: of abs(seconds), (n,); not finite where one of them is not."""
+def farthest(seconds, first, last, greatest):
+    """greatest[0]: of abs(seconds[first:last]); not finite where one of them is not."""
     most = 0
-    for i in range(seconds.shape[0]):  # as bits, magnitudes are ordered too, and NaN comes last
+    for i in range(np.uint64(first), np.uint64(last)):
+        # as bits, magnitudes are ordered too, and NaN comes last
         most = max(most, bits_of(seconds[i]) & 0x7FFFFFFFFFFFFFFF)
     greatest[0] = double_of(most)
 

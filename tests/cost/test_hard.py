@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from attitude.cost import AbsentError, Method
-from attitude.cost.hard import COMPARED, KIND, HardCell, error_figure, hard, scientific
 from attitude.cost.hard_cases import cases
+from attitude.cost.hard_ladders import COMPARED, KIND, HardCell, error_figure, hard, scientific
 from attitude.cost.methods import ours, published
 
 from ..bodies import ATTITUDE_TOLERANCE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ... import compiled, elapsed
+from ... import elapsed
 from ...body import RigidBody
 from ...motion import TorqueFreeMotion
 from ..method import Method, Solve
@@ -20,24 +20,20 @@ def plain() -> list[Method]:
 
 
 def _exact_phases(problem: Problem) -> Solve:
-    motion = _motion(problem)
-
-    def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        ephemeris = motion.ephemeris(elapsed.instants(t, None), rate=True)
-        return ephemeris.quaternion("wxyz"), ephemeris.angular_velocity
-
-    return solve
+    return _samples(_motion(problem))
 
 
 def _plain_phases(problem: Problem) -> Solve:
-    """The same set-up and loop without the second parts: what exact phases cost, and what they buy."""
+    """The same set-up, calls and loop, but for the second parts of phases: what they cost and buy."""
     motion = _motion(problem)
-    (_, records), *_ = motion._batch.blocks(0, 1)
+    motion._plain = 1
+    return _samples(motion)
 
+
+def _samples(motion: TorqueFreeMotion) -> Solve:
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        quaternions, rates = np.empty((4, 1, t.size)), np.empty((3, 1, t.size))
-        compiled.sample(records, np.ascontiguousarray(t), None, quaternions, rates, 1, 0, 0, t.size)
-        return quaternions[:, 0].T, rates[:, 0].T
+        ephemeris = motion.ephemeris(elapsed.instants(t, None), rate=True)
+        return ephemeris.quaternion("wxyz"), ephemeris.angular_velocity
 
     return solve
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import textwrap
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from itertools import groupby
 from time import perf_counter
@@ -18,11 +19,12 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
 from .cell import ABSENT, FAILED, MEASURED, NOT_RUN
 from .hard_cases import Case, cases
 from .machine import machine, versions
 from .method import AbsentError, Method
-from .methods import FAMILIES
+from .methods import ladder as methods_named
 from .truth import Truth, oracle
 
 KIND = "attitude-hard/1"
@@ -176,7 +178,7 @@ def error_figure(error: float) -> str:
 
 
 def hard(
-    methods: Sequence[Method] | None = None,
+    methods: Iterable[str | Method] | None = None,
     budget: float = BUDGET,
     seed: int = 0,
     say: Callable[[str], None] | None = None,
@@ -185,22 +187,29 @@ def hard(
 
     Parameters
     ----------
-    methods : Methods; ours, the published formulas, DOP853, heyoka and Orekit at their most exact by default
+    methods : names of families, each then at its most exact, or Methods; ours, the published formulas,
+        DOP853, heyoka and Orekit by default
     budget : s, what all methods that step through time may take together; the rest takes a few seconds
     seed : of what the ladders leave open: attitudes, the order of axes, signs
     say : is told of each ladder as it begins
 
     Raises
     ------
+    InputError : a budget or seed that cannot be taken, a name that is no family's.
     AttitudeError : mpmath is missing.
     """
-    chosen = [FAMILIES[name]()[-1] for name in COMPARED] if methods is None else list(methods)
+    if not 0.0 < budget < math.inf:
+        raise InputError("budget", budget, "a number of seconds greater than zero")
+    if seed < 0:
+        raise InputError("seed", seed, "a whole number, not negative")
+    given = COMPARED if methods is None else methods
+    chosen = [methods_named([each])[-1] if isinstance(each, str) else each for each in given]
     rungs = cases(seed)
     trials = [Trial(method, rungs[0]) for method in chosen]
     cells: list[HardCell] = []
-    for ladder, group in groupby(rungs, lambda case: case.ladder):
+    for name, group in groupby(rungs, lambda case: case.ladder):
         if say is not None:
-            say(ladder)
+            say(name)
         for case in group:
             truth = _truth(case)
             for trial in trials:

@@ -1,0 +1,52 @@
+"""Work shared among threads: what releases the interpreter's lock then runs on as many cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
+from itertools import pairwise
+from typing import Any, TypeVar
+
+from .errors import InputError
+
+Share = TypeVar("Share")
+
+
+def check(threads: Any) -> int:
+    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
+        raise InputError("threads", threads, "a whole number, at least 1")
+    return threads
+
+
+def cut(length: int, parts: int) -> list[tuple[int, int]]:
+    """(first, last) of equal parts, the last one excluded; fewer parts where there is less to cut."""
+    edges = [length * i // parts for i in range(parts + 1)]
+    return [(a, b) for a, b in pairwise(edges) if a < b]
+
+
+def run(work: Callable[[Share], None], shares: Sequence[Share]) -> None:
+    """Each share in a thread of its own, the first in this one; raises what any of them raises."""
+    if len(shares) < 2:
+        for share in shares:
+            work(share)
+        return
+    pool = _pool(len(shares) - 1)
+    others = [pool.submit(work, share) for share in shares[1:]]
+    try:
+        work(shares[0])
+    finally:
+        wait(others)
+    for other in others:
+        other.result()
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Kept: to begin and end a thread takes as long as a hundred thousand samples."""
+    return ThreadPoolExecutor(threads, "attitude")
+
+
+if hasattr(os, "register_at_fork"):  # a forked child has none of its parent's threads
+    os.register_at_fork(after_in_child=_pool.cache_clear)
