@@ -216,7 +216,7 @@ def _scenes(options: argparse.Namespace) -> None:
         return
     for name in builtin_names():
         scene = Scene.builtin(name)
-        print(f"{name:<14}{scene.name}. {scene.description}")
+        print(f"{name:<19}{scene.name}. {scene.description}")
 
 
 def _serve(options: argparse.Namespace) -> None:

@@ -220,7 +220,9 @@ def _entry(cell: Cell) -> str:
     """One cell of a document's table; reasons at length are in the other forms."""
     if cell.status == MEASURED:
         return f"{_error(cell.attitude_error_rad)}, {_three(cell.ns_per_sample or 0.0)}"
-    return cell.status if cell.predicted_s is None else f"not run ({_three(cell.predicted_s)} s)"
+    if cell.predicted_s is not None:
+        return f"not run ({_three(cell.predicted_s)} s)"
+    return "lost" if "attitude lost" in cell.detail else cell.status
 
 
 def reason(cell: Cell) -> str:
