@@ -36,8 +36,10 @@ def _phase(rate_hi, rate_lo, t, t_low):
     if rate_lo is None:
         return rate_hi * t, 0.0
     hi = rate_hi * t
-    lo = fma(rate_hi, t, -hi)
-    return hi, fma(rate_hi, t_low, fma(rate_lo, t, lo))
+    lo = fma(rate_lo, t, fma(rate_hi, t, -hi))
+    if t_low is None:
+        return hi, lo
+    return hi, fma(rate_hi, t_low, lo)
 
 
 @routine
@@ -272,7 +274,7 @@ def _sample_theta(body, b, first, last, t, t_low, quaternions, rates, plain):
     series, direction = _series(body), _direction(body)
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
-        low = 0.0 if t_low is None else t_low[i]
+        low = None if t_low is None else t_low[i]
         s, c = _sine_cosine(*_argument(v_hi, v_lo, t[i], low, v0, v0_lo))
         w = fma(c, c, -s * s)
         if quaternions is not None:
@@ -296,7 +298,7 @@ def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates, plai
     series, factor = _series(body), _three(body.direction[0])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
-        low = 0.0 if t_low is None else t_low[i]
+        low = None if t_low is None else t_low[i]
         y, rest = _argument(y_hi, y_lo, t[i], low, y0, y0_lo)
         y, sign, flip, parity, _n = _since_half_turn(y, rest, *half_turn)
         e, inverse = _exp_pair(-2.0 * abs(y))
@@ -345,9 +347,9 @@ def azimuth(bodies, sense, t, angles):
         body = bodies[b]
         series, half_turn = _series(body), _half_turn(body)
         for i in range(t.shape[0]):
-            turns, low = _phase(body.precession[0], body.precession[1], t[i], 0.0)
+            turns, low = _phase(body.precession[0], body.precession[1], t[i], None)
             start, start_lo = body.argument0[0], body.argument0[1]
-            x, rest = _argument(body.argument[0], body.argument[1], t[i], 0.0, start, start_lo)
+            x, rest = _argument(body.argument[0], body.argument[1], t[i], None, start, start_lo)
             if body.route == THETA:
                 s, c = _sine_cosine(x, rest)
                 pair = _theta_pair(s, c, fma(c, c, -s * s), *series)
