@@ -21,8 +21,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from attitude import RigidBody, TorqueFreeMotion, compiled
-from attitude.batch import Batch
+from attitude import RigidBody, TorqueFreeMotion
 from attitude.cost.machine import processor
 from attitude.oracle import truth
 
@@ -188,10 +187,7 @@ def _conservation() -> None:
 
 
 def speed() -> None:
-    for name, omega in (("theta series", (0.3, 0.4, 0.5)), ("beside the separatrix", (1e-6, 1.0, 1e-6))):
-        _kernel_against_fill(name, omega)
-    _two_threads()
-    _set_up()
+    """What tests/benchmarks/test_speed.py does not hold against something else."""
     _near_and_far()
     _import_time()
 
@@ -210,45 +206,6 @@ def _in_turns(*works: Callable[[], object], repeats: int = REPEATS) -> list[floa
     return [statistics.median(run[i] for run in runs) for i in range(len(works))]
 
 
-def _kernel_against_fill(name: str, omega: tuple) -> None:
-    count = 1_000_000
-    motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), IDENTITY, omega, order="wxyz")
-    bodies, t = motion._batch._records(0, 1), np.linspace(0.0, 1e6, count)
-    out, filled = np.empty((4, 1, count)), np.empty((count, 4))
-
-    def kernel() -> None:
-        compiled.sample(bodies, t, None, out, None, None, 0, 0, count)
-
-    kernel()
-    assert (motion.at(t).quaternion("wxyz") == out[:, 0].T).all()
-    sample, fill = _in_turns(kernel, lambda: filled.fill(1.0))
-    report(f"kernel, quaternion only, 1e6 samples, {name} [ns a sample]", f"{sample / count * 1e9:.2f}", "")
-    report(
-        f"    filling the (n, 4) output takes {fill / count * 1e9:.2f} ns; ratio",
-        f"{sample / fill:.2f}",
-        "<= 3",
-    )
-
-
-def _two_threads() -> None:
-    count = 4_000_000
-    motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 2.5)), IDENTITY, (0.3, 0.4, 0.5), order="wxyz")
-    t = np.linspace(0.0, 1e6, count)
-    assert (motion.at(t, threads=2).quaternion("wxyz") == motion.at(t).quaternion("wxyz")).all()
-    one, two = _in_turns(lambda: motion.at(t), lambda: motion.at(t, threads=2))
-    report("at(4e6 samples), one thread against two", f"{one / two:.2f}", "")
-
-
-def _set_up() -> None:
-    count = 100_000
-    random = np.random.default_rng(1)
-    body = RigidBody.from_moments(1.0 + random.random((count, 3)))
-    rates = random.normal(size=(count, 3))
-    attitudes = np.broadcast_to(IDENTITY, (count, 4))
-    (seconds,) = _in_turns(lambda: Batch(body, attitudes, rates, (count,)), repeats=5)
-    report("set-up per body at full accuracy, batch of 1e5 [us]", f"{seconds / count * 1e6:.1f}", "<= 30")
-
-
 def _near_and_far() -> None:
     count = 1_000_000
     motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 2.5)), IDENTITY, (0.3, 0.4, 0.5), order="wxyz")
@@ -261,9 +218,13 @@ def _import_time() -> None:
     def run(code: str) -> Callable[[], object]:
         return lambda: subprocess.run([sys.executable, "-c", code], check=True)
 
-    parts, whole = _in_turns(run("import astropy.time, numpy, numba"), run("import attitude"), repeats=9)
+    parts, whole = _in_turns(
+        run("import astropy.time, numpy, numba"), run("from attitude import *"), repeats=9
+    )
     report(
-        "import attitude, over astropy.time, numpy and numba together [s]", f"{whole - parts:+.2f}", "<= +0.2"
+        "import of all public names, over astropy.time, numpy and numba together [s]",
+        f"{whole - parts:+.2f}",
+        "<= +0.2",
     )
 
 
