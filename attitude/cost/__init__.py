@@ -4,7 +4,7 @@ problem.py  method.py   what is given: a body and its state; a way to its attitu
 methods/        the methods
 truth.py        errors against fifty digits, and of what is conserved
 measurement.py  who runs when, within a budget of time
-cell.py  report.py  plot.py   what was found; as table, JSON, CSV and picture
+cell.py  report.py  records.py  plot.py   what was found; as table, JSON, CSV and picture
 hard_cases.py  hard_ladders.py   the hardest motions there are; every method on them
 machine.py  output.py   on what it was measured; where it is written
 """

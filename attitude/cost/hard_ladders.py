@@ -5,14 +5,11 @@ What is hard, and how it is approached, is in hard_cases.py; here methods are ru
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 import textwrap
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from itertools import groupby
 from time import perf_counter
 from typing import Any
@@ -20,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from . import records
 from .cell import ABSENT, FAILED, MEASURED, NOT_RUN
 from .hard_cases import Case, cases
 from .machine import machine, versions
@@ -141,19 +139,11 @@ class HardReport:
         }
 
     def to_json(self) -> str:
-        return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return records.to_json(self.document())
 
     def to_csv(self) -> str:
         """The circumstances in comment lines, then one line a cell; empty where nothing was measured."""
-        text = io.StringIO()
-        text.writelines(f"# {line}\n" for line in self.header())
-        writer = csv.writer(text, lineterminator="\n")
-        names = [each.name for each in fields(HardCell)]
-        writer.writerow(names)
-        for cell in self.cells:
-            values = (getattr(cell, name) for name in names)
-            writer.writerow("" if value is None else value for value in values)
-        return text.getvalue()
+        return records.to_csv(self.header(), HardCell, self.cells)
 
 
 def _line(ladder: str, distance: str, entries: Iterable[str]) -> str:

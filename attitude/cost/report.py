@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from . import records
 from .cell import ABSENT, LOST, MEASURED, Cell
 from .problem import counted
 
@@ -165,19 +163,11 @@ class Report:
         }
 
     def to_json(self) -> str:
-        return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return records.to_json(self.document())
 
     def to_csv(self) -> str:
         """The circumstances in comment lines, then one line a cell; empty where nothing was measured."""
-        text = io.StringIO()
-        text.writelines(f"# {line}\n" for line in self.header())
-        writer = csv.writer(text, lineterminator="\n")
-        names = [each.name for each in fields(Cell)]
-        writer.writerow(names)
-        for cell in self.cells:
-            values = (getattr(cell, name) for name in names)
-            writer.writerow("" if value is None else value for value in values)
-        return text.getvalue()
+        return records.to_csv(self.header(), Cell, self.cells)
 
     def picture(self, format: str) -> bytes:
         """`plot` as the bytes of an "svg" or "png" file."""
