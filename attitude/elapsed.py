@@ -17,7 +17,7 @@ from astropy import units as u
 from astropy.time import ScaleValueError, Time, TimeDelta
 from erfa import ErfaError
 
-from . import compiled, units
+from . import compiled, memory, units
 from .errors import InputError
 from .threads import cut, run
 
@@ -142,18 +142,19 @@ def instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) -> 
 
 def _taken(t: Any, epoch: Time | None, field: str, threads: int) -> Instants:
     """A copy of bare seconds: with threads, each copies its part of a long array, and looks it through."""
-    if threads == 1 or type(t) is not np.ndarray or t.dtype != np.float64 or t.size < WORTH_SHARING:
+    if type(t) is not np.ndarray or t.dtype != np.float64:
         return Instants(units.float_array(t, field), None, epoch)
-    given, seconds, found = np.ascontiguousarray(t).reshape(-1), np.empty(t.size), []
+    parts = threads if t.size >= WORTH_SHARING else 1
+    given, seconds, found = np.ascontiguousarray(t).reshape(-1), memory.empty((t.size,)), []
 
     def copy(part: tuple[int, int]) -> None:
         first, last = part
         seconds[first:last] = given[first:last]
         found.append(_farthest(seconds, first, last))
 
-    run(copy, cut(t.size, threads))
+    run(copy, cut(t.size, parts))
     taken = Instants(seconds.reshape(t.shape), None, epoch)
-    taken.farthest = float(np.max(found))  # NaN where any is
+    taken.farthest = float(np.max(found, initial=0.0))  # NaN where any is
     return taken
 
 
@@ -312,6 +313,6 @@ def _ratio(unit: str, field: str) -> tuple[float, float]:
 
 def _room_for(count: int) -> tuple[np.ndarray, np.ndarray]:
     try:
-        return np.empty(count), np.empty(count)
+        return memory.empty((count,)), memory.empty((count,))
     except (MemoryError, ValueError):
         raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from astropy.time import Time
 
-from . import compiled, elapsed, orientation, units
+from . import compiled, elapsed, memory, orientation, units
 from .batch import Batch
 from .body import RigidBody
 from .constants import PaperConstants
@@ -145,8 +145,8 @@ class TorqueFreeMotion:
         """
         seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
         rest = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
-        q = np.empty((4, self._batch.size, seconds.size)) if quaternion else None
-        w = np.empty((3, self._batch.size, seconds.size)) if rate else None
+        q = memory.empty((4, self._batch.size, seconds.size)) if quaternion else None
+        w = memory.empty((3, self._batch.size, seconds.size)) if rate else None
         work = partial(self._sample_part, seconds, rest, instants.farthest, q, w)
         run(work, self._shares(seconds.size, threads))
         shape = self.shape + instants.shape
