@@ -16,6 +16,7 @@ import numpy as np
 
 from . import compiled, units
 from .body import RigidBody
+from .horizon import pace
 from .kernels import layout
 from .plan import form_of, solution
 
@@ -69,6 +70,14 @@ class Batch:
             return
         for start in range(first, last, BLOCK):
             yield start, self._records(start, min(start + BLOCK, last))
+
+    def pace(self, records: np.ndarray) -> float:
+        """Turns/s of the fastest phase of a block: of all bodies, once, where their records are kept."""
+        return pace(records) if self._kept is None else self._kept_pace
+
+    @cached_property
+    def _kept_pace(self) -> float:
+        return 0.0 if self._kept is None else pace(self._kept)
 
     def fields(self, *names: str) -> np.ndarray:
         """Some fields of all records, as a structured array of the batch's shape."""

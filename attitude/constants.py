@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import compiled, units
-from .horizon import refuse_too_far
+from .horizon import pace, refuse_too_far
 from .kernels import layout
 
 
@@ -72,7 +72,7 @@ class PaperConstants:
         Raises ToleranceError where `TorqueFreeMotion.at` would.
         """
         seconds = units.si_array(t, units.SECOND, "t")
-        refuse_too_far(self._bodies, float(np.abs(seconds).max(initial=0.0)))
+        refuse_too_far(pace(self._bodies), float(np.abs(seconds).max(initial=0.0)))
         start = _azimuth(self._bodies, np.zeros(1))
         turned = _azimuth(self._bodies, seconds.reshape(-1)) - start
         return turned.reshape(self._bodies.shape + seconds.shape)[()]

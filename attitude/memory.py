@@ -7,6 +7,7 @@ it (docs/performance.md).  So what a dropped answer was in is kept, up to a limi
 from __future__ import annotations
 
 from contextlib import suppress
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ class _Block:
 
 def empty(shape: tuple[int, ...]) -> np.ndarray[Any, np.dtype[np.float64]]:
     """As numpy's: doubles of any value."""
-    count = int(np.prod(shape))
+    count = prod(shape)
     if count < SMALLEST:
         return np.empty(shape)
     memory = _taken(count)

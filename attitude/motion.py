@@ -150,9 +150,10 @@ class TorqueFreeMotion:
         work = partial(self._sample_part, seconds, rest, instants.farthest, q, w)
         run(work, self._shares(seconds.size, threads))
         shape = self.shape + instants.shape
+        rows = (*range(1, len(shape) + 1), 0)
         return (
-            None if q is None else np.moveaxis(q.reshape(4, *shape), 0, -1),
-            None if w is None else np.moveaxis(w.reshape(3, *shape), 0, -1),
+            None if q is None else q.reshape(4, *shape).transpose(rows),
+            None if w is None else w.reshape(3, *shape).transpose(rows),
         )
 
     def _sample_part(
@@ -167,7 +168,7 @@ class TorqueFreeMotion:
         """One thread's share: from first to last body, from first to last instant."""
         first_body, last_body, first, last = part
         for place, bodies in self._batch.blocks(first_body, last_body):
-            refuse_too_far(bodies, farthest)
+            refuse_too_far(self._batch.pace(bodies), farthest)
             compiled.sample(bodies, seconds, rest, q, w, self._plain, place, first, last)
 
     def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
