@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 SMALLEST = 2**15  # doubles; for less the system's own allocator keeps memory
-LIMIT = 2**23  # doubles kept in all, 64 MiB
+LIMIT = 2**25  # doubles kept in all, 256 MiB: attitudes and rates of four million instants
 SPARE = 1.25  # memory up to this much larger than asked for is taken
 
 _kept: dict[int, np.ndarray] = {}  # by id, oldest first; each operation on a dict is atomic

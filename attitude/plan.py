@@ -28,7 +28,8 @@ class Plan:
     ----------
     solver : the solution, and for how many bodies where a batch took several
     samples : bodies times instants
-    set_up_seconds : wall-clock time in which the constants of the motion were made, once
+    set_up_seconds : wall-clock time in which the constants of the motion were made, once; of a batch
+        too large to keep them they are made with the samples, and their time is in that
     sample_seconds : wall-clock time of the samples (a body rate asked for later is not in it)
     error_bound : rad, that no attitude here exceeds
     bound_source : where the bound comes from

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from astropy.time import Time, TimeDelta
 
-from attitude import Grid, RigidBody, TorqueFreeMotion
+from attitude import Grid, RigidBody, TorqueFreeMotion, compiled
 from attitude.batch import Batch
 from attitude.elapsed import instants
 
@@ -56,11 +56,7 @@ def motion_of(omega, epoch=None):
 @pytest.mark.parametrize("omega", BRANCHES.values(), ids=BRANCHES)
 @pytest.mark.parametrize("rate", [False, True], ids=["quaternion", "quaternion and rate"])
 def test_samples_against_filling_their_output(benchmark, omega, rate):
-    """A call as users make it, its output allocated anew, against allocating and filling the same.
-
-    128 MB of quaternions, more than caches hold: what fits in them is filled three times as fast, and
-    sampled hardly faster (docs/performance.md).
-    """
+    """A call as users make it against allocating and filling arrays of the same shape: 128 MB of quaternions."""
     count, motion = 4_000_000, motion_of(omega)
     given = instants(np.linspace(0.0, 1e6, count), None)
     every = motion.at(given.seconds[::1000])
@@ -74,6 +70,24 @@ def test_samples_against_filling_their_output(benchmark, omega, rate):
     ours, filling = in_turns(lambda: motion.ephemeris(given, rate), fill)
     benchmark.pedantic(lambda: motion.ephemeris(given, rate), rounds=5, warmup_rounds=1)
     report(benchmark, ours / filling, "<= 2.2 x filling; stretch 1.6")
+    assert ours <= 2.2 * filling
+
+
+@pytest.mark.parametrize("omega", BRANCHES.values(), ids=BRANCHES)
+def test_loop_against_filling_the_same_memory(benchmark, omega):
+    """The loop alone, into memory that is there already and in no cache, against filling that memory."""
+    count, motion = 4_000_000, motion_of(omega)
+    t, out = np.linspace(0.0, 1e6, count), np.empty((4, 1, count))
+    ((_, records),) = motion._batch.blocks(0, 1)
+
+    def loop():
+        compiled.sample(records, t, None, out, None, None, 0, 0, count)
+
+    loop()
+    assert np.array_equal(out[:, 0].T, motion.at(t).quaternion("wxyz"))
+    ours, filling = in_turns(loop, lambda: out.fill(1.0))
+    benchmark.pedantic(loop, rounds=5, warmup_rounds=1)
+    report(benchmark, ours / filling, "<= 2.2 x filling")
     assert ours <= 2.2 * filling
 
 
@@ -199,7 +213,7 @@ STREAM = """
 import re, sys
 from pathlib import Path
 import numpy as np
-from attitude import Grid, RigidBody, TorqueFreeMotion
+from attitude import Grid, RigidBody, TorqueFreeMotion, compiled
 
 def resident(which):
     return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1]) / 1024
