@@ -56,7 +56,7 @@ def motion_of(omega, epoch=None):
 @pytest.mark.parametrize("omega", BRANCHES.values(), ids=BRANCHES)
 @pytest.mark.parametrize("rate", [False, True], ids=["quaternion", "quaternion and rate"])
 def test_samples_against_filling_their_output(benchmark, omega, rate):
-    """A call as users make it against allocating and filling arrays of the same shape: 128 MB of quaternions."""
+    """A call as users make it against allocating and filling arrays like its own, 128 MB of quaternions."""
     count, motion = 4_000_000, motion_of(omega)
     given = instants(np.linspace(0.0, 1e6, count), None)
     every = motion.at(given.seconds[::1000])
