@@ -109,8 +109,7 @@ class TorqueFreeMotion:
         solver, bound = self._batch.solution
         samples = self._batch.size * instants.seconds.size
         plan = Plan(solver, samples, self._batch.seconds, perf_counter() - begun, bound)
-        later = partial(self._sample, quaternion=False, rate=True, threads=threads)
-        source = computed if rate else lambda part: later(part)[1]
+        source = computed if rate else partial(self._rates, threads=threads)
         return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan)
 
     def chunks(
@@ -135,6 +134,9 @@ class TorqueFreeMotion:
         part, count = elapsed.parts(times, self.epoch)
         pieces = (part(first, min(first + size, count)) for first in range(0, count, size))
         return (self.ephemeris(instants, rate, name, threads) for instants in pieces)
+
+    def _rates(self, instants: elapsed.Instants, threads: int) -> Any:
+        return self._sample(instants, quaternion=False, rate=True, threads=threads)[1]
 
     def _sample(
         self, instants: elapsed.Instants, quaternion: bool, rate: bool, threads: int

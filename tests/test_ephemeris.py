@@ -1,6 +1,7 @@
 """Ephemeris: the convention as an equation, shapes, parts, and one numerical path for all of them."""
 
 import gc
+import pickle
 import weakref
 from itertools import product as product_of
 
@@ -484,3 +485,15 @@ def test_repr_says_shape_frame_and_epoch():
 )
 def test_regime_is_decided_by_name(bodies, regime):
     assert {motion(body).regime for body in bodies.values()} == {regime}
+
+
+def test_ephemeris_and_motion_go_to_other_processes():
+    whole = TorqueFreeMotion(
+        RigidBody.from_moments(MOMENTS[:3]), ATTITUDE, RATES[0], Time("2020-01-01", scale="tt"), order="wxyz"
+    )
+    for ephemeris in (whole.at(T), whole.at(T)[2:5], whole.ephemeris(whole.at(T).instants, rate=True)):
+        there = pickle.loads(pickle.dumps(ephemeris))
+        assert np.array_equal(bits(there), bits(ephemeris))
+        assert (there.time == ephemeris.time).all()
+        assert there.plan == ephemeris.plan
+    assert np.array_equal(bits(pickle.loads(pickle.dumps(whole)).at(T)), bits(whole.at(T)))
