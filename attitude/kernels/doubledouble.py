@@ -111,12 +111,13 @@ def sqrt(a):
     if a[0] <= 0.0:
         return 0.0, 0.0
     s = math.sqrt(a[0])
+    half = 0.5 / s
     p, e = two_product(s, s)
     r = sub(a, (p, e))
-    s, e = fast_two_sum(s, r[0] / (2.0 * s))
+    s, e = fast_two_sum(s, r[0] * half)
     p, f = two_product(s, s)
     r = sub(sub(a, (p, f)), (2.0 * s * e, 0.0))
-    return fast_two_sum(s, e + r[0] / (2.0 * s))
+    return fast_two_sum(s, fma(r[0], half, e))
 
 
 @routine

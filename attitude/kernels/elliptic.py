@@ -35,12 +35,12 @@ def carlson_rf(root_x, root_y, root_z):
     x, y, z = square(x), square(y), square(z)
     for _ in range(64):  # a handful, and log2 of the arguments' exponents more where they are tiny
         x, y, z = scale(add(x, pairs), 0.25), scale(add(y, pairs), 0.25), scale(add(z, pairs), 0.25)
-        mean = div(add(add(x, y), z), (3.0, 0.0))
-        spread = max(abs(mean[0] - x[0]), abs(mean[0] - y[0]), abs(mean[0] - z[0]))
-        if spread <= 5e-5 * mean[0]:
+        middle = (x[0] + y[0] + z[0]) / 3.0
+        if max(abs(middle - x[0]), abs(middle - y[0]), abs(middle - z[0])) <= 5e-5 * middle:
             break
         a, b, c = sqrt(x), sqrt(y), sqrt(z)
         pairs = add(add(mul(a, b), mul(a, c)), mul(b, c))
+    mean = div(add(add(x, y), z), (3.0, 0.0))
     return div(_rf_series(x, y, mean), sqrt(mean))
 
 
