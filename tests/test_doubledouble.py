@@ -16,7 +16,7 @@ from attitude.kernels.layout import workspace
 
 # u^2 = 2^-106, 1.2e-32: the unit of Joldes, Muller & Popescu's theorems, whose bounds these are.
 UNIT = 2.0**-106
-BOUNDS = {"add": 3, "sub": 3, "mul": 5, "div": 10, "sqrt": 4}
+BOUNDS = {"add": 3, "sub": 3, "mul": 5, "div": 10, "sqrt": 25 / 8}
 # Of hypot, sine, cosine, K and R_F: four times what is measured; exp has the rounding of its argument too.
 FEW = 16
 

@@ -3,9 +3,11 @@
 Used once per body, for the constants and the phase rates: a phase is a rate times a time,
 so a rate has to carry as many digits more than the answer as the time has.
 
-Error bounds (in units of 2**-106, relative): add 3, mul 5, div 10, sqrt 4.
+Error bounds (in units of 2**-106, relative): add 3, mul 5, div 10, sqrt 25/8.
 Source: Joldes, Muller, Popescu, "Tight and rigorous error bounds for basic building blocks
-of double-word arithmetic", ACM TOMS 44 (2017), algorithms 6, 12 and 17.
+of double-word arithmetic", ACM TOMS 44 (2017), algorithms 6, 12 and 17; for the square root Lefevre,
+Louvet, Muller, Picot, Rideau, "Accurate calculation of Euclidean norms using double-word
+arithmetic", ACM TOMS 49 (2023).
 """
 
 import math
@@ -111,13 +113,7 @@ def sqrt(a):
     if a[0] <= 0.0:
         return 0.0, 0.0
     s = math.sqrt(a[0])
-    half = 0.5 / s
-    p, e = two_product(s, s)
-    r = sub(a, (p, e))
-    s, e = fast_two_sum(s, r[0] * half)
-    p, f = two_product(s, s)
-    r = sub(sub(a, (p, f)), (2.0 * s * e, 0.0))
-    return fast_two_sum(s, fma(r[0], half, e))
+    return fast_two_sum(s, (fma(-s, s, a[0]) + a[1]) / (2.0 * s))
 
 
 @routine
