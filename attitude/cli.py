@@ -190,9 +190,9 @@ def _announce_compilation(say: Callable[[str], None]) -> None:
     """On a new machine the first run compiles: without a word it would look hung."""
     from . import compiled
 
-    compiled.on_compilation.append(
+    compiled.on_compilation[:] = [
         lambda count: say(f"compiling {count} kernels for this processor, once: about ten seconds")
-    )
+    ]
 
 
 def _progress(say: Callable[[str], None]) -> Callable[[float], None]:

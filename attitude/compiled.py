@@ -27,13 +27,12 @@ import numpy as np
 
 from . import kernels
 from .errors import AttitudeError
-from .kernels.layout import INVARIANTS, CompiledName
+from .kernels.layout import ENTRY, INVARIANTS, CompiledName
 
 if TYPE_CHECKING:
     from llvmlite.binding import ExecutionEngine
 
 SOURCES = Path(kernels.__file__).parent
-ENTRY = "attitude_entry"
 ELEMENTS = {np.dtype(np.float64): "d", np.dtype(np.bool_): "b", INVARIANTS: "r"}
 
 # Called with the number of kernels before they are compiled: on a new machine a run would look hung.

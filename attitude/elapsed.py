@@ -132,7 +132,7 @@ def instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) -> 
         units.si_array(t, units.SECOND, field)  # refuses other dimensions
         return in_unit(units.finite_array(t.value, field), t.unit.to_string(), field, epoch)
     if isinstance(t, u.Quantity):
-        return Instants(units.si_array(t, units.SECOND, field), None, epoch)
+        t = t.value
     try:
         return _taken(t, epoch, field, threads).finite(field, "finite numbers")
     except InputError as error:

@@ -177,7 +177,6 @@ class TorqueFreeMotion:
         """The block of bodies and instants cut into equal shares, along whichever is longer.
 
         Fewer than `threads` of so few samples that a thread would hardly have begun before they are done.
-
         Records that are not kept are made by each thread for bodies of its own.
         """
         bodies = self._batch.size

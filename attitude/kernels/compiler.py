@@ -25,9 +25,8 @@ from numba.np import arrayobj
 from numba.np.numpy_support import from_dtype
 
 from .intrinsics import OPTIONS, prefer_widest_vectors
-from .layout import INVARIANTS, CompiledName
+from .layout import ENTRY, INVARIANTS, CompiledName
 
-ENTRY = "attitude_entry"
 SCALARS = {"f": types.float64, "i": types.int64, "n": types.none}
 ELEMENTS = {"d": types.float64, "b": types.boolean, "r": from_dtype(INVARIANTS)}
 

@@ -11,6 +11,9 @@ CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
 REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
 THETA, TRANSFORMED = range(2)
 
+# What every file of machine code calls its one function, of the address of its arguments' words.
+ENTRY = "attitude_entry"
+
 
 class CompiledName(NamedTuple):
     """Which kernel, for arguments of which kinds, and the digest of all that its machine code depends on.
