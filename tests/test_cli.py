@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from attitude import Ephemeris, Scene, __version__
+from attitude import Ephemeris, Scene, __version__, compiled
 from attitude.cli import main
 from attitude.formats import csv
 from attitude.scene import builtin_names
@@ -104,6 +104,21 @@ def test_named_pipe_is_written_to_and_stays_a_pipe(answer, written, tmp_path):
 
 
 # -- remarks ------------------------------------------------------------------------------------
+
+
+def test_person_at_a_terminal_is_told_of_a_compilation(answer, tmp_path, monkeypatch):
+    """As on a new machine: no code is kept, until the compilers have run."""
+    kept = compiled._kept
+    monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein", "sample"))
+    monkeypatch.setattr(compiled, "_kept", lambda name: None)
+    monkeypatch.setattr(compiled, "_run_compilers", lambda *_: monkeypatch.setattr(compiled, "_kept", kept))
+    for _ in range(2):
+        code, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
+        assert code == 0
+        told = [line for line in err.splitlines() if "compiling" in line]
+        assert told == ["attitude: compiling 15 kernels for this processor, once: about ten seconds"]
+        monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein", "sample"))
+        monkeypatch.setattr(compiled, "_kept", lambda name: None)
 
 
 def test_person_at_a_terminal_is_told_what_is_run(answer, tmp_path):

@@ -22,6 +22,7 @@ from attitude import (
     ToleranceError,
     TorqueFreeMotion,
 )
+from attitude.elapsed import Instants
 from attitude.scene import builtin_names
 
 from .bodies import ATTITUDE, ATTITUDE_TOLERANCE
@@ -775,3 +776,19 @@ def test_file_that_cannot_be_read_is_said(path, message, tmp_path):
 def test_unknown_built_in_scene_is_refused_with_those_there_are(name):
     with pytest.raises(InputError, match=f"one of {', '.join(builtin_names())}; got"):
         Scene.builtin(name)
+
+
+def test_grid_of_a_dated_scene_builds_no_time(monkeypatch):
+    def build(instants, epoch):
+        raise AssertionError("a Time was built")
+
+    monkeypatch.setattr(Instants, "_build_time", build)
+    document = Scene.builtin("toutatis").document() | {
+        "times": {"start": 0, "stop": 40, "count": 5000, "unit": "d"}
+    }
+    scene = Scene.model_validate(document)
+    ephemeris = scene.run()
+    assert (len(ephemeris), ephemeris.angular_velocity.shape) == (5000, (5000, 3))
+    assert sum(len(chunk) for chunk in scene.chunks(700)) == 5000
+    with pytest.raises(AssertionError, match="a Time was built"):
+        _ = ephemeris.time

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from astropy.time import Time, TimeDelta
 
-from attitude import Grid, RigidBody, TorqueFreeMotion, compiled
+from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion, compiled
 from attitude.batch import Batch
 from attitude.elapsed import instants
 
@@ -119,6 +119,24 @@ def test_times_against_astropys_own_difference(benchmark, scale):
     assert ours <= 1.3 * theirs
 
 
+@pytest.mark.parametrize("name", ["rotation", "csv", "json"])
+def test_storage_by_components_is_not_paid_back(benchmark, tmp_path, name):
+    """What is made of an ephemeris, against the same of one whose quaternions are stored row by row."""
+    count = 1_000_000 if name == "rotation" else 20_000
+    ours = motion_of(BRANCHES["theta"]).ephemeris(instants(np.linspace(0.0, 1e6, count), None), rate=True)
+    quaternion, rate = (np.ascontiguousarray(x) for x in (ours.quaternion("wxyz"), ours.angular_velocity))
+    rows = Ephemeris(quaternion, ours.instants, ours.frame, ours.body, rate)
+
+    def made(ephemeris):
+        return ephemeris.rotation if name == "rotation" else ephemeris.write(tmp_path / f"x.{name}")
+
+    assert np.array_equal(rows.rotation.as_quat(), ours.rotation.as_quat())
+    by_components, by_rows = in_turns(lambda: made(ours), lambda: made(rows), repeats=9)
+    benchmark.pedantic(lambda: made(ours), rounds=3)
+    report(benchmark, by_components / by_rows, "<= 1.1 x")
+    assert by_components <= 1.1 * by_rows
+
+
 # -- many bodies ------------------------------------------------------------------------------------
 
 
@@ -213,7 +231,7 @@ STREAM = """
 import re, sys
 from pathlib import Path
 import numpy as np
-from attitude import Grid, RigidBody, TorqueFreeMotion, compiled
+from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion, compiled
 
 def resident(which):
     return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1]) / 1024
