@@ -37,6 +37,46 @@ class CompiledName(NamedTuple):
         return cls(module, kernel, tuple(kinds.split(".")), digest)
 
 
+# An effect is a row of numbers, or several; the first is its code, vectors of the body are components
+# along its principal axes, all is SI.  Rows are padded with zeros to EFFECT_WIDTH.
+#   CONSTANT_BODY      torque (3)
+#   CONSTANT_INERTIAL  torque (3), inertial components
+#   GRAVITY_GRADIENT   gravitational parameter of the central body, m3/s2
+#   EDDY               C (3, 3) row by row: torque -C omega, N m s
+#   DISSIPATION        alpha, 1/(N m s): dm/dt = m x w + alpha m x (m x w), m the momentum, w = I^-1 m
+#   WHEELS             momentum of the rotors relative to the body (3), N m s
+#   MAGNETIC           dipole of the body (3), A m2; field strength k, T m3; axis of the central body's
+#                      dipole as a + b cos(2 pi x) + c sin(2 pi x): a (3), b (3), c (3) inertial;
+#                      x in turns/s in two parts: B = k / r^3 (3 (d . r) r - d), r here a unit vector
+#   SOLAR_PLATE        normal (3), centre of pressure (3) from the centre of mass, area, specular and
+#                      diffuse coefficient, pressure at 1 au, N/m2
+#   DRAG_PLATE         normal (3), centre of pressure (3), area times drag coefficient, density, kg/m3,
+#                      at reference radius, m, and scale height, m (infinite: constant density), rotation
+#                      of the atmosphere (3), inertial, rad/s
+#   USER               address of a C function void(double t, const double *q, const double *w, double *torque)
+#                      as the bits of a double; body frame of the document
+(
+    CONSTANT_BODY,
+    CONSTANT_INERTIAL,
+    GRAVITY_GRADIENT,
+    EDDY,
+    DISSIPATION,
+    WHEELS,
+    MAGNETIC,
+    SOLAR_PLATE,
+    DRAG_PLATE,
+    USER,
+) = range(1, 11)
+EFFECT_WIDTH = 20
+
+# Where the centre of mass is on its orbit, about the central body: code, then
+#   KEPLER  semi-major axis a, eccentricity e, mean anomaly at t = 0 in turns, mean motion in turns/s in two
+#           parts, mean motion in rad/s, unit vectors to the pericentre P (3) and along the motion there Q (3)
+#   TABLE   start and length, s, of the pieces; position is a polynomial in each: coefficients
+#           (pieces, 3, degree + 1) of x, y, z in powers of the time in the piece over its length, from 0 to 1
+NO_ORBIT, KEPLER, TABLE = range(3)
+ORBIT_WIDTH = 16
+
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42
 

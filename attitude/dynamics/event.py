@@ -1,0 +1,25 @@
+"""What happened at an instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Event:
+    """An impulse, a contact, or the end of what can be told.
+
+    Attributes
+    ----------
+    seconds : s since the epoch
+    kind : "impulse", "contact", "rest" (bounces accumulated: the ephemeris ends here), "torque on",
+        "torque off", "shadow entry", "shadow exit"
+    text : one line for people
+    details : numbers by name, SI (of a contact: point, normal speed before, impulse ...)
+    """
+
+    seconds: float
+    kind: str
+    text: str
+    details: dict[str, Any] = field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""The effects a scene may name, one module each."""

@@ -1,0 +1,57 @@
+"""What an effect is, whoever writes it."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from ..document import Part
+from ..dynamics.situation import Pieces, Situation
+from ..kernels import layout
+
+
+class Effect(Part):
+    """A part of the document's `effects`, told by its `type`.
+
+    What it acts on says how it is simulated: "translation" moves the centre of mass alone, "instants"
+    change the momentum at points in time, "attitude" is a torque at every instant.
+    """
+
+    type: str
+    ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]]
+    NEEDS_ORBIT: ClassVar[bool] = False
+    NEEDS_EPOCH: ClassVar[bool] = False
+
+    def check(self, situation: Situation) -> None:
+        """Refuse what only the whole scene shows to be wrong; InputError with the field relative to the effect."""
+
+
+class Torque(Effect):
+    """An effect that acts on the attitude at every instant, or in intervals."""
+
+    ACTS_ON = "attitude"
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        """(n, EFFECT_WIDTH): the effect as kernels take it (`kernels.layout`)."""
+        raise NotImplementedError
+
+    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+        """Spans (s) in which it acts, ascending, disjoint; None for always."""
+        return None
+
+    def sun(self, situation: Situation) -> Pieces | None:
+        """The vector from the central body to the Sun, m, inertial, where the effect needs it."""
+        return None
+
+    def size(self, situation: Situation) -> float:
+        """N m: the greatest torque it can exert in the span, from above, close to what it reaches."""
+        raise NotImplementedError
+
+
+def row(code: int, *numbers: object) -> np.ndarray:
+    """One row: the code, then numbers and vectors one after the other, padded with zeros."""
+    values = np.concatenate([np.ravel(np.asarray(number, dtype=float)) for number in numbers])
+    out = np.zeros(layout.EFFECT_WIDTH)
+    out[0], out[1 : 1 + values.size] = code, values
+    return out
