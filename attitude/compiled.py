@@ -70,9 +70,12 @@ seconds_from_days = Kernel("clock", "seconds_from_days")
 days_from_seconds = Kernel("clock", "days_from_seconds")
 grid = Kernel("clock", "grid")
 scaled = Kernel("clock", "scaled")
+split = Kernel("splitting", "split")
+collocate = Kernel("collocation", "collocate")
 
 # What the library calls: compiled together when any of it is missing, the longest first.
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
+WORLD = "d2.d1.d3.d1.d3"  # effects, orbit, its pieces, sun, its pieces
 STANDARD = [
     [("invariants", "invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")],
     [
@@ -85,6 +88,8 @@ STANDARD = [
         ("clock", "days_from_seconds", "d1.d1.d1.d1"),
         ("clock", "grid", "f.f.f.f.f.f.f.d1.d1"),
         ("clock", "scaled", "d1.f.f.d1.d1"),
+        ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2"),
+        ("collocation", "collocate", f"d1.d1.f.i.d1.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1"),
     ],
 ]
 

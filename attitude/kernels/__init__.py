@@ -13,6 +13,15 @@ imports from the modules above it.  Read downwards it is the calculation:
     discriminant   D, whose sign is the regime
     quaternion     the one statement of order and direction
     invariants     body, momentum, attitude -> everything the samples need: decided once
+    phase          a rate times a time in two parts; sine and cosine of turns
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
+    rotation       quaternions in plain doubles, for steps
+    course         where the centre of mass is on its orbit
+    torque         effects, time, attitude, rate -> torque
+    free_rotation  the exact motion over one step, in plain doubles
+    stepping       what solvers share: state, time of a step, samples
+    splitting      kicks by the torque around exact free rotation
+    collocation    Gauss's collocation, order 16
+    runge_kutta    Dormand and Prince, order 8, with steps of its own choice
     compiler       all of this into machine code, in a process of its own
 """

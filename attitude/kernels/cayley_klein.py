@@ -17,70 +17,10 @@ from . import doubledouble
 from .doubledouble import two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, kernel, prefer_widest_vectors, routine
 from .layout import THETA
+from .phase import ROUND, TURN, argument, phase, sine_cosine
 
-# Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
-ROUND = 1.5 * 2.0**52
-
-TURN, TURN_LOW = doubledouble.TURN
 LOG2_E = 1.4426950408889634
 LN2, LN2_LOW = doubledouble.LN2
-
-COS2, COS2_LOW = -19.739208802178716, -1.2530591017479423e-15
-COS4, COS6, COS8 = 64.9393940226683, -85.45681720668301, 60.24464136411913
-COS10, COS12, COS14 = -26.426254729094907, 7.903290410841581, -1.7008083860210004
-
-
-@routine
-def _phase(rate_hi, rate_lo, t, t_low):
-    """rate * time in two parts; the first product is exact.  In one, where the rate has no second."""
-    if rate_lo is None:
-        return rate_hi * t, 0.0
-    hi = rate_hi * t
-    lo = fma(rate_lo, t, fma(rate_hi, t, -hi))
-    if t_low is None:
-        return hi, lo
-    return hi, fma(rate_hi, t_low, lo)
-
-
-@routine
-def _argument(rate_hi, rate_lo, t, t_low, start, start_lo):
-    """start + rate * time in two parts."""
-    x, rest = _phase(rate_hi, rate_lo, t, t_low)
-    if rate_lo is None:
-        return x + start, 0.0
-    x, joined = two_sum(x, start)
-    return x, rest + (joined + start_lo)
-
-
-@routine
-def _sine_cosine(turns, rest):
-    """Sine and cosine of 2 pi (turns + rest), rest small: whole quarter turns drop out exactly.
-
-    Polynomials: Chebyshev interpolation of sin(2 pi r) and cos(2 pi r) on abs(r) <= 1/8 + 1/512
-    (off by at most 2e-17), leading coefficients in two parts.
-    """
-    shifted = fma(turns, 4.0, ROUND)
-    quarter = bits_of(shifted)
-    r = (turns - 0.25 * (shifted - ROUND)) + rest
-    r2 = r * r
-    p = fma(r2, 3.7853823143371303, -15.094016647383457)
-    p = fma(r2, p, 42.05868871747735)
-    p = fma(r2, p, -76.70585973332197)
-    p = fma(r2, p, 81.60524927604779)
-    p = fma(r2, p, -41.341702240399755)
-    sine = fma(r, TURN, r * fma(r2, p, TURN_LOW))
-    p = fma(r2, COS14, COS12)
-    p = fma(r2, p, COS10)
-    p = fma(r2, p, COS8)
-    p = fma(r2, p, COS6)
-    p = fma(r2, p, COS4)
-    cosine = 1.0 + fma(r2, COS2, r2 * fma(r2, p, COS2_LOW))
-    swap = (quarter & 1) != 0
-    s = cosine if swap else sine
-    c = sine if swap else cosine
-    s = double_of(bits_of(s) ^ ((quarter & 2) << 62))
-    c = double_of(bits_of(c) ^ (((quarter + 1) & 2) << 62))
-    return s, c
 
 
 @routine
@@ -275,11 +215,11 @@ def _sample_theta(body, b, first, last, t, t_low, quaternions, rates, plain):
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
-        s, c = _sine_cosine(*_argument(v_hi, v_lo, t[i], low, v0, v0_lo))
+        s, c = sine_cosine(*argument(v_hi, v_lo, t[i], low, v0, v0_lo))
         w = fma(c, c, -s * s)
         if quaternions is not None:
-            turns, rest = _phase(lambda_hi, lambda_lo, t[i], low)
-            q = _turned(frame, _compose(*_theta_pair(s, c, w, *series), *_sine_cosine(turns, rest)))
+            turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
+            q = _turned(frame, _compose(*_theta_pair(s, c, w, *series), *sine_cosine(turns, rest)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
@@ -299,15 +239,15 @@ def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates, plai
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
-        y, rest = _argument(y_hi, y_lo, t[i], low, y0, y0_lo)
+        y, rest = argument(y_hi, y_lo, t[i], low, y0, y0_lo)
         y, sign, flip, parity, _n = _since_half_turn(y, rest, *half_turn)
         e, inverse = _exp_pair(-2.0 * abs(y))
         z, far = Q * inverse, Q * e
         if quaternions is not None:
-            turns, rest = _phase(lambda_hi, lambda_lo, t[i], low)
+            turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
             turns, joined = two_sum(turns, slip * y)
             pair = _transformed_pair(e, z, far, sign, flip, parity, *series)
-            q = _turned(frame, _compose(*pair, *_sine_cosine(turns, rest + joined)))
+            q = _turned(frame, _compose(*pair, *sine_cosine(turns, rest + joined)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
@@ -347,11 +287,11 @@ def azimuth(bodies, sense, t, angles):
         body = bodies[b]
         series, half_turn = _series(body), _half_turn(body)
         for i in range(t.shape[0]):
-            turns, low = _phase(body.precession[0], body.precession[1], t[i], None)
+            turns, low = phase(body.precession[0], body.precession[1], t[i], None)
             start, start_lo = body.argument0[0], body.argument0[1]
-            x, rest = _argument(body.argument[0], body.argument[1], t[i], None, start, start_lo)
+            x, rest = argument(body.argument[0], body.argument[1], t[i], None, start, start_lo)
             if body.route == THETA:
-                s, c = _sine_cosine(x, rest)
+                s, c = sine_cosine(x, rest)
                 pair = _theta_pair(s, c, fma(c, c, -s * s), *series)
                 # beta leads or trails exp(i s v) by less than half a turn: that part counts turns
                 lead = math.atan2(pair[3] * c - pair[2] * s * sense[b], pair[2] * c + pair[3] * s * sense[b])

@@ -10,6 +10,8 @@ from numba.extending import intrinsic
 # `kernel` is what callers of this room call (through attitude/compiled.py), `routine` what kernels do.
 OPTIONS = {"error_model": "numpy", "nogil": True, "_nrt": False}
 routine = kernel = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+# For what stands in loops over nodes: a call that is left there keeps the loop from becoming vectors.
+inlined = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
 
 
 @intrinsic

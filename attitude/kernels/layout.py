@@ -53,7 +53,7 @@ class CompiledName(NamedTuple):
 #   DRAG_PLATE         normal (3), centre of pressure (3), area times drag coefficient, density, kg/m3,
 #                      at reference radius, m, and scale height, m (infinite: constant density), rotation
 #                      of the atmosphere (3), inertial, rad/s
-#   USER               address of a C function void(double t, const double *q, const double *w, double *torque)
+#   USER               address of a C function void(double t, double *q, double *w, double *torque)
 #                      as the bits of a double; body frame of the document
 (
     CONSTANT_BODY,
@@ -76,6 +76,23 @@ EFFECT_WIDTH = 20
 #           (pieces, 3, degree + 1) of x, y, z in powers of the time in the piece over its length, from 0 to 1
 NO_ORBIT, KEPLER, TABLE = range(3)
 ORBIT_WIDTH = 16
+
+# The body that solvers step: moments (3) and their inverses (3) along axes of the solver's choice, the
+# turn q_PB from the document's body frame to these axes (4, v_P = R(q_PB) v_B); then the sums of the rows
+# that act without a torque of their own or linearly: momentum of the rotors (3), alpha of the dissipation,
+# C of the eddies (3, 3).  The effects handed to solvers are the other rows.
+MOMENTS, INVERSES, TO_AXES, ROTORS, ALPHA, EDDIES = 0, 3, 6, 10, 13, 14
+STEPPED_BODY = 23
+
+# The state that solvers step: attitude of the axes (4, to inertial), momentum (3, inertial) and what its
+# rounding left (3); of a body symmetric about its third axis also the momentum along that axis and the
+# rest, and the turn about it that is not in the attitude, in turns, and the rest.
+ATTITUDE, MOMENTUM, MOMENTUM_LOW, AXIAL, AXIAL_LOW, SPIN, SPIN_LOW = 0, 4, 7, 10, 11, 12, 13
+STATE = 14
+
+# Nodes of a quadrature or a collocation: as many as the widest vectors hold.  A workspace has rows of
+# so many numbers, one after the other; in one dimension, for the compiler to see that rows are apart.
+NODES = 8
 
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42

@@ -1,0 +1,296 @@
+"""Gauss's collocation of order 16, around the exact rotation of the nearest symmetric body.
+
+A body whose moments about axes 1 and 2 were equal would turn about its momentum and about axis 3, both at
+constant rates.  What is integrated is the departure from that over one step: torque, and the little by
+which the two moments differ.  Of a symmetric body the error is therefore proportional to the torque.
+Docs: theory, section 12.
+
+All eight nodes of a step are computed side by side, in loops over the last dimension of every array, which
+LLVM turns into vector instructions.
+"""
+
+import math
+
+from .course import along_pieces, position_and_velocity
+from .doubledouble import two_product, two_sum
+from .free_rotation import turned_about_third
+from .intrinsics import fma, inlined, kernel, prefer_widest_vectors, routine
+from .layout import (
+    ALPHA,
+    ATTITUDE,
+    AXIAL,
+    AXIAL_LOW,
+    INVERSES,
+    MOMENTUM,
+    MOMENTUM_LOW,
+    NO_ORBIT,
+    NODES,
+    ROTORS,
+    SPIN,
+    SPIN_LOW,
+)
+from .phase import ROUND, sine_cosine
+from .rotation import PER_TURN, added, cross, dot, normalised, product, rotated, rotated_back
+from .stepping import copied, later, momentum_of, time_of, write
+from .torque import (
+    eddies_of,
+    four_at,
+    put_four,
+    put_three,
+    rate_of,
+    taken_by_eddies,
+    three,
+    three_at,
+    torques,
+)
+
+MOST_SWEEPS = 60
+
+# Rows of the workspace, each of one number a node.
+TIME, TIME_LOW, PLACE, SPEED, SUN, ABOUT, COSINE, SINE = 0, 1, 2, 5, 8, 11, 15, 16
+FULL, RATE, MOMENT, TORQUE, STAGE, SLOPE, BEFORE, REST = 17, 21, 24, 27, 30, 38, 46, 54
+WORKSPACE = 56
+# Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the axis.
+UNKNOWNS = 8
+
+
+@kernel
+def collocate(
+    state,
+    start,
+    h,
+    steps,
+    nodes,
+    weights,
+    matrix,
+    body,
+    symmetric,
+    effects,
+    orbit,
+    pieces,
+    sun,
+    sun_pieces,
+    seconds,
+    rest,
+    out,
+    spare,
+    work,
+    counts,
+):
+    """March `steps` steps of h from `start`, and write the state at the instants asked for.
+
+    Parameters
+    ----------
+    nodes, weights : (8,); matrix : (64,), element 8 j + i the weight of node j in the integral up to node i
+    body : (STEPPED_BODY,); symmetric : whether moments 1 and 2 are equal
+    work : (WORKSPACE * 8,), scratch; counts : (2,), sweeps made and steps that did not settle, added to
+    the rest : as in `splitting.split`
+    """
+    prefer_widest_vectors()
+    world = effects, orbit, pieces, sun, sun_pieces
+    scheme = nodes, weights, matrix
+    written = 0
+    for k in range(steps + 1):
+        t, t_low = time_of(k, h, start)
+        while written < seconds.shape[0]:
+            part = ((seconds[written] - t) - t_low) + rest[written]
+            if k < steps and abs(part) >= abs(h):
+                break
+            copied(state, spare)
+            if part != 0.0:
+                _step(spare, t, t_low, part, scheme, body, symmetric, world, work, counts)
+            write(spare, symmetric, body, out, written)
+            written += 1
+        if k < steps:
+            _step(state, t, t_low, h, scheme, body, symmetric, world, work, counts)
+
+
+@routine
+def _step(state, t, t_low, h, scheme, body, symmetric, world, work, counts):
+    prefer_widest_vectors()
+    nodes, weights, matrix = scheme
+    L = momentum_of(state)
+    axial = state[AXIAL]
+    if not symmetric:
+        axial = rotated_back((state[0], state[1], state[2], state[3]), L)[2]
+    across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
+    spin = fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2])
+    _along_nodes(state, t, t_low, h, nodes, across, spin, world, work)
+    settled = _settle(state, L, axial, across, h, matrix, body, symmetric, world, work, counts)
+    counts[1] += 0 if settled else 1
+    _advance(state, L, across, spin, h, weights, symmetric, work)
+
+
+@routine
+def _along_nodes(state, t, t_low, h, nodes, across, spin, world, work):
+    """What is known of the nodes beforehand: times, place on the orbit, the two constant turns."""
+    _, orbit, pieces, sun, sun_pieces = world
+    L = momentum_of(state)
+    size = math.sqrt(dot(L, L))
+    inverse = 1.0 / size if size > 0.0 else 0.0
+    half, phase = 0.5 * PER_TURN * size * across, PER_TURN * spin
+    spin0, spin0_low = state[SPIN], state[SPIN_LOW]
+    for i in range(NODES):
+        time = nodes[i] * h
+        sine, cosine = sine_cosine(half * time, 0.0)
+        sine *= inverse
+        put_four(work, ABOUT, i, (cosine, L[0] * sine, L[1] * sine, L[2] * sine))
+        sine, cosine = sine_cosine(0.5 * spin0, 0.5 * fma(phase, time, spin0_low))
+        work[COSINE * NODES + i], work[SINE * NODES + i] = cosine, sine
+        work[TIME * NODES + i], work[TIME_LOW * NODES + i] = later(t, t_low, time)
+    if orbit[0] != NO_ORBIT:
+        for i in range(NODES):
+            now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+            r, v = position_and_velocity(orbit, pieces, now, now_low)
+            put_three(work, PLACE, i, r)
+            put_three(work, SPEED, i, v)
+    if sun[2] != 0.0:
+        for i in range(NODES):
+            now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+            place, _ = along_pieces(sun_pieces, sun[0], sun[1], now, now_low)
+            put_three(work, SUN, i, place)
+
+
+@routine
+def _settle(state, L, axial, across, h, matrix, body, symmetric, world, work, counts):
+    """Sweep until the stages stand still: they are found to rounding, so that no step remembers a guess."""
+    prefer_widest_vectors()
+    for row in range(UNKNOWNS):
+        for i in range(NODES):
+            work[(STAGE + row) * NODES + i] = 0.0
+    size = abs(L[0]) + abs(L[1]) + abs(L[2])
+    scale = 1.0 / size if size > 0.0 else 1.0
+    last = 1e300
+    for _ in range(MOST_SWEEPS):
+        counts[0] += 1
+        _slopes(state, L, axial, across, body, symmetric, world, work)
+        change = _stages(h, matrix, scale, work)
+        if change <= 1e-16 or (change >= 0.5 * last and change < 1e-13):
+            return True
+        last = change
+    return False
+
+
+@inlined
+def _slopes(state, L, axial, across, body, symmetric, world, work):
+    """Rates of change of all unknowns at the nodes, from the stages.
+
+    Numbers that are the same at all nodes are read first: see `torque.torques`.
+    """
+    start = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
+    inverses, rotors = three(body, INVERSES), three(body, ROTORS)
+    own = 1.0 if symmetric else 0.0
+    for i in range(NODES):
+        _at_node(work, i, start, L, axial, own, inverses, rotors)
+    torques(world, body, work, TIME, FULL, RATE, PLACE, SPEED, SUN, TORQUE)
+    alpha, C = body[ALPHA], eddies_of(body)
+    for i in range(NODES):
+        _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C)
+
+
+@inlined
+def _at_node(work, i, start, L, axial, own, inverses, rotors):
+    """Attitude, momentum and rate of the body, from the departure."""
+    turned = product(_about(work, i), _departed(work, i, start))
+    q = turned_about_third(turned, work[SINE * NODES + i], work[COSINE * NODES + i])
+    gained = three_at(work, STAGE + 4, i)
+    m = rotated_back(q, added(gained, L, 1.0))
+    m3 = m[2] + own * ((axial - m[2]) + work[(STAGE + 7) * NODES + i])
+    rate = rate_of(inverses, rotors, (m[0], m[1], m3))
+    put_four(work, FULL, i, q)
+    put_three(work, MOMENT, i, (m[0], m[1], m3))
+    put_three(work, RATE, i, rate)
+
+
+@inlined
+def _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C):
+    q = four_at(work, FULL, i)
+    m, rate = three_at(work, MOMENT, i), three_at(work, RATE, i)
+    push = added(three_at(work, TORQUE, i), taken_by_eddies(C, rate), -1.0)
+    inner = cross(m, rate)
+    extra = (
+        fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
+        fma(inverses[1] - across, m[1], fma(alpha, inner[1], -inverses[1] * rotors[1])),
+        fma(inverses[2] - across, m[2] - axial, alpha * inner[2]),
+    )
+    # turned by the spin, which stands between the departure and the body
+    half_c, half_s = work[COSINE * NODES + i], work[SINE * NODES + i]
+    c, s = fma(half_c, half_c, -half_s * half_s), 2.0 * half_c * half_s
+    extra = fma(c, extra[0], -s * extra[1]), fma(s, extra[0], c * extra[1]), extra[2]
+    outer = rotated_back(_about(work, i), three_at(work, STAGE + 4, i))
+    p = _departed(work, i, start)
+    left = product((0.0, across * outer[0], across * outer[1], across * outer[2]), p)
+    right = product(p, (0.0, extra[0], extra[1], extra[2]))
+    force = rotated(q, push)
+    p = left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]
+    put_four(work, SLOPE, i, (0.5 * p[0], 0.5 * p[1], 0.5 * p[2], 0.5 * p[3]))
+    put_three(work, SLOPE + 4, i, force)
+    work[(SLOPE + 7) * NODES + i] = push[2]
+
+
+@inlined
+def _departed(work, i, start):
+    stage = four_at(work, STAGE, i)
+    return start[0] + stage[0], start[1] + stage[1], start[2] + stage[2], start[3] + stage[3]
+
+
+@inlined
+def _about(work, i):
+    return four_at(work, ABOUT, i)
+
+
+@inlined
+def _stages(h, matrix, scale, work):
+    """The unknowns at the nodes from their slopes; the greatest change of any, momenta over the momentum."""
+    change = 0.0
+    for row in range(UNKNOWNS):
+        for i in range(NODES):
+            work[BEFORE * NODES + i] = 0.0
+        for j in range(NODES):
+            slope = h * work[(SLOPE + row) * NODES + j]
+            for i in range(NODES):
+                work[BEFORE * NODES + i] = fma(matrix[j * NODES + i], slope, work[BEFORE * NODES + i])
+        unit = 1.0 if row < 4 else scale
+        for i in range(NODES):
+            new = work[BEFORE * NODES + i]
+            change = max(change, abs(new - work[(STAGE + row) * NODES + i]) * unit)
+            work[(STAGE + row) * NODES + i] = new
+    return change
+
+
+@inlined
+def _gain(row, h, weights, work):
+    total = 0.0
+    for i in range(NODES):
+        total = fma(weights[i], work[(SLOPE + row) * NODES + i], total)
+    return h * total
+
+
+@routine
+def _advance(state, L, across, spin, h, weights, symmetric, work):
+    """The state at the end of the step."""
+    size = math.sqrt(dot(L, L))
+    inverse = 1.0 / size if size > 0.0 else 0.0
+    sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * h, 0.0)
+    sine *= inverse
+    p = (
+        state[ATTITUDE] + _gain(0, h, weights, work),
+        state[ATTITUDE + 1] + _gain(1, h, weights, work),
+        state[ATTITUDE + 2] + _gain(2, h, weights, work),
+        state[ATTITUDE + 3] + _gain(3, h, weights, work),
+    )
+    q = normalised(product((cosine, L[0] * sine, L[1] * sine, L[2] * sine), p))
+    for j in range(4):
+        state[ATTITUDE + j] = q[j]
+    for j in range(3):
+        place, low = MOMENTUM + j, MOMENTUM_LOW + j
+        total, rest = two_sum(state[place], _gain(4 + j, h, weights, work))
+        state[place], state[low] = two_sum(total, state[low] + rest)
+    if symmetric:
+        total, rest = two_sum(state[AXIAL], _gain(7, h, weights, work))
+        state[AXIAL], state[AXIAL_LOW] = two_sum(total, state[AXIAL_LOW] + rest)
+    hi, lo = two_product(spin * PER_TURN, h)
+    turns, rest = two_sum(state[SPIN], hi)
+    rest += lo + state[SPIN_LOW]
+    turns -= 2.0 * (((0.5 * turns) + ROUND) - ROUND)
+    state[SPIN], state[SPIN_LOW] = two_sum(turns, rest)

@@ -1,0 +1,84 @@
+"""Quaternions (w, x, y, z) and vectors as tuples of plain doubles: what a step works with.
+
+Order and direction are those of `quaternion`: v_inertial = q * (0, v_body) * conj(q).
+"""
+
+import math
+
+from .intrinsics import fma, inlined
+from .phase import sine_cosine
+
+PER_TURN = 0.15915494309189535
+
+
+@inlined
+def product(p, q):
+    """Hamilton product."""
+    w = fma(p[0], q[0], -fma(p[1], q[1], fma(p[2], q[2], p[3] * q[3])))
+    x = fma(p[0], q[1], fma(p[1], q[0], fma(p[2], q[3], -p[3] * q[2])))
+    y = fma(p[0], q[2], fma(p[2], q[0], fma(p[3], q[1], -p[1] * q[3])))
+    z = fma(p[0], q[3], fma(p[3], q[0], fma(p[1], q[2], -p[2] * q[1])))
+    return w, x, y, z
+
+
+@inlined
+def conjugate(q):
+    return q[0], -q[1], -q[2], -q[3]
+
+
+@inlined
+def cross(u, v):
+    x = fma(u[1], v[2], -u[2] * v[1])
+    y = fma(u[2], v[0], -u[0] * v[2])
+    z = fma(u[0], v[1], -u[1] * v[0])
+    return x, y, z
+
+
+@inlined
+def dot(u, v):
+    return fma(u[0], v[0], fma(u[1], v[1], u[2] * v[2]))
+
+
+@inlined
+def added(u, v, factor):
+    """u + factor v."""
+    return fma(factor, v[0], u[0]), fma(factor, v[1], u[1]), fma(factor, v[2], u[2])
+
+
+@inlined
+def scaled(v, factor):
+    return v[0] * factor, v[1] * factor, v[2] * factor
+
+
+@inlined
+def rotated(q, v):
+    """R(q) v: body components to inertial."""
+    u = q[1], q[2], q[3]
+    c = cross(u, v)
+    c = c[0] + c[0], c[1] + c[1], c[2] + c[2]
+    return added(added(v, c, q[0]), cross(u, c), 1.0)
+
+
+@inlined
+def rotated_back(q, v):
+    """R(q)^T v: inertial components to body."""
+    return rotated(conjugate(q), v)
+
+
+@inlined
+def normalised(q):
+    """q, whose norm is 1 but for rounding, brought back to it: one Newton step."""
+    norm2 = fma(q[0], q[0], fma(q[1], q[1], fma(q[2], q[2], q[3] * q[3])))
+    factor = fma(-0.5, norm2, 1.5)
+    return q[0] * factor, q[1] * factor, q[2] * factor, q[3] * factor
+
+
+@inlined
+def about(vector, time):
+    """The turn by `time` at the rate `vector` (rad/s and s, or any two whose product is an angle)."""
+    rate = math.sqrt(dot(vector, vector))
+    if rate == 0.0:
+        return 1.0, 0.0, 0.0, 0.0
+    sine, cosine = sine_cosine(0.5 * PER_TURN * rate * time, 0.0)
+    factor = sine / rate
+    return cosine, vector[0] * factor, vector[1] * factor, vector[2] * factor
