@@ -72,6 +72,7 @@ grid = Kernel("clock", "grid")
 scaled = Kernel("clock", "scaled")
 split = Kernel("splitting", "split")
 collocate = Kernel("collocation", "collocate")
+runge_kutta = Kernel("runge_kutta", "runge_kutta")
 
 # What the library calls: compiled together when any of it is missing, the longest first.
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
@@ -89,7 +90,8 @@ STANDARD = [
         ("clock", "grid", "f.f.f.f.f.f.f.d1.d1"),
         ("clock", "scaled", "d1.f.f.d1.d1"),
         ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2"),
-        ("collocation", "collocate", f"d1.d1.f.i.d1.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1"),
+        ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1"),
+        ("collocation", "collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1"),
     ],
 ]
 

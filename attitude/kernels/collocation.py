@@ -48,8 +48,10 @@ MOST_SWEEPS = 60
 
 # Rows of the workspace, each of one number a node.
 TIME, TIME_LOW, PLACE, SPEED, SUN, ABOUT, COSINE, SINE = 0, 1, 2, 5, 8, 11, 15, 16
-FULL, RATE, MOMENT, TORQUE, STAGE, SLOPE, BEFORE, REST = 17, 21, 24, 27, 30, 38, 46, 54
-WORKSPACE = 56
+FULL, RATE, MOMENT, TORQUE, STAGE, SLOPE, CHANGE = 17, 21, 24, 27, 30, 38, 46
+# The scheme: nodes, weights, and row j of the matrix the weights of node j in the integrals up to each node.
+AT, WEIGHTS, MATRIX = 47, 48, 49
+WORKSPACE = 57
 # Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the axis.
 UNKNOWNS = 8
 
@@ -60,9 +62,6 @@ def collocate(
     start,
     h,
     steps,
-    nodes,
-    weights,
-    matrix,
     body,
     symmetric,
     effects,
@@ -81,14 +80,13 @@ def collocate(
 
     Parameters
     ----------
-    nodes, weights : (8,); matrix : (64,), element 8 j + i the weight of node j in the integral up to node i
     body : (STEPPED_BODY,); symmetric : whether moments 1 and 2 are equal
-    work : (WORKSPACE * 8,), scratch; counts : (2,), sweeps made and steps that did not settle, added to
+    work : (WORKSPACE * 8,), with the scheme in its last rows
+    counts : (2,), added to: sweeps made, steps whose sweeps did not settle
     the rest : as in `splitting.split`
     """
     prefer_widest_vectors()
     world = effects, orbit, pieces, sun, sun_pieces
-    scheme = nodes, weights, matrix
     written = 0
     for k in range(steps + 1):
         t, t_low = time_of(k, h, start)
@@ -98,31 +96,30 @@ def collocate(
                 break
             copied(state, spare)
             if part != 0.0:
-                _step(spare, t, t_low, part, scheme, body, symmetric, world, work, counts)
+                _step(spare, t, t_low, part, body, symmetric, world, work, counts)
             write(spare, symmetric, body, out, written)
             written += 1
         if k < steps:
-            _step(state, t, t_low, h, scheme, body, symmetric, world, work, counts)
+            _step(state, t, t_low, h, body, symmetric, world, work, counts)
 
 
 @routine
-def _step(state, t, t_low, h, scheme, body, symmetric, world, work, counts):
+def _step(state, t, t_low, h, body, symmetric, world, work, counts):
     prefer_widest_vectors()
-    nodes, weights, matrix = scheme
     L = momentum_of(state)
     axial = state[AXIAL]
     if not symmetric:
         axial = rotated_back((state[0], state[1], state[2], state[3]), L)[2]
     across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
     spin = fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2])
-    _along_nodes(state, t, t_low, h, nodes, across, spin, world, work)
-    settled = _settle(state, L, axial, across, h, matrix, body, symmetric, world, work, counts)
+    _along_nodes(state, t, t_low, h, across, spin, world, work)
+    settled = _settle(state, L, axial, across, h, body, symmetric, world, work, counts)
     counts[1] += 0 if settled else 1
-    _advance(state, L, across, spin, h, weights, symmetric, work)
+    _advance(state, L, across, spin, h, symmetric, work)
 
 
 @routine
-def _along_nodes(state, t, t_low, h, nodes, across, spin, world, work):
+def _along_nodes(state, t, t_low, h, across, spin, world, work):
     """What is known of the nodes beforehand: times, place on the orbit, the two constant turns."""
     _, orbit, pieces, sun, sun_pieces = world
     L = momentum_of(state)
@@ -131,7 +128,7 @@ def _along_nodes(state, t, t_low, h, nodes, across, spin, world, work):
     half, phase = 0.5 * PER_TURN * size * across, PER_TURN * spin
     spin0, spin0_low = state[SPIN], state[SPIN_LOW]
     for i in range(NODES):
-        time = nodes[i] * h
+        time = work[AT * NODES + i] * h
         sine, cosine = sine_cosine(half * time, 0.0)
         sine *= inverse
         put_four(work, ABOUT, i, (cosine, L[0] * sine, L[1] * sine, L[2] * sine))
@@ -152,7 +149,7 @@ def _along_nodes(state, t, t_low, h, nodes, across, spin, world, work):
 
 
 @routine
-def _settle(state, L, axial, across, h, matrix, body, symmetric, world, work, counts):
+def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
     """Sweep until the stages stand still: they are found to rounding, so that no step remembers a guess."""
     prefer_widest_vectors()
     for row in range(UNKNOWNS):
@@ -160,12 +157,13 @@ def _settle(state, L, axial, across, h, matrix, body, symmetric, world, work, co
             work[(STAGE + row) * NODES + i] = 0.0
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
     scale = 1.0 / size if size > 0.0 else 1.0
-    last = 1e300
+    last = 1.0
     for _ in range(MOST_SWEEPS):
         counts[0] += 1
         _slopes(state, L, axial, across, body, symmetric, world, work)
-        change = _stages(h, matrix, scale, work)
-        if change <= 1e-16 or (change >= 0.5 * last and change < 1e-13):
+        change = _stages(h, scale, work)
+        # what the next sweep would still change, were it to gain as much as this one; or rounding is left
+        if change * change <= 2e-17 * last or (change >= 0.5 * last and change < 1e-13):
             return True
         last = change
     return False
@@ -240,54 +238,64 @@ def _about(work, i):
 
 
 @inlined
-def _stages(h, matrix, scale, work):
+def _stages(h, scale, work):
     """The unknowns at the nodes from their slopes; the greatest change of any, momenta over the momentum."""
-    change = 0.0
+    for i in range(NODES):
+        work[CHANGE * NODES + i] = 0.0
     for row in range(UNKNOWNS):
-        for i in range(NODES):
-            work[BEFORE * NODES + i] = 0.0
-        for j in range(NODES):
-            slope = h * work[(SLOPE + row) * NODES + j]
-            for i in range(NODES):
-                work[BEFORE * NODES + i] = fma(matrix[j * NODES + i], slope, work[BEFORE * NODES + i])
+        at = (SLOPE + row) * NODES
+        f0, f1, f2, f3 = h * work[at], h * work[at + 1], h * work[at + 2], h * work[at + 3]
+        f4, f5, f6, f7 = h * work[at + 4], h * work[at + 5], h * work[at + 6], h * work[at + 7]
         unit = 1.0 if row < 4 else scale
         for i in range(NODES):
-            new = work[BEFORE * NODES + i]
-            change = max(change, abs(new - work[(STAGE + row) * NODES + i]) * unit)
-            work[(STAGE + row) * NODES + i] = new
+            _stage_at_node(work, i, (f0, f1, f2, f3), (f4, f5, f6, f7), (STAGE + row) * NODES, unit)
+    change = 0.0
+    for i in range(NODES):
+        change = max(change, work[CHANGE * NODES + i])
     return change
 
 
 @inlined
-def _gain(row, h, weights, work):
+def _stage_at_node(work, i, f, g, at, unit):
+    new = fma(work[MATRIX * NODES + i], f[0], work[(MATRIX + 1) * NODES + i] * f[1])
+    new = fma(work[(MATRIX + 2) * NODES + i], f[2], fma(work[(MATRIX + 3) * NODES + i], f[3], new))
+    new = fma(work[(MATRIX + 4) * NODES + i], g[0], fma(work[(MATRIX + 5) * NODES + i], g[1], new))
+    new = fma(work[(MATRIX + 6) * NODES + i], g[2], fma(work[(MATRIX + 7) * NODES + i], g[3], new))
+    step = abs(new - work[at + i]) * unit
+    work[CHANGE * NODES + i] = max(step, work[CHANGE * NODES + i])
+    work[at + i] = new
+
+
+@inlined
+def _gain(row, h, work):
     total = 0.0
     for i in range(NODES):
-        total = fma(weights[i], work[(SLOPE + row) * NODES + i], total)
+        total = fma(work[WEIGHTS * NODES + i], work[(SLOPE + row) * NODES + i], total)
     return h * total
 
 
 @routine
-def _advance(state, L, across, spin, h, weights, symmetric, work):
+def _advance(state, L, across, spin, h, symmetric, work):
     """The state at the end of the step."""
     size = math.sqrt(dot(L, L))
     inverse = 1.0 / size if size > 0.0 else 0.0
     sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * h, 0.0)
     sine *= inverse
     p = (
-        state[ATTITUDE] + _gain(0, h, weights, work),
-        state[ATTITUDE + 1] + _gain(1, h, weights, work),
-        state[ATTITUDE + 2] + _gain(2, h, weights, work),
-        state[ATTITUDE + 3] + _gain(3, h, weights, work),
+        state[ATTITUDE] + _gain(0, h, work),
+        state[ATTITUDE + 1] + _gain(1, h, work),
+        state[ATTITUDE + 2] + _gain(2, h, work),
+        state[ATTITUDE + 3] + _gain(3, h, work),
     )
     q = normalised(product((cosine, L[0] * sine, L[1] * sine, L[2] * sine), p))
     for j in range(4):
         state[ATTITUDE + j] = q[j]
     for j in range(3):
         place, low = MOMENTUM + j, MOMENTUM_LOW + j
-        total, rest = two_sum(state[place], _gain(4 + j, h, weights, work))
+        total, rest = two_sum(state[place], _gain(4 + j, h, work))
         state[place], state[low] = two_sum(total, state[low] + rest)
     if symmetric:
-        total, rest = two_sum(state[AXIAL], _gain(7, h, weights, work))
+        total, rest = two_sum(state[AXIAL], _gain(7, h, work))
         state[AXIAL], state[AXIAL_LOW] = two_sum(total, state[AXIAL_LOW] + rest)
     hi, lo = two_product(spin * PER_TURN, h)
     turns, rest = two_sum(state[SPIN], hi)

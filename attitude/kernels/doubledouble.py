@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from .intrinsics import bits_of, double_of, fma, routine
+from .intrinsics import bits_of, double_of, fma, inlined, routine
 
 ZERO = (0.0, 0.0)
 ONE = (1.0, 0.0)
@@ -39,7 +39,7 @@ def _inverse_factorials(count):
 INVERSE_FACTORIAL = _inverse_factorials(24)
 
 
-@routine
+@inlined
 def two_sum(a, b):
     """a + b = hi + lo exactly."""
     hi = a + b
@@ -54,7 +54,7 @@ def fast_two_sum(a, b):
     return hi, b - (hi - a)
 
 
-@routine
+@inlined
 def two_product(a, b):
     """a * b = hi + lo exactly (short of underflow)."""
     hi = a * b

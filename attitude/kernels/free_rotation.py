@@ -150,7 +150,7 @@ def _circling_turn(g, L, a, differences, time, work):
         k1, pace, coefficients = 1.0, 0.0, (0.0, 0.0, 0.0, 0.0)
     levels, stretch = _landen(k1, work)
     u = L * pace * time
-    parts = max(1, int(math.ceil(abs(u) / LONGEST)))
+    parts = max(1, math.ceil(abs(u) / LONGEST))
     start, angle = g, 0.0
     for _ in range(parts):
         end, integral = _quadrature(g, coefficients, u / parts, levels, stretch, work)

@@ -93,7 +93,7 @@ def _drift(state, body, symmetric, time, work):
 
 @routine
 def _kick(state, body, symmetric, time, t, t_low, world):
-    """Everything but the free rotation, the attitude standing still; rotors turn the body, half on each side."""
+    """What is not free rotation: the torque, the attitude standing still, amid two half turns by rotors."""
     turning = not symmetric and (body[ROTORS] != 0.0 or body[ROTORS + 1] != 0.0 or body[ROTORS + 2] != 0.0)
     if turning:
         _rotors(state, body, 0.5 * time)
