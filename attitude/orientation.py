@@ -83,6 +83,40 @@ def from_mrp(mrp: np.ndarray) -> np.ndarray:
     return np.array([unit - size, *(2.0 * e / longest)]) / (unit + size)
 
 
+def from_matrix(matrix: np.ndarray) -> np.ndarray:
+    """(4,) wxyz of a proper rotation matrix, v' = R v (Shepperd, J. Guidance and Control 1 (1978) 223)."""
+    diagonal = np.diag(matrix)
+    squares = np.array([1.0 + diagonal.sum(), *(1.0 + 2.0 * diagonal - diagonal.sum())])
+    largest = int(np.argmax(squares))
+    i, j, k = (largest - 1) % 3, largest % 3, (largest + 1) % 3
+    skew = matrix[k, j] - matrix[j, k]
+    q = np.empty(4)
+    q[largest] = squares[largest]
+    if largest == 0:
+        q[1:] = matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]
+    else:
+        q[0], q[1 + j], q[1 + k] = skew, matrix[i, j] + matrix[j, i], matrix[i, k] + matrix[k, i]
+    return q / np.sqrt((q * q).sum())
+
+
+def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Hamilton product of (..., 4) wxyz; broadcasts."""
+    w = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(axis=-1, keepdims=True)
+    r = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
+    return np.concatenate([w, r], axis=-1)
+
+
+def conjugate(q: np.ndarray) -> np.ndarray:
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def angle_between(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(...), rad: 2 asin |vec(conj(p) q)|, of the attitude error's definition."""
+    difference = product(conjugate(p), q)
+    size = np.sqrt((difference[..., 1:] ** 2).sum(axis=-1))
+    return 2.0 * np.arcsin(np.minimum(size, 1.0))
+
+
 def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:
     """Numbers of (..., 4) wxyz in the named order; no copy for wxyz."""
     if check_order(order) == "wxyz":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -55,6 +55,7 @@ class Situation:
     mass : kg, or None
     position, velocity : (3,), m and m/s, inertial, of the centre of mass at t = 0, or None
     course : Course or None
+    order : which principal axis of the body stands first, second, third in `axes`
     """
 
     body: RigidBody
@@ -68,13 +69,20 @@ class Situation:
     position: np.ndarray | None = None
     velocity: np.ndarray | None = None
     course: Course | None = None
+    order: tuple[int, int, int] = (0, 1, 2)
 
     @property
     def moments(self) -> np.ndarray:
         """(3,), kg m2, in the order of `axes`."""
-        return np.asarray(self.body.moments)
+        return np.asarray(self.body.moments)[list(self.order)]
 
     @property
     def axes(self) -> np.ndarray:
-        """(3, 3): rows are the principal axes, so that axes @ v are a body vector's principal components."""
-        return np.asarray(self.body.axes)
+        """(3, 3), right-handed: rows are the principal axes; axes @ v: components along them."""
+        axes = np.asarray(self.body.axes)[list(self.order)]
+        axes[2] = np.cross(axes[0], axes[1])
+        return axes
+
+    def ordered(self, order: tuple[int, int, int]) -> Situation:
+        """The same with its principal axes in another order."""
+        return replace(self, order=order)

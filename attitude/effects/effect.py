@@ -24,7 +24,7 @@ class Effect(Part):
     NEEDS_EPOCH: ClassVar[bool] = False
 
     def check(self, situation: Situation) -> None:
-        """Refuse what only the whole scene shows to be wrong; InputError with the field relative to the effect."""
+        """Refuse what only the whole scene shows to be wrong: InputError, relative to the effect."""
 
 
 class Torque(Effect):

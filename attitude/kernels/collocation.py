@@ -16,18 +16,37 @@ from .doubledouble import two_product, two_sum
 from .free_rotation import turned_about_third
 from .intrinsics import fma, inlined, kernel, prefer_widest_vectors, routine
 from .layout import (
+    ABOUT,
     ALPHA,
+    AT,
     ATTITUDE,
     AXIAL,
     AXIAL_LOW,
+    CHANGE,
+    COSINE,
+    FULL,
     INVERSES,
+    MATRIX,
+    MOMENT,
     MOMENTUM,
     MOMENTUM_LOW,
     NO_ORBIT,
     NODES,
+    PLACE,
+    RATE,
     ROTORS,
+    SINE,
+    SLOPE,
+    SPEED,
     SPIN,
     SPIN_LOW,
+    STAGE,
+    SUN,
+    TIME,
+    TIME_LOW,
+    TORQUE,
+    UNKNOWNS,
+    WEIGHTS,
 )
 from .phase import ROUND, sine_cosine
 from .rotation import PER_TURN, added, cross, dot, normalised, product, rotated, rotated_back
@@ -45,15 +64,6 @@ from .torque import (
 )
 
 MOST_SWEEPS = 60
-
-# Rows of the workspace, each of one number a node.
-TIME, TIME_LOW, PLACE, SPEED, SUN, ABOUT, COSINE, SINE = 0, 1, 2, 5, 8, 11, 15, 16
-FULL, RATE, MOMENT, TORQUE, STAGE, SLOPE, CHANGE = 17, 21, 24, 27, 30, 38, 46
-# The scheme: nodes, weights, and row j of the matrix the weights of node j in the integrals up to each node.
-AT, WEIGHTS, MATRIX = 47, 48, 49
-WORKSPACE = 57
-# Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the axis.
-UNKNOWNS = 8
 
 
 @kernel

@@ -94,6 +94,15 @@ STATE = 14
 # so many numbers, one after the other; in one dimension, for the compiler to see that rows are apart.
 NODES = 8
 
+# Rows of the collocation's workspace.
+TIME, TIME_LOW, PLACE, SPEED, SUN, ABOUT, COSINE, SINE = 0, 1, 2, 5, 8, 11, 15, 16
+FULL, RATE, MOMENT, TORQUE, STAGE, SLOPE, CHANGE = 17, 21, 24, 27, 30, 38, 46
+# The scheme: nodes, weights, and row j of the matrix the weights of node j in the integrals up to each node.
+AT, WEIGHTS, MATRIX = 47, 48, 49
+WORKSPACE = 57
+# Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the axis.
+UNKNOWNS = 8
+
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42
 

@@ -69,9 +69,8 @@ def runge_kutta(
                 counts[2] = 1.0
                 return
             continue
-        written = _write_until(
-            state, t, t_low, h, ends, table, body, world, instants, out, aside, work, written
-        )
+        step = t, t_low, h, ends
+        written = _write_until(state, step, table, body, world, instants, out, aside, work, written)
         copied(ahead, state)
         counts[0] += 1
         if ends:
@@ -87,8 +86,9 @@ def _between(t, t_low, stop):
 
 
 @routine
-def _write_until(state, t, t_low, h, ends, table, body, world, instants, out, aside, work, written):
+def _write_until(state, step, table, body, world, instants, out, aside, work, written):
     """The instants within a step, each by that step, shortened."""
+    t, t_low, h, ends = step
     seconds, rest = instants
     while written < seconds.shape[0]:
         part = ((seconds[written] - t) - t_low) + rest[written]

@@ -1,0 +1,182 @@
+"""Which solver, and how fine: measured on a short part of the motion, for the tolerance asked for.
+
+Every candidate follows the first few turns at a ladder of steps; its errors there, against a much finer
+solution, say what it would need over the whole span, and what that would cost by the table of measured costs
+(docs/performance.md).  The same scene is always solved in the same way: no clock is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from .. import orientation
+from ..kernels import layout
+from .acting import Acting
+from .legs import Leg
+from .momentum import initial_momentum
+from .situation import Situation
+from .solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part, Solver, Work, can_take
+from .stepped import Stepped
+
+# Radians of the fastest motion: what the pilot follows, and the steps it tries.
+PILOT = 40.0
+STEPS = (4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
+TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
+FINEST = 0.25
+# Errors below this are rounding: no order is read off them.
+ROUNDING = 3e-13
+# Of the tolerance, what is aimed at: the rest is for what the pilot did not meet.
+SHARE = 0.3
+
+# Times the cost of the best so far, from where on a solver is not followed to finer steps.
+TOO_DEAR = 2.0
+
+# Measured costs, ns (tests/benchmarks/torques.py).
+DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
+SWEEP, COLLOCATION_STEP = 190.0, 400.0
+STAGE = 85.0
+ROW = 15.0  # each further effect, wherever the torque is computed
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What a solver would need.
+
+    Attributes
+    ----------
+    solver : Solver
+    setting : step, s, or tolerance of a step, rad
+    error : rad, predicted at the end of the span
+    seconds : predicted cost
+    """
+
+    solver: Solver
+    setting: float
+    error: float
+    seconds: float
+
+
+def pace(situation: Situation, torques: Sequence[Acting]) -> float:
+    """rad/s of the fastest motion there is: the spin, what the torques could make of it, and the orbit."""
+    size = sum(torque.size(situation) for torque in torques)
+    orbit = 2.0 * np.pi / situation.course.period if situation.course is not None else 0.0
+    own = float(np.linalg.norm(situation.rate))
+    momentum = float(np.linalg.norm(situation.body.tensor @ situation.rate))
+    return max(
+        own, momentum / float(situation.moments.max()), float(np.sqrt(size / situation.moments.min())), orbit
+    )
+
+
+def candidates(
+    situation: Situation, leg: Leg, span: float, tolerance: float, kind: str | None
+) -> list[Candidate]:
+    """All that can be used, cheapest first; `kind` names one sort of solver, None asks for any.
+
+    Parameters
+    ----------
+    leg : whose torques are tried, from the state at the epoch
+    span : s, of the whole; tolerance : rad at its end
+    """
+    rate = pace(situation, leg.torques)
+    if rate == 0.0 or span == 0.0:
+        return [Candidate(COLLOCATION, max(span, 1.0), 0.0, 0.0)]
+    pilot = _Pilot(situation, leg, min(span, leg.length or span, PILOT / rate), rate)
+    solvers = [solver for solver in (COLLOCATION, *SPLITTINGS, RUNGE_KUTTA) if kind in (None, solver.kind)]
+    found: list[Candidate] = []
+    for solver in solvers:
+        best = min((one.seconds for one in found if one.error <= tolerance), default=np.inf)
+        one = pilot.try_out(solver, span, tolerance, TOO_DEAR * best)
+        found += [one] if one is not None else []
+    return sorted(found, key=_merit(tolerance))
+
+
+def _merit(tolerance: float) -> Callable[[Candidate], tuple[bool, float]]:
+    """Those that reach the tolerance by their cost, then the others by their error."""
+    return lambda one: (one.error > tolerance, one.seconds if one.error <= tolerance else one.error)
+
+
+class _Pilot:
+    """The first few turns, and a fine solution of them."""
+
+    def __init__(self, situation: Situation, leg: Leg, span: float, rate: float):
+        self.situation, self.leg, self.span, self.rate = situation, leg, span, rate
+        self.momentum = initial_momentum(situation, leg.torques)
+        best = COLLOCATION if COLLOCATION.prepare(situation, leg.torques).is_smooth else RUNGE_KUTTA
+        self.truth, _ = self.march(
+            best, best.prepare(situation, leg.torques), FINEST / rate if best is COLLOCATION else 1e-15
+        )
+
+    def march(self, solver: Solver, stepped: Stepped, setting: float) -> tuple[np.ndarray, Work]:
+        stop = self.leg.start + np.copysign(self.span, self.leg.stop - self.leg.start)
+        state = stepped.state(self.situation.attitude, self.momentum)
+        out = np.empty((OUTPUTS, 1))
+        part = Part(self.leg.start, float(stop), np.array([stop]), np.zeros(1))
+        work = solver.march(stepped, state, part, setting, out)
+        return out[:, 0], work
+
+    def error(self, answer: np.ndarray) -> float:
+        """rad: of the attitude, or of the momentum relative to it, whichever is greater."""
+        turned = float(orientation.angle_between(self.truth[:4], answer[:4]))
+        size = float(np.linalg.norm(self.truth[7:]))
+        return max(turned, float(np.linalg.norm(self.truth[7:] - answer[7:])) / size if size else 0.0)
+
+    def try_out(self, solver: Solver, span: float, tolerance: float, dear: float) -> Candidate | None:
+        """What the solver would need, read off the ladder as far as that is cheap (s) or needed."""
+        stepped = solver.prepare(self.situation, self.leg.torques)
+        if not can_take(solver, stepped):
+            return None
+        ladder = TOLERANCES if solver is RUNGE_KUTTA else tuple(step / self.rate for step in STEPS)
+        ladder = tuple(setting for setting in ladder if solver is RUNGE_KUTTA or setting <= self.span)
+        aim, growth = SHARE * tolerance, max(1.0, span / self.span)
+        settings: list[float] = []
+        errors: list[float] = []
+        for setting in ladder or (self.span,):
+            answer, work = self.march(solver, stepped, setting)
+            if work.failed:
+                continue
+            settings.append(setting)
+            errors.append(max(self.error(answer), 1e-17))
+            cost = _cost(solver, stepped, work) * growth
+            if errors[-1] * growth <= aim or errors[-1] < ROUNDING or (cost > dear and len(errors) > 2):
+                break
+        if not settings:
+            return None
+        setting, error = _finer(solver, settings, errors, aim / growth)
+        return Candidate(
+            solver,
+            setting,
+            error * growth,
+            cost * settings[-1] / setting if solver is not RUNGE_KUTTA else cost,
+        )
+
+
+def _finer(solver: Solver, settings: list[float], errors: list[float], aim: float) -> tuple[float, float]:
+    """The setting whose error is the one aimed at, by the order seen last."""
+    setting, error = settings[-1], errors[-1]
+    order = float(solver.order)
+    if len(errors) > 1 and errors[-2] > errors[-1]:
+        seen = log(errors[-2] / errors[-1]) / log(settings[-2] / settings[-1])
+        order = min(max(seen, 1.0), 16.0)
+    wanted = setting * (aim / error) ** (1.0 / order)
+    coarsest = settings[-2] if len(settings) > 1 else setting
+    wanted = min(max(wanted, 0.1 * setting if error < ROUNDING else 0.02 * setting), coarsest)
+    if solver is RUNGE_KUTTA:
+        wanted = min(max(wanted, 1e-15), coarsest)
+    return wanted, error * (wanted / setting) ** order
+
+
+def _cost(solver: Solver, stepped: Stepped, work: Work) -> float:
+    """s, by the table."""
+    rows = ROW * max(0, len(stepped.world[0]) - 1)
+    if solver is COLLOCATION:
+        ns = work.steps * COLLOCATION_STEP + work.torques / layout.NODES * (SWEEP + rows)
+    elif solver is RUNGE_KUTTA:
+        ns = work.torques * (STAGE + rows)
+    else:
+        drift = DRIFT_SYMMETRIC if stepped.symmetric else DRIFT_GENERAL
+        ns = work.torques * (drift + KICK + rows) + work.steps * drift
+    return 1e-9 * ns

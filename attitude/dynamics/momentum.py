@@ -1,0 +1,45 @@
+"""Momentum at the epoch, and what an impulse adds to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .. import orientation
+from ..errors import InputError
+from ..kernels import layout
+from .acting import Acting, Kick
+from .situation import Situation
+
+SINK_ITERATIONS = 100
+
+
+def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndarray:
+    """(3,), inertial: that of the turning body, and of the rotors in it.
+
+    A sink inside turns the body too: the rate that the document gives is the whole one, from which the
+    momentum follows by iteration.
+    """
+    rotors, alpha = np.zeros(3), 0.0
+    for torque in torques:
+        for row in torque.rows(situation):
+            if row[0] == layout.WHEELS:
+                rotors = rotors + situation.axes.T @ row[1:4]
+            elif row[0] == layout.DISSIPATION:
+                alpha += row[1]
+    tensor = situation.body.tensor
+    rate = situation.rate
+    for _ in range(SINK_ITERATIONS if alpha else 0):
+        before, rate = rate, situation.rate - alpha * np.cross(tensor @ rate + rotors, rate)
+        if np.abs(rate - before).max() <= 1e-16 * np.abs(rate).max():
+            break
+    else:
+        if alpha:
+            raise InputError("dissipation", alpha, "a sink that takes more than a turn to empty")
+    return orientation.rotate(situation.attitude, tensor @ rate + rotors)
+
+
+def inertial(kick: Kick, attitude: np.ndarray) -> np.ndarray:
+    """(3,), N m s, inertial components of the angular impulse."""
+    return kick.angular if kick.inertial else orientation.rotate(attitude, kick.angular)

@@ -1,0 +1,189 @@
+"""The solvers of scenes with torques: each marches a state over a span, and writes the instants within it.
+
+Chosen settings are steps (s) for splitting and collocation, the error of a step (rad) for Runge-Kutta.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import compiled
+from ..errors import ToleranceError
+from ..kernels import layout
+from . import schemes
+from .acting import Acting
+from .situation import Situation
+from .stepped import Stepped, ascending, most_symmetric
+
+OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
+
+
+class Part(NamedTuple):
+    """What is asked of a solver: from start to stop (s), the two-part instants within, in that direction.
+
+    With `coarsely`, in two thirds of the steps, or with ten times the tolerance: what the error is told by.
+    """
+
+    start: float
+    stop: float
+    seconds: np.ndarray
+    rest: np.ndarray
+    coarsely: bool = False
+
+
+class Work(NamedTuple):
+    """What it took: steps, torques computed, and steps that could not be made as exact as intended."""
+
+    steps: int
+    torques: int
+    failed: int
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A way to follow a rotation.
+
+    Attributes
+    ----------
+    name : as documents and plans have it
+    order : of the error in the step, as far as it is known beforehand; for `dop853`, 1: in the tolerance
+    prepare : (situation, torques) -> Stepped, with axes as it needs them
+    march : (stepped, state, part, setting, out) -> Work; changes the state, writes (OUTPUTS, n)
+    """
+
+    name: str
+    order: int
+    prepare: Callable[[Situation, Sequence[Acting]], Stepped]
+    march: Callable[[Stepped, np.ndarray, Part, float, np.ndarray], Work]
+
+    @property
+    def kind(self) -> str:
+        """ "splitting", "gauss" or "dop853"."""
+        return self.name.split(",")[0]
+
+
+def _steps(part: Part, step: float) -> int:
+    """So many equal steps, none longer than asked for; at least two, so that there is something coarser."""
+    steps = max(2, int(np.ceil(abs(part.stop - part.start) / step * (1.0 - 1e-12))))
+    return int(steps / 1.5) if part.coarsely else steps
+
+
+def _split(
+    composition: schemes.Composition,
+    stepped: Stepped,
+    state: np.ndarray,
+    part: Part,
+    setting: float,
+    out: np.ndarray,
+) -> Work:
+    steps = _steps(part, setting)
+    compiled.split(
+        state,
+        np.array([part.start, 0.0]),
+        (part.stop - part.start) / steps,
+        steps,
+        composition.drifts,
+        composition.kicks,
+        stepped.body,
+        int(stepped.symmetric),
+        *stepped.world,
+        part.seconds,
+        part.rest,
+        out,
+        np.empty(layout.STATE),
+        np.empty((6, layout.NODES)),
+    )
+    return Work(steps, steps * len(composition.kicks), 0)
+
+
+def _collocate(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
+    steps, counts = _steps(part, setting), np.zeros(2)
+    compiled.collocate(
+        state,
+        np.array([part.start, 0.0]),
+        (part.stop - part.start) / steps,
+        steps,
+        stepped.body,
+        int(stepped.symmetric),
+        *stepped.world,
+        part.seconds,
+        part.rest,
+        out,
+        np.empty(layout.STATE),
+        schemes.gauss().copy(),
+        counts,
+    )
+    return Work(steps, int(counts[0]) * layout.NODES, int(counts[1]))
+
+
+@cache
+def _dormand_prince() -> np.ndarray:
+    """(16, 12): A, B, C and both error estimates of Dormand and Prince's method, as scipy has them."""
+    from scipy.integrate import DOP853
+
+    return np.concatenate([DOP853.A, [DOP853.B, DOP853.C, DOP853.E3[:12], DOP853.E5[:12]]])
+
+
+def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
+    counts = np.zeros(3)
+    rate = np.linalg.norm(stepped.body[layout.INVERSES : layout.INVERSES + 3]) * np.linalg.norm(state[4:7])
+    first = min(abs(part.stop - part.start), 0.1 / rate if rate > 0.0 else np.inf)
+    compiled.runge_kutta(
+        state,
+        np.array([part.start, 0.0]),
+        np.array([part.stop, 0.0]),
+        float(np.copysign(first, part.stop - part.start)),
+        setting * 10.0 if part.coarsely else setting,
+        _dormand_prince(),
+        stepped.body,
+        *stepped.world,
+        part.seconds,
+        part.rest,
+        out,
+        np.empty(2 * layout.STATE),
+        np.empty(13 * 7),
+        counts,
+    )
+    if counts[2]:
+        raise ToleranceError(
+            "tolerance: the steps of dop853 shrank to nothing; the torque is not continuous, or not finite, "
+            f"or an error of {setting:.1g} rad a step is more than a double can keep"
+        )
+    return Work(int(counts[0]), 12 * int(counts.sum()), 0)
+
+
+def _splitting(name: str) -> Solver:
+    composition = schemes.COMPOSITIONS[name]
+
+    def march(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
+        return _split(composition, stepped, state, part, setting, out)
+
+    return Solver(f"splitting, {name}", composition.order, ascending, march)
+
+
+COLLOCATION = Solver("gauss, order 16", 16, most_symmetric, _collocate)
+RUNGE_KUTTA = Solver("dop853", 1, ascending, _runge_kutta)
+SPLITTINGS = tuple(_splitting(name) for name in schemes.COMPOSITIONS)
+
+
+def can_take(solver: Solver, stepped: Stepped) -> bool:
+    """Whether a solver's error has the order it is said to have.
+
+    Splitting freezes the attitude under the torque: what depends on the rate otherwise than linearly, or
+    turns the body besides, is not for it; and of its schemes those for two parts are not for three.
+    """
+    if solver.kind != "splitting":
+        return True
+    if stepped.has_sink or layout.USER in stepped.codes:
+        return False
+    three_parts = (
+        stepped.has_rotors
+        and not stepped.symmetric
+        and (len(stepped.world[0]) > 0 or bool(stepped.body[layout.EDDIES :].any()))
+    )
+    return not (three_parts and "(" in solver.name)

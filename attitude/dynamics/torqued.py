@@ -1,0 +1,203 @@
+"""Motion under torques: legs marched by the chosen solver, and how far the answer can be off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from .. import orientation, threads
+from ..elapsed import Instants
+from ..errors import InputError, ToleranceError
+from .acting import Acting, Kick
+from .choice import Candidate, candidates
+from .legs import Leg, instants_within, legs
+from .momentum import inertial, initial_momentum
+from .situation import Situation
+from .solvers import OUTPUTS, RUNGE_KUTTA, Part, Solver, Work
+from .stepped import Stepped
+
+March = Callable[[Candidate, bool, "np.ndarray | None"], "tuple[np.ndarray, Work, bool]"]
+CHECKED = 64  # instants at which a coarser solution is compared
+ATTEMPTS = 5
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Attitudes under torques.
+
+    Attributes
+    ----------
+    rows : (OUTPUTS, n): attitude wxyz (4), rate (3, body), momentum (3, inertial) at the instants
+    error : rad, estimated greatest error of an attitude
+    candidate : the solver and setting that were used; others : what else was considered, cheapest first
+    work : what it took
+    """
+
+    rows: np.ndarray
+    error: float
+    candidate: Candidate
+    others: tuple[Candidate, ...]
+    work: Work
+
+
+def choose(
+    situation: Situation,
+    torques: Sequence[Acting],
+    kicks: Sequence[Kick],
+    tolerance: float,
+    kind: str | None = None,
+) -> list[Candidate]:
+    """Solvers and settings for the situation's span, cheapest first."""
+    cut = _all_legs(situation, torques, kicks)
+    busiest = max(cut, key=lambda leg: (len(leg.torques), leg.length))
+    span = max(abs(situation.start), abs(situation.stop))
+    found = candidates(situation, busiest, span, tolerance, kind)
+    if not found:
+        raise InputError("solver", kind, "a solver that takes these effects: automatic, gauss or dop853")
+    return found
+
+
+def solve(
+    situation: Situation,
+    torques: Sequence[Acting],
+    kicks: Sequence[Kick],
+    instants: Instants,
+    tolerance: float,
+    kind: str | None = None,
+) -> Answer:
+    """Attitudes at the instants, off by less than the tolerance (rad) by comparison with a coarser solution.
+
+    Raises
+    ------
+    ToleranceError : steps however small do not bring the estimate below the tolerance.
+    """
+    found = choose(situation, torques, kicks, tolerance, kind)
+    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+    rest = (
+        np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
+    )
+    march = partial(_march, situation, _by_direction(situation, torques, kicks), seconds, rest)
+    candidate, best = found[0], np.inf
+    for _ in range(ATTEMPTS):
+        rows, work, error = _estimated(march, candidate, seconds.size)
+        if error <= tolerance:
+            return Answer(rows, error, replace(candidate), tuple(found), work)
+        if error > 0.5 * best:
+            break
+        best = error
+        candidate = _finer(candidate, tolerance / error)
+    raise ToleranceError(
+        f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision "
+        f"({candidate.solver.name}: estimated error {min(error, best):.1e} rad); ask for more than that"
+    )
+
+
+def _finer(candidate: Candidate, ratio: float) -> Candidate:
+    """A setting whose error is smaller by a ratio, and a little more."""
+    order = min(candidate.solver.order, 8)
+    setting = candidate.setting * (0.5 * ratio) ** (1.0 / order)
+    if candidate.solver is RUNGE_KUTTA:
+        setting = max(setting, 1e-15)
+    return replace(candidate, setting=setting)
+
+
+def _all_legs(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[Leg]:
+    return [leg for direction in _by_direction(situation, torques, kicks) for leg in direction]
+
+
+def _by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[list[Leg]]:
+    """Legs forwards, and backwards where instants lie before the epoch."""
+    cut = []
+    if situation.start < 0.0:
+        cut.append(legs(situation, torques, kicks, situation.start))
+    if situation.stop >= 0.0:
+        cut.append(legs(situation, torques, kicks, situation.stop))
+    return cut
+
+
+def _estimated(march: March, candidate: Candidate, count: int) -> tuple[np.ndarray, Work, float]:
+    """(rows, work, estimated error): the solution and a coarser one, side by side on two processors."""
+    some = np.unique(np.linspace(0, count - 1, min(count, CHECKED)).round().astype(int))
+    answers: dict[bool, tuple[np.ndarray, Work, bool]] = {}
+
+    def one(coarsely: bool) -> None:
+        answers[coarsely] = march(candidate, coarsely, some if coarsely else None)
+
+    threads.run(one, [False, True])
+    (rows, work, smooth), (coarse, _, _) = answers[False], answers[True]
+    apart = orientation.angle_between(rows[:4, some].T, coarse[:4].T)
+    return rows, work, float(apart.max()) / _better(candidate.solver, smooth) + _rounding(work)
+
+
+def _better(solver: Solver, smooth: bool) -> float:
+    """By how much, at least, the solution is better than the coarser one it is compared with."""
+    order = min(solver.order, 8) if smooth else 2
+    return 5.0 if solver is RUNGE_KUTTA else max(1.0, 0.5 * (1.5**order - 1.0))
+
+
+def _rounding(work: Work) -> float:
+    return 4e-16 * float(np.sqrt(work.steps))
+
+
+def _march(
+    situation: Situation,
+    directions: list[list[Leg]],
+    seconds: np.ndarray,
+    rest: np.ndarray,
+    candidate: Candidate,
+    coarsely: bool,
+    some: np.ndarray | None,
+) -> tuple[np.ndarray, Work, bool]:
+    """Rows at the instants (at some of them), the work, and whether every torque was smooth."""
+    if some is not None:
+        seconds, rest = seconds[some], rest[some]
+    rows, total, smooth = np.empty((OUTPUTS, seconds.size)), Work(0, 0, 0), True
+    before = seconds < 0.0
+    for cut in directions:
+        mine = np.flatnonzero(before if cut[-1].stop < 0.0 else ~before)
+        if not mine.size:
+            continue
+        places = instants_within(cut, seconds[mine], rest[mine])
+        places = [mine[place] for place in places]
+        work, is_smooth = _march_legs(situation, cut, candidate, coarsely, (seconds, rest), places, rows)
+        total = Work(*(a + b for a, b in zip(total, work, strict=True)))
+        smooth = smooth and is_smooth
+    return rows, total, smooth
+
+
+def _march_legs(
+    situation: Situation,
+    cut: list[Leg],
+    candidate: Candidate,
+    coarsely: bool,
+    instants: tuple[np.ndarray, np.ndarray],
+    places: list[np.ndarray],
+    rows: np.ndarray,
+) -> tuple[Work, bool]:
+    """Leg by leg from the epoch outwards; fills the rows at the places of each."""
+    seconds, rest = instants
+    sign = 1.0 if cut[-1].stop >= 0.0 else -1.0
+    attitude = situation.attitude / np.linalg.norm(situation.attitude)
+    momentum = initial_momentum(situation, cut[0].torques)
+    total, smooth = Work(0, 0, 0), True
+    prepared: dict[tuple[int, ...], Stepped] = {}
+    for leg, place in zip(cut, places, strict=True):
+        key = tuple(id(torque) for torque in leg.torques)
+        if key not in prepared:
+            prepared[key] = candidate.solver.prepare(situation, leg.torques)
+        for kick in leg.kicks:
+            momentum = momentum + sign * inertial(kick, attitude)
+        # the last column is the end of the leg
+        at = np.append(seconds[place], leg.stop), np.append(rest[place], 0.0)
+        out = np.empty((OUTPUTS, place.size + 1))
+        state = prepared[key].state(attitude, momentum)
+        part = Part(leg.start, leg.stop, *at, coarsely)
+        work = candidate.solver.march(prepared[key], state, part, candidate.setting, out)
+        rows[:, place] = out[:, :-1]
+        attitude, momentum = out[:4, -1], out[7:, -1]
+        total = Work(*(a + b for a, b in zip(total, work, strict=True)))
+        smooth = smooth and prepared[key].is_smooth
+    return total, smooth
