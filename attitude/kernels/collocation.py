@@ -142,7 +142,8 @@ def _along_nodes(state, t, t_low, h, across, spin, world, work):
         sine, cosine = sine_cosine(half * time, 0.0)
         sine *= inverse
         put_four(work, ABOUT, i, (cosine, L[0] * sine, L[1] * sine, L[2] * sine))
-        sine, cosine = sine_cosine(0.5 * spin0, 0.5 * fma(phase, time, spin0_low))
+        turns, rest = two_sum(0.5 * spin0, 0.5 * phase * time)
+        sine, cosine = sine_cosine(turns, rest + 0.5 * spin0_low)
         work[COSINE * NODES + i], work[SINE * NODES + i] = cosine, sine
         work[TIME * NODES + i], work[TIME_LOW * NODES + i] = later(t, t_low, time)
     if orbit[0] != NO_ORBIT:
@@ -167,15 +168,16 @@ def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
             work[(STAGE + row) * NODES + i] = 0.0
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
     scale = 1.0 / size if size > 0.0 else 1.0
-    last = 1.0
+    last, ratio = 1.0, 1.0
     for _ in range(MOST_SWEEPS):
         counts[0] += 1
         _slopes(state, L, axial, across, body, symmetric, world, work)
         change = _stages(h, scale, work)
-        # what the next sweep would still change, were it to gain as much as this one; or rounding is left
-        if change * change <= 2e-17 * last or (change >= 0.5 * last and change < 1e-13):
+        # what the next sweep would still change, were it to gain no more than the last two; or rounding is left
+        gain = max(ratio, change / last)
+        if change * gain <= 1e-18 or (change >= 0.5 * last and change < 1e-13):
             return True
-        last = change
+        last, ratio = max(change, 1e-300), change / last
     return False
 
 
