@@ -12,6 +12,8 @@ from astropy.time import Time
 
 from . import orientation
 from .body import RigidBody
+from .dynamics.event import Event
+from .dynamics.translation import Translation
 from .elapsed import Instants
 from .errors import InputError, RegimeError
 from .plan import Plan
@@ -42,6 +44,8 @@ class Ephemeris:
     instants : Instants, two-part seconds since the epoch
     name : str
     plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
+    translation : Translation or None: position and velocity of the centre of mass, where they were asked for
+    events : what happened at an instant: impulses, contacts, the end where a body comes to rest
     """
 
     def __init__(
@@ -53,6 +57,9 @@ class Ephemeris:
         rate: np.ndarray | Callable[[Instants], np.ndarray] | None = None,
         name: str = "",
         plan: Plan | None = None,
+        translation: Translation | None = None,
+        events: tuple[Event, ...] = (),
+        momentum: np.ndarray | None = None,
     ):
         self._quaternion = quaternion
         self._rate = rate
@@ -61,6 +68,9 @@ class Ephemeris:
         self.body = body
         self.name = name
         self.plan = plan
+        self.translation = translation
+        self.events = events
+        self._momentum = momentum
         quaternion.flags.writeable = False
 
     @property
@@ -127,7 +137,12 @@ class Ephemeris:
 
     @property
     def angular_momentum(self) -> np.ndarray:
-        """(..., 3), kg m2 rad/s, inertial components, from the sampled attitude and rate."""
+        """(..., 3), kg m2 rad/s, inertial components, from the sampled attitude and rate.
+
+        With rotors, or a sink of energy, inside: of the whole, as the solver carries it.
+        """
+        if self._momentum is not None:
+            return _read_only(self._momentum)
         return orientation.rotate(self._quaternion, self._body_momentum())
 
     @property
@@ -158,7 +173,20 @@ class Ephemeris:
         rate = self._rate if callable(self._rate) or self._rate is None else self._rate[of_samples]
         quaternion = self._quaternion[of_samples]
         plan = self.plan and replace(self.plan, samples=quaternion[..., 0].size)
-        return Ephemeris(quaternion, self.instants[key], self.frame, self.body, rate, self.name, plan)
+        momentum = None if self._momentum is None else self._momentum[of_samples]
+        translation = self.translation and self.translation[of_samples]
+        return Ephemeris(
+            quaternion,
+            self.instants[key],
+            self.frame,
+            self.body,
+            rate,
+            self.name,
+            plan,
+            translation,
+            self.events,
+            momentum,
+        )
 
     def __repr__(self) -> str:
         epoch = f" from {self.epoch.isot} {self.epoch.scale}" if self.epoch is not None else ""

@@ -28,11 +28,11 @@ class Kick(NamedTuple):
     ----------
     seconds : s since the epoch
     angular : (3,), N m s, about the centre of mass
-    inertial : whether its components are inertial, or the body's
-    linear : (3,), N s, in the same components
+    linear : (3,), N s
+    inertial : whether both are inertial components, else along the body's axes at that instant
     """
 
     seconds: float
     angular: np.ndarray
+    linear: np.ndarray
     inertial: bool
-    linear: np.ndarray = np.zeros(3)

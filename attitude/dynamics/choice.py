@@ -39,6 +39,7 @@ TOO_DEAR = 2.0
 DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
 SWEEP, COLLOCATION_STEP = 190.0, 400.0
 STAGE = 85.0
+SAMPLE = 4e-6  # s, each instant: a step of its own
 ROW = 15.0  # each further effect, wherever the torque is computed
 
 

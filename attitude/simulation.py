@@ -1,0 +1,211 @@
+"""From a scene to its ephemeris: what acts on what, the cheapest exact route, and what it gives.
+
+    no torque               one closed form
+    impulses only           the closed form between them
+    ground                  the closed form between contacts, which are found and answered in compiled code
+    torques                 legs of a solver, chosen for the tolerance (`dynamics.choice`)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import scene_plan
+from .dynamics import free, torqued
+from .dynamics.acting import Acting, Kick
+from .dynamics.event import Event
+from .dynamics.situation import Situation
+from .dynamics.translation import Translation, parabola
+from .elapsed import Instants
+from .ephemeris import Ephemeris
+from .errors import InputError
+from .plan import Plan
+from .scene_plan import EffectPlan, ScenePlan
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+ESTIMATE = "comparison with the same solver in two thirds of the steps, over the whole span"
+COASTING = "closed form between impulses"
+BOUNCING = "closed form between contacts"
+
+
+@dataclass(frozen=True)
+class Route:
+    """A scene sorted by what its effects act on; those that cannot matter left out.
+
+    Attributes
+    ----------
+    situation : Situation
+    torques, kicks : what changes the momentum, ground aside; ground : effect or None
+    gravity : (3,), m/s2, of the centre of mass, zeros without
+    moves : whether the centre of mass is followed
+    effects : what the plan says of each
+    """
+
+    situation: Situation
+    torques: tuple[Any, ...]
+    kicks: tuple[Kick, ...]
+    ground: Any
+    gravity: np.ndarray
+    moves: bool
+    effects: tuple[EffectPlan, ...]
+
+    @property
+    def changes_momentum(self) -> bool:
+        return bool(self.torques or self.kicks or self.ground is not None)
+
+
+def route(scene: Scene, drop_below: float | None = None) -> Route:
+    """What of a scene is simulated; with `drop_below` (rad) not the torques that matter less."""
+    situation = scene.situation()
+    tolerance = scene.asked_tolerance
+    told = [
+        scene_plan.of_effect(effect, f"effects[{i}]", scene, situation, tolerance, drop_below)
+        for i, effect in enumerate(scene.effects)
+    ]
+    used = [effect for effect, plan in zip(scene.effects, told, strict=True) if plan.simulated]
+    ground = next((effect for effect in used if effect.type == "ground"), None)
+    gravity = sum((effect.vector for effect in used if effect.type == "uniform_gravity"), np.zeros(3))
+    kicks = tuple(kick for effect in used if effect.type == "impulse" for kick in effect.kicks(situation))
+    torques = tuple(effect for effect in used if effect.ACTS_ON == "attitude")
+    moves = situation.position is not None
+    return Route(situation, torques, kicks, ground, gravity, moves, tuple(told))
+
+
+def plan(scene: Scene, drop_below: float | None = None) -> ScenePlan:
+    """What `run` would do, what it would cost and how far it could be off."""
+    way = route(scene, drop_below)
+    samples, tolerance = scene.times.samples, scene.asked_tolerance
+    if way.torques:
+        found = torqued.choose(way.situation, way.torques, way.kicks, tolerance, scene.wanted_solver)
+        return scene_plan.torqued_plan(scene.name, way.effects, way.moves, found, samples, tolerance)
+    solver = BOUNCING if way.ground is not None else COASTING if way.kicks else scene_plan.form(scene)
+    return scene_plan.closed_plan(scene.name, way.effects, way.moves, solver, samples, tolerance)
+
+
+def run(scene: Scene, drop_below: float | None = None) -> Ephemeris:
+    """The ephemeris of a scene that has effects, or a centre of mass to follow."""
+    begun = perf_counter()
+    way = route(scene, drop_below)
+    instants = scene.times.build(way.situation.epoch)
+    if way.ground is not None:
+        return _bounce(scene, way, instants, begun)
+    if way.torques:
+        return _under_torques(scene, way, instants, begun)
+    if way.kicks:
+        return _coast(scene, way, instants, begun)
+    ephemeris = scene.motion().ephemeris(instants, rate=True, name=scene.name)
+    ephemeris.translation = _translation(way, instants)
+    return ephemeris
+
+
+def _under_torques(scene: Scene, way: Route, instants: Instants, begun: float) -> Ephemeris:
+    args = way.situation, way.torques, way.kicks, instants, scene.asked_tolerance, scene.wanted_solver
+    answer = torqued.solve(*args)
+    chosen = answer.candidate
+    solver = f"{chosen.solver.name}: {answer.work.steps} steps, {answer.work.torques} torques"
+    plan = Plan(solver, instants.seconds.size, 0.0, perf_counter() - begun, answer.error, ESTIMATE)
+    inside = any(effect.type in ("wheels", "dissipation") for effect in way.torques)
+    events = (*_edges(way), *_impulses(way.kicks))
+    return _ephemeris(scene, way, instants, answer.rows, plan, events, inside)
+
+
+def _coast(scene: Scene, way: Route, instants: Instants, begun: float) -> Ephemeris:
+    rows = free.coast(way.situation, way.kicks, instants)
+    bound = scene_plan.WORST_BOUND * (1 + len(way.kicks))
+    plan = Plan(COASTING, instants.seconds.size, 0.0, perf_counter() - begun, bound, scene_plan.CHAINED)
+    return _ephemeris(scene, way, instants, rows, plan, _impulses(way.kicks), False)
+
+
+def _ephemeris(
+    scene: Scene,
+    way: Route,
+    instants: Instants,
+    rows: np.ndarray,
+    plan: Plan,
+    events: Sequence[Event],
+    inside: bool,
+) -> Ephemeris:
+    shape = instants.shape
+    quaternion, rate, momentum = (rows[a:b].T.reshape(*shape, b - a) for a, b in ((0, 4), (4, 7), (7, 10)))
+    return Ephemeris(
+        quaternion,
+        instants,
+        scene.frame,
+        way.situation.body,
+        rate,
+        scene.name,
+        plan,
+        _translation(way, instants),
+        tuple(sorted(events, key=lambda event: event.seconds)),
+        momentum if inside else None,
+    )
+
+
+def _bounce(scene: Scene, way: Route, instants: Instants, begun: float) -> Ephemeris:
+    from .dynamics.contact import fly
+
+    seconds = instants.seconds.reshape(-1)
+    flight = fly(way.situation, way.ground.numbers(), way.gravity, seconds, way.kicks, instants.rest)
+    kept = instants[: len(flight.seconds)]
+    bound = scene_plan.WORST_BOUND * flight.segments
+    plan = Plan(BOUNCING, len(flight.seconds), 0.0, perf_counter() - begun, bound, scene_plan.CHAINED)
+    return Ephemeris(
+        flight.quaternion,
+        kept,
+        scene.frame,
+        way.situation.body,
+        flight.rate,
+        scene.name,
+        plan,
+        Translation(flight.position, flight.velocity),
+        tuple(flight.events),
+    )
+
+
+def _translation(way: Route, instants: Instants) -> Translation | None:
+    """The parabola, broken where an impulse changes the velocity."""
+    situation = way.situation
+    if situation.position is None or situation.velocity is None:
+        return None
+    pushes = [kick for kick in way.kicks if kick.linear.any()]
+    if pushes:
+        raise InputError(
+            "position", situation.position.tolist(), "no position where impulses push the centre of mass"
+        )
+    return Translation(*parabola(situation.position, situation.velocity, way.gravity, instants.seconds))
+
+
+def _impulses(kicks: Sequence[Kick]) -> list[Event]:
+    return [
+        Event(
+            kick.seconds,
+            "impulse",
+            f"angular impulse of {float(np.linalg.norm(kick.angular)):.6g} N m s",
+            {"angular_impulse": kick.angular, "inertial": kick.inertial},
+        )
+        for kick in kicks
+    ]
+
+
+def _edges(way: Route) -> list[Event]:
+    """Where torques begin and end; for sunlight, where the shadow ends and begins."""
+    events = []
+    low, high = min(way.situation.start, 0.0), max(way.situation.stop, 0.0)
+    for torque in way.torques:
+        names = ("shadow exit", "shadow entry") if torque.type == "solar_pressure" else ("torque on", "torque off")
+        for interval in _intervals(torque, way.situation):
+            for seconds, kind in zip(interval, names, strict=True):
+                if low < seconds < high:
+                    events.append(Event(seconds, kind, f"{kind}: {torque.type}"))
+    return events
+
+
+def _intervals(torque: Acting, situation: Situation) -> list[tuple[float, float]]:
+    return torque.intervals(situation) or []
