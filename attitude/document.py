@@ -63,19 +63,26 @@ def exactly_one(part: Part, names: tuple[str, ...]) -> str:
 class Chosen:
     """Annotation of a field that may be one of several parts, each imported when a document names it.
 
-    `pick` makes the part of plain data (and passes parts through); `kinds` are all the classes, for
-    the description of the document.
+    `pick` makes the part of plain data (and passes parts through); `kinds` are all the classes, and
+    `words` what may stand there in place of a part, for the description of the document.
     """
 
-    def __init__(self, pick: Callable[[Any], Any], kinds: Callable[[], Iterable[type[Part]]]):
+    def __init__(
+        self,
+        pick: Callable[[Any], Any],
+        kinds: Callable[[], Iterable[type[Part]]],
+        words: tuple[str, ...] = (),
+    ):
         self.pick = pick
         self.kinds = kinds
+        self.words = words
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         return core_schema.no_info_plain_validator_function(self.pick)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        return {"oneOf": [handler(kind.__pydantic_core_schema__) for kind in self.kinds()]}
+        parts = [handler(kind.__pydantic_core_schema__) for kind in self.kinds()]
+        return {"oneOf": [*({"const": word} for word in self.words), *parts]}
 
 
 @contextmanager

@@ -225,7 +225,9 @@ class Tolerance(Angle):
     @model_validator(mode="after")
     def _check_reach(self) -> Tolerance:
         if not LEAST_TOLERANCE <= self.si <= GREATEST_TOLERANCE:
-            reach = f"from {LEAST_TOLERANCE:g} rad (double precision gives no less) to {GREATEST_TOLERANCE:g} rad"
+            reach = (
+                f"from {LEAST_TOLERANCE:g} rad (double precision gives no less) to {GREATEST_TOLERANCE:g} rad"
+            )
             raise InputError("value", self.value, reach)
         return self
 
@@ -302,9 +304,11 @@ class Scene(Part):
         """
         for i, effect in enumerate(self.effects):
             if effect.type not in KNOWN_EFFECTS:
-                expected = f"effects that a document can hold ({', '.join(KNOWN_EFFECTS)}), none made in Python"
+                expected = (
+                    f"effects that a document can hold ({', '.join(KNOWN_EFFECTS)}), none made in Python"
+                )
                 raise InputError(f"effects[{i}]", effect, expected)
-        return self.model_dump(exclude_unset=True)
+        return self.model_dump(exclude_unset=True, by_alias=True)
 
     @property
     def asked_tolerance(self) -> float:

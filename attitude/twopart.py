@@ -36,7 +36,7 @@ def fraction_of_turn(t: np.ndarray, high: float, low: float) -> np.ndarray:
     may be millions, take no digits from the rest.
     """
     product = t * high
-    t_high, high_high = _upper_half(t), _upper_half(np.float64(high))
+    t_high, high_high = _upper_half(t), _upper_half(np.asarray(high))
     t_low, high_low = t - t_high, high - high_high
     rest = t_low * high_low - (((product - t_high * high_high) - t_low * high_high) - t_high * high_low)
     return (product - np.round(product)) + (rest + t * low)

@@ -38,7 +38,9 @@ def _pick(value: Any) -> Effect:
         return value
     known = ", ".join(KNOWN_EFFECTS)
     if not isinstance(value, dict):
-        raise InputError("", value, f"an object with the type of an effect that this version simulates ({known})")
+        raise InputError(
+            "", value, f"an object with the type of an effect that this version simulates ({known})"
+        )
     name = value.get("type")
     if not isinstance(name, str) or name not in _CLASSES:
         raise InputError("type", name, f"an effect that this version simulates ({known})")

@@ -33,7 +33,10 @@ class Effect(Part):
         return self.NEEDS_EPOCH
 
     def check(self, situation: Situation) -> None:
-        """Refuse what only the whole scene shows to be wrong; InputError with the field relative to the effect."""
+        """Refuse what only the whole scene shows to be wrong.
+
+        Raises InputError with the field relative to the effect (but "frame", "epoch", "orbit": the scene's).
+        """
 
 
 class Torque(Effect):

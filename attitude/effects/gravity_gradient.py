@@ -27,7 +27,7 @@ class GravityGradient(Torque):
         return row(layout.GRAVITY_GRADIENT, _mu(situation))[None]
 
     def size(self, situation: Situation) -> float:
-        """Reached at the nearest point of the orbit, at 45 degrees between the least and the greatest moment."""
+        """Reached at the nearest point of the orbit, 45 degrees between least and greatest moment."""
         if situation.course is None:
             raise InputError("orbit", None, "an orbit")
         moments = situation.moments

@@ -47,7 +47,9 @@ def _check_translation(scene: Parts) -> None:
         if getattr(scene, given) is not None and getattr(scene, missing) is None:
             raise InputError(missing, None, f"a {missing} beside {given}")
     if scene.orbit is not None and scene.position is not None:
-        raise InputError("position", scene.position.value, "no position beside orbit, which says where the body is")
+        raise InputError(
+            "position", scene.position.value, "no position beside orbit, which says where the body is"
+        )
 
 
 def _check_orbit(scene: Parts) -> None:
@@ -81,7 +83,9 @@ def _check_ground(scene: Parts) -> None:
         raise InputError("position", None, "a position and a velocity, since there is a ground to fall on")
     for i, effect in enumerate(scene.effects):
         if effect.ACTS_ON == "attitude":
-            expected = "no torque in a scene with ground: this version simulates contact with free rotation between"
+            expected = (
+                "no torque in a scene with ground: this version simulates contact with free rotation between"
+            )
             raise InputError(f"effects[{i}].type", effect.type, expected)
 
 

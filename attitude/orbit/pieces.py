@@ -50,7 +50,9 @@ def sampled(
     raise InputError(field, found, f"a course that {MOST_PIECES} polynomials can follow within {tolerance:g}")
 
 
-def _interpolated(function: Callable[[np.ndarray], np.ndarray], start: float, length: float, count: int) -> Pieces:
+def _interpolated(
+    function: Callable[[np.ndarray], np.ndarray], start: float, length: float, count: int
+) -> Pieces:
     nodes, to_powers = _chebyshev()
     t = start + length * (np.arange(count)[:, None] + nodes)
     values = function(t.reshape(-1)).reshape(count, DEGREE + 1, 3)

@@ -56,9 +56,7 @@ def least_distance(course: Course) -> float:
     """m: the nearest that the course comes to the central body; of pieces, at nine instants of each."""
     if course.numbers[0] == layout.KEPLER:
         return float(course.numbers[1] * (1.0 - course.numbers[2]))
-    pieces = as_pieces(course)
-    t = pieces.start + pieces.length * np.arange(8 * len(pieces.coefficients) + 1) / 8.0
-    return float(np.sqrt((evaluate(pieces, t) ** 2).sum(axis=1).min()))
+    return float(np.sqrt((position(course, samples(course)) ** 2).sum(axis=1).min()))
 
 
 def normals(course: Course) -> np.ndarray:
@@ -68,7 +66,18 @@ def normals(course: Course) -> np.ndarray:
     pieces = as_pieces(course)
     t = pieces.start + pieces.length * np.arange(len(pieces.coefficients) + 1)
     normal = np.cross(position(course, t), velocity(course, t))
-    return normal / np.sqrt((normal**2).sum(axis=1))[:, None]
+    size = np.sqrt((normal**2).sum(axis=1))
+    return normal[size > 0.0] / size[size > 0.0, None]  # a body falling straight down has none
+
+
+def samples(course: Course) -> np.ndarray:
+    """(n,) s: close together, for what is greatest on the course: 720 of a revolution, 9 of a piece."""
+    if course.numbers[0] == layout.KEPLER:
+        E = TAU * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
+        mean = (E - course.numbers[2] * np.sin(E)) / TAU
+        return (mean - course.numbers[3]) * course.period
+    pieces = as_pieces(course)
+    return pieces.start + pieces.length * np.arange(8 * len(pieces.coefficients) + 1) / 8.0
 
 
 def as_pieces(course: Course) -> Pieces:

@@ -37,7 +37,7 @@ class Positions(Measured):
 
 
 class Table(AboutABody):
-    """`times` (elapsed since the epoch) and `positions` from the central body, components in the scene's frame.
+    """`times` (elapsed since the epoch) and `positions` from the central body, in the scene's frame.
 
     At least four points; the spline through them is of degree 7 where there are eight.
     """
@@ -49,10 +49,14 @@ class Table(AboutABody):
     def _check(self) -> Table:
         times, points = self._times(), self._points()
         if len(times) != len(points):
-            raise InputError("positions.value", f"{len(points)} positions", f"{len(times)}, one for each of times")
+            raise InputError(
+                "positions.value", f"{len(points)} positions", f"{len(times)}, one for each of times"
+            )
         if not (np.diff(times) > 0.0).all():
             i = int(np.argmin(np.diff(times) > 0.0)) + 1
-            raise InputError(f"times.value[{i}]", self.times.value[i], "instants in ascending order, none twice")
+            raise InputError(
+                f"times.value[{i}]", self.times.value[i], "instants in ascending order, none twice"
+            )
         central = self.central()
         least = 0.0 if central.radius is None else central.radius
         inside = np.sqrt((points**2).sum(axis=1)) <= least
@@ -100,7 +104,9 @@ def _spline(times: np.ndarray, points: np.ndarray) -> Any:
     i = int(np.argmax(unsure))
     if not unsure[i] <= COARSEST:
         found = f"{(times[i + 1] - times[i]).item():g} s apart"
-        raise InputError(f"times.value[{i + 1}]", found, "points close enough to tell the positions between them")
+        raise InputError(
+            f"times.value[{i + 1}]", found, "points close enough to tell the positions between them"
+        )
     return curve
 
 

@@ -20,7 +20,8 @@ from .table import course_of
 if TYPE_CHECKING:
     from astropy.time import Time
 
-TOLERANCE = 1e-10
+# SGP4 itself jumps by 1e-10 of r where its iteration for Kepler's equation takes one step more.
+TOLERANCE = 1e-9
 DAY = 86400.0
 # The turn from TEME is computed so often, days, and a cubic spline laid through: the fastest term that
 # counts, 0.23 arcseconds in 13.7 days, then errs by 2e-14 rad.
@@ -32,7 +33,7 @@ class TwoLine(Orbit):
     """`{"tle": ["1 ...", "2 ..."]}`, both lines of 69 characters with their checksums.  Needs an epoch.
 
     Positions by SGP4 (Vallado et al. 2006, package `sgp4`) and from its frame, true equator and mean
-    equinox, by precession, nutation and the equation of the equinoxes; interpolated within 1e-10 of r.
+    equinox, by precession, nutation and the equation of the equinoxes; interpolated within 1e-9 of r.
     """
 
     tle: Annotated[list[str], Field(min_length=2, max_length=2)]
@@ -73,7 +74,9 @@ class TwoLine(Orbit):
         except ValueError as error:
             raise InputError("tle", self.tle[0], f"two lines that sgp4 reads ({error})") from None
         if satellite.error:
-            raise InputError("tle", self.tle[0], f"elements that sgp4 takes (it says: {_reason(satellite.error)})")
+            raise InputError(
+                "tle", self.tle[0], f"elements that sgp4 takes (it says: {_reason(satellite.error)})"
+            )
         return satellite
 
 
@@ -99,8 +102,8 @@ def _teme(satellite: Any, t: np.ndarray) -> np.ndarray:
     errors, positions, _ = satellite.sgp4_array(satellite.jdsatepoch + days, fraction)
     if errors.any():
         i = int(np.argmax(errors != 0))
-        reason = f"elements that last over the span (at {t[i]:g} s after them sgp4 says: {_reason(int(errors[i]))})"
-        raise InputError("tle", "a TLE", reason)
+        reason = f"sgp4 says {t[i]:g} s after them: {_reason(int(errors[i]))}"
+        raise InputError("tle", "a TLE", f"elements that last over the span ({reason})")
     return positions * 1e3
 
 
@@ -120,7 +123,7 @@ def _from_teme(epoch: Time, first: float, last: float) -> Callable[[np.ndarray],
 
 
 def _matrices(epoch: Time, t: np.ndarray) -> np.ndarray:
-    """TEME to GCRF: about the true pole by the equation of the equinoxes, then nutation, precession, bias back.
+    """TEME to GCRF: about the true pole to the true equinox, then nutation, precession and bias back.
 
     Sidereal time of 1982 carries TEME to the Earth-fixed frame, that of IAU 2006 the true equinox.  Only
     their difference counts, in which a second of UT1 is 7e-12 rad: UTC does for it.
