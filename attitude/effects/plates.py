@@ -106,7 +106,7 @@ class Surfaces(NamedTuple):
 
 
 # No direction is farther than this from one of _directions(), rad (a test measures it).
-COVERING = 1.6 / math.sqrt(DIRECTIONS)
+COVERING = 2.6 / math.sqrt(DIRECTIONS)
 
 
 def _geometry(plates: list[OpticalPlate] | list[DragPlate]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

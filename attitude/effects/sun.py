@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 SOLAR_CONSTANT = 1361.0  # W/m2 at 1 au (IAU 2015 resolution B3, nominal total solar irradiance)
 DAY = 86400.0
+TOLERANCE = 1e-9  # the rounding of the series itself is 7e-11
 
 
 class FixedSun(Part):
@@ -65,7 +66,7 @@ def pressure() -> float:
 
 
 def from_earth(epoch: Time, frame: str, start: float, stop: float) -> Pieces:
-    """The vector from the Earth to the Sun, m, in `frame`, within 1e-12 of its length.
+    """The vector from the Earth to the Sun, m, in `frame`, within 1e-9 of its length.
 
     Where the Sun is, not where it is seen (20 arcseconds aside), by the series that astropy's built-in
     ephemeris takes (erfa.epv00; 1900 to 2100, beyond which the series is extended).
@@ -80,4 +81,4 @@ def from_earth(epoch: Time, frame: str, start: float, stop: float) -> Pieces:
             earth = erfa.epv00(day, fraction + t / DAY)[0]
         return -earth["p"] @ turn.T
 
-    return sampled(position, start - DAY, stop + DAY, 4.0 * DAY, 1e-12, "sun")
+    return sampled(position, start - DAY, stop + DAY, 4.0 * DAY, TOLERANCE, "sun")
