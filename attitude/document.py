@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic_core import core_schema
 
 from .errors import AttitudeError, FormatError, InputError
 
@@ -59,6 +60,31 @@ def exactly_one(part: Part, names: tuple[str, ...]) -> str:
     return given[0]
 
 
+class Chosen:
+    """Annotation of a field that may be one of several parts, each imported when a document names it.
+
+    `pick` makes the part of plain data (and passes parts through); `kinds` are all the classes, and
+    `words` what may stand there in place of a part, for the description of the document.
+    """
+
+    def __init__(
+        self,
+        pick: Callable[[Any], Any],
+        kinds: Callable[[], Iterable[type[Part]]],
+        words: tuple[str, ...] = (),
+    ):
+        self.pick = pick
+        self.kinds = kinds
+        self.words = words
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.no_info_plain_validator_function(self.pick)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        parts = [handler(kind.__pydantic_core_schema__) for kind in self.kinds()]
+        return {"oneOf": [*({"const": word} for word in self.words), *parts]}
+
+
 @contextmanager
 def field_named(name: str) -> Iterator[None]:
     """Gives an error from the library the name that its field has in the document."""
@@ -67,6 +93,21 @@ def field_named(name: str) -> Iterator[None]:
     except InputError as error:
         tail = error.field[error.field.index("[") :] if "[" in error.field else ""
         raise InputError(name + tail, error.value, error.expected) from None
+
+
+@contextmanager
+def field_within(place: str) -> Iterator[None]:
+    """Puts the place of a part before the field of an error that names it relative to the part.
+
+    `frame` and `epoch` are fields of the scene, whatever part misses them.
+    """
+    try:
+        yield
+    except InputError as error:
+        if error.field in ("frame", "epoch", "orbit"):
+            raise
+        inner = error.field if error.field.startswith("[") or not error.field else f".{error.field}"
+        raise InputError(place + inner, error.value, error.expected) from None
 
 
 # -- documents that are wrong ---------------------------------------------------------------------

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import re
-import warnings
 from collections.abc import Iterator
-from contextlib import suppress
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -14,11 +11,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from astropy import units as u
 from astropy.time import Time
-from erfa import ErfaWarning
 from pydantic import Field, model_validator
 
 from . import elapsed, orientation, units
 from .body import RigidBody
+from .dates import Scale, parse_time, parse_times
 from .document import (
     Four,
     Matrix,
@@ -29,26 +26,34 @@ from .document import (
     document_errors,
     exactly_one,
     field_named,
+    field_within,
     parse_json,
 )
+from .dynamics.situation import Situation
+from .effects import KNOWN_EFFECTS, AnyEffect, together
 from .elapsed import Grid, Instants
 from .ephemeris import Ephemeris
 from .errors import FormatError, InputError
 from .motion import TorqueFreeMotion
+from .orbit import AnyOrbit
+from .quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 
-KNOWN_EFFECTS: tuple[str, ...] = ()
+# Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
+LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
 
 
 class Body(Part):
-    """Inertia about the centre of mass: principal `moments`, or a full `tensor`."""
+    """Inertia about the centre of mass: principal `moments`, or a full `tensor`; and the `mass`."""
 
     moments: Vector | None = None
     tensor: Matrix | None = None
     unit: str = Field(examples=["kg m2"])
+    mass: Mass | None = None
 
     @model_validator(mode="after")
     def _one_of(self) -> Body:
         exactly_one(self, ("moments", "tensor"))
+        check_positive(self, "mass")
         return self
 
     def build(self) -> RigidBody:
@@ -62,10 +67,10 @@ class Epoch(Part):
     """An instant: ISO 8601 text and the time scale it is in."""
 
     time: str = Field(examples=["1992-11-09T17:49:47"])
-    scale: Literal["utc", "tai", "tt", "tdb", "tcb", "tcg", "ut1"]
+    scale: Scale
 
     def build(self) -> Time:
-        return elapsed.check_epoch(_parse_time(self.time, self.scale, "epoch.time"), "epoch.time")
+        return elapsed.check_epoch(parse_time(self.time, self.scale, "epoch.time"), "epoch.time")
 
 
 class Attitude(Part):
@@ -141,7 +146,7 @@ class Times(Part):
     elapsed: list[Number] | None = Field(None, min_length=1)
     unit: str | None = Field(None, examples=["s"])
     dates: list[str] | None = Field(None, min_length=1)
-    scale: Literal["utc", "tai", "tt", "tdb", "tcb", "tcg", "ut1"] | None = None
+    scale: Scale | None = None
 
     @model_validator(mode="after")
     def _one_form(self) -> Times:
@@ -188,7 +193,7 @@ class Times(Part):
                 raise InputError(
                     "times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from"
                 )
-            return elapsed.instants(_parse_times(self.dates, self.scale), epoch, "times.dates")
+            return elapsed.instants(parse_times(self.dates, self.scale), epoch, "times.dates")
         unit = self.unit or ""
         units.parse_unit(unit, units.SECOND, "times.unit")
         if self.elapsed is None:
@@ -196,12 +201,35 @@ class Times(Part):
             return grid.part(0, grid.count, epoch)
         return elapsed.in_unit(np.array(self.elapsed), unit, "times.elapsed", epoch)
 
+    def span(self, epoch: Time | None) -> tuple[float, float]:
+        """First and last instant together with the epoch, s since it."""
+        instants = self.lazily(epoch)
+        if isinstance(instants, Grid):
+            first, last = instants.part(0, 1), instants.part(instants.count - 1, instants.count)
+            seconds = [float(first.seconds[0]), float(last.seconds[0])]
+        else:
+            seconds = [float(instants.seconds.min()), float(instants.seconds.max())]
+        return min(0.0, *seconds), max(0.0, *seconds)
+
     def lazily(self, epoch: Time | None) -> Grid | Instants:
         """The instants for `TorqueFreeMotion.chunks`: those of a grid are not made yet."""
         return self.build(epoch) if self.start is None else self._grid()
 
     def _grid(self) -> Grid:
         return Grid(*self._span(), self.count, self.step, self.unit or "")
+
+
+class Tolerance(Angle):
+    """How far an attitude may be off at the end of the span."""
+
+    @model_validator(mode="after")
+    def _check_reach(self) -> Tolerance:
+        if not LEAST_TOLERANCE <= self.si <= GREATEST_TOLERANCE:
+            reach = (
+                f"from {LEAST_TOLERANCE:g} rad (double precision gives no less) to {GREATEST_TOLERANCE:g} rad"
+            )
+            raise InputError("value", self.value, reach)
+        return self
 
 
 class Scene(Part):
@@ -219,15 +247,17 @@ class Scene(Part):
     attitude: Attitude
     angular_velocity: AngularVelocity
     times: Times
-    effects: list[Any] = Field(default_factory=list)
+    effects: list[AnyEffect] = Field(default_factory=list)
+    orbit: AnyOrbit | None = None
+    position: LengthVector | None = None
+    velocity: SpeedVector | None = None
+    tolerance: Tolerance | None = None
+    solver: Literal["automatic", "splitting", "gauss", "dop853"] | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Scene:
         orientation.check_frame(self.frame)
-        for i, effect in enumerate(self.effects):
-            name = effect.get("type", effect) if isinstance(effect, dict) else effect
-            known = ", ".join(KNOWN_EFFECTS) or "none"
-            raise InputError(f"effects[{i}]", name, f"an effect that this version simulates ({known})")
+        together.check(self)
         return self
 
     def __init__(self, **document: Any):
@@ -268,8 +298,49 @@ class Scene(Part):
         return json.dumps(self.document(), indent=2, ensure_ascii=False)
 
     def document(self) -> dict[str, Any]:
-        """The document as plain data, without what was left out."""
-        return self.model_dump(exclude_unset=True)
+        """The document as plain data, without what was left out.
+
+        Raises InputError where an effect was made in Python, which no document can hold.
+        """
+        for i, effect in enumerate(self.effects):
+            if effect.type not in KNOWN_EFFECTS:
+                expected = (
+                    f"effects that a document can hold ({', '.join(KNOWN_EFFECTS)}), none made in Python"
+                )
+                raise InputError(f"effects[{i}]", effect, expected)
+        return self.model_dump(exclude_unset=True, by_alias=True)
+
+    @property
+    def asked_tolerance(self) -> float:
+        """rad: the document's `tolerance`, or what it is where left out."""
+        return USUAL_TOLERANCE if self.tolerance is None else self.tolerance.si
+
+    def situation(self) -> Situation:
+        """The numbers that effects and solvers share, in SI, with every effect checked against them.
+
+        Raises InputError with the field's path for what only the whole scene shows to be wrong.
+        """
+        epoch = self.epoch.build() if self.epoch is not None else None
+        start, stop = self.times.span(epoch)
+        with field_within("orbit"):
+            course = None if self.orbit is None else self.orbit.course(start, stop, epoch, self.frame)
+        situation = Situation(
+            self.body.build(),
+            self.attitude.build(),
+            self.angular_velocity.build(),
+            start,
+            stop,
+            epoch,
+            self.frame,
+            None if self.body.mass is None else self.body.mass.si,
+            None if self.position is None else self.position.si,
+            None if self.velocity is None else self.velocity.si,
+            course,
+        )
+        for i, effect in enumerate(self.effects):
+            with field_within(f"effects[{i}]"):
+                effect.check(situation)
+        return situation
 
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
@@ -305,39 +376,7 @@ def builtin_names() -> list[str]:
     )
 
 
-# -- dates and matrices -------------------------------------------------------------------------
-
-
-ISO_DATE = re.compile(r"\d{4}-\d{2}-\d{2}([T ][\d:.]+)?")
-
-
-def _parse_time(text: str, scale: str | None, field: str) -> Time:
-    """ISO 8601; a Z at the end is taken where the scale is UTC, which it states."""
-    plain = text.removesuffix("Z") if scale == "utc" else text
-    try:
-        if ISO_DATE.fullmatch(plain):
-            return _existing_time(plain, scale)
-    except ValueError:
-        pass
-    raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)") from None
-
-
-def _existing_time(text: str | list[str], scale: str | None) -> Time:
-    """A second 60 where no leap second was, astropy lets pass with a warning; here it is a ValueError."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("error", message=".*after end of day")
-        try:
-            return Time(text, scale=scale)
-        except ErfaWarning as warning:
-            raise ValueError(str(warning)) from None
-
-
-def _parse_times(texts: list[str], scale: str | None) -> Time:
-    """All at once where all are plain ISO 8601; one by one to find the one that is not."""
-    if all(ISO_DATE.fullmatch(text) for text in texts):
-        with suppress(ValueError):
-            return _existing_time(texts, scale)
-    return Time([_parse_time(text, scale, f"times.dates[{i}]") for i, text in enumerate(texts)])
+# -- numbers and matrices -----------------------------------------------------------------------
 
 
 def _si(values: Any, unit: str, like: u.UnitBase, field: str) -> np.ndarray:

@@ -13,6 +13,20 @@ from .errors import InputError
 MOMENT = u.kg * u.m**2
 RATE = u.rad / u.s
 SECOND = u.s
+ANGLE = u.rad
+LENGTH = u.m
+SPEED = u.m / u.s
+ACCELERATION = u.m / u.s**2
+MASS = u.kg
+AREA = u.m**2
+TORQUE = u.N * u.m
+IMPULSE = u.N * u.s
+ANGULAR_IMPULSE = u.N * u.m * u.s
+PER_ANGULAR_IMPULSE = 1 / (u.N * u.m * u.s)
+DIPOLE = u.A * u.m**2
+FIELD = u.T
+DENSITY = u.kg / u.m**3
+GRAVITATIONAL_PARAMETER = u.m**3 / u.s**2
 
 
 def si_array(value: Any, unit: u.UnitBase, field: str) -> np.ndarray:
@@ -71,13 +85,27 @@ def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
     try:
         return float(u.Unit(name).to(like))
     except (ValueError, TypeError, u.UnitConversionError):
-        kind = str(like.physical_type)
-        raise InputError(field, name, f"a unit of {kind}, such as {_EXAMPLES[kind]}") from None
+        kind, examples = _KINDS[like]
+        raise InputError(field, name, f"a unit of {kind}, such as {examples}") from None
 
 
-_EXAMPLES = {
-    str(MOMENT.physical_type): '"kg m2"',
-    str(RATE.physical_type): '"rad/s", "deg/s" or "deg/d"',
-    str(u.rad.physical_type): '"deg" or "rad"',
-    str(SECOND.physical_type): '"s", "min", "h" or "d"',
+# What a unit is one of, and examples.  By unit: a torque and an energy are one kind of unit to astropy.
+_KINDS = {
+    MOMENT: (str(MOMENT.physical_type), '"kg m2"'),
+    RATE: (str(RATE.physical_type), '"rad/s", "deg/s" or "deg/d"'),
+    ANGLE: ("angle", '"deg" or "rad"'),
+    SECOND: ("time", '"s", "min", "h" or "d"'),
+    LENGTH: ("length", '"m" or "km"'),
+    SPEED: ("speed", '"m/s" or "km/s"'),
+    ACCELERATION: ("acceleration", '"m/s2"'),
+    MASS: ("mass", '"kg"'),
+    AREA: ("area", '"m2"'),
+    TORQUE: ("torque", '"N m"'),
+    IMPULSE: ("impulse", '"N s"'),
+    ANGULAR_IMPULSE: ("angular momentum", '"N m s"'),
+    PER_ANGULAR_IMPULSE: ("inverse angular momentum", '"1/(N m s)"'),
+    DIPOLE: ("magnetic moment", '"A m2"'),
+    FIELD: ("magnetic flux density", '"T" or "nT"'),
+    DENSITY: ("density", '"kg/m3"'),
+    GRAVITATIONAL_PARAMETER: ("gravitational parameter", '"m3/s2" or "km3/s2"'),
 }

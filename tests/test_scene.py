@@ -337,7 +337,7 @@ FAULTS = {
     ),
     "ragged tensor": (tensor([1, 0, 0], [0, 1], [0, 0, 1]), "/body/tensor/1", "3 elements"),
     "tensor of two rows": (tensor([1, 0, 0], [0, 1, 0]), "/body/tensor", "3 elements"),
-    "key of a part unknown": (moments(1, 1, 1, mass=3), "/body/mass", f"{UNKNOWN}; got 3"),
+    "key of a part unknown": (moments(1, 1, 1, weight=3), "/body/weight", f"{UNKNOWN}; got 3"),
     "key unknown": ({"colour": "red"}, "/colour", f"{UNKNOWN}; got 'red'"),
     "key with a dot": ({"a.b": 1}, "/a.b", UNKNOWN),
     "key with a slash": ({"a/b~c": 1}, "/a~1b~0c", UNKNOWN),
@@ -512,9 +512,14 @@ FAULTS = {
         "an effect that this version simulates .*; got 'drag'",
     ),
     "effect by its type": (
+        {"effects": [{"type": "tides"}]},
+        "/effects/0/type",
+        "an effect that this version simulates .uniform_gravity, ground, .*; got 'tides'",
+    ),
+    "key of an effect unknown": (
         {"effects": [{"type": "gravity_gradient", "rate": 1}]},
-        "/effects/0",
-        "got 'gravity_gradient'",
+        "/effects/0/rate",
+        f"{UNKNOWN}; got 1",
     ),
     "effects of another form": ({"effects": "drag"}, "/effects", "a list; got 'drag'"),
 }

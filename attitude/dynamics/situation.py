@@ -27,6 +27,21 @@ class Pieces(NamedTuple):
     coefficients: np.ndarray
 
 
+class Central(NamedTuple):
+    """The body that is orbited.
+
+    Attributes
+    ----------
+    mu : gravitational parameter, m3/s2
+    radius : m, or None where nobody said
+    is_earth : whether what is known of the Earth (its field, its rotation) holds
+    """
+
+    mu: float
+    radius: float | None
+    is_earth: bool
+
+
 class Course(NamedTuple):
     """Where the centre of mass is on its orbit, as kernels take it.
 
@@ -35,11 +50,13 @@ class Course(NamedTuple):
     numbers : (ORBIT_WIDTH,), `kernels.layout`
     pieces : (pieces, 3, degree + 1); (1, 3, 1) zeros for a Keplerian orbit
     period : s, of one revolution, at least roughly
+    central : the body that is orbited; None where nothing asks for more than positions
     """
 
     numbers: np.ndarray
     pieces: np.ndarray
     period: float
+    central: Central | None = None
 
 
 @dataclass(frozen=True)

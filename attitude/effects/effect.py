@@ -23,8 +23,20 @@ class Effect(Part):
     NEEDS_ORBIT: ClassVar[bool] = False
     NEEDS_EPOCH: ClassVar[bool] = False
 
+    @property
+    def needs_orbit(self) -> bool:
+        """Whether this one does, as it is set."""
+        return self.NEEDS_ORBIT
+
+    @property
+    def needs_epoch(self) -> bool:
+        return self.NEEDS_EPOCH
+
     def check(self, situation: Situation) -> None:
-        """Refuse what only the whole scene shows to be wrong: InputError, relative to the effect."""
+        """Refuse what only the whole scene shows to be wrong.
+
+        Raises InputError with the field relative to the effect (but "frame", "epoch", "orbit": the scene's).
+        """
 
 
 class Torque(Effect):

@@ -1,0 +1,40 @@
+"""Internal friction: energy falls, angular momentum stays."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from ..dynamics.situation import Situation
+from ..kernels import layout
+from ..quantities import DissipationCoefficient, check_not_negative
+from .effect import Torque, row
+from .spin import momentum
+
+
+class Dissipation(Torque):
+    """`{"type": "dissipation", "coefficient": {"value": 1e-3, "unit": "1/(N m s)"}}`.
+
+    The double bracket dm/dt = m x w + alpha m x (m x w), m the body's angular momentum, w = I^-1 m,
+    alpha the coefficient: energy is lost at the rate alpha (m x w)^2 (Bloch, Krishnaprasad, Marsden and
+    Ratiu 1996).
+    """
+
+    type: Literal["dissipation"]
+    coefficient: DissipationCoefficient
+
+    @model_validator(mode="after")
+    def _check(self) -> Dissipation:
+        check_not_negative(self, "coefficient")
+        return self
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        return row(layout.DISSIPATION, self.coefficient.si)[None]
+
+    def size(self, situation: Situation) -> float:
+        """alpha L abs(m x w), at most alpha L^3 (1/I_min - 1/I_max) / 2: reached halfway between the axes."""
+        moments = situation.moments
+        spread = float(1.0 / moments.min() - 1.0 / moments.max())
+        return 0.5 * self.coefficient.si * momentum(situation) ** 3 * spread

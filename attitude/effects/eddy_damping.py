@@ -1,0 +1,71 @@
+"""Eddy currents: a torque against the body's turning, from outside."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from .. import units
+from ..document import Matrix, Number, exactly_one
+from ..dynamics.situation import Situation
+from ..errors import InputError
+from ..kernels import layout
+from ..quantities import GREATEST
+from .effect import Torque, row
+from .spin import greatest_rate
+
+# Rounding in the caller's own arithmetic that is forgiven, as in a body's tensor.
+SYMMETRY_TOLERANCE = 1e-12
+
+
+class EddyDamping(Torque):
+    """`{"type": "eddy_damping", "coefficient": 1e-3, "unit": "N m s"}`: torque -C omega.
+
+    C is `coefficient` in all directions, or a `tensor` in the body frame, symmetric and with no negative
+    eigenvalue.  The torque is that of a steady field on the body; energy and momentum both fall.
+    """
+
+    type: Literal["eddy_damping"]
+    coefficient: Annotated[Number, Field(ge=0.0)] | None = None
+    tensor: Matrix | None = None
+    unit: str = Field(examples=["N m s"])
+
+    @model_validator(mode="after")
+    def _check(self) -> EddyDamping:
+        form = exactly_one(self, ("coefficient", "tensor"))
+        units.parse_unit(self.unit, units.ANGULAR_IMPULSE, "unit")
+        with np.errstate(over="ignore"):
+            C = self.C
+        if not np.abs(C).max() <= GREATEST:
+            raise InputError(form, getattr(self, form), f"a magnitude up to {GREATEST:g} N m s")
+        _check_symmetric(C, self.tensor)
+        least, most = float(np.linalg.eigvalsh(C)[0]), float(np.abs(C).max())
+        if least < -SYMMETRY_TOLERANCE * most:
+            raise InputError(
+                "tensor", self.tensor, f"a tensor without negative eigenvalues (one is {least:.6g} N m s)"
+            )
+        return self
+
+    @property
+    def C(self) -> np.ndarray:
+        """(3, 3), N m s, body frame."""
+        values = np.eye(3) * (self.coefficient or 0.0) if self.tensor is None else np.array(self.tensor)
+        return values * units.parse_unit(self.unit, units.ANGULAR_IMPULSE, "unit")
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        C = situation.axes @ self.C @ situation.axes.T
+        return row(layout.EDDY, 0.5 * (C + C.T))[None]
+
+    def size(self, situation: Situation) -> float:
+        """Greatest eigenvalue of C times the greatest rate of free rotation: the spin only falls by it."""
+        return float(np.linalg.eigvalsh(self.C)[-1]) * greatest_rate(situation)
+
+
+def _check_symmetric(C: np.ndarray, tensor: list[list[float]] | None) -> None:
+    off = np.abs(C - C.T)
+    if tensor is not None and (off > SYMMETRY_TOLERANCE * np.abs(C).max()).any():
+        i, j = (int(k) for k in np.unravel_index(int(np.argmax(off)), (3, 3)))
+        mirror = f"a symmetric tensor (the mirrored element is {tensor[j][i]!r})"
+        raise InputError(f"tensor[{i}][{j}]", tensor[i][j], mirror)

@@ -1,0 +1,41 @@
+"""Gravity gradient: the near side of the body is pulled harder than the far side."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from ..dynamics.situation import Situation
+from ..errors import InputError
+from ..kernels import layout
+from ..orbit.position import least_distance
+from .effect import Torque, row
+
+
+class GravityGradient(Torque):
+    """`{"type": "gravity_gradient"}`: torque 3 mu / r^3 (n x I n), n from the central body to this one.
+
+    The first term of the series in the body's size over r (Hughes 2004, section 8.1), with the full tensor.
+    """
+
+    NEEDS_ORBIT: ClassVar[bool] = True
+
+    type: Literal["gravity_gradient"]
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        return row(layout.GRAVITY_GRADIENT, _mu(situation))[None]
+
+    def size(self, situation: Situation) -> float:
+        """Reached at the nearest point of the orbit, 45 degrees between least and greatest moment."""
+        if situation.course is None:
+            raise InputError("orbit", None, "an orbit")
+        moments = situation.moments
+        spread = float(moments.max() - moments.min())
+        return 1.5 * _mu(situation) / least_distance(situation.course) ** 3 * spread
+
+
+def _mu(situation: Situation) -> float:
+    if situation.course is None or situation.course.central is None:
+        raise InputError("orbit", None, "an orbit about a body whose gravity is known")
+    return situation.course.central.mu

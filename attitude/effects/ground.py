@@ -1,0 +1,63 @@
+"""The ground: a plane that the body bounces on."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from .. import orientation
+from ..document import Number, Vector
+from ..dynamics.situation import Situation
+from ..errors import InputError
+from ..quantities import Length, unit_vector
+from .effect import Effect
+from .shape import Shape, Solid
+
+# Of the body's size: how far its lowest point may be below the plane, by rounding of what is given.
+DEEPEST = 1e-12
+
+
+class Ground(Effect):
+    """`{"type": "ground", "normal": [0, 0, 1], "height": {"value": 0, "unit": "m"}, "shape": {...}, ...}`.
+
+    `normal`: upwards, inertial; `height`: of the plane along it from the origin; `restitution`: the part of
+    the approaching normal speed that a touching point leaves with, 0 to 1; `friction`: Coulomb's coefficient.
+    """
+
+    ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]] = "instants"
+
+    type: Literal["ground"]
+    normal: Vector
+    height: Length
+    shape: Shape
+    restitution: Annotated[Number, Field(ge=0.0, le=1.0)]
+    friction: Annotated[Number, Field(ge=0.0, le=1e6)]
+
+    @model_validator(mode="after")
+    def _check(self) -> Ground:
+        unit_vector(self.normal, "normal")
+        return self
+
+    @property
+    def direction(self) -> np.ndarray:
+        """(3,), the unit normal."""
+        return unit_vector(self.normal, "normal")
+
+    def solid(self) -> Solid:
+        return self.shape.solid()
+
+    def clearance(self, situation: Situation) -> float:
+        """m: how high the body's lowest point is above the plane at the epoch."""
+        if situation.position is None:
+            raise InputError("position", None, "a position of the body")
+        inverse = situation.attitude * np.array([1.0, -1.0, -1.0, -1.0])
+        downwards = orientation.rotate(inverse, -self.direction)
+        return float(self.direction @ situation.position) - self.solid().reach(downwards) - self.height.si
+
+    def check(self, situation: Situation) -> None:
+        clearance = self.clearance(situation)
+        if clearance < -DEEPEST * self.solid().size:
+            above = f"a plane below the body at the epoch (its lowest point is {-clearance:.6g} m under it)"
+            raise InputError("height.value", self.height.value, above)

@@ -1,0 +1,119 @@
+"""Impulses: thruster firings so short that nothing turns meanwhile."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from ..document import Part, exactly_one
+from ..dynamics.situation import Situation
+from ..errors import InputError
+from ..quantities import AngularImpulseVector, ImpulseVector, Instant, LengthVector
+from .effect import Effect
+from .instants import check_in_span, seconds
+
+
+class Kick(NamedTuple):
+    """An impulse in numbers.
+
+    Attributes
+    ----------
+    seconds : s since the epoch
+    angular : (3,) N m s, added to the angular momentum about the centre of mass
+    linear : (3,) N s, added to the momentum
+    inertial : whether both are inertial components, else along the body's axes at that instant
+    """
+
+    seconds: float
+    angular: np.ndarray
+    linear: np.ndarray
+    inertial: bool
+
+
+class Firing(Part):
+    """One impulse: an `angular_impulse`; or an `impulse` at an `arm` from the centre of mass.
+
+    All its vectors have components along the axes of `frame`, "body" or "inertial".
+    """
+
+    time: Instant
+    angular_impulse: AngularImpulseVector | None = None
+    impulse: ImpulseVector | None = None
+    arm: LengthVector | None = None
+    frame: Literal["body", "inertial"]
+
+    @model_validator(mode="after")
+    def _check(self) -> Firing:
+        _check_form(self)
+        return self
+
+    def kick(self, situation: Situation, field: str) -> Kick:
+        at, inertial = seconds(self.time, situation, field), self.frame == "inertial"
+        if self.angular_impulse is not None:
+            return Kick(at, self.angular_impulse.si, np.zeros(3), inertial)
+        linear = np.zeros(3) if self.impulse is None else self.impulse.si
+        arm = np.zeros(3) if self.arm is None else self.arm.si
+        return Kick(at, np.cross(arm, linear), linear, inertial)
+
+
+class Impulse(Effect):
+    """One firing, its fields beside `type`; or a plan of several, a list of them as `firings`.
+
+    `{"type": "impulse", "time": {"value": 10, "unit": "s"}, "frame": "body",
+    "angular_impulse": {"value": [0, 0, 0.1], "unit": "N m s"}}`
+    """
+
+    ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]] = "instants"
+
+    type: Literal["impulse"]
+    time: Instant | None = None
+    angular_impulse: AngularImpulseVector | None = None
+    impulse: ImpulseVector | None = None
+    arm: LengthVector | None = None
+    frame: Literal["body", "inertial"] | None = None
+    firings: list[Firing] | None = Field(None, min_length=1)
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Impulse:
+        exactly_one(self, ("time", "firings"))
+        for name in ("angular_impulse", "impulse", "arm", "frame"):
+            if self.firings is not None and getattr(self, name) is not None:
+                raise InputError(name, getattr(self, name), f"no {name} beside firings")
+        if self.time is not None:
+            if self.frame is None:
+                raise InputError("frame", None, 'what the components are along, "body" or "inertial"')
+            _check_form(self)
+        return self
+
+    def _single(self) -> Firing:
+        return Firing.model_construct(**{name: getattr(self, name) for name in Firing.model_fields})
+
+    def _fields(self) -> list[tuple[str, Firing]]:
+        """Each firing, and the field that holds its instant."""
+        if self.firings is None:
+            return [("time", self._single())]
+        return [(f"firings[{i}].time", firing) for i, firing in enumerate(self.firings)]
+
+    @property
+    def moves(self) -> bool:
+        """Whether the centre of mass gets momentum too."""
+        return any(firing.impulse is not None for _, firing in self._fields())
+
+    def check(self, situation: Situation) -> None:
+        for field, firing in self._fields():
+            check_in_span(firing.time, situation, field)
+
+    def kicks(self, situation: Situation) -> list[Kick]:
+        """In the order of their instants; of one instant in that of the document."""
+        kicks = [firing.kick(situation, field) for field, firing in self._fields()]
+        return sorted(kicks, key=lambda kick: kick.seconds)
+
+
+def _check_form(part: Firing | Impulse) -> None:
+    form = exactly_one(part, ("angular_impulse", "impulse"))
+    if form == "impulse" and part.arm is None:
+        raise InputError("arm", None, "where the impulse acts, from the centre of mass, beside impulse")
+    if form == "angular_impulse" and part.arm is not None:
+        raise InputError("arm", part.arm.value, "no arm beside angular_impulse")

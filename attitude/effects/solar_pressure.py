@@ -1,0 +1,95 @@
+"""Sunlight on flat plates, outside the central body's shadow."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from ..document import Chosen
+from ..dynamics.situation import Pieces, Situation
+from ..errors import InputError
+from ..kernels import layout
+from ..orbit.position import evaluate
+from . import sun as sunlight
+from .effect import Torque, row
+from .plates import OpticalPlate, Surfaces
+from .shadow import sunlit
+
+
+class SolarPressure(Torque):
+    """`{"type": "solar_pressure", "plates": [...], "sun": "astropy"}`.
+
+    `sun`: "astropy" (about the Earth; needs an epoch) or `{"direction": [..3]}`.  `shadow`: whether the
+    central body's cylindrical shadow takes the light away; left out, it does.
+    """
+
+    type: Literal["solar_pressure"]
+    plates: Annotated[list[OpticalPlate], Field(min_length=1)]
+    source: Annotated[Any, Chosen(sunlight.pick, sunlight.kinds, ("astropy",)), Field(alias="sun")]
+    shadow: bool = True
+
+    @property
+    def needs_orbit(self) -> bool:
+        return self.shadow
+
+    @property
+    def needs_epoch(self) -> bool:
+        return bool(self.source == "astropy")
+
+    def check(self, situation: Situation) -> None:
+        course = situation.course
+        if course is None or course.central is None:
+            return
+        if self.shadow and course.central.radius is None:
+            raise InputError(
+                "shadow", self.shadow, "a radius of the central body in orbit, as wide as its shadow"
+            )
+        if self.source == "astropy" and not course.central.is_earth:
+            raise InputError(
+                "sun", self.source, "the direction of the Sun, where the central body is not the Earth"
+            )
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        pressure = sunlight.pressure()
+        return np.stack(
+            [
+                row(
+                    layout.SOLAR_PLATE,
+                    *plate.along(situation.axes),
+                    plate.area.si,
+                    plate.specular,
+                    plate.diffuse,
+                    pressure,
+                )
+                for plate in self.plates
+            ]
+        )
+
+    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+        """The spans in sunlight."""
+        if not self.shadow:
+            return None
+        course = situation.course
+        if course is None or course.central is None or course.central.radius is None:
+            raise InputError("orbit", None, "an orbit about a body with a radius")
+        return sunlit(course, self._place(situation), course.central.radius, situation.start, situation.stop)
+
+    def sun(self, situation: Situation) -> Pieces:
+        return self._place(situation)
+
+    def _place(self, situation: Situation) -> Pieces:
+        if isinstance(self.source, sunlight.FixedSun):
+            return self.source.place()
+        if situation.epoch is None:
+            raise InputError("epoch", None, "an epoch, for the position of the Sun")
+        return sunlight.from_earth(situation.epoch, situation.frame, situation.start, situation.stop)
+
+    def size(self, situation: Situation) -> float:
+        """Light from the worst direction, the Sun at its nearest: a few percent above what that gives."""
+        sun = self._place(situation)
+        t = sun.start + sun.length * np.arange(len(sun.coefficients) + 1)
+        nearest = float(np.sqrt((evaluate(sun, t) ** 2).sum(axis=1).min()))
+        pressure = sunlight.pressure() * (sunlight.au() / nearest) ** 2
+        return pressure * Surfaces.of(self.plates).greatest_torque()

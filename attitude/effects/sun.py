@@ -1,0 +1,84 @@
+"""Where the Sun is, and what its light presses with."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import erfa
+import numpy as np
+from erfa import ErfaWarning
+from pydantic import model_validator
+
+from ..document import Part, Vector
+from ..dynamics.situation import Pieces
+from ..errors import InputError
+from ..frames import from_gcrf
+from ..orbit.pieces import sampled
+from ..quantities import unit_vector
+
+if TYPE_CHECKING:
+    from astropy.time import Time
+
+SOLAR_CONSTANT = 1361.0  # W/m2 at 1 au (IAU 2015 resolution B3, nominal total solar irradiance)
+DAY = 86400.0
+TOLERANCE = 1e-9  # the rounding of the series itself is 7e-11
+
+
+class FixedSun(Part):
+    """`{"direction": [..3]}`: towards the Sun, components in the scene's frame; 1 au away."""
+
+    direction: Vector
+
+    @model_validator(mode="after")
+    def _check(self) -> FixedSun:
+        unit_vector(self.direction, "direction")
+        return self
+
+    def place(self) -> Pieces:
+        return Pieces(0.0, 1.0, (au() * unit_vector(self.direction, "direction"))[None, :, None])
+
+
+def pick(value: Any) -> Any:
+    """A fixed Sun of plain data; or the word "astropy"."""
+    if isinstance(value, FixedSun) or value == "astropy":
+        return value
+    if not isinstance(value, dict):
+        raise InputError("", value, '"astropy", or an object with the direction of a Sun that stays')
+    return FixedSun.model_validate(value)
+
+
+def kinds() -> list[type[Part]]:
+    return [FixedSun]
+
+
+def au() -> float:
+    from astropy.constants import au
+
+    return float(au.value)
+
+
+def pressure() -> float:
+    """N/m2, on a plate that absorbs, at 1 au."""
+    from astropy.constants import c
+
+    return SOLAR_CONSTANT / float(c.value)
+
+
+def from_earth(epoch: Time, frame: str, start: float, stop: float) -> Pieces:
+    """The vector from the Earth to the Sun, m, in `frame`, within 1e-9 of its length.
+
+    Where the Sun is, not where it is seen (20 arcseconds aside), by the series that astropy's built-in
+    ephemeris takes (erfa.epv00; 1900 to 2100, beyond which the series is extended).
+    """
+    turn = au() * from_gcrf(frame, "the position of the Sun")
+    tdb = epoch.tdb
+    day, fraction = float(tdb.jd1), float(tdb.jd2)
+
+    def position(t: np.ndarray) -> np.ndarray:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ErfaWarning)  # a year outside 1900 to 2100
+            earth = erfa.epv00(day, fraction + t / DAY)[0]
+        return -earth["p"] @ turn.T
+
+    return sampled(position, start - DAY, stop + DAY, 4.0 * DAY, TOLERANCE, "sun")

@@ -1,0 +1,17 @@
+"""Uniform gravity: the centre of mass on a parabola, the attitude untouched."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from ..quantities import AccelerationVector
+from .effect import Effect
+
+
+class UniformGravity(Effect):
+    """`{"type": "uniform_gravity", "acceleration": {"value": [0, 0, -9.81], "unit": "m/s2"}}`, inertial."""
+
+    ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]] = "translation"
+
+    type: Literal["uniform_gravity"]
+    acceleration: AccelerationVector

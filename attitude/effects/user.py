@@ -1,0 +1,126 @@
+"""An effect of the user's own: a torque by a function, compiled or plain Python."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from pydantic import PrivateAttr
+
+from ..dynamics.situation import Situation
+from ..errors import InputError
+from ..kernels import layout
+from .effect import Torque, row
+
+DOUBLES = ctypes.POINTER(ctypes.c_double)
+# What a compiled function is: void(double t, const double *q, const double *w, double *torque).
+SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_double, DOUBLES, DOUBLES, DOUBLES)
+FUNCTION_POINTER: Any = SIGNATURE.__base__  # of every ctypes function, whatever its signature
+Function = Callable[[float, np.ndarray, np.ndarray], Any]
+
+
+class UserTorque(Torque):
+    """A torque that a function gives, for a Scene's `effects`; no document can hold it.
+
+    Parameters
+    ----------
+    name : str
+        What plans call it.
+    function : (t, attitude, angular_velocity) -> (3,) N m, along the body's axes
+        In plain Python: t s since the epoch, attitude (4,) wxyz, angular_velocity (3,) rad/s, body frame.
+        Both arrays are the solver's own: copy what is kept.
+    compiled : numba cfunc, ctypes function, or int address; in place of `function`
+        Of the C signature void(double t, const double *attitude, const double *angular_velocity,
+        double *torque).  It is called without the interpreter's lock, and may write nan to stop.
+    size : float, N m
+        The greatest torque it gives, at least roughly: what the plan chooses the solver and step by.
+
+    Raises
+    ------
+    InputError : none or both of function and compiled, or one that cannot be called.
+
+    Notes
+    -----
+    An exception in `function`, or a result that is not three finite numbers, stops the solver, which
+    sees a torque of nan; `failure` holds the exception then, and `raise_failure` raises it.
+    """
+
+    type: str = "user"
+    _name: str = PrivateAttr(default="")
+    _size: float = PrivateAttr(default=0.0)
+    _function: Function | None = PrivateAttr(default=None)
+    _callback: Any = PrivateAttr(default=None)
+    _address: int = PrivateAttr(default=0)
+    _failure: list[BaseException] = PrivateAttr(default_factory=list)
+
+    def __init__(self, name: str, function: Function | None = None, *, compiled: Any = None, size: float):
+        if (function is None) == (compiled is None):
+            raise InputError("function", function, "one of function and compiled")
+        if not isinstance(size, (int, float)) or not math.isfinite(size) or size < 0.0:
+            raise InputError("size", size, "a finite number of N m, not below 0")
+        super().__init__(type="user")
+        self._name, self._size = name, float(size)
+        if function is not None and not callable(function):
+            raise InputError("function", function, "a function of t, attitude and angular velocity")
+        self._function = function
+        self._callback = SIGNATURE(self._call) if function is not None else compiled
+        self._address = _address_of(self._callback)
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        return row(layout.USER, np.int64(self._address).view(np.float64))[None]
+
+    def size(self, situation: Situation) -> float:
+        return self._size
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    @property
+    def is_compiled(self) -> bool:
+        return self._function is None
+
+    @property
+    def failure(self) -> BaseException | None:
+        """What the function raised when it was last called, if it did."""
+        return self._failure[0] if self._failure else None
+
+    def raise_failure(self) -> None:
+        """Raise what the function raised, once; nothing where it did not."""
+        if self._failure:
+            raise self._failure.pop()
+
+    def _call(self, t: float, attitude: Any, rate: Any, torque: Any) -> None:
+        """What compiled code calls: nothing may leave it but through `torque`."""
+        out = np.ctypeslib.as_array(torque, (3,))
+        try:
+            out[:] = self._checked(
+                t, np.ctypeslib.as_array(attitude, (4,)), np.ctypeslib.as_array(rate, (3,))
+            )
+        except BaseException as error:
+            self._failure[:] = [error]
+            out[:] = math.nan
+
+    def _checked(self, t: float, attitude: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        assert self._function is not None
+        result = self._function(t, attitude, rate)
+        try:
+            value = np.asarray(result, dtype=float)
+        except (TypeError, ValueError):
+            value = np.zeros(0)
+        if value.shape != (3,) or not np.isfinite(value).all():
+            raise InputError(f"effect {self._name!r}", result, "a torque of three finite numbers", steps=())
+        return value
+
+
+def _address_of(code: Any) -> int:
+    """Of a numba cfunc, a ctypes function, or the number itself."""
+    address = getattr(code, "address", code)
+    if isinstance(address, FUNCTION_POINTER):
+        address = ctypes.cast(address, ctypes.c_void_p).value
+    if isinstance(address, bool) or not isinstance(address, int) or address <= 0:
+        raise InputError("compiled", code, "a numba cfunc, a ctypes function or an address")
+    return address

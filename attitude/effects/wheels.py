@@ -1,0 +1,34 @@
+"""Wheels that spin at a constant rate in the body: a gyrostat."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from ..dynamics.situation import Situation
+from ..kernels import layout
+from ..quantities import AngularImpulseVector
+from .effect import Torque, row
+
+
+class Wheels(Torque):
+    """`{"type": "wheels", "momentum": {"value": [0, 0, 5], "unit": "N m s"}}`.
+
+    The angular momentum of all rotors together relative to the body, along the body's axes; constant, as
+    motors keep it.  The body's moments are those with the rotors locked (Hughes 2004, section 3.5).
+    """
+
+    type: Literal["wheels"]
+    momentum: AngularImpulseVector
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        return row(layout.WHEELS, situation.axes @ self.momentum.si)[None]
+
+    def size(self, situation: Situation) -> float:
+        """abs(h x omega) at most: h times sqrt(2E / I_min), as the energy of a gyrostat's body stays."""
+        rate = situation.axes @ situation.rate
+        moments = situation.moments
+        fastest = math.sqrt(float(rate @ (moments * rate)) / float(moments.min()))
+        return float(np.linalg.norm(self.momentum.si)) * fastest

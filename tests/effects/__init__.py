@@ -1,0 +1,1 @@
+"""Effects: their documents, numbers and estimates."""

@@ -1,0 +1,507 @@
+"""Orbits: against an integration, against SGP4 and astropy, and the shadow against geometry."""
+
+import math
+import subprocess
+import sys
+from decimal import Decimal, localcontext
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from astropy import units as u
+from astropy.coordinates import GCRS, TEME, CartesianRepresentation, get_body_barycentric
+from astropy.time import Time, TimeDelta
+from astropy.utils import iers
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from attitude import InputError, twopart
+from attitude.dynamics.situation import Pieces
+from attitude.effects.shadow import Height, sunlit
+from attitude.effects.sun import from_earth
+from attitude.orbit.orbit import earth
+from attitude.orbit.position import eccentric_anomaly, evaluate, position, velocity
+
+from .scenes import DOCUMENT, GONE, KEPLER, built, document, effect, quantity, scene
+
+MU, RADIUS = 3.986004e14, 6378100.0
+EPOCH = Time("2026-03-20T12:00:00", scale="utc")
+
+
+def course(orbit, start=0.0, stop=6000.0, **changes):
+    times = {"elapsed": [start, stop], "unit": "s"}
+    return built("gravity_gradient", orbit=orbit, times=times, **changes)[1].course
+
+
+def kepler(**changes):
+    members = {**KEPLER, **changes}
+    return {key: value for key, value in members.items() if value is not GONE}
+
+
+# -- Keplerian elements ---------------------------------------------------------------------------
+
+
+def integrated(r, v, t, mu=MU):
+    """(n, 6) by the equations of two bodies."""
+
+    def right(_, y):
+        return [*y[3:], *(-mu / np.linalg.norm(y[:3]) ** 3 * y[:3])]
+
+    run = solve_ivp(right, (t[0], t[-1]), [*r, *v], method="DOP853", rtol=1e-13, atol=1e-6, t_eval=t)
+    return run.y.T
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.01, 0.3, 0.8])
+def test_ellipse_is_what_two_bodies_do(eccentricity):
+    orbit = kepler(eccentricity=eccentricity, semi_major_axis=quantity(40000, "km"))
+    made = course(orbit)
+    t = np.linspace(0.0, 2.5 * made.period, 40)
+    expected = integrated(position(made, t[:1])[0], velocity(made, t[:1])[0], t)
+    # DOP853 at 1e-13 a step leaves some 1e-11 after hundreds of steps
+    assert np.abs(position(made, t) - expected[:, :3]).max() < 1e-10 * 4e7
+    assert np.abs(velocity(made, t) - expected[:, 3:]).max() < 1e-10 * 1e4
+
+
+def test_elements_are_those_of_the_state():
+    # the other way round: elements from position and velocity, by the vectors of momentum and eccentricity
+    made = course(kepler(eccentricity=0.2, semi_major_axis=quantity(10000, "km")))
+    r, v = position(made, np.zeros(1))[0], velocity(made, np.zeros(1))[0]
+    h = np.cross(r, v)
+    e = np.cross(v, h) / MU - r / np.linalg.norm(r)
+    node = np.cross([0, 0, 1], h)
+
+    def angle(a, b):
+        return math.degrees(math.atan2(np.cross(a, b) @ h / np.linalg.norm(h), a @ b))
+
+    assert 1 / (2 / np.linalg.norm(r) - v @ v / MU) == pytest.approx(1e7, rel=1e-13)
+    assert np.linalg.norm(e) == pytest.approx(0.2, rel=1e-13)
+    assert math.degrees(math.acos(h[2] / np.linalg.norm(h))) == pytest.approx(60, rel=1e-13)
+    assert math.degrees(math.atan2(node[1], node[0])) == pytest.approx(30, rel=1e-12)
+    assert angle(node, e) == pytest.approx(100, rel=1e-12)
+    assert angle(e, r) == pytest.approx(-20, rel=1e-12)
+
+
+def test_mean_anomaly_is_the_part_of_the_period_since_the_pericentre():
+    made = course(kepler(true_anomaly=GONE, mean_anomaly=quantity(90, "deg"), eccentricity=0.05))
+    at_pericentre = position(made, np.array([-0.25, 0.75]) * made.period)
+    assert np.linalg.norm(at_pericentre, axis=1) == pytest.approx([0.95 * 7e6] * 2, rel=1e-12)
+
+
+def test_altitude_is_above_the_equator_of_the_earth():
+    made = course({"altitude": quantity(600, "km")})
+    assert np.linalg.norm(position(made, np.arange(5.0)), axis=1) == pytest.approx(
+        [RADIUS + 6e5] * 5, rel=1e-14
+    )
+    assert (made.central.mu, made.central.radius, made.central.is_earth) == (MU, RADIUS, True)
+    assert made.period == pytest.approx(2 * np.pi * math.sqrt((RADIUS + 6e5) ** 3 / MU), rel=1e-14)
+
+
+def test_other_body_has_its_own_numbers():
+    mars = {"mu": quantity(42828.4, "km3/s2"), "radius": quantity(3396.2, "km")}
+    made = course({"altitude": quantity(400, "km"), **mars})
+    assert made.numbers[1] == 3796.2e3
+    assert made.period == pytest.approx(2 * np.pi * math.sqrt(3796.2**3 / 42828.4), rel=1e-14)
+    assert not made.central.is_earth
+
+
+@pytest.mark.parametrize("e", [0.0, 1e-9, 0.3, 0.9, 0.999999, 1 - 1e-12])
+def test_keplers_equation_is_solved_everywhere(e):
+    mean = np.concatenate([np.linspace(-np.pi, np.pi, 1001), [1e-12, -1e-9, 1e-5, 1e-3]])
+    E = eccentric_anomaly(mean, e)
+    # as good as a double E can be: its last place, times how fast the mean anomaly changes with it
+    assert np.abs(E - e * np.sin(E) - mean).max() < 1e-15
+    assert (E * mean >= 0.0).all()
+
+
+def test_phase_keeps_its_digits_over_a_million_revolutions():
+    high, low, _ = twopart.mean_motion(MU, 7e6)
+    t = np.array([1e6, 5.8e9, -123456789.25])
+    exact = [Decimal(x) * (Decimal(high) + Decimal(low)) for x in t.tolist()]
+    found = twopart.fraction_of_turn(t, high, low)
+    for value, whole in zip(found.tolist(), exact, strict=True):
+        assert abs(float(whole - round(whole)) - value) < 2e-16
+
+
+def test_mean_motion_is_good_to_32_digits():
+    high, low, rate = twopart.mean_motion(MU, 7e6)
+    with localcontext(prec=60):
+        two_pi = Decimal("6.28318530717958647692528676655900576839433879875")
+        turning = two_pi * (Decimal(high) + Decimal(low))
+        assert abs(turning * turning * Decimal(7_000_000) ** 3 / Decimal(MU) - 1) < Decimal("1e-31")
+    assert rate == float(turning)
+
+
+# -- a TLE ----------------------------------------------------------------------------------------
+
+# From the verification set of Vallado et al. 2006 (AIAA 2006-6753): near earth, deep space with resonance.
+TLES = {
+    "low, eccentric": (
+        "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753",
+        "2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667",
+    ),
+    "Molniya": (
+        "1 08195U 75081A   06176.33215444  .00000099  00000-0  11873-3 0   813",
+        "2 08195  64.1586 279.0717 6877146 264.7651  20.2257  2.00491383225656",
+    ),
+}
+
+
+def satellite(lines):
+    from sgp4.api import Satrec
+
+    return Satrec.twoline2rv(*lines)
+
+
+def start_of(lines):
+    made = satellite(lines)
+    return Time(made.jdsatepoch, made.jdsatepochF, format="jd", scale="utc")
+
+
+def tle_course(lines, after=3600.0, stop=2 * 86400.0, frame="GCRF"):
+    epoch = start_of(lines) + TimeDelta(after, format="sec")
+    dated = {"time": epoch.isot, "scale": "utc"}
+    return course({"tle": list(lines)}, stop=stop, epoch=dated, frame=frame), Time(epoch.isot, scale="utc")
+
+
+@pytest.mark.parametrize("lines", TLES.values(), ids=TLES)
+def test_tle_is_where_sgp4_and_astropy_say(lines):
+    iers.conf.auto_download = False
+    made, epoch = tle_course(lines)
+    t = np.linspace(0.0, 2 * 86400.0, 60)
+    since = (epoch.tai - start_of(lines).tai).sec
+    first = satellite(lines)
+    errors, teme, _ = first.sgp4_array(np.full(60, first.jdsatepoch), first.jdsatepochF + (t + since) / 86400)
+    assert not errors.any()
+    found = position(made, t)
+    length = np.linalg.norm(teme, axis=1) * 1e3
+    assert (np.abs(np.linalg.norm(found, axis=1) / length - 1) < 1e-9).all()
+    when = (epoch.tai + TimeDelta(t, format="sec")).utc
+    gcrs = TEME(CartesianRepresentation(teme.T * u.km), obstime=when).transform_to(GCRS(obstime=when))
+    off = np.linalg.norm(found - gcrs.cartesian.xyz.to_value(u.m).T, axis=1)
+    # astropy goes over UT1 and polar motion, which leave 1e-10 between the two ways
+    assert (off / length).max() < 1e-9
+    # the rate that SGP4 gives is not that of its positions, by 1e-4; differences over 10 s are, by some 1e-6
+    difference = (position(made, t + 5.0) - position(made, t - 5.0)) / 10.0
+    off = np.linalg.norm(velocity(made, t) - difference, axis=1)
+    assert (off / np.linalg.norm(difference, axis=1)).max() < 3e-5
+    assert made.period == pytest.approx(86400 / float(lines[1][52:63]), rel=1e-9)
+
+
+def test_frames_turn_a_tle_by_what_lies_between_them():
+    lines = TLES["Molniya"]
+    t = np.linspace(0, 6000.0, 7)
+    gcrf, icrf, eme, ecliptic = (
+        position(tle_course(lines, stop=6000.0, frame=frame)[0], t)
+        for frame in ("GCRF", "ICRF", "EME2000", "ECLIPJ2000")
+    )
+    assert np.array_equal(gcrf, icrf)
+    # frame bias: 17.3 mas of the pole and 14.6 mas about it, 23 mas in all (IERS Conventions 2010, 5.3.1)
+    angle = Rotation.align_vectors(eme, gcrf)[0].magnitude() * 206264.806e3
+    assert angle == pytest.approx(math.hypot(16.617, 6.819, 14.6), abs=0.1)
+    obliquity = math.radians(84381.448 / 3600)
+    c, s = math.cos(obliquity), math.sin(obliquity)
+    assert np.allclose(ecliptic, eme @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]).T, rtol=0, atol=1e-3)
+
+
+def test_tle_needs_its_extra(monkeypatch):
+    made = scene(effect("gravity_gradient"), orbit={"tle": LINES})
+    monkeypatch.setitem(sys.modules, "sgp4.api", None)
+    with pytest.raises(InputError, match=r"pip install 'attitude\[orbit\]'") as caught:
+        made.situation()
+    assert caught.value.pointer == "/orbit/tle"
+
+
+# -- a table --------------------------------------------------------------------------------------
+
+
+def table(made, times, **more):
+    points = position(made, np.asarray(times, dtype=float)) / 1e3
+    return {"times": quantity(list(times), "s"), "positions": quantity(points.tolist(), "km"), **more}
+
+
+def test_table_is_followed_between_its_points():
+    ellipse = course(kepler())
+    times = np.sort(np.concatenate([np.arange(-600.0, 6601.0, 60.0), [11.0, 2222.5]]))
+    made = course(table(ellipse, times.tolist()))
+    t = np.linspace(0, 6000, 777)
+    # degree 7 over steps of 60 s, 0.06 rad: 0.06^8 of r, more or less
+    assert np.abs(position(made, t) - position(ellipse, t)).max() < 1e-8 * 7e6
+    assert np.abs(velocity(made, t) - velocity(ellipse, t)).max() < 1e-8 * 7.5e3
+    assert made.period == pytest.approx(ellipse.period, rel=1e-6)
+    points = times[(times >= 0) & (times <= 6000)]
+    assert np.abs(position(made, points) - position(ellipse, points)).max() < 1e-9 * 7e6
+
+
+def test_table_of_one_instant_and_of_four_points():
+    ellipse = course(kepler())
+    made = course(table(ellipse, [-30, -10, 10, 30]), stop=0.0)
+    off = position(made, np.zeros(1)) - position(ellipse, np.zeros(1))
+    assert np.abs(off).max() < 0.1  # a cubic over 20 s
+
+
+TABLE = {
+    "times": quantity([-1000, 1000, 3000, 5000, 7000], "s"),
+    "positions": quantity([[7000, 0, 0], [7000, 1, 0], [7000, 2, 0], [7000, 3, 0], [7000, 4, 0]], "km"),
+}
+LINES = list(TLES["Molniya"])
+# Members of the orbit, the pointer below /orbit, the message.
+FAULTS = {
+    "of no form": ([1], "", "an orbit: Keplerian elements, a tle, or times and positions"),
+    "no size": ({"eccentricity": 0.1}, "", "exactly one of semi_major_axis, altitude"),
+    "two sizes": (kepler(altitude=quantity(1, "km")), "", "exactly one of semi_major_axis, altitude"),
+    "unknown key": (kepler(height=1), "/height", "unknown keys are refused"),
+    "parabola": (kepler(eccentricity=1.0), "/eccentricity", "less than 1; got 1.0"),
+    "negative eccentricity": (kepler(eccentricity=-0.1), "/eccentricity", "greater than or equal to 0"),
+    "negative size": (
+        kepler(semi_major_axis=quantity(-7000, "km")),
+        "/semi_major_axis/value",
+        "greater than 0; got -7000",
+    ),
+    "size in kilograms": (
+        kepler(semi_major_axis=quantity(7000, "kg")),
+        "/semi_major_axis/unit",
+        "a unit of length",
+    ),
+    "size beyond a double": (
+        kepler(semi_major_axis=quantity(1e308, "km")),
+        "/semi_major_axis/value",
+        r"a magnitude up to 1e\+50 m",
+    ),
+    "bare angle": (kepler(inclination=60), "/inclination", "a JSON object|dictionary|instance"),
+    "two anomalies": (
+        kepler(mean_anomaly=quantity(1, "deg")),
+        "/mean_anomaly",
+        "no mean_anomaly beside true_anomaly",
+    ),
+    "altitude of an ellipse": (
+        {"altitude": quantity(600, "km"), "eccentricity": 0.1},
+        "/eccentricity",
+        "0 beside altitude",
+    ),
+    "underground": (
+        kepler(semi_major_axis=quantity(6300, "km")),
+        "/semi_major_axis/value",
+        "a pericentre above the central body's radius .6.3781e.06 m.",
+    ),
+    "negative altitude": ({"altitude": quantity(-1, "m")}, "/altitude/value", "a pericentre above"),
+    "altitude above nothing": (
+        {"altitude": quantity(600, "km"), "mu": quantity(42828, "km3/s2")},
+        "/radius",
+        "the radius of the central body",
+    ),
+    "no gravity": (kepler(mu=quantity(0, "km3/s2")), "/mu/value", "greater than 0"),
+    "TLE of one line": ({"tle": LINES[:1]}, "/tle", "2 elements"),
+    "TLE and more": ({"tle": LINES, "mu": quantity(1, "m3/s2")}, "/mu", "unknown keys"),
+    "TLE swapped": ({"tle": LINES[::-1]}, "/tle/0", "line 1 of a TLE, 69 characters"),
+    "TLE cut": ({"tle": [LINES[0][:-1], LINES[1]]}, "/tle/0", "line 1 of a TLE, 69 characters"),
+    "TLE with a digit changed": (
+        {"tle": [LINES[0], LINES[1].replace("64.1586", "65.1586")]},
+        "/tle/1",
+        "checksum is right .by its digits 7",
+    ),
+    "TLE of two bodies": ({"tle": [LINES[0], TLES["low, eccentric"][1]]}, "/tle/1", "satellite 08195"),
+    "table with no positions": ({"times": TABLE["times"]}, "/positions", "required"),
+    "table of three": (
+        {**TABLE, "times": quantity([0, 1, 2], "s")},
+        "/times/value",
+        "4 elements",
+    ),
+    "table that does not match": (
+        {**TABLE, "times": quantity([-1000, 1000, 3000, 7000], "s")},
+        "/positions/value",
+        "4, one for each of times",
+    ),
+    "table out of order": (
+        {**TABLE, "times": quantity([-1000, 1000, 1000, 5000, 7000], "s")},
+        "/times/value/2",
+        "ascending order, none twice; got 1000",
+    ),
+    "table in the Earth": (
+        {**TABLE, "positions": quantity([[7000, 0, 0]] * 3 + [[0, 6000, 0]] * 2, "km")},
+        "/positions/value/3",
+        "outside the central body",
+    ),
+    "table too short": (
+        {**TABLE, "times": quantity([-1000, 1000, 3000, 5000, 5900], "s")},
+        "/times/value",
+        "a table over the whole span, 0.0 s to 6000.0 s",
+    ),
+    "table too coarse": (
+        {
+            **TABLE,
+            "positions": quantity(
+                [[7000, 0, 0], [0, 7000, 0], [-7000, 0, 0], [0, -7000, 0], [7000, 0, 0]], "km"
+            ),
+        },
+        "/times/value",
+        "close enough",
+    ),
+}
+
+
+@pytest.mark.parametrize(("orbit", "pointer", "message"), FAULTS.values(), ids=FAULTS)
+def test_fault_of_an_orbit_is_refused(orbit, pointer, message):
+    with pytest.raises(InputError, match=message) as caught:
+        scene(effect("gravity_gradient"), orbit=orbit).situation()
+    assert caught.value.pointer.startswith(f"/orbit{pointer}")
+    assert "\n" not in str(caught.value)
+
+
+def test_tle_without_an_epoch_is_refused():
+    with pytest.raises(InputError, match="an epoch, from which") as caught:
+        scene(effect("gravity_gradient"), orbit={"tle": LINES}, epoch=GONE).situation()
+    assert caught.value.pointer == "/epoch"
+
+
+def test_tle_in_a_frame_of_ones_own_is_refused():
+    with pytest.raises(InputError, match="for the positions of a TLE") as caught:
+        scene(effect("gravity_gradient"), orbit={"tle": LINES}, frame="INERTIAL").situation()
+    assert caught.value.pointer == "/frame"
+
+
+def test_tle_that_has_decayed_says_so():
+    lines = TLES["low, eccentric"]
+    decayed = ["1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753", lines[1]]
+    low = lines[1].replace("1859667", "0000001").replace("10.82419157", "16.90000000")
+    digits = sum(int(c) if c.isdigit() else c == "-" for c in low[:-1]) % 10
+    with pytest.raises(InputError, match=r"elements that (last|sgp4 takes)") as caught:
+        tle_course([decayed[0], low[:-1] + str(digits)], stop=40 * 86400.0)
+    assert caught.value.pointer == "/orbit/tle"
+
+
+@pytest.mark.parametrize("orbit", [kepler(), {"tle": LINES}, TABLE], ids=["kepler", "tle", "table"])
+def test_document_of_an_orbit_comes_back(orbit):
+    made = scene(effect("gravity_gradient"), orbit=orbit)
+    again = type(made).from_json(made.to_json())
+    assert again == made
+    assert again.document() == document(effect("gravity_gradient"), orbit=orbit)
+
+
+def test_orbit_unused_is_never_imported():
+    text = repr(DOCUMENT)
+    program = f"""
+import sys
+from attitude import Scene
+Scene.model_validate({text} | {{"effects": []}}).situation()
+effect = {{"type": "constant_torque", "torque": {{"value": [0, 0, 1], "unit": "N m"}}, "frame": "body"}}
+Scene.model_validate({text} | {{"effects": [effect]}}).situation()
+print(*sys.modules)
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    modules = set(run.stdout.split())
+    assert "attitude.effects.constant_torque" in modules
+    wrong = {
+        "sgp4",
+        "astropy.coordinates",
+        "attitude.orbit.kepler",
+        "attitude.effects.sun",
+    }
+    assert not modules & (wrong | {"attitude.orbit.tle", "attitude.effects.drag", "scipy.optimize"})
+
+
+# -- the Sun, and the shadow ----------------------------------------------------------------------
+
+
+def test_sun_is_where_astropy_has_it():
+    sun = from_earth(EPOCH, "GCRF", 0.0, 40 * 86400.0)
+    t = np.linspace(0.0, 40 * 86400.0, 50)
+    when = EPOCH + TimeDelta(t, format="sec")
+    expected = (get_body_barycentric("sun", when) - get_body_barycentric("earth", when)).xyz.to_value(u.m).T
+    assert np.abs(evaluate(sun, t) - expected).max() < 1e-9 * 1.5e11
+
+
+def test_sun_of_the_equinox_is_towards_the_equinox():
+    # 2026-03-20 14:46 UTC (Astronomical Almanac): declination of date 0, so x of date, 0.5 degrees/day
+    sun = evaluate(from_earth(EPOCH, "ECLIPJ2000", 0.0, 1e4), np.array([10000.0]))[0]
+    longitude = math.degrees(math.atan2(sun[1], sun[0]))
+    # the equinox has moved by 50.3 arcseconds a year since 2000; light takes 20 arcseconds' time
+    assert longitude == pytest.approx(-50.29 * 26.22 / 3600, abs=0.012)
+    assert abs(sun[2] / np.linalg.norm(sun)) < 2e-5
+
+
+AU = 1.495978707e11
+
+
+def fixed_sun(*direction):
+    direction = np.array(direction) / np.linalg.norm(direction)
+    return Pieces(0.0, 1.0, AU * direction[None, :, None])
+
+
+def test_shadow_of_a_circular_orbit_with_the_sun_in_its_plane():
+    # the shadow is as wide as the Earth: half-angle asin(R/a) about the point opposite the Sun
+    made = course({"semi_major_axis": quantity(8000, "km")})
+    half = math.asin(RADIUS / 8e6) / (2 * np.pi) * made.period
+    spans = sunlit(made, fixed_sun(1, 0, 0), RADIUS, 0.0, 2 * made.period)
+    middle, P = made.period / 2, made.period
+    expected = [(0, middle - half), (middle + half, P + middle - half), (P + middle + half, 2 * P)]
+    assert np.abs(np.array(spans) - np.array(expected)).max() < 1e-9
+
+
+def test_shadow_of_an_orbit_tilted_to_the_sun():
+    # Sun at b over the plane: in shadow while the angle from the point opposite, in the plane, has a
+    # cosine above sqrt(1 - (R/a)^2) / cos b
+    made = course({"semi_major_axis": quantity(8000, "km")})
+    for b in (0.1, 0.5, 0.9):
+        spans = sunlit(made, fixed_sun(math.cos(b), 0, math.sin(b)), RADIUS, 0.0, made.period)
+        half = math.acos(math.sqrt(1 - (RADIUS / 8e6) ** 2) / math.cos(b)) / (2 * np.pi) * made.period
+        expected = [(0, made.period / 2 - half), (made.period / 2 + half, made.period)]
+        assert np.abs(np.array(spans) - np.array(expected)).max() < 1e-9
+
+
+def test_shortest_passages_are_found():
+    # the Sun so high over the plane that the body but grazes the shadow, for a second and for a millisecond
+    made = course({"semi_major_axis": quantity(8000, "km")})
+    for length in (1.0, 1e-2, 1e-3):
+        half = np.pi * length / made.period
+        b = math.acos(math.sqrt(1 - (RADIUS / 8e6) ** 2) / math.cos(half))
+        spans = sunlit(made, fixed_sun(math.cos(b), 0, math.sin(b)), RADIUS, 100.0, 3 * made.period + 100)
+        dark = np.array([later[0] - earlier[1] for earlier, later in pairwise(spans)])
+        # a graze of length s is s^2 deep: the rounding of the position shows in the length over s
+        assert dark == pytest.approx([length] * 3, abs=max(1e-8, 1e-8 / length))
+    high = math.asin(RADIUS / 8e6) + 1e-9
+    assert sunlit(made, fixed_sun(math.cos(high), 0, math.sin(high)), RADIUS, 0.0, 9e4) == [(0.0, 9e4)]
+
+
+def test_short_daylight_is_found():
+    # at half a radius over the ground and a span that begins and ends in the dark
+    made = course({"semi_major_axis": quantity(8000, "km")})
+    spans = sunlit(made, fixed_sun(1, 0, 0), RADIUS, 0.45 * made.period, 0.55 * made.period)
+    assert spans == []
+    spans = sunlit(made, fixed_sun(1, 0, 0), RADIUS, 0.45 * made.period, 1.55 * made.period)
+    assert len(spans) == 1
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_spans_of_any_orbit_are_those_of_close_sampling(seed):
+    rng = np.random.default_rng(seed)
+    e = rng.uniform(0, 0.8)
+    angles = {
+        name: quantity(rng.uniform(0, 180), "deg")
+        for name in ("inclination", "raan", "argument_of_pericentre", "true_anomaly")
+    }
+    made = course(kepler(semi_major_axis=quantity(6700 / (1 - e), "km"), eccentricity=e, **angles))
+    sun = from_earth(EPOCH, "GCRF", -2e4, 8e4)
+    spans = sunlit(made, sun, RADIUS, -1e4, 6e4)
+    t = np.linspace(-1e4, 6e4, 20_001)
+    lit = np.zeros(len(t), dtype=bool)
+    for begin, end in spans:
+        lit |= (begin < t) & (t < end)
+    height = Height(made, sun, RADIUS)(t)
+    assert np.array_equal(lit[1:-1], (height > 0)[1:-1])
+    assert all(a < b for a, b in spans)
+    ends = np.array(spans).reshape(-1)
+    inner = ends[(ends > -1e4) & (ends < 6e4)]
+    assert np.abs(Height(made, sun, RADIUS)(inner)).max(initial=0.0) < 1e-5  # m: 1e-9 s at 8 km/s
+
+
+def test_sunlight_of_a_scene_is_cut_to_its_span():
+    made, situation = built("solar_pressure", times={"start": 0, "stop": 1, "count": 2, "unit": "d"})
+    spans = made.intervals(situation)
+    assert (spans[0][0], spans[-1][1]) == (0.0, 86400.0)
+    assert len(spans) > 10
+    unshaded, situation = built("solar_pressure", {"shadow": False}, orbit=GONE)
+    assert unshaded.intervals(situation) is None
+
+
+def test_earth_is_that_of_astropy():
+    assert earth()[:2] == (MU, RADIUS)
