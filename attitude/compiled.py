@@ -70,6 +70,7 @@ seconds_from_days = Kernel("clock", "seconds_from_days")
 days_from_seconds = Kernel("clock", "days_from_seconds")
 grid = Kernel("clock", "grid")
 scaled = Kernel("clock", "scaled")
+bounce = Kernel("contact", "bounce")
 
 # What the library calls: compiled together when any of it is missing, the longest first.
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
@@ -87,20 +88,27 @@ STANDARD = [
         ("clock", "scaled", "d1.f.f.d1.d1"),
     ],
 ]
+# What only scenes that name it need: a group is compiled when one of it is first called.
+ON_DEMAND = [
+    [("contact", "bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")],
+]
 
 
 def compile_all() -> int:
     """Compile what the library calls and is not kept yet; returns how many kernels that was."""
+    count = 0
     with _lock:
-        missing = [name for names in _standard() for name in names if not _kept(name)]
-        if missing:
-            _compile(missing[0])
-    return len(missing)
+        for groups in (_named(STANDARD), *([group] for group in _named(ON_DEMAND))):
+            missing = [name for names in groups for name in names if not _kept(name)]
+            if missing:
+                _compile(missing[0])
+            count += len(missing)
+    return count
 
 
 def is_standard(kernel: Kernel, kinds: tuple[str, ...]) -> bool:
-    """Whether code for these kinds of arguments is compiled with the rest."""
-    return any((kernel.module, kernel.name, ".".join(kinds)) in group for group in STANDARD)
+    """Whether code for these kinds of arguments is compiled with the rest, or with a group on demand."""
+    return any((kernel.module, kernel.name, ".".join(kinds)) in group for group in STANDARD + ON_DEMAND)
 
 
 def loaded() -> dict[Kernel, set[tuple[str, ...]]]:
@@ -197,19 +205,25 @@ def _places() -> list[Path]:
 # -- compiling --------------------------------------------------------------------------------------
 
 
-def _standard() -> list[list[CompiledName]]:
+def _named(groups: list[list[tuple[str, str, str]]]) -> list[list[CompiledName]]:
     digest = _digest()
     return [
         [CompiledName(module, kernel, tuple(kinds.split(".")), digest) for module, kernel, kinds in group]
-        for group in STANDARD
+        for group in groups
     ]
 
 
+def _together(wanted: CompiledName) -> list[list[CompiledName]]:
+    """What is compiled when this is wanted: with each group in a process of its own."""
+    standard = _named(STANDARD)
+    if any(wanted in group for group in standard):
+        return standard
+    return [group for group in _named(ON_DEMAND) if wanted in group] or [[wanted]]
+
+
 def _compile(wanted: CompiledName) -> bytes:
-    """Machine code of what is wanted; and all else that is standard and missing is kept with it."""
-    groups = [[name for name in group if not _kept(name)] for group in _standard()]
-    if not any(wanted in group for group in groups):
-        groups = [[wanted]]
+    """Machine code of what is wanted; and what belongs with it and is missing is kept too."""
+    groups = [[name for name in group if not _kept(name)] for group in _together(wanted)]
     for listener in on_compilation:
         listener(sum(map(len, groups)))
     with tempfile.TemporaryDirectory() as elsewhere:

@@ -14,5 +14,9 @@ imports from the modules above it.  Read downwards it is the calculation:
     quaternion     the one statement of order and direction
     invariants     body, momentum, attitude -> everything the samples need: decided once
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
+    vectors        threes of numbers, and their turning
+    surface        how high the lowest point of a body is over a plane, and for how long it cannot touch it
+    impact         what a contact does to velocity and body rate
+    contact        flight after flight between contacts, in closed form
     compiler       all of this into machine code, in a process of its own
 """
