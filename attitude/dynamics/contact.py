@@ -73,7 +73,9 @@ def cylinder(
 ) -> Shape:
     """A cylinder, m, about an axis of any length."""
     unit = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    return Shape(np.asarray(centre, dtype=float) + np.outer((-0.5 * height, 0.5 * height), unit), radius, unit)
+    return Shape(
+        np.asarray(centre, dtype=float) + np.outer((-0.5 * height, 0.5 * height), unit), radius, unit
+    )
 
 
 def sphere(radius: float, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> Shape:
@@ -266,7 +268,9 @@ class _Course:
         refuse_too_far(pace(records[:whole]), float(np.diff(starts[:whole, 0], append=self._state[4]).max()))
         self.events += [self._contact(row, after) for row, after in zip(contacts, starts[1:], strict=False)]
         if len(self.events) > MAX_CONTACTS:
-            expected = f"a span with at most {MAX_CONTACTS} contacts (there are more by {self._start[0]:.6g} s)"
+            expected = (
+                f"a span with at most {MAX_CONTACTS} contacts (they are past by {self._start[0]:.6g} s)"
+            )
             raise InputError("times", f"more than {MAX_CONTACTS} contacts", expected)
 
     def _contact(self, row: np.ndarray, after: np.ndarray) -> Event:
@@ -295,7 +299,7 @@ class _Course:
             expected = "a motion that stays within the range of a double"
             raise InputError("angular_velocity", start[6:9].tolist(), expected)
         if ended == layout.TOO_LONG:
-            expected = f"a shorter span (from {start[0]:.6g} s on the body turns beside the ground without end)"
+            expected = f"a shorter span (from {start[0]:.6g} s on the body turns beside the ground)"
             raise InputError("times", float(self._state[4]), expected)
 
     def kick(self, kick: Kick) -> None:

@@ -16,6 +16,7 @@ imports from the modules above it.  Read downwards it is the calculation:
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
     vectors        threes of numbers, and their turning
     surface        how high the lowest point of a body is over a plane, and for how long it cannot touch it
+    rubbing        one point that touches, with friction
     impact         what a contact does to velocity and body rate
     contact        flight after flight between contacts, in closed form
     compiler       all of this into machine code, in a process of its own

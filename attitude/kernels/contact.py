@@ -14,7 +14,7 @@ from .invariants import invariants
 from .layout import AT_REST, CONSTANT_RATE, NO_ROOM, OUT_OF_RANGE, RIM, RIM_POINTS, TIME_IS_UP, TOO_LONG
 from .principal import rate_is_constant
 from .surface import STILL
-from .vectors import add_scaled, cross, dot, norm, rotation, taken, times, transposed
+from .vectors import across, add_scaled, dot, norm, rotation, taken, times, transposed
 
 # Points as near to the lowest one, in parts of the body's size, touch together with it.
 TOGETHER = 1e-9
@@ -204,24 +204,22 @@ def _write_lowest(ground, normal, i, points, count):
     corner = taken(ground.points[i])
     inwards = -ground.radius
     if ground.rounding == RIM:
-        across = add_scaled(normal, -dot(normal, ground.axis), ground.axis)
-        length = norm(across)
+        down = add_scaled(normal, -dot(normal, ground.axis), ground.axis)
+        length = norm(down)
         if ground.radius * length <= TOGETHER * ground.size:
             return _write_rim(ground, corner, points, count)
-        normal, inwards = across, -ground.radius / length
+        normal, inwards = down, -ground.radius / length
     _write(points, count, add_scaled(corner, inwards, normal))
     return count + 1
 
 
 @routine
 def _write_rim(ground, corner, points, count):
-    least = (1.0, 0.0, 0.0) if abs(ground.axis[0]) < 0.8 else (0.0, 1.0, 0.0)
-    first = cross(ground.axis, least)
-    first = add_scaled((0.0, 0.0, 0.0), ground.radius / norm(first), first)
-    second = cross(ground.axis, first)
+    first, second = across(ground.axis)
     for k in range(RIM_POINTS):
         angle = 2.0 * math.pi * k / RIM_POINTS
-        place = add_scaled(add_scaled(corner, math.cos(angle), first), math.sin(angle), second)
+        place = add_scaled(corner, ground.radius * math.cos(angle), first)
+        place = add_scaled(place, ground.radius * math.sin(angle), second)
         _write(points, count + k, place)
     return count + RIM_POINTS
 

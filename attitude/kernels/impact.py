@@ -15,19 +15,20 @@ and for many points Moreau's law.
 Sources: Glocker and Pfeiffer, Nonlinear Dynamics 7 (1995) 471; Moreau, in Nonsmooth Mechanics and
 Applications, CISM 302 (1988), section 8.
 
-Each stage is solved by projected gradient steps, the same for all points at once, so that what is
-symmetric stays so; where several impulses do the same (a box falls flat), it is the even one.
+One point is solved directly (`rubbing`), several by projected gradient steps, the same for all at
+once, so that what is symmetric stays so: where several impulses do the same (a box falls flat), it is
+the even one.
 """
 
-import math
 from typing import NamedTuple
 
+from . import rubbing
 from .intrinsics import routine
-from .vectors import add_scaled, cross, dot, norm, times
+from .vectors import across, add_scaled, cross, dot, norm, scaled, times, transposed
 
 SWEEPS = 20000
 # Changes below this part of the speeds end a stage.
-SETTLED = 2e-16
+SETTLED = 1e-15
 
 
 class Inertia(NamedTuple):
@@ -74,95 +75,154 @@ def respond(points, count, body, restitution, velocity, rate):
     for i in range(count):
         scale = max(scale, norm(velocity_at(place(points, i), velocity, rate)))
     limit = SETTLED * scale
-    velocity, rate, settled = _compress(points, count, body, velocity, rate, limit)
+    after, turned = _compress(points, count, body, velocity, rate, limit)
     if restitution > 0.0:
-        velocity, rate = _expand(points, count, body, restitution, velocity, rate, limit)
-    return velocity, rate
+        after, turned = _expand(points, count, body, restitution, after, turned, limit)
+    return after, turned
 
 
 @routine
 def _prepare(points, count, body):
+    """What an impulse changes of its own point's speed; across the normal a bound on it."""
     for i in range(count):
-        r = place(points, i)
-        lever = cross(r, body.normal)
-        points[i, 7] = body.inverse_mass + dot(lever, times(body.inverse, lever))
-        # across the normal: no more than the sum over all three directions, less the one along it
-        whole = 3.0 * body.inverse_mass
+        r, whole = place(points, i), 0.0
+        points[i, 7] = dot(body.normal, _answer(body, r, body.normal))
         for k in range(3):
             unit = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-            arm = cross(r, unit)
-            whole += dot(arm, times(body.inverse, arm))
+            whole += dot(unit, _answer(body, r, unit))
         points[i, 8] = whole - points[i, 7]
         for k in range(3, 7):
             points[i, k] = 0.0
 
 
 @routine
+def _answer(body, r, impulse):
+    """How much an impulse at a point changes the point's own velocity."""
+    rate = times(body.inverse, cross(r, impulse))
+    return add_scaled(cross(rate, r), body.inverse_mass, impulse)
+
+
+@routine
+def _pressing(points, i, body):
+    """The impulse at a point."""
+    return add_scaled((points[i, 4], points[i, 5], points[i, 6]), points[i, 3], body.normal)
+
+
+@routine
+def _scale(points, count, factor):
+    for i in range(count):
+        for k in range(3, 7):
+            points[i, k] *= factor
+
+
+@routine
+def _moved(points, count, body, velocity, rate):
+    """What the impulses so far make of a motion."""
+    linear, angular = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for i in range(count):
+        j = _pressing(points, i, body)
+        linear, angular = add_scaled(linear, 1.0, j), add_scaled(angular, 1.0, cross(place(points, i), j))
+    velocity = add_scaled(velocity, body.inverse_mass, linear)
+    return velocity, add_scaled(rate, 1.0, times(body.inverse, angular))
+
+
+# -- the two stages ---------------------------------------------------------------------------------
+
+
+@routine
 def _compress(points, count, body, velocity, rate, limit):
-    """The first stage."""
+    """The first stage: the motion at its end."""
+    if count == 1 and body.friction > 0.0 and _one_point(points, body, velocity, rate, rubbing.UNKNOWN):
+        return _moved(points, count, body, velocity, rate)
+    after, turned = velocity, rate
     for _ in range(SWEEPS):
-        velocity, rate, change = _press(points, count, body, velocity, rate)
+        change = _press(points, count, body, after, turned)
+        after, turned = _moved(points, count, body, velocity, rate)
         if body.friction > 0.0:
-            velocity, rate, rubbed = _rub(points, count, body, velocity, rate)
-            change = max(change, rubbed)
+            change = max(change, _rub(points, count, body, after, turned))
+            after, turned = _moved(points, count, body, velocity, rate)
         if change <= limit:
-            return velocity, rate, True
-    return velocity, rate, False
+            break
+    return _tamed(points, count, body, velocity, rate, after, turned)
+
+
+@routine
+def _tamed(points, count, body, velocity, rate, after, turned):
+    """Where sweeps have not settled, less of the same impulses: what takes the most energy out."""
+    regained, spent = 0.0, 0.0
+    for i in range(count):
+        r, j = place(points, i), _pressing(points, i, body)
+        now = velocity_at(r, after, turned)
+        regained += dot(j, now)
+        spent += dot(j, add_scaled(now, -1.0, velocity_at(r, velocity, rate)))
+    if not regained > 0.0:
+        return after, turned
+    _scale(points, count, 1.0 - regained / spent)
+    return _moved(points, count, body, velocity, rate)
 
 
 @routine
 def _expand(points, count, body, restitution, velocity, rate, limit):
-    """The second stage: from the share of the first stage's impulses, friction only gets better."""
-    for i in range(count):
-        r = place(points, i)
-        for k in range(3, 7):
-            points[i, k] *= restitution
-        velocity, rate = _pushed(body, r, body.normal, points[i, 3], velocity, rate)
-        velocity, rate = _pushed(body, r, (points[i, 4], points[i, 5], points[i, 6]), 1.0, velocity, rate)
+    """The second stage: from the share of the first one's impulses on, friction only gets better."""
+    _scale(points, count, restitution)
+    if count == 1 and body.friction > 0.0 and _one_point(points, body, velocity, rate, points[0, 3]):
+        return _moved(points, count, body, velocity, rate)
+    after, turned = _moved(points, count, body, velocity, rate)
     if body.friction > 0.0:
         for _ in range(SWEEPS):
-            velocity, rate, change = _rub(points, count, body, velocity, rate)
+            change = _rub(points, count, body, after, turned)
+            after, turned = _moved(points, count, body, velocity, rate)
             if change <= limit:
                 break
-    return velocity, rate
+    return after, turned
 
 
 @routine
-def _pushed(body, r, direction, impulse, velocity, rate):
-    velocity = add_scaled(velocity, impulse * body.inverse_mass, direction)
-    return velocity, add_scaled(rate, impulse, times(body.inverse, cross(r, direction)))
+def _one_point(points, body, velocity, rate, normal):
+    """Write the impulse of the only point that touches; whether one was found."""
+    r, n = place(points, 0), body.normal
+    first, second = across(n)
+    rows = n, first, second
+    K = (
+        times(rows, _answer(body, r, n)),
+        times(rows, _answer(body, r, first)),
+        times(rows, _answer(body, r, second)),
+    )
+    found, j = rubbing.solve(K, times(rows, velocity_at(r, velocity, rate)), body.friction, normal)
+    if found:
+        rubbed = times(transposed(rows), (0.0, j[1], j[2]))
+        points[0, 3], points[0, 4], points[0, 5], points[0, 6] = j[0], rubbed[0], rubbed[1], rubbed[2]
+    return found
+
+
+# -- sweeps -----------------------------------------------------------------------------------------
 
 
 @routine
 def _press(points, count, body, velocity, rate):
-    """One step of all normal impulses; returns the new motion and the greatest change of a speed."""
-    after, turned, greatest = velocity, rate, 0.0
+    """One step of all normal impulses; returns the greatest change of a speed."""
+    greatest = 0.0
     for i in range(count):
-        r = place(points, i)
-        speed = dot(velocity_at(r, velocity, rate), body.normal)
+        speed = dot(velocity_at(place(points, i), velocity, rate), body.normal)
         # the matrix between points has no eigenvalue above `count` times its diagonal's
         j = max(0.0, points[i, 3] - speed / (count * points[i, 7]))
-        change = j - points[i, 3]
+        greatest = max(greatest, abs(j - points[i, 3]) * points[i, 7])
         points[i, 3] = j
-        after, turned = _pushed(body, r, body.normal, change, after, turned)
-        greatest = max(greatest, abs(change) * points[i, 7])
-    return after, turned, greatest
+    return greatest
 
 
 @routine
 def _rub(points, count, body, velocity, rate):
-    """One step of all tangential impulses, each within its disc."""
-    after, turned, greatest = velocity, rate, 0.0
+    """One step of all tangential impulses, each within its disc; returns the greatest change of a speed."""
+    greatest = 0.0
     for i in range(count):
-        r, old = place(points, i), (points[i, 4], points[i, 5], points[i, 6])
-        u = velocity_at(r, velocity, rate)
+        old = points[i, 4], points[i, 5], points[i, 6]
+        u = velocity_at(place(points, i), velocity, rate)
         u = add_scaled(u, -dot(u, body.normal), body.normal)
         j = add_scaled(old, -1.0 / (count * points[i, 8]), u)
         length, most = norm(j), body.friction * points[i, 3]
         if length > most:
-            j = add_scaled((0.0, 0.0, 0.0), most / length, j)
-        change = add_scaled(j, -1.0, old)
+            j = scaled(most / length, j)
+        greatest = max(greatest, norm(add_scaled(j, -1.0, old)) * points[i, 8])
         points[i, 4], points[i, 5], points[i, 6] = j
-        after, turned = _pushed(body, r, change, 1.0, after, turned)
-        greatest = max(greatest, norm(change) * points[i, 8])
-    return after, turned, greatest
+    return greatest

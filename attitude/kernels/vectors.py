@@ -33,6 +33,20 @@ def add_scaled(a, factor, b):
 
 
 @routine
+def scaled(factor, a):
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+@routine
+def across(a):
+    """Two unit vectors that make a right-handed frame with this one."""
+    least = (1.0, 0.0, 0.0) if abs(a[0]) < 0.8 else (0.0, 1.0, 0.0)
+    first = cross(a, least)
+    first = scaled(1.0 / norm(first), first)
+    return first, cross(a, first)
+
+
+@routine
 def times(rows, a):
     """The matrix of these three rows on a."""
     return dot(rows[0], a), dot(rows[1], a), dot(rows[2], a)
