@@ -24,12 +24,12 @@ from .translation import parabola
 # A body may be given this deep in the ground, in parts of its size: the rounding of who put it there.
 SUNK = 1e-12
 MAX_CONTACTS = 100_000
-ROOM = (32, 1024)  # flights for which there is room at first, and later
+ROOM = (64, 512)  # flights for which there is room at first, and later
 
 ON = "no contact before the epoch is known: an instant not before t = 0"
 RESTS = (
-    "bounces accumulate: from here on the body stays in contact with the ground, which is not simulated; "
-    "the ephemeris ends"
+    "bounces accumulate: from here on the body stays in contact with the ground, which is not simulated, "
+    "and the ephemeris ends"
 )
 
 
@@ -235,7 +235,7 @@ class _Course:
             *(np.empty(1), np.empty((4, 1, 1)), np.empty((3, 1, 1))),
         )
         state = situation.attitude, situation.rate, situation.position, situation.velocity
-        self._start = np.concatenate([(0.0, 0.0), *state])  # type: ignore[arg-type]
+        self._start = np.concatenate([(0.0, 0.0), *state])
         self._starts: list[np.ndarray] = []
         self._records: list[np.ndarray] = []
         self.events: list[Event] = []
@@ -266,33 +266,36 @@ class _Course:
         self._starts.append(starts[:whole])
         self._start = starts[len(contacts)]
         refuse_too_far(pace(records[:whole]), float(np.diff(starts[:whole, 0], append=self._state[4]).max()))
-        self.events += [self._contact(row, after) for row, after in zip(contacts, starts[1:], strict=False)]
+        self._tell(contacts, starts[1 : len(contacts) + 1])
         if len(self.events) > MAX_CONTACTS:
             expected = (
                 f"a span with at most {MAX_CONTACTS} contacts (they are past by {self._start[0]:.6g} s)"
             )
             raise InputError("times", f"more than {MAX_CONTACTS} contacts", expected)
 
-    def _contact(self, row: np.ndarray, after: np.ndarray) -> Event:
-        count, speed = int(row[0]), float(row[1])
-        impulse, point, rate, velocity = np.split(row[2:], 4)
-        energies = [self._energy(velocity, rate), self._energy(after[12:15], after[6:9])]
-        details = {
-            "points": count,
-            "normal_speed": speed,
-            "impulse": impulse,
-            "point": point,
-            "energy_lost": energies[0] - energies[1],
-            "rate_before": rate,
-            "rate_after": after[6:9].copy(),
-            "velocity_before": velocity,
-            "velocity_after": after[12:15].copy(),
-        }
-        text = f"contact with the ground at {count} point{'s'[: count > 1]}, {speed:.6g} m/s"
-        return Event(float(after[0]), "contact", text, details)
+    def _tell(self, contacts: np.ndarray, after: np.ndarray) -> None:
+        """Contacts, (k, CONTACT_WIDTH), and the flights that begin with them, as events."""
+        lost = self._energy(contacts[:, 11:14], contacts[:, 8:11])
+        lost -= self._energy(after[:, 12:15], after[:, 6:9])
+        for row, state, energy in zip(contacts, after, lost.tolist(), strict=True):
+            count, speed = int(row[0]), float(row[1])
+            details = {
+                "points": count,
+                "normal_speed": speed,
+                "impulse": row[2:5],
+                "point": row[5:8],
+                "energy_lost": energy,
+                "rate_before": row[8:11],
+                "rate_after": state[6:9],
+                "velocity_before": row[11:14],
+                "velocity_after": state[12:15],
+            }
+            text = f"contact with the ground at {count} point{'s'[: count > 1]}, {speed:.6g} m/s"
+            self.events.append(Event(float(state[0]), "contact", text, details))
 
-    def _energy(self, velocity: np.ndarray, rate: np.ndarray) -> float:
-        return float(0.5 * (self.mass * velocity @ velocity + rate @ self.tensor @ rate))
+    def _energy(self, velocity: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        moving, turning = (velocity * velocity).sum(axis=1), ((rate @ self.tensor) * rate).sum(axis=1)
+        return 0.5 * (self.mass * moving + turning)
 
     def _refuse(self, ended: int, start: np.ndarray) -> None:
         if ended == layout.OUT_OF_RANGE:

@@ -20,6 +20,7 @@ once, so that what is symmetric stays so: where several impulses do the same (a 
 the even one.
 """
 
+import math
 from typing import NamedTuple
 
 from . import rubbing
@@ -27,8 +28,8 @@ from .intrinsics import routine
 from .vectors import across, add_scaled, cross, dot, norm, scaled, times, transposed
 
 SWEEPS = 20000
-# Changes below this part of the speeds end a stage.
-SETTLED = 1e-15
+# In parts of the speeds: changes below the first end a stage, below the second once they shrink no more.
+SETTLED, STALLED = 1e-16, 1e-14
 
 
 class Inertia(NamedTuple):
@@ -74,10 +75,9 @@ def respond(points, count, body, restitution, velocity, rate):
     scale = 0.0
     for i in range(count):
         scale = max(scale, norm(velocity_at(place(points, i), velocity, rate)))
-    limit = SETTLED * scale
-    after, turned = _compress(points, count, body, velocity, rate, limit)
+    after, turned = _compress(points, count, body, velocity, rate, scale)
     if restitution > 0.0:
-        after, turned = _expand(points, count, body, restitution, after, turned, limit)
+        after, turned = _expand(points, count, body, restitution, after, turned, scale)
     return after, turned
 
 
@@ -130,19 +130,20 @@ def _moved(points, count, body, velocity, rate):
 
 
 @routine
-def _compress(points, count, body, velocity, rate, limit):
+def _compress(points, count, body, velocity, rate, scale):
     """The first stage: the motion at its end."""
     if count == 1 and body.friction > 0.0 and _one_point(points, body, velocity, rate, rubbing.UNKNOWN):
         return _moved(points, count, body, velocity, rate)
-    after, turned = velocity, rate
+    after, turned, last = velocity, rate, math.inf
     for _ in range(SWEEPS):
         change = _press(points, count, body, after, turned)
         after, turned = _moved(points, count, body, velocity, rate)
         if body.friction > 0.0:
             change = max(change, _rub(points, count, body, after, turned))
             after, turned = _moved(points, count, body, velocity, rate)
-        if change <= limit:
+        if _is_settled(change, last, scale):
             break
+        last = change
     return _tamed(points, count, body, velocity, rate, after, turned)
 
 
@@ -162,19 +163,26 @@ def _tamed(points, count, body, velocity, rate, after, turned):
 
 
 @routine
-def _expand(points, count, body, restitution, velocity, rate, limit):
+def _expand(points, count, body, restitution, velocity, rate, scale):
     """The second stage: from the share of the first one's impulses on, friction only gets better."""
     _scale(points, count, restitution)
     if count == 1 and body.friction > 0.0 and _one_point(points, body, velocity, rate, points[0, 3]):
         return _moved(points, count, body, velocity, rate)
     after, turned = _moved(points, count, body, velocity, rate)
+    last = math.inf
     if body.friction > 0.0:
         for _ in range(SWEEPS):
             change = _rub(points, count, body, after, turned)
             after, turned = _moved(points, count, body, velocity, rate)
-            if change <= limit:
+            if _is_settled(change, last, scale):
                 break
+            last = change
     return after, turned
+
+
+@routine
+def _is_settled(change, last, scale):
+    return change <= SETTLED * scale or (change <= STALLED * scale and change >= last)
 
 
 @routine
