@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -333,10 +334,10 @@ class _Course:
             seconds, low = seconds[:kept], low[:kept]
         flight, time, time_low = _since_start(starts, seconds, low)
         q, w = np.empty((4, 1, len(seconds))), np.empty((3, 1, len(seconds)))
-        firsts = np.flatnonzero(np.diff(flight, prepend=-1))
-        for first, last in zip(firsts, [*firsts[1:], len(seconds)], strict=True):
+        bounds = [*np.flatnonzero(np.diff(flight, prepend=-1)).tolist(), len(seconds)]
+        for first, last in pairwise(bounds):
             record = records[flight[first] : flight[first] + 1]
-            compiled.sample(record, time, time_low, q, w, None, 0, int(first), int(last))
+            compiled.sample(record, time, time_low, q, w, None, 0, first, last)
         of = starts[flight]
         position, velocity = parabola(of[:, 9:12], of[:, 12:15], self.gravity, time)
         rest = None if rest is None else low

@@ -152,11 +152,19 @@ def clear(ground, view, limits, still):
         lowest = min(lowest, height)
         if height <= limits.touch and rate < -still:
             touches = min(touches, _straight(height, rate, limits))
-        elif height <= limits.dip and rate >= -still:  # leaving, or standing still
-            wait = min(wait, _until(ground, view, limits, max(height, 0.0) + limits.dip, rate))
+        elif height <= limits.dip and rate >= -still:
+            wait = min(wait, _leaving(ground, view, limits, max(height, 0.0), rate))
         else:
             wait = min(wait, _until(ground, view, limits, height, rate))
     return max(wait, _far(ground, view, limits)), lowest, touches
+
+
+@routine
+def _leaving(ground, view, limits, height, rate):
+    """For a point on the plane that does not approach it: the bound may dip by a little, if it must."""
+    if rate > 0.0 and rate * rate > 4.0 * limits.bend * limits.dip:
+        return _until(ground, view, limits, height, rate)
+    return _until(ground, view, limits, height + limits.dip, rate)
 
 
 @routine

@@ -128,9 +128,8 @@ def test_a_thousand_bounces_without_friction():
             abs(bounce.energy(bounce.before) - bounce.energy(bounce.after) - lost) <= IMPACT_ROUNDING * energy
         )
         assert abs(bounce.lost - lost) <= IMPACT_ROUNDING * energy
-        assert np.linalg.norm(np.cross(bounce.impulse, bounce.n)) <= IMPACT_ROUNDING * np.linalg.norm(
-            bounce.impulse
-        )
+        momentum = bounce.mass * np.abs(bounce.before[0]).max()
+        assert np.abs(np.cross(bounce.impulse, bounce.n)).max() <= IMPACT_ROUNDING * momentum
 
 
 @pytest.mark.parametrize("friction", [0.1, 0.5, 2.0])
@@ -149,7 +148,7 @@ def test_friction_stays_in_its_cone_and_energy_never_grows(friction):
 
 @pytest.mark.parametrize("friction", [0.1, 0.5, 2.0])
 def test_without_restitution_coulombs_law_holds_at_the_end(friction):
-    """The point no longer approaches; it sticks, or it slides against a friction that is as great as it can be."""
+    """The point no longer approaches; it sticks, or slides against all the friction there can be."""
     rng = np.random.default_rng(3)
     sticking = 0
     for _ in range(200):
@@ -221,12 +220,8 @@ def test_a_cube_that_spins_as_it_lands_flat_is_slowed_evenly():
     assert np.allclose(flight.velocity[1], [0, 0, 2], atol=10 * IMPACT_ROUNDING)
     assert np.allclose(flight.rate[1, :2], 0.0, atol=10 * IMPACT_ROUNDING)
     # four corners, each with mu m (1+e) v_n / 4 at an arm of half the diagonal
-    assert flight.rate[1, 2] == pytest.approx(
-        1.0 - 0.1 * 4.0 * math.sqrt(0.5) / (1 / 6)
-        if False
-        else max(0.0, 1.0 - 0.1 * 4.0 * math.sqrt(0.5) * 6.0),
-        abs=1e-13,
-    )
+    spin = 1.0 - 0.1 * 2.0 * 2.0 * math.sqrt(0.5) * 6.0
+    assert flight.rate[1, 2] == pytest.approx(max(spin, 0.0), abs=1e-13)
 
 
 def test_moreaus_law_takes_out_of_a_tilted_landing_what_restitution_says():
@@ -390,7 +385,7 @@ def test_accumulating_bounces_end_the_ephemeris():
     *bounces, end = flight.events
     assert end.kind == "rest"
     assert "accumulate" in end.text
-    assert end.seconds == pytest.approx(3.0, abs=1e-5)  # s: what bounces of 1e-12 m still would take
+    assert end.seconds == pytest.approx(3.0, abs=1e-5)  # s: bounces of 1e-12 m take less
     assert np.array_equal(flight.seconds, t[t <= end.seconds])
     assert {event.kind for event in bounces} == {"contact"}
     expected = [1.0] + [3.0 - 2.0 * 0.5**k for k in range(1, 12)]
@@ -416,9 +411,9 @@ def test_without_restitution_it_sticks():
 
 
 def test_without_restitution_a_turning_body_may_leave_again():
-    """In weightlessness nothing holds a corner on the plane that turns away from it."""
-    shape = Shape(np.array([[-0.5, -0.5, -0.5]]))
-    start = situation([1 / 6] * 3, [1, 0, 0, 0], [1.0, 0, 0], [0, 0, 1], [0, 0, -1])
+    """In weightlessness nothing holds a corner on the plane that turns away from it: h'' = -(r.n) omega^2."""
+    shape = Shape(np.array([[-0.5, 0.0, -0.5]]))
+    start = situation([1 / 6] * 3, [1, 0, 0, 0], [0, 0.4, 0], [0, 0, 1], [0, 0, -1])
     ground = Ground(UP, 0.0, shape, 0.0)
     flight = fly(start, ground, WEIGHTLESS, np.linspace(0.0, 3.0, 100))
     assert [event.kind for event in flight.events] == ["contact"]
