@@ -24,7 +24,7 @@ from .vectors import add_scaled, cross, dot, norm, taken, times, transposed
 # In parts of the body's size: how near the plane a point counts as on it, and how deep one that is
 # just leaving may seem to be (the lower bound on its path cannot tell it from one that dips below).
 TOUCH = 1e-15
-DIP = 1e-13
+DIP = 2e-14
 # In parts of the surface's speed: slower than this a point on the plane is not approaching it.
 STILL = 1e-14
 
