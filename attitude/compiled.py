@@ -73,6 +73,7 @@ scaled = Kernel("clock", "scaled")
 split = Kernel("splitting", "split")
 collocate = Kernel("collocation", "collocate")
 runge_kutta = Kernel("runge_kutta", "runge_kutta")
+bounce = Kernel("contact", "bounce")
 
 # What the library calls: compiled together when any of it is missing, the longest first.
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
@@ -89,25 +90,36 @@ STANDARD = [
         ("clock", "days_from_seconds", "d1.d1.d1.d1"),
         ("clock", "grid", "f.f.f.f.f.f.f.d1.d1"),
         ("clock", "scaled", "d1.f.f.d1.d1"),
-        ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2"),
-        ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1"),
-        ("collocation", "collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1"),
     ],
 ]
+# What only scenes with torques, or with a ground, need: compiled together when one of a set is first called.
+TORQUES = [
+    [("collocation", "collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1")],
+    [
+        ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2"),
+        ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1"),
+    ],
+]
+CONTACT = [[("contact", "bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")]]
+SETS = [STANDARD, TORQUES, CONTACT]
 
 
 def compile_all() -> int:
     """Compile what the library calls and is not kept yet; returns how many kernels that was."""
+    count = 0
     with _lock:
-        missing = [name for names in _standard() for name in names if not _kept(name)]
-        if missing:
-            _compile(missing[0])
-    return len(missing)
+        for groups in map(_named, SETS):
+            missing = [name for names in groups for name in names if not _kept(name)]
+            if missing:
+                _compile(missing[0])
+            count += len(missing)
+    return count
 
 
 def is_standard(kernel: Kernel, kinds: tuple[str, ...]) -> bool:
-    """Whether code for these kinds of arguments is compiled with the rest."""
-    return any((kernel.module, kernel.name, ".".join(kinds)) in group for group in STANDARD)
+    """Whether code for these kinds of arguments is compiled with others."""
+    named = kernel.module, kernel.name, ".".join(kinds)
+    return any(named in group for groups in SETS for group in groups)
 
 
 def loaded() -> dict[Kernel, set[tuple[str, ...]]]:
@@ -204,19 +216,23 @@ def _places() -> list[Path]:
 # -- compiling --------------------------------------------------------------------------------------
 
 
-def _standard() -> list[list[CompiledName]]:
+def _named(groups: list[list[tuple[str, str, str]]]) -> list[list[CompiledName]]:
     digest = _digest()
     return [
         [CompiledName(module, kernel, tuple(kinds.split(".")), digest) for module, kernel, kinds in group]
-        for group in STANDARD
+        for group in groups
     ]
 
 
+def _together(wanted: CompiledName) -> list[list[CompiledName]]:
+    """What is compiled when this is wanted: with each group in a process of its own."""
+    sets = map(_named, SETS)
+    return next((groups for groups in sets if any(wanted in group for group in groups)), [[wanted]])
+
+
 def _compile(wanted: CompiledName) -> bytes:
-    """Machine code of what is wanted; and all else that is standard and missing is kept with it."""
-    groups = [[name for name in group if not _kept(name)] for group in _standard()]
-    if not any(wanted in group for group in groups):
-        groups = [[wanted]]
+    """Machine code of what is wanted; and what belongs with it and is missing is kept too."""
+    groups = [[name for name in group if not _kept(name)] for group in _together(wanted)]
     for listener in on_compilation:
         listener(sum(map(len, groups)))
     with tempfile.TemporaryDirectory() as elsewhere:

@@ -23,5 +23,10 @@ imports from the modules above it.  Read downwards it is the calculation:
     splitting      kicks by the torque around exact free rotation
     collocation    Gauss's collocation, order 16
     runge_kutta    Dormand and Prince, order 8, with steps of its own choice
+    vectors        threes of numbers, and their turning
+    surface        how high the lowest point of a body is over a plane, and for how long it cannot touch it
+    rubbing        one point that touches, with friction
+    impact         what a contact does to velocity and body rate
+    contact        flight after flight between contacts, in closed form
     compiler       all of this into machine code, in a process of its own
 """

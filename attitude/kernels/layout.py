@@ -103,6 +103,28 @@ WORKSPACE = 57
 # Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the axis.
 UNKNOWNS = 8
 
+# A body that flies over a plane, as kernels take it: numbers (WORLD_WIDTH) and the corners of its shape
+# (n, 3), from the centre of mass, body frame.  Corners alone are a polyhedron; BALL puts a ball of the radius
+# about each, RIM a disc across the axis: a cylinder is two corners on its axis, each with a rim.
+#   mass, kg; gravity (3), m/s2; unit normal of the plane (3), away from the ground; height of the plane along
+#   it, m; restitution; friction; rounding; its radius, m; unit axis (3), body frame; greatest distance of a
+#   corner's lowest point (or of a ball's centre) and of any point from the centre of mass, m
+SHARP, RIM, BALL = range(3)
+WORLD_WIDTH = 17
+# A flight between two contacts: its start, s in two parts, and the state there: attitude (4), body rate (3),
+# position (3), velocity (3).
+FLIGHT_WIDTH = 15
+# A contact: how many points, approaching speed of the fastest, impulse (3), where it acts (3), body rate (3)
+# and velocity (3) before; inertial but for the body rate.
+CONTACT_WIDTH = 14
+# A point that touches: place (3) from the centre of mass; impulse along the normal, and across it (3); what
+# a unit impulse changes of its own speed, along the normal, and at most across it; all body frame.
+TOUCH_WIDTH = 9
+# What ends a run of flights; the last two are no end: numbers beyond a double, or more steps than is sane.
+TIME_IS_UP, AT_REST, NO_ROOM, OUT_OF_RANGE, TOO_LONG = range(5)
+# Points of a rim that stand for all of it where it lies flat.
+RIM_POINTS = 8
+
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42
 

@@ -1,0 +1,70 @@
+"""Vectors as tuples of three doubles, and their components before and after a rotation."""
+
+import math
+
+from .intrinsics import routine
+
+
+@routine
+def taken(array):
+    """The first three numbers of an array."""
+    return array[0], array[1], array[2]
+
+
+@routine
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@routine
+def cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@routine
+def norm(a):
+    return math.sqrt(dot(a, a))
+
+
+@routine
+def add_scaled(a, factor, b):
+    """a + factor b."""
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+
+
+@routine
+def scaled(factor, a):
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+@routine
+def across(a):
+    """Two unit vectors that make a right-handed frame with this one."""
+    least = (1.0, 0.0, 0.0) if abs(a[0]) < 0.8 else (0.0, 1.0, 0.0)
+    first = cross(a, least)
+    first = scaled(1.0 / norm(first), first)
+    return first, cross(a, first)
+
+
+@routine
+def times(rows, a):
+    """The matrix of these three rows on a."""
+    return dot(rows[0], a), dot(rows[1], a), dot(rows[2], a)
+
+
+@routine
+def rotation(q):
+    """Rows of R of a unit quaternion (w, x, y, z): v_inertial = R v_body."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    inverse = 2.0 / (w * w + x * x + y * y + z * z)
+    return (
+        (1.0 - inverse * (y * y + z * z), inverse * (x * y - w * z), inverse * (x * z + w * y)),
+        (inverse * (x * y + w * z), 1.0 - inverse * (x * x + z * z), inverse * (y * z - w * x)),
+        (inverse * (x * z - w * y), inverse * (y * z + w * x), 1.0 - inverse * (x * x + y * y)),
+    )
+
+
+@routine
+def transposed(rows):
+    a, b, c = rows
+    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])

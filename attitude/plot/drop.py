@@ -1,0 +1,98 @@
+"""The picture of a drop: attitude with gravity, without, and by the closed form, through a collision."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from ..dynamics.drop import Curve, Drop
+
+SIZE = (9.0, 9.0)  # inches
+SETTINGS = {
+    "font.size": 10.0,
+    "font.family": "DejaVu Sans",
+    "axes.titlesize": 11.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "0.92",
+    "svg.fonttype": "none",  # text stays text, to be found and read aloud
+    "svg.hashsalt": "attitude",  # the same drop makes the same file
+}
+MODEL = "model: the closed form, without ground"
+FALLING = "simulation with gravity"
+WEIGHTLESS = "simulation without gravity"
+RED, BLUE, GREEN = "#d55e00", "#0072b2", "#009e73"
+CIRCLES = 60  # of the weightless curve, so that the line below them is seen
+
+
+def picture(drop: Drop, format: str, name: str = "") -> bytes:
+    """An "svg" or "png" file."""
+    with rc_context(SETTINGS):
+        figure = Figure(figsize=SIZE, layout="constrained")
+        FigureCanvasAgg(figure)
+        _draw(figure, drop, name)
+        file = io.BytesIO()
+        figure.savefig(file, format=format, dpi=150, metadata={"Date": None} if format == "svg" else {})
+    return file.getvalue()
+
+
+def _draw(figure: Figure, drop: Drop, name: str) -> None:
+    panels = figure.subplots(5, 1, sharex=True, height_ratios=[1, 1, 1, 1, 1.1])
+    for component, axes in enumerate(panels[:4]):
+        _attitude(axes, drop, component)
+    _departure(panels[4], drop)
+    panels[4].set_xlabel("time, s")
+    for axes in panels:
+        for moment in drop.falling.contacts:
+            axes.axvline(moment, color="0.45", linewidth=0.9, linestyle=(0, (4, 2)), zorder=1)
+    figure.suptitle(f"{name or 'A drop'}: attitude through a collision with the ground", fontsize=13)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
+
+
+def _attitude(axes: Any, drop: Drop, component: int) -> None:
+    """One component of the quaternions."""
+    name = f"q_{'wxyz'[component]}"
+    model, falling, circles = drop.model, drop.falling, _thinned(drop.weightless)
+    start = falling.seconds[:1], falling.quaternion[:1, component]
+    axes.plot(
+        model.seconds, model.quaternion[:, component], color=GREEN, linewidth=4.5, alpha=0.45, label=MODEL
+    )
+    axes.plot(falling.seconds, falling.quaternion[:, component], color=BLUE, linewidth=1.5, label=FALLING)
+    style = {"color": RED, "marker": "o", "markersize": 4.0, "markerfacecolor": "none", "linestyle": "none"}
+    axes.plot(circles.seconds, circles.quaternion[:, component], label=WEIGHTLESS, **style)
+    axes.plot(*start, color="black", marker="o", markersize=6, linestyle="none", label="start")
+    axes.set(ylabel=name, ylim=(-1.08, 1.08))
+
+
+def _departure(axes: Any, drop: Drop) -> None:
+    """How far the simulated attitudes are from the model's, and where the ground was met."""
+    for curve, color, style in ((drop.falling, BLUE, "-"), (_thinned(drop.weightless), RED, "o")):
+        model = drop.model.quaternion[np.searchsorted(drop.model.seconds, curve.seconds)]
+        angle = np.rad2deg(_angle(model, curve.quaternion))
+        axes.plot(
+            curve.seconds, angle, style, color=color, linewidth=1.5, markersize=4, markerfacecolor="none"
+        )
+    axes.set(ylabel="from the model, deg", ylim=(-5, 185), yticks=[0, 90, 180])
+    for number, moment in enumerate(drop.falling.contacts):
+        text = f"contact, {moment:.3f} s" if number == 0 else f"{moment:.3f} s"
+        place = {"xytext": (-5, 0), "textcoords": "offset points", "ha": "right", "va": "center"}
+        axes.annotate(text, (moment, 150.0), color="0.25", fontsize=9, **place)
+
+
+def _thinned(curve: Curve) -> Curve:
+    step = max(1, len(curve.seconds) // CIRCLES)
+    return Curve(curve.seconds[::step], curve.quaternion[::step], curve.contacts)
+
+
+def _angle(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(n,), rad, of the rotation between attitudes: 2 asin of the vector part of conj(p) q."""
+    scalar, rest = q[:, :1], q[:, 1:]
+    vector = p[:, :1] * rest - scalar * p[:, 1:] - np.cross(p[:, 1:], rest)
+    return 2.0 * np.arcsin(np.minimum(np.linalg.norm(vector, axis=1), 1.0))

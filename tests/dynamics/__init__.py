@@ -1,0 +1,1 @@
+"""What happens to bodies: events, contact, translation."""
