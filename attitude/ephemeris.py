@@ -174,7 +174,7 @@ class Ephemeris:
         quaternion = self._quaternion[of_samples]
         plan = self.plan and replace(self.plan, samples=quaternion[..., 0].size)
         momentum = None if self._momentum is None else self._momentum[of_samples]
-        translation = self.translation and self.translation[of_samples]
+        translation = self.translation and self.translation.part(of_samples)
         return Ephemeris(
             quaternion,
             self.instants[key],

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from astropy import units as u
@@ -37,6 +37,9 @@ from .errors import FormatError, InputError
 from .motion import TorqueFreeMotion
 from .orbit import AnyOrbit
 from .quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
+
+if TYPE_CHECKING:
+    from .scene_plan import ScenePlan
 
 # Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
 LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
@@ -348,8 +351,29 @@ class Scene(Part):
         body, attitude, rate = self.body.build(), self.attitude.build(), self.angular_velocity.build()
         return TorqueFreeMotion(body, attitude, rate, epoch, order="wxyz", frame=self.frame)
 
-    def run(self, max_samples: int | None = None, set_by: str = "") -> Ephemeris:
-        """Simulate what the document asks for.
+    @property
+    def wanted_solver(self) -> str | None:
+        """The kind of solver that the document names; None for the planner's choice."""
+        return None if self.solver in (None, "automatic") else self.solver
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether there is nothing but the attitude of a free body."""
+        return not self.effects and self.position is None
+
+    def plan(self, drop_below: float | None = None) -> ScenePlan:
+        """What `run` would simulate, what not and why, by which solver, at what predicted cost and error.
+
+        drop_below : rad; torques whose influence over the span stays below are left out, and the plan says so
+        """
+        from . import simulation
+
+        return simulation.plan(self, _checked_drop(drop_below))
+
+    def run(
+        self, max_samples: int | None = None, set_by: str = "", drop_below: float | None = None
+    ) -> Ephemeris:
+        """Simulate what the document asks for, leaving out torques that matter less than `drop_below` (rad).
 
         Raises InputError where a value cannot be taken, or where there are more than
         `max_samples` instants (a limit `set_by` whatever the message is to name).
@@ -357,15 +381,31 @@ class Scene(Part):
         if max_samples is not None and self.times.samples > max_samples:
             limit = f"at most {max_samples} samples" + (f" ({set_by})" if set_by else "")
             raise InputError("times", f"{self.times.samples} samples", limit)
+        if not self._is_plain:
+            from . import simulation
+
+            return simulation.run(self, _checked_drop(drop_below))
         motion = self.motion()
         return motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
 
     def chunks(self, size: int, threads: int = 1) -> Iterator[Ephemeris]:
-        """What `run` gives, in ephemerides of at most `size` instants each; see `TorqueFreeMotion.chunks`."""
+        """What `run` gives, in ephemerides of at most `size` instants each; see `TorqueFreeMotion.chunks`.
+
+        A scene with effects is computed as a whole, and given piece by piece.
+        """
+        if not self._is_plain:
+            whole = self.run()
+            return (whole[first : first + size] for first in range(0, len(whole), size))
         motion = self.motion()
         return motion.chunks(
             self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
         )
+
+
+def _checked_drop(drop_below: float | None) -> float | None:
+    if drop_below is not None and not (isinstance(drop_below, (int, float)) and 0.0 < drop_below < np.inf):
+        raise InputError("drop_below", drop_below, "an angle in rad, above 0")
+    return drop_below
 
 
 def builtin_names() -> list[str]:

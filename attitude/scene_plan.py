@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 WORST_BOUND = max(bound for _, bound in FORMS)
 CHAINED = (
     "the bound of one closed form (docs/theory.md, section 8) for each stretch between events; rounding of "
-    "the state at an event grows with the time after it like any change of the initial state, and is not in this"
+    "the state at an event grows with the time after it, as any change of an initial state does, and is not in it"
 )
 # Seconds: measured set-up and samples of a closed form (tests/benchmarks/test_speed.py).
 CLOSED_SET_UP, CLOSED_SAMPLE = 2e-5, 9e-9
@@ -228,7 +228,9 @@ def closed_plan(
 ) -> ScenePlan:
     bound = next((bound for form, bound in FORMS if form == solver), WORST_BOUND)
     cost = CLOSED_SET_UP + samples * CLOSED_SAMPLE
-    return ScenePlan(name, tuple(effects), _simulates(moves), solver, None, None, samples, tolerance, bound, cost)
+    return ScenePlan(
+        name, tuple(effects), _simulates(moves), solver, None, None, samples, tolerance, bound, cost
+    )
 
 
 def torqued_plan(

@@ -1,9 +1,9 @@
 """From a scene to its ephemeris: what acts on what, the cheapest exact route, and what it gives.
 
-    no torque               one closed form
-    impulses only           the closed form between them
-    ground                  the closed form between contacts, which are found and answered in compiled code
-    torques                 legs of a solver, chosen for the tolerance (`dynamics.choice`)
+no torque               one closed form
+impulses only           the closed form between them
+ground                  the closed form between contacts, which are found and answered in compiled code
+torques                 legs of a solver, chosen for the tolerance (`dynamics.choice`)
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from .dynamics.acting import Acting, Kick
 from .dynamics.event import Event
 from .dynamics.situation import Situation
 from .dynamics.translation import Translation, parabola
+from .effects.ground import Ground
+from .effects.impulse import Impulse
+from .effects.uniform_gravity import UniformGravity
 from .elapsed import Instants
 from .ephemeris import Ephemeris
 from .errors import InputError
@@ -51,7 +54,7 @@ class Route:
     situation: Situation
     torques: tuple[Any, ...]
     kicks: tuple[Kick, ...]
-    ground: Any
+    ground: Ground | None
     gravity: np.ndarray
     moves: bool
     effects: tuple[EffectPlan, ...]
@@ -70,9 +73,9 @@ def route(scene: Scene, drop_below: float | None = None) -> Route:
         for i, effect in enumerate(scene.effects)
     ]
     used = [effect for effect, plan in zip(scene.effects, told, strict=True) if plan.simulated]
-    ground = next((effect for effect in used if effect.type == "ground"), None)
-    gravity = sum((effect.vector for effect in used if effect.type == "uniform_gravity"), np.zeros(3))
-    kicks = tuple(kick for effect in used if effect.type == "impulse" for kick in effect.kicks(situation))
+    ground = next((effect for effect in used if isinstance(effect, Ground)), None)
+    gravity = sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3))
+    kicks = tuple(kick for effect in used if isinstance(effect, Impulse) for kick in effect.kicks(situation))
     torques = tuple(effect for effect in used if effect.ACTS_ON == "attitude")
     moves = situation.position is not None
     return Route(situation, torques, kicks, ground, gravity, moves, tuple(told))
@@ -95,7 +98,7 @@ def run(scene: Scene, drop_below: float | None = None) -> Ephemeris:
     way = route(scene, drop_below)
     instants = scene.times.build(way.situation.epoch)
     if way.ground is not None:
-        return _bounce(scene, way, instants, begun)
+        return _bounce(scene, way, way.ground, instants, begun)
     if way.torques:
         return _under_torques(scene, way, instants, begun)
     if way.kicks:
@@ -148,11 +151,11 @@ def _ephemeris(
     )
 
 
-def _bounce(scene: Scene, way: Route, instants: Instants, begun: float) -> Ephemeris:
+def _bounce(scene: Scene, way: Route, ground: Ground, instants: Instants, begun: float) -> Ephemeris:
     from .dynamics.contact import fly
 
     seconds = instants.seconds.reshape(-1)
-    flight = fly(way.situation, way.ground.numbers(), way.gravity, seconds, way.kicks, instants.rest)
+    flight = fly(way.situation, ground.numbers(), way.gravity, seconds, way.kicks, instants.rest)
     kept = instants[: len(flight.seconds)]
     bound = scene_plan.WORST_BOUND * flight.segments
     plan = Plan(BOUNCING, len(flight.seconds), 0.0, perf_counter() - begun, bound, scene_plan.CHAINED)
@@ -199,7 +202,11 @@ def _edges(way: Route) -> list[Event]:
     events = []
     low, high = min(way.situation.start, 0.0), max(way.situation.stop, 0.0)
     for torque in way.torques:
-        names = ("shadow exit", "shadow entry") if torque.type == "solar_pressure" else ("torque on", "torque off")
+        names = (
+            ("shadow exit", "shadow entry")
+            if torque.type == "solar_pressure"
+            else ("torque on", "torque off")
+        )
         for interval in _intervals(torque, way.situation):
             for seconds, kind in zip(interval, names, strict=True):
                 if low < seconds < high:

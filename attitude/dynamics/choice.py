@@ -14,6 +14,7 @@ from math import log
 import numpy as np
 
 from .. import orientation
+from ..errors import ToleranceError
 from ..kernels import layout
 from .acting import Acting
 from .legs import Leg
@@ -116,7 +117,7 @@ class _Pilot:
         state = stepped.state(self.situation.attitude, self.momentum)
         out = np.empty((OUTPUTS, 1))
         part = Part(self.leg.start, float(stop), np.array([stop]), np.zeros(1))
-        work = solver.march(stepped, state, part, setting, out)
+        work = solver.follow(self.leg.torques, stepped, state, part, setting, out)
         return out[:, 0], work
 
     def error(self, answer: np.ndarray) -> float:
@@ -136,8 +137,11 @@ class _Pilot:
         settings: list[float] = []
         errors: list[float] = []
         for setting in ladder or (self.span,):
-            answer, work = self.march(solver, stepped, setting)
-            if work.failed:
+            try:
+                answer, work = self.march(solver, stepped, setting)
+            except ToleranceError:
+                break
+            if work.failed or not np.isfinite(answer).all():
                 continue
             settings.append(setting)
             errors.append(max(self.error(answer), 1e-17))

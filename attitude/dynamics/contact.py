@@ -18,6 +18,7 @@ from .. import compiled, orientation
 from ..errors import InputError
 from ..horizon import pace, refuse_too_far
 from ..kernels import layout
+from .acting import Kick
 from .event import Event
 from .situation import Situation
 from .translation import parabola
@@ -114,22 +115,6 @@ class Ground(NamedTuple):
         if shape.axis is not None:
             depth *= np.linalg.norm(np.cross(normal, shape.axis), axis=-1)
         return position @ up - self.height + (normal @ shape.corners.T).min(axis=-1) - depth
-
-
-class Kick(NamedTuple):
-    """Impulses at an instant.
-
-    Attributes
-    ----------
-    seconds : s since the epoch, from 0
-    angular : (3,), N m s, about the centre of mass; linear : (3,), N s
-    inertial : whether components are inertial; else those of the body frame
-    """
-
-    seconds: float
-    angular: np.ndarray
-    linear: np.ndarray
-    inertial: bool
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,23 @@ class Solver:
     prepare: Callable[[Situation, Sequence[Acting]], Stepped]
     march: Callable[[Stepped, np.ndarray, Part, float, np.ndarray], Work]
 
+    def follow(
+        self,
+        torques: Sequence[Acting],
+        stepped: Stepped,
+        state: np.ndarray,
+        part: Part,
+        setting: float,
+        out: np.ndarray,
+    ) -> Work:
+        """`march`; what a function of the user's raised meanwhile is raised here."""
+        try:
+            return self.march(stepped, state, part, setting, out)
+        finally:
+            for torque in torques:
+                if hasattr(torque, "raise_failure"):
+                    torque.raise_failure()
+
     @property
     def kind(self) -> str:
         """ "splitting", "gauss" or "dop853"."""

@@ -128,6 +128,8 @@ def _estimated(march: March, candidate: Candidate, count: int) -> tuple[np.ndarr
 
     threads.run(one, [False, True])
     (rows, work, smooth), (coarse, _, _) = answers[False], answers[True]
+    if work.failed or not np.isfinite(rows).all():
+        return rows, work, np.inf
     apart = orientation.angle_between(rows[:4, some].T, coarse[:4].T)
     return rows, work, float(apart.max()) / _better(candidate.solver, smooth) + _rounding(work)
 
@@ -195,7 +197,7 @@ def _march_legs(
         out = np.empty((OUTPUTS, place.size + 1))
         state = prepared[key].state(attitude, momentum)
         part = Part(leg.start, leg.stop, *at, coarsely)
-        work = candidate.solver.march(prepared[key], state, part, candidate.setting, out)
+        work = candidate.solver.follow(leg.torques, prepared[key], state, part, candidate.setting, out)
         rows[:, place] = out[:, :-1]
         attitude, momentum = out[:4, -1], out[7:, -1]
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))

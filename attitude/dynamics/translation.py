@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
+
+
+class Translation(NamedTuple):
+    """Of the centre of mass, inertial: position (..., 3), m, and velocity (..., 3), m/s."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+
+    def part(self, key: Any) -> Translation:
+        """That of some of the instants."""
+        return Translation(self.position[key], self.velocity[key])
 
 
 def parabola(

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from .. import orientation
 from ..document import Number, Vector
+from ..dynamics import contact
 from ..dynamics.situation import Situation
 from ..errors import InputError
 from ..quantities import Length, unit_vector
@@ -47,6 +48,16 @@ class Ground(Effect):
 
     def solid(self) -> Solid:
         return self.shape.solid()
+
+    def numbers(self) -> contact.Ground:
+        """As the solver takes it."""
+        solid = self.solid()
+        if solid.axis.any():
+            ends = solid.points[0] + np.outer((-solid.half_height, solid.half_height), solid.axis)
+            shape = contact.Shape(ends, solid.radius, solid.axis)
+        else:
+            shape = contact.Shape(solid.points, solid.radius)
+        return contact.Ground(self.direction, self.height.si, shape, self.restitution, self.friction)
 
     def clearance(self, situation: Situation) -> float:
         """m: how high the body's lowest point is above the plane at the epoch."""

@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from ..document import Part, exactly_one
+from ..dynamics.acting import Kick
 from ..dynamics.situation import Situation
 from ..errors import InputError
 from ..quantities import AngularImpulseVector, ImpulseVector, Instant, LengthVector
 from .effect import Effect
 from .instants import check_in_span, seconds
-
-
-class Kick(NamedTuple):
-    """An impulse in numbers.
-
-    Attributes
-    ----------
-    seconds : s since the epoch
-    angular : (3,) N m s, added to the angular momentum about the centre of mass
-    linear : (3,) N s, added to the momentum
-    inertial : whether both are inertial components, else along the body's axes at that instant
-    """
-
-    seconds: float
-    angular: np.ndarray
-    linear: np.ndarray
-    inertial: bool
 
 
 class Firing(Part):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+import numpy as np
+
 from ..quantities import AccelerationVector
 from .effect import Effect
 
@@ -15,3 +17,8 @@ class UniformGravity(Effect):
 
     type: Literal["uniform_gravity"]
     acceleration: AccelerationVector
+
+    @property
+    def vector(self) -> np.ndarray:
+        """(3,), m/s2, inertial."""
+        return self.acceleration.si

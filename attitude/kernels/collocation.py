@@ -111,6 +111,8 @@ def collocate(
             written += 1
         if k < steps:
             _step(state, t, t_low, h, body, symmetric, world, work, counts)
+            if not abs(state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
+                return
 
 
 @routine
@@ -173,8 +175,10 @@ def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
         counts[0] += 1
         _slopes(state, L, axial, across, body, symmetric, world, work)
         change = _stages(h, scale, work)
-        # what the next sweep would still change, were it to gain no more than the last two; or rounding is left
+        # what the next sweep would change, were it to gain no more than the last two; or rounding is left
         gain = max(ratio, change / last)
+        if not change <= 1e300:
+            return False
         if change * gain <= 1e-18 or (change >= 0.5 * last and change < 1e-13):
             return True
         last, ratio = max(change, 1e-300), change / last

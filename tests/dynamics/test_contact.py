@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from attitude import InputError, RigidBody, TorqueFreeMotion
 from attitude.dynamics import contact
-from attitude.dynamics.contact import Ground, Kick, Shape, box, cylinder, fly, sphere
+from attitude.dynamics.acting import Kick
+from attitude.dynamics.contact import Ground, Shape, box, cylinder, fly, sphere
 from attitude.dynamics.situation import Situation
 
 UP = np.array([0.0, 0.0, 1.0])
