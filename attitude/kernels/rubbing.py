@@ -14,7 +14,8 @@ import math
 
 from .intrinsics import routine
 
-SECTORS = 32
+# The circle is searched in so many sectors; if no sign changes in them, in more.
+SECTORS = (32, 2048)
 HALVINGS = 56
 UNKNOWN = -1.0
 
@@ -28,13 +29,15 @@ def solve(K, u, friction, normal):
     j = _all_stopped(K, u) if normal == UNKNOWN else _rubbing_stopped(K, u, normal)
     if j[0] >= 0.0 and math.hypot(j[1], j[2]) <= friction * j[0]:
         return True, j
-    first, sector = math.atan2(u[2], u[1]), 2.0 * math.pi / SECTORS
-    for k in range(SECTORS // 2):
-        for side in (1.0, -1.0):
-            near, far = first + side * k * sector, first + side * (k + 1) * sector
-            found, j = _between(K, u, friction, normal, near, far)
-            if found:
-                return True, j
+    first = math.atan2(u[2], u[1])
+    for sectors in SECTORS:
+        sector = 2.0 * math.pi / sectors
+        for k in range(sectors // 2):
+            for side in (sector, -sector):
+                near, far = first + k * side, first + (k + 1) * side
+                found, j = _between(K, u, friction, normal, near, far)
+                if found:
+                    return True, j
     return False, (0.0, 0.0, 0.0)
 
 
