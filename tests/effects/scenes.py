@@ -76,7 +76,7 @@ def effect(name, **changes):
 
 def document(*effects, **changes):
     """A scene's document with these effects, and what they need of an orbit or a fall."""
-    names = [part["type"] for part in effects]
+    names = [part["type"] for part in effects if isinstance(part, dict)]
     needed = {"orbit": KEPLER} if set(names) & set(ON_ORBIT) else {}
     needed |= FALLING if "ground" in names else {}
     whole = {**copy.deepcopy(DOCUMENT), **copy.deepcopy(needed), "effects": list(effects), **changes}

@@ -1,0 +1,1032 @@
+"""Effects in the scene document: what they mean in numbers, and every fault refused."""
+
+import ctypes
+import math
+
+import numpy as np
+import pytest
+from astropy.time import Time, TimeDelta
+from scipy.spatial.transform import Rotation
+
+from attitude import AttitudeError, InputError, Scene
+from attitude.effects import KNOWN_EFFECTS, UserTorque, effect_class
+from attitude.effects.magnetic_dipole import G10, G11, H11
+from attitude.kernels import layout
+from attitude.orbit.position import position, velocity
+
+from .scenes import (
+    DOCUMENT,
+    EFFECTS,
+    FALLING,
+    GONE,
+    KEPLER,
+    ON_ORBIT,
+    PLATE,
+    TORQUES,
+    built,
+    document,
+    effect,
+    quantity,
+    scene,
+    torque,
+)
+
+TENSOR = {"body": {"tensor": [[3, 0.3, -0.1], [0.3, 2, 0.2], [-0.1, 0.2, 4]], "unit": "kg m2"}}
+ROUNDING = 1e-14
+
+
+# -- in and out -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_effect_comes_back_as_it_was(name):
+    made = scene(effect(name))
+    assert made.document() == document(effect(name))
+    again = Scene.from_json(made.to_json())
+    assert again == made
+    assert again.to_json() == made.to_json()
+    assert made.situation().mass == (3.0 if name == "ground" else None)
+
+
+def test_every_effect_is_known_by_its_type():
+    assert set(KNOWN_EFFECTS) == set(EFFECTS)
+    for name in KNOWN_EFFECTS:
+        assert effect_class(name).model_fields["type"].annotation.__args__ == (name,)
+        assert ("attitude" if name in TORQUES else scene(effect(name)).effects[0].ACTS_ON) == effect_class(
+            name
+        ).ACTS_ON
+
+
+def test_description_of_the_document_names_every_effect():
+    text = str(Scene.model_json_schema())
+    for name in KNOWN_EFFECTS:
+        assert f"'const': '{name}'" in text
+    assert "'tle'" in text
+    assert "'const': 'astropy'" in text
+
+
+def test_situation_is_the_document_in_numbers():
+    changes = {
+        "body": {"moments": [2, 3, 4], "unit": "g cm2", "mass": quantity(5, "g")},
+        "position": quantity([1, 2, 3], "km"),
+        "velocity": quantity([1, 2, 3], "km/h"),
+        "times": {"start": 1, "stop": 2.05, "step": 0.5, "unit": "min"},
+    }
+    found = scene(**changes).situation()
+    assert found.moments == pytest.approx([2e-7, 3e-7, 4e-7])
+    assert (found.mass, found.start, found.stop, found.frame) == (5e-3, 0.0, 120.0, "GCRF")
+    assert found.position.tolist() == [1000.0, 2000.0, 3000.0]
+    assert found.velocity == pytest.approx(np.array([1, 2, 3]) / 3.6)
+    assert found.epoch == Time("2026-03-20T12:00:00", scale="utc")
+    assert found.course is None
+
+
+@pytest.mark.parametrize(
+    ("times", "span"),
+    [
+        ({"elapsed": [5, -3, 2], "unit": "s"}, (-3, 5)),
+        ({"elapsed": [5, 7], "unit": "s"}, (0, 7)),
+        ({"elapsed": [-5, -7], "unit": "s"}, (-7, 0)),
+        ({"start": -2, "stop": 7, "step": 2, "unit": "s"}, (-2, 6)),
+        ({"dates": ["2026-03-20T12:01:00"], "scale": "utc"}, (0, 60)),
+    ],
+    ids=str,
+)
+def test_span_is_that_of_the_times_with_the_epoch(times, span):
+    found = scene(times=times).situation()
+    assert (found.start, found.stop) == pytest.approx(span, abs=1e-9)
+
+
+def test_tolerance_is_a_billionth_of_a_radian_if_left_out():
+    assert scene().asked_tolerance == 1e-9
+    assert scene(tolerance=quantity(1, "arcsec")).asked_tolerance == pytest.approx(math.pi / 648000)
+    assert scene(tolerance=quantity(1e-13, "rad"), solver="gauss").asked_tolerance == 1e-13
+
+
+# -- what the numbers are -------------------------------------------------------------------------
+
+
+def rows_of(name, changes=None, **parts):
+    made, situation = built(name, changes, **(TENSOR | parts))
+    rows = made.rows(situation)
+    assert rows.shape[1] == layout.EFFECT_WIDTH
+    return rows, situation
+
+
+def torque_in_body(name, changes=None, rate=(0.0, 0.0, 0.0), t=0.0, **parts):
+    """N m, body axes, of a body with a full tensor, at its attitude at the epoch."""
+    rows, situation = rows_of(name, changes, **parts)
+    A = situation.axes
+    R = A @ body_from_inertial(situation).as_matrix()
+    r = v = np.ones(3)
+    if situation.course is not None:
+        r, v = position(situation.course, np.array([t]))[0], velocity(situation.course, np.array([t]))[0]
+    sun = built(name, changes, **(TENSOR | parts))[0].sun(situation)
+    to_sun = None if sun is None else sun.coefficients[0, :, 0]
+    parts = [torque(row, situation.moments, R, A @ np.array(rate), r, v, t, to_sun) for row in rows]
+    return A.T @ np.sum(parts, axis=0), situation
+
+
+def body_from_inertial(situation):
+    return Rotation.from_quat(situation.attitude, scalar_first=True).inv()
+
+
+def test_constant_torque_is_along_the_body_or_along_inertial_axes():
+    found, situation = torque_in_body("constant_torque")
+    assert found == pytest.approx([1e-3, 2e-3, 3e-3], rel=ROUNDING)
+    found, situation = torque_in_body("constant_torque", {"frame": "inertial"})
+    assert body_from_inertial(situation).inv().apply(found) == pytest.approx([1e-3, 2e-3, 3e-3], rel=1e-13)
+
+
+def test_gravity_gradient_is_that_of_a_body_of_many_points():
+    # six masses with the body's tensor, each pulled by the central body for itself
+    found, situation = torque_in_body("gravity_gradient")
+    r = body_from_inertial(situation).apply(position(situation.course, np.zeros(1))[0])
+    half = 0.5 * np.trace(situation.body.tensor)
+    second = half * np.eye(3) - situation.body.tensor  # sum of m x x^T
+    weights, directions = np.linalg.eigh(second)
+    total = np.zeros(3)
+    reach = 1e-4 * np.linalg.norm(r)  # large, so that differences are; the next term is (reach / r)^2
+    for weight, direction in zip(weights, directions.T, strict=True):
+        for sign in (-1.0, 1.0):
+            x = sign * reach * direction
+            mass = weight / (2.0 * reach**2)
+            total += np.cross(x, -3.986004e14 * mass * (r + x) / np.linalg.norm(r + x) ** 3)
+    assert found == pytest.approx(total, rel=1e-6, abs=1e-6 * np.linalg.norm(total))
+
+
+def test_eddy_torque_is_against_the_rate_by_the_tensor():
+    C = np.array([[2.0, 0.3, 0.1], [0.3, 1.0, -0.2], [0.1, -0.2, 0.5]])
+    rate = np.array([0.1, -0.3, 0.2])
+    found, _ = torque_in_body("eddy_damping", {"coefficient": GONE, "tensor": C.tolist()}, rate)
+    assert found == pytest.approx(-C @ rate, rel=1e-13)
+    found, _ = torque_in_body("eddy_damping", {"coefficient": 3.0, "unit": "mN m s"}, rate)
+    assert found == pytest.approx(-3e-3 * rate, rel=1e-13)
+
+
+def test_dissipation_loses_energy_and_no_momentum():
+    rows, situation = rows_of("dissipation", {"coefficient": quantity(0.5, "1/(mN m s)")})
+    assert rows[0, :2].tolist() == [layout.DISSIPATION, 500.0]
+    rate = situation.axes @ np.array([0.1, -0.3, 0.2])
+    change = torque(rows[0], situation.moments, None, rate, np.ones(3), None, 0.0)
+    assert abs(change @ (situation.moments * rate)) < 1e-12 * np.linalg.norm(change)
+    assert change @ rate < 0.0
+
+
+def test_wheels_push_at_right_angles_to_their_momentum_and_the_rate():
+    rate = np.array([0.1, -0.3, 0.2])
+    found, _ = torque_in_body("wheels", None, rate)
+    # d(I w + h)/dt = -w x (I w + h): the part of h
+    assert found == pytest.approx(-np.cross(rate, [1, 2, 3]), rel=1e-13)
+
+
+def gauss_field(place):
+    """T, Earth-fixed: minus the gradient of the potential of degree 1, by differences (m)."""
+
+    def potential(x):
+        radius = np.linalg.norm(x)
+        return 6371.2e3 * (6371.2e3 / radius) ** 2 * (G10 * x[2] + G11 * x[0] + H11 * x[1]) / radius
+
+    steps = 100.0 * np.eye(3)
+    return -np.array([(potential(place + h) - potential(place - h)) / 200.0 for h in steps])
+
+
+@pytest.mark.parametrize("t", [0.0, 4000.0])
+def test_magnetic_torque_is_by_the_gradient_of_the_potential_that_turns_with_the_earth(t):
+    found, situation = torque_in_body("magnetic_dipole", t=t)
+    moment = Time("2026-03-20T12:00:00", scale="utc") + TimeDelta(t, format="sec")
+    # astropy's own angle, which knows UT1: the difference is 0.004 degrees at most
+    angle = moment.earth_rotation_angle("tio").to_value("rad")
+    earth_fixed = Rotation.from_euler("z", -angle)
+    r = position(situation.course, np.array([t]))[0]
+    B = earth_fixed.inv().apply(gauss_field(earth_fixed.apply(r)))
+    expected = np.cross([1, -2, 0.5], body_from_inertial(situation).apply(B))
+    assert found == pytest.approx(expected, abs=2e-4 * np.linalg.norm(expected))
+
+
+def test_earths_dipole_is_where_it_is_known_to_be():
+    # geomagnetic pole of 2025 at 80.8 N, 72.8 W; 2.98e-5 T at the equator (IGRF-14, pole positions)
+    strength, direction, turns = built("magnetic_dipole")[0].source()
+    assert strength / 6371.2e3**3 == pytest.approx(2.9734e-5, rel=1e-3)
+    assert math.degrees(math.asin(-direction[2])) == pytest.approx(80.8, abs=0.1)
+    assert math.degrees(math.atan2(-direction[1], -direction[0])) == pytest.approx(-72.8, abs=0.1)
+    assert sum(turns) * 86164.0905 == pytest.approx(1.0, rel=1e-7)
+
+
+def test_field_of_ones_own_points_north_at_the_equator():
+    field = {"strength": quantity(30, "uT"), "radius": quantity(7000, "km"), "rotation": quantity(0, "rad/s")}
+    orbit = {"semi_major_axis": quantity(7000, "km")}
+    upright = {"attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"}, "orbit": orbit}
+    found, _ = torque_in_body(
+        "magnetic_dipole", {"dipole": quantity([1, 0, 0], "A m2"), "field": field}, **upright
+    )
+    assert found == pytest.approx([0, -3e-5, 0], abs=1e-18)  # x cross z is -y
+    tilted = field | {"tilt": quantity(90, "deg"), "longitude": quantity(90, "deg")}
+    for epoch, expected in ((GONE, [0, 0, 3e-5]),):  # no epoch: longitudes count from x
+        found, _ = torque_in_body(
+            "magnetic_dipole",
+            {"dipole": quantity([1, 0, 0], "A m2"), "field": tilted},
+            epoch=epoch,
+            **upright,
+        )
+        assert found == pytest.approx(expected, abs=1e-18)
+
+
+def test_pole_of_the_field_is_the_earths_in_any_frame():
+    rows, _ = rows_of("magnetic_dipole", frame="ECLIPJ2000")
+    a = rows[0, 5:8] / np.linalg.norm(rows[0, 5:8])
+    obliquity = math.radians(84381.448 / 3600)
+    assert -a == pytest.approx([0, math.sin(obliquity), math.cos(obliquity)], abs=2e-7)
+    rows, _ = rows_of("magnetic_dipole", frame="INERTIAL")
+    assert rows[0, 5:7].tolist() == [0.0, 0.0]
+
+
+def sunny(normal, specular=0.0, diffuse=0.0):
+    """Torque of a plate of 3 m2, at (0, 1, 2) m, lit from x; the body upright."""
+    plate = {
+        "area": quantity(3, "m2"),
+        "normal": normal,
+        "centre": quantity([0, 1, 2], "m"),
+        "specular": specular,
+        "diffuse": diffuse,
+    }
+    changes = {"plates": [plate], "sun": {"direction": [2, 0, 0]}, "shadow": False}
+    upright = {"attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"}, "orbit": GONE}
+    return torque_in_body("solar_pressure", changes, **upright)[0]
+
+
+def test_light_presses_as_its_momentum_says():
+    pressure = 1361.0 / 299792458.0
+    arm = np.array([0, 1, 2])
+    # taken up: all its momentum, once; a mirror face on: twice; scattered: once, and 2/3 of it back
+    assert sunny([1, 0, 0]) == pytest.approx(np.cross(arm, [-3 * pressure, 0, 0]), rel=1e-13)
+    assert sunny([5, 0, 0], specular=1.0) == pytest.approx(np.cross(arm, [-6 * pressure, 0, 0]), rel=1e-13)
+    assert sunny([1, 0, 0], diffuse=1.0) == pytest.approx(np.cross(arm, [-5 * pressure, 0, 0]), rel=1e-13)
+    assert sunny([-1, 0, 0], specular=1.0).tolist() == [0, 0, 0]  # its back
+    # a mirror at 45 degrees turns light from -x to y: momentum per second of the light that meets it
+    met = 3 * pressure * math.sqrt(0.5)
+    assert sunny([1, 1, 0], specular=1.0) == pytest.approx(np.cross(arm, [-met, -met, 0]), rel=1e-13)
+
+
+def test_air_presses_as_it_meets_the_plate():
+    plate = {
+        "area": quantity(3, "m2"),
+        "normal": [0, 1, 0],
+        "centre": quantity([1, 0, 0], "m"),
+        "coefficient": 2.2,
+    }
+    orbit = {"semi_major_axis": quantity(7000, "km")}
+    air = {"reference_altitude": quantity(600, "km"), "scale_height": quantity(50, "km")}
+    upright = {"attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"}, "orbit": orbit}
+    speed = math.sqrt(3.986004e14 / 7e6)  # along y, at the pericentre on x
+    for turning, wind in ((False, 0.0), (True, 7.292115e-5 * 7e6)):
+        found, _ = torque_in_body("drag", {"plates": [plate], "corotating": turning, **air}, **upright)
+        density = 1e-12 * math.exp(-(7e6 - 6378100.0 - 6e5) / 5e4)
+        force = 0.5 * density * (speed - wind) ** 2 * 3 * 2.2
+        assert found == pytest.approx([0, 0, -force], rel=1e-7)
+    found, _ = torque_in_body("drag", {"plates": [plate], "corotating": False}, **upright)
+    assert found == pytest.approx([0, 0, -0.5 * 1e-12 * speed**2 * 3 * 2.2], rel=1e-12)
+
+
+def test_torque_acts_from_start_to_stop_and_no_longer():
+    made, situation = built("constant_torque")
+    assert made.intervals(situation) is None
+    made, situation = built("constant_torque", {"start": quantity(1, "min"), "stop": quantity(1, "h")})
+    assert made.intervals(situation) == [(60.0, 3600.0)]
+    date = {"date": "2026-03-20T12:10:00", "scale": "utc"}
+    made, situation = built("constant_torque", {"start": date})
+    assert made.intervals(situation) == [pytest.approx((600.0, 6000.0), abs=1e-9)]
+    made, situation = built("constant_torque", {"stop": quantity(1, "d")})
+    assert made.intervals(situation) == [(0.0, 6000.0)]
+
+
+def test_impulse_is_an_angular_one_or_a_force_at_an_arm():
+    made, situation = built("impulse")
+    kick = made.kicks(situation)[0]
+    assert (kick.seconds, kick.inertial, made.moves) == (10.0, False, False)
+    assert kick.angular.tolist() == [0, 0.1, 0.2]
+    forced = {
+        "angular_impulse": GONE,
+        "impulse": quantity([0, 3, 0], "N s"),
+        "arm": quantity([200, 0, 0], "cm"),
+        "frame": "inertial",
+        "time": {"date": "2026-03-20T12:00:20", "scale": "utc"},
+    }
+    made, situation = built("impulse", forced)
+    kick = made.kicks(situation)[0]
+    assert (kick.seconds, kick.inertial, made.moves) == (pytest.approx(20.0, abs=1e-9), True, True)
+    assert kick.angular == pytest.approx([0, 0, 6])
+    assert kick.linear.tolist() == [0, 3, 0]
+
+
+def test_firing_plan_is_in_the_order_of_its_instants():
+    first, second = (
+        {key: value for key, value in effect("impulse", time=quantity(t, "s")).items() if key != "type"}
+        for t in (50, 20)
+    )
+    plan = {"type": "impulse", "firings": [first, second, first]}
+    made = scene(plan)
+    assert [kick.seconds for kick in made.effects[0].kicks(made.situation())] == [20.0, 50.0, 50.0]
+    assert made.document()["effects"] == [plan]
+
+
+# -- the ground -----------------------------------------------------------------------------------
+
+TETRAHEDRON = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+SHAPES = {
+    "box": {"box": [1, 2, 3]},
+    "cylinder": {"cylinder": {"radius": 1, "height": 3, "axis": "y"}},
+    "sphere": {"sphere": 1.5},
+    "vertices": {"vertices": TETRAHEDRON},
+}
+
+
+def surface(shape, count=200_000):
+    """Points of a shape's surface, many."""
+    rng = np.random.default_rng(4)
+    u = rng.uniform(-1, 1, (count, 3))
+    if "box" in shape:
+        u[: count // 2] = np.sign(u[: count // 2])  # its corners, and points on its faces
+        u[np.arange(count), rng.integers(0, 3, count)] = rng.choice([-1.0, 1.0], count)
+        return u * np.array(shape["box"]) / 2
+    if "cylinder" in shape:
+        angle = np.pi * u[:, 0]
+        # its rims, which are what it can touch with
+        return np.stack([np.cos(angle), 1.5 * np.sign(u[:, 1]), np.sin(angle)], axis=1)
+    if "sphere" in shape:
+        return 1.5 * u / np.linalg.norm(u, axis=1)[:, None]
+    return np.array(shape["vertices"], dtype=float)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_lowest_point_is_that_of_all_points(name):
+    centre = [0.05, -0.1, 0.2]
+    shape = {**SHAPES[name], "centre": centre, "unit": "m"}
+    made, situation = built(
+        "ground", {"shape": shape, "normal": [1, 2, 2]}, position=quantity([0, 0, 20], "m")
+    )
+    points = body_from_inertial(situation).inv().apply(surface(shape) + np.array(centre)) + [0, 0, 20]
+    lowest = (points @ np.array([1, 2, 2]) / 3).min()
+    assert made.clearance(situation) <= lowest + 1e-12
+    assert made.clearance(situation) == pytest.approx(lowest, abs=3e-4)
+
+
+def test_unit_of_a_shape_scales_all_of_it():
+    for form in SHAPES.values():
+        small = effect_class("ground").model_validate(
+            effect("ground", shape={**form, "centre": [0.1, 0, 0], "unit": "mm"})
+        )
+        large = effect_class("ground").model_validate(
+            effect("ground", shape={**form, "centre": [0.1, 0, 0], "unit": "m"})
+        )
+        for direction in np.eye(3):
+            assert small.solid().reach(direction) == pytest.approx(
+                1e-3 * large.solid().reach(direction), rel=1e-14
+            )
+        assert small.solid().size == pytest.approx(1e-3 * large.solid().size, rel=1e-14)
+
+
+def test_body_may_stand_on_the_ground_but_not_in_it():
+    upright = {"attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"}}
+    scene(effect("ground"), **upright, position=quantity([0, 0, 0.5], "m")).situation()
+    scene(effect("ground"), **upright, position=quantity([0, 0, 0.5 - 1e-16], "m")).situation()
+    with pytest.raises(InputError, match="lowest point is 1e-09 m under it") as caught:
+        scene(effect("ground"), **upright, position=quantity([0, 0, 0.5 - 1e-9], "m")).situation()
+    assert caught.value.pointer == "/effects/0/height/value"
+
+
+# -- faults ---------------------------------------------------------------------------------------
+
+
+def shape(**form):
+    return effect("ground", shape={"unit": "m", **form})
+
+
+def plates(name, **changes):
+    members = {**PLATE, **changes}
+    return effect(name, plates=[{key: value for key, value in members.items() if value is not GONE}])
+
+
+FLAT = [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]]
+MARS = {**KEPLER, "mu": quantity(42828.4, "km3/s2")}
+# Effects, members of the scene changed, the pointer to the fault, the message.
+FAULTS = {
+    "unknown effect": (
+        [{"type": "tides"}],
+        {},
+        "/effects/0/type",
+        "uniform_gravity, ground, .*wheels.; got 'tides'",
+    ),
+    "effect without type": ([{}], {}, "/effects/0/type", "an effect that this version simulates"),
+    "effect of another form": ([3], {}, "/effects/0", "an object with the type of an effect"),
+    "second effect wrong": ([effect("wheels"), {"type": 5}], {}, "/effects/1/type", "got 5"),
+    "key unknown": ([effect("gravity_gradient", mu=1)], {}, "/effects/0/mu", "unknown keys are refused"),
+    "quantity without unit": (
+        [effect("wheels", momentum={"value": [1, 2, 3]})],
+        {},
+        "/effects/0/momentum/unit",
+        "required",
+    ),
+    "quantity too great": (
+        [effect("wheels", momentum=quantity([1, 2, 1e60], "N m s"))],
+        {},
+        "/effects/0/momentum/value",
+        "a magnitude up to",
+    ),
+    "quantity of another kind": (
+        [effect("wheels", momentum=quantity([1, 2, 3], "N m"))],
+        {},
+        "/effects/0/momentum/unit",
+        "a unit of angular momentum, such as .N m s.; got 'N m'",
+    ),
+    "NaN": (
+        [effect("wheels", momentum=quantity([1, 2, math.nan], "N m s"))],
+        {},
+        "/effects/0/momentum/value/2",
+        "finite",
+    ),
+    "orbit not needed": (
+        [effect("wheels")],
+        {"orbit": KEPLER},
+        "/orbit",
+        "no orbit: only scenes whose effects need",
+    ),
+    "orbit beside free rotation": (
+        [],
+        {"orbit": KEPLER},
+        "/orbit",
+        "no orbit: only scenes whose effects need",
+    ),
+    "position beside orbit": (
+        [effect("gravity_gradient")],
+        {"position": quantity([1, 2, 3], "m"), "velocity": quantity([1, 2, 3], "m/s")},
+        "/position",
+        "no position beside orbit",
+    ),
+    "position without velocity": (
+        [],
+        {"position": quantity([1, 2, 3], "m")},
+        "/velocity",
+        "a velocity beside position",
+    ),
+    "velocity without position": (
+        [],
+        {"velocity": quantity([1, 2, 3], "m/s")},
+        "/position",
+        "a position beside velocity",
+    ),
+    "no mass": (
+        [],
+        {"body": {**DOCUMENT["body"], "mass": quantity(0, "kg")}},
+        "/body/mass/value",
+        "greater than 0",
+    ),
+    "two gravity gradients": (
+        [effect("gravity_gradient")] * 2,
+        {},
+        "/effects/1/type",
+        "gravity_gradient once .effects.0. is one.",
+    ),
+    "tolerance too small": (
+        [],
+        {"tolerance": quantity(0.9e-13, "rad")},
+        "/tolerance/value",
+        "from 1e-13 rad .double precision gives no less. to 0.01 rad; got 9e-14",
+    ),
+    "tolerance too great": (
+        [],
+        {"tolerance": quantity(1, "deg")},
+        "/tolerance/value",
+        "to 0.01 rad; got 1.0",
+    ),
+    "tolerance of zero": ([], {"tolerance": quantity(0, "rad")}, "/tolerance/value", "from 1e-13 rad"),
+    "tolerance in metres": ([], {"tolerance": quantity(1, "m")}, "/tolerance/unit", "a unit of angle"),
+    "unknown solver": (
+        [],
+        {"solver": "rk4"},
+        "/solver",
+        "one of 'automatic', 'splitting', 'gauss' or 'dop853'",
+    ),
+    "ground without mass": ([effect("ground")], {"body": DOCUMENT["body"]}, "/body/mass", "the mass"),
+    "ground without position": (
+        [effect("ground")],
+        {"position": GONE, "velocity": GONE},
+        "/position",
+        "since there is a ground to fall on",
+    ),
+    "two grounds": ([effect("ground")] * 2, {}, "/effects/1/type", "ground once"),
+    "ground and torque": (
+        [effect("ground"), effect("wheels")],
+        {},
+        "/effects/1/type",
+        "no torque in a scene with ground: this version",
+    ),
+    "negative restitution": (
+        [effect("ground", restitution=-0.1)],
+        {},
+        "/effects/0/restitution",
+        "greater than or equal to 0; got -0.1",
+    ),
+    "restitution above one": (
+        [effect("ground", restitution=1.1)],
+        {},
+        "/effects/0/restitution",
+        "less than or equal to 1",
+    ),
+    "negative friction": (
+        [effect("ground", friction=-1)],
+        {},
+        "/effects/0/friction",
+        "greater than or equal to 0",
+    ),
+    "ground of no direction": (
+        [effect("ground", normal=[0, 0, 0])],
+        {},
+        "/effects/0/normal",
+        "a direction, not zero",
+    ),
+    "ground above the body": (
+        [effect("ground", height=quantity(10, "m"))],
+        {},
+        "/effects/0/height/value",
+        "a plane below the body at the epoch .its lowest point is 8",
+    ),
+    "no shape": ([shape()], {}, "/effects/0/shape", "exactly one of box, cylinder, sphere, vertices"),
+    "box of a negative edge": (
+        [shape(box=[1, -1, 1])],
+        {},
+        "/effects/0/shape/box/1",
+        "greater than 0; got -1",
+    ),
+    "sphere of nothing": ([shape(sphere=0)], {}, "/effects/0/shape/sphere", "greater than 0"),
+    "cylinder of no height": (
+        [shape(cylinder={"radius": 1, "height": 0, "axis": "z"})],
+        {},
+        "/effects/0/shape/cylinder/height",
+        "greater than 0",
+    ),
+    "cylinder of no axis": (
+        [shape(cylinder={"radius": 1, "height": 1, "axis": "w"})],
+        {},
+        "/effects/0/shape/cylinder/axis",
+        "one of 'x', 'y' or 'z'",
+    ),
+    "three vertices": (
+        [shape(vertices=TETRAHEDRON[:3])],
+        {},
+        "/effects/0/shape/vertices",
+        "at least 4 vertices",
+    ),
+    "flat vertices": ([shape(vertices=FLAT)], {}, "/effects/0/shape/vertices", "not all lie in one plane"),
+    "vertices beside the centre of mass": (
+        [shape(vertices=TETRAHEDRON, centre=[2, 0, 0])],
+        {},
+        "/effects/0/shape/vertices",
+        "the centre of mass .the origin. inside",
+    ),
+    "centre of mass on a face": (
+        [shape(box=[1, 1, 1], centre=[0.5, 0, 0])],
+        {},
+        "/effects/0/shape/centre",
+        "inside the box",
+    ),
+    "centre of mass beside a sphere": (
+        [shape(sphere=1, centre=[1, 1, 0])],
+        {},
+        "/effects/0/shape/centre",
+        "inside the sphere",
+    ),
+    "centre of mass over a cylinder": (
+        [shape(cylinder={"radius": 2, "height": 1, "axis": "x"}, centre=[0.6, 0, 0])],
+        {},
+        "/effects/0/shape/centre",
+        "inside the cylinder",
+    ),
+    "shape in seconds": ([shape(sphere=1, unit="s")], {}, "/effects/0/shape/unit", "a unit of length"),
+    "impulse after the span": (
+        [effect("impulse", time=quantity(2, "h"))],
+        {},
+        "/effects/0/time",
+        "an instant in the span of the times with the epoch, 0.0 s to 6000.0 s .*; got '7200.0 s'",
+    ),
+    "impulse before the span": (
+        [effect("impulse", time=quantity(-1, "s"))],
+        {},
+        "/effects/0/time",
+        "an instant in the span",
+    ),
+    "impulse by a date without epoch": (
+        [effect("impulse", time={"date": "2026-01-01", "scale": "utc"})],
+        {"epoch": GONE},
+        "/effects/0/time/date",
+        "an epoch in the scene",
+    ),
+    "impulse at no date": (
+        [effect("impulse", time={"date": "soon", "scale": "utc"})],
+        {},
+        "/effects/0/time/date",
+        "ISO 8601",
+    ),
+    "date without scale": (
+        [effect("impulse", time={"date": "2026-01-01"})],
+        {},
+        "/effects/0/time/scale",
+        "a value beside date",
+    ),
+    "instant in two forms": (
+        [effect("impulse", time={"value": 1, "unit": "s", "scale": "utc"})],
+        {},
+        "/effects/0/time/scale",
+        "no scale beside value",
+    ),
+    "impulse of no instant": (
+        [effect("impulse", time=GONE)],
+        {},
+        "/effects/0",
+        "exactly one of time, firings",
+    ),
+    "impulse of no kind": (
+        [effect("impulse", angular_impulse=GONE)],
+        {},
+        "/effects/0",
+        "exactly one of angular_impulse, impulse",
+    ),
+    "impulse of no frame": ([effect("impulse", frame=GONE)], {}, "/effects/0/frame", "body"),
+    "impulse without arm": (
+        [effect("impulse", angular_impulse=GONE, impulse=quantity([1, 0, 0], "N s"))],
+        {},
+        "/effects/0/arm",
+        "beside impulse",
+    ),
+    "arm without impulse": (
+        [effect("impulse", arm=quantity([1, 0, 0], "m"))],
+        {},
+        "/effects/0/arm",
+        "no arm beside",
+    ),
+    "plan with more": (
+        [{"type": "impulse", "firings": [EFFECTS["impulse"]], "frame": "body"}],
+        {},
+        "/effects/0/frame",
+        "no frame beside firings",
+    ),
+    "empty plan": ([{"type": "impulse", "firings": []}], {}, "/effects/0/firings", "1 elements|at least one"),
+    "firing outside the span": (
+        [
+            {
+                "type": "impulse",
+                "firings": [EFFECTS["impulse"], {**EFFECTS["impulse"], "time": quantity(1, "d")}],
+            }
+        ],
+        {},
+        "/effects/0/firings/1/time",
+        "an instant in the span",
+    ),
+    "impulse that moves no mass": (
+        [
+            effect(
+                "impulse",
+                angular_impulse=GONE,
+                impulse=quantity([1, 0, 0], "N s"),
+                arm=quantity([0, 1, 0], "m"),
+            )
+        ],
+        {key: FALLING[key] for key in ("position", "velocity")},
+        "/body/mass",
+        "the mass, which effects.0. sets in motion",
+    ),
+    "torque after the span": (
+        [effect("constant_torque", start=quantity(6001, "s"))],
+        {},
+        "/effects/0/start",
+        "before the end of the span",
+    ),
+    "torque before the span": (
+        [effect("constant_torque", stop=quantity(-5, "s"))],
+        {},
+        "/effects/0/stop",
+        "after the beginning of the span",
+    ),
+    "torque that stops before it starts": (
+        [effect("constant_torque", start=quantity(10, "s"), stop=quantity(9, "s"))],
+        {},
+        "/effects/0/stop",
+        "an instant after start .10.0 s.; got 9.0",
+    ),
+    "torque in no frame": (
+        [effect("constant_torque", frame="orbit")],
+        {},
+        "/effects/0/frame",
+        "one of 'body' or 'inertial'",
+    ),
+    "dissipation that drives": (
+        [effect("dissipation", coefficient=quantity(-1, "1/(N m s)"))],
+        {},
+        "/effects/0/coefficient/value",
+        "not below 0",
+    ),
+    "damping that drives": (
+        [effect("eddy_damping", coefficient=-1)],
+        {},
+        "/effects/0/coefficient",
+        "greater than or equal to 0",
+    ),
+    "damping of no form": (
+        [effect("eddy_damping", coefficient=GONE)],
+        {},
+        "/effects/0",
+        "exactly one of coefficient, tensor",
+    ),
+    "damping that is not symmetric": (
+        [effect("eddy_damping", coefficient=GONE, tensor=[[1, 0.1, 0], [0, 1, 0], [0, 0, 1]])],
+        {},
+        "/effects/0/tensor/0/1",
+        "a symmetric tensor .the mirrored element is 0.0.; got 0.1",
+    ),
+    "damping that drives about one axis": (
+        [effect("eddy_damping", coefficient=GONE, tensor=[[1, 2, 0], [2, 1, 0], [0, 0, 1]])],
+        {},
+        "/effects/0/tensor",
+        "negative eigenvalues .one is -1 N m s.",
+    ),
+    "damping in kilograms": (
+        [effect("eddy_damping", unit="kg")],
+        {},
+        "/effects/0/unit",
+        "a unit of angular momentum",
+    ),
+    "no field of another body": (
+        [effect("magnetic_dipole")],
+        {"orbit": MARS},
+        "/effects/0/field",
+        "which is not the Earth",
+    ),
+    "field of nothing": (
+        [effect("magnetic_dipole", field={"strength": quantity(0, "T"), "radius": quantity(1, "m")})],
+        {},
+        "/effects/0/field/strength/value",
+        "greater than 0",
+    ),
+    "plate of no area": (
+        [plates("drag", area=quantity(0, "m2"))],
+        {},
+        "/effects/0/plates/0/area/value",
+        "greater than 0",
+    ),
+    "plate of no direction": (
+        [plates("drag", normal=[0, 0, 0])],
+        {},
+        "/effects/0/plates/0/normal",
+        "a direction",
+    ),
+    "plate without centre": ([plates("drag", centre=GONE)], {}, "/effects/0/plates/0/centre", "required"),
+    "no plates": ([effect("drag", plates=[])], {}, "/effects/0/plates", "1 elements|at least one"),
+    "plate brighter than light": (
+        [plates("solar_pressure", specular=0.7, diffuse=0.4)],
+        {},
+        "/effects/0/plates/0/diffuse",
+        "what specular leaves of the light; got 0.4",
+    ),
+    "plate that drives": (
+        [plates("drag", coefficient=-2)],
+        {},
+        "/effects/0/plates/0/coefficient",
+        "greater than 0",
+    ),
+    "no Sun": ([effect("solar_pressure", sun=GONE)], {}, "/effects/0/sun", "required"),
+    "unknown Sun": ([effect("solar_pressure", sun="jpl")], {}, "/effects/0/sun", ".astropy., or an object"),
+    "Sun in no direction": (
+        [effect("solar_pressure", sun={"direction": [0, 0, 0]})],
+        {},
+        "/effects/0/sun/direction",
+        "not zero",
+    ),
+    "Sun without epoch": (
+        [effect("solar_pressure", sun="astropy")],
+        {"epoch": GONE},
+        "/epoch",
+        "an epoch, which solar_pressure needs",
+    ),
+    "Sun in a frame of ones own": (
+        [effect("solar_pressure", sun="astropy")],
+        {"frame": "INERTIAL"},
+        "/frame",
+        "the position of the Sun",
+    ),
+    "Sun of another body": (
+        [effect("solar_pressure", sun="astropy")],
+        {"orbit": {**MARS, "radius": quantity(3396, "km")}},
+        "/effects/0/sun",
+        "not the Earth",
+    ),
+    "shadow of no radius": (
+        [effect("solar_pressure")],
+        {"orbit": MARS},
+        "/effects/0/shadow",
+        "a radius of the central body",
+    ),
+    "sunlight on an orbit without shadow": (
+        [effect("solar_pressure", shadow=False)],
+        {},
+        "/orbit",
+        "no orbit",
+    ),
+    "air of no density": (
+        [effect("drag", density=quantity(0, "kg/m3"))],
+        {},
+        "/effects/0/density/value",
+        "greater than 0",
+    ),
+    "air of half a profile": (
+        [effect("drag", scale_height=quantity(50, "km"))],
+        {},
+        "/effects/0/reference_altitude",
+        "beside scale_height",
+    ),
+    "air of the other half": (
+        [effect("drag", reference_altitude=quantity(50, "km"))],
+        {},
+        "/effects/0/scale_height",
+        "beside reference",
+    ),
+    "air that stands and turns": (
+        [effect("drag", corotating=False, rotation=quantity(1, "deg/h"))],
+        {},
+        "/effects/0/rotation",
+        "corotating",
+    ),
+    "air of another body": (
+        [effect("drag")],
+        {"orbit": MARS},
+        "/effects/0/rotation",
+        "the rotation of the central body",
+    ),
+    "air above no surface": (
+        [
+            effect(
+                "drag",
+                corotating=False,
+                scale_height=quantity(50, "km"),
+                reference_altitude=quantity(400, "km"),
+            )
+        ],
+        {"orbit": MARS},
+        "/effects/0/reference_altitude",
+        "a radius of the central body",
+    ),
+}
+
+
+def use_all(whole):
+    """Everything that is asked of effects before anything moves."""
+    made = Scene.model_validate(whole)
+    situation = made.situation()
+    for part in made.effects:
+        if part.ACTS_ON == "attitude":
+            part.rows(situation), part.intervals(situation), part.size(situation)
+
+
+@pytest.mark.parametrize(("effects", "changes", "pointer", "message"), FAULTS.values(), ids=FAULTS)
+def test_fault_is_refused_with_a_pointer_into_the_document(effects, changes, pointer, message):
+    named = [part for part in effects if isinstance(part, dict) and part.get("type") in EFFECTS]
+    whole = document(*named, **changes) | {"effects": effects}
+    with pytest.raises(InputError, match=message) as caught:
+        use_all(whole)
+    assert caught.value.pointer == pointer
+    assert str(caught.value).startswith(f"{caught.value.field}: {caught.value.expected}")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ON_ORBIT)
+def test_orbit_is_missed_by_the_effect_that_needs_it(name):
+    with pytest.raises(InputError, match=f"an orbit, which {name} needs; got nothing") as caught:
+        scene(effect(name), orbit=GONE)
+    assert caught.value.pointer == "/orbit"
+
+
+def test_uniform_gravity_needs_nothing_else():
+    made = scene(effect("uniform_gravity"))
+    assert made.effects[0].acceleration.si.tolist() == [0, 0, -9.81]
+    assert made.effects[0].ACTS_ON == "translation"
+
+
+JUNK = [None, True, "", 0, -1, 1e308, math.inf, 10**400, [], {}, [0, 0, 0], [[0]], {"value": 1}, "m"]
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_any_junk_in_an_effect_is_refused_or_gives_numbers(name):
+    whole = effect(name)
+    for key in [key for key in whole if key != "type"]:
+        for junk in JUNK:
+            try:
+                made = scene(effect(name, **{key: junk}))
+                situation = made.situation()
+            except AttitudeError:
+                continue
+            if made.effects[0].ACTS_ON == "attitude":
+                rows = made.effects[0].rows(situation)
+                assert np.isfinite(rows[~np.isposinf(rows)]).all()
+                assert made.effects[0].size(situation) >= 0.0
+
+
+# -- effects of the user's own --------------------------------------------------------------------
+
+
+def called(made, situation, t=1.5, q=(0.5, 0.5, 0.5, 0.5), w=(1.0, 2.0, 3.0)):
+    """What compiled code gets that calls the address in the row."""
+    row = made.rows(situation)[0]
+    assert row[0] == layout.USER
+    address = int(row[1:2].view(np.int64)[0])
+    doubles = ctypes.POINTER(ctypes.c_double)
+    function = ctypes.CFUNCTYPE(None, ctypes.c_double, doubles, doubles, doubles)(address)
+    out = np.zeros(3)
+    arrays = [np.array(x, dtype=float) for x in (q, w)]
+    function(t, *(array.ctypes.data_as(doubles) for array in (*arrays, out)))
+    return out
+
+
+def test_python_function_is_called_by_its_address():
+    seen = []
+
+    def push(t, attitude, rate):
+        seen.append((t, attitude.copy(), rate.copy()))
+        return -0.5 * rate
+
+    made = scene(UserTorque("brake", push, size=2.0), effect("wheels"))
+    brake, situation = made.effects[0], made.situation()
+    assert called(brake, situation).tolist() == [-0.5, -1.0, -1.5]
+    assert seen[0][0] == 1.5
+    assert seen[0][1].tolist() == [0.5, 0.5, 0.5, 0.5]
+    assert (brake.name, brake.size(situation), brake.is_compiled, brake.failure) == (
+        "brake",
+        2.0,
+        False,
+        None,
+    )
+    brake.raise_failure()
+
+
+def test_compiled_function_is_taken_as_it_is():
+    numba = pytest.importorskip("numba")
+    signature = numba.types.void(numba.types.double, *(numba.types.CPointer(numba.types.double),) * 3)
+
+    @numba.cfunc(signature)
+    def push(t, q, w, out):
+        for i in range(3):
+            out[i] = t * w[i] + q[i]
+
+    situation = scene().situation()
+    for code in (push, push.address, push.ctypes):
+        made = UserTorque("push", compiled=code, size=1.0)
+        assert made.is_compiled
+        assert called(made, situation).tolist() == [2.0, 3.5, 5.0]
+
+
+def fails(t, attitude, rate):
+    raise KeyError("no such thruster")
+
+
+@pytest.mark.parametrize(
+    ("function", "kind", "message"),
+    [
+        (fails, KeyError, "no such thruster"),
+        (lambda t, q, w: [1.0, 2.0], InputError, "effect 'mine': a torque of three finite numbers"),
+        (lambda t, q, w: [1.0, 2.0, math.nan], InputError, "a torque of three finite numbers"),
+        (lambda t, q, w: "much", InputError, "a torque of three finite numbers; got 'much'"),
+        (lambda t, q: [0, 0, 0], TypeError, "positional argument"),
+    ],
+    ids=["raises", "two", "nan", "text", "arguments"],
+)
+def test_failure_of_a_python_function_is_kept_and_stops_with_nan(function, kind, message):
+    made = UserTorque("mine", function, size=1.0)
+    assert np.isnan(called(made, scene().situation())).all()
+    assert isinstance(made.failure, kind)
+    with pytest.raises(kind, match=message):
+        made.raise_failure()
+    assert made.failure is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"size": 1.0}, "one of function and compiled"),
+        ({"size": 1.0, "function": fails, "compiled": 5}, "one of function and compiled"),
+        ({"size": 1.0, "function": 5}, "a function of t, attitude and angular velocity"),
+        ({"size": 1.0, "compiled": "main"}, "a numba cfunc, a ctypes function or an address"),
+        ({"size": 1.0, "compiled": 0}, "a numba cfunc, a ctypes function or an address"),
+        ({"size": -1.0, "function": fails}, "a finite number of N m, not below 0"),
+        ({"size": math.nan, "function": fails}, "a finite number of N m, not below 0"),
+    ],
+    ids=["none", "both", "number", "text", "null", "negative", "nan"],
+)
+def test_what_is_no_function_is_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        UserTorque("mine", **arguments)
+
+
+def test_scene_with_an_effect_made_in_python_is_no_document():
+    made = scene(effect("wheels"), UserTorque("mine", fails, size=1.0))
+    for write in (made.to_json, made.document):
+        with pytest.raises(InputError, match="none made in Python") as caught:
+            write()
+        assert caught.value.pointer == "/effects/1"
