@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -14,7 +14,27 @@ from .plan import FORMS, form_of
 
 if TYPE_CHECKING:
     from .effects.effect import Effect
-    from .scene import Scene
+    from .motion import TorqueFreeMotion
+
+
+class Described(Protocol):
+    """What is read of a scene: `attitude.scene.Scene` is one."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def frame(self) -> str: ...
+    @property
+    def effects(self) -> Sequence[Effect]: ...
+    @property
+    def times(self) -> Any: ...
+    @property
+    def asked_tolerance(self) -> float: ...
+    @property
+    def wanted_solver(self) -> str | None: ...
+    def situation(self) -> Situation: ...
+    def motion(self) -> TorqueFreeMotion: ...
+
 
 # One closed form after another: each adds its own rounding to the state it starts from.
 WORST_BOUND = max(bound for _, bound in FORMS)
@@ -150,7 +170,7 @@ def _duration(seconds: float) -> str:
 def of_effect(
     effect: Effect,
     field: str,
-    scene: Scene,
+    scene: Described,
     situation: Situation,
     tolerance: float,
     drop_below: float | None,
@@ -169,7 +189,7 @@ _INSTANTS = {
 }
 
 
-def _of_gravity(effect: Effect, field: str, scene: Scene, situation: Situation) -> EffectPlan:
+def _of_gravity(effect: Effect, field: str, scene: Described, situation: Situation) -> EffectPlan:
     makes_none = "uniform gravity makes no torque about the centre of mass"
     if any(other.type == "ground" for other in scene.effects):
         reason = f"{makes_none}, but it brings the body to the ground: an exact parabola between contacts"
@@ -217,7 +237,7 @@ def _against(size: float, situation: Situation, tolerance: float) -> tuple[float
 # -- solvers ------------------------------------------------------------------------------------------
 
 
-def form(scene: Scene) -> str:
+def form(scene: Described) -> str:
     """The closed form of a scene without events."""
     record = scene.motion()._batch.fields("regime", "route")
     return FORMS[int(form_of(record["regime"], record["route"]))][0]

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +28,7 @@ from .elapsed import Instants
 from .ephemeris import Ephemeris
 from .errors import InputError
 from .plan import Plan
-from .scene_plan import EffectPlan, ScenePlan
-
-if TYPE_CHECKING:
-    from .scene import Scene
+from .scene_plan import Described, EffectPlan, ScenePlan
 
 ESTIMATE = "comparison with the same solver in two thirds of the steps, over the whole span"
 COASTING = "closed form between impulses"
@@ -64,7 +61,7 @@ class Route:
         return bool(self.torques or self.kicks or self.ground is not None)
 
 
-def route(scene: Scene, drop_below: float | None = None) -> Route:
+def route(scene: Described, drop_below: float | None = None) -> Route:
     """What of a scene is simulated; with `drop_below` (rad) not the torques that matter less."""
     situation = scene.situation()
     tolerance = scene.asked_tolerance
@@ -81,7 +78,7 @@ def route(scene: Scene, drop_below: float | None = None) -> Route:
     return Route(situation, torques, kicks, ground, gravity, moves, tuple(told))
 
 
-def plan(scene: Scene, drop_below: float | None = None) -> ScenePlan:
+def plan(scene: Described, drop_below: float | None = None) -> ScenePlan:
     """What `run` would do, what it would cost and how far it could be off."""
     way = route(scene, drop_below)
     samples, tolerance = scene.times.samples, scene.asked_tolerance
@@ -92,7 +89,7 @@ def plan(scene: Scene, drop_below: float | None = None) -> ScenePlan:
     return scene_plan.closed_plan(scene.name, way.effects, way.moves, solver, samples, tolerance)
 
 
-def run(scene: Scene, drop_below: float | None = None) -> Ephemeris:
+def run(scene: Described, drop_below: float | None = None) -> Ephemeris:
     """The ephemeris of a scene that has effects, or a centre of mass to follow."""
     begun = perf_counter()
     way = route(scene, drop_below)
@@ -108,7 +105,7 @@ def run(scene: Scene, drop_below: float | None = None) -> Ephemeris:
     return ephemeris
 
 
-def _under_torques(scene: Scene, way: Route, instants: Instants, begun: float) -> Ephemeris:
+def _under_torques(scene: Described, way: Route, instants: Instants, begun: float) -> Ephemeris:
     args = way.situation, way.torques, way.kicks, instants, scene.asked_tolerance, scene.wanted_solver
     answer = torqued.solve(*args)
     chosen = answer.candidate
@@ -119,7 +116,7 @@ def _under_torques(scene: Scene, way: Route, instants: Instants, begun: float) -
     return _ephemeris(scene, way, instants, answer.rows, plan, events, inside)
 
 
-def _coast(scene: Scene, way: Route, instants: Instants, begun: float) -> Ephemeris:
+def _coast(scene: Described, way: Route, instants: Instants, begun: float) -> Ephemeris:
     rows = free.coast(way.situation, way.kicks, instants)
     bound = scene_plan.WORST_BOUND * (1 + len(way.kicks))
     plan = Plan(COASTING, instants.seconds.size, 0.0, perf_counter() - begun, bound, scene_plan.CHAINED)
@@ -127,7 +124,7 @@ def _coast(scene: Scene, way: Route, instants: Instants, begun: float) -> Epheme
 
 
 def _ephemeris(
-    scene: Scene,
+    scene: Described,
     way: Route,
     instants: Instants,
     rows: np.ndarray,
@@ -151,7 +148,7 @@ def _ephemeris(
     )
 
 
-def _bounce(scene: Scene, way: Route, ground: Ground, instants: Instants, begun: float) -> Ephemeris:
+def _bounce(scene: Described, way: Route, ground: Ground, instants: Instants, begun: float) -> Ephemeris:
     from .dynamics.contact import fly
 
     seconds = instants.seconds.reshape(-1)

@@ -134,6 +134,8 @@ UPPERMOST = [
     "attitude.quantities",
     "attitude.orbit",
     "attitude.effects",
+    "attitude.scene_plan",
+    "attitude.simulation",
     "attitude.scene",
     "attitude.cost",
     "attitude.cli",
