@@ -40,7 +40,7 @@ class Described(Protocol):
 WORST_BOUND = max(bound for _, bound in FORMS)
 CHAINED = (
     "the bound of one closed form (docs/theory.md, section 8) for each stretch between events; rounding of "
-    "the state at an event grows with the time after it, as any change of an initial state does, and is not in it"
+    "the state at an event grows with the time after it, as any change of an initial state does: not in it"
 )
 # Seconds: measured set-up and samples of a closed form (tests/benchmarks/test_speed.py).
 CLOSED_SET_UP, CLOSED_SAMPLE = 2e-5, 9e-9
