@@ -13,6 +13,7 @@ from ..orbit.position import evaluate, position, samples, velocity
 STEPS = 360
 BLOCK = 200_000
 ACCURACY = 1e-10  # s
+ROUNDING = 4.5e-16  # of t: two of its last places, below which no interval can be halved
 
 
 def sunlit(
@@ -90,7 +91,7 @@ def _roots(height: Height, below: np.ndarray, above: np.ndarray) -> np.ndarray:
     if below.size == 0:
         return np.zeros(0)
     found = find_root(
-        height, (below, above), tolerances={"xatol": ACCURACY, "xrtol": 1e-16, "fatol": 0.0, "frtol": 0.0}
+        height, (below, above), tolerances={"xatol": ACCURACY, "xrtol": ROUNDING, "fatol": 0.0, "frtol": 0.0}
     )
     return np.asarray(found.x)
 

@@ -365,7 +365,8 @@ def test_lowest_point_is_that_of_all_points(name):
     made, situation = built(
         "ground", {"shape": shape, "normal": [1, 2, 2]}, position=quantity([0, 0, 20], "m")
     )
-    points = body_from_inertial(situation).inv().apply(surface(shape) + np.array(centre)) + [0, 0, 20]
+    points = body_from_inertial(situation).inv().apply(surface(shape) + centre)
+    points += [0, 0, 20]
     lowest = (points @ np.array([1, 2, 2]) / 3).min()
     assert made.clearance(situation) <= lowest + 1e-12
     assert made.clearance(situation) == pytest.approx(lowest, abs=3e-4)

@@ -471,6 +471,19 @@ def test_short_daylight_is_found():
     assert len(spans) == 1
 
 
+def test_crossings_far_from_the_epoch_are_good_to_the_rounding_of_t_and_cost_no_more(monkeypatch):
+    made = course({"semi_major_axis": quantity(8000, "km")})
+    calls, plain = [], Height.__call__
+    monkeypatch.setattr(Height, "__call__", lambda self, t: (calls.append(1), plain(self, t))[1])
+    first = 10_000 * made.period
+    spans = sunlit(made, fixed_sun(1, 0, 0), RADIUS, first, first + made.period)
+    half = math.asin(RADIUS / 8e6) / (2 * np.pi) * made.period
+    middle = first + made.period / 2
+    expected = [(first, middle - half), (middle + half, first + made.period)]
+    assert np.abs(np.array(spans) - np.array(expected)).max() < 3 * np.spacing(7e7)
+    assert len(calls) < 60
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_spans_of_any_orbit_are_those_of_close_sampling(seed):
     rng = np.random.default_rng(seed)
