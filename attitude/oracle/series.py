@@ -3,6 +3,8 @@
 A `Tape` is told the equations once, as sums, products and powers; then it expands the solution about any
 state. With tau = (t - start) / scale a series is a list of its coefficients in powers of tau, integers scaled
 by 2^bits, and for state' = rhs: state[n + 1] = scale rhs[n] / (n + 1), rhs[n] from the coefficients up to n.
+Products are rounded to nearest: rounded down, their errors would add up to a drift of the momentum, and of
+the attitude with the square of time.
 Whoever tells the equations chooses units in which nothing is much greater than one.
 """
 
@@ -21,6 +23,7 @@ class Tape:
 
     def __init__(self, bits, order):
         self.bits, self.order = bits, order
+        self.half = mpz(1) << (bits - 1)  # of a unit of the last place, before a product is shifted
         self.largest = bits + order  # bits of a coefficient, in series that grow less than twofold
         self.slot = 2 * self.largest + 16
         self.rules, self.series, self.packed = [], [], []
@@ -51,11 +54,11 @@ class Tape:
 
     def combination(self, terms, offset=0):
         """Sum of constant times series, over pairs (mpf, series), and of a constant."""
-        out, bits, offset = self._new(), self.bits, self.fixed(offset)
+        out, bits, half, offset = self._new(), self.bits, self.half, self.fixed(offset)
         pairs = [(self.fixed(factor), series) for factor, series in terms if factor]
 
         def rule(n):
-            total = sum(factor * series[n] for factor, series in pairs) >> bits if pairs else mpz(0)
+            total = sum((factor * series[n] for factor, series in pairs), half) >> bits
             out.append(total if n else total + offset)
 
         self.rules.append(rule)
@@ -72,7 +75,7 @@ class Tape:
         places = [(out, self.slot * j) for j, out in enumerate(outs)]
         # slots hold numbers of either sign, raised by half a slot so that none borrows from the next
         half, mask = mpz(1) << (self.slot - 1), (mpz(1) << self.slot) - 1
-        bias, bits = sum(half << at for _, at in places), self.bits
+        bias, bits = sum((half + self.half) << at for _, at in places), self.bits
 
         def rule(n):
             total = bias
@@ -108,7 +111,8 @@ class Tape:
             # the term k = 0 is missing because out has no coefficient n yet
             first = sum(map(mul, weighted[1:], reversed(out)))
             second = sum(map(mul, base[1:], reversed(out)))
-            out.append(((halves + 2) * first - 2 * n * second) // (2 * n * base[0]))
+            whole = n * base[0]
+            out.append(((halves + 2) * first - 2 * n * second + whole) // (2 * whole))
 
         self.rules.append(rule)
         return out
@@ -144,7 +148,7 @@ class Tape:
                 rule(n)
             for series, terms in changes:
                 change = sum(term[n] for term in terms)
-                series.append((change * scale >> bits) // (n + 1))
+                series.append((change * scale + (n + 1) * self.half) // ((n + 1) << bits))
 
     def evaluate(self, argument):
         """The states at tau = argument, from the last expansion."""
@@ -152,7 +156,7 @@ class Tape:
         for series in self.states:
             value = mpz(0)
             for coefficient in reversed(series):
-                value = (value * x >> bits) + coefficient
+                value = (value * x + self.half >> bits) + coefficient
             values.append(value)
         return values
 

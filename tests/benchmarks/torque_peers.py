@@ -87,7 +87,8 @@ PROBLEMS = {
     problem.name: problem
     for problem in (cylinder("1 deg/s", 1.0, 1000.0), cylinder("60 deg/s", 60.0, 100_000.0))
 }
-# By the oracle; heyoka in quadruple precision (fp_type=real128, orbital frame) gives the same digits.
+# Two integrations of different equations by different programs: `truth`, and heyoka in quadruple precision
+# (fp_type=real128, orbital frame) agree to 25 digits at 1 deg/s, and to 1e-15 or better at 60 deg/s.
 TRUTH: dict[str, Attitude] = {
     "1 deg/s": (
         0.6681735330838284019881275,
@@ -318,9 +319,9 @@ def truth(problem: Problem) -> None:
     torques, orbit = [("gravity_gradient", problem.mu)], Orbit(problem.mu, problem.radius)
     (rough,), (fine,) = (
         Torqued(problem.moments, problem.omega, problem.attitude, torques, orbit, d).at([problem.seconds])
-        for d in (16, 22)
+        for d in (14, 20)
     )
-    assert measure.component_error(rough[0], fine[0]) < 1e-18
+    assert measure.component_error(rough[0], fine[0]) < 1e-16
     print(problem.name, *(f"{float(component)!r}," for component in fine[0]), sep="\n")
 
 

@@ -54,6 +54,13 @@ def test_without_torque_it_is_the_free_motion(inertia):
         assert truth.rate_error(rate, expected[1]) < AGREEMENT
 
 
+def test_rounding_does_not_drift():
+    """Over 420 rad with units of 1e-20; products rounded down instead of to nearest end 8e-16 off."""
+    moments, t = (2.0, 3.0, 4.0), 600.0
+    ((q, _),) = Torqued(moments, OMEGA, ATTITUDE, digits=8).at([t])
+    assert truth.component_error(q, truth.attitude_and_rate(moments, OMEGA, ATTITUDE, t)[0]) < 1e-16
+
+
 def test_rest_stays_rest():
     ((q, rate),) = Torqued(TENSOR, (0, 0, 0), (1, 0, 0, 0)).at([1e9])
     assert q == (1, 0, 0, 0)
