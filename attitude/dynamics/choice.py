@@ -27,14 +27,12 @@ from .stepped import Stepped
 PILOT = 40.0
 STEPS = (4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
-FINEST = 0.25
+FINEST = 0.5
 # Errors below this are rounding: no order is read off them.
 ROUNDING = 3e-13
-# Of the tolerance, what is aimed at: the rest is for what the pilot did not meet.
-SHARE = 0.3
-
-# Times the cost of the best so far, from where on a solver is not followed to finer steps.
-TOO_DEAR = 2.0
+# Of the tolerance, what is aimed at: the rest is for what the pilot did not meet, and for an estimate that is
+# from above.
+SHARE = 0.05
 
 # Measured costs, ns (tests/benchmarks/torques.py).
 DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
@@ -86,13 +84,13 @@ def candidates(
     rate = pace(situation, leg.torques)
     if rate == 0.0 or span == 0.0:
         return [Candidate(COLLOCATION, max(span, 1.0), 0.0, 0.0)]
-    pilot = _Pilot(situation, leg, min(span, leg.length or span, PILOT / rate), rate)
-    solvers = [solver for solver in (COLLOCATION, *SPLITTINGS, RUNGE_KUTTA) if kind in (None, solver.kind)]
+    pilot = _Pilot(situation, leg, rate, span, tolerance)
     found: list[Candidate] = []
-    for solver in solvers:
-        best = min((one.seconds for one in found if one.error <= tolerance), default=np.inf)
-        one = pilot.try_out(solver, span, tolerance, TOO_DEAR * best)
-        found += [one] if one is not None else []
+    for solver in (COLLOCATION, *reversed(SPLITTINGS), RUNGE_KUTTA):
+        if kind in (None, solver.kind):
+            reached = [one.seconds for one in found if one.error <= tolerance]
+            one = pilot.try_out(solver, min(reached, default=np.inf))
+            found += [one] if one is not None else []
     return sorted(found, key=_merit(tolerance))
 
 
@@ -104,13 +102,19 @@ def _merit(tolerance: float) -> Callable[[Candidate], tuple[bool, float]]:
 class _Pilot:
     """The first few turns, and a fine solution of them."""
 
-    def __init__(self, situation: Situation, leg: Leg, span: float, rate: float):
-        self.situation, self.leg, self.span, self.rate = situation, leg, span, rate
+    def __init__(self, situation: Situation, leg: Leg, rate: float, span: float, tolerance: float):
+        self.situation, self.leg, self.rate = situation, leg, rate
+        self.span = min(span, leg.length or span, PILOT / rate)
+        self.growth = max(1.0, span / self.span)
+        self.aim = SHARE * tolerance / self.growth
         self.momentum = initial_momentum(situation, leg.torques)
-        best = COLLOCATION if COLLOCATION.prepare(situation, leg.torques).is_smooth else RUNGE_KUTTA
-        self.truth, _ = self.march(
-            best, best.prepare(situation, leg.torques), FINEST / rate if best is COLLOCATION else 1e-15
-        )
+        self.truth = self._truth()
+
+    def _truth(self) -> np.ndarray:
+        stepped = COLLOCATION.prepare(self.situation, self.leg.torques)
+        if stepped.is_smooth:
+            return self.march(COLLOCATION, stepped, FINEST / self.rate)[0]
+        return self.march(RUNGE_KUTTA, RUNGE_KUTTA.prepare(self.situation, self.leg.torques), 1e-15)[0]
 
     def march(self, solver: Solver, stepped: Stepped, setting: float) -> tuple[np.ndarray, Work]:
         stop = self.leg.start + np.copysign(self.span, self.leg.stop - self.leg.start)
@@ -124,19 +128,20 @@ class _Pilot:
         """rad: of the attitude, or of the momentum relative to it, whichever is greater."""
         turned = float(orientation.angle_between(self.truth[:4], answer[:4]))
         size = float(np.linalg.norm(self.truth[7:]))
-        return max(turned, float(np.linalg.norm(self.truth[7:] - answer[7:])) / size if size else 0.0)
+        return max(turned, float(np.linalg.norm(self.truth[7:] - answer[7:])) / size if size else 0.0, 1e-17)
 
-    def try_out(self, solver: Solver, span: float, tolerance: float, dear: float) -> Candidate | None:
-        """What the solver would need, read off the ladder as far as that is cheap (s) or needed."""
+    def try_out(self, solver: Solver, best: float) -> Candidate | None:
+        """What the solver would need, read off a ladder of settings.
+
+        best : s, of the best found before: from there on finer settings are not tried, but reckoned
+        """
         stepped = solver.prepare(self.situation, self.leg.torques)
         if not can_take(solver, stepped):
             return None
-        ladder = TOLERANCES if solver is RUNGE_KUTTA else tuple(step / self.rate for step in STEPS)
-        ladder = tuple(setting for setting in ladder if solver is RUNGE_KUTTA or setting <= self.span)
-        aim, growth = SHARE * tolerance, max(1.0, span / self.span)
         settings: list[float] = []
         errors: list[float] = []
-        for setting in ladder or (self.span,):
+        cost = 0.0
+        for setting in self._ladder(solver, stepped, best):
             try:
                 answer, work = self.march(solver, stepped, setting)
             except ToleranceError:
@@ -144,33 +149,39 @@ class _Pilot:
             if work.failed or not np.isfinite(answer).all():
                 continue
             settings.append(setting)
-            errors.append(max(self.error(answer), 1e-17))
-            cost = _cost(solver, stepped, work) * growth
-            if errors[-1] * growth <= aim or errors[-1] < ROUNDING or (cost > dear and len(errors) > 2):
+            errors.append(self.error(answer))
+            cost = _cost(solver, stepped, work) * self.growth
+            if errors[-1] <= self.aim or errors[-1] < ROUNDING or cost >= best:
                 break
         if not settings:
             return None
-        setting, error = _finer(solver, settings, errors, aim / growth)
-        return Candidate(
-            solver,
-            setting,
-            error * growth,
-            cost * settings[-1] / setting if solver is not RUNGE_KUTTA else cost,
-        )
+        setting, error = _reckoned(solver, settings, errors, self.aim)
+        finer = settings[-1] / setting
+        cost *= finer ** (0.125 if solver is RUNGE_KUTTA else 1.0)
+        return Candidate(solver, setting, error * self.growth, cost)
+
+    def _ladder(self, solver: Solver, stepped: Stepped, best: float) -> tuple[float, ...]:
+        """From coarse to fine; where there is a best before, from what costs half as much on."""
+        if solver is RUNGE_KUTTA:
+            return TOLERANCES if best == np.inf else TOLERANCES[2:3]
+        steps = tuple(step / self.rate for step in STEPS if step / self.rate <= self.span) or (self.span,)
+        if best == np.inf:
+            return steps
+        one = _cost(solver, stepped, Work(1, solver.stages, 0))
+        equal = self.growth * self.span * one / best  # the step that costs as much
+        return tuple(step for step in steps if step >= 0.5 * equal and step <= 2.0 * equal) or steps[:1]
 
 
-def _finer(solver: Solver, settings: list[float], errors: list[float], aim: float) -> tuple[float, float]:
-    """The setting whose error is the one aimed at, by the order seen last."""
+def _reckoned(solver: Solver, settings: list[float], errors: list[float], aim: float) -> tuple[float, float]:
+    """The setting whose error is the one aimed at, by the order seen last, or the one known."""
     setting, error = settings[-1], errors[-1]
     order = float(solver.order)
-    if len(errors) > 1 and errors[-2] > errors[-1]:
+    if len(errors) > 1 and errors[-2] > errors[-1] > ROUNDING:
         seen = log(errors[-2] / errors[-1]) / log(settings[-2] / settings[-1])
         order = min(max(seen, 1.0), 16.0)
-    wanted = setting * (aim / error) ** (1.0 / order)
+    least = 1e-15 if solver is RUNGE_KUTTA else 0.02 * setting
     coarsest = settings[-2] if len(settings) > 1 else setting
-    wanted = min(max(wanted, 0.1 * setting if error < ROUNDING else 0.02 * setting), coarsest)
-    if solver is RUNGE_KUTTA:
-        wanted = min(max(wanted, 1e-15), coarsest)
+    wanted = min(max(setting * (aim / error) ** (1.0 / order), least), coarsest)
     return wanted, error * (wanted / setting) ** order
 
 

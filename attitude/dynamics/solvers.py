@@ -52,12 +52,14 @@ class Solver:
     ----------
     name : as documents and plans have it
     order : of the error in the step, as far as it is known beforehand; for `dop853`, 1: in the tolerance
+    stages : kicks of a step of splitting, else 0
     prepare : (situation, torques) -> Stepped, with axes as it needs them
     march : (stepped, state, part, setting, out) -> Work; changes the state, writes (OUTPUTS, n)
     """
 
     name: str
     order: int
+    stages: int
     prepare: Callable[[Situation, Sequence[Acting]], Stepped]
     march: Callable[[Stepped, np.ndarray, Part, float, np.ndarray], Work]
 
@@ -180,11 +182,11 @@ def _splitting(name: str) -> Solver:
     def march(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
         return _split(composition, stepped, state, part, setting, out)
 
-    return Solver(f"splitting, {name}", composition.order, ascending, march)
+    return Solver(f"splitting, {name}", composition.order, len(composition.kicks), ascending, march)
 
 
-COLLOCATION = Solver("gauss, order 16", 16, most_symmetric, _collocate)
-RUNGE_KUTTA = Solver("dop853", 1, ascending, _runge_kutta)
+COLLOCATION = Solver("gauss, order 16", 16, 0, most_symmetric, _collocate)
+RUNGE_KUTTA = Solver("dop853", 1, 0, ascending, _runge_kutta)
 SPLITTINGS = tuple(_splitting(name) for name in schemes.COMPOSITIONS)
 
 

@@ -21,7 +21,7 @@ from .stepped import Stepped
 
 March = Callable[[Candidate, bool, "np.ndarray | None"], "tuple[np.ndarray, Work, bool]"]
 CHECKED = 64  # instants at which a coarser solution is compared
-ATTEMPTS = 5
+ATTEMPTS = 8
 
 
 @dataclass(frozen=True)
@@ -80,14 +80,15 @@ def solve(
         np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
     )
     march = partial(_march, situation, _by_direction(situation, torques, kicks), seconds, rest)
-    candidate, best = found[0], np.inf
+    candidate, best, stuck = found[0], np.inf, 0
     for _ in range(ATTEMPTS):
         rows, work, error = _estimated(march, candidate, seconds.size)
         if error <= tolerance:
-            return Answer(rows, error, replace(candidate), tuple(found), work)
-        if error > 0.5 * best:
+            return Answer(rows, error, candidate, tuple(found), work)
+        stuck = stuck + 1 if error > 0.5 * best else 0
+        if stuck == 2:  # finer steps do not help: what is left is rounding, or the motion is chaotic
             break
-        best = error
+        best = min(best, error)
         candidate = _finer(candidate, tolerance / error)
     raise ToleranceError(
         f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision "
@@ -97,8 +98,7 @@ def solve(
 
 def _finer(candidate: Candidate, ratio: float) -> Candidate:
     """A setting whose error is smaller by a ratio, and a little more."""
-    order = min(candidate.solver.order, 8)
-    setting = candidate.setting * (0.5 * ratio) ** (1.0 / order)
+    setting = candidate.setting * min(0.8, (0.3 * max(ratio, 1e-6)) ** (1.0 / candidate.solver.order))
     if candidate.solver is RUNGE_KUTTA:
         setting = max(setting, 1e-15)
     return replace(candidate, setting=setting)
@@ -136,7 +136,7 @@ def _estimated(march: March, candidate: Candidate, count: int) -> tuple[np.ndarr
 
 def _better(solver: Solver, smooth: bool) -> float:
     """By how much, at least, the solution is better than the coarser one it is compared with."""
-    order = min(solver.order, 8) if smooth else 2
+    order = min(solver.order, 12) if smooth else 2
     return 5.0 if solver is RUNGE_KUTTA else max(1.0, 0.5 * (1.5**order - 1.0))
 
 
