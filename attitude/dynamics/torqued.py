@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,9 +20,16 @@ from .situation import Situation
 from .solvers import OUTPUTS, RUNGE_KUTTA, Part, Solver, Work
 from .stepped import Stepped
 
-March = Callable[[Candidate, bool, "np.ndarray | None"], "tuple[np.ndarray, Work, bool]"]
+March = Callable[[Candidate, bool, "np.ndarray | None"], "tuple[np.ndarray, Work, Nature]"]
 CHECKED = 64  # instants at which a coarser solution is compared
 ATTEMPTS = 8
+
+
+class Nature(NamedTuple):
+    """Of all legs: whether every torque is smooth in time, and every body stepped as a symmetric one."""
+
+    smooth: bool = True
+    symmetric: bool = True
 
 
 @dataclass(frozen=True)
@@ -80,9 +88,10 @@ def solve(
         np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
     )
     march = partial(_march, situation, _by_direction(situation, torques, kicks), seconds, rest)
+    turned = float(np.linalg.norm(situation.rate)) * max(abs(situation.start), abs(situation.stop))
     candidate, best, stuck = found[0], np.inf, 0
     for _ in range(ATTEMPTS):
-        rows, work, error = _estimated(march, candidate, seconds.size)
+        rows, work, error = _estimated(march, candidate, seconds.size, turned)
         if error <= tolerance:
             return Answer(rows, error, candidate, tuple(found), work)
         stuck = stuck + 1 if error > 0.5 * best else 0
@@ -118,20 +127,24 @@ def _by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequen
     return cut
 
 
-def _estimated(march: March, candidate: Candidate, count: int) -> tuple[np.ndarray, Work, float]:
+def _estimated(
+    march: March, candidate: Candidate, count: int, turned: float
+) -> tuple[np.ndarray, Work, float]:
     """(rows, work, estimated error): the solution and a coarser one, side by side on two processors."""
     some = np.unique(np.linspace(0, count - 1, min(count, CHECKED)).round().astype(int))
-    answers: dict[bool, tuple[np.ndarray, Work, bool]] = {}
+    answers: dict[bool, tuple[np.ndarray, Work, Nature]] = {}
 
     def one(coarsely: bool) -> None:
         answers[coarsely] = march(candidate, coarsely, some if coarsely else None)
 
     threads.run(one, [False, True])
-    (rows, work, smooth), (coarse, _, _) = answers[False], answers[True]
+    (rows, work, nature), (coarse, _, _) = answers[False], answers[True]
     if work.failed or not np.isfinite(rows).all():
         return rows, work, np.inf
     apart = orientation.angle_between(rows[:4, some].T, coarse[:4].T)
-    return rows, work, float(apart.max()) / _better(candidate.solver, smooth) + _rounding(work)
+    error = float(apart.max()) / _better(candidate.solver, nature.smooth)
+    creeps = candidate.solver.kind == "splitting" and not nature.symmetric
+    return rows, work, error + _rounding(work, turned if creeps else 0.0)
 
 
 def _better(solver: Solver, smooth: bool) -> float:
@@ -140,8 +153,13 @@ def _better(solver: Solver, smooth: bool) -> float:
     return 5.0 if solver is RUNGE_KUTTA else max(1.0, 0.5 * (1.5**order - 1.0))
 
 
-def _rounding(work: Work) -> float:
-    return 4e-16 * float(np.sqrt(work.steps))
+def _rounding(work: Work, turned: float) -> float:
+    """rad: what both solutions may share of rounding, which their comparison does not show.
+
+    A general drift rounds much the same from step to step: energy creeps, and the phase with its square
+    (measured: docs/theory.md, section 13).
+    """
+    return 4e-16 * float(np.sqrt(work.steps)) + 5e-17 * work.torques * turned
 
 
 def _march(
@@ -152,11 +170,11 @@ def _march(
     candidate: Candidate,
     coarsely: bool,
     some: np.ndarray | None,
-) -> tuple[np.ndarray, Work, bool]:
-    """Rows at the instants (at some of them), the work, and whether every torque was smooth."""
+) -> tuple[np.ndarray, Work, Nature]:
+    """Rows at the instants (at some of them), the work, and the nature of it."""
     if some is not None:
         seconds, rest = seconds[some], rest[some]
-    rows, total, smooth = np.empty((OUTPUTS, seconds.size)), Work(0, 0, 0), True
+    rows, total, nature = np.empty((OUTPUTS, seconds.size)), Work(0, 0, 0), Nature()
     before = seconds < 0.0
     for cut in directions:
         mine = np.flatnonzero(before if cut[-1].stop < 0.0 else ~before)
@@ -164,10 +182,10 @@ def _march(
             continue
         places = instants_within(cut, seconds[mine], rest[mine])
         places = [mine[place] for place in places]
-        work, is_smooth = _march_legs(situation, cut, candidate, coarsely, (seconds, rest), places, rows)
+        work, met = _march_legs(situation, cut, candidate, coarsely, (seconds, rest), places, rows)
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
-        smooth = smooth and is_smooth
-    return rows, total, smooth
+        nature = Nature(*map(min, nature, met))
+    return rows, total, nature
 
 
 def _march_legs(
@@ -178,13 +196,13 @@ def _march_legs(
     instants: tuple[np.ndarray, np.ndarray],
     places: list[np.ndarray],
     rows: np.ndarray,
-) -> tuple[Work, bool]:
+) -> tuple[Work, Nature]:
     """Leg by leg from the epoch outwards; fills the rows at the places of each."""
     seconds, rest = instants
     sign = 1.0 if cut[-1].stop >= 0.0 else -1.0
     attitude = situation.attitude / np.linalg.norm(situation.attitude)
     momentum = initial_momentum(situation, cut[0].torques)
-    total, smooth = Work(0, 0, 0), True
+    total, nature = Work(0, 0, 0), Nature()
     prepared: dict[tuple[int, ...], Stepped] = {}
     for leg, place in zip(cut, places, strict=True):
         key = tuple(id(torque) for torque in leg.torques)
@@ -201,5 +219,5 @@ def _march_legs(
         rows[:, place] = out[:, :-1]
         attitude, momentum = out[:4, -1], out[7:, -1]
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
-        smooth = smooth and prepared[key].is_smooth
-    return total, smooth
+        nature = Nature(*map(min, nature, (prepared[key].is_smooth, prepared[key].symmetric)))
+    return total, nature
