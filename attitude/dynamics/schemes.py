@@ -1,7 +1,7 @@
 """The shares of a step: coefficients of the compositions and of the collocation.
 
 A composition is a row of drifts (exact free rotation) and kicks (the torque, the attitude standing still),
-one more drift than kicks, the same backwards.  Docs: theory, section 11.
+one more drift than kicks, the same backwards.  docs/torques.md, section 3.
 """
 
 from __future__ import annotations

@@ -157,7 +157,7 @@ def _rounding(work: Work, turned: float) -> float:
     """rad: what both solutions may share of rounding, which their comparison does not show.
 
     A general drift rounds much the same from step to step: energy creeps, and the phase with its square
-    (measured: docs/theory.md, section 13).
+    (measured; docs/torques.md, section 5).
     """
     return 4e-16 * float(np.sqrt(work.steps)) + 5e-17 * work.torques * turned
 

@@ -3,7 +3,7 @@
 A body whose moments about axes 1 and 2 were equal would turn about its momentum and about axis 3, both at
 constant rates.  What is integrated is the departure from that over one step: torque, and the little by
 which the two moments differ.  Of a symmetric body the error is therefore proportional to the torque.
-Docs: theory, section 12.
+docs/torques.md, section 4.
 
 All eight nodes of a step are computed side by side, in loops over the last dimension of every array, which
 LLVM turns into vector instructions.

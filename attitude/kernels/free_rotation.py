@@ -2,7 +2,7 @@
 
 Set-up in two parts (`invariants`) would cost more than all the rest of a step, and a step needs no
 phase that holds for ever: the change of the attitude over a short time, to rounding, is enough.
-Section and equation numbers are those of docs/theory.md.
+Equation numbers (T1) ... are those of docs/torques.md.
 """
 
 import math
@@ -41,7 +41,7 @@ RADAU_WEIGHTS = np.array(
         0.015625,
     ]
 )
-# u' t that one quadrature spans with an error below rounding (theory, section 11).
+# u' t that one quadrature spans with an error below rounding (docs/torques.md, section 2).
 LONGEST = 0.5
 NOTHING = 1e-100
 # Landen transformations until the modulus is gone, from whatever modulus a double can tell from 1.
@@ -135,8 +135,8 @@ def _free_turn(gamma, L, body, time, work):
 def _circling_turn(g, L, a, differences, time, work):
     """The turn, where the momentum circles the third axis and g3 >= 0; differences a21, a31, a32.
 
-    From g1 = A1 cn u, g2 = A2 sn u, g3 = A3 dn u by the addition theorems (eqs. 38-40), and with the
-    angle about the momentum by quadrature (eq. 41).
+    From g1 = A1 cn u, g2 = A2 sn u, g3 = A3 dn u by the addition theorems (eq. T4), and with the
+    angle about the momentum by quadrature (eq. T5).
     """
     a21, a31, a32 = differences
     c_a1 = fma(a21 * g[1], g[1], a31 * g[2] * g[2])  # c - a1

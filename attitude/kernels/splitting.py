@@ -1,6 +1,6 @@
 """Kicks by the torque around exact free rotation: compositions of any order.
 
-The error is proportional to the torque, whatever the spin.  Docs: theory, section 11.
+The error is proportional to the torque, whatever the spin.  docs/torques.md, section 3.
 """
 
 from .doubledouble import two_sum
