@@ -7,9 +7,10 @@ from .doubledouble import two_sum
 from .free_rotation import attitude_of, drift, drift_symmetric
 from .intrinsics import kernel, prefer_widest_vectors, routine
 from .layout import ATTITUDE, AXIAL, AXIAL_LOW, EDDIES, INVERSES, MOMENTUM, MOMENTUM_LOW, ROTORS
-from .rotation import about, added, normalised, product, rotated, rotated_back
+from .rotation import about, normalised, product, rotated, rotated_back
 from .stepping import copied, later, momentum_of, time_of, write
 from .torque import body_rate, eddies_of, taken_by_eddies, torque
+from .vectors import add_scaled
 
 
 @kernel
@@ -146,7 +147,7 @@ def _damped(body, m, force, time):
         lost = taken_by_eddies(C, rate)
         factor = -time / n
         term = lost[0] * factor, lost[1] * factor, lost[2] * factor
-        total = added(total, term, 1.0)
+        total = add_scaled(total, 1.0, term)
         size = abs(term[0]) + abs(term[1]) + abs(term[2])
         if size <= 1e-18 * (abs(total[0]) + abs(total[1]) + abs(total[2])):
             break

@@ -4,8 +4,9 @@ from .doubledouble import two_product, two_sum
 from .free_rotation import attitude_of
 from .intrinsics import inlined, routine
 from .layout import ALPHA, AXIAL, MOMENTUM, STATE, TO_AXES
-from .rotation import added, cross, product, rotated, rotated_back
+from .rotation import product, rotated, rotated_back
 from .torque import body_rate
+from .vectors import add_scaled, cross
 
 
 @routine
@@ -38,7 +39,7 @@ def copied(state, spare):
 def turning_rate(body, m):
     """(rate that the torques meet, rate at which the attitude turns): a sink inside turns the body too."""
     rate = body_rate(body, m)
-    return rate, added(rate, cross(m, rate), body[ALPHA])
+    return rate, add_scaled(rate, body[ALPHA], cross(m, rate))
 
 
 @routine
