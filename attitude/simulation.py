@@ -11,13 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from . import scene_plan
 from .dynamics import free, torqued
-from .dynamics.acting import Acting, Kick
+from .dynamics.acting import Acting, Kick, Once
 from .dynamics.event import Event
 from .dynamics.situation import Situation
 from .dynamics.translation import Translation, parabola
@@ -30,7 +29,8 @@ from .errors import InputError
 from .plan import Plan
 from .scene_plan import Described, EffectPlan, ScenePlan
 
-ESTIMATE = "comparison with the same solver in two thirds of the steps, over the whole span"
+ESTIMATE = "estimated over the whole span from the same solver {} (docs/torques.md, section 5)"
+COARSER = {"dop853": "at ten times the tolerance of a step"}
 COASTING = "closed form between impulses"
 BOUNCING = "closed form between contacts"
 
@@ -49,7 +49,7 @@ class Route:
     """
 
     situation: Situation
-    torques: tuple[Any, ...]
+    torques: tuple[Once, ...]
     kicks: tuple[Kick, ...]
     ground: Ground | None
     gravity: np.ndarray
@@ -73,7 +73,7 @@ def route(scene: Described, drop_below: float | None = None) -> Route:
     ground = next((effect for effect in used if isinstance(effect, Ground)), None)
     gravity = sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3))
     kicks = tuple(kick for effect in used if isinstance(effect, Impulse) for kick in effect.kicks(situation))
-    torques = tuple(effect for effect in used if effect.ACTS_ON == "attitude")
+    torques = tuple(Once(effect, situation) for effect in used if effect.ACTS_ON == "attitude")
     moves = situation.position is not None
     return Route(situation, torques, kicks, ground, gravity, moves, tuple(told))
 
@@ -110,7 +110,8 @@ def _under_torques(scene: Described, way: Route, instants: Instants, begun: floa
     answer = torqued.solve(*args)
     chosen = answer.candidate
     solver = f"{chosen.solver.name}: {answer.work.steps} steps, {answer.work.torques} torques"
-    plan = Plan(solver, instants.seconds.size, 0.0, perf_counter() - begun, answer.error, ESTIMATE)
+    source = ESTIMATE.format(COARSER.get(chosen.solver.kind, "in two thirds of the steps"))
+    plan = Plan(solver, instants.seconds.size, 0.0, perf_counter() - begun, answer.error, source)
     inside = any(effect.type in ("wheels", "dissipation") for effect in way.torques)
     events = (*_edges(way), *_impulses(way.kicks))
     return _ephemeris(scene, way, instants, answer.rows, plan, events, inside)

@@ -100,8 +100,8 @@ def solve(
         best = min(best, error)
         candidate = _finer(candidate, tolerance / error)
     raise ToleranceError(
-        f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision "
-        f"({candidate.solver.name}: estimated error {min(error, best):.1e} rad); ask for more than that"
+        f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision by "
+        f"{candidate.solver.name} (estimated error {min(error, best):.1e} rad); ask for more than that"
     )
 
 

@@ -49,7 +49,7 @@ NOTHING = 1e-100
 LEVELS = 12
 
 
-@routine
+@inlined
 def attitude_of(state):
     """The attitude of the axes: what the state keeps, and the turn about the axis of symmetry."""
     sine, cosine = sine_cosine(0.5 * state[SPIN], 0.5 * state[SPIN_LOW])
@@ -66,7 +66,7 @@ def turned_about_third(q, sine, cosine):
     return w, x, y, z
 
 
-@routine
+@inlined
 def drift_symmetric(state, body, time):
     """A body symmetric about its third axis: a turn about the momentum at L/I1, after one about the axis.
 

@@ -9,7 +9,7 @@ from .torque import body_rate
 from .vectors import add_scaled, cross
 
 
-@routine
+@inlined
 def time_of(step, h, start):
     """start + step h in two parts, start in two parts."""
     hi, lo = two_product(float(step), h)
@@ -24,7 +24,7 @@ def later(t, t_low, time):
     return hi, rest + t_low
 
 
-@routine
+@inlined
 def momentum_of(state):
     return state[MOMENTUM], state[MOMENTUM + 1], state[MOMENTUM + 2]
 
