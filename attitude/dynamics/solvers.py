@@ -63,6 +63,21 @@ class Solver:
     prepare: Callable[[Situation, Sequence[Acting]], Stepped]
     march: Callable[[Stepped, np.ndarray, Part, float, np.ndarray], Work]
 
+    @property
+    def coarser(self) -> float:
+        """What the setting is multiplied by for the solution that the answer is compared with."""
+        return 10.0 if self.kind == "dop853" else 1.5
+
+    def gain(self, smooth: bool) -> float:
+        """By how much, at least, the answer is better than that one; less where torques have kinks.
+
+        Half of what an order below the solver's own would gain: at long steps no order is what it will be.
+        """
+        if self.kind == "dop853":
+            return 5.0
+        order = min(self.order, 8) if smooth else 2
+        return max(1.0, 0.5 * (self.coarser**order - 1.0))
+
     def follow(
         self,
         torques: Sequence[Acting],

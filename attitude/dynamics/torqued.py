@@ -17,7 +17,7 @@ from .choice import Candidate, candidates
 from .legs import Leg, instants_within, legs
 from .momentum import inertial, initial_momentum
 from .situation import Situation
-from .solvers import OUTPUTS, RUNGE_KUTTA, Part, Solver, Work
+from .solvers import OUTPUTS, RUNGE_KUTTA, Part, Work
 from .stepped import Stepped
 
 March = Callable[[Candidate, bool, "np.ndarray | None"], "tuple[np.ndarray, Work, Nature]"]
@@ -142,15 +142,9 @@ def _estimated(
     if work.failed or not np.isfinite(rows).all():
         return rows, work, np.inf
     apart = orientation.angle_between(rows[:4, some].T, coarse[:4].T)
-    error = float(apart.max()) / _better(candidate.solver, nature.smooth)
+    error = float(apart.max()) / candidate.solver.gain(nature.smooth)
     creeps = candidate.solver.kind == "splitting" and not nature.symmetric
     return rows, work, error + _rounding(work, turned if creeps else 0.0)
-
-
-def _better(solver: Solver, smooth: bool) -> float:
-    """By how much, at least, the solution is better than the coarser one it is compared with."""
-    order = min(solver.order, 12) if smooth else 2
-    return 5.0 if solver is RUNGE_KUTTA else max(1.0, 0.5 * (1.5**order - 1.0))
 
 
 def _rounding(work: Work, turned: float) -> float:
