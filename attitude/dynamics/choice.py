@@ -31,9 +31,8 @@ FINEST = 0.5
 # Errors below this are rounding: no order is read off them.
 ROUNDING = 3e-13
 # Of the tolerance, what the estimate is to be: the rest is for what the pilot did not meet.
-SHARE = 0.1
-# The power of time that errors are taken to grow with: of most motions 1, and a wrong guess costs a second
-# journey, while steps of so high an order are little shorter for a cautious one.
+SHARE = 0.25
+# The power of time that errors are taken to grow with; a rehearsal corrects it where spans are long.
 GROWTH = 1.25
 
 # Measured costs, ns (tests/benchmarks/torques.py).
