@@ -60,7 +60,7 @@ def test_backwards_legs_descend():
     [(20.0, 0.0, True), (20.0, 20.0, True), (20.0, 20.5, False), (-20.0, 0.0, False), (-20.0, -20.0, False)],
 )
 def test_impulses_at_the_ends(stop, seconds, met):
-    """The state at an instant is the one after its impulse; at the epoch the document gives the one before."""
+    """The state at an instant is the one after its impulse; a document gives the one before."""
     assert any(leg.kicks for leg in cut(stop, kicks=[kick(seconds)])) is met
 
 
