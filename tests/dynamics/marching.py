@@ -77,7 +77,8 @@ def kepler(mu, a, e=0.0, inclination=0.0, node=0.0, pericentre=0.0, mean_anomaly
 def march(solver, situation, torques, setting, seconds, state=None, start=0.0, stop=None, coarsely=False):
     """Rows (OUTPUTS, n) at instants between start and stop, one leg; and the work.
 
-    setting : steps, s, or the tolerance of a step; state : (attitude, momentum) at the start if not the epoch's
+    setting : steps, s, or the tolerance of a step
+    state : (attitude, momentum) at the start, if not that at the epoch
     """
     seconds = np.atleast_1d(np.asarray(seconds, dtype=float))
     stop = seconds[-1] if stop is None else stop
@@ -130,9 +131,7 @@ def integrated(situation, torque, seconds, rtol=1e-13, rotors=(0.0, 0.0, 0.0)):
 
     start = np.concatenate([situation.attitude, situation.rate / unit])
     seconds = np.asarray(seconds, dtype=float)
-    found = solve_ivp(
-        slope, (0.0, seconds[-1]), start, "DOP853", t_eval=seconds, rtol=rtol, atol=rtol
-    )
+    found = solve_ivp(slope, (0.0, seconds[-1]), start, "DOP853", t_eval=seconds, rtol=rtol, atol=rtol)
     assert found.success
     q = found.y[:4] / np.linalg.norm(found.y[:4], axis=0)
     return q, found.y[4:] * unit
@@ -157,6 +156,4 @@ def acting(name, *numbers):
     pole = np.array(turning) / rate
     still = pole * (axis @ pole)
     around = axis - still
-    return Rows(
-        layout.MAGNETIC, dipole, strength, still, around, np.cross(pole, around), twopart.turns(rate)
-    )
+    return Rows(layout.MAGNETIC, dipole, strength, still, around, np.cross(pole, around), twopart.turns(rate))
