@@ -107,6 +107,7 @@ class _Pilot:
         self.situation, self.leg, self.rate = situation, leg, rate
         self.span = min(span, leg.length or span, PILOT / rate)
         self.growth = max(1.0, span / self.span)
+        self.tolerance = tolerance
         self.wanted = SHARE * tolerance / self.growth**GROWTH
         self.momentum = initial_momentum(situation, leg.torques)
         self.truth = self._truth()
@@ -141,7 +142,7 @@ class _Pilot:
         stepped = solver.prepare(self.situation, self.leg.torques)
         if not can_take(solver, stepped):
             return None
-        aim = self.wanted * solver.gain(stepped.is_smooth)
+        aim = self.wanted * solver.gain(stepped.is_smooth, self.tolerance)
         settings: list[float] = []
         errors: list[float] = []
         cost = 0.0

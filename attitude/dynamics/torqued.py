@@ -27,11 +27,16 @@ WORTH_REHEARSING, PARTS, REHEARSED, AIM, GROWTH = 1000.0, 12.0, 8, 0.5, 1.1
 # Of an attempt's setting, what the next takes at most: more would hardly change the number of steps.
 NEXT = 0.9
 
+# Of the first attempt's steps, what a later one takes at most: where torques break, more is of little use.
+MOST = 30.0
+
 # Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned,
 # since the rates are doubles; and where the rate is read off the attitude or off a plain sum, which remember
-# every rounding, that angle times the root of the number of stages.
-OF_ANGLE = 2e-16
-OF_WANDERING = {"gauss": 2e-16, "dop853": 2e-15, "splitting": 7e-15}
+# every rounding, that angle times the root of the number of stages (and ten times this on bad days).
+OF_ANGLE = 3e-16
+OF_WANDERING = {"gauss": 7e-17, "dop853": 2e-16, "splitting": 7e-16}
+# Motion near an unstable one makes rounding grow to this, or more: less than it is not divided by anything.
+GROWN = 3e-11
 
 
 class Marched(NamedTuple):
@@ -162,7 +167,7 @@ def _refined(
     march: March, candidate: Candidate, tolerance: float, angle: float, count: int
 ) -> tuple[np.ndarray, Work, float, Candidate]:
     """Finer and finer until the estimate is below the tolerance, or twice has hardly fallen."""
-    best, vain = np.inf, 0
+    best, vain, first = np.inf, 0, candidate
     for _ in range(ATTEMPTS):
         rows, work, error, smooth = _estimated(march, candidate, angle, count)
         if error <= tolerance:
@@ -171,14 +176,18 @@ def _refined(
         if vain == 2:
             break
         best = min(best, error)
-        candidate = _finer(candidate, tolerance / error, smooth)
+        finer = _finer(candidate, tolerance / error, smooth)
+        if not smooth and finer.solver is not RUNGE_KUTTA and finer.setting * MOST < first.setting:
+            break
+        candidate = finer
     return rows, work, min(error, best), candidate
 
 
 def _finer(candidate: Candidate, ratio: float, smooth: bool) -> Candidate:
     """A setting whose error is smaller by a ratio, and a little more."""
     order = min(candidate.solver.order, 14 if smooth else 2)
-    setting = candidate.setting * min(NEXT, max(0.02, (0.5 * ratio) ** (1.0 / order)))
+    share = (0.5 * ratio) ** (1.0 / order) if ratio > 0.0 else 0.5  # nothing known: it did not settle
+    setting = candidate.setting * min(NEXT, max(0.02, share))
     if candidate.solver is RUNGE_KUTTA:
         setting = max(setting, 1e-15)
     return replace(candidate, setting=setting)
@@ -215,12 +224,12 @@ def _estimated(
         return fine.rows, fine.work, np.inf, fine.smooth
     apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
     wandering = _wandering(candidate.solver, fine, angle)
-    error = max(apart / candidate.solver.gain(fine.smooth), min(apart, wandering))
-    return fine.rows, fine.work, error + _rounding(fine.work, angle), fine.smooth
+    error = max(apart / candidate.solver.gain(fine.smooth, apart), min(apart, max(GROWN, 10.0 * wandering)))
+    return fine.rows, fine.work, error + wandering + _rounding(fine.work, angle), fine.smooth
 
 
 def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
-    """rad, up to which the two may differ by rounding alone, so that neither is the better one."""
+    """rad, by which rounding alone may lead the attitude astray."""
     if marched.symmetric and solver is not RUNGE_KUTTA:
         return 0.0
     stages = marched.work.torques if solver.kind == "splitting" else marched.work.steps
