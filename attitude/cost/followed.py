@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .methods import torques
+from ..dynamics.solvers import RUNGE_KUTTA
+from .methods import stepping, torques
 from .problem import Problem, World
 from .truth import LONG, Truth, chosen, oracle, rotated, scaled
 
@@ -22,16 +23,25 @@ if TYPE_CHECKING:
 DIGITS = 18
 TAYLOR, EXTRAPOLATED = "Taylor, eighteen digits", "extrapolation in doubles"
 # Seconds for a radian of the fastest motion; and what part of a budget may be spent on the truth.
-TAYLOR_SECONDS, EXTRAPOLATED_SECONDS, SHARE = 0.006, 0.0005, 0.3
+TAYLOR_SECONDS, EXTRAPOLATED_SECONDS, SHARE = 0.008, 0.001, 0.3
 # Errors that extrapolation may make in a radian: for the truth, and for the one that tells how good that is.
 FINE, ROUGH = 1e-14, 1e-13
+ROUGHLY = 1e-6  # where only the radians are asked for
 
 
 def reach(problem: Problem, world: World, budget: float) -> float:
-    """The longest horizon, in spans of the scene, that there is a truth for; at most 1."""
-    radians = world.pace * problem.unit
+    """The longest horizon, in spans of the scene, that there is a truth for in the budget; at most 1.
+
+    By the radians of the fastest motion: that at the epoch, or the body's own where torques make it faster.
+    """
     each = TAYLOR_SECONDS if _is_known(world) else EXTRAPOLATED_SECONDS
-    return min(1.0, SHARE * budget / each / radians) if radians else 1.0
+    most, pace = SHARE * budget / each, world.pace
+    part = min(1.0, most / (pace * problem.unit)) if pace else 1.0
+    t = np.linspace(0.0, part * problem.unit, 65)
+    _, rates = stepping.march(problem, RUNGE_KUTTA, ROUGHLY, t)
+    faster = np.maximum(pace, np.sqrt((rates**2).sum(axis=1)))
+    radians = np.cumsum(faster[1:]) * (t[1] - t[0])
+    return part if radians[-1] <= 1.01 * most else part * float(np.interp(most, radians, t[1:] / t[-1]))
 
 
 def load(problem: Problem, world: World) -> None:

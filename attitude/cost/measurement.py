@@ -83,12 +83,11 @@ def measure(
     """
     problem = Problem.of_motion(scene) if isinstance(scene, TorqueFreeMotion) else Problem.of_scene(scene)
     samples = _samples(problem) if samples is None else samples
-    horizons = _horizons(problem, budget) if horizons is None else horizons
-    _check(budget, samples, horizons, seed)
-    _check_reach(problem, horizons, budget)
+    _check(budget, samples, HORIZONS if horizons is None else horizons, seed)
     chosen = _methods(methods, problem)
     before = perf_counter()
     _load_kernels(problem)
+    horizons = _horizons(problem, horizons, budget)
     started = perf_counter()
     say = say or _silent
     say("truth")
@@ -135,21 +134,18 @@ def _samples(problem: Problem) -> int:
     return SAMPLES if problem.world is None else SAMPLES_UNDER_TORQUES
 
 
-def _horizons(problem: Problem, budget: float) -> tuple[float, ...]:
+def _horizons(problem: Problem, asked: Sequence[float] | None, budget: float) -> Sequence[float]:
+    """Those asked for; else all that a free body has, or of a scene's span what there is a truth for."""
     if problem.world is None:
-        return HORIZONS
-    whole = followed.reach(problem, problem.world, budget)
-    whole = 10.0 ** math.floor(math.log10(whole) + 1e-12) if whole > 0.0 else 1.0
-    return tuple(part * whole for part in PARTS)
-
-
-def _check_reach(problem: Problem, horizons: Sequence[float], budget: float) -> None:
-    if problem.world is None:
-        return
+        return HORIZONS if asked is None else asked
     reach = followed.reach(problem, problem.world, budget)
-    if horizons[-1] > reach:
-        expected = f"at most {reach:.3g} {problem.unit_name}, as far as there is a truth in the budget"
-        raise InputError("horizons", horizons[-1], expected)
+    if asked is None:
+        whole = 10.0 ** math.floor(math.log10(reach) + 1e-12)
+        return [part * whole for part in PARTS]
+    if asked and asked[-1] > reach:
+        expected = f"at most {reach:.3g} {problem.unit_name}, as far as there is a truth within the budget"
+        raise InputError("horizons", asked[-1], expected)
+    return asked
 
 
 def _load_kernels(problem: Problem) -> None:

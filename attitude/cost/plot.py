@@ -102,10 +102,14 @@ def _style(number: int) -> dict[str, Any]:
 
 
 def _fullest_horizon(report: Report) -> float:
-    """The longest of those over which most methods were measured."""
+    """The longest of those over which most methods were measured; under torques, most families.
+
+    There the coarsest step of a family loses the attitude where the others have the most to tell.
+    """
 
     def measured(horizon: float) -> int:
-        return sum(cell.status == MEASURED for cell in report.at(horizon))
+        cells = [cell for cell in report.at(horizon) if cell.status == MEASURED]
+        return len({cell.family for cell in cells}) if report.effects else len(cells)
 
     return max(report.horizons, key=lambda horizon: (measured(horizon), horizon))
 

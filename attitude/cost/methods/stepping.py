@@ -56,11 +56,11 @@ def _at_step(problem: Problem, solver: Solver, radians: float) -> Solve:
     for leg in world.legs(world.situation.stop):
         if not can_take(solver, solver.prepare(world.situation, leg.torques)):
             raise AbsentError(f"{solver.name} is not for these effects: its error has not that order")
-    return partial(_march, problem, solver, radians / world.pace)
+    return partial(march, problem, solver, radians / world.pace)
 
 
 def _at_error(problem: Problem, error: float) -> Solve:
-    return partial(_march, problem, RUNGE_KUTTA, error)
+    return partial(march, problem, RUNGE_KUTTA, error)
 
 
 def _chosen(problem: Problem, tolerance: float) -> Solve:
@@ -77,10 +77,11 @@ def _chosen(problem: Problem, tolerance: float) -> Solve:
 def load(problem: Problem) -> None:
     """Every solver once: what a process compiles, or reads from disk, is there then."""
     for solver, setting in ((COLLOCATION, 1.0), (SPLITTINGS[0], 1.0), (RUNGE_KUTTA, 1e-3)):
-        _march(problem, solver, setting, np.array([1e-3 / of_world(problem).pace]))
+        march(problem, solver, setting, np.array([1e-3 / of_world(problem).pace]))
 
 
-def _march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternions and rates at ascending instants, by a solver at a setting of its own kind."""
     world = of_world(problem)
     cut, candidate = world.legs(float(t[-1])), Candidate(solver, setting, 0.0, 0.0)
     rows, work, _ = torqued._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)

@@ -6,7 +6,8 @@ the whole momentum, h that of rotors, W = w + alpha m x w the rate at which the 
     q' = q W / 2,     I w' = m x W + torque.
 
 Effects, orbit and Sun are the rows of numbers that `kernels.layout` explains; their meaning is written out
-here once more.  `extrapolated` integrates them to the last digits: the truth where no oracle knows the torques.
+here once more.  `extrapolated` integrates them to the last digits: the truth where no oracle knows the
+torques.
 """
 
 from __future__ import annotations
@@ -340,34 +341,43 @@ LEAST_STEP = 1e-9
 
 
 @routine
+def midpoints(time, y, h, n, world, work):
+    """Increment of y over h in n steps of Gragg's smoothed midpoint rule, into work[1].
+
+    Smoothed, it asks for the torque at the end too: one that changed only just before is not overlooked.
+    """
+    before, here, at, f = work[0], work[1], work[2], work[3]
+    step = h / n
+    slope(time, y, f, *world)
+    for i in range(7):
+        before[i], here[i] = 0.0, step * f[i]
+    for k in range(1, n + 1):
+        for i in range(7):
+            at[i] = y[i] + here[i]
+        slope(time + k * step, at, f, *world)
+        for i in range(7):
+            if k < n:
+                before[i], here[i] = here[i], before[i] + 2.0 * step * f[i]
+            else:
+                here[i] = 0.5 * (here[i] + before[i] + step * f[i])
+
+
+@routine
 def leap(time, y, h, world, table, work):
     """Increment of y over h into table[0], and how far the last two extrapolations are apart.
 
-    Gragg's midpoint rule with 2, 4, 6 ... substeps, extrapolated to none.
+    In 2, 4, 6 ... steps, extrapolated to ever more of them.
     Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9.
     """
-    before, here, f = work[0], work[1], work[2]
-    apart = 0.0
     for j in range(COLUMNS):
-        n = 2 * (j + 1)
-        step = h / n
+        midpoints(time, y, h, 2 * (j + 1), world, work)
         for i in range(7):
-            before[i] = 0.0
-        slope(time, y, f, *world)
-        for i in range(7):
-            here[i] = step * f[i]
-        for k in range(1, n):
-            for i in range(7):
-                work[3, i] = y[i] + here[i]
-            slope(time + k * step, work[3], f, *world)
-            for i in range(7):
-                before[i], here[i] = here[i], before[i] + 2.0 * step * f[i]
-        for i in range(7):
-            table[j, i] = here[i]
+            table[j, i] = work[1, i]
         for k in range(j - 1, -1, -1):
             ratio = ((j + 1.0) / (k + 1.0)) ** 2 - 1.0
             for i in range(7):
                 table[k, i] = table[k + 1, i] + (table[k + 1, i] - table[k, i]) / ratio
+    apart = 0.0
     for i in range(7):
         apart = max(apart, abs(table[0, i] - table[1, i]))
     return apart
