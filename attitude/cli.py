@@ -87,7 +87,9 @@ def _add_cost(commands: Any) -> None:
     cost.add_argument("scene", metavar="SCENE", nargs="?", help=SCENE)
     cost.add_argument("--hard", action="store_true", help="the hard ladders, instead of a scene")
     cost.add_argument("--budget", type=float, metavar="S", help="seconds for all of it (60)")
-    cost.add_argument("--samples", type=int, metavar="N", help="instants of each horizon (100000)")
+    cost.add_argument(
+        "--samples", type=int, metavar="N", help="instants of each horizon (100000, under torques 101)"
+    )
     cost.add_argument("--method", action="append", metavar="NAME", help="only this family; repeatable")
     cost.add_argument("--seed", type=int, metavar="N", help="of the instants compared with the truth (0)")
     for name in REPORTS:

@@ -20,13 +20,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..body import RigidBody
 from ..elapsed import instants
 from ..errors import AttitudeError, InputError
 from ..motion import TorqueFreeMotion
+from . import followed
 from .cell import ABSENT, FAILED, LOST, MEASURED, NOT_RUN, Cell
+from .followed import Followed
 from .machine import machine, versions
 from .method import AbsentError, Method, Solve
-from .methods import ladder
+from .methods import FAMILIES, UNDER_TORQUES, ladder, stepping
 from .problem import Problem, counted
 from .report import Report
 from .truth import Conserved, Truth
@@ -35,9 +38,10 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 BUDGET = 60.0  # s
-SAMPLES = 100_000
+SAMPLES, SAMPLES_UNDER_TORQUES = 100_000, 101
 MOST_SAMPLES = 10_000_000
 HORIZONS = (1.0, 1e2, 1e4, 1e6)
+PARTS = (0.01, 0.1, 1.0)  # of the span, or of as much of it as there is a truth for, under torques
 
 TRIAL = 0.01  # of the shortest horizon and of its samples
 REPEATS = 7
@@ -51,8 +55,8 @@ def measure(
     scene: Scene | TorqueFreeMotion,
     budget: float = BUDGET,
     methods: Iterable[str | Method] | None = None,
-    samples: int = SAMPLES,
-    horizons: Sequence[float] = HORIZONS,
+    samples: int | None = None,
+    horizons: Sequence[float] | None = None,
     seed: int = 0,
     say: Callable[[str], None] | None = None,
 ) -> Report:
@@ -63,28 +67,32 @@ def measure(
     scene : Scene or TorqueFreeMotion, of one body
     budget : s, wall-clock for all of it; the call under way is finished.  The library's own kernels
         are compiled before, where that is still to be done: once on a machine, ten seconds.
-    methods : names of families (`attitude.cost.methods.FAMILIES`) or Methods; all families by default
-    samples : evenly spaced from 0 to each horizon, both ends included
-    horizons : ascending, in polhode periods, or where there is none in turns of the body rate
+    methods : names of families (`attitude.cost.methods.FAMILIES`, under torques `UNDER_TORQUES`) or
+        Methods; all families by default
+    samples : evenly spaced from 0 to each horizon, both ends included; 100,000, under torques 101
+    horizons : ascending, in polhode periods, or where there is none in turns of the body rate; under
+        torques in spans of the scene, as far as there is a truth that fits into the budget
     seed : of the choice of samples at which the truth is taken
     say : is told what is under way, a line at a time
 
     Raises
     ------
-    InputError : a value that cannot be taken, or a budget in which nothing could be measured.
+    InputError : a value that cannot be taken, a budget in which nothing could be measured, or an effect that
+        the cost cannot judge: one at instants (ground, impulse), or the user's own.
     AttitudeError : mpmath is missing.
     """
-    _check(budget, samples, horizons, seed)
-    chosen = _methods(methods)
+    problem = Problem.of_motion(scene) if isinstance(scene, TorqueFreeMotion) else Problem.of_scene(scene)
+    samples = _samples(problem) if samples is None else samples
+    _check(budget, samples, HORIZONS if horizons is None else horizons, seed)
+    chosen = _methods(methods, problem)
     before = perf_counter()
-    motion = scene if isinstance(scene, TorqueFreeMotion) else scene.motion()
-    problem = Problem.of_motion(motion)
-    motion.ephemeris(instants([0.0], None), rate=True)
+    _load_kernels(problem)
+    horizons = _horizons(problem, horizons, budget)
     started = perf_counter()
     say = say or _silent
-    say("truth to fifty digits")
+    say("truth")
     grids = [np.linspace(0.0, horizon * problem.unit, samples) for horizon in horizons]
-    truths = [Truth.at_some(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
+    truths = _truths(problem, grids, seed)
     race = Race(problem, tuple(horizons), grids, truths, started, budget, say)
     cells = race.run(chosen)
     if race.cheapest is not None and not any(cell.status == MEASURED for cell in cells):
@@ -92,7 +100,7 @@ def measure(
         raise InputError("budget", budget, f"at least {_rounded_up(1.2 * needed):g} s for this scene")
     return Report(
         name="" if isinstance(scene, TorqueFreeMotion) else scene.name,
-        regime=motion.regime,
+        regime=(scene if isinstance(scene, TorqueFreeMotion) else scene.motion()).regime,
         unit_s=problem.unit,
         unit_name=problem.unit_name,
         samples=samples,
@@ -104,6 +112,8 @@ def measure(
         machine=machine(),
         versions=versions(),
         cells=tuple(cells),
+        effects=() if problem.world is None else tuple(torque.type for torque in problem.world.torques),
+        truth_off_rad=max(truth.off for truth in truths),
     )
 
 
@@ -119,12 +129,57 @@ def _check(budget: float, samples: int, horizons: Sequence[float], seed: int) ->
         raise InputError("horizons", list(horizons), "numbers greater than zero, in ascending order")
 
 
-def _methods(methods: Iterable[str | Method] | None) -> list[Method]:
+def _samples(problem: Problem) -> int:
+    """Under torques few: there each is a step of its own, and steps are what is compared."""
+    return SAMPLES if problem.world is None else SAMPLES_UNDER_TORQUES
+
+
+def _horizons(problem: Problem, asked: Sequence[float] | None, budget: float) -> Sequence[float]:
+    """Those asked for; else all that a free body has, or of a scene's span what there is a truth for."""
+    if problem.world is None:
+        return HORIZONS if asked is None else asked
+    reach = followed.reach(problem, problem.world, budget)
+    if asked is None:
+        whole = 10.0 ** math.floor(math.log10(reach) + 1e-12)
+        return [part * whole for part in PARTS]
+    if asked and asked[-1] > reach:
+        expected = f"at most {reach:.3g} {problem.unit_name}, as far as there is a truth within the budget"
+        raise InputError("horizons", asked[-1], expected)
+    return asked
+
+
+def _load_kernels(problem: Problem) -> None:
+    """Have them compiled, or read from disk: what a process does once."""
+    if problem.world is not None:
+        stepping.load(problem)
+        followed.load(problem, problem.world)
+        return
+    body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
+    motion = TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")
+    motion.ephemeris(instants([0.0], None), rate=True)
+
+
+def _truths(problem: Problem, grids: list[np.ndarray], seed: int) -> list[Truth]:
+    if problem.world is not None:
+        return followed.truths(problem, problem.world, grids, seed)
+    return [Truth.at_some(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
+
+
+def _methods(methods: Iterable[str | Method] | None, problem: Problem) -> list[Method]:
+    families = FAMILIES if problem.world is None else UNDER_TORQUES
     if methods is None:
-        return ladder()
+        return ladder(None, families)
     given = list(methods)
     names = [method for method in given if isinstance(method, str)]
-    return (ladder(names) if names else []) + [method for method in given if isinstance(method, Method)]
+    chosen = ladder(names, families) if names else []
+    return chosen + [method for method in given if isinstance(method, Method)]
+
+
+def _invariants(problem: Problem, truths: Sequence[Truth]) -> list[Conserved] | list[Followed]:
+    """What tells the errors of energy and momentum, for each horizon."""
+    if problem.world is None:
+        return [Conserved(problem)] * len(truths)
+    return [Followed(problem, truth) for truth in truths]
 
 
 @dataclass(order=True)
@@ -160,7 +215,7 @@ class Race:
     ):
         self.problem, self.horizons, self.grids, self.truths = problem, horizons, grids, truths
         self.started, self.budget, self.say, self.said = started, budget, say, started
-        self.conserved = Conserved(problem)
+        self.kept = _invariants(problem, truths)
         self.queue: list[Attempt] = []
         self.cells: dict[tuple[int, int], Cell] = {}
         self.cheapest: float | None = None
@@ -252,7 +307,7 @@ class Race:
         return statistics.median(runs), len(runs), answer
 
     def _cell(self, attempt: Attempt, seconds: float, repeats: int, answer: Answer) -> Cell:
-        energy, momentum = self.conserved.errors(*answer)
+        energy, momentum = self.kept[attempt.horizon].errors(*answer)
         return Cell(
             attempt.method.family,
             attempt.method.setting,

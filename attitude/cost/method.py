@@ -15,7 +15,10 @@ Solve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class AbsentError(AttitudeError):
-    """A method whose package is not installed; the message says what would install it."""
+    """A method that is not there: its package is not installed, or it is none for these torques.
+
+    The message says which, and what would install it.
+    """
 
 
 @dataclass(frozen=True)

@@ -39,9 +39,11 @@ SETTINGS = {
     "svg.fonttype": "none",  # text stays text, to be found and read aloud
     "svg.hashsalt": "attitude",  # the same report makes the same file
 }
-COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#7f3c8d", "#666666")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
-DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (7, 2)), (0, (1, 1)), (0, (4, 2, 1, 2)))
+COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#7f3c8d", "#666666",
+           "#b2182b", "#3b6e22")  # fmt: skip
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h", "<", "p")
+DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (7, 2)), (0, (1, 1)), (0, (4, 2, 1, 2)),
+          (0, (2, 1)), (0, (6, 1, 1, 1, 1, 1)))  # fmt: skip
 
 
 def picture(report: Report, format: str) -> bytes:
@@ -100,10 +102,14 @@ def _style(number: int) -> dict[str, Any]:
 
 
 def _fullest_horizon(report: Report) -> float:
-    """The longest of those over which most methods were measured."""
+    """The longest of those over which most methods were measured; under torques, most families.
+
+    There the coarsest step of a family loses the attitude where the others have the most to tell.
+    """
 
     def measured(horizon: float) -> int:
-        return sum(cell.status == MEASURED for cell in report.at(horizon))
+        cells = [cell for cell in report.at(horizon) if cell.status == MEASURED]
+        return len({cell.family for cell in cells}) if report.effects else len(cells)
 
     return max(report.horizons, key=lambda horizon: (measured(horizon), horizon))
 

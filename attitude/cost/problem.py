@@ -1,29 +1,66 @@
-"""What every method is given: one body and its state, as the doubles they are."""
+"""What every method is given: one body, its state and what acts on it, as the doubles they are."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..dynamics.choice import pace
+from ..dynamics.legs import Leg, legs
+from ..dynamics.situation import Situation
 from ..errors import InputError
 
 if TYPE_CHECKING:
+    from ..effects.effect import Effect, Torque
     from ..motion import TorqueFreeMotion
+    from ..orbit.orbit import Orbit
+    from ..scene import Scene
+
+SPANS = "spans of the scene"
+
+
+@dataclass(frozen=True)
+class World:
+    """The torques of a scene, and what they depend on.
+
+    Attributes
+    ----------
+    situation : body, state, and the span that horizons are parts of
+    torques : those that are simulated
+    orbit : the document's, or None
+    solver : the kind that the document names, or None
+    """
+
+    situation: Situation
+    torques: tuple[Torque, ...]
+    orbit: Orbit | None
+    solver: str | None
+
+    @cached_property
+    def pace(self) -> float:
+        """rad/s of the fastest motion there is."""
+        return pace(self.situation, self.torques)
+
+    def legs(self, stop: float) -> list[Leg]:
+        """From the epoch to an instant (s) within the span, cut where torques begin or end."""
+        return legs(self.situation, self.torques, (), stop)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A free body at its epoch.
+    """A body at its epoch.
 
     Attributes
     ----------
     tensor : (3, 3), kg m2; moments : (3,), kg m2, or None where the tensor is not diagonal
     attitude : (4,), wxyz, body to inertial; angular_velocity : (3,), rad/s, body frame
     unit : s; what horizons are counted in: the polhode period, or the turn 2 pi / abs(omega) where
-        there is none (constant rate, separatrix), or 1 s for a body at rest
+        there is none (constant rate, separatrix), or 1 s for a body at rest; under torques the scene's span
     unit_name : str
+    world : what acts on the body; None for a free one
     """
 
     tensor: np.ndarray
@@ -32,15 +69,62 @@ class Problem:
     angular_velocity: np.ndarray
     unit: float
     unit_name: str
+    world: World | None = None
 
     @classmethod
     def of_motion(cls, motion: TorqueFreeMotion) -> Problem:
         if motion.shape:
             raise InputError("motion", f"shape {motion.shape}", "one body")
         tensor, rate = motion.body.tensor, motion._batch.rates
-        diagonal = np.array_equal(tensor, np.diag(np.diag(tensor)))
-        moments = np.diag(tensor).copy() if diagonal else None
-        return cls(tensor, moments, motion._batch.attitudes, rate, *_unit(float(motion.polhode_period), rate))
+        unit = _unit(float(motion.polhode_period), rate)
+        return cls(tensor, _diagonal(tensor), motion._batch.attitudes, rate, *unit)
+
+    @classmethod
+    def of_scene(cls, scene: Scene) -> Problem:
+        """With its torques, if it has any.
+
+        Raises
+        ------
+        InputError : an effect at instants, or the user's own; torques, and no span after the epoch.
+        """
+        from ..simulation import route
+
+        for i, effect in enumerate(scene.effects):
+            _check_effect(effect, f"effects[{i}].type")
+        way = route(scene)
+        if not way.torques:
+            return cls.of_motion(scene.motion())
+        situation = way.situation
+        if not situation.stop > 0.0:
+            raise InputError(
+                "times", f"until {situation.stop:g} s", "instants after the epoch, under torques"
+            )
+        tensor = np.asarray(situation.body.tensor)
+        attitude = situation.attitude / np.linalg.norm(situation.attitude)
+        world = World(situation, way.torques, scene.orbit, scene.wanted_solver)
+        return cls(tensor, _diagonal(tensor), attitude, situation.rate, situation.stop, SPANS, world)
+
+
+def of_world(problem: Problem) -> World:
+    """What acts on a body that something acts on."""
+    assert problem.world is not None
+    return problem.world
+
+
+def _check_effect(effect: Effect, field: str) -> None:
+    if effect.ACTS_ON == "instants":
+        expected = (
+            "effects that act all the time: what the cost compares cannot change a momentum at an instant"
+        )
+        raise InputError(field, effect.type, expected)
+    if effect.type == "user":
+        raise InputError(field, effect.type, "an effect of the library's own: no truth knows any other")
+
+
+def _diagonal(tensor: np.ndarray) -> np.ndarray | None:
+    """The moments, where the tensor holds nothing else."""
+    moments = np.diag(tensor).copy()
+    return moments if np.array_equal(tensor, np.diag(moments)) else None
 
 
 def counted(number: float, unit_name: str) -> str:

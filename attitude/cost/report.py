@@ -51,6 +51,8 @@ class Report:
     compilation_s : s, that the library's own kernels took to be compiled, or read from disk, before
     machine, versions : of processor and system; of Python and packages
     cells : one for each horizon and method; by horizon, then in the order of the ladder
+    effects : the torques, by type; none of a free body
+    truth_off_rad : rad, how far the truth itself may be off, where doubles were all there was for it
     """
 
     name: str
@@ -66,6 +68,8 @@ class Report:
     machine: dict[str, str | int]
     versions: dict[str, str]
     cells: tuple[Cell, ...]
+    effects: tuple[str, ...] = ()
+    truth_off_rad: float = 0.0
 
     def at(self, horizon: float) -> list[Cell]:
         return [cell for cell in self.cells if cell.horizon == horizon]
@@ -82,18 +86,33 @@ class Report:
 
     def header(self) -> list[str]:
         """The circumstances, a line each."""
-        routes = sorted({route for _, route in self.truths})
-        count = max(count for count, _ in self.truths)
         packages = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         return [
-            f"{self.name or 'motion'}: {self.regime.replace('_', ' ')} regime",
+            f"{self.name or 'motion'}: {self._motion()}",
             f"horizons in {self.unit_name} ({self.unit_s:.9g} s), {self.samples} samples each",
-            f"attitude: largest error at {count} samples (seed {self.seed}) "
-            f"against fifty digits ({' and '.join(routes)} route)",
-            "energy, momentum (inertial vector): largest relative error at any sample",
+            *self._errors(),
             f"{self.machine['processor']}, {self.machine['cores']} cores, {self.machine['system']}; "
             f"budget {self.budget_s:g} s",
             packages,
+        ]
+
+    def _motion(self) -> str:
+        regime = f"{self.regime.replace('_', ' ')} regime"
+        return f"{', '.join(self.effects)}; {regime} at the epoch" if self.effects else regime
+
+    def _errors(self) -> list[str]:
+        """What errors are against."""
+        routes = sorted({route for _, route in self.truths})
+        at = f"{max(count for count, _ in self.truths)} samples (seed {self.seed})"
+        if not self.effects:
+            return [
+                f"attitude: largest error at {at} against fifty digits ({' and '.join(routes)} route)",
+                "energy, momentum (inertial vector): largest relative error at any sample",
+            ]
+        off = f", itself off by about {self.truth_off_rad:.0e} rad" if self.truth_off_rad else ""
+        return [
+            f"attitude: largest error at {at} against {' and '.join(routes)}{off}",
+            "energy, momentum (inertial vector) of the body: largest relative error against the same",
         ]
 
     def table(self) -> str:
@@ -160,7 +179,13 @@ class Report:
             ],
             "cells": [asdict(cell) for cell in self.cells],
             "growth": [asdict(growth) for growth in self.growth()],
-        }
+        } | self._under_torques()
+
+    def _under_torques(self) -> dict[str, Any]:
+        """What only scenes with torques have to say."""
+        if not self.effects:
+            return {}
+        return {"effects": list(self.effects), "truth_off_rad": self.truth_off_rad}
 
     def to_json(self) -> str:
         return records.to_json(self.document())

@@ -36,19 +36,23 @@ class Truth:
     Attributes
     ----------
     indices : (m,), which samples; the last one is always among them
-    attitudes : m quaternions of mpf, wxyz
-    route : "Taylor", which shares no formula with any closed form, or "theta" where that cannot reach
+    attitudes : m quaternions of mpf, wxyz; of doubles where `off` is not 0
+    route : "Taylor", which shares no formula with any closed form, or "theta" where that cannot reach;
+        under torques as `followed` has it
+    rates : (m, 3), rad/s, or None: a free body's are told by what is conserved
+    off : rad, how far these attitudes themselves may be off
     """
 
     indices: np.ndarray
     attitudes: list[Any]
     route: str
+    rates: np.ndarray | None = None
+    off: float = 0.0
 
     @classmethod
     def at_some(cls, t: np.ndarray, problem: Problem, random: np.random.Generator) -> Truth:
         """At up to INSTANTS of the instants t, drawn at random."""
-        others = random.choice(t.size - 1, min(INSTANTS, t.size) - 1, replace=False)
-        indices = np.append(np.sort(others), t.size - 1)
+        indices = chosen(t.size, random)
         try:
             return cls(indices, _attitudes(problem, t[indices], "taylor"), "Taylor")
         except ArithmeticError:  # more Taylor steps than it is given
@@ -59,6 +63,12 @@ class Truth:
         angle = oracle().attitude_error
         found = attitudes[self.indices].tolist()
         return max(angle(q, p) for q, p in zip(found, self.attitudes, strict=True))
+
+
+def chosen(count: int, random: np.random.Generator) -> np.ndarray:
+    """Up to INSTANTS of so many samples, drawn at random, ascending; the last one is always among them."""
+    others = random.choice(count - 1, min(INSTANTS, count) - 1, replace=False)
+    return np.append(np.sort(others), count - 1)
 
 
 def _attitudes(problem: Problem, t: np.ndarray, route: str) -> list[Any]:
@@ -74,7 +84,7 @@ class Conserved:
     """Kinetic energy and inertial angular momentum of a problem, and how far answers are from them."""
 
     def __init__(self, problem: Problem):
-        self.tensor = _scaled(problem.tensor)
+        self.tensor = scaled(problem.tensor)
         self.second = 1.0 / (np.abs(problem.angular_velocity).max() or 1.0)
         start = problem.attitude[None], problem.angular_velocity[None]
         energy, momentum = self._of(*start)
@@ -94,14 +104,14 @@ class Conserved:
         """(n,) energies and (n, 3) inertial momenta."""
         w = rates.astype(LONG) * LONG(self.second)
         momentum = (self.tensor * w[:, None, :]).sum(axis=-1)
-        return 0.5 * (w * momentum).sum(axis=-1), _rotated(attitudes.astype(LONG), momentum)
+        return 0.5 * (w * momentum).sum(axis=-1), rotated(attitudes.astype(LONG), momentum)
 
 
-def _scaled(tensor: np.ndarray) -> np.ndarray:
+def scaled(tensor: np.ndarray) -> np.ndarray:
     return tensor.astype(LONG) / LONG(np.abs(tensor).max())
 
 
-def _rotated(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+def rotated(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """q v conj(q) / abs(q)^2: an attitude is what its quaternion points to, whatever its length."""
     scalar, vector = q[:, :1], q[:, 1:]
     twice = 2.0 * np.cross(vector, v) / (q**2).sum(axis=1, keepdims=True)

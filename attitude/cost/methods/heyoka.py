@@ -15,6 +15,7 @@ import numpy as np
 
 from ..method import AbsentError, Method, Solve
 from ..problem import Problem
+from . import torques
 from .euler import Equations
 
 FAMILY = "heyoka"
@@ -34,11 +35,17 @@ def prepare(problem: Problem, tolerance: float) -> Solve:
 
     Raises
     ------
-    AbsentError : heyoka is not installed.
+    AbsentError : heyoka is not installed, or is not told of the torques.
     ArithmeticError : the integration ends otherwise than at the last instant; when instants are asked for.
     """
+    if problem.world is not None:
+        told, numbers = _told(problem)
+        return _solve(_adaptive(told, numbers.start.tolist(), [], tolerance), numbers)
     equations = Equations.of(problem)
-    integrator = _integrator(equations, tolerance)
+    return _solve(_integrator(equations, tolerance), equations)
+
+
+def _solve(integrator: Any, equations: Equations | torques.Equations) -> Solve:
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         integrator.time = 0.0
@@ -48,11 +55,23 @@ def prepare(problem: Problem, tolerance: float) -> Solve:
     return solve
 
 
-def _integrator(problem: Equations, tolerance: float) -> Any:
+def _heyoka() -> Any:
     try:
         import heyoka
     except ImportError as error:
         raise AbsentError("heyoka is not installed: pip install 'attitude[peers]'") from error
+    return heyoka
+
+
+def _told(problem: Problem) -> tuple[list[tuple[Any, Any]], torques.Equations]:
+    _heyoka()
+    from .heyoka_torques import equations
+
+    return equations(problem)
+
+
+def _integrator(problem: Equations, tolerance: float) -> Any:
+    heyoka = _heyoka()
     q0, q1, q2, q3, x, y, z = heyoka.make_vars("q0", "q1", "q2", "q3", "x", "y", "z")
     equations = [
         (q0, -0.5 * (q1 * x + q2 * y + q3 * z)),
@@ -63,8 +82,13 @@ def _integrator(problem: Equations, tolerance: float) -> Any:
         (y, heyoka.par[1] * (z * x)),
         (z, heyoka.par[2] * (x * y)),
     ]
-    start, k = problem.start.tolist(), problem.k.tolist()
-    return heyoka.taylor_adaptive(equations, start, pars=k, tol=tolerance, compact_mode=True)
+    return _adaptive(equations, problem.start.tolist(), problem.k.tolist(), tolerance)
+
+
+def _adaptive(
+    equations: list[tuple[Any, Any]], start: list[float], parameters: list[float], tolerance: float
+) -> Any:
+    return _heyoka().taylor_adaptive(equations, start, pars=parameters, tol=tolerance, compact_mode=True)
 
 
 def _propagate(integrator: Any, grid: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 from ..method import Method, Solve
 from ..problem import Problem
+from . import torques
 from .euler import Equations, derivative
 
 # The last is the least that SciPy takes, 100 eps; smaller ones it raises to this, with a warning.
@@ -32,6 +33,8 @@ def _ladder(name: str) -> list[Method]:
 
 def prepare(problem: Problem, name: str, rtol: float) -> Solve:
     """Components are of order one, so the absolute tolerance is the relative one."""
+    if problem.world is not None:
+        return partial(_under_torques, problem, name, rtol)
     equations = Equations.of(problem)
 
     def rates(_: float, y: np.ndarray) -> np.ndarray:
@@ -45,3 +48,16 @@ def prepare(problem: Problem, name: str, rtol: float) -> Solve:
         return equations.answer(found.y.T)
 
     return solve
+
+
+def _under_torques(problem: Problem, name: str, rtol: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def integrate(
+        equations: torques.Equations, y: np.ndarray, begin: float, end: float, instants: np.ndarray
+    ) -> np.ndarray:
+        args, times = equations.arguments, np.unique(np.append(instants, end))
+        found = solve_ivp(torques.derivative, (begin, end), y, name, times, args=args, rtol=rtol, atol=rtol)
+        if not found.success:
+            raise ArithmeticError(found.message)
+        return found.y.T[np.append(np.searchsorted(times, instants), -1)]
+
+    return torques.over_legs(problem, t, integrate)

@@ -1,0 +1,95 @@
+"""The library's own solvers under torques: each at several settings, and the choice that a scene is given."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from ...dynamics import torqued
+from ...dynamics.choice import Candidate
+from ...dynamics.solvers import COLLOCATION, RUNGE_KUTTA, SPLITTINGS, Solver, can_take
+from ...elapsed import instants
+from ..method import AbsentError, Method, Solve
+from ..problem import Problem, of_world
+
+# Steps, in radians of the fastest motion; errors of a step; tolerances of a scene.
+SPLITTING_STEPS = (4.0, 2.0, 1.0, 0.5, 0.25)
+GAUSS_STEPS = (8.0, 4.0, 2.0, 1.0)
+ERRORS = {"tol 1e-6": 1e-6, "tol 1e-9": 1e-9, "tol 1e-12": 1e-12, "tol 1e-15": 1e-15}
+TOLERANCES = {"tol 1e-6": 1e-6, "tol 1e-9": 1e-9, "tol 1e-12": 1e-12}
+
+
+def automatic() -> list[Method]:
+    """What `Scene.run` does: trials, the choice, the solution and the one that tells its error."""
+    return [
+        Method("automatic", setting, partial(_chosen, tolerance=tolerance), steps=True)
+        for setting, tolerance in TOLERANCES.items()
+    ]
+
+
+def splitting() -> list[Method]:
+    return [method for solver in SPLITTINGS for method in _ladder(solver, SPLITTING_STEPS)]
+
+
+def gauss() -> list[Method]:
+    return _ladder(COLLOCATION, GAUSS_STEPS)
+
+
+def compiled() -> list[Method]:
+    return [
+        Method("dop853 compiled", setting, partial(_at_error, error=error), steps=True)
+        for setting, error in ERRORS.items()
+    ]
+
+
+def _ladder(solver: Solver, steps: tuple[float, ...]) -> list[Method]:
+    return [
+        Method(solver.name, f"{radians:g} rad", partial(_at_step, solver=solver, radians=radians), steps=True)
+        for radians in steps
+    ]
+
+
+def _at_step(problem: Problem, solver: Solver, radians: float) -> Solve:
+    world = of_world(problem)
+    for leg in world.legs(world.situation.stop):
+        if not can_take(solver, solver.prepare(world.situation, leg.torques)):
+            raise AbsentError(f"{solver.name} is not for these effects: its error has not that order")
+    return partial(march, problem, solver, radians / world.pace)
+
+
+def _at_error(problem: Problem, error: float) -> Solve:
+    return partial(march, problem, RUNGE_KUTTA, error)
+
+
+def _chosen(problem: Problem, tolerance: float) -> Solve:
+    world = of_world(problem)
+
+    def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        situation = replace(world.situation, start=0.0, stop=float(t[-1]))
+        answer = torqued.solve(situation, world.torques, (), instants(t, None), tolerance, world.solver)
+        return _columns(answer.rows)
+
+    return solve
+
+
+def load(problem: Problem) -> None:
+    """Every solver once: what a process compiles, or reads from disk, is there then."""
+    for solver, setting in ((COLLOCATION, 1.0), (SPLITTINGS[0], 1.0), (RUNGE_KUTTA, 1e-3)):
+        march(problem, solver, setting, np.array([1e-3 / of_world(problem).pace]))
+
+
+def march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternions and rates at ascending instants, by a solver at a setting of its own kind."""
+    world = of_world(problem)
+    cut, candidate = world.legs(float(t[-1])), Candidate(solver, setting, 0.0, 0.0)
+    rows, work, _ = torqued._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
+    if work.failed:
+        raise ArithmeticError(f"{work.failed} of {work.steps} steps did not settle")
+    return _columns(rows)
+
+
+def _columns(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternions (n, 4) and rates (n, 3)."""
+    return rows[:4].T, rows[4:7].T

@@ -1,0 +1,416 @@
+"""The equations of motion under torques, compiled; apart from the library's kernels, which they judge.
+
+Principal axes, and time in a unit that makes the fastest motion of order one: y = (q, w), with m = I w + h
+the whole momentum, h that of rotors, W = w + alpha m x w the rate at which the attitude turns,
+
+    q' = q W / 2,     I w' = m x W + torque.
+
+Effects, orbit and Sun are the rows of numbers that `kernels.layout` explains; their meaning is written out
+here once more.  `extrapolated` integrates them to the last digits: the truth where no oracle knows the
+torques.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...dynamics.legs import Leg, instants_within
+from ...kernels import layout
+from ..problem import Problem, World, of_world
+from .euler import kernel, routine
+
+ASTRONOMICAL_UNIT = 149597870700.0
+TURN = 2.0 * np.pi
+
+# Codes of their own: what numba keeps on disk then depends on nothing outside this file.
+BODY_FIXED, INERTIAL, GRADIENT, EDDY, MAGNET, SUNLIT, AIR, INSIDE = range(8)
+CODES = {
+    layout.CONSTANT_BODY: BODY_FIXED,
+    layout.CONSTANT_INERTIAL: INERTIAL,
+    layout.GRAVITY_GRADIENT: GRADIENT,
+    layout.EDDY: EDDY,
+    layout.MAGNETIC: MAGNET,
+    layout.SOLAR_PLATE: SUNLIT,
+    layout.DRAG_PLATE: AIR,
+    layout.WHEELS: INSIDE,
+    layout.DISSIPATION: INSIDE,
+}
+NOWHERE, ELLIPSE, PIECES = range(3)
+COURSES = {layout.NO_ORBIT: NOWHERE, layout.KEPLER: ELLIPSE, layout.TABLE: PIECES}
+
+
+@dataclass(frozen=True)
+class Equations:
+    """The initial value problem of a body under the torques of one leg.
+
+    Attributes
+    ----------
+    start : (7,), wxyz of the principal axes and rate in them, rad a unit of time
+    second : units of time in a second; a power of two
+    arguments : what `derivative` takes after time and state
+    axes : of the principal frame in the body frame
+    moments, rotors : (3,), kg m2 and N m s; alpha : 1/(N m s)
+    """
+
+    start: np.ndarray
+    second: float
+    arguments: tuple[np.ndarray, ...]
+    axes: Rotation
+    moments: np.ndarray
+    rotors: np.ndarray
+    alpha: float
+
+    @classmethod
+    def of(cls, problem: Problem, leg: Leg | None = None) -> Equations:
+        """Those of a leg; of all torques together without one."""
+        world = of_world(problem)
+        situation = world.situation
+        axes = Rotation.from_matrix(situation.axes.T)
+        given = world.torques if leg is None else leg.torques
+        rows = [torque.rows(situation) for torque in given]
+        table = np.concatenate([np.zeros((0, layout.EFFECT_WIDTH)), *rows])
+        rotors = table[table[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
+        alpha = float(table[table[:, 0] == layout.DISSIPATION, 1].sum())
+        second = 2.0 ** int(np.frexp(world.pace)[1])
+        attitude = (Rotation.from_quat(problem.attitude, scalar_first=True) * axes).as_quat(scalar_first=True)
+        rate = _own_rate(situation.moments, axes.apply(problem.angular_velocity, inverse=True), rotors, alpha)
+        body = np.concatenate([situation.moments, rotors, [alpha, second]])
+        table[:, 0] = [CODES[int(code)] for code in table[:, 0]]
+        start = np.concatenate([attitude, rate / second])
+        arguments = body, table, *_places(world)
+        return cls(start, second, arguments, axes, situation.moments, rotors, alpha)
+
+    def answer(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 7) states as unit quaternions (n, 4) and rates W (n, 3), rad/s, of the body as it was given."""
+        q = Rotation.from_quat(y[:, :4], scalar_first=True) * self.axes.inv()
+        w = y[:, 4:] * self.second
+        turning = w + self.alpha * np.cross(self.moments * w + self.rotors, w)
+        return q.as_quat(scalar_first=True), self.axes.apply(turning)
+
+    def extrapolated(
+        self, start: np.ndarray, begin: float, end: float, instants: np.ndarray, tolerance: float
+    ) -> np.ndarray:
+        """States (n + 1, 7) at the instants and at the end, in the equations' time; see `extrapolated`."""
+        out = np.empty((instants.size + 1, 7))
+        extrapolated(start, begin, end, instants, tolerance, out, *self.arguments)
+        return out
+
+
+# (equations, state, begin, end, instants) -> (n + 1, 7), states at the instants and at the end
+Integrate = Callable[[Equations, np.ndarray, float, float, np.ndarray], np.ndarray]
+
+
+def over_legs(problem: Problem, instants: np.ndarray, integrate: Integrate) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternions and rates at ascending instants from 0, s; from one change of torques to the next."""
+    cut = of_world(problem).legs(float(instants[-1]))
+    attitudes, rates, y = np.empty((instants.size, 4)), np.empty((instants.size, 3)), None
+    for leg, place in zip(cut, instants_within(cut, instants, np.zeros_like(instants)), strict=True):
+        equations = Equations.of(problem, leg)
+        second = equations.second
+        y = equations.start if y is None else y
+        path = integrate(equations, y, leg.start * second, leg.stop * second, instants[place] * second)
+        attitudes[place], rates[place] = equations.answer(path[:-1])
+        y = path[-1]
+    return attitudes, rates
+
+
+def _own_rate(moments: np.ndarray, whole: np.ndarray, rotors: np.ndarray, alpha: float) -> np.ndarray:
+    """w of W = w + alpha (I w + h) x w, by iteration: a sink takes many turns to empty."""
+    w = whole
+    for _ in range(100 if alpha else 0):
+        w = whole - alpha * np.cross(moments * w + rotors, w)
+    return w
+
+
+def _places(world: World) -> tuple[np.ndarray, ...]:
+    """Orbit, its pieces, Sun (start, length, whether there is one), its pieces."""
+    course, situation = world.situation.course, world.situation
+    orbit, along = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
+    sun, of_sun = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
+    if course is not None:
+        orbit, along = course.numbers.copy(), course.pieces
+    orbit[0] = COURSES[int(orbit[0])]
+    for torque in world.torques:
+        if (pieces := torque.sun(situation)) is not None:
+            sun, of_sun = np.array([pieces.start, pieces.length, 1.0]), pieces.coefficients
+    return orbit, np.ascontiguousarray(along), sun, np.ascontiguousarray(of_sun)
+
+
+# -- vectors --------------------------------------------------------------------------------------
+
+
+@routine
+def cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@routine
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@routine
+def plus(a, b, factor):
+    """a + factor b."""
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+
+
+@routine
+def inverse_length(a):
+    return 1.0 / np.sqrt(dot(a, a))
+
+
+@routine
+def two_sum(a, b):
+    """The sum, and what it leaves."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+@routine
+def to_body(q, v):
+    """conj(q) v q."""
+    u = -q[1], -q[2], -q[3]
+    twice = cross(u, v)
+    twice = 2.0 * twice[0], 2.0 * twice[1], 2.0 * twice[2]
+    return plus(plus(v, twice, q[0]), cross(u, twice), 1.0)
+
+
+@routine
+def three(row, first):
+    return row[first], row[first + 1], row[first + 2]
+
+
+# -- places ---------------------------------------------------------------------------------------
+
+
+@routine
+def on_orbit(orbit, pieces, t):
+    """Position and velocity, m and m/s."""
+    if orbit[0] == PIECES:
+        return on_pieces(pieces, orbit[1], orbit[2], t)
+    a, e, rate = orbit[1], orbit[2], orbit[6]
+    turns = orbit[3] + t * orbit[4] + t * orbit[5]
+    mean = TURN * (turns - np.round(turns))
+    E = mean + e * np.sin(mean)
+    for _ in range(50):
+        step = (E - e * np.sin(E) - mean) / (1.0 - e * np.cos(E))
+        E -= step
+        if abs(step) < 1e-15:
+            break
+    s, c, minor = np.sin(E), np.cos(E), np.sqrt(1.0 - e * e)
+    speed = a * rate / (1.0 - e * c)
+    zero = 0.0, 0.0, 0.0
+    P, Q = three(orbit, 7), three(orbit, 10)
+    r = plus(plus(zero, P, a * (c - e)), Q, a * minor * s)
+    return r, plus(plus(zero, P, -speed * s), Q, speed * minor * c)
+
+
+@routine
+def on_pieces(pieces, start, length, t):
+    place = min(max(int((t - start) / length), 0), pieces.shape[0] - 1)
+    x = (t - start) / length - place
+    r, v = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for k in range(pieces.shape[2] - 1, -1, -1):
+        v = v[0] * x + r[0], v[1] * x + r[1], v[2] * x + r[2]
+        r = (
+            r[0] * x + pieces[place, 0, k],
+            r[1] * x + pieces[place, 1, k],
+            r[2] * x + pieces[place, 2, k],
+        )
+    return r, (v[0] / length, v[1] / length, v[2] / length)
+
+
+# -- torques --------------------------------------------------------------------------------------
+
+
+@routine
+def gravity_gradient(row, moments, q, r):
+    shorter = inverse_length(r)
+    down = to_body(q, (r[0] * shorter, r[1] * shorter, r[2] * shorter))
+    I1, I2, I3 = moments
+    crossed = (I3 - I2) * down[1] * down[2], (I1 - I3) * down[2] * down[0], (I2 - I1) * down[0] * down[1]
+    return plus((0.0, 0.0, 0.0), crossed, 3.0 * row[1] * shorter**3)
+
+
+@routine
+def magnetic(row, q, r, t):
+    angle = TURN * (t * row[14] + t * row[15])
+    d = plus(plus(three(row, 5), three(row, 8), np.cos(angle)), three(row, 11), np.sin(angle))
+    shorter = inverse_length(r)
+    field = plus((-d[0], -d[1], -d[2]), r, 3.0 * dot(d, r) * shorter**2)
+    return plus((0.0, 0.0, 0.0), cross(three(row, 1), to_body(q, field)), row[4] * shorter**3)
+
+
+@routine
+def solar_plate(row, q, to_sun):
+    n, area, specular, diffuse = three(row, 1), row[7], row[8], row[9]
+    shorter = inverse_length(to_sun)
+    s = to_body(q, plus((0.0, 0.0, 0.0), to_sun, shorter))
+    cosine = max(dot(n, s), 0.0)
+    pressure = row[10] * (ASTRONOMICAL_UNIT * shorter) ** 2
+    push = plus(plus((0.0, 0.0, 0.0), s, 1.0 - specular), n, 2.0 * (specular * cosine + diffuse / 3.0))
+    return plus((0.0, 0.0, 0.0), cross(three(row, 4), push), -pressure * area * cosine)
+
+
+@routine
+def drag_plate(row, q, r, v):
+    n, area, density, reference, height = three(row, 1), row[7], row[8], row[9], row[10]
+    wind = plus(v, cross(three(row, 11), r), -1.0)
+    speed = np.sqrt(dot(wind, wind))
+    ahead = to_body(q, plus((0.0, 0.0, 0.0), wind, 1.0 / speed))
+    density *= np.exp((reference - np.sqrt(dot(r, r))) / height)
+    push = -0.5 * density * speed**2 * area * max(dot(n, ahead), 0.0)
+    return plus((0.0, 0.0, 0.0), cross(three(row, 4), ahead), push)
+
+
+@routine
+def torque(row, moments, q, w, t, r, v, s):
+    code = row[0]
+    if code == BODY_FIXED:
+        return three(row, 1)
+    if code == INERTIAL:
+        return to_body(q, three(row, 1))
+    if code == GRADIENT:
+        return gravity_gradient(row, moments, q, r)
+    if code == EDDY:
+        return -dot(three(row, 1), w), -dot(three(row, 4), w), -dot(three(row, 7), w)
+    if code == MAGNET:
+        return magnetic(row, q, r, t)
+    if code == SUNLIT:
+        return solar_plate(row, q, plus(s, r, -1.0))
+    if code == AIR:
+        return drag_plate(row, q, r, v)
+    return 0.0, 0.0, 0.0  # of what is inside the body
+
+
+@routine
+def own_spin(moments, w):
+    """(I w) x w, of which nothing is left where two moments are equal."""
+    I1, I2, I3 = moments
+    return (I2 - I3) * w[1] * w[2], (I3 - I1) * w[2] * w[0], (I1 - I2) * w[0] * w[1]
+
+
+@routine
+def slope(time, y, f, body, rows, orbit, pieces, sun, sun_pieces):
+    """Writes y' to f (7,); moments, rotors, alpha, second are in `body`."""
+    moments, rotors, alpha, second = three(body, 0), three(body, 3), body[6], body[7]
+    norm = 1.0 / np.sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3])
+    q = y[0] * norm, y[1] * norm, y[2] * norm, y[3] * norm
+    w = second * y[4], second * y[5], second * y[6]
+    inner = plus(own_spin(moments, w), cross(rotors, w), 1.0)
+    m = moments[0] * w[0] + rotors[0], moments[1] * w[1] + rotors[1], moments[2] * w[2] + rotors[2]
+    W = plus(w, inner, alpha)
+    t = time / second
+    r, v, s = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    if orbit[0] != NOWHERE:
+        r, v = on_orbit(orbit, pieces, t)
+    if sun[2] != 0.0:
+        s, _ = on_pieces(sun_pieces, sun[0], sun[1], t)
+    push = plus(inner, cross(m, inner), alpha)
+    for k in range(rows.shape[0]):
+        push = plus(push, torque(rows[k], moments, q, w, t, r, v, s), 1.0)
+    a, b, c = 0.5 * W[0] / second, 0.5 * W[1] / second, 0.5 * W[2] / second
+    f[0] = -(y[1] * a + y[2] * b + y[3] * c)
+    f[1] = y[0] * a + y[2] * c - y[3] * b
+    f[2] = y[0] * b + y[3] * a - y[1] * c
+    f[3] = y[0] * c + y[1] * b - y[2] * a
+    for i in range(3):
+        f[4 + i] = push[i] / moments[i] / (second * second)
+
+
+@kernel
+def derivative(time, y, body, rows, orbit, pieces, sun, sun_pieces):
+    """y', (7,)."""
+    f = np.empty(7)
+    slope(time, y, f, body, rows, orbit, pieces, sun, sun_pieces)
+    return f
+
+
+# -- truth ----------------------------------------------------------------------------------------
+
+# Few, so that extrapolation magnifies rounding little: of 4 to 8, these come nearest to the oracle.
+COLUMNS = 4
+ROOT = 1.0 / (2 * COLUMNS - 2)
+LEAST_STEP = 1e-9
+
+
+@routine
+def midpoints(time, y, h, n, world, work):
+    """Increment of y over h in n steps of Gragg's smoothed midpoint rule, into work[1].
+
+    Smoothed, it asks for the torque at the end too: one that changed only just before is not overlooked.
+    """
+    before, here, at, f = work[0], work[1], work[2], work[3]
+    step = h / n
+    slope(time, y, f, *world)
+    for i in range(7):
+        before[i], here[i] = 0.0, step * f[i]
+    for k in range(1, n + 1):
+        for i in range(7):
+            at[i] = y[i] + here[i]
+        slope(time + k * step, at, f, *world)
+        for i in range(7):
+            if k < n:
+                before[i], here[i] = here[i], before[i] + 2.0 * step * f[i]
+            else:
+                here[i] = 0.5 * (here[i] + before[i] + step * f[i])
+
+
+@routine
+def leap(time, y, h, world, table, work):
+    """Increment of y over h into table[0], and how far the last two extrapolations are apart.
+
+    In 2, 4, 6 ... steps, extrapolated to ever more of them.
+    Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9.
+    """
+    for j in range(COLUMNS):
+        midpoints(time, y, h, 2 * (j + 1), world, work)
+        for i in range(7):
+            table[j, i] = work[1, i]
+        for k in range(j - 1, -1, -1):
+            ratio = ((j + 1.0) / (k + 1.0)) ** 2 - 1.0
+            for i in range(7):
+                table[k, i] = table[k + 1, i] + (table[k + 1, i] - table[k, i]) / ratio
+    apart = 0.0
+    for i in range(7):
+        apart = max(apart, abs(table[0, i] - table[1, i]))
+    return apart
+
+
+@kernel
+def extrapolated(start, begin, end, instants, tolerance, out, body, rows, orbit, pieces, sun, sun_pieces):
+    """States (n, 7) at ascending instants from begin to end, and in the last row that at the end.
+
+    The state is kept in two parts, so that only the increments are rounded.
+    start : (7,); begin, end, instants : in the equations' unit of time; out : (n + 1, 7), written
+    tolerance : of an error for each unit of time, by the last two extrapolations; the better one is taken
+    """
+    world = body, rows, orbit, pieces, sun, sun_pieces
+    table, work = np.empty((COLUMNS, 7)), np.empty((4, 7))
+    y, low, time, time_low, h, written = start.copy(), np.zeros(7), begin, 0.0, 0.5, 0
+    while True:
+        left = (end - time) - time_low
+        ends = h >= left
+        step = left if ends else h
+        apart = leap(time, y, step, world, table, work)
+        if apart > tolerance * step and step > LEAST_STEP:
+            h = step * max(0.2, 0.9 * (tolerance * step / apart) ** ROOT)
+            continue
+        increment = table[0].copy()
+        while written < instants.size and (ends or (instants[written] - time) - time_low < step):
+            leap(time, y, (instants[written] - time) - time_low, world, table, work)
+            out[written] = y + (low + table[0])
+            written += 1
+        for i in range(7):
+            y[i], low[i] = two_sum(y[i], low[i] + increment[i])
+        if ends:
+            out[written] = y
+            return
+        time, time_low = two_sum(time, time_low + step)
+        h = step * min(4.0, max(0.2, 0.9 * (tolerance * step / max(apart, 1e-30)) ** ROOT))
