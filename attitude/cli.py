@@ -1,4 +1,4 @@
-"""The command `attitude`: run a scene, tell what accuracy costs, list the built-in scenes, serve.
+"""The command `attitude`: run, plan or draw a scene, tell what accuracy costs, list the scenes, serve.
 
 Bad input is one line on standard error and exit code 2.
 """
@@ -6,8 +6,12 @@ Bad input is one line on standard error and exit code 2.
 from __future__ import annotations
 
 import argparse
+import math
 import os
+import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -16,10 +20,14 @@ from . import __version__
 from .errors import AttitudeError, FormatError, InputError
 
 if TYPE_CHECKING:
+    from .ephemeris import Ephemeris
+    from .plan import Plan
     from .scene import Scene
 
 BAD_INPUT = 2
 SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
+ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
+DROP_BELOW = f"leave out torques that over the span would turn the body by less than TOL, {ANGLE}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -59,11 +67,14 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "-f", "--format", metavar="F", help="ecsv, csv or json; by default from FILE's ending, else csv"
     )
+    run.add_argument("--drop-below", metavar="TOL", help=DROP_BELOW)
     run.add_argument(
         "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
     )
     run.set_defaults(command=_run)
 
+    _add_plan(commands)
+    _add_plot(commands)
     _add_cost(commands)
 
     scenes = commands.add_parser("scenes", help="list the built-in scenes, or print one")
@@ -75,6 +86,33 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--port", type=int, help="port to listen on (ATTITUDE_PORT; 8000)")
     serve.set_defaults(command=_serve)
     return parser
+
+
+def _add_plan(commands: Any) -> None:
+    plan = commands.add_parser(
+        "plan",
+        help="tell what a run would simulate, and how",
+        description="Tell which effects a run would simulate and on what, which not and why, how large the "
+        "torques are, by which solver and step, and what that is predicted to cost and to be worth.",
+    )
+    plan.add_argument("scene", metavar="SCENE", help=SCENE)
+    plan.add_argument("--drop-below", metavar="TOL", help=DROP_BELOW)
+    plan.add_argument("--json", action="store_true", help="as JSON, units in the names")
+    plan.set_defaults(command=_plan)
+
+
+def _add_plot(commands: Any) -> None:
+    plot = commands.add_parser(
+        "plot",
+        help="draw a scene's attitude in time",
+        description="Draw the components of the attitude and of the body rate in time, with what happened "
+        "marked; of a fall to the ground, the attitude with gravity, without, and by the closed form.",
+    )
+    plot.add_argument("scene", metavar="SCENE", help=SCENE)
+    plot.add_argument(
+        "-o", "--output", metavar="FILE", help="FILE.svg or FILE.png; by default the scene's name and .svg"
+    )
+    plot.set_defaults(command=_plot)
 
 
 def _add_cost(commands: Any) -> None:
@@ -153,14 +191,89 @@ def _run(options: argparse.Namespace) -> None:
 
     format = options.format or ("csv" if options.output == formats.STANDARD_STREAM else None)
     formats.check(options.output, format)
+    drop_below = _angle(options.drop_below, "--drop-below")
     scene = _scene(options.scene)
     say = _silent if options.quiet else _to_terminal
     say(f"{scene.name or options.scene}: {scene.times.samples} samples")
     _announce_compilation(say)
-    motion = scene.motion()
-    say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
-    ephemeris = scene.run()
+    if not scene.effects:
+        motion = scene.motion()
+        say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
+    ephemeris = scene.run(drop_below=drop_below)
+    _tell(ephemeris, say, _silent if options.quiet else _to_standard_error if drop_below else say)
     formats.write(ephemeris, options.output, format, _progress(say))
+
+
+def _tell(ephemeris: Ephemeris, say: Callable[[str], None], warn: Callable[[str], None]) -> None:
+    """What became of a scene's effects; that an ephemeris ends early is told to whoever runs it."""
+    plan = ephemeris.plan
+    if plan is not None and (plan.simulated or plan.left_out):
+        say(f"simulated: {', '.join(plan.simulated) or 'nothing but free rotation'}")
+        for effect in plan.left_out:
+            warn(f"left out: {effect}")
+        say(f"{plan.solver}; {_worth(plan)}")
+    for event in ephemeris.events:
+        if event.kind == "rest":
+            _to_standard_error(f"at {event.seconds:.9g} s {event.text}")
+
+
+def _worth(plan: Plan) -> str:
+    known = "estimated at" if plan.bound_source.startswith("estimated") else "below"
+    return f"error {known} {plan.error_bound:.1e} rad"
+
+
+def _plan(options: argparse.Namespace) -> None:
+    drop_below = _angle(options.drop_below, "--drop-below")
+    scene = _scene(options.scene)
+    _announce_compilation(_to_terminal)
+    plan = scene.plan(drop_below)
+    if options.json:
+        import orjson
+
+        print(orjson.dumps(plan.to_dict(), option=orjson.OPT_INDENT_2).decode())
+    else:
+        print(plan.text(), end="")
+
+
+def _plot(options: argparse.Namespace) -> None:
+    from .cost import output
+
+    default = "scene.svg" if options.scene == "-" else f"{Path(options.scene).stem}.svg"
+    path = options.output or default
+    format = output.check_picture(path)
+    scene = _scene(options.scene)
+    _announce_compilation(_to_terminal)
+    output.write(path, _picture(scene, format))
+    _to_terminal(f"drawn: {path}")
+
+
+def _picture(scene: Scene, format: str) -> bytes:
+    """Of a body that meets the ground, attitudes with and without gravity; of any other, its own."""
+    from . import simulation
+    from .plot import course, drop
+
+    compared = simulation.compared(scene)
+    if compared is not None:
+        return drop.picture(compared, format, scene.name)
+    return course.picture(scene.run(), format)
+
+
+def _angle(text: str | None, field: str) -> float | None:
+    """rad; None for nothing given."""
+    from . import units
+
+    if text is None:
+        return None
+    found = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z]*)\s*", text)
+    try:
+        if found is None:
+            raise ValueError
+        value = float(found[1]) * units.parse_unit(found[2] or "rad", units.ANGLE, field)
+    except ValueError:  # of InputError too: the unit is none
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise InputError(field, text, ANGLE)
+    return value
 
 
 def _scene(name: str) -> Scene:
@@ -185,7 +298,11 @@ def _silent(text: str) -> None:
 def _to_terminal(text: str) -> None:
     """Remarks go to standard error, and only where a person sees them."""
     if sys.stderr.isatty():
-        print(f"attitude: {text}", file=sys.stderr)
+        _to_standard_error(text)
+
+
+def _to_standard_error(text: str) -> None:
+    print(f"attitude: {text}", file=sys.stderr)
 
 
 def _announce_compilation(say: Callable[[str], None]) -> None:
@@ -216,9 +333,13 @@ def _scenes(options: argparse.Namespace) -> None:
     if options.name is not None:
         print(Scene.builtin(options.name).to_json())
         return
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
+    column = max(map(len, builtin_names())) + 2
     for name in builtin_names():
         scene = Scene.builtin(name)
-        print(f"{name:<19}{scene.name}. {scene.description}")
+        text = f"{scene.name}. {scene.description}"
+        first, other = f"{name:<{column}}", " " * column
+        print(textwrap.fill(text, max(width, 60), initial_indent=first, subsequent_indent=other))
 
 
 def _serve(options: argparse.Namespace) -> None:

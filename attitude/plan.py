@@ -32,7 +32,8 @@ class Plan:
         too large to keep them they are made with the samples, and their time is in that
     sample_seconds : wall-clock time of the samples (a body rate asked for later is not in it)
     error_bound : rad, that no attitude here exceeds
-    bound_source : where the bound comes from
+    bound_source : where the bound comes from, or that it is an estimate and of what
+    simulated, left_out : of a scene's effects, by their types; those left out with the reason
     """
 
     solver: str
@@ -41,6 +42,8 @@ class Plan:
     sample_seconds: float
     error_bound: float
     bound_source: str = BOUND_SOURCE
+    simulated: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def compute_seconds(self) -> float:

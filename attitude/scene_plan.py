@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Protocol
@@ -44,6 +45,7 @@ CHAINED = (
 )
 # Seconds: measured set-up and samples of a closed form (tests/benchmarks/test_speed.py).
 CLOSED_SET_UP, CLOSED_SAMPLE = 2e-5, 9e-9
+WIDTH = 100  # characters of a line of text
 
 
 @dataclass(frozen=True)
@@ -123,22 +125,23 @@ class ScenePlan:
         """For people: what is simulated, what is not and why, and how."""
         lines = [f"{self.name or 'scene'}: {self.simulates}, {self.samples} samples"]
         for effect in self.effects:
-            mark = "simulated" if effect.simulated else "left out"
-            lines.append(f"  {effect.type:<17}{mark}, acts on {effect.acts_on}: {effect.reason}")
+            mark = f"simulated, acts on {effect.acts_on}" if effect.simulated else "left out"
+            lines += _under(effect.type, f"{mark}: {effect.reason}")
             if effect.torque:
-                lines.append(f"  {'':<17}{_size(effect)}")
-        how = f"  {'solver':<17}{self.solver}"
-        if self.step is not None:
-            how += f", steps of {self.step:.3g} s"
-        lines.append(how)
-        lines.append(
-            f"  {'predicted':<17}error {self.predicted_error:.1e} rad (asked for: {self.tolerance:.1e}), "
-            f"{_duration(self.predicted_seconds)}"
-        )
+                lines += _under("", _size(effect))
+        steps = "" if self.step is None else f", steps of {self.step:.3g} s"
+        lines += _under("solver", self.solver + steps)
+        error = f"error {self.predicted_error:.1e} rad (asked for: {self.tolerance:.1e})"
+        lines += _under("predicted", f"{error}, {_duration(self.predicted_seconds)}")
         return "\n".join(lines) + "\n"
 
     def __str__(self) -> str:
         return self.text()
+
+
+def _under(name: str, text: str) -> list[str]:
+    """Lines of a text beside a name, none too long to read."""
+    return textwrap.wrap(text, WIDTH, initial_indent=f"  {name:<17}", subsequent_indent=" " * 19)
 
 
 def _with_units(effect: EffectPlan) -> dict[str, Any]:
@@ -211,7 +214,7 @@ def _of_torque(
         return make(False, "its torque is zero for this body and state, at every instant of the span")
     influence = numbers[3]
     if drop_below is not None and influence is not None and influence < drop_below:
-        return make(False, f"left out as asked: less than {drop_below:.1e} rad over the span")
+        return make(False, f"as asked, less than {drop_below:.1e} rad over the span")
     return make(True, _ACTS.get(effect.type, "a torque at every instant"))
 
 

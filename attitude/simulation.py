@@ -9,8 +9,9 @@ torques                 legs of a solver, chosen for the tolerance (`dynamics.ch
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,8 +26,12 @@ from .effects.impulse import Impulse
 from .effects.uniform_gravity import UniformGravity
 from .elapsed import Instants
 from .ephemeris import Ephemeris
+from .errors import RegimeError
 from .plan import Plan
 from .scene_plan import Described, EffectPlan, ScenePlan
+
+if TYPE_CHECKING:
+    from .dynamics.drop import Drop
 
 ESTIMATE = "estimated over the whole span from the same solver {} (docs/torques.md, section 5)"
 COARSER = {"dop853": "at ten times the tolerance of a step"}
@@ -92,6 +97,29 @@ def run(scene: Described, drop_below: float | None = None) -> Ephemeris:
     """The ephemeris of a scene that has effects, or a centre of mass to follow."""
     begun = perf_counter()
     way = route(scene, drop_below)
+    ephemeris = _solved(scene, way, begun)
+    if ephemeris.plan is not None:
+        used = tuple(effect.type for effect in way.effects if effect.simulated)
+        unused = tuple(f"{effect.type}: {effect.reason}" for effect in way.effects if not effect.simulated)
+        ephemeris.plan = replace(ephemeris.plan, simulated=used, left_out=unused)
+    return ephemeris
+
+
+def compared(scene: Described) -> Drop | None:
+    """What the figure of a drop shows; None for a scene without contact, or with impulses besides."""
+    from .dynamics import drop
+
+    way = route(scene)
+    if way.ground is None or way.kicks:
+        return None
+    seconds = scene.times.build(way.situation.epoch).seconds
+    try:
+        return drop.compare(way.situation, way.ground.numbers(), way.gravity, seconds)
+    except RegimeError:  # it stays in the air
+        return None
+
+
+def _solved(scene: Described, way: Route, begun: float) -> Ephemeris:
     instants = scene.times.build(way.situation.epoch)
     if way.ground is not None:
         return _bounce(scene, way, way.ground, instants, begun)

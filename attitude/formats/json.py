@@ -28,6 +28,8 @@ def dumps(ephemeris: Ephemeris, cost: bool = False) -> bytes:
 
 
 def _cost(plan: Plan) -> dict[str, Any]:
+    has_effects = plan.simulated or plan.left_out
+    effects = {"simulated": plan.simulated, "left_out": plan.left_out} if has_effects else {}
     return {
         "solver": plan.solver,
         "samples": plan.samples,
@@ -35,6 +37,7 @@ def _cost(plan: Plan) -> dict[str, Any]:
         "sample_s": plan.sample_seconds,
         "error_bound_rad": plan.error_bound,
         "error_bound_source": plan.bound_source,
+        **effects,
     }
 
 

@@ -2,47 +2,33 @@
 
 from __future__ import annotations
 
-import io
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from ..dynamics.drop import Curve, Drop
+from .style import BLUE, DASHED, GREEN, RED, drawn
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SIZE = (9.0, 9.0)  # inches
-SETTINGS = {
-    "font.size": 10.0,
-    "font.family": "DejaVu Sans",
-    "axes.titlesize": 11.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "0.92",
-    "svg.fonttype": "none",  # text stays text, to be found and read aloud
-    "svg.hashsalt": "attitude",  # the same drop makes the same file
-}
 MODEL = "model: the closed form, without ground"
 FALLING = "simulation with gravity"
 WEIGHTLESS = "simulation without gravity"
-RED, BLUE, GREEN = "#d55e00", "#0072b2", "#009e73"
 CIRCLES = 60  # of the weightless curve, so that the line below them is seen
+ROOM = 0.14  # of the span: what the label of a contact takes
 
 
 def picture(drop: Drop, format: str, name: str = "") -> bytes:
     """An "svg" or "png" file."""
-    with rc_context(SETTINGS):
-        figure = Figure(figsize=SIZE, layout="constrained")
-        FigureCanvasAgg(figure)
-        _draw(figure, drop, name)
-        file = io.BytesIO()
-        figure.savefig(file, format=format, dpi=150, metadata={"Date": None} if format == "svg" else {})
-    return file.getvalue()
+    return drawn(partial(_draw, drop, name), SIZE, format)
 
 
-def _draw(figure: Figure, drop: Drop, name: str) -> None:
+def _draw(drop: Drop, name: str, figure: Figure) -> None:
+    if len(drop.falling.seconds) < len(drop.model.seconds):  # it came to rest, and is followed no further
+        drop = Drop(*(_until(curve, drop.falling.seconds[-1]) for curve in drop))
     panels = figure.subplots(5, 1, sharex=True, height_ratios=[1, 1, 1, 1, 1.1])
     for component, axes in enumerate(panels[:4]):
         _attitude(axes, drop, component)
@@ -50,7 +36,7 @@ def _draw(figure: Figure, drop: Drop, name: str) -> None:
     panels[4].set_xlabel("time, s")
     for axes in panels:
         for moment in drop.falling.contacts:
-            axes.axvline(moment, color="0.45", linewidth=0.9, linestyle=(0, (4, 2)), zorder=1)
+            axes.axvline(moment, color="0.45", linewidth=0.9, linestyle=DASHED, zorder=1)
     figure.suptitle(f"{name or 'A drop'}: attitude through a collision with the ground", fontsize=13)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
@@ -80,10 +66,26 @@ def _departure(axes: Any, drop: Drop) -> None:
             curve.seconds, angle, style, color=color, linewidth=1.5, markersize=4, markerfacecolor="none"
         )
     axes.set(ylabel="from the model, deg", ylim=(-5, 185), yticks=[0, 90, 180])
-    for number, moment in enumerate(drop.falling.contacts):
+    start, stop = float(drop.falling.seconds[0]), float(drop.falling.seconds[-1])
+    for number, moment in enumerate(_apart(drop.falling.contacts, ROOM * (stop - start))):
         text = f"contact, {moment:.3f} s" if number == 0 else f"{moment:.3f} s"
-        place = {"xytext": (-5, 0), "textcoords": "offset points", "ha": "right", "va": "center"}
+        side = (-5, "right") if moment - start > ROOM * (stop - start) else (5, "left")
+        place = {"xytext": (side[0], 0), "textcoords": "offset points", "ha": side[1], "va": "center"}
         axes.annotate(text, (moment, 150.0), color="0.25", fontsize=9, **place)
+
+
+def _apart(moments: list[float], room: float) -> list[float]:
+    """Those of ascending moments that are so far from each other that their labels are too."""
+    kept: list[float] = []
+    for moment in moments:
+        if not kept or moment - kept[-1] >= room:
+            kept.append(moment)
+    return kept
+
+
+def _until(curve: Curve, seconds: float) -> Curve:
+    count = int(np.searchsorted(curve.seconds, seconds, side="right"))
+    return Curve(curve.seconds[:count], curve.quaternion[:count], curve.contacts)
 
 
 def _thinned(curve: Curve) -> Curve:

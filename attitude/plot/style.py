@@ -1,0 +1,36 @@
+"""How every picture of a scene looks, and how it becomes a file."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+SETTINGS = {
+    "font.size": 10.0,
+    "font.family": "DejaVu Sans",
+    "axes.titlesize": 11.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "0.92",
+    "svg.fonttype": "none",  # text stays text, to be found and read aloud
+    "svg.hashsalt": "attitude",  # the same scene makes the same file
+}
+RED, BLUE, GREEN, BLACK = "#d55e00", "#0072b2", "#009e73", "#000000"
+DASHED = (0, (4, 2))
+
+
+def drawn(draw: Callable[[Figure], None], size: tuple[float, float], format: str) -> bytes:
+    """An "svg" or "png" file of what `draw` puts on a figure of that size, inches."""
+    with rc_context(SETTINGS):
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        draw(figure)
+        file = io.BytesIO()
+        figure.savefig(file, format=format, dpi=150, metadata={"Date": None} if format == "svg" else {})
+    return file.getvalue()
