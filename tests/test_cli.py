@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -144,6 +145,109 @@ def test_quiet_run_says_nothing(answer, tmp_path):
     assert answer("run", "toutatis", "-q", "-o", tmp_path / "out.csv", terminal=True) == (0, b"", "")
 
 
+# -- effects --------------------------------------------------------------------------------------
+
+DROP = Scene.builtin("drop")
+# Gravity gradient and eddy currents on Envisat could turn it by 4e4 and 20 rad in its day.
+DROPPED = "as asked, less than 1.0e+03 rad over the span"
+
+
+def test_scene_with_effects_is_run_as_the_library_runs_it(answer, written):
+    assert answer("run", "thruster-plan") == (0, written(Scene.builtin("thruster-plan"), "csv"), "")
+
+
+def test_person_at_a_terminal_is_told_what_is_simulated(answer, tmp_path):
+    _, _, err = answer("run", "envisat", "-o", tmp_path / "out.csv", terminal=True)
+    assert "attitude: simulated: gravity_gradient, eddy_damping\n" in err
+    assert re.search(
+        r"attitude: gauss, order 16: \d+ steps, \d+ torques; error estimated at [\d.]+e-1\d rad\n", err
+    )
+    assert "regime" not in err  # which a free motion has
+
+
+def test_person_at_a_terminal_is_told_what_cannot_matter(answer, tmp_path):
+    gravity = {"type": "uniform_gravity", "acceleration": {"value": [0, 0, -9.81], "unit": "m/s2"}}
+    (tmp_path / "in.json").write_text(json.dumps(TOUTATIS.document() | {"effects": [gravity]}))
+    arguments = ("run", tmp_path / "in.json", "-o", tmp_path / "out.csv")
+    _, _, err = answer(*arguments, terminal=True)
+    assert "attitude: simulated: nothing but free rotation\n" in err
+    assert "attitude: left out: uniform_gravity: uniform gravity makes no torque" in err
+    assert "error below 3.7e-15 rad" in err
+    assert answer(*arguments) == (0, b"", "")
+
+
+@pytest.mark.parametrize("tolerance", ["1000 rad", "1e3", "57295.78deg", " 1e3  rad "])
+def test_effects_dropped_as_asked_are_told_to_everybody(tolerance, answer, tmp_path):
+    arguments = ("run", "envisat", "-o", tmp_path / "out.csv", "--drop-below", tolerance)
+    assert answer(*arguments) == (0, b"", f"attitude: left out: eddy_damping: {DROPPED}\n")
+    Scene.builtin("envisat").run(drop_below=1e3).write(tmp_path / "expected.csv")
+    assert (tmp_path / "out.csv").read_bytes() == (tmp_path / "expected.csv").read_bytes()
+    assert answer(*arguments, "--quiet") == (0, b"", "")
+
+
+@pytest.mark.parametrize("quiet", [[], ["--quiet"]])
+def test_ephemeris_that_ends_early_says_so_to_everybody(quiet, answer, tmp_path):
+    times = {"start": 0, "stop": 20, "step": 0.01, "unit": "s"}
+    (tmp_path / "in.json").write_text(json.dumps(DROP.document() | {"times": times}))
+    code, _, err = answer("run", tmp_path / "in.json", "-o", tmp_path / "out.csv", *quiet)
+    assert code == 0
+    assert re.fullmatch(r"attitude: at 2\.8\d+ s bounces accumulate: .* the ephemeris ends\n", err)
+    assert Ephemeris.read(tmp_path / "out.csv").elapsed[-1] == pytest.approx(2.83)
+
+
+# -- plan -----------------------------------------------------------------------------------------
+
+
+def test_plan_is_the_librarys_own(answer):
+    for scene in (TOUTATIS, DROP, Scene.builtin("gyrostat")):
+        given = [name for name in builtin_names() if Scene.builtin(name) == scene]
+        assert answer("plan", *given) == (0, scene.plan().text().encode(), "")
+        code, out, _ = answer("plan", *given, "--json")
+        assert code == 0
+        assert json.loads(out) == json.loads(json.dumps(scene.plan().to_dict()))
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_plan_reads_well(name, answer):
+    """A line has room on a screen, and each effect is named where the eye looks for it."""
+    _, out, _ = answer("plan", name)
+    title, *lines = out.decode().splitlines()
+    assert title.startswith(f"{Scene.builtin(name).name}: attitude")
+    assert max(map(len, lines)) <= 100
+    named = [line.split()[0] for line in lines if line[2] != " "]
+    assert named == [*(effect.type for effect in Scene.builtin(name).effects), "solver", "predicted"]
+
+
+def test_plan_tells_what_is_dropped(answer):
+    _, out, err = answer("plan", "envisat", "--drop-below", "1e3")
+    assert err == ""
+    assert f"  eddy_damping     left out: {DROPPED}\n" in out.decode()
+    assert "  gravity_gradient simulated, acts on attitude: " in out.decode()
+
+
+# -- plot -----------------------------------------------------------------------------------------
+
+
+def test_drop_is_drawn_with_three_curves(answer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert answer("plot", "drop") == (0, b"", "")
+    svg = (tmp_path / "drop.svg").read_text()
+    for curve in ("model: the closed form", "simulation with gravity", "simulation without gravity"):
+        assert curve in svg
+
+
+def test_any_other_scene_is_drawn_as_it_runs(answer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert answer("plot", "thruster-plan", "-o", "plan.png")[0] == 0
+    assert (tmp_path / "plan.png").read_bytes().startswith(b"\x89PNG")
+    given(Scene.builtin("thruster-plan").to_json(), monkeypatch)
+    assert answer("plot", "-", terminal=True) == (0, b"", "attitude: drawn: scene.svg\n")
+    assert "impulse (4)" in (tmp_path / "scene.svg").read_text()
+    (tmp_path / "my.json").write_text(Scene.builtin("thruster-plan").to_json())
+    assert answer("plot", tmp_path / "my.json")[0] == 0
+    assert (tmp_path / "my.svg").read_bytes() == (tmp_path / "scene.svg").read_bytes()
+
+
 # -- what is wrong ------------------------------------------------------------------------------
 
 NAMES = ", ".join(builtin_names())
@@ -195,6 +299,27 @@ BAD = {
     "budget too small": (["cost", "toutatis", "--method", "ours", "--budget", "1e-9"], "budget: at least "),
     "one sample": (["cost", "toutatis", "--samples", "1"], "samples: a whole number from 2 to 10000000"),
     "negative seed": (["cost", "toutatis", "--seed", "-1"], "seed: a whole number, not negative; got -1"),
+    "no angle": (
+        ["run", "envisat", "--drop-below", "little"],
+        '--drop-below: an angle above 0, such as "1e-6 rad"',
+    ),
+    "angle in metres": (["plan", "envisat", "--drop-below", "3 m"], "--drop-below: an angle above 0"),
+    "angle of zero": (["plan", "envisat", "--drop-below", "0"], "--drop-below: an angle above 0"),
+    "negative angle": (["plan", "envisat", "--drop-below=-1e-6"], "--drop-below: an angle above 0"),
+    "angle beyond a double": (["plan", "envisat", "--drop-below=1e999"], "--drop-below: an angle above 0"),
+    "angle of two numbers": (["plan", "envisat", "--drop-below=1e-6e"], "--drop-below: an angle above 0"),
+    "unknown scene of plan": (["plan", "pluto"], "SCENE: a file, or a built-in scene"),
+    "unknown scene of plot": (["plot", "pluto"], "SCENE: a file, or a built-in scene"),
+    "drawing of another kind": (
+        ["plot", "drop", "-o", "x.pdf"],
+        "x.pdf: a picture's ending is svg or png",
+    ),
+    "drawing on standard output": (["plot", "drop", "-o", "-"], "-: a picture's ending is svg or png"),
+    "no folder for the drawing": (
+        ["plot", "drop", "-o", "missing/x.svg"],
+        "missing/x.svg: cannot be written",
+    ),
+    "fault in an effect": (["plan", "effect.json"], "effects[0].coefficient.value: "),
     "unknown built-in scene": (["scenes", "pluto"], f"scene: a built-in scene, one of {NAMES}; got 'pluto'"),
 }
 
@@ -212,6 +337,8 @@ def folder(tmp_path, monkeypatch):
     }
     for name, fault in faults.items():
         (tmp_path / f"{name}.json").write_text(json.dumps({**document, **fault}))
+    bad = {"type": "dissipation", "coefficient": {"value": -1, "unit": "1/(N m s)"}}
+    (tmp_path / "effect.json").write_text(json.dumps({**document, "effects": [bad]}))
     (tmp_path / "cut.json").write_text(json.dumps(document)[:-9])
     return tmp_path
 
@@ -355,11 +482,31 @@ def test_scene_that_is_printed_is_a_document_to_begin_with(name, answer, monkeyp
     assert Scene.from_json(out) == Scene.builtin(name)
 
 
+def test_scenes_are_folded_for_a_person_beside_their_names(answer, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "90")
+    _, out, _ = answer("scenes")
+    lines = out.decode().splitlines()
+    assert max(map(len, lines)) <= 90
+    assert [line.split()[0] for line in lines if line[0] != " "] == builtin_names()
+    assert {re.match(" *", line).end() for line in lines if line[0] == " "} == {26}
+    for name in builtin_names():
+        assert " ".join(Scene.builtin(name).description.split())[-20:] in " ".join(out.decode().split())
+
+
 def test_version_is_the_librarys(capfd):
     with pytest.raises(SystemExit) as caught:
         main(["--version"])
     assert caught.value.code == 0
     assert capfd.readouterr().out == f"attitude {__version__}\n"
+
+
+def test_plot_without_matplotlib_says_what_to_install(answer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    message = "attitude: the picture needs matplotlib: pip install 'attitude[plot]'\n"
+    assert answer("plot", "drop") == (2, b"", message)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("missing", ["fastapi", "uvicorn"])

@@ -132,7 +132,9 @@ def test_picture_of_a_body_that_comes_to_rest_ends_there():
     labels = words(drop_picture(found, "svg"))
     assert "20.0" not in labels
     assert "2.5" in labels
-    assert sum(label.endswith(" s") and label[0] in "c0123" for label in labels) == 3  # of 15 contacts and more
+    assert (
+        sum(label.endswith(" s") and label[0] in "c0123" for label in labels) == 3
+    )  # of 15 contacts and more
 
 
 def test_labels_of_contacts_keep_their_distance():
