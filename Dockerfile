@@ -13,7 +13,7 @@ WORKDIR /src
 # Dependencies in a layer of their own, which stays cached while the project's code changes.
 COPY pyproject.toml ./
 RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
-print(*project['dependencies'], *project['optional-dependencies']['service'], sep='\n')" >requirements.txt \
+extras = project['optional-dependencies']; print(*project['dependencies'], *extras['service'], *extras['orbit'], sep='\n')" >requirements.txt \
  && python -m pip --python /opt/attitude/bin/python install -r requirements.txt
 
 COPY README.md LICENSE ./

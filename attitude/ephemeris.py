@@ -146,6 +146,11 @@ class Ephemeris:
         return orientation.rotate(self._quaternion, self._body_momentum())
 
     @property
+    def has_own_momentum(self) -> bool:
+        """Whether rotors or a sink inside have a part in it, so that it does not follow from the rate."""
+        return self._momentum is not None
+
+    @property
     def kinetic_energy(self) -> np.ndarray:
         """(...), J, from the sampled rate."""
         return 0.5 * (self.angular_velocity * self._body_momentum()).sum(axis=-1)
@@ -198,7 +203,9 @@ class Ephemeris:
         """An astropy QTable, one row an instant.
 
         Columns time (with an epoch), elapsed [s], quaternion (w, x, y, z) and angular_velocity
-        [rad/s]; a batch's dimensions follow the row.  meta names frame, order and convention.
+        [rad/s]; angular_momentum [N m s] where rotors or a sink inside have a part in it, position [m] and
+        velocity [m/s] where the centre of mass was followed.  A batch's dimensions follow the row.  meta
+        names frame, order and convention, and has the events where there were any.
         """
         from .formats.table import to_table
 

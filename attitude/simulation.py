@@ -11,26 +11,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
-from . import scene_plan
+from . import orientation, scene_plan
 from .dynamics import free, torqued
-from .dynamics.acting import Acting, Kick
+from .dynamics.acting import Acting, Kick, Once
 from .dynamics.event import Event
 from .dynamics.situation import Situation
-from .dynamics.translation import Translation, parabola
+from .dynamics.translation import Translation, pushed
 from .effects.ground import Ground
 from .effects.impulse import Impulse
 from .effects.uniform_gravity import UniformGravity
 from .elapsed import Instants
 from .ephemeris import Ephemeris
-from .errors import InputError
 from .plan import Plan
 from .scene_plan import Described, EffectPlan, ScenePlan
 
-ESTIMATE = "comparison with the same solver in two thirds of the steps, over the whole span"
+ESTIMATE = "estimated over the whole span from the same solver {} (docs/torques.md, section 5)"
+COARSER = {"dop853": "at ten times the tolerance of a step"}
 COASTING = "closed form between impulses"
 BOUNCING = "closed form between contacts"
 
@@ -49,7 +48,7 @@ class Route:
     """
 
     situation: Situation
-    torques: tuple[Any, ...]
+    torques: tuple[Once, ...]
     kicks: tuple[Kick, ...]
     ground: Ground | None
     gravity: np.ndarray
@@ -73,7 +72,7 @@ def route(scene: Described, drop_below: float | None = None) -> Route:
     ground = next((effect for effect in used if isinstance(effect, Ground)), None)
     gravity = sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3))
     kicks = tuple(kick for effect in used if isinstance(effect, Impulse) for kick in effect.kicks(situation))
-    torques = tuple(effect for effect in used if effect.ACTS_ON == "attitude")
+    torques = tuple(Once(effect, situation) for effect in used if effect.ACTS_ON == "attitude")
     moves = situation.position is not None
     return Route(situation, torques, kicks, ground, gravity, moves, tuple(told))
 
@@ -101,23 +100,25 @@ def run(scene: Described, drop_below: float | None = None) -> Ephemeris:
     if way.kicks:
         return _coast(scene, way, instants, begun)
     ephemeris = scene.motion().ephemeris(instants, rate=True, name=scene.name)
-    ephemeris.translation = _translation(way, instants)
+    ephemeris.translation = _translation(way, instants, np.empty((4, 0)))
     return ephemeris
 
 
 def _under_torques(scene: Described, way: Route, instants: Instants, begun: float) -> Ephemeris:
-    args = way.situation, way.torques, way.kicks, instants, scene.asked_tolerance, scene.wanted_solver
+    met = _with_pushes(way, instants)
+    args = way.situation, way.torques, way.kicks, met, scene.asked_tolerance, scene.wanted_solver
     answer = torqued.solve(*args)
     chosen = answer.candidate
     solver = f"{chosen.solver.name}: {answer.work.steps} steps, {answer.work.torques} torques"
-    plan = Plan(solver, instants.seconds.size, 0.0, perf_counter() - begun, answer.error, ESTIMATE)
+    source = ESTIMATE.format(COARSER.get(chosen.solver.kind, "in two thirds of the steps"))
+    plan = Plan(solver, instants.seconds.size, 0.0, perf_counter() - begun, answer.error, source)
     inside = any(effect.type in ("wheels", "dissipation") for effect in way.torques)
     events = (*_edges(way), *_impulses(way.kicks))
     return _ephemeris(scene, way, instants, answer.rows, plan, events, inside)
 
 
 def _coast(scene: Described, way: Route, instants: Instants, begun: float) -> Ephemeris:
-    rows = free.coast(way.situation, way.kicks, instants)
+    rows = free.coast(way.situation, way.kicks, _with_pushes(way, instants))
     bound = scene_plan.WORST_BOUND * (1 + len(way.kicks))
     plan = Plan(COASTING, instants.seconds.size, 0.0, perf_counter() - begun, bound, scene_plan.CHAINED)
     return _ephemeris(scene, way, instants, rows, plan, _impulses(way.kicks), False)
@@ -132,8 +133,10 @@ def _ephemeris(
     events: Sequence[Event],
     inside: bool,
 ) -> Ephemeris:
-    shape = instants.shape
-    quaternion, rate, momentum = (rows[a:b].T.reshape(*shape, b - a) for a, b in ((0, 4), (4, 7), (7, 10)))
+    """Of rows at the instants and, after them, at the pushes."""
+    shape, count = instants.shape, instants.seconds.size
+    columns = rows[:, :count]
+    quaternion, rate, momentum = (columns[a:b].T.reshape(*shape, b - a) for a, b in ((0, 4), (4, 7), (7, 10)))
     return Ephemeris(
         quaternion,
         instants,
@@ -142,7 +145,7 @@ def _ephemeris(
         rate,
         scene.name,
         plan,
-        _translation(way, instants),
+        _translation(way, instants, rows[:4, count:]),
         tuple(sorted(events, key=lambda event: event.seconds)),
         momentum if inside else None,
     )
@@ -169,17 +172,32 @@ def _bounce(scene: Described, way: Route, ground: Ground, instants: Instants, be
     )
 
 
-def _translation(way: Route, instants: Instants) -> Translation | None:
-    """The parabola, broken where an impulse changes the velocity."""
+def _pushes(way: Route) -> list[Kick]:
+    """Impulses that move the centre of mass, where that is followed."""
+    return [kick for kick in way.kicks if way.moves and kick.linear.any()]
+
+
+def _with_pushes(way: Route, instants: Instants) -> Instants:
+    """The instants, and after them those of the pushes: their direction may be the body's then."""
+    pushes = np.array([kick.seconds for kick in _pushes(way)])
+    if not pushes.size:
+        return instants
+    rest = np.zeros(instants.seconds.size) if instants.rest is None else instants.rest.reshape(-1)
+    seconds = np.append(instants.seconds.reshape(-1), pushes)
+    return Instants(seconds, np.append(rest, np.zeros(pushes.size)), None)
+
+
+def _translation(way: Route, instants: Instants, attitudes: np.ndarray) -> Translation | None:
+    """The parabola, broken where an impulse changes the velocity; attitudes (4, n) at the pushes."""
     situation = way.situation
     if situation.position is None or situation.velocity is None:
         return None
-    pushes = [kick for kick in way.kicks if kick.linear.any()]
-    if pushes:
-        raise InputError(
-            "position", situation.position.tolist(), "no position where impulses push the centre of mass"
-        )
-    return Translation(*parabola(situation.position, situation.velocity, way.gravity, instants.seconds))
+    changes = []
+    for kick, attitude in zip(_pushes(way), attitudes.T, strict=True):
+        impulse = kick.linear if kick.inertial else orientation.rotate(attitude, kick.linear)
+        changes.append((kick.seconds, impulse / (situation.mass or np.inf)))
+    start = Translation(situation.position, situation.velocity)
+    return pushed(start, way.gravity, instants.seconds, changes)
 
 
 def _impulses(kicks: Sequence[Kick]) -> list[Event]:

@@ -241,6 +241,7 @@ def test_part_of_a_broadcast_batch_is_the_same_motions():
 
 def test_kernels_are_handed_one_kind_of_array_whatever_was_broadcast_or_sliced():
     # any other kind would be compiled for anew: seconds, and another path
+    before = compiled.loaded()
     moments, tensors, attitudes = MOMENTS[:4], np.ones((4, 1, 1)) * np.eye(3), np.tile(ATTITUDE, (4, 1))
     several, one = (
         [RigidBody.from_moments(moments), RigidBody(tensors)],
@@ -263,7 +264,7 @@ def test_kernels_are_handed_one_kind_of_array_whatever_was_broadcast_or_sliced()
                     assert np.isfinite(part.angular_velocity).all()
                     assert part.time.shape == part.instants.shape
     for kernel, called in compiled.loaded().items():
-        assert all(compiled.is_standard(kernel, kinds) for kinds in called), kernel.name
+        assert all(compiled.is_standard(kernel, kinds) for kinds in called - before[kernel]), kernel.name
     with pytest.raises(TypeError, match="C order"):
         compiled.days_from_seconds(T[::2], T[::2], T[::2], T[::2])
 

@@ -14,11 +14,12 @@ from astropy.time import Time, TimeDelta
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from attitude import AttitudeError, Ephemeris, FormatError, RigidBody, TorqueFreeMotion
+from attitude import AttitudeError, Ephemeris, FormatError, RigidBody, Scene, TorqueFreeMotion
 from attitude.ephemeris import CONVENTION
 from attitude.formats import check, csv, parts
 
 from .bodies import ATTITUDE
+from .effects.scenes import FALLING, effect, quantity, scene
 
 FORMATS = ("ecsv", "csv", "json")
 each_format = pytest.mark.parametrize("format", FORMATS)
@@ -119,15 +120,20 @@ def test_file_names_the_scale_of_its_dates(format, tmp_path):
     assert Ephemeris.read(path).time.scale == written.time.scale
 
 
-def dates_of_text(text, format):
-    """Metadata and the column of dates, by other means than the library's."""
+def meta_of_text(text, format):
+    """Metadata and columns as text, by other means than the library's."""
     if format == "json":
         answer = json.loads(text)
-        return answer, answer["columns"]["time"]
+        return answer, answer["columns"]
     lines = text.splitlines()
     meta = next(json.loads(line.partition(": ")[2]) for line in lines if line.startswith("# metadata: "))
     header, *rows = (line.split(",") for line in lines if not line.startswith("#"))
-    return meta, [row[header.index("time")] for row in rows]
+    return meta, {name: [row[i] for row in rows] for i, name in enumerate(header)}
+
+
+def dates_of_text(text, format):
+    meta, columns = meta_of_text(text, format)
+    return meta, columns["time"]
 
 
 @each_format
@@ -157,6 +163,146 @@ def test_attitudes_alone_come_back_without_rate_or_body(format, tmp_path):
     back = Ephemeris.read(tmp_path / f"a.{format}")
     assert not back.has_rate
     assert back.body is None
+
+
+# -- of scenes with effects ----------------------------------------------------------------------
+
+FIRING = {"time": quantity(700, "s"), "angular_impulse": quantity([0.01, 0, -0.02], "N m s")}
+EFFECTS = {
+    "bounce": lambda: Scene.builtin("drop"),
+    "fall": lambda: scene(effect("uniform_gravity"), **FALLING),
+    "rotors and firings": lambda: scene(
+        effect("wheels"), effect("impulse", **FIRING), effect("impulse", frame="inertial"), epoch=None
+    ),
+    "sink": lambda: scene(effect("dissipation")),
+}
+
+
+def scenes_and_formats():
+    return [
+        pytest.param(make, format, id=f"{name}-{format}")
+        for name, make in EFFECTS.items()
+        for format in FORMATS
+    ]
+
+
+@pytest.mark.parametrize(("make", "format"), scenes_and_formats())
+@pytest.mark.parametrize("part", [slice(None), slice(9, 2, -3)], ids=["whole", "part"])
+def test_what_effects_give_comes_back_as_it_was_written(make, format, part, tmp_path):
+    written = make().run()[part]
+    written.write(tmp_path / f"a.{format}")
+    back = Ephemeris.read(tmp_path / f"a.{format}")
+    assert np.array_equal(back.quaternion("wxyz"), written.quaternion("wxyz"))
+    assert np.array_equal(back.angular_velocity, written.angular_velocity)
+    assert np.array_equal(back.angular_momentum, written.angular_momentum)
+    assert back.has_own_momentum == written.has_own_momentum
+    assert (back.translation is None) == (written.translation is None)
+    for mine, theirs in zip(back.translation or (), written.translation or (), strict=True):
+        assert np.array_equal(mine, theirs)
+    assert_same_events(back.events, written.events)
+
+
+def assert_same_events(found, expected):
+    assert [(each.seconds, each.kind, each.text) for each in found] == [
+        (each.seconds, each.kind, each.text) for each in expected
+    ]
+    for mine, theirs in zip(found, expected, strict=True):
+        assert mine.details.keys() == theirs.details.keys()
+        for name, value in theirs.details.items():
+            assert type(mine.details[name]) is type(value)
+            assert np.array_equal(mine.details[name], value)
+
+
+def test_scenes_with_effects_have_what_they_are_here_for():
+    found = {name: make().run() for name, make in EFFECTS.items()}
+    assert [name for name in found if found[name].translation is not None] == ["bounce", "fall"]
+    assert [name for name in found if found[name].has_own_momentum] == ["rotors and firings", "sink"]
+    assert {name: len(found[name].events) for name in found} == dict(zip(EFFECTS, (1, 0, 2, 0), strict=True))
+
+
+@pytest.mark.parametrize("format", ["csv", "json"])
+def test_columns_of_a_bounce_and_its_event_name_their_units(format, tmp_path):
+    written = Scene.builtin("drop").run()
+    written.write(tmp_path / f"a.{format}")
+    text = (tmp_path / f"a.{format}").read_text()
+    for axis in "xyz":
+        assert all(name in text for name in (f"position_{axis}_m", f"velocity_{axis}_m_s"))
+    assert "momentum_x" not in text
+    meta, _ = meta_of_text(text, format)
+    (event,) = meta["events"]
+    assert (event["kind"], event["elapsed_s"]) == ("contact", written.events[0].seconds)
+    assert event["details"]["normal_speed_m_s"] == written.events[0].details["normal_speed"]
+    assert event["details"]["rate_after_rad_s"] == written.events[0].details["rate_after"].tolist()
+
+
+def test_table_of_a_bounce_has_the_parabola_with_its_units():
+    table = Scene.builtin("drop").run().to_table()
+    assert table.colnames == [
+        "elapsed",
+        "elapsed_rest",
+        "quaternion",
+        "angular_velocity",
+        "position",
+        "velocity",
+    ]
+    assert (table["position"].unit, table["velocity"].unit) == (u.m, u.m / u.s)
+    until = table["elapsed"] < 1.5 * u.s
+    height = 3 * u.m + 6 * u.m / u.s * table["elapsed"] - 4.905 * u.m / u.s**2 * table["elapsed"] ** 2
+    assert np.allclose(table["position"][until, 2], height[until], rtol=0, atol=1e-14 * u.m)
+
+
+def test_momentum_in_a_file_is_that_of_the_whole(tmp_path):
+    """Rotors of (1, 2, 3) N m s in a body of 2, 3, 4 kg m2: along its axes, I omega + h."""
+    EFFECTS["rotors and firings"]().run()[:1].write(tmp_path / "a.ecsv")
+    row = QTable.read(tmp_path / "a.ecsv")[0]
+    expected = np.array([2, 3, 4]) * row["angular_velocity"].to_value(u.rad / u.s) + [1, 2, 3]
+    found = row["angular_momentum"].to_value(u.N * u.m * u.s)
+    assert np.linalg.norm(found) == pytest.approx(np.linalg.norm(expected), rel=1e-15)
+
+
+@each_format
+def test_file_of_a_free_body_holds_nothing_of_effects(format, tmp_path):
+    motion(epoch=EPOCH).at(T).write(tmp_path / f"a.{format}")
+    text = (tmp_path / f"a.{format}").read_text()
+    assert not re.search("event|position|momentum|velocity_", text)
+
+
+BROKEN = {
+    "events that are no list": ({"events": {"kind": "rest"}}, "events that are no list"),
+    "event that is none": ({"events": ["rest"]}, "do not fit together"),
+    "event without an instant": ({"events": [{"kind": "rest", "text": "", "details": {}}]}, "elapsed_s"),
+    "event at no instant": (
+        {"events": [{"elapsed_s": None, "kind": "rest", "text": "", "details": {}}]},
+        "events: .*numbers",
+    ),
+    "event of no kind": (
+        {"events": [{"elapsed_s": 1, "kind": None, "text": "", "details": {}}]},
+        "kind or text",
+    ),
+    "details that are none": (
+        {"events": [{"elapsed_s": 1, "kind": "rest", "text": "", "details": 5}]},
+        "do not fit together",
+    ),
+    "detail that is text": (
+        {"events": [{"elapsed_s": 1, "kind": "rest", "text": "", "details": {"point": "x"}}]},
+        "events: numbers; got 'x'",
+    ),
+    "no height": ({"columns__position_z_m": None}, "no column position_z_m"),
+    "no velocity at all": (
+        {f"columns__velocity_{axis}_m_s": None for axis in "xyz"},
+        "no column velocity_x_m_s",
+    ),
+    "short column": ({"columns__velocity_y_m_s": [1.0]}, r"column velocity_y_m_s of shape \(1,\)"),
+}
+
+
+@pytest.mark.parametrize(("changes", "message"), BROKEN.values(), ids=BROKEN)
+def test_malformed_events_and_translations_are_refused(changes, message, tmp_path):
+    Scene.builtin("drop").run().write(tmp_path / "a.json")
+    assert_refused(document(**changes)((tmp_path / "a.json").read_text()), "json", message, None, tmp_path)
+
+
+# -- in blocks -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("block", [1, 7, 39, 40, 41])

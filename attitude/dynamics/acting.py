@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -19,6 +20,50 @@ class Acting(Protocol):
     def sun(self, situation: Situation) -> Pieces | None: ...
 
     def size(self, situation: Situation) -> float: ...
+
+
+class Once:
+    """A torque asked for its spans, its Sun and its size once: the order of the axes changes none of them.
+
+    To find every passage through the shadow in a year takes longer than to follow the body meanwhile.
+    """
+
+    def __init__(self, torque: Any, situation: Situation):
+        self.type: str = torque.type
+        self._torque = torque
+        self._situation = situation
+
+    def rows(self, situation: Situation) -> np.ndarray:
+        rows: np.ndarray = self._torque.rows(situation)
+        return rows
+
+    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+        return self._spans
+
+    def sun(self, situation: Situation) -> Pieces | None:
+        return self._sun
+
+    def size(self, situation: Situation) -> float:
+        return self._size
+
+    @cached_property
+    def _spans(self) -> list[tuple[float, float]] | None:
+        spans: list[tuple[float, float]] | None = self._torque.intervals(self._situation)
+        return spans
+
+    @cached_property
+    def _sun(self) -> Pieces | None:
+        pieces: Pieces | None = self._torque.sun(self._situation)
+        return pieces
+
+    @cached_property
+    def _size(self) -> float:
+        return float(self._torque.size(self._situation))
+
+    def raise_failure(self) -> None:
+        """What a function of the user's raised, if it did."""
+        if hasattr(self._torque, "raise_failure"):
+            self._torque.raise_failure()
 
 
 class Kick(NamedTuple):

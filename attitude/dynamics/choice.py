@@ -25,14 +25,15 @@ from .stepped import Stepped
 
 # Radians of the fastest motion: what the pilot follows, and the steps it tries.
 PILOT = 40.0
-STEPS = (4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
+STEPS = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 FINEST = 0.5
 # Errors below this are rounding: no order is read off them.
 ROUNDING = 3e-13
-# Of the tolerance, what is aimed at: the rest is for what the pilot did not meet, and for an estimate that is
-# from above.
-SHARE = 0.05
+# Of the tolerance, what the estimate is to be: the rest is for what the pilot did not meet.
+SHARE = 0.25
+# The power of time that errors are taken to grow with; a rehearsal corrects it where spans are long.
+GROWTH = 1.25
 
 # Measured costs, ns (tests/benchmarks/torques.py).
 DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
@@ -106,7 +107,8 @@ class _Pilot:
         self.situation, self.leg, self.rate = situation, leg, rate
         self.span = min(span, leg.length or span, PILOT / rate)
         self.growth = max(1.0, span / self.span)
-        self.aim = SHARE * tolerance / self.growth
+        self.tolerance = tolerance
+        self.wanted = SHARE * tolerance / self.growth**GROWTH
         self.momentum = initial_momentum(situation, leg.torques)
         self.truth = self._truth()
 
@@ -133,11 +135,14 @@ class _Pilot:
     def try_out(self, solver: Solver, best: float) -> Candidate | None:
         """What the solver would need, read off a ladder of settings.
 
+        The ladder is that of the coarser solution by which the error of the answer will be estimated.
+
         best : s, of the best found before: from there on finer settings are not tried, but reckoned
         """
         stepped = solver.prepare(self.situation, self.leg.torques)
         if not can_take(solver, stepped):
             return None
+        aim = self.wanted * solver.gain(stepped.is_smooth, self.tolerance)
         settings: list[float] = []
         errors: list[float] = []
         cost = 0.0
@@ -151,14 +156,15 @@ class _Pilot:
             settings.append(setting)
             errors.append(self.error(answer))
             cost = _cost(solver, stepped, work) * self.growth
-            if errors[-1] <= self.aim or errors[-1] < ROUNDING or cost >= best:
+            if errors[-1] <= aim or errors[-1] < ROUNDING or cost >= best:
                 break
         if not settings:
             return None
-        setting, error = _reckoned(solver, settings, errors, self.aim)
-        finer = settings[-1] / setting
+        setting, error, order = _reckoned(solver, settings, errors, aim)
+        finer = solver.coarser * settings[-1] / setting
         cost *= finer ** (0.125 if solver is RUNGE_KUTTA else 1.0)
-        return Candidate(solver, setting, error * self.growth, cost)
+        error *= self.growth**GROWTH / solver.coarser**order
+        return Candidate(solver, setting / solver.coarser, error, cost)
 
     def _ladder(self, solver: Solver, stepped: Stepped, best: float) -> tuple[float, ...]:
         """From coarse to fine; where there is a best before, from what costs half as much on."""
@@ -172,17 +178,19 @@ class _Pilot:
         return tuple(step for step in steps if step >= 0.5 * equal and step <= 2.0 * equal) or steps[:1]
 
 
-def _reckoned(solver: Solver, settings: list[float], errors: list[float], aim: float) -> tuple[float, float]:
-    """The setting whose error is the one aimed at, by the order seen last, or the one known."""
+def _reckoned(
+    solver: Solver, settings: list[float], errors: list[float], aim: float
+) -> tuple[float, float, float]:
+    """The setting whose error is the one aimed at, its error, and the order seen last, or the one known."""
     setting, error = settings[-1], errors[-1]
     order = float(solver.order)
     if len(errors) > 1 and errors[-2] > errors[-1] > ROUNDING:
         seen = log(errors[-2] / errors[-1]) / log(settings[-2] / settings[-1])
         order = min(max(seen, 1.0), 16.0)
-    least = 1e-15 if solver is RUNGE_KUTTA else 0.02 * setting
+    least = 1e-14 if solver is RUNGE_KUTTA else 0.02 * setting
     coarsest = settings[-2] if len(settings) > 1 else setting
     wanted = min(max(setting * (aim / error) ** (1.0 / order), least), coarsest)
-    return wanted, error * (wanted / setting) ** order
+    return wanted, error * (wanted / setting) ** order, order
 
 
 def _cost(solver: Solver, stepped: Stepped, work: Work) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -69,7 +70,11 @@ def _leg(
 
 
 def _acts(span: list[tuple[float, float]] | None, seconds: float) -> bool:
-    return span is None or any(start <= seconds <= stop for start, stop in span)
+    """Whether an instant is in one of the spans, which ascend and are disjoint."""
+    if span is None:
+        return True
+    place = bisect_right(span, (seconds, np.inf)) - 1
+    return place >= 0 and seconds <= span[place][1]
 
 
 def instants_within(cut: Sequence[Leg], seconds: np.ndarray, rest: np.ndarray) -> list[np.ndarray]:

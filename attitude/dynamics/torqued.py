@@ -13,23 +13,43 @@ from .. import orientation, threads
 from ..elapsed import Instants
 from ..errors import InputError, ToleranceError
 from .acting import Acting, Kick
-from .choice import Candidate, candidates
+from .choice import Candidate, candidates, pace
 from .legs import Leg, instants_within, legs
 from .momentum import inertial, initial_momentum
 from .situation import Situation
 from .solvers import OUTPUTS, RUNGE_KUTTA, Part, Solver, Work
 from .stepped import Stepped
 
-March = Callable[[Candidate, bool, "np.ndarray | None"], "tuple[np.ndarray, Work, Nature]"]
 CHECKED = 64  # instants at which a coarser solution is compared
-ATTEMPTS = 8
+ATTEMPTS = 6
+# Rehearsals: of spans longer than this, rad, the first of so many parts; errors grow with this power of time.
+WORTH_REHEARSING, PARTS, REHEARSED, AIM, GROWTH = 1000.0, 12.0, 8, 0.5, 1.1
+# Of an attempt's setting, what the next takes at most: more would hardly change the number of steps.
+NEXT = 0.9
+
+# Of the first attempt's steps, what a later one takes at most: where torques break, more is of little use.
+MOST = 30.0
+
+# Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned,
+# since the rates are doubles; and where the rate is read off the attitude or off a plain sum, which remember
+# every rounding, that angle times the root of the number of stages (and ten times this on bad days).
+OF_ANGLE = 3e-16
+OF_WANDERING = {"gauss": 7e-17, "dop853": 2e-16, "splitting": 7e-16}
+# Motion near an unstable one makes rounding grow to this, or more: less than it is not divided by anything.
+GROWN = 3e-11
 
 
-class Nature(NamedTuple):
-    """Of all legs: whether every torque is smooth in time, and every body stepped as a symmetric one."""
+class Marched(NamedTuple):
+    """Rows at the instants (at some of them), the work, whether every torque was smooth, and whether the
+    body is symmetric for the solver."""
 
-    smooth: bool = True
-    symmetric: bool = True
+    rows: np.ndarray
+    work: Work
+    smooth: bool
+    symmetric: bool
+
+
+March = Callable[[Candidate, bool, "np.ndarray | None"], Marched]
 
 
 @dataclass(frozen=True)
@@ -88,26 +108,86 @@ def solve(
         np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
     )
     march = partial(_march, situation, _by_direction(situation, torques, kicks), seconds, rest)
-    turned = float(np.linalg.norm(situation.rate)) * max(abs(situation.start), abs(situation.stop))
-    candidate, best, stuck = found[0], np.inf, 0
-    for _ in range(ATTEMPTS):
-        rows, work, error = _estimated(march, candidate, seconds.size, turned)
+    angle = pace(situation, torques) * max(abs(situation.start), abs(situation.stop))
+    nearest, tried = np.inf, found[0].solver
+    for candidate in _worth_trying(found, situation, torques):
+        candidate = _rehearsed(situation, torques, kicks, candidate, tolerance, angle)
+        rows, work, error, candidate = _refined(march, candidate, tolerance, angle, seconds.size)
         if error <= tolerance:
             return Answer(rows, error, candidate, tuple(found), work)
-        stuck = stuck + 1 if error > 0.5 * best else 0
-        if stuck == 2:  # finer steps do not help: what is left is rounding, or the motion is chaotic
-            break
-        best = min(best, error)
-        candidate = _finer(candidate, tolerance / error)
+        nearest, tried = min((nearest, tried), (error, candidate.solver), key=lambda pair: pair[0])
     raise ToleranceError(
-        f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision "
-        f"({candidate.solver.name}: estimated error {min(error, best):.1e} rad); ask for more than that"
+        f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision by "
+        f"{tried.name} (estimated error {nearest:.1e} rad); ask for more than that"
     )
 
 
-def _finer(candidate: Candidate, ratio: float) -> Candidate:
+def _worth_trying(
+    found: Sequence[Candidate], situation: Situation, torques: Sequence[Acting]
+) -> list[Candidate]:
+    """The cheapest; and where torques are not smooth, that which finds for itself where they break."""
+    if RUNGE_KUTTA.prepare(situation, torques).is_smooth:
+        return [found[0]]
+    return [found[0], *(one for one in found[1:] if one.solver is RUNGE_KUTTA)]
+
+
+def _rehearsed(
+    situation: Situation,
+    torques: Sequence[Acting],
+    kicks: Sequence[Kick],
+    candidate: Candidate,
+    tolerance: float,
+    angle: float,
+) -> Candidate:
+    """A setting that has kept its share of the tolerance over the first part of a long span.
+
+    To find only at the end of the whole that steps were too long would cost all of it again.
+    """
+    if angle < WORTH_REHEARSING:
+        return candidate
+    start, stop = situation.start / PARTS, situation.stop / PARTS
+    seconds = np.linspace(start, stop, REHEARSED)
+    march = partial(
+        _march,
+        situation,
+        _by_direction(replace(situation, start=start, stop=stop), torques, kicks),
+        seconds,
+        np.zeros(REHEARSED),
+    )
+    share = AIM * tolerance / PARTS**GROWTH
+    for _ in range(ATTEMPTS):
+        _, _, error, smooth = _estimated(march, candidate, angle / PARTS, REHEARSED)
+        if error <= share:
+            break
+        candidate = _finer(candidate, share / error, smooth)
+    return candidate
+
+
+def _refined(
+    march: March, candidate: Candidate, tolerance: float, angle: float, count: int
+) -> tuple[np.ndarray, Work, float, Candidate]:
+    """Finer and finer until the estimate is below the tolerance, or twice has hardly fallen."""
+    best, vain, first = np.inf, 0, candidate
+    for _ in range(ATTEMPTS):
+        rows, work, error, smooth = _estimated(march, candidate, angle, count)
+        if error <= tolerance:
+            return rows, work, error, candidate
+        vain += 1 if error > 0.5 * best else 0
+        if vain == 2:
+            break
+        best = min(best, error)
+        finer = _finer(candidate, tolerance / error, smooth)
+        if not smooth and finer.solver is not RUNGE_KUTTA and finer.setting * MOST < first.setting:
+            break
+        candidate = finer
+    return rows, work, min(error, best), candidate
+
+
+def _finer(candidate: Candidate, ratio: float, smooth: bool) -> Candidate:
     """A setting whose error is smaller by a ratio, and a little more."""
-    setting = candidate.setting * min(0.8, (0.3 * max(ratio, 1e-6)) ** (1.0 / candidate.solver.order))
+    order = min(candidate.solver.order, 14 if smooth else 2)
+    share = (0.5 * ratio) ** (1.0 / order) if ratio > 0.0 else 0.5  # nothing known: it did not settle
+    setting = candidate.setting * min(NEXT, max(0.02, share))
     if candidate.solver is RUNGE_KUTTA:
         setting = max(setting, 1e-15)
     return replace(candidate, setting=setting)
@@ -128,38 +208,36 @@ def _by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequen
 
 
 def _estimated(
-    march: March, candidate: Candidate, count: int, turned: float
-) -> tuple[np.ndarray, Work, float]:
-    """(rows, work, estimated error): the solution and a coarser one, side by side on two processors."""
+    march: March, candidate: Candidate, angle: float, count: int
+) -> tuple[np.ndarray, Work, float, bool]:
+    """(rows, work, estimated error, whether smooth): the solution and a coarser one, side by side on two
+    processors."""
     some = np.unique(np.linspace(0, count - 1, min(count, CHECKED)).round().astype(int))
-    answers: dict[bool, tuple[np.ndarray, Work, Nature]] = {}
+    answers: dict[bool, Marched] = {}
 
     def one(coarsely: bool) -> None:
         answers[coarsely] = march(candidate, coarsely, some if coarsely else None)
 
     threads.run(one, [False, True])
-    (rows, work, nature), (coarse, _, _) = answers[False], answers[True]
-    if work.failed or not np.isfinite(rows).all():
-        return rows, work, np.inf
-    apart = orientation.angle_between(rows[:4, some].T, coarse[:4].T)
-    error = float(apart.max()) / _better(candidate.solver, nature.smooth)
-    creeps = candidate.solver.kind == "splitting" and not nature.symmetric
-    return rows, work, error + _rounding(work, turned if creeps else 0.0)
+    fine, coarse = answers[False], answers[True]
+    if fine.work.failed or not np.isfinite(fine.rows).all():
+        return fine.rows, fine.work, np.inf, fine.smooth
+    apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
+    wandering = _wandering(candidate.solver, fine, angle)
+    error = max(apart / candidate.solver.gain(fine.smooth, apart), min(apart, max(GROWN, 10.0 * wandering)))
+    return fine.rows, fine.work, error + wandering + _rounding(fine.work, angle), fine.smooth
 
 
-def _better(solver: Solver, smooth: bool) -> float:
-    """By how much, at least, the solution is better than the coarser one it is compared with."""
-    order = min(solver.order, 12) if smooth else 2
-    return 5.0 if solver is RUNGE_KUTTA else max(1.0, 0.5 * (1.5**order - 1.0))
+def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
+    """rad, by which rounding alone may lead the attitude astray."""
+    if marched.symmetric and solver is not RUNGE_KUTTA:
+        return 0.0
+    stages = marched.work.torques if solver.kind == "splitting" else marched.work.steps
+    return OF_WANDERING[solver.kind] * float(np.sqrt(stages)) * angle
 
 
-def _rounding(work: Work, turned: float) -> float:
-    """rad: what both solutions may share of rounding, which their comparison does not show.
-
-    A general drift rounds much the same from step to step: energy creeps, and the phase with its square
-    (measured; docs/torques.md, section 5).
-    """
-    return 4e-16 * float(np.sqrt(work.steps)) + 5e-17 * work.torques * turned
+def _rounding(work: Work, angle: float) -> float:
+    return 4e-16 * float(np.sqrt(work.steps)) + OF_ANGLE * angle
 
 
 def _march(
@@ -170,11 +248,11 @@ def _march(
     candidate: Candidate,
     coarsely: bool,
     some: np.ndarray | None,
-) -> tuple[np.ndarray, Work, Nature]:
-    """Rows at the instants (at some of them), the work, and the nature of it."""
+) -> Marched:
     if some is not None:
         seconds, rest = seconds[some], rest[some]
-    rows, total, nature = np.empty((OUTPUTS, seconds.size)), Work(0, 0, 0), Nature()
+    rows, total = np.empty((OUTPUTS, seconds.size)), Work(0, 0, 0)
+    smooth, symmetric = True, True
     before = seconds < 0.0
     for cut in directions:
         mine = np.flatnonzero(before if cut[-1].stop < 0.0 else ~before)
@@ -184,8 +262,9 @@ def _march(
         places = [mine[place] for place in places]
         work, met = _march_legs(situation, cut, candidate, coarsely, (seconds, rest), places, rows)
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
-        nature = Nature(*map(min, nature, met))
-    return rows, total, nature
+        smooth = smooth and all(stepped.is_smooth for stepped in met)
+        symmetric = symmetric and all(stepped.symmetric for stepped in met)
+    return Marched(rows, total, smooth, symmetric)
 
 
 def _march_legs(
@@ -196,13 +275,13 @@ def _march_legs(
     instants: tuple[np.ndarray, np.ndarray],
     places: list[np.ndarray],
     rows: np.ndarray,
-) -> tuple[Work, Nature]:
+) -> tuple[Work, list[Stepped]]:
     """Leg by leg from the epoch outwards; fills the rows at the places of each."""
     seconds, rest = instants
     sign = 1.0 if cut[-1].stop >= 0.0 else -1.0
     attitude = situation.attitude / np.linalg.norm(situation.attitude)
     momentum = initial_momentum(situation, cut[0].torques)
-    total, nature = Work(0, 0, 0), Nature()
+    total = Work(0, 0, 0)
     prepared: dict[tuple[int, ...], Stepped] = {}
     for leg, place in zip(cut, places, strict=True):
         key = tuple(id(torque) for torque in leg.torques)
@@ -219,5 +298,4 @@ def _march_legs(
         rows[:, place] = out[:, :-1]
         attitude, momentum = out[:4, -1], out[7:, -1]
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
-        nature = Nature(*map(min, nature, (prepared[key].is_smooth, prepared[key].symmetric)))
-    return total, nature
+    return total, list(prepared.values())

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
+
+Pushes = Iterable[tuple[float, np.ndarray]]
 
 
 class Translation(NamedTuple):
@@ -27,3 +30,19 @@ def parabola(
     """
     t = np.asarray(seconds, dtype=float)[..., None]
     return position + (velocity + 0.5 * acceleration * t) * t, velocity + acceleration * t
+
+
+def pushed(start: Translation, acceleration: np.ndarray, seconds: np.ndarray, pushes: Pushes) -> Translation:
+    """The parabola, broken by sudden changes of the velocity.
+
+    start : at zero; seconds : (...,), of either sign; pushes : (s, change of velocity (3,), m/s, inertial)
+
+    At its instant a push has happened; at zero not yet, whatever happens then.
+    """
+    position, velocity = parabola(*start, acceleration, seconds)
+    t = np.asarray(seconds, dtype=float)[..., None]
+    for at, change in pushes:
+        done = (t >= at).astype(float) if at >= 0.0 else -(t < at).astype(float)
+        position = position + done * change * (t - at)
+        velocity = velocity + done * change
+    return Translation(position, velocity)

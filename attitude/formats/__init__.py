@@ -1,6 +1,7 @@
 """Ephemerides as files: one module a format, and here the way in and out.
 
 parts    what every format says: metadata and columns, with their units in the names
+events   what happened at instants, as plain data
 table    an astropy QTable, and ECSV through it
 csv      comma-separated text, in blocks
 json     the columnar answer that the service gives too

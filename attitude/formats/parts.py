@@ -10,21 +10,27 @@ from astropy.time import Time
 
 from .. import orientation, units
 from ..body import RigidBody
+from ..dynamics.translation import Translation
 from ..elapsed import Instants, check_epoch
 from ..ephemeris import CONVENTION, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
+from . import events
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
 KIND = "attitude-ephemeris/1"
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 RATE = ("omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s")
+POSITION = ("position_x_m", "position_y_m", "position_z_m")
+VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
+MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
 
 
 def metadata(ephemeris: Ephemeris) -> dict[str, Any]:
-    """Everything but the columns, as plain data."""
+    """Everything but the columns, as plain data; events where there were any."""
+    happened = {"events": events.to_plain(ephemeris.events)} if ephemeris.events else {}
     return {
         "kind": KIND,
         "name": ephemeris.name,
@@ -35,6 +41,7 @@ def metadata(ephemeris: Ephemeris) -> dict[str, Any]:
         "time_scale": ephemeris.instants.scale,
         "body": None if ephemeris.body is None else _body(ephemeris.body),
         "shape": list(ephemeris.shape),
+        **happened,
     }
 
 
@@ -59,12 +66,24 @@ def columns(ephemeris: Ephemeris, dated: bool = True) -> dict[str, np.ndarray]:
     table[ELAPSED] = ephemeris.elapsed
     if instants.rest is not None and instants.rest.any():
         table[REST] = instants.rest
-    quaternion = ephemeris.quaternion("wxyz")
-    table.update((name, quaternion[..., i]) for i, name in enumerate(QUATERNION))
-    if ephemeris.has_rate:
-        rate = ephemeris.angular_velocity
-        table.update((name, rate[..., i]) for i, name in enumerate(RATE))
+    for names, vector in vectors(ephemeris):
+        table.update((name, vector[..., i]) for i, name in enumerate(names))
     return table
+
+
+def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
+    """The names of a vector's columns, and the vector; of all that the ephemeris holds.
+
+    The momentum only where it is more than inertia times rate.
+    """
+    yield QUATERNION, ephemeris.quaternion("wxyz")
+    if ephemeris.has_rate:
+        yield RATE, ephemeris.angular_velocity
+    if ephemeris.has_own_momentum:
+        yield MOMENTUM, ephemeris.angular_momentum
+    if ephemeris.translation is not None:
+        yield POSITION, ephemeris.translation.position
+        yield VELOCITY, ephemeris.translation.velocity
 
 
 def ephemeris_from(
@@ -79,7 +98,9 @@ def ephemeris_from(
         raise FormatError(f"not an ephemeris of this library ({KIND}): kind is {kind!r}", source)
     if meta.get("quaternion_order") != "wxyz":
         raise FormatError(f"quaternion_order is {meta.get('quaternion_order')!r}, not 'wxyz'", source)
-    needed = (ELAPSED, *QUATERNION, *(RATE if any(name in table for name in RATE) else ()))
+    groups = (RATE, MOMENTUM, POSITION + VELOCITY)
+    whole = [name for names in groups if any(name in table for name in names) for name in names]
+    needed = (ELAPSED, *QUATERNION, *whole)
     missing = [name for name in needed if name not in table]
     if missing:
         raise FormatError(f"no column {missing[0]}", source)
@@ -91,7 +112,7 @@ def ephemeris_from(
         raise FormatError(str(error), source, line) from None
     except AttitudeError as error:
         raise FormatError(str(error), source) from None
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())
         raise FormatError(f"metadata or columns that do not fit together ({reason})", source) from None
 
@@ -105,7 +126,9 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
             raise ValueError(f"column {name} of shape {values.shape}")
     quaternion = _vector(table, QUATERNION)
     orientation.attitude_quaternion(quaternion, "wxyz", "quaternion")
-    rate = _vector(table, RATE) if RATE[0] in table else None
+    rate, momentum, position, velocity = (
+        _vector(table, names) if names[0] in table else None for names in (RATE, MOMENTUM, POSITION, VELOCITY)
+    )
     epoch = _read_epoch(meta.get("epoch"))
     scale = None if epoch is None else _check_scale(meta["time_scale"])
     times = Instants(table[ELAPSED], table.get(REST), epoch, scale=scale)
@@ -113,7 +136,10 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
     batch = shape[: len(shape) - len(instants)]
     if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
         raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")
-    return Ephemeris(quaternion, times, frame, body, rate, str(meta.get("name", "")))
+    moved = None if position is None or velocity is None else Translation(position, velocity)
+    happened = events.from_plain(meta.get("events", []))
+    name = str(meta.get("name", ""))
+    return Ephemeris(quaternion, times, frame, body, rate, name, None, moved, happened, momentum)
 
 
 def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:

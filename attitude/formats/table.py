@@ -16,6 +16,15 @@ from . import parts
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
 
+# A table's columns of vectors, what their components are called in other formats, and units.
+VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
+    ("quaternion", parts.QUATERNION, None),
+    ("angular_velocity", parts.RATE, u.rad / u.s),
+    ("angular_momentum", parts.MOMENTUM, u.N * u.m * u.s),
+    ("position", parts.POSITION, u.m),
+    ("velocity", parts.VELOCITY, u.m / u.s),
+)
+
 
 def to_table(ephemeris: Ephemeris) -> QTable:
     """See `Ephemeris.to_table`."""
@@ -30,10 +39,11 @@ def to_table(ephemeris: Ephemeris) -> QTable:
     table["elapsed"] = ephemeris.elapsed * u.s
     if ephemeris.instants.rest is not None:
         table["elapsed_rest"] = ephemeris.instants.rest * u.s
-    row = len(ephemeris.batch_shape)
-    table["quaternion"] = np.moveaxis(ephemeris.quaternion("wxyz"), row, 0)
-    if ephemeris.has_rate:
-        table["angular_velocity"] = np.moveaxis(ephemeris.angular_velocity, row, 0) * (u.rad / u.s)
+    row, column = len(ephemeris.batch_shape), {names: (name, unit) for name, names, unit in VECTORS}
+    for names, vector in parts.vectors(ephemeris):
+        name, unit = column[names]
+        along_rows = np.moveaxis(vector, row, 0)
+        table[name] = along_rows if unit is None else along_rows * unit
     return table
 
 
@@ -44,11 +54,10 @@ def from_table(table: QTable, source: str) -> Ephemeris:
     columns = {parts.ELAPSED: _values(table, "elapsed", u.s, (), source)}
     if "elapsed_rest" in table.colnames:
         columns[parts.REST] = _values(table, "elapsed_rest", u.s, (), source)
-    quaternion = _values(table, "quaternion", None, (4,), source)
-    columns.update(zip(parts.QUATERNION, _components(quaternion, row), strict=True))
-    if "angular_velocity" in table.colnames:
-        rate = _values(table, "angular_velocity", u.rad / u.s, (3,), source)
-        columns.update(zip(parts.RATE, _components(rate, row), strict=True))
+    for name, names, unit in VECTORS:
+        if name in table.colnames or names is parts.QUATERNION:
+            vector = _values(table, name, unit, (len(names),), source)
+            columns.update(zip(names, _components(vector, row), strict=True))
     return parts.ephemeris_from(dict(table.meta), columns, source)
 
 

@@ -15,6 +15,7 @@ imports from the modules above it.  Read downwards it is the calculation:
     invariants     body, momentum, attitude -> everything the samples need: decided once
     phase          a rate times a time in two parts; sine and cosine of turns
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
+    vectors        threes of numbers, and their turning
     rotation       quaternions in plain doubles, for steps
     course         where the centre of mass is on its orbit
     torque         effects, time, attitude, rate -> torque
@@ -23,7 +24,6 @@ imports from the modules above it.  Read downwards it is the calculation:
     splitting      kicks by the torque around exact free rotation
     collocation    Gauss's collocation, order 16
     runge_kutta    Dormand and Prince, order 8, with steps of its own choice
-    vectors        threes of numbers, and their turning
     surface        how high the lowest point of a body is over a plane, and for how long it cannot touch it
     rubbing        one point that touches, with friction
     impact         what a contact does to velocity and body rate

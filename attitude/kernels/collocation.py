@@ -49,7 +49,7 @@ from .layout import (
     WEIGHTS,
 )
 from .phase import ROUND, sine_cosine
-from .rotation import PER_TURN, added, cross, dot, normalised, product, rotated, rotated_back
+from .rotation import PER_TURN, normalised, product, rotated, rotated_back
 from .stepping import copied, later, momentum_of, time_of, write
 from .torque import (
     eddies_of,
@@ -62,6 +62,7 @@ from .torque import (
     three_at,
     torques,
 )
+from .vectors import add_scaled, cross, dot
 
 MOST_SWEEPS = 60
 
@@ -208,7 +209,7 @@ def _at_node(work, i, start, L, axial, own, inverses, rotors):
     turned = product(_about(work, i), _departed(work, i, start))
     q = turned_about_third(turned, work[SINE * NODES + i], work[COSINE * NODES + i])
     gained = three_at(work, STAGE + 4, i)
-    m = rotated_back(q, added(gained, L, 1.0))
+    m = rotated_back(q, add_scaled(gained, 1.0, L))
     m3 = m[2] + own * ((axial - m[2]) + work[(STAGE + 7) * NODES + i])
     rate = rate_of(inverses, rotors, (m[0], m[1], m3))
     put_four(work, FULL, i, q)
@@ -220,7 +221,7 @@ def _at_node(work, i, start, L, axial, own, inverses, rotors):
 def _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C):
     q = four_at(work, FULL, i)
     m, rate = three_at(work, MOMENT, i), three_at(work, RATE, i)
-    push = added(three_at(work, TORQUE, i), taken_by_eddies(C, rate), -1.0)
+    push = add_scaled(three_at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
     inner = cross(m, rate)
     extra = (
         fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
@@ -239,7 +240,8 @@ def _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C):
     p = left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]
     put_four(work, SLOPE, i, (0.5 * p[0], 0.5 * p[1], 0.5 * p[2], 0.5 * p[3]))
     put_three(work, SLOPE + 4, i, force)
-    work[(SLOPE + 7) * NODES + i] = push[2]
+    # (m x omega has no third component where moments 1 and 2 are equal; what a sink adds has)
+    work[(SLOPE + 7) * NODES + i] = fma(alpha, fma(m[0], inner[1], -m[1] * inner[0]), push[2])
 
 
 @inlined

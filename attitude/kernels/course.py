@@ -5,7 +5,8 @@ import math
 from .intrinsics import fma, inlined
 from .layout import KEPLER, NO_ORBIT
 from .phase import ROUND, argument, sine_cosine
-from .rotation import PER_TURN, added, scaled
+from .rotation import PER_TURN
+from .vectors import add_scaled, scaled
 
 TURN = 6.283185307179586
 
@@ -34,8 +35,8 @@ def _two_body(orbit, t, t_low):
     minor = math.sqrt((1.0 - e) * (1.0 + e))
     P, Q = (orbit[7], orbit[8], orbit[9]), (orbit[10], orbit[11], orbit[12])
     speed = a * rate / fma(-e, cosine, 1.0)
-    r = added(scaled(P, a * (cosine - e)), Q, a * minor * sine)
-    v = added(scaled(P, -speed * sine), Q, speed * minor * cosine)
+    r = add_scaled(scaled(a * (cosine - e), P), a * minor * sine, Q)
+    v = add_scaled(scaled(-speed * sine, P), speed * minor * cosine, Q)
     return r, v
 
 

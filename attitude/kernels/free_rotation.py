@@ -13,7 +13,8 @@ from .doubledouble import two_product, two_sum
 from .intrinsics import fma, inlined, routine
 from .layout import ATTITUDE, AXIAL, AXIAL_LOW, INVERSES, MOMENTS, MOMENTUM, ROTORS, SPIN, SPIN_LOW
 from .phase import ROUND, sine_cosine
-from .rotation import PER_TURN, about, conjugate, dot, normalised, product, rotated_back, scaled
+from .rotation import PER_TURN, about, conjugate, normalised, product, rotated_back
+from .vectors import dot, scaled
 
 # Nodes and weights of Radau's quadrature on (0, 1]; the last node is the end of the step.
 NODES = 8
@@ -48,7 +49,7 @@ NOTHING = 1e-100
 LEVELS = 12
 
 
-@routine
+@inlined
 def attitude_of(state):
     """The attitude of the axes: what the state keeps, and the turn about the axis of symmetry."""
     sine, cosine = sine_cosine(0.5 * state[SPIN], 0.5 * state[SPIN_LOW])
@@ -65,7 +66,7 @@ def turned_about_third(q, sine, cosine):
     return w, x, y, z
 
 
-@routine
+@inlined
 def drift_symmetric(state, body, time):
     """A body symmetric about its third axis: a turn about the momentum at L/I1, after one about the axis.
 
@@ -100,7 +101,7 @@ def drift(state, body, time, work):
     L = math.sqrt(dot(m, m))
     if L == 0.0:
         return
-    q = normalised(product(q, _free_turn(scaled(m, 1.0 / L), L, body, time, work)))
+    q = normalised(product(q, _free_turn(scaled(1.0 / L, m), L, body, time, work)))
     for i in range(4):
         state[ATTITUDE + i] = q[i]
 

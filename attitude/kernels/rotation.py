@@ -1,4 +1,4 @@
-"""Quaternions (w, x, y, z) and vectors as tuples of plain doubles: what a step works with.
+"""Quaternions (w, x, y, z) as tuples of plain doubles: what a step works with.
 
 Order and direction are those of `quaternion`: v_inertial = q * (0, v_body) * conj(q).
 """
@@ -7,6 +7,7 @@ import math
 
 from .intrinsics import fma, inlined
 from .phase import sine_cosine
+from .vectors import add_scaled, cross, dot
 
 PER_TURN = 0.15915494309189535
 
@@ -27,36 +28,12 @@ def conjugate(q):
 
 
 @inlined
-def cross(u, v):
-    x = fma(u[1], v[2], -u[2] * v[1])
-    y = fma(u[2], v[0], -u[0] * v[2])
-    z = fma(u[0], v[1], -u[1] * v[0])
-    return x, y, z
-
-
-@inlined
-def dot(u, v):
-    return fma(u[0], v[0], fma(u[1], v[1], u[2] * v[2]))
-
-
-@inlined
-def added(u, v, factor):
-    """u + factor v."""
-    return fma(factor, v[0], u[0]), fma(factor, v[1], u[1]), fma(factor, v[2], u[2])
-
-
-@inlined
-def scaled(v, factor):
-    return v[0] * factor, v[1] * factor, v[2] * factor
-
-
-@inlined
 def rotated(q, v):
     """R(q) v: body components to inertial."""
     u = q[1], q[2], q[3]
     c = cross(u, v)
     c = c[0] + c[0], c[1] + c[1], c[2] + c[2]
-    return added(added(v, c, q[0]), cross(u, c), 1.0)
+    return add_scaled(add_scaled(v, q[0], c), 1.0, cross(u, c))
 
 
 @inlined

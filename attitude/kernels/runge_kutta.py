@@ -9,9 +9,10 @@ import math
 
 from .intrinsics import fma, kernel, routine
 from .layout import ATTITUDE, MOMENTUM, STATE
-from .rotation import added, dot, normalised, product, rotated, rotated_back
+from .rotation import normalised, product, rotated, rotated_back
 from .stepping import copied, later, momentum_of, turning_rate, write
 from .torque import eddies_of, taken_by_eddies, torque
+from .vectors import add_scaled, dot
 
 UNKNOWNS = 7  # attitude, momentum
 STAGES = 12
@@ -129,7 +130,7 @@ def _slope(work, y, at, t, t_low, body, world):
     m = rotated_back(q, (work[y + 4], work[y + 5], work[y + 6]))
     rate, turning = turning_rate(body, m)
     push = torque(world, body, t, t_low, q, rate)
-    force = rotated(q, added(push, taken_by_eddies(eddies_of(body), rate), -1.0))
+    force = rotated(q, add_scaled(push, -1.0, taken_by_eddies(eddies_of(body), rate)))
     turn = product(q, (0.0, 0.5 * turning[0], 0.5 * turning[1], 0.5 * turning[2]))
     work[at], work[at + 1], work[at + 2], work[at + 3] = turn[0], turn[1], turn[2], turn[3]
     work[at + 4], work[at + 5], work[at + 6] = force[0], force[1], force[2]

@@ -5,11 +5,12 @@ The error is proportional to the torque, whatever the spin.  docs/torques.md, se
 
 from .doubledouble import two_sum
 from .free_rotation import attitude_of, drift, drift_symmetric
-from .intrinsics import kernel, prefer_widest_vectors, routine
+from .intrinsics import inlined, kernel, prefer_widest_vectors, routine
 from .layout import ATTITUDE, AXIAL, AXIAL_LOW, EDDIES, INVERSES, MOMENTUM, MOMENTUM_LOW, ROTORS
-from .rotation import about, added, normalised, product, rotated, rotated_back
+from .rotation import about, normalised, product, rotated, rotated_back
 from .stepping import copied, later, momentum_of, time_of, write
 from .torque import body_rate, eddies_of, taken_by_eddies, torque
+from .vectors import add_scaled
 
 
 @kernel
@@ -83,7 +84,7 @@ def _step(state, t, t_low, h, scheme, body, symmetric, world, work):
         _drift(state, body, symmetric, drifts[i + 1] * h, work)
 
 
-@routine
+@inlined
 def _drift(state, body, symmetric, time, work):
     if symmetric:
         drift_symmetric(state, body, time)
@@ -91,7 +92,7 @@ def _drift(state, body, symmetric, time, work):
         drift(state, body, time, work)
 
 
-@routine
+@inlined
 def _kick(state, body, symmetric, time, t, t_low, world):
     """What is not free rotation: the torque, the attitude standing still, amid two half turns by rotors."""
     turning = not symmetric and (body[ROTORS] != 0.0 or body[ROTORS + 1] != 0.0 or body[ROTORS + 2] != 0.0)
@@ -113,7 +114,7 @@ def _rotors(state, body, time):
         state[ATTITUDE + i] = q[i]
 
 
-@routine
+@inlined
 def _push(state, body, symmetric, time, t, t_low, world):
     """The momentum changes by the torque, which stands still; eddies damp it meanwhile, exactly."""
     q = attitude_of(state)
@@ -146,7 +147,7 @@ def _damped(body, m, force, time):
         lost = taken_by_eddies(C, rate)
         factor = -time / n
         term = lost[0] * factor, lost[1] * factor, lost[2] * factor
-        total = added(total, term, 1.0)
+        total = add_scaled(total, 1.0, term)
         size = abs(term[0]) + abs(term[1]) + abs(term[2])
         if size <= 1e-18 * (abs(total[0]) + abs(total[1]) + abs(total[2])):
             break

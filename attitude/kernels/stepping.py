@@ -4,11 +4,12 @@ from .doubledouble import two_product, two_sum
 from .free_rotation import attitude_of
 from .intrinsics import inlined, routine
 from .layout import ALPHA, AXIAL, MOMENTUM, STATE, TO_AXES
-from .rotation import added, cross, product, rotated, rotated_back
+from .rotation import product, rotated, rotated_back
 from .torque import body_rate
+from .vectors import add_scaled, cross
 
 
-@routine
+@inlined
 def time_of(step, h, start):
     """start + step h in two parts, start in two parts."""
     hi, lo = two_product(float(step), h)
@@ -23,7 +24,7 @@ def later(t, t_low, time):
     return hi, rest + t_low
 
 
-@routine
+@inlined
 def momentum_of(state):
     return state[MOMENTUM], state[MOMENTUM + 1], state[MOMENTUM + 2]
 
@@ -38,7 +39,7 @@ def copied(state, spare):
 def turning_rate(body, m):
     """(rate that the torques meet, rate at which the attitude turns): a sink inside turns the body too."""
     rate = body_rate(body, m)
-    return rate, added(rate, cross(m, rate), body[ALPHA])
+    return rate, add_scaled(rate, body[ALPHA], cross(m, rate))
 
 
 @routine

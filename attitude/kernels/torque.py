@@ -27,7 +27,8 @@ from .layout import (
     TO_AXES,
 )
 from .phase import phase, sine_cosine
-from .rotation import added, cross, dot, product, rotated, rotated_back, scaled
+from .rotation import product, rotated, rotated_back
+from .vectors import add_scaled, cross, dot, scaled
 
 ASTRONOMICAL_UNIT = 149597870700.0
 
@@ -60,12 +61,12 @@ def torque(world, body, t, t_low, q, rate):
             one = magnetic(_dipole(row), (row[14], row[15]), t, t_low, q, r)
         elif code == SOLAR_PLATE:
             place, _ = along_pieces(sun_pieces, sun[0], sun[1], t, t_low)
-            one = solar_plate(_plate(row), q, added(place, r, -1.0))
+            one = solar_plate(_plate(row), q, add_scaled(place, -1.0, r))
         elif code == DRAG_PLATE:
             one = drag_plate(_plate(row), three(row, 11), q, r, v)
         else:
             one = users(row[1], _to_axes(body), t + t_low, q, rate)
-        total = added(total, one, 1.0)
+        total = add_scaled(total, 1.0, one)
     return total
 
 
@@ -104,7 +105,7 @@ def torques(world, body, work, times, attitudes, rates, places, speeds, suns, ou
         elif code == SOLAR_PLATE:
             plate = _plate(row)
             for i in range(NODES):
-                to_sun = added(three_at(work, suns, i), three_at(work, places, i), -1.0)
+                to_sun = add_scaled(three_at(work, suns, i), -1.0, three_at(work, places, i))
                 _add_at(work, out, i, solar_plate(plate, four_at(work, attitudes, i), to_sun))
         elif code == DRAG_PLATE:
             plate, turning = _plate(row), three(row, 11)
@@ -172,7 +173,7 @@ def gravity_gradient(mu, moments, q, r):
     """3 mu / r^3 e x I e, e the direction of the centre of the central body (or away from it)."""
     distance2 = dot(r, r)
     inverse = 1.0 / math.sqrt(distance2)
-    e = rotated_back(q, scaled(r, inverse))
+    e = rotated_back(q, scaled(inverse, r))
     size = 3.0 * mu * inverse / distance2
     I1, I2, I3 = moments
     x = size * (I3 - I2) * e[1] * e[2]
@@ -187,12 +188,12 @@ def magnetic(dipole, pace, t, t_low, q, r):
     own, strength, still, cosines, sines = dipole
     turns, rest = phase(pace[0], pace[1], t, t_low)
     sine, cosine = sine_cosine(turns, rest)
-    d = added(added(still, cosines, cosine), sines, sine)
+    d = add_scaled(add_scaled(still, cosine, cosines), sine, sines)
     distance2 = dot(r, r)
     inverse = 1.0 / math.sqrt(distance2)
-    e = scaled(r, inverse)
-    field = added(scaled(e, 3.0 * dot(d, e)), d, -1.0)
-    return cross(own, rotated_back(q, scaled(field, strength * inverse / distance2)))
+    e = scaled(inverse, r)
+    field = add_scaled(scaled(3.0 * dot(d, e), e), -1.0, d)
+    return cross(own, rotated_back(q, scaled(strength * inverse / distance2, field)))
 
 
 @inlined
@@ -204,11 +205,11 @@ def solar_plate(plate, q, to_sun):
     """
     n, centre, (area, specular, diffuse, pressure) = plate
     distance2 = dot(to_sun, to_sun)
-    s = rotated_back(q, scaled(to_sun, 1.0 / math.sqrt(distance2)))
+    s = rotated_back(q, scaled(1.0 / math.sqrt(distance2), to_sun))
     cosine = max(dot(n, s), 0.0)
     pressure *= ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT / distance2
     along_n = 2.0 * fma(specular, cosine, diffuse / 3.0)
-    force = scaled(added(scaled(s, 1.0 - specular), n, along_n), -pressure * area * cosine)
+    force = scaled(-pressure * area * cosine, add_scaled(scaled(1.0 - specular, s), along_n, n))
     return cross(centre, force)
 
 
@@ -216,13 +217,13 @@ def solar_plate(plate, q, to_sun):
 def drag_plate(plate, turning, q, r, v):
     """Drag of the air that meets a plate: F = -1/2 rho Cd A cos v^2 along the air's motion."""
     n, centre, (area, density, reference, height) = plate
-    wind = added(v, cross(turning, r), -1.0)
+    wind = add_scaled(v, -1.0, cross(turning, r))
     speed2 = dot(wind, wind)
     inverse = 1.0 / math.sqrt(max(speed2, 1e-300))
-    ahead = rotated_back(q, scaled(wind, inverse))
+    ahead = rotated_back(q, scaled(inverse, wind))
     cosine = max(dot(n, ahead), 0.0)
     density *= math.exp((reference - math.sqrt(dot(r, r))) / height)
-    return cross(centre, scaled(ahead, -0.5 * density * area * cosine * speed2))
+    return cross(centre, scaled(-0.5 * density * area * cosine * speed2, ahead))
 
 
 @inlined

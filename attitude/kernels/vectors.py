@@ -2,7 +2,7 @@
 
 import math
 
-from .intrinsics import routine
+from .intrinsics import fma, inlined, routine
 
 
 @routine
@@ -11,14 +11,17 @@ def taken(array):
     return array[0], array[1], array[2]
 
 
-@routine
+@inlined
 def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2]))
 
 
-@routine
+@inlined
 def cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    x = fma(a[1], b[2], -a[2] * b[1])
+    y = fma(a[2], b[0], -a[0] * b[2])
+    z = fma(a[0], b[1], -a[1] * b[0])
+    return x, y, z
 
 
 @routine
@@ -26,13 +29,13 @@ def norm(a):
     return math.sqrt(dot(a, a))
 
 
-@routine
+@inlined
 def add_scaled(a, factor, b):
     """a + factor b."""
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+    return fma(factor, b[0], a[0]), fma(factor, b[1], a[1]), fma(factor, b[2], a[2])
 
 
-@routine
+@inlined
 def scaled(factor, a):
     return factor * a[0], factor * a[1], factor * a[2]
 
