@@ -114,7 +114,7 @@ def _taylor(problem: Problem, world: World, instants: np.ndarray) -> Found:
 
     from ..oracle.torqued import Torqued
 
-    told = [TOLD[torque.type](torque, world) for torque in world.torques]
+    told = [TOLD[torque.type](torque.effect, world) for torque in world.torques]
     own = _own_rate(problem, world)
     motion = Torqued(_inertia(problem), own, problem.attitude.tolist(), told, _orbit(world), DIGITS)
     states = motion.states(instants.tolist())

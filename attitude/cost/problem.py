@@ -14,7 +14,8 @@ from ..dynamics.situation import Situation
 from ..errors import InputError
 
 if TYPE_CHECKING:
-    from ..effects.effect import Effect, Torque
+    from ..dynamics.acting import Once
+    from ..effects.effect import Effect
     from ..motion import TorqueFreeMotion
     from ..orbit.orbit import Orbit
     from ..scene import Scene
@@ -35,7 +36,7 @@ class World:
     """
 
     situation: Situation
-    torques: tuple[Torque, ...]
+    torques: tuple[Once, ...]
     orbit: Orbit | None
     solver: str | None
 

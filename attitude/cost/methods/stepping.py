@@ -84,7 +84,8 @@ def march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tu
     """Quaternions and rates at ascending instants, by a solver at a setting of its own kind."""
     world = of_world(problem)
     cut, candidate = world.legs(float(t[-1])), Candidate(solver, setting, 0.0, 0.0)
-    rows, work, _ = torqued._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
+    marched = torqued._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
+    rows, work = marched.rows, marched.work
     if work.failed:
         raise ArithmeticError(f"{work.failed} of {work.steps} steps did not settle")
     return _columns(rows)
