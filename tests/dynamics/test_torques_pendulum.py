@@ -44,9 +44,7 @@ def released(moments, offset, relative_rate=(0.0, 0.0, 0.0), stop=0.0):
 
 def relative(rows, t):
     """(n, 4): attitude relative to the orbit's frame."""
-    return np.array(
-        [product(orientation.conjugate(level(s)), q) for s, q in zip(t, rows[:4].T, strict=True)]
-    )
+    return np.array([product(orientation.conjugate(level(s)), q) for s, q in zip(t, rows[:4].T, strict=True)])
 
 
 def pitch(rows, t):
