@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from ...dynamics import torqued
+from ...dynamics.acting import Once
 from ...dynamics.choice import Candidate
 from ...dynamics.solvers import COLLOCATION, RUNGE_KUTTA, SPLITTINGS, Solver, can_take
 from ...elapsed import instants
@@ -68,7 +69,8 @@ def _chosen(problem: Problem, tolerance: float) -> Solve:
 
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         situation = replace(world.situation, start=0.0, stop=float(t[-1]))
-        answer = torqued.solve(situation, world.torques, (), instants(t, None), tolerance, world.solver)
+        torques = [Once(effect, situation) for effect in world.effects]
+        answer = torqued.solve(situation, torques, (), instants(t, None), tolerance, world.solver)
         return _columns(answer.rows)
 
     return solve
