@@ -1,4 +1,4 @@
-"""A document that is refused for its size, before it is read whole.
+"""What is refused for its size: a document before it is read whole, a scene before it is computed.
 
 The refusal names the limit, its number, and the variable that sets it.
 """
@@ -9,6 +9,9 @@ from http import HTTPStatus
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
+
+from attitude.errors import InputError
+from attitude.scene import Scene
 
 from .settings import Settings, variable
 
@@ -29,3 +32,21 @@ async def read_body(request: Request, settings: Settings) -> bytes:
 def _too_large(settings: Settings) -> HTTPException:
     limit = f"at most {settings.max_body_bytes} bytes ({variable('max_body_bytes')})"
     return HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"document: {limit}; got more")
+
+
+def check_effects(scene: Scene, settings: Settings) -> Scene:
+    """The scene; InputError where it names more effects than one may."""
+    if len(scene.effects) > settings.max_effects:
+        limit = f"at most {settings.max_effects} effects ({variable('max_effects')})"
+        raise InputError("effects", f"{len(scene.effects)} effects", limit)
+    return scene
+
+
+def check_predicted(scene: Scene, drop_below: float | None, settings: Settings) -> None:
+    """InputError where the plan predicts more computing than one scene may need; free motion never does."""
+    if not scene.effects:
+        return
+    predicted = scene.plan(drop_below).predicted_seconds
+    if predicted > settings.max_seconds:
+        limit = f"a scene predicted to take at most {settings.max_seconds} s ({variable('max_seconds')})"
+        raise InputError("times", f"{predicted:.3g} s", limit)

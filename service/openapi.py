@@ -42,9 +42,9 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
 }
 
 
-def scene_request() -> dict[str, Any]:
-    """The request of a route that takes a scene document."""
-    content = {"schema": {"$ref": SCHEMAS + "Scene"}, "example": Scene.builtin(EXAMPLE).document()}
+def scene_request(example: str = EXAMPLE) -> dict[str, Any]:
+    """The request of a route that takes a scene document; a built-in scene as the example."""
+    content = {"schema": {"$ref": SCHEMAS + "Scene"}, "example": Scene.builtin(example).document()}
     return {"requestBody": {"required": True, "content": {"application/json": content}}}
 
 

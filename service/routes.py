@@ -9,7 +9,7 @@ from importlib.metadata import version as version_of
 from typing import Annotated, Any
 
 import orjson
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends, Query, Request
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
@@ -48,6 +48,19 @@ async def _document(request: Request, settings: SettingsOf) -> bytes:
 Document = Annotated[bytes, Depends(_document)]
 
 
+# As text: what is wrong with it is then said in the library's words.
+DropBelow = Annotated[str | None, Query(description="rad: leave out torques that matter less over the span")]
+
+
+def _angle(text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError("drop_below", text, "an angle in rad, above 0", steps=()) from None
+
+
 def _answer(content: bytes | str) -> Response:
     return Response(content, media_type=JSON)
 
@@ -61,9 +74,23 @@ def _answer(content: bytes | str) -> Response:
     openapi_extra=scene_request(),
     responses=json_answer("Columns, one list each, with convention, frame, epoch, shape and cost"),
 )
-def ephemeris(document: Document, settings: SettingsOf) -> Response:
-    scene = Scene.from_json(document)
-    return _answer(json.dumps(scene.run(settings.max_samples, variable("max_samples")), cost=True))
+def ephemeris(document: Document, settings: SettingsOf, drop_below: DropBelow = None) -> Response:
+    scene = limits.check_effects(Scene.from_json(document), settings)
+    threshold = _angle(drop_below)
+    limits.check_predicted(scene, threshold, settings)
+    ephemeris = scene.run(settings.max_samples, variable("max_samples"), threshold)
+    return _answer(json.dumps(ephemeris, cost=True))
+
+
+@router.post(
+    "/v1/plan",
+    summary="What of a scene would be simulated, what not and why, by which solver, at what cost and error",
+    openapi_extra=scene_request("envisat"),
+    responses=json_answer("The plan, units in its names"),
+)
+def plan(document: Document, settings: SettingsOf, drop_below: DropBelow = None) -> Response:
+    scene = limits.check_effects(Scene.from_json(document), settings)
+    return _answer(orjson.dumps(scene.plan(_angle(drop_below)).to_dict()))
 
 
 @router.post(

@@ -45,6 +45,8 @@ class Settings:
     host: str = _setting("127.0.0.1", _text, "address to listen at")
     port: int = _setting(8000, _port, "port to listen at")
     max_samples: int = _setting(1_000_000, _count, "instants that one answer may hold")
+    max_effects: int = _setting(100, _count, "effects that one scene may name")
+    max_seconds: int = _setting(30, _count, "seconds of computing that a plan may predict")
     max_body_bytes: int = _setting(4 * 2**20, _count, "bytes that a request's document may have")
 
     @classmethod

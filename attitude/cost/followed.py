@@ -114,7 +114,7 @@ def _taylor(problem: Problem, world: World, instants: np.ndarray) -> Found:
 
     from ..oracle.torqued import Torqued
 
-    told = [TOLD[torque.type](torque, world) for torque in world.torques]
+    told = [TOLD[effect.type](effect, world) for effect in world.effects]
     own = _own_rate(problem, world)
     motion = Torqued(_inertia(problem), own, problem.attitude.tolist(), told, _orbit(world), DIGITS)
     states = motion.states(instants.tolist())
@@ -130,7 +130,7 @@ def _inertia(problem: Problem) -> Any:
 
 def _own_rate(problem: Problem, world: World) -> list[float]:
     """w of the momentum: the document's rate is W, which a sink makes another."""
-    if all(torque.type != "dissipation" for torque in world.torques):
+    if all(effect.type != "dissipation" for effect in world.effects):
         return problem.angular_velocity.tolist()
     equations = torques.Equations.of(problem)
     return equations.axes.apply(equations.start[4:] * equations.second).tolist()

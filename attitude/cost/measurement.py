@@ -90,7 +90,7 @@ def measure(
     horizons = _horizons(problem, horizons, budget)
     started = perf_counter()
     say = say or _silent
-    say("truth")
+    say("truth to fifty digits" if problem.world is None else "truth")
     grids = [np.linspace(0.0, horizon * problem.unit, samples) for horizon in horizons]
     truths = _truths(problem, grids, seed)
     race = Race(problem, tuple(horizons), grids, truths, started, budget, say)

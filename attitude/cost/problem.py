@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..dynamics.acting import Once
 from ..dynamics.choice import pace
 from ..dynamics.legs import Leg, legs
 from ..dynamics.situation import Situation
@@ -29,13 +30,14 @@ class World:
     Attributes
     ----------
     situation : body, state, and the span that horizons are parts of
-    torques : those that are simulated
+    effects : those that are simulated; torques : the same, as solvers take them
     orbit : the document's, or None
     solver : the kind that the document names, or None
     """
 
     situation: Situation
-    torques: tuple[Torque, ...]
+    effects: tuple[Torque, ...]
+    torques: tuple[Once, ...]
     orbit: Orbit | None
     solver: str | None
 
@@ -87,6 +89,7 @@ class Problem:
         ------
         InputError : an effect at instants, or the user's own; torques, and no span after the epoch.
         """
+        from ..effects.effect import Torque
         from ..simulation import route
 
         for i, effect in enumerate(scene.effects):
@@ -101,7 +104,9 @@ class Problem:
             )
         tensor = np.asarray(situation.body.tensor)
         attitude = situation.attitude / np.linalg.norm(situation.attitude)
-        world = World(situation, way.torques, scene.orbit, scene.wanted_solver)
+        simulated = zip(scene.effects, way.effects, strict=True)
+        effects = [e for e, plan in simulated if plan.simulated and isinstance(e, Torque)]
+        world = World(situation, tuple(effects), way.torques, scene.orbit, scene.wanted_solver)
         return cls(tensor, _diagonal(tensor), attitude, situation.rate, situation.stop, SPANS, world)
 
 

@@ -30,11 +30,11 @@ class Once:
 
     def __init__(self, torque: Any, situation: Situation):
         self.type: str = torque.type
-        self._torque = torque
+        self.effect = torque
         self._situation = situation
 
     def rows(self, situation: Situation) -> np.ndarray:
-        rows: np.ndarray = self._torque.rows(situation)
+        rows: np.ndarray = self.effect.rows(situation)
         return rows
 
     def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
@@ -48,22 +48,22 @@ class Once:
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]] | None:
-        spans: list[tuple[float, float]] | None = self._torque.intervals(self._situation)
+        spans: list[tuple[float, float]] | None = self.effect.intervals(self._situation)
         return spans
 
     @cached_property
     def _sun(self) -> Pieces | None:
-        pieces: Pieces | None = self._torque.sun(self._situation)
+        pieces: Pieces | None = self.effect.sun(self._situation)
         return pieces
 
     @cached_property
     def _size(self) -> float:
-        return float(self._torque.size(self._situation))
+        return float(self.effect.size(self._situation))
 
     def raise_failure(self) -> None:
         """What a function of the user's raised, if it did."""
-        if hasattr(self._torque, "raise_failure"):
-            self._torque.raise_failure()
+        if hasattr(self.effect, "raise_failure"):
+            self.effect.raise_failure()
 
 
 class Kick(NamedTuple):

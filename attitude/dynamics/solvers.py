@@ -73,9 +73,9 @@ class Solver:
     def gain(self, smooth: bool, apart: float) -> float:
         """By how much, at least, the answer is better than that one, from which it is `apart` (rad).
 
-        Half of what order 8, or the solver's own if that is less, would gain; at long steps, no order is what it
-        will be.  Where torques break within steps, errors are of any sign and size from step to step, and the
-        two may agree by chance: then less than one.
+        Half of what order 8, or the solver's own if that is less, would gain; at long steps no order is what
+        it will be.  Where torques break within steps, errors are of any sign and size, and the two may agree
+        by chance: then less than one.
         """
         if not smooth:
             return 0.1

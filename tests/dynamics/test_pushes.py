@@ -49,7 +49,7 @@ def test_velocity_changes_by_the_impulse_over_the_mass_and_position_is_its_integ
         turned = Rotation.identity() if frame == "inertial" else rotation[after]
         gained = velocity[after] - velocity[after - 1] - GRAVITY * 0.25
         assert gained == pytest.approx(turned.apply(impulse) / 4.0, abs=1e-14)
-    # between pushes the velocity is linear, so that the trapezium is exact; a push at an instant belongs after it
+    # between pushes the velocity is linear, so that the trapezium is exact; a push is the next stretch's
     before = np.array([velocity[i] + GRAVITY * 0.25 for i in range(len(seconds) - 1)])
     assert np.diff(position, axis=0) == pytest.approx(0.125 * (velocity[:-1] + before), abs=1e-13)
 

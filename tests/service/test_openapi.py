@@ -6,7 +6,7 @@ import pytest
 
 from attitude import Scene
 
-COMPUTING = ("/v1/ephemeris", "/v1/motion")
+COMPUTING = ("/v1/ephemeris", "/v1/plan", "/v1/motion")
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +38,7 @@ def test_description_has_every_route(description):
     assert set(description["paths"]) == {
         "/v1/ephemeris",
         "/v1/motion",
+        "/v1/plan",
         "/v1/scenes",
         "/v1/scenes/{name}",
         "/healthz",
@@ -49,7 +50,7 @@ def test_description_has_every_route(description):
 @pytest.mark.parametrize("path", COMPUTING)
 def test_example_in_the_description_is_answered(client, description, path):
     request = description["paths"][path]["post"]["requestBody"]["content"]["application/json"]
-    assert request["example"] == Scene.builtin("toutatis").document()
+    assert request["example"] == Scene.builtin("envisat" if path == "/v1/plan" else "toutatis").document()
     assert client.post(path, json=request["example"]).status_code == 200
 
 

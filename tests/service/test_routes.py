@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import platform
-import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import orjson
 import pytest
+from asking import without_cost
 
 import attitude
 from attitude import Scene
 from attitude.formats import json
 from attitude.scene import builtin_names
 from service import routes
-
-
-def without_cost(answer):
-    """The bytes of an answer but for what no two answers share: the time they took."""
-    return re.sub(rb'"cost":\{[^{}]*\},', b"", answer.content, count=1)
 
 
 def test_answer_says_what_it_cost_and_is_worth(client, document):

@@ -12,7 +12,7 @@ from service.settings import Settings
 
 
 def test_environment_that_says_nothing_gives_the_defaults():
-    assert Settings.read({}) == Settings("127.0.0.1", 8000, 1_000_000, 4 * 2**20)
+    assert Settings.read({}) == Settings("127.0.0.1", 8000, 1_000_000, 100, 30, 4 * 2**20)
 
 
 def test_every_setting_has_its_variable():
@@ -20,9 +20,11 @@ def test_every_setting_has_its_variable():
         "ATTITUDE_HOST": "0.0.0.0",
         "ATTITUDE_PORT": "9000",
         "ATTITUDE_MAX_SAMPLES": "10",
+        "ATTITUDE_MAX_EFFECTS": "3",
+        "ATTITUDE_MAX_SECONDS": "5",
         "ATTITUDE_MAX_BODY_BYTES": "2000",
     }
-    assert Settings.read(environment) == Settings("0.0.0.0", 9000, 10, 2000)
+    assert Settings.read(environment) == Settings("0.0.0.0", 9000, 10, 3, 5, 2000)
 
 
 def test_flag_wins_over_the_environment():

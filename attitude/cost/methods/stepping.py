@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from ...dynamics import torqued
+from ...dynamics.acting import Once
 from ...dynamics.choice import Candidate
 from ...dynamics.solvers import COLLOCATION, RUNGE_KUTTA, SPLITTINGS, Solver, can_take
 from ...elapsed import instants
@@ -68,7 +69,8 @@ def _chosen(problem: Problem, tolerance: float) -> Solve:
 
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         situation = replace(world.situation, start=0.0, stop=float(t[-1]))
-        answer = torqued.solve(situation, world.torques, (), instants(t, None), tolerance, world.solver)
+        torques = [Once(effect, situation) for effect in world.effects]
+        answer = torqued.solve(situation, torques, (), instants(t, None), tolerance, world.solver)
         return _columns(answer.rows)
 
     return solve
@@ -84,7 +86,8 @@ def march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tu
     """Quaternions and rates at ascending instants, by a solver at a setting of its own kind."""
     world = of_world(problem)
     cut, candidate = world.legs(float(t[-1])), Candidate(solver, setting, 0.0, 0.0)
-    rows, work, _ = torqued._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
+    marched = torqued._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
+    rows, work = marched.rows, marched.work
     if work.failed:
         raise ArithmeticError(f"{work.failed} of {work.steps} steps did not settle")
     return _columns(rows)

@@ -1,0 +1,104 @@
+"""Scenes with effects over HTTP: the library's plan and ephemeris, and limits of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from asking import assert_problem, without_cost
+
+from attitude import Scene
+from attitude.formats import json
+from attitude.scene import builtin_names
+from service import limits
+from service.settings import Settings
+
+WITH_EFFECTS = [name for name in builtin_names() if Scene.builtin(name).effects]
+ORBIT = {"altitude": {"value": 600, "unit": "km"}}
+GRADIENT = {"effects": [{"type": "gravity_gradient"}], "orbit": ORBIT}
+PUSH = {"type": "constant_torque", "torque": {"value": [1e-9, 0, 0], "unit": "N m"}, "frame": "body"}
+
+
+def test_there_are_scenes_with_effects():
+    assert {"drop", "envisat", "explorer-1", "gyrostat", "thruster-plan"} <= set(WITH_EFFECTS)
+
+
+@pytest.mark.parametrize("name", WITH_EFFECTS)
+def test_plan_is_the_librarys(client, name):
+    scene = Scene.builtin(name)
+    answer = client.post("/v1/plan", json=scene.document())
+    assert answer.status_code == 200
+    plan = answer.json()
+    assert plan == scene.plan().to_dict()
+    assert [effect["type"] for effect in plan["effects"]] == [effect.type for effect in scene.effects]
+    assert plan["predicted_s"] > 0.0
+
+
+@pytest.mark.parametrize("name", ["drop", "gyrostat", "thruster-plan"])
+def test_ephemeris_of_a_scene_with_effects_is_the_librarys_own_bytes(client, name):
+    scene = Scene.builtin(name)
+    answer = client.post("/v1/ephemeris", json=scene.document())
+    assert answer.status_code == 200
+    assert without_cost(answer) == json.dumps(scene.run())
+
+
+def test_effects_that_do_not_matter_are_left_out_only_when_asked(client, document):
+    document["effects"] = [PUSH]
+    asked = "/v1/plan?drop_below=1e-3"
+    assert client.post("/v1/plan", json=document).json()["effects"][0]["simulated"] is True
+    left_out = client.post(asked, json=document).json()["effects"][0]
+    assert left_out["simulated"] is False
+    assert "1.0e-03 rad" in left_out["reason"]
+    free, pushed, dropped = (
+        client.post(path, json=body).json()["columns"]["q_w"]
+        for path, body in (
+            ("/v1/ephemeris", {**document, "effects": []}),
+            ("/v1/ephemeris", document),
+            ("/v1/ephemeris?drop_below=1e-3", document),
+        )
+    )
+    assert dropped == free
+    assert 0.0 < np.abs(np.subtract(pushed, free)).max() < 1e-3
+
+
+@pytest.mark.parametrize("text", ["much", "-1", "0", "nan", "inf", ""])
+@pytest.mark.parametrize("path", ["/v1/plan", "/v1/ephemeris"])
+def test_drop_below_that_is_no_angle_is_a_problem(client, document, path, text):
+    document["effects"] = [PUSH]
+    problem = assert_problem(client.post(f"{path}?drop_below={text}", json=document), 422)
+    assert problem["detail"].startswith("drop_below: an angle in rad, above 0")
+
+
+@pytest.mark.parametrize(
+    ("change", "pointer", "words"),
+    [
+        ({"effects": [{"type": "gravity_gradient"}]}, "/orbit", "gravity_gradient needs"),
+        ({"orbit": ORBIT}, "/orbit", "none here does"),
+        ({"effects": [{"type": "tides"}]}, "/effects/0/type", "gravity_gradient"),
+        ({"effects": [PUSH], "tolerance": {"value": 1e-20, "unit": "rad"}}, "/tolerance", "1e-13"),
+        ({"effects": [PUSH, {**PUSH, "frame": "moving"}]}, "/effects/1/frame", "inertial"),
+    ],
+)
+@pytest.mark.parametrize("path", ["/v1/plan", "/v1/ephemeris"])
+def test_bad_scene_is_a_problem_that_points_at_its_field(client, document, path, change, pointer, words):
+    problem = assert_problem(client.post(path, json=document | change), 422)
+    assert problem["pointer"].startswith(pointer)
+    assert words in problem["detail"]
+
+
+def test_more_effects_than_the_limit_are_a_problem_that_names_it(client, document):
+    document["effects"] = [PUSH] * 101
+    problem = assert_problem(client.post("/v1/ephemeris", json=document), 422)
+    assert problem["pointer"] == "/effects"
+    assert "at most 100 effects (ATTITUDE_MAX_EFFECTS)" in problem["detail"]
+
+
+def test_more_computing_than_the_limit_is_a_problem_that_names_it(client, document):
+    day = {"elapsed": [0, 4e8], "unit": "s"}
+    problem = assert_problem(client.post("/v1/ephemeris", json=document | GRADIENT | {"times": day}), 422)
+    assert problem["pointer"] == "/times"
+    assert "at most 30 s (ATTITUDE_MAX_SECONDS)" in problem["detail"]
+
+
+def test_free_motion_is_never_planned_for(document, monkeypatch):
+    monkeypatch.setattr(Scene, "plan", lambda *_: pytest.fail("planned"))
+    limits.check_predicted(Scene(**document), None, Settings())
