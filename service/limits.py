@@ -47,6 +47,6 @@ def check_predicted(scene: Scene, drop_below: float | None, settings: Settings) 
     if not scene.effects:
         return
     predicted = scene.plan(drop_below).predicted_seconds
-    if predicted > settings.max_seconds:
+    if not predicted <= settings.max_seconds:
         limit = f"a scene predicted to take at most {settings.max_seconds} s ({variable('max_seconds')})"
         raise InputError("times", f"{predicted:.3g} s", limit)

@@ -102,3 +102,20 @@ def test_more_computing_than_the_limit_is_a_problem_that_names_it(client, docume
 def test_free_motion_is_never_planned_for(document, monkeypatch):
     monkeypatch.setattr(Scene, "plan", lambda *_: pytest.fail("planned"))
     limits.check_predicted(Scene(**document), None, Settings())
+
+
+def test_answer_says_what_was_simulated_and_what_not(client, document):
+    gravity = {"type": "uniform_gravity", "acceleration": {"value": [0, 0, -9.81], "unit": "m/s2"}}
+    cost = client.post("/v1/ephemeris", json=document | {"effects": [gravity, PUSH]}).json()["cost"]
+    assert cost["simulated"] == ["constant_torque"]
+    assert [text.split(":")[0] for text in cost["left_out"]] == ["uniform_gravity"]
+    assert cost["error_bound_source"].startswith("estimated over the whole span")
+    assert 0.0 < cost["error_bound_rad"] <= 1e-9
+    assert "simulated" not in client.post("/v1/ephemeris", json=document).json()["cost"]
+
+
+def test_answer_of_a_bounce_carries_its_event_and_its_parabola(client):
+    answer = client.post("/v1/ephemeris", json=Scene.builtin("drop").document()).json()
+    (event,) = answer["events"]
+    assert (event["kind"], event["details"]["points"]) == ("contact", 1)
+    assert {"position_z_m", "velocity_z_m_s"} <= set(answer["columns"])
