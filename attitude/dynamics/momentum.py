@@ -13,6 +13,7 @@ from .acting import Acting, Kick
 from .situation import Situation
 
 SINK_ITERATIONS = 100
+TOO_STRONG = "a coefficient so small that energy falls over more than a turn"
 
 
 def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndarray:
@@ -30,13 +31,16 @@ def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndar
                 alpha += row[1]
     tensor = situation.body.tensor
     rate = situation.rate
+    most = 1e3 * float(np.abs(rate).max())
     for _ in range(SINK_ITERATIONS if alpha else 0):
         before, rate = rate, situation.rate - alpha * np.cross(tensor @ rate + rotors, rate)
         if np.abs(rate - before).max() <= 1e-16 * np.abs(rate).max():
             break
+        if not np.abs(rate).max() <= most:  # away from any solution, and on to infinity
+            raise InputError("dissipation", alpha, TOO_STRONG)
     else:
         if alpha:
-            raise InputError("dissipation", alpha, "a sink that takes more than a turn to empty")
+            raise InputError("dissipation", alpha, TOO_STRONG)
     return orientation.rotate(situation.attitude, tensor @ rate + rotors)
 
 

@@ -100,9 +100,15 @@ def stepped(situation: Situation, torques: Sequence[Acting], order: tuple[int, i
     absorbed = np.isin(table[:, 0], ABSORBED)
     to_axes = orientation.from_matrix(situation.axes)
     body = _body(situation, table[absorbed], to_axes)
-    symmetric = _are_same(situation, order[0], order[1]) and not body[layout.ROTORS : layout.ROTORS + 2].any()
+    symmetric = _are_same(situation, order[0], order[1]) and _keeps_axis(body)
     effects = np.ascontiguousarray(table[~absorbed])
     return Stepped(body, symmetric, to_axes, (effects, *_course(situation), *_sun(situation, torques)))
+
+
+def _keeps_axis(body: np.ndarray) -> bool:
+    """Whether the momentum along the third axis changes by torques alone: rotors across it, and a sink, which
+    turns the body, change it too."""
+    return not (body[layout.ROTORS : layout.ROTORS + 2].any() or body[layout.ALPHA])
 
 
 def _body(situation: Situation, absorbed: np.ndarray, to_axes: np.ndarray) -> np.ndarray:

@@ -116,6 +116,11 @@ def solve(
         if error <= tolerance:
             return Answer(rows, error, candidate, tuple(found), work)
         nearest, tried = min((nearest, tried), (error, candidate.solver), key=lambda pair: pair[0])
+    if not np.isfinite(nearest):
+        raise ToleranceError(
+            f"tolerance: no steps of {tried.name} lead to the end of the span: the torque is not finite "
+            "somewhere in it, or far too great for the body"
+        )
     raise ToleranceError(
         f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision by "
         f"{tried.name} (estimated error {nearest:.1e} rad); ask for more than that"
@@ -220,7 +225,7 @@ def _estimated(
 
     threads.run(one, [False, True])
     fine, coarse = answers[False], answers[True]
-    if fine.work.failed or not np.isfinite(fine.rows).all():
+    if any(one.work.failed or not np.isfinite(one.rows).all() for one in (fine, coarse)):
         return fine.rows, fine.work, np.inf, fine.smooth
     apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
     wandering = _wandering(candidate.solver, fine, angle)
@@ -291,7 +296,7 @@ def _march_legs(
             momentum = momentum + sign * inertial(kick, attitude)
         # the last column is the end of the leg
         at = np.append(seconds[place], leg.stop), np.append(rest[place], 0.0)
-        out = np.empty((OUTPUTS, place.size + 1))
+        out = np.full((OUTPUTS, place.size + 1), np.nan)  # which a solver that stops leaves there
         state = prepared[key].state(attitude, momentum)
         part = Part(leg.start, leg.stop, *at, coarsely)
         work = candidate.solver.follow(leg.torques, prepared[key], state, part, candidate.setting, out)

@@ -93,7 +93,8 @@ def collocate(
     ----------
     body : (STEPPED_BODY,); symmetric : whether moments 1 and 2 are equal
     work : (WORKSPACE * 8,), with the scheme in its last rows
-    counts : (2,), added to: sweeps made, steps whose sweeps did not settle
+    counts : (2,), added to: sweeps made, steps whose sweeps did not settle (after one that gave no numbers
+        nothing more is written)
     the rest : as in `splitting.split`
     """
     prefer_widest_vectors()
@@ -113,6 +114,7 @@ def collocate(
         if k < steps:
             _step(state, t, t_low, h, body, symmetric, world, work, counts)
             if not abs(state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
+                counts[1] += 1
                 return
 
 

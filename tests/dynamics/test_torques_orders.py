@@ -1,5 +1,7 @@
 """How the error of each solver falls with the step, with the torque, and where it ends."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -133,7 +135,7 @@ def test_error_is_proportional_to_the_torque(solver):
         for share in (1e-3, 1e-6, 1e-9)
     ]
     # those of the first power alone; with brackets also of the second: more than a thousandth
-    for greater, smaller in zip(found, found[1:], strict=False):
+    for greater, smaller in pairwise(found):
         assert smaller <= max(2e-3 * greater, 5e-15)
         if smaller > 1e-13 and "(" not in solver.name:
             assert smaller == pytest.approx(1e-3 * greater, rel=0.1)

@@ -1,0 +1,120 @@
+"""Ours against the peers under gravity gradient, in one run: a cylinder over 6,000 and over 600,000 rad.
+
+    python -m pytest -o addopts= -s tests/benchmarks/test_torques.py
+
+Ours is `Scene.run` whole: the choice of a solver, the solution, and the coarser one that tells its error.  A peer
+is given its equations compiled, and takes what its ladder of tolerances says it needs for the error that ours was
+measured to have; where it never comes so near, what its most exact rung takes.  heyoka is taken at the better of
+two ways to write the equations, one of which only circular orbits allow.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import torque_peers as peers
+
+from attitude import Scene
+from attitude.cost import Problem
+from attitude.cost.machine import processor, versions
+from attitude.cost.methods import stepping
+from attitude.cost.problem import of_world
+from attitude.dynamics import torqued
+from attitude.elapsed import instants
+
+
+class Row(NamedTuple):
+    name: str
+    seconds: float
+    error: float
+    note: str = ""
+
+
+def scene_of(problem, tolerance):
+    attitude = {"quaternion": list(problem.attitude), "order": "wxyz"}
+    return Scene.model_validate(
+        {
+            "body": {"moments": list(problem.moments), "unit": "kg m2"},
+            "attitude": attitude,
+            "angular_velocity": {"value": list(problem.omega), "unit": "rad/s"},
+            "times": {"elapsed": [problem.seconds], "unit": "s"},
+            "orbit": {"altitude": {"value": 600.0, "unit": "km"}},
+            "effects": [{"type": "gravity_gradient"}],
+            "tolerance": {"value": tolerance, "unit": "rad"},
+        }
+    )
+
+
+def ours(problem, tolerance, repeats):
+    """Rows of the whole run and of the solver by itself, as the run has it set at last."""
+    scene = scene_of(problem, tolerance)
+
+    def whole():
+        return tuple(scene.run().quaternion("wxyz")[0].tolist())
+
+    whole()  # kernels are read from disk
+    answer = peers.repeated(whole, repeats)
+    posed, t = Problem.of_scene(scene), np.array([problem.seconds])
+    world = of_world(posed)
+    used = torqued.solve(world.situation, world.torques, (), instants(t, None), tolerance).candidate
+
+    def alone():
+        return tuple(stepping.march(posed, used.solver, used.setting, t)[0][0].tolist())
+
+    bare = peers.repeated(alone, repeats)
+    truth = peers.TRUTH[problem.name]
+    note = f"{used.solver.name}, steps of {used.setting:.3g} s"
+    return (
+        Row(f"ours, tolerance {tolerance:.0e}", answer.seconds, peers.error(answer.attitude, truth)),
+        Row("  the solver alone", bare.seconds, peers.error(bare.attitude, truth), note),
+    )
+
+
+def peer(name, problem, wanted, repeats):
+    """What it takes to come within so many rad of the truth, or as near as it ever comes."""
+    solve, tolerances, _ = peers.PEERS[name]
+    points = peers.ladder(solve, problem, tolerances, repeats)
+    assert min(point.error for point in points) < 1e-6  # it answers the same question
+    seconds = peers.seconds_at(points, wanted)
+    if math.isfinite(seconds):
+        return Row(name, seconds, wanted, "between its rungs")
+    best = min(points, key=lambda point: point.error)
+    return Row(name, best.seconds, best.error, f"at its most exact, tol {best.tolerance:.1e}")
+
+
+def shown(problem, rows):
+    radians = math.hypot(*problem.omega) * problem.seconds
+    print(f"\n{processor()}, {', '.join(' '.join(pair) for pair in versions().items())}")
+    print(f"{problem.name}, {radians:.0f} rad")
+    for row in rows:
+        ratio = row.seconds / rows[0].seconds
+        print(f"{row.name:<26}{row.seconds * 1e3:10.2f} ms{row.error:10.1e} rad{ratio:8.2f} x  {row.note}")
+
+
+def compared(name, tolerance, names, repeats):
+    """Times of peers over ours, by name; all of them printed."""
+    problem = peers.PROBLEMS[name]
+    whole, alone = ours(problem, tolerance, repeats)
+    assert whole.error <= tolerance
+    assert alone.error == pytest.approx(whole.error, rel=1e-6)
+    rows = [peer(each, problem, whole.error, repeats) for each in names]
+    shown(problem, [whole, alone, *rows])
+    return {row.name: row.seconds / whole.seconds for row in rows}
+
+
+HEYOKA = ("heyoka, orbital frame", "heyoka, inertial frame")
+
+
+def test_dop853_takes_ten_times_as_long():
+    assert compared("1 deg/s", 1e-9, ["DOP853"], 5)["DOP853"] >= 10.0
+
+
+def test_heyoka_is_no_faster_at_one_degree_a_second():
+    pytest.importorskip("heyoka")
+    assert min(compared("1 deg/s", 1e-9, HEYOKA, 15).values()) >= 1.0
+
+
+def test_heyoka_takes_three_times_as_long_at_sixty_degrees_a_second():
+    pytest.importorskip("heyoka")
+    assert min(compared("60 deg/s", 1e-8, HEYOKA, 3).values()) >= 3.0
