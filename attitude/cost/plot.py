@@ -18,6 +18,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from ..plot.style import SETTINGS
 from .cell import MEASURED, Cell
 from .problem import counted
 
@@ -28,17 +29,6 @@ if TYPE_CHECKING:
 FLOOR = 1e-17
 
 SIZE = (10.0, 9.6)  # inches
-SETTINGS = {
-    "font.size": 10.0,
-    "font.family": "DejaVu Sans",
-    "axes.titlesize": 11.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "0.92",
-    "svg.fonttype": "none",  # text stays text, to be found and read aloud
-    "svg.hashsalt": "attitude",  # the same report makes the same file
-}
 COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#7f3c8d", "#666666",
            "#b2182b", "#3b6e22")  # fmt: skip
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h", "<", "p")
