@@ -32,8 +32,9 @@ FINEST = 0.5
 ROUNDING = 3e-13
 # Of the tolerance, what the estimate is to be: the rest is for what the pilot did not meet.
 SHARE = 0.25
-# The power of time that errors are taken to grow with; a rehearsal corrects it where spans are long.
-GROWTH = 1.25
+# The power of time that errors are taken to grow with: cautious, since the order is high.
+# A rehearsal corrects it where spans are long.
+GROWTH = 1.5
 
 # Measured costs, ns (tests/benchmarks/torques.py).
 DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
@@ -90,9 +91,18 @@ def candidates(
     for solver in (COLLOCATION, *reversed(SPLITTINGS), RUNGE_KUTTA):
         if kind in (None, solver.kind):
             reached = [one.seconds for one in found if one.error <= tolerance]
-            one = pilot.try_out(solver, min(reached, default=np.inf))
+            best = min(reached, default=np.inf)
+            if solver in SPLITTINGS and kind is None and _are_hopeless(found, best):
+                continue
+            one = pilot.try_out(solver, best)
             found += [one] if one is not None else []
     return sorted(found, key=_merit(tolerance))
+
+
+def _are_hopeless(found: Sequence[Candidate], best: float) -> bool:
+    """Whether two splittings, those with the smallest errors, were far too dear: others need no trial."""
+    tried = [one.seconds for one in found if one.solver in SPLITTINGS]
+    return len(tried) > 1 and min(tried) > 3.0 * best
 
 
 def _merit(tolerance: float) -> Callable[[Candidate], tuple[bool, float]]:

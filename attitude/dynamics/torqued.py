@@ -23,7 +23,7 @@ from .stepped import Stepped
 CHECKED = 64  # instants at which a coarser solution is compared
 ATTEMPTS = 6
 # Rehearsals: of spans longer than this, rad, the first of so many parts; errors grow with this power of time.
-WORTH_REHEARSING, PARTS, REHEARSED, AIM, GROWTH = 1000.0, 12.0, 8, 0.5, 1.1
+WORTH_REHEARSING, PARTS, REHEARSED, AIM, GROWTH = 1e4, 12.0, 8, 0.5, 1.1
 # Of an attempt's setting, what the next takes at most: more would hardly change the number of steps.
 NEXT = 0.9
 

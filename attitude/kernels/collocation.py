@@ -182,7 +182,7 @@ def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
         gain = max(ratio, change / last)
         if not change <= 1e300:
             return False
-        if change * gain <= 1e-18 or (change >= 0.5 * last and change < 1e-13):
+        if change * gain <= 2e-17 or (change >= 0.5 * last and change < 1e-13):
             return True
         last, ratio = max(change, 1e-300), change / last
     return False
