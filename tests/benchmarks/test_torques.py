@@ -2,10 +2,10 @@
 
     python -m pytest -o addopts= -s tests/benchmarks/test_torques.py
 
-Ours is `Scene.run` whole: the choice of a solver, the solution, and the coarser one that tells its error.  A peer
-is given its equations compiled, and takes what its ladder of tolerances says it needs for the error that ours was
-measured to have; where it never comes so near, what its most exact rung takes.  heyoka is taken at the better of
-two ways to write the equations, one of which only circular orbits allow.
+Ours is `Scene.run` whole: the choice of a solver, the solution, and the coarser one that tells its error.  A
+peer is given its equations compiled, and takes what its ladder of tolerances says it needs for the error that
+ours was measured to have; where it never comes so near, what its most exact rung takes.  heyoka is taken at the
+better of two ways to write the equations, one of which only circular orbits allow.
 """
 
 import math

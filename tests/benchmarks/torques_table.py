@@ -3,8 +3,8 @@
     python tests/benchmarks/torques_table.py costs     what attitude/dynamics/choice.py reckons with: a minute
     python tests/benchmarks/torques_table.py choices   torque x tolerance x body: five minutes
 
-Times are of this thread alone, the least of several: what other programs take of the machine is not in them, as
-far as that can be.
+Times are of this thread alone, the least of several: what other programs take of the machine is in them as
+little as can be.
 """
 
 from __future__ import annotations
@@ -19,14 +19,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).parents[2]), str(Path(__file__).parent)]
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from torque_peers import Point, seconds_at
 
 from attitude import Scene
 from attitude.cost import Problem, followed
 from attitude.cost.machine import processor, versions
-from attitude.cost.methods import stepping
 from attitude.cost.problem import of_world
 from attitude.dynamics import torqued
 from attitude.dynamics.momentum import initial_momentum
@@ -40,7 +39,7 @@ from attitude.dynamics.solvers import (
     Work,
     can_take,
 )
-from attitude.errors import AttitudeError
+from attitude.errors import ToleranceError
 from attitude.kernels import layout
 from attitude.oracle import truth
 
@@ -111,7 +110,6 @@ def problem(
 
 STEPS = 4000
 RATE = (0.03, -0.02, 0.04)
-NOTHING = np.empty(0)
 
 
 class Cost(NamedTuple):
@@ -125,29 +123,33 @@ class Cost(NamedTuple):
 
 
 def marched(
-    posed: Problem, solver: Solver, setting: float, seconds: float, free: bool = False
-) -> tuple[float, Work]:
-    """s, and the work, of a march without any instant asked for; of a free body, with no effect."""
+    posed: Problem, solver: Solver, setting: float, t: np.ndarray, free: bool = False, repeats: int = REPEATS
+) -> tuple[float, Work, np.ndarray]:
+    """s, the work, and states (OUTPUTS, n) at ascending instants, of a march to the last of them.
+
+    Of the compiled solver alone; with `free` of a free body, without any effect.
+    """
     world = of_world(posed)
     situation = world.situation
     stepped = solver.prepare(situation, world.torques)
     if free:
         stepped = replace(stepped, world=(np.zeros((0, layout.EFFECT_WIDTH)), *stepped.world[1:]))
     momentum = initial_momentum(situation, world.torques)
-    found: list[Work] = []
+    part = Part(0.0, float(t[-1]), t, np.zeros_like(t))
+    out, found = np.full((OUTPUTS, t.size), np.nan), [Work(0, 0, 0)]
 
     def march() -> None:
         state = stepped.state(situation.attitude / np.linalg.norm(situation.attitude), momentum)
-        part = Part(0.0, seconds, NOTHING, NOTHING)
-        found[:] = [solver.march(stepped, state, part, setting, np.empty((OUTPUTS, 0)))]
+        found[0] = solver.march(stepped, state, part, setting, out)
 
-    return least(march), found[0]
+    seconds = least(march, repeats)
+    return seconds, found[0], out
 
 
 def cost(posed: Problem) -> Cost:
     drift, kick = _splitting(posed)
     step, sweep = _collocation(posed)
-    seconds, work = marched(posed, RUNGE_KUTTA, 1e-11, 1000 / of_world(posed).pace)
+    seconds, work, _ = marched(posed, RUNGE_KUTTA, 1e-11, np.array([1000.0 / of_world(posed).pace]))
     return Cost(drift, kick, step, sweep, seconds / work.torques * 1e9)
 
 
@@ -156,7 +158,8 @@ def _splitting(posed: Problem) -> tuple[float, float]:
     solver = next(solver for solver in SPLITTINGS if solver.name == "splitting, order 8")
     step = 0.5 / of_world(posed).pace
     drifting, kicking = (
-        marched(posed, solver, step, STEPS * step, free)[0] / STEPS * 1e9 for free in (True, False)
+        marched(posed, solver, step, np.array([STEPS * step]), free)[0] / STEPS * 1e9
+        for free in (True, False)
     )
     return drifting / (solver.stages + 1), (kicking - drifting) / solver.stages
 
@@ -166,7 +169,7 @@ def _collocation(posed: Problem) -> tuple[float, float]:
     sweeps, times = [], []
     for radians in (0.125, 0.25, 0.5, 1.0, 2.0, 3.0):
         step = radians / of_world(posed).pace
-        seconds, work = marched(posed, COLLOCATION, step, STEPS * step)
+        seconds, work, _ = marched(posed, COLLOCATION, step, np.array([STEPS * step]))
         sweeps.append(work.torques / layout.NODES / work.steps)
         times.append(seconds / work.steps * 1e9)
     sweep, rest = np.polyfit(sweeps, times, 1)
@@ -176,9 +179,10 @@ def _collocation(posed: Problem) -> tuple[float, float]:
 def sample(posed: Problem, solver: Solver, setting: float) -> float:
     """ns for an instant between two steps."""
     world = of_world(posed)
-    some, many = np.linspace(0.0, 1.0, 11), np.linspace(0.0, 1.0, 4011)
-    few, all_ = (least(lambda t=t / world.pace: stepping.march(posed, solver, setting, t)) for t in (some, many))
-    return (all_ - few) / 4000 * 1e9
+    few, many = (
+        marched(posed, solver, setting, np.linspace(0.0, 1.0, n) / world.pace)[0] for n in (11, 4011)
+    )
+    return (many - few) / 4000 * 1e9
 
 
 def costs() -> None:
@@ -187,9 +191,7 @@ def costs() -> None:
         "symmetric body": problem(SYMMETRIC, RATE, [GRADIENT], seconds),
         "general body": problem(GENERAL, RATE, [GRADIENT], seconds),
         "general body, e = 0.1": problem(GENERAL, RATE, [GRADIENT], seconds, 0.1),
-        "general body, no orbit": problem(
-            GENERAL, RATE, [FURTHER["constant torque, body"]], seconds
-        ),
+        "general body, no orbit": problem(GENERAL, RATE, [FURTHER["constant torque, body"]], seconds),
     }
     print("| ns | " + " | ".join(Cost._fields) + " |\n|" + "---|" * 6)
     found = {}
@@ -240,14 +242,13 @@ def ladder(posed: Problem, solver: Solver, exact: list[Any], t: np.ndarray) -> l
     adaptive = solver is RUNGE_KUTTA
     for setting in ERRORS if adaptive else [radians / world.pace for radians in LADDER]:
         try:
-            attitudes, _ = stepping.march(posed, solver, setting, t)
-        except (ArithmeticError, AttitudeError):
+            seconds, work, out = marched(posed, solver, setting, t, repeats=5)
+        except ToleranceError:
             continue
-        if not np.isfinite(attitudes).all():
+        if work.failed or not np.isfinite(out).all():
             continue
-        found = zip(attitudes.tolist(), exact, strict=True)
+        found = zip(out[:4].T.tolist(), exact, strict=True)
         error = max(truth.attitude_error(q, p) for q, p in found)
-        seconds = least(lambda s=setting: stepping.march(posed, solver, s, t), 5)
         points.append(Point(setting, seconds, seconds, error))
         if error < ENOUGH:
             break
@@ -255,7 +256,9 @@ def ladder(posed: Problem, solver: Solver, exact: list[Any], t: np.ndarray) -> l
 
 
 def choices() -> None:
-    print(f"{RADIANS:g} rad of gravity gradient on a circular orbit; ms of the solver alone, at equal error\n")
+    print(
+        f"{RADIANS:g} rad of gravity gradient on a circular orbit; ms of the solver alone, at equal error\n"
+    )
     print("| body | torque | tolerance | fastest | ms | taken | ms | ratio |\n|" + "---|" * 8)
     worse = []
     for body, moments in BODIES.items():
