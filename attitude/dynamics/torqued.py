@@ -35,8 +35,9 @@ OF_ANGLE = 3e-16
 OF_WANDERING = {"gauss": 7e-17, "dop853": 2e-16, "splitting": 7e-16}
 # Motion near an unstable one makes rounding grow to this, or more: less than it is not divided by anything.
 GROWN = 3e-11
-# Steps that differ by more than this are far from their order.
-LONG = 1e-6
+# Collocation in steps so long that the two differ by more than this (rad) is far from its order; splitting
+# in steps of more than so many radians meets resonances, where a finer solution may be the worse one.
+FAR, LONG = 1e-6, 1.0
 
 
 class Marched(NamedTuple):
@@ -201,24 +202,24 @@ def _estimated(march: March, candidate: Candidate, angle: float, count: int) -> 
     apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
     wandering = _wandering(candidate.solver, fine, angle)
     rounding = wandering + _rounding(fine.work, angle)
-    better = _better(candidate.solver, fine.smooth, apart)
+    better = _better(candidate.solver, fine.smooth, apart, angle / max(1, fine.work.steps))
     error = max(apart / better, min(apart, max(GROWN, 10.0 * wandering)))
     return Estimate(fine, error + rounding, rounding)
 
 
-def _better(solver: Solver, smooth: bool, apart: float) -> float:
+def _better(solver: Solver, smooth: bool, apart: float, stride: float) -> float:
     """By how much, at least, the solution is better than the coarser one that it is `apart` (rad) from.
 
-    Where torques break within steps, errors are of any sign and size from step to step, and the two may
-    agree by chance: then less than one.
+    stride : rad, of a step.  Where torques break within steps, errors are of any sign and size from step to
+    step, and the two may agree by chance: then less than one.
     """
     if not smooth:
         return 0.1
     if solver is RUNGE_KUTTA:
-        return 5.0
-    if solver is COLLOCATION and apart > LONG:
-        return 4.0
-    return max(1.0, 0.5 * (1.5 ** min(solver.order, 8) - 1.0))
+        return 1.0
+    if solver is COLLOCATION:
+        return 4.0 if apart > FAR else 12.0
+    return 0.3 if stride > LONG else max(1.0, 0.5 * (1.5**solver.order - 1.0))
 
 
 def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
