@@ -4,8 +4,8 @@
 
 Ours is `Scene.run` whole: the choice of a solver, the solution, and the coarser one that tells its error.  A
 peer is given its equations compiled, and takes what its ladder of tolerances says it needs for the error that
-ours was measured to have; where it never comes so near, what its most exact rung takes.  heyoka is taken at the
-better of two ways to write the equations, one of which only circular orbits allow.
+ours was measured to have; where it never comes so near, what its most exact rung takes.  heyoka is taken at
+the better of two ways to write the equations, one of which only circular orbits allow.
 """
 
 import math
