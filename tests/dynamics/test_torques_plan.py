@@ -90,7 +90,7 @@ def test_plan_names_every_effect_and_the_solver_that_runs():
     assert {name for name, *_ in plan.candidates} >= {"gauss, order 16", "dop853"}
     text = plan.text()
     for told in plan.effects:
-        assert told.reason in text
+        assert " ".join(told.reason.split()) in " ".join(text.split())
     assert plan.solver in text
 
 
@@ -118,7 +118,7 @@ def test_torques_below_the_threshold_are_dropped_and_the_others_not():
     assert all(told.simulated for told in made.plan().effects)
     dropped = made.plan(drop_below=1e-5).effects
     assert [told.simulated for told in dropped] == [False, True]
-    assert "left out as asked: less than 1.0e-05 rad" in dropped[0].reason
+    assert "as asked, less than 1.0e-05 rad" in dropped[0].reason
     alone = scene(great, rate=RATE, elapsed=T, tolerance=1e-9).run()
     run = made.run(drop_below=1e-5)
     assert run.quaternion("wxyz").tobytes() == alone.quaternion("wxyz").tobytes()
