@@ -152,7 +152,6 @@ class _Pilot:
         stepped = solver.prepare(self.situation, self.leg.torques)
         if not can_take(solver, stepped):
             return None
-        aim = self.wanted * solver.gain(stepped.is_smooth, self.tolerance)
         settings: list[float] = []
         errors: list[float] = []
         cost = 0.0
@@ -166,6 +165,7 @@ class _Pilot:
             settings.append(setting)
             errors.append(self.error(answer))
             cost = _cost(solver, stepped, work) * self.growth
+            aim = self._aim(solver, stepped, setting)
             if errors[-1] <= aim or errors[-1] < ROUNDING or cost >= best:
                 break
         if not settings:
@@ -175,6 +175,11 @@ class _Pilot:
         cost *= finer ** (0.125 if solver is RUNGE_KUTTA else 1.0)
         error *= self.growth**GROWTH / solver.coarser**order
         return Candidate(solver, setting / solver.coarser, error, cost)
+
+    def _aim(self, solver: Solver, stepped: Stepped, setting: float) -> float:
+        """rad: what the coarser solution may be off, for the estimate to be what is wanted at the end."""
+        stride = 0.0 if solver is RUNGE_KUTTA else setting * self.rate / solver.coarser
+        return self.wanted * solver.gain(stepped.is_smooth, self.tolerance, stride)
 
     def _ladder(self, solver: Solver, stepped: Stepped, best: float) -> tuple[float, ...]:
         """From coarse to fine; where there is a best before, from what costs half as much on."""

@@ -21,8 +21,9 @@ from .situation import Situation
 from .stepped import Stepped, ascending, most_symmetric
 
 OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
-# Solutions by collocation that differ by more than this, rad, have steps far from their order.
-LONG = 1e-6
+# Collocation in steps so long that the two differ by more than this (rad) is far from its order; splitting
+# in steps of more than so many radians meets resonances, where a finer solution may be the worse one.
+FAR, LONG = 1e-6, 1.0
 
 
 class Part(NamedTuple):
@@ -70,20 +71,20 @@ class Solver:
         """What the setting is multiplied by for the solution that the answer is compared with."""
         return 10.0 if self.kind == "dop853" else 1.5
 
-    def gain(self, smooth: bool, apart: float) -> float:
+    def gain(self, smooth: bool, apart: float, stride: float) -> float:
         """By how much, at least, the answer is better than that one, from which it is `apart` (rad).
 
-        Half of what order 8, or the solver's own if that is less, would gain; at long steps no order is what
-        it will be.  Where torques break within steps, errors are of any sign and size, and the two may agree
-        by chance: then less than one.
+        stride : rad, of a step.  Half of what order 8, or a splitting's own, would gain, unless steps are so
+        long that no order is what it will be.  Where torques break within steps, errors are of any sign and
+        size from step to step, and the two may agree by chance: then less than one.
         """
         if not smooth:
             return 0.1
         if self.kind == "dop853":
-            return 5.0
-        if self.kind == "gauss" and apart > LONG:
-            return 4.0
-        return max(1.0, 0.5 * (self.coarser ** min(self.order, 8) - 1.0))
+            return 1.0
+        if self.kind == "gauss":
+            return 4.0 if apart > FAR else 12.0
+        return 0.3 if stride > LONG else max(1.0, 0.5 * (self.coarser**self.order - 1.0))
 
     def follow(
         self,

@@ -49,6 +49,14 @@ class Marched(NamedTuple):
     symmetric: bool
 
 
+class Estimate(NamedTuple):
+    """A solution, and how far it may be off: rad, in all, and by rounding alone."""
+
+    marched: Marched
+    error: float
+    rounding: float
+
+
 March = Callable[[Candidate, bool, "np.ndarray | None"], Marched]
 
 
@@ -112,10 +120,10 @@ def solve(
     nearest, tried = np.inf, found[0].solver
     for candidate in _worth_trying(found, situation, torques):
         candidate = _rehearsed(situation, torques, kicks, candidate, tolerance, angle)
-        rows, work, error, candidate = _refined(march, candidate, tolerance, angle, seconds.size)
-        if error <= tolerance:
-            return Answer(rows, error, candidate, tuple(found), work)
-        nearest, tried = min((nearest, tried), (error, candidate.solver), key=lambda pair: pair[0])
+        one, candidate = _refined(march, candidate, tolerance, angle, seconds.size)
+        if one.error <= tolerance:
+            return Answer(one.marched.rows, one.error, candidate, tuple(found), one.marched.work)
+        nearest, tried = min((nearest, tried), (one.error, candidate.solver), key=lambda pair: pair[0])
     if not np.isfinite(nearest):
         raise ToleranceError(
             f"tolerance: no steps of {tried.name} lead to the end of the span: the torque is not finite "
@@ -161,31 +169,30 @@ def _rehearsed(
     )
     share = AIM * tolerance / PARTS**GROWTH
     for _ in range(ATTEMPTS):
-        _, _, error, smooth = _estimated(march, candidate, angle / PARTS, REHEARSED)
-        if error <= share:
+        one = _estimated(march, candidate, angle / PARTS, REHEARSED)
+        if one.error <= share or one.rounding > share:
             break
-        candidate = _finer(candidate, share / error, smooth)
+        candidate = _finer(candidate, share / one.error, one.marched.smooth)
     return candidate
 
 
 def _refined(
     march: March, candidate: Candidate, tolerance: float, angle: float, count: int
-) -> tuple[np.ndarray, Work, float, Candidate]:
-    """Finer and finer until the estimate is below the tolerance, or twice has hardly fallen."""
-    best, vain, first = np.inf, 0, candidate
+) -> tuple[Estimate, Candidate]:
+    """Finer and finer until the estimate is below the tolerance, twice has hardly fallen, or is rounding."""
+    best, vain, first = None, 0, candidate
     for _ in range(ATTEMPTS):
-        rows, work, error, smooth = _estimated(march, candidate, angle, count)
-        if error <= tolerance:
-            return rows, work, error, candidate
-        vain += 1 if error > 0.5 * best else 0
-        if vain == 2:
+        one = _estimated(march, candidate, angle, count)
+        if one.error <= tolerance:
+            return one, candidate
+        vain += 1 if best is not None and one.error > 0.5 * best.error else 0
+        best = one if best is None or one.error < best.error else best
+        candidate = _finer(candidate, tolerance / one.error, one.marched.smooth)
+        enough = not one.marched.smooth and candidate.setting * MOST < first.setting
+        if vain == 2 or one.rounding > tolerance or (enough and candidate.solver is not RUNGE_KUTTA):
             break
-        best = min(best, error)
-        finer = _finer(candidate, tolerance / error, smooth)
-        if not smooth and finer.solver is not RUNGE_KUTTA and finer.setting * MOST < first.setting:
-            break
-        candidate = finer
-    return rows, work, min(error, best), candidate
+    assert best is not None
+    return best, candidate
 
 
 def _finer(candidate: Candidate, ratio: float, smooth: bool) -> Candidate:
@@ -212,11 +219,8 @@ def _by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequen
     return cut
 
 
-def _estimated(
-    march: March, candidate: Candidate, angle: float, count: int
-) -> tuple[np.ndarray, Work, float, bool]:
-    """(rows, work, estimated error, whether smooth): the solution and a coarser one, side by side on two
-    processors."""
+def _estimated(march: March, candidate: Candidate, angle: float, count: int) -> Estimate:
+    """The solution and a coarser one, side by side on two processors."""
     some = np.unique(np.linspace(0, count - 1, min(count, CHECKED)).round().astype(int))
     answers: dict[bool, Marched] = {}
 
@@ -225,12 +229,14 @@ def _estimated(
 
     threads.run(one, [False, True])
     fine, coarse = answers[False], answers[True]
-    if any(one.work.failed or not np.isfinite(one.rows).all() for one in (fine, coarse)):
-        return fine.rows, fine.work, np.inf, fine.smooth
+    if any(answer.work.failed or not np.isfinite(answer.rows).all() for answer in (fine, coarse)):
+        return Estimate(fine, np.inf, 0.0)
     apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
     wandering = _wandering(candidate.solver, fine, angle)
-    error = max(apart / candidate.solver.gain(fine.smooth, apart), min(apart, max(GROWN, 10.0 * wandering)))
-    return fine.rows, fine.work, error + wandering + _rounding(fine.work, angle), fine.smooth
+    rounding = wandering + _rounding(fine.work, angle)
+    better = candidate.solver.gain(fine.smooth, apart, angle / max(1, fine.work.steps))
+    error = max(apart / better, min(apart, max(GROWN, 10.0 * wandering)))
+    return Estimate(fine, error + rounding, rounding)
 
 
 def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
@@ -254,6 +260,7 @@ def _march(
     coarsely: bool,
     some: np.ndarray | None,
 ) -> Marched:
+    """All directions, for the instants or some of them."""
     if some is not None:
         seconds, rest = seconds[some], rest[some]
     rows, total = np.empty((OUTPUTS, seconds.size)), Work(0, 0, 0)

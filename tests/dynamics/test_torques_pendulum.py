@@ -183,9 +183,12 @@ def jacobi(rows, t, moments):
     constant on a circular orbit (Hughes 2004, section 9.2)."""
     moments = np.array(moments)
     q, w = rows[:4], rows[4:7]
+    # turns/s in two parts: the time in doubles is exact, a product with it in doubles is not
+    high, low = (np.longdouble(number) for number in COURSE.numbers[4:6])
+    phase = 2.0 * np.pi * ((np.longdouble(t) * (high + low)) % 1.0).astype(float)
     R = np.array([matrix(column).T for column in q.T])
     normal = R[:, :, 2]
-    e = np.einsum("nij,jn->ni", R, np.array([np.cos(N * t), np.sin(N * t), 0.0 * t]))
+    e = np.einsum("nij,jn->ni", R, np.array([np.cos(phase), np.sin(phase), 0.0 * phase]))
     kinetic = 0.5 * (moments * w.T**2).sum(axis=1) - N * (normal * moments * w.T).sum(axis=1)
     return (kinetic + 1.5 * N * N * (moments * e * e).sum(axis=1)) / (N * N * moments.max())
 

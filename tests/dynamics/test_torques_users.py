@@ -162,7 +162,7 @@ def test_nan_of_a_compiled_function_stops_with_a_clear_error(solver, elapsed, to
 
 def test_splitting_does_not_take_a_torque_that_may_depend_on_the_rate():
     effect = UserTorque("mine", lambda t, q, w: T, size=0.03)
-    with pytest.raises(InputError, match="solver.*automatic, gauss or dop853"):
+    with pytest.raises(InputError, match=r"solver.*automatic, gauss or dop853"):
         scene(effect, rate=RATE, elapsed=SECONDS, solver="splitting").run()
 
 

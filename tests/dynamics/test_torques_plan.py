@@ -1,0 +1,216 @@
+"""What a plan says of torques, what is dropped, and what cannot be given."""
+
+import math
+
+import numpy as np
+import pytest
+
+from attitude import InputError, ToleranceError
+
+from .marching import angle
+from .test_torques_effects import MOMENTS, MU, orbit, quantity, scene
+
+RATE = (0.03, -0.05, 0.04)
+T = np.linspace(0.0, 600.0, 7)
+
+
+def constant(value, **more):
+    return {"type": "constant_torque", "torque": quantity(value, "N m"), "frame": "body", **more}
+
+
+# Sizes
+
+
+def test_plan_gives_the_size_of_a_torque_in_the_ways_that_matter():
+    """0.001 N m: over L^2 / I_max; s to turn I_min at rest by 1e-9 rad, sqrt(2 I / T 1e-9); T / 2 I t^2."""
+    made = scene(constant([1e-3, 0, 0]), rate=RATE, elapsed=T, tolerance=1e-9)
+    (told,) = made.plan().effects
+    L = math.sqrt(sum((i * w) ** 2 for i, w in zip(MOMENTS, RATE, strict=True)))
+    assert told.simulated
+    assert told.field == "effects[0]"
+    assert told.torque == pytest.approx(1e-3, rel=1e-15)
+    assert told.relative_torque == pytest.approx(1e-3 * 17.0 / L**2, rel=1e-14)
+    assert told.seconds_to_tolerance == pytest.approx(math.sqrt(2.0 * 10.0 * 1e-9 / 1e-3), rel=1e-14)
+    assert told.influence == pytest.approx(0.5 * 1e-3 / 10.0 * 600.0**2, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("effect", "size"),
+    [
+        (constant([3e-3, 4e-3, 0]), 5e-3),
+        # 3/2 mu / r^3 (17 - 10)
+        ({"type": "gravity_gradient"}, 1.5 * MU / 7e6**3 * 7.0),
+        # m B at the pole of a dipole in its plane: at most twice 2.262e-5 T
+        (
+            {
+                "type": "magnetic_dipole",
+                "dipole": quantity([0, 3, 4], "A m2"),
+                "field": {"strength": quantity(3e-5, "T"), "radius": quantity(6371.2, "km")},
+            },
+            5.0 * 3e-5 * (6371.2 / 7000.0) ** 3,
+        ),
+    ],
+    ids=["constant", "gravity gradient", "dipole over the equator"],
+)
+def test_size_of_a_torque_is_what_it_reaches_at_most(effect, size):
+    more = {} if effect["type"] == "constant_torque" else {"orbit": orbit()}
+    (told,) = scene(effect, rate=RATE, elapsed=T, **more).plan().effects
+    assert told.torque == pytest.approx(size, rel=1e-9)
+
+
+def test_plan_names_every_effect_and_the_solver_that_runs():
+    made = scene(
+        {"type": "gravity_gradient"},
+        {"type": "uniform_gravity", "acceleration": quantity([0, 0, -9.81], "m/s2")},
+        {
+            "type": "impulse",
+            "time": quantity(5, "s"),
+            "angular_impulse": quantity([0, 0.1, 0], "N m s"),
+            "frame": "body",
+        },
+        constant([0, 0, 0]),
+        {"type": "eddy_damping", "coefficient": 1e-3, "unit": "N m s"},
+        rate=RATE,
+        elapsed=T,
+        orbit=orbit(),
+        tolerance=1e-8,
+    )
+    plan = made.plan()
+    assert [(told.type, told.simulated, told.acts_on) for told in plan.effects] == [
+        ("gravity_gradient", True, "attitude"),
+        ("uniform_gravity", False, "translation"),
+        ("impulse", True, "instants"),
+        ("constant_torque", False, "attitude"),
+        ("eddy_damping", True, "attitude"),
+    ]
+    run = made.run()
+    assert run.plan.solver.startswith(plan.solver)
+    assert plan.predicted_error <= plan.tolerance == 1e-8
+    assert run.plan.error_bound <= 1e-8
+    assert {name for name, *_ in plan.candidates} >= {"gauss, order 16", "dop853"}
+    text = plan.text()
+    for told in plan.effects:
+        assert " ".join(told.reason.split()) in " ".join(text.split())
+    assert plan.solver in text
+
+
+@pytest.mark.parametrize("solver", ["splitting", "gauss", "dop853"])
+def test_solver_asked_for_is_the_one_that_runs(solver):
+    made = scene(constant([1e-3, 2e-3, 0]), rate=RATE, elapsed=T, tolerance=1e-8, solver=solver)
+    assert made.plan().solver.startswith(solver)
+    assert made.run().plan.solver.startswith(solver)
+
+
+def test_plan_is_the_same_each_time():
+    made = scene({"type": "gravity_gradient"}, rate=RATE, elapsed=T, orbit=orbit())
+    assert made.plan() == made.plan()
+    one, other = made.run(), made.run()
+    assert one.quaternion("wxyz").tobytes() == other.quaternion("wxyz").tobytes()
+
+
+# Dropping
+
+
+def test_torques_below_the_threshold_are_dropped_and_the_others_not():
+    """Influence at most 1.8e-6 rad and 1.8e-2 rad over the span."""
+    small, great = constant([1e-10, 0, 0]), constant([0, 1e-6, 0])
+    made = scene(small, great, rate=RATE, elapsed=T, tolerance=1e-9)
+    assert all(told.simulated for told in made.plan().effects)
+    dropped = made.plan(drop_below=1e-5).effects
+    assert [told.simulated for told in dropped] == [False, True]
+    assert "as asked, less than 1.0e-05 rad" in dropped[0].reason
+    alone = scene(great, rate=RATE, elapsed=T, tolerance=1e-9).run()
+    run = made.run(drop_below=1e-5)
+    assert run.quaternion("wxyz").tobytes() == alone.quaternion("wxyz").tobytes()
+    # what was left out mattered less than was said
+    whole = made.run()
+    apart = angle(whole.quaternion("wxyz").T, run.quaternion("wxyz").T)
+    assert 1e-8 < apart < dropped[0].influence < 1e-5
+
+
+def test_all_torques_dropped_leave_the_closed_form_to_the_bit():
+    free = scene(rate=RATE, elapsed=T).run()
+    run = scene(constant([1e-10, 0, 0]), rate=RATE, elapsed=T).run(drop_below=1e-5)
+    assert run.quaternion("wxyz").tobytes() == free.quaternion("wxyz").tobytes()
+    assert run.plan.solver == free.plan.solver
+
+
+def test_nothing_is_dropped_by_default():
+    tiny = scene(constant([1e-30, 0, 0]), rate=RATE, elapsed=T)
+    assert tiny.plan().effects[0].simulated
+    assert tiny.run().plan.solver != scene(rate=RATE, elapsed=T).run().plan.solver
+
+
+@pytest.mark.parametrize("drop_below", [0.0, -1.0, math.inf, math.nan, "1e-5"])
+def test_threshold_that_is_no_angle_is_refused(drop_below):
+    made = scene(constant([1e-10, 0, 0]), rate=RATE, elapsed=T)
+    for ask in (made.plan, made.run):
+        with pytest.raises(InputError, match=r"drop_below.*an angle in rad, above 0"):
+            ask(drop_below=drop_below)
+
+
+def test_influence_is_never_below_what_leaving_out_changes():
+    """For bodies that turn slowly, where a torque has most of its effect."""
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        torque = rng.normal(size=3) * 10.0 ** rng.uniform(-9, -6)
+        rate = rng.normal(size=3) * 10.0 ** rng.uniform(-6, -3)
+        made = scene(constant(torque.tolist()), rate=rate.tolist(), elapsed=T, tolerance=1e-9)
+        (told,) = made.plan().effects
+        apart = angle(
+            made.run().quaternion("wxyz").T, scene(rate=rate.tolist(), elapsed=T).run().quaternion("wxyz").T
+        )
+        assert apart <= told.influence * (1.0 + 1e-6)
+
+
+# What double precision cannot give
+
+
+def test_chaotic_motion_cannot_be_followed_for_long():
+    """A body that the gravity gradient makes tumble: 1e-16 grows to a radian within these sixty orbits."""
+    made = scene(
+        {"type": "gravity_gradient"},
+        moments=(45.0, 22.0, 50.0),
+        rate=(1e-3, -8e-4, 6e-5),
+        elapsed=[0.0, 450000.0],
+        orbit=orbit(7.9e6),
+        tolerance=1e-7,
+    )
+    with pytest.raises(ToleranceError, match=r"tolerance: 1\.0e-07 rad cannot be reached over this span"):
+        made.run()
+    # the beginning can
+    assert (
+        scene(
+            {"type": "gravity_gradient"},
+            moments=(45.0, 22.0, 50.0),
+            rate=(1e-3, -8e-4, 6e-5),
+            elapsed=[0.0, 20000.0],
+            orbit=orbit(7.9e6),
+            tolerance=1e-7,
+        )
+        .run()
+        .plan.error_bound
+        < 1e-7
+    )
+
+
+@pytest.mark.parametrize("solver", ["automatic", "gauss", "dop853", "splitting"])
+@pytest.mark.parametrize("moments", [MOMENTS, (12.0, 12.0, 7.0)], ids=["triaxial", "symmetric"])
+def test_fast_spin_over_a_long_span_is_not_known_to_1e13(moments, solver):
+    """1e4 rad in doubles: rates are good to 1e-16 of that."""
+    made = scene(
+        constant([1e-3, 0, 0]),
+        moments=moments,
+        rate=(3.0, -5.0, 4.0),
+        elapsed=[0.0, 1500.0],
+        tolerance=1e-13,
+        solver=solver,
+    )
+    with pytest.raises(ToleranceError, match="cannot be reached over this span in double precision"):
+        made.run()
+
+
+@pytest.mark.parametrize("tolerance", [1e-14, 0.1, 0.0, -1e-9])
+def test_tolerance_out_of_reach_is_refused_in_the_document(tolerance):
+    with pytest.raises(InputError, match=r"tolerance.*from 1e-13 rad .* to 0.01 rad"):
+        scene(constant([1e-3, 0, 0]), rate=RATE, elapsed=T, tolerance=tolerance)
