@@ -36,7 +36,7 @@ SHARE = 0.25
 # A rehearsal corrects it where spans are long.
 GROWTH = 1.5
 
-# Measured costs, ns (tests/benchmarks/torques.py).
+# Measured costs, ns (tests/benchmarks/torques_table.py costs).
 DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
 SWEEP, COLLOCATION_STEP = 190.0, 400.0
 STAGE = 85.0
@@ -120,18 +120,27 @@ class _Pilot:
         self.tolerance = tolerance
         self.wanted = SHARE * tolerance / self.growth**GROWTH
         self.momentum = initial_momentum(situation, leg.torques)
+        self._prepared: dict[object, Stepped] = {}
         self.truth = self._truth()
 
+    def prepared(self, solver: Solver) -> Stepped:
+        """The arrays of a solver, which several share."""
+        if solver.prepare not in self._prepared:
+            self._prepared[solver.prepare] = solver.prepare(self.situation, self.leg.torques)
+        return self._prepared[solver.prepare]
+
     def _truth(self) -> np.ndarray:
-        stepped = COLLOCATION.prepare(self.situation, self.leg.torques)
+        stepped = self.prepared(COLLOCATION)
         if stepped.is_smooth:
-            return self.march(COLLOCATION, stepped, FINEST / self.rate)[0]
-        return self.march(RUNGE_KUTTA, RUNGE_KUTTA.prepare(self.situation, self.leg.torques), 1e-15)[0]
+            truth, work = self.march(COLLOCATION, stepped, FINEST / self.rate)
+            if not work.failed and np.isfinite(truth).all():
+                return truth
+        return self.march(RUNGE_KUTTA, self.prepared(RUNGE_KUTTA), 1e-15)[0]
 
     def march(self, solver: Solver, stepped: Stepped, setting: float) -> tuple[np.ndarray, Work]:
         stop = self.leg.start + np.copysign(self.span, self.leg.stop - self.leg.start)
         state = stepped.state(self.situation.attitude, self.momentum)
-        out = np.empty((OUTPUTS, 1))
+        out = np.full((OUTPUTS, 1), np.nan)
         part = Part(self.leg.start, float(stop), np.array([stop]), np.zeros(1))
         work = solver.follow(self.leg.torques, stepped, state, part, setting, out)
         return out[:, 0], work
@@ -149,7 +158,7 @@ class _Pilot:
 
         best : s, of the best found before: from there on finer settings are not tried, but reckoned
         """
-        stepped = solver.prepare(self.situation, self.leg.torques)
+        stepped = self.prepared(solver)
         if not can_take(solver, stepped):
             return None
         settings: list[float] = []
