@@ -242,8 +242,7 @@ def _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C):
     p = left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]
     put_four(work, SLOPE, i, (0.5 * p[0], 0.5 * p[1], 0.5 * p[2], 0.5 * p[3]))
     put_three(work, SLOPE + 4, i, force)
-    # (m x omega has no third component where moments 1 and 2 are equal; what a sink adds has)
-    work[(SLOPE + 7) * NODES + i] = fma(alpha, fma(m[0], inner[1], -m[1] * inner[0]), push[2])
+    work[(SLOPE + 7) * NODES + i] = push[2]
 
 
 @inlined

@@ -16,6 +16,8 @@ from .vectors import add_scaled, dot
 
 UNKNOWNS = 7  # attitude, momentum
 STAGES = 12
+# Steps after which it is given up: a torque that jumps everywhere would shorten them without end.
+MOST_STEPS = 1e8
 
 
 @kernel
@@ -48,7 +50,7 @@ def runge_kutta(
     tolerance : of the error of a step, rad in the attitude, and of the momentum relative to it
     table : (16, 12): A, then B, C and the two error estimates (whose 13th number is 0)
     spare : (2 STATE,), work : (13 * 7,), scratch
-    counts : (3,), written: steps taken, steps refused, 1.0 where the step shrank to nothing (the state then
+    counts : (3,), written: steps taken, refused, 1.0 where they shrank to nothing or were too many (the state then
         is where that was, and instants from there on are not written)
     the rest : as in `splitting.split`
     """
@@ -66,7 +68,7 @@ def runge_kutta(
         if not error <= 1.0:
             counts[1] += 1
             h *= max(0.2, 0.9 * error**-0.125) if error > 1.0 else 0.2
-            if abs(h) <= 1e-15 * (abs(t) + abs(left)):
+            if abs(h) <= 1e-15 * (abs(t) + abs(left)) or counts[0] + counts[1] > MOST_STEPS:
                 counts[2] = 1.0
                 return
             continue
