@@ -50,8 +50,8 @@ def runge_kutta(
     tolerance : of the error of a step, rad in the attitude, and of the momentum relative to it
     table : (16, 12): A, then B, C and the two error estimates (whose 13th number is 0)
     spare : (2 STATE,), work : (13 * 7,), scratch
-    counts : (3,), written: steps taken, refused, 1.0 where they shrank to nothing or were too many (the state then
-        is where that was, and instants from there on are not written)
+    counts : (3,), written: steps taken, steps refused, 1.0 where they shrank to nothing or were too many; the
+        state is that at the last step then, and instants from there on are not written
     the rest : as in `splitting.split`
     """
     world = effects, orbit, pieces, sun, sun_pieces
