@@ -50,7 +50,7 @@ from .layout import (
 )
 from .phase import ROUND, sine_cosine
 from .rotation import PER_TURN, normalised, product, rotated, rotated_back
-from .stepping import copied, later, momentum_of, time_of, write
+from .stepping import later, momentum_of, time_of, write_until
 from .torque import (
     eddies_of,
     four_at,
@@ -99,20 +99,14 @@ def collocate(
     """
     prefer_widest_vectors()
     world = effects, orbit, pieces, sun, sun_pieces
-    written = 0
+    arguments = body, symmetric, world, work, counts
+    instants, written = (seconds, rest), 0
     for k in range(steps + 1):
         t, t_low = time_of(k, h, start)
-        while written < seconds.shape[0]:
-            part = ((seconds[written] - t) - t_low) + rest[written]
-            if k < steps and abs(part) >= abs(h):
-                break
-            copied(state, spare)
-            if part != 0.0:
-                _step(spare, t, t_low, part, body, symmetric, world, work, counts)
-            write(spare, symmetric, body, out, written)
-            written += 1
+        span = t, t_low, h, k == steps
+        written = write_until(_step, arguments, state, span, symmetric, body, instants, spare, out, written)
         if k < steps:
-            _step(state, t, t_low, h, body, symmetric, world, work, counts)
+            _step(state, t, t_low, h, *arguments)
             if not abs(state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
                 counts[1] += 1
                 return

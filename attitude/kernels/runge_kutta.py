@@ -10,7 +10,7 @@ import math
 from .intrinsics import fma, kernel, routine
 from .layout import ATTITUDE, MOMENTUM, STATE
 from .rotation import normalised, product, rotated, rotated_back
-from .stepping import copied, later, momentum_of, turning_rate, write
+from .stepping import copied, later, momentum_of, turning_rate, write_until
 from .torque import eddies_of, taken_by_eddies, torque
 from .vectors import add_scaled, dot
 
@@ -55,16 +55,17 @@ def runge_kutta(
     the rest : as in `splitting.split`
     """
     world = effects, orbit, pieces, sun, sun_pieces
-    instants = seconds, rest
     ahead, aside = spare[:STATE], spare[STATE:]
     size = math.sqrt(dot(momentum_of(state), momentum_of(state)))
     scale = 1.0 / size if size > 0.0 else 1.0
-    t, t_low, written, left = start[0], start[1], 0, _between(start[0], start[1], stop)
+    arguments = table, body, world, work, tolerance, scale
+    instants, written = (seconds, rest), 0
+    t, t_low, left = start[0], start[1], _between(start[0], start[1], stop)
     while True:
         ends = abs(h) >= abs(left)
         h = left if ends else h
         copied(state, ahead)
-        error = _step(ahead, t, t_low, h, table, body, world, work, tolerance, scale)
+        error = _step(ahead, t, t_low, h, *arguments)
         if not error <= 1.0:
             counts[1] += 1
             h *= max(0.2, 0.9 * error**-0.125) if error > 1.0 else 0.2
@@ -72,8 +73,8 @@ def runge_kutta(
                 counts[2] = 1.0
                 return
             continue
-        step = t, t_low, h, ends
-        written = _write_until(state, step, table, body, world, instants, out, aside, work, written)
+        span = t, t_low, h, ends
+        written = write_until(_step, arguments, state, span, False, body, instants, aside, out, written)
         copied(ahead, state)
         counts[0] += 1
         if ends:
@@ -86,23 +87,6 @@ def runge_kutta(
 @routine
 def _between(t, t_low, stop):
     return (stop[0] - t) + (stop[1] - t_low)
-
-
-@routine
-def _write_until(state, step, table, body, world, instants, out, aside, work, written):
-    """The instants within a step, each by that step, shortened."""
-    t, t_low, h, ends = step
-    seconds, rest = instants
-    while written < seconds.shape[0]:
-        part = ((seconds[written] - t) - t_low) + rest[written]
-        if not ends and abs(part) >= abs(h):
-            break
-        copied(state, aside)
-        if part != 0.0:
-            _step(aside, t, t_low, part, table, body, world, work, 1.0, 1.0)
-        write(aside, False, body, out, written)
-        written += 1
-    return written
 
 
 @routine

@@ -8,7 +8,7 @@ from .free_rotation import attitude_of, drift, drift_symmetric
 from .intrinsics import inlined, kernel, prefer_widest_vectors, routine
 from .layout import ATTITUDE, AXIAL, AXIAL_LOW, EDDIES, INVERSES, MOMENTUM, MOMENTUM_LOW, ROTORS
 from .rotation import about, normalised, product, rotated, rotated_back
-from .stepping import copied, later, momentum_of, time_of, write
+from .stepping import later, momentum_of, time_of, write_until
 from .torque import body_rate, eddies_of, taken_by_eddies, torque
 from .vectors import add_scaled
 
@@ -47,29 +47,17 @@ def split(
     seconds, rest : (m,), two-part instants in the order of the steps, none outside them
     out : (10, m), written: attitude, rate, momentum
     spare : (STATE,), work : (6, 8), scratch
-
-    Notes
-    -----
-    An instant between two steps is reached by the same step, shortened, from the one before it: the steps
-    themselves, and every bit of theirs, do not depend on the instants.
     """
     prefer_widest_vectors()
     world = effects, orbit, pieces, sun, sun_pieces
-    scheme = drifts, kicks
-    written = 0
+    arguments = (drifts, kicks), body, symmetric, world, work
+    instants, written = (seconds, rest), 0
     for k in range(steps + 1):
         t, t_low = time_of(k, h, start)
-        while written < seconds.shape[0]:
-            part = ((seconds[written] - t) - t_low) + rest[written]
-            if k < steps and abs(part) >= abs(h):
-                break
-            copied(state, spare)
-            if part != 0.0:
-                _step(spare, t, t_low, part, scheme, body, symmetric, world, work)
-            write(spare, symmetric, body, out, written)
-            written += 1
+        span = t, t_low, h, k == steps
+        written = write_until(_step, arguments, state, span, symmetric, body, instants, spare, out, written)
         if k < steps:
-            _step(state, t, t_low, h, scheme, body, symmetric, world, work)
+            _step(state, t, t_low, h, *arguments)
 
 
 @routine

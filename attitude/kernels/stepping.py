@@ -36,6 +36,31 @@ def copied(state, spare):
 
 
 @routine
+def write_until(step, arguments, state, span, symmetric, body, instants, aside, out, written):
+    """Write the instants within a step, each reached by that step, shortened; returns how many are written.
+
+    step(state, t, t_low, h, *arguments) : makes a step, in place
+    span : t, t_low, h of the step, and whether the instants end with it
+    instants : seconds, rest; two-part, in the order of the steps
+    aside : (STATE,), scratch; out : (10, m); written : how many are already
+
+    The steps themselves, and every bit of theirs, do not depend on the instants.
+    """
+    t, t_low, h, ends = span
+    seconds, rest = instants
+    while written < seconds.shape[0]:
+        part = ((seconds[written] - t) - t_low) + rest[written]
+        if not ends and abs(part) >= abs(h):
+            break
+        copied(state, aside)
+        if part != 0.0:
+            step(aside, t, t_low, part, *arguments)
+        write(aside, symmetric, body, out, written)
+        written += 1
+    return written
+
+
+@routine
 def turning_rate(body, m):
     """(rate that the torques meet, rate at which the attitude turns): a sink inside turns the body too."""
     rate = body_rate(body, m)
