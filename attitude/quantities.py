@@ -77,11 +77,6 @@ class Rate(Quantity):
     unit: str = _unit("rad/s")
 
 
-class RateVector(VectorQuantity):
-    LIKE = units.RATE
-    unit: str = _unit("rad/s")
-
-
 class Length(Quantity):
     LIKE = units.LENGTH
     unit: str = _unit("km")

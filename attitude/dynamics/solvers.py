@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from .situation import Situation
 from .stepped import Stepped, ascending, most_symmetric
 
 OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
+STRIDE = 1.5  # steps of the coarser solution over those of the answer
 # Collocation in steps so long that the two differ by more than this (rad) is far from its order; splitting
 # in steps of more than so many radians meets resonances, where a finer solution may be the worse one.
 FAR, LONG = 1e-6, 1.0
@@ -69,7 +70,7 @@ class Solver:
     @property
     def coarser(self) -> float:
         """What the setting is multiplied by for the solution that the answer is compared with."""
-        return 10.0 if self.kind == "dop853" else 1.5
+        return 10.0 if self.kind == "dop853" else STRIDE
 
     def gain(self, smooth: bool, apart: float, stride: float) -> float:
         """By how much, at least, the answer is better than that one, from which it is `apart` (rad).
@@ -112,7 +113,18 @@ class Solver:
 def _steps(part: Part, step: float) -> int:
     """So many equal steps, none longer than asked for; at least two, so that there is something coarser."""
     steps = max(2, int(np.ceil(abs(part.stop - part.start) / step * (1.0 - 1e-12))))
-    return int(steps / 1.5) if part.coarsely else steps
+    return int(steps / STRIDE) if part.coarsely else steps
+
+
+def _grid(part: Part, step: float) -> tuple[int, tuple[Any, ...]]:
+    """(steps, what a solver of equal steps is told of them: start, length, number)."""
+    steps = _steps(part, step)
+    return steps, (np.array([part.start, 0.0]), (part.stop - part.start) / steps, steps)
+
+
+def _asked(stepped: Stepped, part: Part, out: np.ndarray, states: int = 1) -> tuple[Any, ...]:
+    """What every solver is told, and where it writes: effects, instants, rows, room for so many states."""
+    return (*stepped.world, part.seconds, part.rest, out, np.empty(states * layout.STATE))
 
 
 def _split(
@@ -123,43 +135,17 @@ def _split(
     setting: float,
     out: np.ndarray,
 ) -> Work:
-    steps = _steps(part, setting)
-    compiled.split(
-        state,
-        np.array([part.start, 0.0]),
-        (part.stop - part.start) / steps,
-        steps,
-        composition.drifts,
-        composition.kicks,
-        stepped.body,
-        int(stepped.symmetric),
-        *stepped.world,
-        part.seconds,
-        part.rest,
-        out,
-        np.empty(layout.STATE),
-        np.empty((6, layout.NODES)),
-    )
+    steps, grid = _grid(part, setting)
+    shares = composition.drifts, composition.kicks
+    body, work = (stepped.body, int(stepped.symmetric)), np.empty((6, layout.NODES))
+    compiled.split(state, *grid, *shares, *body, *_asked(stepped, part, out), work)
     return Work(steps, steps * len(composition.kicks), 0)
 
 
 def _collocate(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
-    steps, counts = _steps(part, setting), np.zeros(2)
-    compiled.collocate(
-        state,
-        np.array([part.start, 0.0]),
-        (part.stop - part.start) / steps,
-        steps,
-        stepped.body,
-        int(stepped.symmetric),
-        *stepped.world,
-        part.seconds,
-        part.rest,
-        out,
-        np.empty(layout.STATE),
-        schemes.gauss().copy(),
-        counts,
-    )
+    (steps, grid), counts = _grid(part, setting), np.zeros(2)
+    body, work = (stepped.body, int(stepped.symmetric)), schemes.gauss().copy()
+    compiled.collocate(state, *grid, *body, *_asked(stepped, part, out), work, counts)
     return Work(steps, int(counts[0]) * layout.NODES, int(counts[1]))
 
 
@@ -180,20 +166,16 @@ def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float
         np.array([part.start, 0.0]),
         np.array([part.stop, 0.0]),
         float(np.copysign(first, part.stop - part.start)),
-        setting * 10.0 if part.coarsely else setting,
+        setting * RUNGE_KUTTA.coarser if part.coarsely else setting,
         _dormand_prince(),
         stepped.body,
-        *stepped.world,
-        part.seconds,
-        part.rest,
-        out,
-        np.empty(2 * layout.STATE),
+        *_asked(stepped, part, out, states=2),
         np.empty(13 * 7),
         counts,
     )
     if counts[2]:
         raise ToleranceError(
-            "tolerance: the steps of dop853 shrank to nothing; the torque is not continuous, or not finite, "
+            "tolerance: the steps of dop853 shrank without end; the torque is not continuous, or not finite, "
             f"or an error of {setting:.1g} rad a step is more than a double can keep"
         )
     return Work(int(counts[0]), 12 * int(counts.sum()), 0)
