@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -371,9 +371,16 @@ class Scene(Part):
         return simulation.plan(self, _checked_drop(drop_below))
 
     def run(
-        self, max_samples: int | None = None, set_by: str = "", drop_below: float | None = None
+        self,
+        max_samples: int | None = None,
+        set_by: str = "",
+        drop_below: float | None = None,
+        check: Callable[[float], None] | None = None,
     ) -> Ephemeris:
         """Simulate what the document asks for, leaving out torques that matter less than `drop_below` (rad).
+
+        Under torques `check` is called with the seconds that computing is predicted to take, before they are
+        spent: what it raises stops the run.
 
         Raises InputError where a value cannot be taken, or where there are more than
         `max_samples` instants (a limit `set_by` whatever the message is to name).
@@ -384,7 +391,7 @@ class Scene(Part):
         if not self._is_plain:
             from . import simulation
 
-            return simulation.run(self, _checked_drop(drop_below))
+            return simulation.run(self, _checked_drop(drop_below), check)
         motion = self.motion()
         return motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
 

@@ -256,6 +256,11 @@ def closed_plan(
     )
 
 
+def predicted(found: Sequence[Candidate], samples: int) -> float:
+    """s, of computing so many samples by the first of the candidates."""
+    return found[0].seconds + samples * SAMPLE
+
+
 def torqued_plan(
     name: str,
     effects: Sequence[EffectPlan],
@@ -276,7 +281,7 @@ def torqued_plan(
         samples,
         tolerance,
         chosen.error,
-        chosen.seconds + samples * SAMPLE,
+        predicted(found, samples),
         tuple((one.solver.name, one.setting, one.error, one.seconds) for one in found),
     )
 

@@ -8,7 +8,7 @@ torques                 legs of a solver, chosen for the tolerance (`dynamics.ch
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -33,6 +33,8 @@ from .scene_plan import Described, EffectPlan, ScenePlan
 if TYPE_CHECKING:
     from .dynamics.drop import Drop
 
+# Called with the seconds that computing is predicted to take.
+Check = Callable[[float], None]
 ESTIMATE = "estimated over the whole span from the same solver {} (docs/torques.md, section 5)"
 COARSER = {"dop853": "at ten times the tolerance of a step"}
 COASTING = "closed form between impulses"
@@ -59,10 +61,6 @@ class Route:
     gravity: np.ndarray
     moves: bool
     effects: tuple[EffectPlan, ...]
-
-    @property
-    def changes_momentum(self) -> bool:
-        return bool(self.torques or self.kicks or self.ground is not None)
 
 
 def route(scene: Described, drop_below: float | None = None) -> Route:
@@ -93,11 +91,11 @@ def plan(scene: Described, drop_below: float | None = None) -> ScenePlan:
     return scene_plan.closed_plan(scene.name, way.effects, way.moves, solver, samples, tolerance)
 
 
-def run(scene: Described, drop_below: float | None = None) -> Ephemeris:
-    """The ephemeris of a scene that has effects, or a centre of mass to follow."""
+def run(scene: Described, drop_below: float | None = None, check: Check | None = None) -> Ephemeris:
+    """The ephemeris of a scene that has effects, or a centre of mass to follow; `check` as in `Scene.run`."""
     begun = perf_counter()
     way = route(scene, drop_below)
-    ephemeris = _solved(scene, way, begun)
+    ephemeris = _solved(scene, way, check, begun)
     if ephemeris.plan is not None:
         used = tuple(effect.type for effect in way.effects if effect.simulated)
         unused = tuple(f"{effect.type}: {effect.reason}" for effect in way.effects if not effect.simulated)
@@ -119,12 +117,12 @@ def compared(scene: Described) -> Drop | None:
         return None
 
 
-def _solved(scene: Described, way: Route, begun: float) -> Ephemeris:
+def _solved(scene: Described, way: Route, check: Check | None, begun: float) -> Ephemeris:
     instants = scene.times.build(way.situation.epoch)
     if way.ground is not None:
         return _bounce(scene, way, way.ground, instants, begun)
     if way.torques:
-        return _under_torques(scene, way, instants, begun)
+        return _under_torques(scene, way, instants, check, begun)
     if way.kicks:
         return _coast(scene, way, instants, begun)
     ephemeris = scene.motion().ephemeris(instants, rate=True, name=scene.name)
@@ -132,10 +130,14 @@ def _solved(scene: Described, way: Route, begun: float) -> Ephemeris:
     return ephemeris
 
 
-def _under_torques(scene: Described, way: Route, instants: Instants, begun: float) -> Ephemeris:
-    met = _with_pushes(way, instants)
-    args = way.situation, way.torques, way.kicks, met, scene.asked_tolerance, scene.wanted_solver
-    answer = torqued.solve(*args)
+def _under_torques(
+    scene: Described, way: Route, instants: Instants, check: Check | None, begun: float
+) -> Ephemeris:
+    changes, tolerance = (way.situation, way.torques, way.kicks), scene.asked_tolerance
+    found = torqued.choose(*changes, tolerance, scene.wanted_solver)
+    if check is not None:
+        check(scene_plan.predicted(found, instants.seconds.size))
+    answer = torqued.solve(*changes, _with_pushes(way, instants), tolerance, found)
     chosen = answer.candidate
     solver = f"{chosen.solver.name}: {answer.work.steps} steps, {answer.work.torques} torques"
     source = ESTIMATE.format(COARSER.get(chosen.solver.kind, "in two thirds of the steps"))

@@ -5,6 +5,7 @@ The refusal names the limit, its number, and the variable that sets it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from http import HTTPStatus
 
 from starlette.exceptions import HTTPException
@@ -42,11 +43,12 @@ def check_effects(scene: Scene, settings: Settings) -> Scene:
     return scene
 
 
-def check_predicted(scene: Scene, drop_below: float | None, settings: Settings) -> None:
-    """InputError where the plan predicts more computing than one scene may need; free motion never does."""
-    if not scene.effects:
-        return
-    predicted = scene.plan(drop_below).predicted_seconds
-    if not predicted <= settings.max_seconds:
-        limit = f"a scene predicted to take at most {settings.max_seconds} s ({variable('max_seconds')})"
-        raise InputError("times", f"{predicted:.3g} s", limit)
+def check_predicted(settings: Settings) -> Callable[[float], None]:
+    """What `Scene.run` is to ask before it computes: InputError for more seconds than one scene may need."""
+
+    def check(seconds: float) -> None:
+        if not seconds <= settings.max_seconds:
+            limit = f"a scene predicted to take at most {settings.max_seconds} s ({variable('max_seconds')})"
+            raise InputError("times", f"{seconds:.3g} s", limit)
+
+    return check

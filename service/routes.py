@@ -76,9 +76,8 @@ def _answer(content: bytes | str) -> Response:
 )
 def ephemeris(document: Document, settings: SettingsOf, drop_below: DropBelow = None) -> Response:
     scene = limits.check_effects(Scene.from_json(document), settings)
-    threshold = _angle(drop_below)
-    limits.check_predicted(scene, threshold, settings)
-    ephemeris = scene.run(settings.max_samples, variable("max_samples"), threshold)
+    most = settings.max_samples, variable("max_samples")
+    ephemeris = scene.run(*most, _angle(drop_below), limits.check_predicted(settings))
     return _answer(json.dumps(ephemeris, cost=True))
 
 

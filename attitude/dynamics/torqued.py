@@ -68,14 +68,13 @@ class Answer:
     ----------
     rows : (OUTPUTS, n): attitude wxyz (4), rate (3, body), momentum (3, inertial) at the instants
     error : rad, estimated greatest error of an attitude
-    candidate : the solver and setting that were used; others : what else was considered, cheapest first
+    candidate : the solver and setting that were used
     work : what it took
     """
 
     rows: np.ndarray
     error: float
     candidate: Candidate
-    others: tuple[Candidate, ...]
     work: Work
 
 
@@ -102,15 +101,16 @@ def solve(
     kicks: Sequence[Kick],
     instants: Instants,
     tolerance: float,
-    kind: str | None = None,
+    found: Sequence[Candidate],
 ) -> Answer:
     """Attitudes at the instants, off by less than the tolerance (rad) by comparison with a coarser solution.
+
+    found : what `choose` found
 
     Raises
     ------
     ToleranceError : steps however small do not bring the estimate below the tolerance.
     """
-    found = choose(situation, torques, kicks, tolerance, kind)
     seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
     rest = (
         np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
@@ -122,7 +122,7 @@ def solve(
         candidate = _rehearsed(situation, torques, kicks, candidate, tolerance, angle)
         one, candidate = _refined(march, candidate, tolerance, angle, seconds.size)
         if one.error <= tolerance:
-            return Answer(one.marched.rows, one.error, candidate, tuple(found), one.marched.work)
+            return Answer(one.marched.rows, one.error, candidate, one.marched.work)
         nearest, tried = min((nearest, tried), (one.error, candidate.solver), key=lambda pair: pair[0])
     if not np.isfinite(nearest):
         raise ToleranceError(

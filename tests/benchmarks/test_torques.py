@@ -57,7 +57,8 @@ def ours(problem, tolerance, repeats):
     answer = peers.repeated(whole, repeats)
     posed, t = Problem.of_scene(scene), np.array([problem.seconds])
     world = of_world(posed)
-    used = torqued.solve(world.situation, world.torques, (), instants(t, None), tolerance).candidate
+    found = torqued.choose(world.situation, world.torques, (), tolerance)
+    used = torqued.solve(world.situation, world.torques, (), instants(t, None), tolerance, found).candidate
 
     def alone():
         return tuple(stepping.march(posed, used.solver, used.setting, t)[0][0].tolist())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from asking import assert_problem, without_cost
 
-from attitude import Scene
+from attitude import InputError, Scene
 from attitude.formats import json
 from attitude.scene import builtin_names
 from service import limits
@@ -99,9 +99,18 @@ def test_more_computing_than_the_limit_is_a_problem_that_names_it(client, docume
     assert "at most 30 s (ATTITUDE_MAX_SECONDS)" in problem["detail"]
 
 
-def test_free_motion_is_never_planned_for(document, monkeypatch):
-    monkeypatch.setattr(Scene, "plan", lambda *_: pytest.fail("planned"))
-    limits.check_predicted(Scene(**document), None, Settings())
+def test_free_motion_is_never_checked_and_torques_once_by_what_the_plan_predicts(document):
+    asked = []
+    Scene(**document).run(check=asked.append)
+    assert asked == []
+    pushed = Scene(**document | {"effects": [PUSH]})
+    pushed.run(check=asked.append)
+    assert asked == [pushed.plan().predicted_seconds]
+
+
+def test_prediction_that_is_no_number_is_refused():
+    with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
+        limits.check_predicted(Settings())(float("nan"))
 
 
 def test_answer_says_what_was_simulated_and_what_not(client, document):

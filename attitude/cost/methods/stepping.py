@@ -70,7 +70,8 @@ def _chosen(problem: Problem, tolerance: float) -> Solve:
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         situation = replace(world.situation, start=0.0, stop=float(t[-1]))
         torques = [Once(effect, situation) for effect in world.effects]
-        answer = torqued.solve(situation, torques, (), instants(t, None), tolerance, world.solver)
+        found = torqued.choose(situation, torques, (), tolerance, world.solver)
+        answer = torqued.solve(situation, torques, (), instants(t, None), tolerance, found)
         return _columns(answer.rows)
 
     return solve
