@@ -182,7 +182,7 @@ def of_effect(
     if effect.ACTS_ON == "translation":
         return _of_gravity(effect, field, scene, situation)
     if effect.ACTS_ON == "instants":
-        return EffectPlan(field, effect.type, True, "instants", _INSTANTS[effect.type])
+        return EffectPlan(field, effect.label, True, "instants", _INSTANTS[effect.type])
     return _of_torque(effect, field, situation, tolerance, drop_below)
 
 
@@ -196,12 +196,12 @@ def _of_gravity(effect: Effect, field: str, scene: Described, situation: Situati
     makes_none = "uniform gravity makes no torque about the centre of mass"
     if any(other.type == "ground" for other in scene.effects):
         reason = f"{makes_none}, but it brings the body to the ground: an exact parabola between contacts"
-        return EffectPlan(field, effect.type, True, "translation", reason)
+        return EffectPlan(field, effect.label, True, "translation", reason)
     if situation.position is not None:
         reason = f"{makes_none}; the centre of mass follows an exact parabola"
-        return EffectPlan(field, effect.type, True, "translation", reason)
+        return EffectPlan(field, effect.label, True, "translation", reason)
     reason = f"{makes_none}; without ground it cannot reach the attitude, and no position is asked for"
-    return EffectPlan(field, effect.type, False, "translation", reason)
+    return EffectPlan(field, effect.label, False, "translation", reason)
 
 
 def _of_torque(
@@ -209,7 +209,10 @@ def _of_torque(
 ) -> EffectPlan:
     size = float(effect.size(situation))
     numbers = (size, *_against(size, situation, tolerance))
-    make = lambda simulated, reason: EffectPlan(field, effect.type, simulated, "attitude", reason, *numbers)  # noqa: E731
+
+    def make(simulated: bool, reason: str) -> EffectPlan:
+        return EffectPlan(field, effect.label, simulated, "attitude", reason, *numbers)
+
     if size == 0.0:
         return make(False, "its torque is zero for this body and state, at every instant of the span")
     influence = numbers[3]

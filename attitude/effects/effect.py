@@ -24,6 +24,11 @@ class Effect(Part):
     NEEDS_EPOCH: ClassVar[bool] = False
 
     @property
+    def label(self) -> str:
+        """What plans call it."""
+        return self.type
+
+    @property
     def needs_orbit(self) -> bool:
         """Whether this one does, as it is set."""
         return self.NEEDS_ORBIT

@@ -76,7 +76,7 @@ class UserTorque(Torque):
         return self._size
 
     @property
-    def name(self) -> str:
+    def label(self) -> str:
         return self._name
 
     @property

@@ -96,6 +96,11 @@ def test_compiled_and_plain_function_give_the_same_bits():
     assert plain.quaternion("wxyz").tobytes() == compiled.quaternion("wxyz").tobytes()
 
 
+def test_the_plan_calls_it_by_its_name():
+    mine = scene(UserTorque("outgassing", lambda t, q, w: T, size=0.03), rate=RATE, elapsed=SECONDS)
+    assert [effect.type for effect in mine.plan().effects] == ["outgassing"]
+
+
 def test_function_sees_the_time_attitude_and_rate_of_the_body():
     seen = []
 
