@@ -190,7 +190,7 @@ def _run(options: argparse.Namespace) -> None:
     from . import formats
 
     format = options.format or ("csv" if options.output == formats.STANDARD_STREAM else None)
-    formats.check(options.output, format)
+    formats.find(options.output, format)
     drop_below = _angle(options.drop_below, "--drop-below")
     scene = _scene(options.scene)
     say = _silent if options.quiet else _to_terminal

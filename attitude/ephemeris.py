@@ -14,13 +14,15 @@ from . import orientation
 from .body import RigidBody
 from .dynamics.event import Event
 from .dynamics.translation import Translation
-from .elapsed import Instants
+from .elapsed import Instants, instants
 from .errors import InputError, RegimeError
 from .plan import Plan
 
 if TYPE_CHECKING:
     from astropy.table import QTable
     from scipy.spatial.transform import Rotation
+
+    from .formats.nodes import Written
 
 CONVENTION = (
     "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
@@ -60,6 +62,7 @@ class Ephemeris:
         translation: Translation | None = None,
         events: tuple[Event, ...] = (),
         momentum: np.ndarray | None = None,
+        resample: Callable[[Any], Ephemeris] | None = None,
     ):
         self._quaternion = quaternion
         self._rate = rate
@@ -71,6 +74,7 @@ class Ephemeris:
         self.translation = translation
         self.events = events
         self._momentum = momentum
+        self._resample = resample
         quaternion.flags.writeable = False
 
     @property
@@ -162,6 +166,24 @@ class Ephemeris:
         tensor = self.body.tensor.reshape(*self.body.shape, *added, 3, 3)
         return (tensor @ self.angular_velocity[..., None])[..., 0]
 
+    # -- elsewhere ----------------------------------------------------------------------------
+
+    @property
+    def can_be_resampled(self) -> bool:
+        """Whether the motion is known, not only these samples of it."""
+        return self._resample is not None
+
+    def resampled(self, t: Any) -> Ephemeris:
+        """The same motion at other instants.
+
+        t : what `TorqueFreeMotion.at` takes; of a scene with effects, instants within its span
+
+        Raises RegimeError where the motion is not known: of an ephemeris that was read from a file.
+        """
+        if self._resample is None:
+            raise RegimeError("resampled: only these samples are known, not the motion they are of")
+        return self._resample(instants(t, self.epoch))
+
     # -- parts --------------------------------------------------------------------------------
 
     def __len__(self) -> int:
@@ -191,6 +213,7 @@ class Ephemeris:
             translation,
             self.events,
             momentum,
+            self._resample,
         )
 
     def __repr__(self) -> str:
@@ -212,26 +235,49 @@ class Ephemeris:
         return to_table(self)
 
     def write(
-        self, path: str | Path, format: str | None = None, progress: Callable[[float], None] | None = None
-    ) -> None:
-        """Write to a file; format "ecsv", "csv" or "json", by default from the file's ending.
+        self,
+        path: str | Path,
+        format: str | None = None,
+        progress: Callable[[float], None] | None = None,
+        interpolation_error: float | None = None,
+        **options: Any,
+    ) -> Written:
+        """Write to a file, in the format of its ending or the one that is named.
 
-        The file appears whole or not at all.  progress, if given, is called with the fraction done.
-        Raises FormatError for an unknown format or an unwritable path.
+        Parameters
+        ----------
+        path : the file appears whole or not at all
+        format : one of `attitude.formats.FORMATS`; docs/formats.md has their conventions
+        progress : called with the fraction done
+        interpolation_error : rad, for formats whose readers interpolate: instants are chosen so that their
+            own interpolation stays within it, instead of those of this ephemeris
+        options : of the format (docs/formats.md)
+
+        Returns
+        -------
+        Written : how many instants, and the greatest error of interpolation found between them
+
+        Raises
+        ------
+        FormatError : an unknown format, one that cannot hold this ephemeris, or an unwritable path.
+        InputError : an option the format has not, or a value it cannot take.
         """
         from . import formats
 
-        formats.write(self, path, format, progress)
+        return formats.write(self, path, format, progress, interpolation_error, **options)
 
     @classmethod
-    def read(cls, path: str | Path, format: str | None = None) -> Ephemeris:
-        """Read a file that `write` made; the bits of quaternions, rates and times come back.
+    def read(cls, path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:
+        """Read a file, in the format of its ending or the one that is named.
+
+        From a file in a format of this library (docs/formats.md) the bits of quaternions, rates and times
+        come back; from one in a format of other tools what it holds, in the conventions of this library.
 
         Raises FormatError, with file and line, for anything else.
         """
         from . import formats
 
-        return formats.read(path, format)
+        return formats.read(path, format, **options)
 
 
 def _rest_of(key: tuple[Any, ...]) -> tuple[slice, ...]:

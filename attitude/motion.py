@@ -110,7 +110,8 @@ class TorqueFreeMotion:
         samples = self._batch.size * instants.seconds.size
         plan = Plan(solver, samples, self._batch.seconds, perf_counter() - begun, bound)
         source = computed if rate else partial(self._rates, threads=threads)
-        return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan)
+        again = partial(self.ephemeris, rate=True, name=name, threads=threads)
+        return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan, resample=again)
 
     def chunks(
         self, times: Any, size: int, rate: bool = False, threads: int = 1, name: str = ""

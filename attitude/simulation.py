@@ -91,11 +91,21 @@ def plan(scene: Described, drop_below: float | None = None) -> ScenePlan:
     return scene_plan.closed_plan(scene.name, way.effects, way.moves, solver, samples, tolerance)
 
 
-def run(scene: Described, drop_below: float | None = None, check: Check | None = None) -> Ephemeris:
-    """The ephemeris of a scene that has effects, or a centre of mass to follow; `check` as in `Scene.run`."""
+def run(
+    scene: Described,
+    drop_below: float | None = None,
+    check: Check | None = None,
+    instants: Instants | None = None,
+) -> Ephemeris:
+    """The ephemeris of a scene that has effects, or a centre of mass to follow; `check` as in `Scene.run`.
+
+    instants : within the scene's span, instead of its own
+    """
     begun = perf_counter()
     way = route(scene, drop_below)
-    ephemeris = _solved(scene, way, check, begun)
+    instants = scene.times.build(way.situation.epoch) if instants is None else instants
+    ephemeris = _solved(scene, way, instants, check, begun)
+    ephemeris._resample = lambda others: run(scene, drop_below, check, others)
     if ephemeris.plan is not None:
         used = tuple(effect.type for effect in way.effects if effect.simulated)
         unused = tuple(f"{effect.type}: {effect.reason}" for effect in way.effects if not effect.simulated)
@@ -117,8 +127,7 @@ def compared(scene: Described) -> Drop | None:
         return None
 
 
-def _solved(scene: Described, way: Route, check: Check | None, begun: float) -> Ephemeris:
-    instants = scene.times.build(way.situation.epoch)
+def _solved(scene: Described, way: Route, instants: Instants, check: Check | None, begun: float) -> Ephemeris:
     if way.ground is not None:
         return _bounce(scene, way, way.ground, instants, begun)
     if way.torques:

@@ -13,7 +13,7 @@ import pytest
 
 from attitude import Ephemeris, Scene, __version__, compiled
 from attitude.cli import main
-from attitude.formats import csv
+from attitude.formats import csv, samples
 from attitude.scene import builtin_names
 
 TOUTATIS = Scene.builtin("toutatis")
@@ -130,7 +130,7 @@ def test_person_at_a_terminal_is_told_what_is_run(answer, tmp_path):
 
 
 def test_progress_of_a_long_run_is_told_by_tenths(answer, monkeypatch, tmp_path):
-    monkeypatch.setattr(csv, "BLOCK", 4)
+    monkeypatch.setattr(samples, "BLOCK", 4)
     _, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
     told = [line for line in err.splitlines() if "written" in line]
     assert told == [f"attitude: written {done} %" for done in range(10, 101, 10)]

@@ -1,106 +1,123 @@
 """Ephemerides as files: one module a format, and here the way in and out.
 
-parts    what every format says: metadata and columns, with their units in the names
-events   what happened at instants, as plain data
-table    an astropy QTable, and ECSV through it
-csv      comma-separated text, in blocks
-json     the columnar answer that the service gives too
+samples   an ephemeris piece by piece, as every writer takes it
+nodes     the instants that an interpolating reader is given, and how far off it will be between them
+parts     what the formats of this library say: metadata and columns, with their units in the names
+events    what happened at instants, as plain data
+files     whole or not at all
+lines     text in blocks of lines
+
+Each format is a module with
+
+    blocks(samples, **options) -> Iterator[bytes]          the file, at the memory of one piece
+    parse(stream, source, **options) -> Ephemeris          and back
+
+or, where readers interpolate, `blocks(nodes, ...)` and `interpolant(**options)`.
 """
 
 from __future__ import annotations
 
-import os
-import sys
-import tempfile
-from collections.abc import Callable, Iterable
+import inspect
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..errors import FormatError
+from ..errors import FormatError, InputError
+from . import nodes
+from .files import STANDARD_STREAM as STANDARD_STREAM
+from .files import write_whole as write_whole
+from .samples import Progress, Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
+    from .nodes import Written
 
-FORMATS = {"ecsv": "table", "csv": "csv", "json": "json"}
-STANDARD_STREAM = "-"
+
+class Format(NamedTuple):
+    """What a format is called, in commands, at the end of a file's name, and over HTTP."""
+
+    name: str
+    module: str
+    endings: tuple[str, ...]
+    media: str
+
+
+KNOWN = (
+    Format("ecsv", "ecsv", (".ecsv",), "text/x-ecsv"),
+    Format("csv", "csv", (".csv",), "text/csv"),
+    Format("json", "json", (".json",), "application/json"),
+    Format("ndjson", "ndjson", (".ndjson", ".jsonl"), "application/x-ndjson"),
+)
+FORMATS = {known.name: known for known in KNOWN}
+_BY_ENDING = {ending: known for known in KNOWN for ending in known.endings}
+# What the ways in and out say about every format, and no format has as an option of its own.
+_GIVEN = ("samples", "nodes", "stream", "source")
 
 
 def write(
-    ephemeris: Ephemeris,
+    ephemeris: Ephemeris | Samples,
     path: str | Path,
     format: str | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> None:
+    progress: Progress | None = None,
+    interpolation_error: float | None = None,
+    **options: Any,
+) -> Written:
     """See `Ephemeris.write`; the path "-" is standard output, and then the format must be named."""
-    if not all(ephemeris.shape):
+    known = find(path, format)
+    module = module_of(known)
+    samples = ephemeris if isinstance(ephemeris, Samples) else Samples.of(ephemeris, progress)
+    if samples.count == 0 or not all(samples.shape):
         raise FormatError("an ephemeris of no instants is not written", str(path))
-    blocks = check(path, format).blocks(ephemeris, progress or _no_progress)
-    write_whole(blocks, path)
+    _check_options(module.blocks, options, known)
+    if hasattr(module, "interpolant"):
+        given = nodes.chosen(samples, module.interpolant(**options), interpolation_error)
+        if hasattr(module, "beside"):
+            for other, content in module.beside(given, Path(path), **options).items():
+                write_whole([content], other)
+        write_whole(module.blocks(given, **options), path)
+        return given.written
+    if interpolation_error is not None:
+        expected = f"none for {known.name}, whose readers are given every attitude"
+        raise InputError("interpolation_error", interpolation_error, expected)
+    write_whole(module.blocks(samples, **options), path)
+    return nodes.Written(samples.count)
 
 
-def read(path: str | Path, format: str | None = None) -> Ephemeris:
+def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:
     """See `Ephemeris.read`."""
-    module = check(path, format)
+    known = find(path, format)
+    module = module_of(known)
+    _check_options(module.parse, options, known)
     try:
-        text = Path(path).read_bytes()
+        with open(path, "rb") as stream:
+            return module.parse(stream, str(path), **options)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        if isinstance(error, InputError):
+            raise
         raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
-    return module.parse(text, str(path))
+    except MemoryError:
+        raise FormatError("more than memory holds", str(path)) from None
 
 
-def check(path: str | Path, format: str | None) -> ModuleType:
-    """The module for a format, by its name or else by the path's ending; refuses an unknown one."""
-    name = (format or Path(path).suffix.removeprefix(".")).lower()
-    if name not in FORMATS:
-        found = f"format {name!r}" if name else "no format and no file ending"
+def find(path: str | Path, format: str | None) -> Format:
+    """The format of a name, or else of the path's ending; refuses an unknown one."""
+    name = Path(path).suffix.lower() if format is None else format.lower()
+    known = _BY_ENDING.get(name) if format is None else FORMATS.get(name)
+    if known is None:
+        found = f"format {name.removeprefix('.')!r}" if name else "no format and no file ending"
         raise FormatError(f"{found}; this version knows {', '.join(FORMATS)}", str(path))
-    return import_module(f".{FORMATS[name]}", __name__)
+    return known
 
 
-def _no_progress(done: float) -> None:
-    pass
+def module_of(known: Format) -> ModuleType:
+    """The module that writes and reads a format; what it rests on may not be installed."""
+    return import_module(f".{known.module}", __name__)
 
 
-def write_whole(blocks: Iterable[bytes], path: str | Path) -> None:
-    """To a file, whole or not at all, or to standard output."""
-    if str(path) == STANDARD_STREAM:
-        _to_standard_output(blocks)
-    else:
-        _to_file(blocks, Path(path))
-
-
-def _to_standard_output(blocks: Iterable[bytes]) -> None:
-    for block in blocks:
-        sys.stdout.buffer.write(block)
-    sys.stdout.buffer.flush()
-
-
-def _to_file(blocks: Iterable[bytes], path: Path) -> None:
-    """Whole or not at all: written beside the target under another name, then renamed.
-
-    A device or pipe is written to as it is: renaming would put a file in its place.
-    """
-    name = None
-    try:
-        if path.exists() and not path.is_file():
-            with open(path, "wb") as stream:
-                stream.writelines(blocks)
-            return
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-            name = file.name
-            file.writelines(blocks)
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    except (OSError, ValueError) as error:
-        raise FormatError(f"cannot be written ({getattr(error, 'strerror', error)})", str(path)) from None
-    finally:
-        if name is not None and os.path.exists(name):
-            os.unlink(name)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _check_options(function: Any, options: dict[str, Any], known: Format) -> None:
+    """Options are the keyword arguments of the format's own function."""
+    taken = [name for name in inspect.signature(function).parameters if name not in _GIVEN]
+    for name, value in options.items():
+        if name not in taken:
+            raise InputError(name, value, f"for {known.name} an option of {', '.join(taken) or 'none'}")

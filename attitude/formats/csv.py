@@ -3,74 +3,89 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import orjson
 
 from ..errors import FormatError
-from . import parts
+from . import lines, parts
+from .samples import Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
 
-BLOCK = 1 << 16
 MARK = b"# metadata: "
+MOST_COMMENTS = 64
 
 
-def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[bytes]:
-    if len(ephemeris.shape) != 1:
+def blocks(samples: Samples) -> Iterator[bytes]:
+    if not samples.is_list:
         raise FormatError(
-            f"CSV holds one body at a list of instants, not shape {ephemeris.shape}; ecsv and json do"
+            f"CSV holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
         )
-    meta = parts.metadata(ephemeris)
-    names = ",".join(_header(ephemeris))
-    yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), MARK, orjson.dumps(meta), names.encode())
-    for start in range(0, len(ephemeris), BLOCK):
-        stop = min(start + BLOCK, len(ephemeris))
-        yield _rows(parts.columns(ephemeris[start:stop]), _header(ephemeris))
-        progress(stop / len(ephemeris))
-
-
-def _header(ephemeris: Ephemeris) -> list[str]:
-    """Column names, the same for every block: the rest of two-part seconds stands in all or in none."""
-    names = list(parts.columns(ephemeris[:1]))
-    rest = ephemeris.instants.rest
-    if rest is not None and rest.any() and parts.REST not in names:
-        names.insert(names.index(parts.ELAPSED) + 1, parts.REST)
-    return names
+    meta, names = parts.metadata(samples), parts.names(samples)
+    header = ",".join(names).encode()
+    yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), MARK, orjson.dumps(meta), header)
+    for piece in samples.pieces():
+        yield _rows(parts.columns(piece, names), names)
 
 
 def _rows(table: dict[str, np.ndarray], names: list[str]) -> bytes:
-    """The digits are orjson's: shortest form that reads back to the same bits, at 20 ns a number."""
-    numbers = [name for name in names if name != parts.TIME]
-    zero = np.zeros_like(table[parts.ELAPSED])
-    matrix = np.stack([table.get(name, zero) for name in numbers], axis=1)
-    lines = orjson.dumps(matrix, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].split(b"],[")
+    lines = parts.digits(table, names, b",")
     if parts.TIME in names:
         lines = [time + b"," + line for time, line in zip(table[parts.TIME].tolist(), lines, strict=True)]
     return b"\n".join(lines) + b"\n"
 
 
-def parse(text: bytes, source: str) -> Ephemeris:
-    lines = text.decode("utf-8", errors="replace").split("\n")
-    if lines.pop():
-        raise FormatError("ends in the middle of a line", source, len(lines) + 1)
-    lines = [line.removesuffix("\r") for line in lines]
-    comments = [line for line in lines[:64] if line.startswith("#")]
-    meta = _metadata(comments, source)
-    body = lines[len(comments) :]
-    if not body:
-        raise FormatError("ends before the column names", source, len(lines))
-    names = body[0].split(",")
-    if len(set(names)) < len(names):
-        raise FormatError("a column name twice", source, len(comments) + 1)
-    wanted = [i for i, name in enumerate(names) if name != parts.TIME]
-    first_line = len(comments) + 2
-    matrix = _numbers(body[1:], wanted, len(names), source, first_line)
-    table = {names[i]: matrix[:, k] for k, i in enumerate(wanted)}
-    return parts.ephemeris_from(meta, table, source, first_line)
+def parse(stream: BinaryIO, source: str) -> Ephemeris:
+    read = Reader(source)
+    for block in lines.blocks(stream, source):
+        read.take(block)
+    return read.ephemeris()
+
+
+class Reader:
+    """Comments, then the column names, then rows."""
+
+    def __init__(self, source: str):
+        self.source = source
+        self.comments: list[str] = []
+        self.names: list[str] = []
+        self.first_line = 0
+        self.numbers: list[np.ndarray] = []
+
+    def take(self, block: lines.Block) -> None:
+        rows = [line.decode("utf-8", errors="replace") for line in block.lines]
+        number = block.number
+        while rows and not self.names:
+            self._head(rows.pop(0), number)
+            number += 1
+        if rows:
+            wanted = [i for i, name in enumerate(self.names) if name != parts.TIME]
+            self.numbers.append(_numbers(rows, wanted, len(self.names), self.source, number))
+
+    def _head(self, row: str, number: int) -> None:
+        if row.startswith("#") and len(self.comments) < MOST_COMMENTS:
+            self.comments.append(row)
+            return
+        _metadata(self.comments, self.source)
+        names = row.split(",")
+        if len(set(names)) < len(names):
+            raise FormatError("a column name twice", self.source, number)
+        self.names, self.first_line = names, number + 1
+
+    def ephemeris(self) -> Ephemeris:
+        meta = _metadata(self.comments, self.source)
+        if not self.names:
+            raise FormatError("ends before the column names", self.source, len(self.comments))
+        if not self.numbers:
+            raise FormatError("no instants", self.source, self.first_line)
+        matrix = np.concatenate(self.numbers)
+        wanted = [name for name in self.names if name != parts.TIME]
+        table = {name: matrix[:, i] for i, name in enumerate(wanted)}
+        return parts.ephemeris_from(meta, table, self.source, self.first_line)
 
 
 def _metadata(comments: list[str], source: str) -> dict[str, Any]:
@@ -93,8 +108,6 @@ def _numbers(rows: list[str], wanted: list[int], width: int, source: str, first_
             raise FormatError(
                 f"{row.count(',') + 1} values where {width} belong", source, first_line + number
             )
-    if not rows:
-        raise FormatError("no instants", source, first_line)
     try:
         return np.loadtxt(rows, delimiter=",", usecols=wanted, ndmin=2, comments=None)
     except ValueError as error:

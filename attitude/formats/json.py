@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import orjson
 
 from ..errors import FormatError
 from . import parts
+from .samples import Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
     from ..motion import TorqueFreeMotion
     from ..plan import Plan
+
+MOST_BYTES = 1 << 30  # the whole text is read at once
 
 
 def dumps(ephemeris: Ephemeris, cost: bool = False) -> bytes:
@@ -22,9 +25,10 @@ def dumps(ephemeris: Ephemeris, cost: bool = False) -> bytes:
 
     With `cost`, also what it took and what it is worth (a file's bytes should not depend on that).
     """
-    table = {name: _plain(values) for name, values in parts.columns(ephemeris).items()}
+    samples = Samples.of(ephemeris)
+    table = {name: _plain(values) for name, values in parts.columns(ephemeris, parts.names(samples)).items()}
     said = {"cost": _cost(ephemeris.plan)} if cost and ephemeris.plan else {}
-    return _dump({**parts.metadata(ephemeris), **said, "columns": table})
+    return _dump({**parts.metadata(samples), **said, "columns": table})
 
 
 def _cost(plan: Plan) -> dict[str, Any]:
@@ -41,12 +45,27 @@ def _cost(plan: Plan) -> dict[str, Any]:
     }
 
 
-def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[bytes]:
-    yield dumps(ephemeris) + b"\n"
-    progress(1.0)
+def blocks(samples: Samples) -> Iterator[bytes]:
+    """Column after column; of a list of instants each in pieces, so that no column need be held."""
+    if not samples.is_list:
+        yield dumps(samples.whole()) + b"\n"
+        samples.progress(1.0)
+        return
+    yield _dump(parts.metadata(samples))[:-1] + b',"columns":{'
+    names = parts.names(samples)
+    for i, name in enumerate(names):
+        yield (b"," if i else b"") + _dump(name) + b":["
+        for k, piece in enumerate(samples.pieces(i, len(names))):
+            values = parts.columns(piece, (name,))[name]
+            yield (b"," if k else b"") + _dump(_plain(values))[1:-1]
+        yield b"]"
+    yield b"}}\n"
 
 
-def parse(text: bytes, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> Ephemeris:
+    text = stream.read(MOST_BYTES + 1)
+    if len(text) > MOST_BYTES:
+        raise FormatError(f"more than {MOST_BYTES} bytes; csv, ndjson and arrow are read in blocks", source)
     try:
         answer = orjson.loads(text)
     except orjson.JSONDecodeError as error:
@@ -106,5 +125,5 @@ def _finite_or_null(value: Any) -> Any:
     return _plain(value) if np.isfinite(value).all() else None
 
 
-def _dump(document: dict[str, Any]) -> bytes:
+def _dump(document: Any) -> bytes:
     return orjson.dumps(document, option=orjson.OPT_SERIALIZE_NUMPY)

@@ -1,17 +1,17 @@
-"""An astropy QTable, one row an instant, and ECSV through it."""
+"""An astropy QTable, one row an instant."""
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from astropy import units as u
 from astropy.table import QTable
+from astropy.time import Time
 
 from ..errors import FormatError, InputError
 from . import parts
+from .samples import Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -26,25 +26,37 @@ VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
 )
 
 
-def to_table(ephemeris: Ephemeris) -> QTable:
-    """See `Ephemeris.to_table`."""
+def to_table(
+    ephemeris: Ephemeris, shape: tuple[int, ...] | None = None, has_rest: bool | None = None
+) -> QTable:
+    """See `Ephemeris.to_table`; of a piece, `shape` and `has_rest` are those of the whole."""
+    rest = ephemeris.instants.rest
+    has_rest = rest is not None if has_rest is None else has_rest
     if len(ephemeris.instants.shape) != 1:
         raise InputError(
             "instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table"
         )
-    table = QTable(meta=parts.metadata(ephemeris))
+    meta = parts.metadata(Samples.of(ephemeris))
+    table = QTable(meta=meta if shape is None else {**meta, "shape": list(shape)})
     if ephemeris.epoch is not None:
-        table["time"] = ephemeris.time
+        table["time"] = _without_delta(ephemeris.time)
         table["time"].info.serialize_method["ecsv"] = "jd1_jd2"  # as text it would lose digits
     table["elapsed"] = ephemeris.elapsed * u.s
-    if ephemeris.instants.rest is not None:
-        table["elapsed_rest"] = ephemeris.instants.rest * u.s
+    if has_rest:
+        table["elapsed_rest"] = (np.zeros(len(ephemeris)) if rest is None else rest) * u.s
     row, column = len(ephemeris.batch_shape), {names: (name, unit) for name, names, unit in VECTORS}
     for names, vector in parts.vectors(ephemeris):
         name, unit = column[names]
         along_rows = np.moveaxis(vector, row, 0)
         table[name] = along_rows if unit is None else along_rows * unit
     return table
+
+
+def _without_delta(time: Time) -> Time:
+    """The same instants, without the TDB - TT that astropy may have kept, and would write as a column."""
+    plain = Time(time.jd1, time.jd2, format="jd", scale=time.scale)
+    plain.format, plain.precision = time.format, time.precision
+    return plain
 
 
 def from_table(table: QTable, source: str) -> Ephemeris:
@@ -79,28 +91,3 @@ def _values(
 def _components(column: np.ndarray, row: int) -> np.ndarray:
     """(component, batch, instant) of (instant, batch, component)."""
     return np.moveaxis(np.moveaxis(column, 0, min(row, column.ndim - 2)), -1, 0)
-
-
-def blocks(ephemeris: Ephemeris, progress: Callable[[float], None]) -> Iterator[bytes]:
-    text = io.StringIO()
-    to_table(ephemeris).write(text, format="ascii.ecsv")
-    yield text.getvalue().encode()
-    progress(1.0)
-
-
-def parse(text: bytes, source: str) -> Ephemeris:
-    _refuse_gaps(text, source)
-    try:
-        table = QTable.read(text.decode(), format="ascii.ecsv")
-    except Exception as error:  # astropy's reader raises a dozen kinds; none may leave as it is
-        raise FormatError(
-            f"not ECSV that astropy reads: {' '.join(str(error).split())[:200]}", source
-        ) from None
-    return from_table(table, source)
-
-
-def _refuse_gaps(text: bytes, source: str) -> None:
-    """A missing number stands as "" in a row; astropy's reader makes it zero."""
-    for number, line in enumerate(text.split(b"\n"), start=1):
-        if b'""' in line and not line.startswith(b"#"):
-            raise FormatError("elapsed, quaternion or rate without a value", source, number)
