@@ -48,6 +48,16 @@ KNOWN = (
     Format("csv", "csv", (".csv",), "text/csv"),
     Format("json", "json", (".json",), "application/json"),
     Format("ndjson", "ndjson", (".ndjson", ".jsonl"), "application/x-ndjson"),
+    Format("arrow", "arrow", (".arrow", ".feather"), "application/vnd.apache.arrow.file"),
+    Format("arrows", "arrows", (".arrows",), "application/vnd.apache.arrow.stream"),
+    Format("parquet", "parquet", (".parquet",), "application/vnd.apache.parquet"),
+    Format("fits", "fits", (".fits",), "application/fits"),
+    Format("npz", "npz", (".npz",), "application/x-npz"),
+    Format("aem", "aem", (".aem",), "text/x-ccsds-aem"),
+    Format("aem-xml", "aem_xml", (".xml",), "application/xml"),
+    Format("stk", "stk", (".a",), "text/x-stk-attitude"),
+    Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
+    Format("ck", "ck", (".bc",), "application/x-spice-ck"),
 )
 FORMATS = {known.name: known for known in KNOWN}
 _BY_ENDING = {ending: known for known in KNOWN for ending in known.endings}
