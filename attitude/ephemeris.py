@@ -182,7 +182,7 @@ class Ephemeris:
         """
         if self._resample is None:
             raise RegimeError("resampled: only these samples are known, not the motion they are of")
-        return self._resample(instants(t, self.epoch))
+        return self._resample(t if isinstance(t, Instants) else instants(t, self.epoch))
 
     # -- parts --------------------------------------------------------------------------------
 

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..errors import FormatError
+from .. import units
+from ..elapsed import Grid, Instants
+from ..errors import FormatError, InputError
+from .interpolant import Interpolant as Interpolant
 from .samples import Samples
+
+if TYPE_CHECKING:
+    from ..ephemeris import Ephemeris
 
 # Where the rate jumps, or a reader of somebody's file was told not to interpolate across.
 CUTS = ("impulse", "contact", "segment")
-
-
-class Interpolant(NamedTuple):
-    """How a format's readers find attitudes between nodes.
-
-    kind : "slerp", constant rate from node to node; or "lagrange", a polynomial of the `degree` through the
-        nearest nodes, of each of the four components, brought to unit length
-    """
-
-    kind: str
-    degree: int = 1
+LEAST_TOLERANCE, GREATEST_TOLERANCE = 1e-13, 1.0  # rad
+MOST_NODES = 100_000_000
+PLACES = 64  # where a spacing is tried before it is checked everywhere
+ROUNDS = 30
+CHECKED = 1 << 18  # intervals at a time
 
 
 class Written(NamedTuple):
@@ -58,18 +58,35 @@ class Nodes(NamedTuple):
         """For people who read the file."""
         if self.worst is None:
             return "Error of interpolation between these attitudes is not known"
-        how = "slerp" if self.interpolant.kind == "slerp" else f"Lagrange, degree {self.interpolant.degree}"
-        return f"Error of interpolation ({how}) at the midpoints is at most {self.worst:.1e} rad"
+        return f"Error of interpolation ({self.interpolant}) at the midpoints is at most {self.worst:.1e} rad"
 
 
-def chosen(samples: Samples, interpolant: Interpolant, tolerance: float | None) -> Nodes:
-    """The given instants, or such that interpolation errs by less than `tolerance` (rad)."""
+def chosen(samples: Samples, interpolant: Interpolant, tolerance: Any = None) -> Nodes:
+    """The given instants, or such that interpolation errs by less than `tolerance` (rad, or a Quantity)."""
     if not samples.is_list:
         raise FormatError(f"one body at a list of instants is written, not shape {samples.shape}")
-    return Nodes(tuple(segments(samples)), interpolant, None)
+    if tolerance is None:
+        segments = given(samples)
+        known = samples.head.can_be_resampled
+        return Nodes(tuple(segments), interpolant, _worst(segments, interpolant) if known else None)
+    return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.head))
 
 
-def segments(samples: Samples) -> list[Samples]:
+def _check_tolerance(tolerance: Any, head: Ephemeris) -> float:
+    angle = float(units.si_array(tolerance, units.ANGLE, "interpolation_error"))
+    if not LEAST_TOLERANCE <= angle <= GREATEST_TOLERANCE:
+        expected = f"an angle from {LEAST_TOLERANCE:g} to {GREATEST_TOLERANCE:g} rad"
+        raise InputError("interpolation_error", tolerance, expected)
+    if not head.can_be_resampled:
+        expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
+        raise InputError("interpolation_error", tolerance, expected)
+    return angle
+
+
+# -- the instants as they are given ---------------------------------------------------------------
+
+
+def given(samples: Samples) -> list[Samples]:
     """Cut where the rate jumps; an instant at a cut is the first of what follows."""
     at = [event.seconds for event in samples.head.events if event.kind in CUTS]
     if not at:
@@ -81,3 +98,154 @@ def segments(samples: Samples) -> list[Samples]:
 
 def _part(samples: Samples, first: int, last: int) -> Samples:
     return Samples(last - first, lambda a, b: samples.cut(first + a, first + b), samples.progress)
+
+
+# -- instants chosen for a tolerance --------------------------------------------------------------
+
+
+def _spaced(samples: Samples, interpolant: Interpolant, tolerance: float) -> Nodes:
+    """Evenly, as far apart in each span between events as the tolerance lets them be."""
+    segments, worst = [], 0.0
+    for start, stop in pairwise(_edges(samples)):
+        step = _tried(samples.head, interpolant, tolerance, start, stop)
+        for _ in range(ROUNDS):
+            segment = _even(samples, start, stop, step)
+            found = _worst([segment], interpolant)
+            if found <= tolerance:
+                break
+            step = _shorter(step, tolerance / found, interpolant, tolerance, stop - start)
+        else:
+            raise InputError("interpolation_error", tolerance, f"an angle above {found:.1e} rad")
+        segments.append(segment)
+        worst = max(worst, found)
+    return Nodes(tuple(segments), interpolant, worst)
+
+
+def _edges(samples: Samples) -> list[float]:
+    """First and last instant, and what happens between them; one instant is its own first and last."""
+    first, last = float(samples.head.elapsed[0]), float(samples.tail.elapsed[0])
+    if last < first:
+        raise FormatError("the last instant is before the first")
+    between = {event.seconds for event in samples.head.events if first < event.seconds < last}
+    return [first, *sorted(between), last]
+
+
+def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
+    """Nodes at start, every step, and at stop; just before an event, for what it changes comes after."""
+    last = float(samples.tail.elapsed[0])
+    stop = stop if stop == last else float(np.nextafter(stop, start))
+    grid = Grid(start, stop, step=step) if step < stop - start else Grid(start, start, 1)
+    ends = 1 if float(grid.part(grid.count - 1, grid.count).seconds[0]) < stop else 0
+    head = samples.head
+
+    def cut(first: int, until: int) -> Ephemeris:
+        inside = grid.part(first, min(until, grid.count)).seconds if first < grid.count else np.empty(0)
+        seconds = np.append(inside, stop) if until > grid.count else inside
+        return head.resampled(Instants(seconds, None, head.epoch, scale=head.instants.scale))
+
+    return Samples(grid.count + ends, cut, samples.progress)
+
+
+def _tried(head: Ephemeris, interpolant: Interpolant, tolerance: float, start: float, stop: float) -> float:
+    """s: a spacing that keeps the tolerance at some places of the span, both ends among them."""
+    span = stop - start
+    if span == 0.0:
+        return 1.0
+    width = interpolant.degree
+    longest = span / width
+    step = longest
+    at = np.random.default_rng(0).uniform(0.0, 1.0, PLACES)
+    at[:2] = 0.0, 1.0
+    for _ in range(ROUNDS):
+        begins = start + at * (span - width * step)
+        errors = _error_at(head, interpolant, begins, step)
+        found = float(errors.max())
+        if found <= tolerance and (step == longest or found > 0.2 * tolerance):
+            return _rounded(step)
+        gain = np.clip((0.7 * tolerance / max(found, 1e-300)) ** (1.0 / interpolant.order), 0.02, 3.0)
+        step = min(longest, step * float(gain))
+        if step < span / MOST_NODES:
+            break
+    return _rounded(max(step, span / MOST_NODES))
+
+
+def _error_at(head: Ephemeris, interpolant: Interpolant, begins: np.ndarray, step: float) -> np.ndarray:
+    """rad: in windows that begin there, at the midpoints of all their intervals that readers would use."""
+    width = interpolant.degree
+    offsets = step * np.arange(2 * width + 1) / 2.0
+    t = (begins[:, None] + offsets).reshape(-1)
+    order = np.argsort(t, kind="stable")
+    q = np.empty((t.size, 4))
+    q[order] = _at(head, t[order])
+    windows = q.reshape(len(begins), 2 * width + 1, 4)
+    nodes, between = windows[:, ::2], windows[:, 1::2]
+    errors = [
+        interpolant.errors(step * np.arange(width + 1.0), part, middle)
+        for part, middle in zip(nodes, between, strict=True)
+    ]
+    middle = (width - 1) // 2  # elsewhere than at the ends a window is used in its middle alone
+    return np.array([e.max() if i < 2 else e[middle] for i, e in enumerate(errors)])
+
+
+def _shorter(step: float, ratio: float, interpolant: Interpolant, tolerance: float, span: float) -> float:
+    shorter = _rounded(step * min(0.98, 0.97 * ratio ** (1.0 / interpolant.order)))
+    if shorter < span / MOST_NODES:
+        expected = f"an angle that fewer than {MOST_NODES} nodes can keep to"
+        raise InputError("interpolation_error", tolerance, expected)
+    return shorter
+
+
+def _rounded(step: float) -> float:
+    """To three digits, downwards: a spacing that people can read, and that is whole in nanoseconds."""
+    power = 10.0 ** (np.floor(np.log10(step)) - 2.0)
+    return float(f"{np.floor(step / power * (1 + 1e-12)) * power:.2e}")
+
+
+# -- what interpolation gives ---------------------------------------------------------------------
+
+
+def _worst(segments: list[Samples], interpolant: Interpolant) -> float:
+    """rad: the greatest error at the midpoints of all intervals, against the motion itself."""
+    return max((_worst_of(segment, interpolant) for segment in segments), default=0.0)
+
+
+def _worst_of(samples: Samples, interpolant: Interpolant) -> float:
+    worst, around = 0.0, interpolant.degree
+    for first in range(0, samples.count - 1, CHECKED):
+        last = min(first + CHECKED, samples.count - 1)  # intervals, from first to last
+        low, high = max(0, first - around), min(samples.count, last + 1 + around)
+        piece = samples.cut(low, high)
+        _refuse_disorder(piece, low)
+        q = piece.quaternion("wxyz")
+        begin, end = first - low, last - low
+        middle = _midpoints(piece.instants, begin, end)
+        true = piece.resampled(middle).quaternion("wxyz")
+        errors = interpolant.errors(piece.elapsed - piece.elapsed[0], q, true, begin)
+        worst = max(worst, float(errors.max()))
+    return worst
+
+
+def _refuse_disorder(piece: Ephemeris, first: int) -> None:
+    back = np.flatnonzero(~(np.diff(piece.elapsed) > 0.0))
+    if back.size:
+        i = int(back[0])
+        raise FormatError(
+            f"instant {first + i + 1} ({piece.elapsed[i + 1]!r} s) is not after the one before it: "
+            "readers that interpolate need them in increasing order"
+        )
+
+
+def _midpoints(instants: Instants, first: int, last: int) -> Instants:
+    """Between each from first to last and the next, in two parts."""
+    seconds = instants.seconds[first : last + 1]
+    half = 0.5 * np.diff(seconds)
+    middle = seconds[:-1] + half
+    rest = half - (middle - seconds[:-1])
+    if instants.rest is not None:
+        rest = rest + 0.5 * (instants.rest[first:last] + instants.rest[first + 1 : last + 1])
+    return Instants(middle, rest, instants.epoch, scale=instants.scale)
+
+
+def _at(head: Ephemeris, seconds: np.ndarray) -> np.ndarray:
+    instants = Instants(seconds, None, head.epoch, scale=head.instants.scale)
+    return head.resampled(instants).quaternion("wxyz")

@@ -1,0 +1,66 @@
+"""How readers of other tools find attitudes between those of a file, and how far off that is.
+
+slerp      constant rate from node to node, along the shorter arc
+lagrange   of each component, the polynomial through the nearest nodes; brought to unit length
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import orientation
+
+
+class Interpolant(NamedTuple):
+    """`kind` is "slerp" or "lagrange", then of polynomials of the `degree`."""
+
+    kind: str
+    degree: int = 1
+
+    def __str__(self) -> str:
+        return "slerp" if self.kind == "slerp" else f"Lagrange, degree {self.degree}"
+
+    @property
+    def order(self) -> int:
+        """Power of the spacing that errors fall with."""
+        return self.degree + 1
+
+    def errors(self, t: np.ndarray, nodes: np.ndarray, true: np.ndarray, first: int = 0) -> np.ndarray:
+        """(m,) rad: at the midpoints of the m intervals that begin with the node `first`.
+
+        t : (n,) s, increasing; nodes : (n, 4) wxyz; true : (m, 4), the attitudes there
+        """
+        if self.kind == "slerp":
+            found = _slerp_middle(nodes[first : first + len(true)], nodes[first + 1 : first + len(true) + 1])
+        else:
+            found = _lagrange_middle(t, nodes, self.degree, first, len(true))
+        return np.asarray(orientation.angle_between(found, true))
+
+
+def _slerp_middle(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Half-way along the shorter arc: the sum, brought to unit length."""
+    return _unit(p + np.where((p * q).sum(axis=-1, keepdims=True) < 0.0, -q, q))
+
+
+def _lagrange_middle(t: np.ndarray, nodes: np.ndarray, degree: int, first: int, count: int) -> np.ndarray:
+    """Through degree + 1 nodes about each midpoint, those nearest that there are."""
+    width = min(degree, len(t) - 1)
+    interval = np.arange(first, first + count)
+    begin = np.clip(interval - (width - 1) // 2, 0, len(t) - 1 - width)
+    middle = t[interval] + 0.5 * (t[interval + 1] - t[interval])
+    found = np.zeros((count, 4))
+    for j in range(width + 1):
+        weight = np.ones(count)
+        for k in range(width + 1):
+            if k != j:
+                weight *= (middle - t[begin + k]) / (t[begin + j] - t[begin + k])
+        found += weight[:, None] * nodes[begin + j]
+    return _unit(found)
+
+
+def _unit(q: np.ndarray) -> np.ndarray:
+    """A sum of attitudes half a turn apart has no direction; one of them is as wrong as any."""
+    length = np.sqrt((q * q).sum(axis=-1, keepdims=True))
+    return np.where(length > 0.0, q / np.where(length > 0.0, length, 1.0), [1.0, 0.0, 0.0, 0.0])
