@@ -230,7 +230,7 @@ def _refuse_disorder(piece: Ephemeris, first: int) -> None:
     if back.size:
         i = int(back[0])
         raise FormatError(
-            f"instant {first + i + 1} ({piece.elapsed[i + 1]!r} s) is not after the one before it: "
+            f"instants[{first + i + 1}] ({float(piece.elapsed[i + 1])!r} s) is not after the one before it: "
             "readers that interpolate need them in increasing order"
         )
 

@@ -160,7 +160,8 @@ def test_resampled_is_the_motion_itself():
     scene = Scene.builtin("gravity-gradient-capture")
     run = scene.run()
     some = run.elapsed[3:90:7]
-    assert np.array_equal(run.resampled(some).quaternion("wxyz"), run.quaternion("wxyz")[3:90:7])
+    off = angle(run.resampled(some).quaternion("wxyz"), run.quaternion("wxyz")[3:90:7])
+    assert off.max() < 2 * run.plan.error_bound  # a solver may take other steps for other instants
 
 
 def test_tolerance_is_an_angle_within_reason():
@@ -180,7 +181,7 @@ def test_more_nodes_than_a_file_should_have_are_refused(monkeypatch):
 
 
 def test_disorder_and_batches_are_refused():
-    with pytest.raises(FormatError, match=r"instant 3 .* not after the one before"):
+    with pytest.raises(FormatError, match=r"instants\[2\] \(1.0 s\) is not after the one before"):
         chosen(Samples.of(MOTION.at([0.0, 2.0, 1.0])), SLERP)
     many = TorqueFreeMotion(
         RigidBody.from_moments([[1.0, 1.6, 2.1]] * 2), [1, 0, 0, 0], (0, 0, 1), order="wxyz"
