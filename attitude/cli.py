@@ -21,12 +21,18 @@ from .errors import AttitudeError, FormatError, InputError
 
 if TYPE_CHECKING:
     from .ephemeris import Ephemeris
+    from .formats.nodes import Written
     from .plan import Plan
     from .scene import Scene
 
 BAD_INPUT = 2
 SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
 ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
+# Not read off the formats: a parser should not load them.
+FORMATS = (
+    "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, stk, czml or ck; "
+    "by default from FILE's ending, else csv"
+)
 DROP_BELOW = f"leave out torques that over the span would turn the body by less than TOL, {ANGLE}"
 
 
@@ -64,8 +70,20 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)'
     )
+    run.add_argument("-f", "--format", metavar="F", help=FORMATS)
+    run.add_argument("--frame", metavar="FRAME", help="attitudes relative to it, instead of the scene's")
     run.add_argument(
-        "-f", "--format", metavar="F", help="ecsv, csv or json; by default from FILE's ending, else csv"
+        "--interpolation-error",
+        metavar="TOL",
+        help="choose the instants, for formats that are interpolated, so that this stays within TOL, "
+        + ANGLE.replace("%", "%%"),
+    )
+    run.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an option of the format, such as object_id=1998-067A; repeatable",
     )
     run.add_argument("--drop-below", metavar="TOL", help=DROP_BELOW)
     run.add_argument(
@@ -192,6 +210,7 @@ def _run(options: argparse.Namespace) -> None:
     format = options.format or ("csv" if options.output == formats.STANDARD_STREAM else None)
     formats.find(options.output, format)
     drop_below = _angle(options.drop_below, "--drop-below")
+    error = _angle(options.interpolation_error, "--interpolation-error")
     scene = _scene(options.scene)
     say = _silent if options.quiet else _to_terminal
     say(f"{scene.name or options.scene}: {scene.times.samples} samples")
@@ -199,9 +218,29 @@ def _run(options: argparse.Namespace) -> None:
     if not scene.effects:
         motion = scene.motion()
         say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
-    ephemeris = scene.run(drop_below=drop_below)
-    _tell(ephemeris, say, _silent if options.quiet else _to_standard_error if drop_below else say)
-    formats.write(ephemeris, options.output, format, _progress(say))
+    samples = scene.samples(_progress(say), drop_below, options.frame)
+    _tell(samples.head, say, _silent if options.quiet else _to_standard_error if drop_below else say)
+    given = dict(_option(text) for text in options.set)
+    _tell_written(formats.write(samples, options.output, format, None, error, **given), say)
+
+
+def _tell_written(written: Written, say: Callable[[str], None]) -> None:
+    if written.interpolation_error is not None:
+        between = f"interpolation between them errs by at most {written.interpolation_error:.1e} rad"
+        say(f"{written.nodes} attitudes; {between}")
+
+
+def _option(text: str) -> tuple[str, Any]:
+    """NAME=VALUE of a format: a value that is JSON's (a number, true, null) is that, any other is text."""
+    import json
+
+    name, equals, value = text.partition("=")
+    if not equals or not name.isidentifier():
+        raise InputError("--set", text, "NAME=VALUE, an option of the format")
+    try:
+        return name, json.loads(value)
+    except ValueError:
+        return name, value
 
 
 def _tell(ephemeris: Ephemeris, say: Callable[[str], None], warn: Callable[[str], None]) -> None:

@@ -34,13 +34,16 @@ from .effects import KNOWN_EFFECTS, AnyEffect, together
 from .elapsed import Grid, Instants
 from .ephemeris import Ephemeris
 from .errors import FormatError, InputError
+from .formats.samples import Progress, Samples
 from .motion import TorqueFreeMotion
 from .orbit import AnyOrbit
 from .quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 
 if TYPE_CHECKING:
+    from .formats.nodes import Written
     from .scene_plan import ScenePlan
 
+MOST_SAMPLES = 10_000_000_000  # in a file: a thousand gigabytes
 # Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
 LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
 
@@ -394,6 +397,47 @@ class Scene(Part):
             return simulation.run(self, _checked_drop(drop_below), check)
         motion = self.motion()
         return motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
+
+    def samples(
+        self, progress: Progress | None = None, drop_below: float | None = None, frame: str | None = None
+    ) -> Samples:
+        """What `run` gives, for writers: computed piece by piece, where no effect has to be followed."""
+        if self._is_plain:
+            if self.times.samples > MOST_SAMPLES:
+                raise InputError(
+                    "times", f"{self.times.samples} samples", f"at most {MOST_SAMPLES} in a file"
+                )
+            motion = self.motion()
+            part, count = elapsed.parts(self.times.lazily(motion.epoch), motion.epoch)
+            samples = Samples(
+                count, lambda a, b: motion.ephemeris(part(a, b), rate=True, name=self.name), progress
+            )
+        else:
+            samples = Samples.of(self.run(drop_below=drop_below), progress)
+        if frame in (None, self.frame):
+            return samples
+        return samples.turned(lambda piece: piece.in_frame(frame))
+
+    def write(
+        self,
+        path: str | Path,
+        format: str | None = None,
+        frame: str | None = None,
+        interpolation_error: Any = None,
+        drop_below: float | None = None,
+        progress: Progress | None = None,
+        **options: Any,
+    ) -> Written:
+        """Run, and write to a file as `Ephemeris.write` does, at the memory of a piece however many instants.
+
+        frame : another than the scene's, as in `Ephemeris.in_frame`
+        drop_below : as in `run`
+        """
+        from . import formats
+
+        formats.find(path, format)
+        samples = self.samples(progress, drop_below, frame)
+        return formats.write(samples, path, format, None, interpolation_error, **options)
 
     def chunks(self, size: int, threads: int = 1) -> Iterator[Ephemeris]:
         """What `run` gives, in ephemerides of at most `size` instants each; see `TorqueFreeMotion.chunks`.

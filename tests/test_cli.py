@@ -266,7 +266,7 @@ BAD = {
     "overflow in the document": (["run", "huge.json"], "body.moments[0]: "),
     "more samples than memory": (["run", "count.json"], "times"),
     "unknown format": (["run", "toutatis", "-f", "xml"], f"-: format 'xml'; {KNOWN}"),
-    "unknown ending": (["run", "toutatis", "-o", "out.xml"], f"out.xml: format 'xml'; {KNOWN}"),
+    "unknown ending": (["run", "toutatis", "-o", "out.xls"], f"out.xls: format 'xls'; {KNOWN}"),
     "no ending": (["run", "toutatis", "-o", "out"], f"out: no format and no file ending; {KNOWN}"),
     "no folder to write to": (
         ["run", "toutatis", "-o", "missing/out.csv"],

@@ -491,9 +491,9 @@ def test_path_that_cannot_be_written_or_read_is_said(name, tmp_path):
 @pytest.mark.parametrize(
     ("name", "format", "message"),
     [
-        ("a.xml", None, "format 'xml'; this version knows ecsv, csv, json"),
+        ("a.xls", None, "format 'xls'; this version knows ecsv, csv, json"),
         ("a", None, "no format and no file ending; this version knows ecsv, csv, json"),
-        ("a.csv", "fits", "format 'fits'"),
+        ("a.csv", "xls", "format 'xls'"),
     ],
 )
 def test_unknown_format_is_refused_by_name(name, format, message, tmp_path):

@@ -1,5 +1,6 @@
 """Ephemerides as files: one module a format, and here the way in and out.
 
+known     which formats there are
 samples   an ephemeris piece by piece, as every writer takes it
 nodes     the instants that an interpolating reader is given, and how far off it will be between them
 parts     what the formats of this library say: metadata and columns, with their units in the names
@@ -12,12 +13,16 @@ Each format is a module with
     blocks(samples, **options) -> Iterator[bytes]          the file, at the memory of one piece
     parse(stream, source, **options) -> Ephemeris          and back
 
-or, where readers interpolate, `blocks(nodes, ...)` and `interpolant(**options)`.
+or, where readers interpolate, `blocks(nodes, ...)` and `interpolant(**options)`; where they do so in a frame
+of the format's own, `prepared(samples)` turns to it; where other files go with it, `beside(nodes, name)`.
 """
 
 from __future__ import annotations
 
 import inspect
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -27,42 +32,16 @@ from ..errors import FormatError, InputError
 from . import nodes
 from .files import STANDARD_STREAM as STANDARD_STREAM
 from .files import write_whole as write_whole
+from .known import BY_ENDING, FORMATS, Format
+from .nodes import Written
 from .samples import Progress, Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
-    from .nodes import Written
 
 
-class Format(NamedTuple):
-    """What a format is called, in commands, at the end of a file's name, and over HTTP."""
-
-    name: str
-    module: str
-    endings: tuple[str, ...]
-    media: str
-
-
-KNOWN = (
-    Format("ecsv", "ecsv", (".ecsv",), "text/x-ecsv"),
-    Format("csv", "csv", (".csv",), "text/csv"),
-    Format("json", "json", (".json",), "application/json"),
-    Format("ndjson", "ndjson", (".ndjson", ".jsonl"), "application/x-ndjson"),
-    Format("arrow", "arrow", (".arrow", ".feather"), "application/vnd.apache.arrow.file"),
-    Format("arrows", "arrows", (".arrows",), "application/vnd.apache.arrow.stream"),
-    Format("parquet", "parquet", (".parquet",), "application/vnd.apache.parquet"),
-    Format("fits", "fits", (".fits",), "application/fits"),
-    Format("npz", "npz", (".npz",), "application/x-npz"),
-    Format("aem", "aem", (".aem",), "text/x-ccsds-aem"),
-    Format("aem-xml", "aem_xml", (".xml",), "application/xml"),
-    Format("stk", "stk", (".a",), "text/x-stk-attitude"),
-    Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
-    Format("ck", "ck", (".bc",), "application/x-spice-ck"),
-)
-FORMATS = {known.name: known for known in KNOWN}
-_BY_ENDING = {ending: known for known in KNOWN for ending in known.endings}
 # What the ways in and out say about every format, and no format has as an option of its own.
-_GIVEN = ("samples", "nodes", "stream", "source")
+_GIVEN = ("samples", "nodes", "name", "stream", "source")
 
 
 def write(
@@ -70,28 +49,59 @@ def write(
     path: str | Path,
     format: str | None = None,
     progress: Progress | None = None,
-    interpolation_error: float | None = None,
+    interpolation_error: Any = None,
     **options: Any,
 ) -> Written:
     """See `Ephemeris.write`; the path "-" is standard output, and then the format must be named."""
     known = find(path, format)
-    module = module_of(known)
     samples = ephemeris if isinstance(ephemeris, Samples) else Samples.of(ephemeris, progress)
+    try:
+        whole = encode(samples, known, interpolation_error, options)
+    except FormatError as error:
+        raise error if error.source else FormatError(str(error), str(path)) from None
+    if known.has_companions and str(path) == STANDARD_STREAM:
+        raise FormatError(f"{known.name} is several files: it needs a name to go by", str(path))
+    for ending, content in whole.beside(Path(path).name).items():
+        write_whole([content], Path(path).with_suffix(ending))
+    write_whole(whole.blocks, path)
+    return whole.written
+
+
+class Encoded(NamedTuple):
+    """An ephemeris on its way out.
+
+    blocks : the file; computed as they are taken
+    written : what is in it
+    beside : the files that go with it, by their endings, for a file of this name
+    """
+
+    blocks: Iterator[bytes]
+    written: Written
+    beside: Callable[[str], dict[str, bytes]]
+
+
+def encode(
+    samples: Samples, known: Format, interpolation_error: Any = None, options: dict[str, Any] | None = None
+) -> Encoded:
+    """The file of a format; refuses what it cannot hold before the first block is taken."""
+    module, options = module_of(known), options or {}
     if samples.count == 0 or not all(samples.shape):
-        raise FormatError("an ephemeris of no instants is not written", str(path))
+        raise FormatError("an ephemeris of no instants is not written")
     _check_options(module.blocks, options, known)
     if hasattr(module, "interpolant"):
+        if hasattr(module, "prepared"):  # interpolated in another frame than the ephemeris is in
+            samples = module.prepared(samples)
         given = nodes.chosen(samples, module.interpolant(**options), interpolation_error)
-        if hasattr(module, "beside"):
-            for other, content in module.beside(given, Path(path), **options).items():
-                write_whole([content], other)
-        write_whole(module.blocks(given, **options), path)
-        return given.written
+        beside = partial(module.beside, given, **options) if known.has_companions else _alone
+        return Encoded(module.blocks(given, **options), given.written, beside)
     if interpolation_error is not None:
         expected = f"none for {known.name}, whose readers are given every attitude"
         raise InputError("interpolation_error", interpolation_error, expected)
-    write_whole(module.blocks(samples, **options), path)
-    return nodes.Written(samples.count)
+    return Encoded(module.blocks(samples, **options), nodes.Written(math.prod(samples.shape)), _alone)
+
+
+def _alone(name: str) -> dict[str, bytes]:
+    return {}
 
 
 def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:
@@ -113,7 +123,7 @@ def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemer
 def find(path: str | Path, format: str | None) -> Format:
     """The format of a name, or else of the path's ending; refuses an unknown one."""
     name = Path(path).suffix.lower() if format is None else format.lower()
-    known = _BY_ENDING.get(name) if format is None else FORMATS.get(name)
+    known = BY_ENDING.get(name) if format is None else FORMATS.get(name)
     if known is None:
         found = f"format {name.removeprefix('.')!r}" if name else "no format and no file ending"
         raise FormatError(f"{found}; this version knows {', '.join(FORMATS)}", str(path))

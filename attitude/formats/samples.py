@@ -73,6 +73,10 @@ class Samples:
             yield self.cut(first, last)
             self.progress((part + last / self.count) / of)
 
+    def turned(self, turn: Callable[[Ephemeris], Ephemeris]) -> Samples:
+        """The same, each piece as `turn` makes it."""
+        return Samples(self.count, lambda first, last: turn(self.cut(first, last)), self.progress)
+
     @cached_property
     def has_rest(self) -> bool:
         """Whether any instant's seconds need their second part."""
