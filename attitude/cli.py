@@ -206,6 +206,7 @@ def _measured(options: argparse.Namespace, say: Callable[[str], None]) -> Any:
 
 def _run(options: argparse.Namespace) -> None:
     from . import formats
+    from .formats.answer import options_of
 
     format = options.format or ("csv" if options.output == formats.STANDARD_STREAM else None)
     formats.find(options.output, format)
@@ -220,7 +221,7 @@ def _run(options: argparse.Namespace) -> None:
         say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
     samples = scene.samples(_progress(say), drop_below, options.frame)
     _tell(samples.head, say, _silent if options.quiet else _to_standard_error if drop_below else say)
-    given = dict(_option(text) for text in options.set)
+    given = options_of(dict(_option(text) for text in options.set))
     _tell_written(formats.write(samples, options.output, format, None, error, **given), say)
 
 
@@ -230,17 +231,11 @@ def _tell_written(written: Written, say: Callable[[str], None]) -> None:
         say(f"{written.nodes} attitudes; {between}")
 
 
-def _option(text: str) -> tuple[str, Any]:
-    """NAME=VALUE of a format: a value that is JSON's (a number, true, null) is that, any other is text."""
-    import json
-
+def _option(text: str) -> tuple[str, str]:
     name, equals, value = text.partition("=")
     if not equals or not name.isidentifier():
         raise InputError("--set", text, "NAME=VALUE, an option of the format")
-    try:
-        return name, json.loads(value)
-    except ValueError:
-        return name, value
+    return name, value
 
 
 def _tell(ephemeris: Ephemeris, say: Callable[[str], None], warn: Callable[[str], None]) -> None:

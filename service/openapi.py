@@ -10,6 +10,7 @@ from typing import Any
 
 from fastapi import FastAPI
 
+from attitude.formats.known import KNOWN
 from attitude.scene import Scene
 
 from . import errors
@@ -52,6 +53,14 @@ def json_answer(description: str) -> dict[int | str, dict[str, Any]]:
     """The responses of a route that answers with a JSON object."""
     content = {"application/json": {"schema": {"type": "object"}}}
     return {200: {"description": description, "content": content}, **REFUSALS}
+
+
+def ephemeris_answer() -> dict[int | str, dict[str, Any]]:
+    """Of the route that answers in every format: JSON as any answer, the others as files."""
+    answer = json_answer("Columns, one list each, with convention, frame, epoch, shape and cost; or a file")
+    others = (known.media for known in KNOWN if known.name != "json")
+    answer[200]["content"].update({media: {"schema": {"type": "string"}} for media in others})
+    return answer
 
 
 class DescribedAPI(FastAPI):

@@ -16,11 +16,13 @@ from starlette.responses import Response
 import attitude
 from attitude.errors import InputError
 from attitude.formats import json
+from attitude.formats.answer import Answer, answer, options_of
 from attitude.scene import Scene, builtin_names
 
 from . import limits
 from .errors import problem
-from .openapi import json_answer, scene_request
+from .negotiation import wanted
+from .openapi import ephemeris_answer, json_answer, scene_request
 from .settings import Settings, variable
 
 JSON = "application/json"
@@ -52,13 +54,18 @@ Document = Annotated[bytes, Depends(_document)]
 DropBelow = Annotated[str | None, Query(description="rad: leave out torques that matter less over the span")]
 
 
-def _angle(text: str | None) -> float | None:
+FORMAT = "of the answer, instead of what Accept names; other parameters are options of the format"
+FRAME = "attitudes relative to it, instead of the scene's"
+INTERPOLATION = "rad: choose the instants so that what readers interpolate stays within it"
+
+
+def _angle(text: str | None, name: str = "drop_below") -> float | None:
     if text is None:
         return None
     try:
         return float(text)
     except ValueError:
-        raise InputError("drop_below", text, "an angle in rad, above 0", steps=()) from None
+        raise InputError(name, text, "an angle in rad, above 0", steps=()) from None
 
 
 def _answer(content: bytes | str) -> Response:
@@ -72,13 +79,38 @@ def _answer(content: bytes | str) -> Response:
     "/v1/ephemeris",
     summary="Attitude and body rate at a scene's instants",
     openapi_extra=scene_request(),
-    responses=json_answer("Columns, one list each, with convention, frame, epoch, shape and cost"),
+    responses=ephemeris_answer(),
 )
-def ephemeris(document: Document, settings: SettingsOf, drop_below: DropBelow = None) -> Response:
+def ephemeris(
+    document: Document,
+    settings: SettingsOf,
+    request: Request,
+    drop_below: DropBelow = None,
+    format: Annotated[str | None, Query(description=FORMAT)] = None,
+    frame: Annotated[str | None, Query(description=FRAME)] = None,
+    interpolation_error: Annotated[str | None, Query(description=INTERPOLATION)] = None,
+) -> Response:
+    known = wanted(format, request.headers.get("accept", ""))
     scene = limits.check_effects(Scene.from_json(document), settings)
     most = settings.max_samples, variable("max_samples")
     ephemeris = scene.run(*most, _angle(drop_below), limits.check_predicted(settings))
-    return _answer(json.dumps(ephemeris, cost=True))
+    ephemeris = ephemeris if frame is None else ephemeris.in_frame(frame)
+    options = options_of(_other_parameters(request))
+    if known.name == "json" and not options and interpolation_error is None:
+        return _answer(json.dumps(ephemeris, cost=True))
+    error = _angle(interpolation_error, "interpolation_error")
+    return _file(answer(ephemeris, known, error, settings.max_samples, options))
+
+
+def _file(file: Answer) -> Response:
+    named = {"content-disposition": f'attachment; filename="{file.name}"'}
+    return Response(file.content, media_type=file.media, headers=named)
+
+
+def _other_parameters(request: Request) -> dict[str, str]:
+    """What the query names besides: options of the format."""
+    ours = ("drop_below", "format", "frame", "interpolation_error")
+    return {name: value for name, value in request.query_params.items() if name not in ours}
 
 
 @router.post(

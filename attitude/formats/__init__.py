@@ -1,5 +1,6 @@
 """Ephemerides as files: one module a format, and here the way in and out.
 
+answer    a file that is sent rather than kept, and options as text
 known     which formats there are
 samples   an ephemeris piece by piece, as every writer takes it
 nodes     the instants that an interpolating reader is given, and how far off it will be between them
@@ -32,7 +33,8 @@ from ..errors import FormatError, InputError
 from . import nodes
 from .files import STANDARD_STREAM as STANDARD_STREAM
 from .files import write_whole as write_whole
-from .known import BY_ENDING, FORMATS, Format
+from .known import BY_ENDING, FORMATS
+from .known import Format as Format
 from .nodes import Written
 from .samples import Progress, Samples
 
@@ -81,7 +83,11 @@ class Encoded(NamedTuple):
 
 
 def encode(
-    samples: Samples, known: Format, interpolation_error: Any = None, options: dict[str, Any] | None = None
+    samples: Samples,
+    known: Format,
+    interpolation_error: Any = None,
+    options: dict[str, Any] | None = None,
+    most_nodes: int = nodes.MOST_NODES,
 ) -> Encoded:
     """The file of a format; refuses what it cannot hold before the first block is taken."""
     module, options = module_of(known), options or {}
@@ -91,7 +97,7 @@ def encode(
     if hasattr(module, "interpolant"):
         if hasattr(module, "prepared"):  # interpolated in another frame than the ephemeris is in
             samples = module.prepared(samples)
-        given = nodes.chosen(samples, module.interpolant(**options), interpolation_error)
+        given = nodes.chosen(samples, module.interpolant(**options), interpolation_error, most_nodes)
         beside = partial(module.beside, given, **options) if known.has_companions else _alone
         return Encoded(module.blocks(given, **options), given.written, beside)
     if interpolation_error is not None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # Where the rate jumps, or a reader of somebody's file was told not to interpolate across.
 CUTS = ("impulse", "contact", "segment")
 LEAST_TOLERANCE, GREATEST_TOLERANCE = 1e-13, 1.0  # rad
-MOST_NODES = 100_000_000
+MOST_NODES = 100_000_000  # in a file
 PLACES = 64  # where a spacing is tried before it is checked everywhere
 ROUNDS = 30
 CHECKED = 1 << 18  # intervals at a time
@@ -61,15 +61,17 @@ class Nodes(NamedTuple):
         return f"Error of interpolation ({self.interpolant}) at the midpoints is at most {self.worst:.1e} rad"
 
 
-def chosen(samples: Samples, interpolant: Interpolant, tolerance: Any = None) -> Nodes:
-    """The given instants, or such that interpolation errs by less than `tolerance` (rad, or a Quantity)."""
+def chosen(
+    samples: Samples, interpolant: Interpolant, tolerance: Any = None, most: int = MOST_NODES
+) -> Nodes:
+    """The given instants, or at `most` so many that interpolation errs by less than `tolerance`, rad."""
     if not samples.is_list:
         raise FormatError(f"one body at a list of instants is written, not shape {samples.shape}")
     if tolerance is None:
         segments = given(samples)
         known = samples.head.can_be_resampled
         return Nodes(tuple(segments), interpolant, _worst(segments, interpolant) if known else None)
-    return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.head))
+    return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.head), most)
 
 
 def _check_tolerance(tolerance: Any, head: Ephemeris) -> float:
@@ -103,22 +105,33 @@ def _part(samples: Samples, first: int, last: int) -> Samples:
 # -- instants chosen for a tolerance --------------------------------------------------------------
 
 
-def _spaced(samples: Samples, interpolant: Interpolant, tolerance: float) -> Nodes:
+def _spaced(samples: Samples, interpolant: Interpolant, tolerance: float, most: int) -> Nodes:
     """Evenly, as far apart in each span between events as the tolerance lets them be."""
-    segments, worst = [], 0.0
+    segments: list[Samples] = []
+    worst = 0.0
     for start, stop in pairwise(_edges(samples)):
-        step = _tried(samples.head, interpolant, tolerance, start, stop)
-        for _ in range(ROUNDS):
-            segment = _even(samples, start, stop, step)
-            found = _worst([segment], interpolant)
-            if found <= tolerance:
-                break
-            step = _shorter(step, tolerance / found, interpolant, tolerance, stop - start)
-        else:
-            raise InputError("interpolation_error", tolerance, f"an angle above {found:.1e} rad")
+        left = most - sum(segment.count for segment in segments)
+        segment, found = _kept(samples, interpolant, tolerance, start, stop, left)
         segments.append(segment)
         worst = max(worst, found)
     return Nodes(tuple(segments), interpolant, worst)
+
+
+def _kept(
+    samples: Samples, interpolant: Interpolant, tolerance: float, start: float, stop: float, most: int
+) -> tuple[Samples, float]:
+    """Even nodes of a span that keep the tolerance everywhere, and what they err by."""
+    step = _tried(samples.head, interpolant, tolerance, start, stop, most)
+    for _ in range(ROUNDS):
+        segment = _even(samples, start, stop, step)
+        if segment.count > most:
+            expected = f"an angle that no more than {most} nodes can keep to"
+            raise InputError("interpolation_error", tolerance, expected)
+        found = _worst([segment], interpolant)
+        if found <= tolerance:
+            return segment, found
+        step = _rounded(step * min(0.98, 0.97 * (tolerance / found) ** (1.0 / interpolant.order)))
+    raise InputError("interpolation_error", tolerance, f"an angle above {found:.1e} rad")
 
 
 def _edges(samples: Samples) -> list[float]:
@@ -146,7 +159,9 @@ def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
     return Samples(grid.count + ends, cut, samples.progress)
 
 
-def _tried(head: Ephemeris, interpolant: Interpolant, tolerance: float, start: float, stop: float) -> float:
+def _tried(
+    head: Ephemeris, interpolant: Interpolant, tolerance: float, start: float, stop: float, most: int
+) -> float:
     """s: a spacing that keeps the tolerance at some places of the span, both ends among them."""
     span = stop - start
     if span == 0.0:
@@ -164,9 +179,9 @@ def _tried(head: Ephemeris, interpolant: Interpolant, tolerance: float, start: f
             return _rounded(step)
         gain = np.clip((0.7 * tolerance / max(found, 1e-300)) ** (1.0 / interpolant.order), 0.02, 3.0)
         step = min(longest, step * float(gain))
-        if step < span / MOST_NODES:
+        if step < 0.1 * span / max(most, 1):
             break
-    return _rounded(max(step, span / MOST_NODES))
+    return _rounded(step)
 
 
 def _error_at(head: Ephemeris, interpolant: Interpolant, begins: np.ndarray, step: float) -> np.ndarray:
@@ -185,14 +200,6 @@ def _error_at(head: Ephemeris, interpolant: Interpolant, begins: np.ndarray, ste
     ]
     middle = (width - 1) // 2  # elsewhere than at the ends a window is used in its middle alone
     return np.array([e.max() if i < 2 else e[middle] for i, e in enumerate(errors)])
-
-
-def _shorter(step: float, ratio: float, interpolant: Interpolant, tolerance: float, span: float) -> float:
-    shorter = _rounded(step * min(0.98, 0.97 * ratio ** (1.0 / interpolant.order)))
-    if shorter < span / MOST_NODES:
-        expected = f"an angle that fewer than {MOST_NODES} nodes can keep to"
-        raise InputError("interpolation_error", tolerance, expected)
-    return shorter
 
 
 def _rounded(step: float) -> float:

@@ -172,12 +172,10 @@ def test_tolerance_is_an_angle_within_reason():
             chosen(samples, SLERP, wrong)
 
 
-def test_more_nodes_than_a_file_should_have_are_refused(monkeypatch):
-    from attitude.formats import nodes
-
-    monkeypatch.setattr(nodes, "MOST_NODES", 1000)
-    with pytest.raises(InputError, match="interpolation_error: an angle that fewer than 1000 nodes"):
-        chosen(Samples.of(MOTION.at(np.arange(100.0))), SLERP, 1e-9)
+@pytest.mark.parametrize("most", [1, 2, 1000])
+def test_more_nodes_than_a_file_should_have_are_refused(most):
+    with pytest.raises(InputError, match=f"interpolation_error: an angle that no more than {most} nodes"):
+        chosen(Samples.of(MOTION.at(np.arange(100.0))), SLERP, 1e-9, most)
 
 
 def test_disorder_and_batches_are_refused():

@@ -1,0 +1,145 @@
+"""Answers in every format: chosen by Accept or by name, the library's own bytes, refusals as problems."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+
+import pytest
+from asking import MAX_SAMPLES, assert_problem
+
+from attitude import Ephemeris, Scene
+from attitude.formats.answer import answer
+from attitude.formats.known import FORMATS, KNOWN
+
+SMALL = Scene.builtin("toutatis").document()
+FILES = [name for name in FORMATS if name != "json"]
+# What a file says of the moment it was made; given, two of them are the same.
+MADE = {"aem": {"creation_date": "2026-01-01T00:00:00"}, "aem-xml": {"creation_date": "2026-01-01T00:00:00"}}
+
+
+def library(name, document=SMALL, **options):
+    return answer(Scene(**document).run(), FORMATS[name], options={**MADE.get(name, {}), **options})
+
+
+def unzipped(content):
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_file_is_the_librarys_own(client, name):
+    got = client.post("/v1/ephemeris", json=SMALL, params={"format": name, **MADE.get(name, {})})
+    expected = library(name)
+    assert got.status_code == 200
+    assert got.headers["content-type"].partition(";")[0] == expected.media
+    assert got.headers["content-disposition"] == f'attachment; filename="{expected.name}"'
+    if name == "ck":
+        assert unzipped(got.content).keys() == unzipped(expected.content).keys()
+    elif name not in ("npz", "fits"):  # which hold dates of their own making
+        assert got.content == expected.content
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_file_reads_back_as_the_ephemeris(client, name, tmp_path):
+    got = client.post("/v1/ephemeris", json=SMALL, params={"format": name})
+    path = tmp_path / re.search('filename="(.*)"', got.headers["content-disposition"])[1]
+    path.write_bytes(got.content)
+    if path.suffix == ".zip":
+        for inner, content in unzipped(got.content).items():
+            (tmp_path / inner).write_bytes(content)
+        (path,) = tmp_path.glob("*.bc")
+    expected = Scene(**SMALL).run()
+    back = Ephemeris.read(path)
+    assert len(back) == len(expected)
+    assert abs((back.time - expected.time).sec).max() < 1e-6
+    turned = back if name == "czml" else expected.in_frame(back.frame)
+    assert back.frame == turned.frame
+
+
+@pytest.mark.parametrize("known", KNOWN, ids=lambda known: known.name)
+def test_accept_names_the_format(client, known):
+    got = client.post("/v1/ephemeris", json=SMALL, headers={"accept": known.media})
+    assert got.status_code == 200
+    expected = "application/zip" if known.has_companions else known.media
+    assert got.headers["content-type"].partition(";")[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("accept", "media"),
+    [
+        ("*/*", "application/json"),
+        ("", "application/json"),
+        ("text/html,application/xhtml+xml,*/*;q=0.8", "application/json"),
+        ("application/*", "application/json"),
+        ("text/csv;q=0.5, application/x-ndjson", "application/x-ndjson"),
+        ("text/csv, */*;q=0.1", "text/csv"),
+        ("application/json;q=0, text/csv;q=0.2", "text/csv"),
+        ("text/csv;q=what, application/json", "application/json"),
+    ],
+)
+def test_best_of_what_is_accepted(client, accept, media):
+    got = client.post("/v1/ephemeris", json=SMALL, headers={"accept": accept})
+    assert got.headers["content-type"].partition(";")[0] == media
+
+
+def test_name_wins_over_accept(client):
+    got = client.post("/v1/ephemeris?format=csv", json=SMALL, headers={"accept": "application/json"})
+    assert got.headers["content-type"].startswith("text/csv")
+    got = client.post("/v1/ephemeris?format=json", json=SMALL, headers={"accept": "text/csv"})
+    assert got.headers["content-type"] == "application/json"
+
+
+def test_nothing_acceptable_is_a_problem(client):
+    problem = assert_problem(
+        client.post("/v1/ephemeris", json=SMALL, headers={"accept": "image/png, text/html"}), 406
+    )
+    assert "application/json" in problem["detail"]
+    assert "image/png" in problem["detail"]
+
+
+def test_options_of_the_format_are_parameters(client):
+    got = client.post("/v1/ephemeris?format=aem&object_id=1989-067A&rates=false", json=SMALL)
+    assert "OBJECT_ID = 1989-067A" in re.sub(" +", " ", got.text)
+    assert "ATTITUDE_TYPE = QUATERNION\n" in re.sub(" +", " ", got.text)
+
+
+def test_nodes_are_chosen_for_the_tolerance(client):
+    got = client.post("/v1/ephemeris?format=stk&interpolation_error=1e-3", json=SMALL)
+    assert got.status_code == 200
+    assert len(got.text.splitlines()) > 490
+
+
+def test_frame_is_the_one_asked_for(client):
+    got = client.post("/v1/ephemeris?frame=EME2000", json=SMALL).json()
+    assert got["frame"] == "EME2000"
+
+
+@pytest.mark.parametrize(
+    ("query", "detail"),
+    [
+        ({"format": "xls"}, "format: one of ecsv, csv, json"),
+        ({"format": "csv", "naif_id": "5"}, "naif_id: for csv an option of none"),
+        ({"format": "csv", "interpolation_error": "1e-3"}, "interpolation_error: none for csv"),
+        ({"format": "aem", "interpolation_error": "little"}, "interpolation_error: an angle in rad"),
+        ({"format": "aem", "interpolation_error": "0"}, "interpolation_error: an angle from"),
+        ({"format": "aem", "degree": "many"}, "degree: "),
+        ({"frame": "MARS"}, "frame: "),
+    ],
+)
+def test_what_cannot_be_had_is_a_problem(client, query, detail):
+    problem = assert_problem(client.post("/v1/ephemeris", json=SMALL, params=query), 422)
+    assert problem["detail"].startswith(detail)
+
+
+def test_limit_of_samples_holds_for_nodes_too(client):
+    query = {"format": "stk", "interpolation_error": "1e-9"}
+    problem = assert_problem(client.post("/v1/ephemeris", json=SMALL, params=query), 422)
+    assert f"no more than {MAX_SAMPLES} nodes" in problem["detail"]
+
+
+def test_format_that_cannot_hold_the_ephemeris_is_a_problem(client):
+    undated = {key: value for key, value in SMALL.items() if key != "epoch"}
+    problem = assert_problem(client.post("/v1/ephemeris?format=aem", json=undated), 422)
+    assert problem["detail"].startswith("format: ")
