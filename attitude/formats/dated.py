@@ -61,7 +61,7 @@ def whole_tt_second(head: Ephemeris) -> Origin:
 
 
 def whole_utc_second(head: Ephemeris) -> Origin:
-    """The whole second of UTC that the first instant is in; never 60, a leap second, which few readers know."""
+    """The whole second of UTC that the first instant is in; never second 60, which few readers know."""
     year, month, day, clock = erfa.d2dtf("UTC", 9, *_days(head.time.utc))
     second = min(int(clock["s"]), 59)
     days = erfa.dtf2d("UTC", year, month, day, clock["h"], clock["m"], second)
