@@ -419,10 +419,12 @@ def _turned(q: np.ndarray, omega: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 class Run(NamedTuple):
-    """Records of a segment, and which of them begin an interval that nobody interpolates into."""
+    """Records of a segment, which of them begin an interval that nobody interpolates into, and whether
+    rates may step from one to the next (type 2)."""
 
     records: Records
     begins: np.ndarray
+    steps: bool
 
 
 def parse(
@@ -511,7 +513,7 @@ def _run_3(array: daf.Array, source: str) -> Run:
     if not inside.any():
         raise FormatError("a segment that covers none of its records", source)
     begins[int(np.argmax(inside))] = True
-    return Run(run.part(inside), begins[inside])
+    return Run(run.part(inside), begins[inside], False)
 
 
 def _count(value: float, source: str) -> int:
@@ -549,33 +551,35 @@ def _ends(records: np.ndarray, start: np.ndarray, stop: np.ndarray) -> Run:
         np.repeat(velocity, 2, axis=0),
     )
     kept = np.stack([np.full(len(start), True), ~joined & (stop > start)], axis=1).ravel()
-    return Run(both.part(kept), np.stack([begins, np.zeros_like(begins)], axis=1).ravel()[kept])
+    return Run(both.part(kept), np.stack([begins, np.zeros_like(begins)], axis=1).ravel()[kept], True)
 
 
 def _in_order(runs: list[Run], source: str) -> Run:
     """One after the other; a record that ends one and begins the next stands once."""
     runs = sorted(runs, key=lambda run: float(run.records.ticks[0]))
     if any(run.records.velocity is None for run in runs):
-        runs = [Run(run.records._replace(velocity=None), run.begins) for run in runs]
+        runs = [run._replace(records=run.records._replace(velocity=None)) for run in runs]
     kept: list[Run] = []
     for run in runs:
         if kept and run.records.ticks[0] <= kept[-1].records.ticks[-1]:
             before = kept[-1]
             if run.records.ticks[0] < before.records.ticks[-1]:
                 raise FormatError("segments that overlap: which counts depends on who reads them", source)
-            run.begins[0] = not _same(before.records.part(slice(-1, None)), run.records.part(slice(1)))
-            kept[-1] = Run(before.records.part(slice(-1)), before.begins[:-1])
+            run.begins[0] = not _follows(before, run)
+            kept[-1] = Run(before.records.part(slice(-1)), before.begins[:-1], before.steps)
         kept.append(run)
-    return Run(_joined([run.records for run in kept]), np.concatenate([run.begins for run in kept]))
+    records, begins = _joined([run.records for run in kept]), np.concatenate([run.begins for run in kept])
+    return Run(records, begins, any(run.steps for run in kept))
 
 
-def _same(one: Records, other: Records) -> bool:
-    """The same attitude, and the same rate to the last places that type 2 loses by turning."""
-    if orientation.angle_between(one.quaternion, other.quaternion)[0] > 1e-9:
-        return False
-    if one.velocity is None or other.velocity is None:
-        return True
-    return bool(np.abs(one.velocity - other.velocity).max() <= 1e-9 * np.abs(one.velocity).max())
+def _follows(before: Run, after: Run) -> bool:
+    """Whether one begins with the record that the other ends with."""
+    one, other = before.records.part(-1), after.records.part(0)
+    if before.steps or after.steps:
+        return bool(orientation.angle_between(one.quaternion, other.quaternion) < 1e-9)
+    return np.array_equal(one.quaternion, other.quaternion) and (
+        one.velocity is None or np.array_equal(one.velocity, other.velocity)
+    )
 
 
 def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str) -> Ephemeris:
