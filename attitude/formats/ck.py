@@ -47,6 +47,7 @@ REACH = 1000.0  # rad; over more, the turn from a record's start loses digits of
 REFERENCES = {"ICRF": "J2000", "GCRF": "J2000", "ECLIPJ2000": "ECLIPJ2000"}
 NUMBERS = {1: "ICRF", 17: "ECLIPJ2000"}
 LARGEST = 2**31 - 1
+LARGEST_NUMBER = 1e100  # of ticks, or of rad/s: its square is still a number
 EPS = float(np.finfo(float).eps)
 # SPICE's names: of frames at most 26 characters (a variable of the pool has 32), of segments 40, bodies 36.
 FRAME, SEGMENT = 26, 40
@@ -116,8 +117,10 @@ def blocks(
     frame_name : of the body's axes; else of the ephemeris's name
     """
     target = _target(nodes, naif_id, structure_id, type, rates, reference, frame_name)
-    spice = _spice()
-    origin = dated.whole_tt_second(nodes.segments[0].head)
+    return _blocks(nodes, target, dated.whole_tt_second(nodes.segments[0].head), _spice())
+
+
+def _blocks(nodes: Nodes, target: Target, origin: Origin, spice: Any) -> Iterator[bytes]:
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "attitude.bc")
         _fill(path, nodes, target, origin, spice)
@@ -296,7 +299,7 @@ def _batches(
     last: Records | None = None
     for piece in segment.pieces(*turn):
         records = _records(piece, target, origin)
-        dated.refuse_unordered(records.ticks, None if last is None else last.ticks[0], "A CK")
+        dated.refuse_unordered(records.ticks, None if last is None else last.ticks[0], "A CK", "ticks")
         whole = records if last is None else _joined([last, records])
         last = records.part(slice(-1, None))
         if len(whole.ticks) > 1 or segment.count == 1:
@@ -487,12 +490,16 @@ def _run(array: daf.Array, source: str) -> Run:
     kind = array.integers[2]
     if kind not in (2, 3):
         raise FormatError(f"a segment of type {kind}; types 2 and 3 are read", source)
-    if not np.isfinite(array.values).all():
-        raise FormatError("a number that is not finite", source)
+    if not (np.abs(array.values) < LARGEST_NUMBER).all():
+        raise FormatError("a number that is not finite, or none of an attitude", source)
     run = _run_2(array, source) if kind == 2 else _run_3(array, source)
-    if not (np.diff(run.records.ticks) > 0.0).all():
-        raise FormatError("instants of a segment that do not increase", source)
+    _check_ticks(run.records.ticks, source)
     return run
+
+
+def _check_ticks(ticks: np.ndarray, source: str) -> None:
+    if not (np.diff(ticks) > 0.0).all():
+        raise FormatError("instants of a segment that do not increase", source)
 
 
 def _run_3(array: daf.Array, source: str) -> Run:
@@ -504,6 +511,7 @@ def _run_3(array: daf.Array, source: str) -> Run:
         raise FormatError("a segment of type 3 whose counts are not its own", source)
     records = values[: ends[0]].reshape(count, width)
     ticks, starts = values[ends[0] : ends[1]], values[ends[2] : ends[3]]
+    _check_ticks(ticks, source)
     begins = np.isin(ticks, starts)
     if not begins[0] or begins.sum() != intervals:
         raise FormatError("intervals that begin between the records of their segment", source)
@@ -518,7 +526,7 @@ def _run_3(array: daf.Array, source: str) -> Run:
 
 def _count(value: float, source: str) -> int:
     if not (1 <= value <= LARGEST and value == int(value)):
-        raise FormatError(f"a count of {value!r}", source)
+        raise FormatError(f"a count of {float(value)!r}", source)
     return int(value)
 
 
@@ -577,9 +585,9 @@ def _follows(before: Run, after: Run) -> bool:
     one, other = before.records.part(-1), after.records.part(0)
     if before.steps or after.steps:
         return bool(orientation.angle_between(one.quaternion, other.quaternion) < 1e-9)
-    return np.array_equal(one.quaternion, other.quaternion) and (
-        one.velocity is None or np.array_equal(one.velocity, other.velocity)
-    )
+    if not np.array_equal(one.quaternion, other.quaternion):
+        return False
+    return one.velocity is None or other.velocity is None or np.array_equal(one.velocity, other.velocity)
 
 
 def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str) -> Ephemeris:

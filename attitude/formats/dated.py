@@ -97,13 +97,14 @@ def tt_time(seconds: int) -> Time:
     return Time(float(J2000 + days), rest / DAY, format="jd", scale="tt")
 
 
-def refuse_unordered(seconds: np.ndarray, before: float | None, format: str) -> None:
+def refuse_unordered(times: np.ndarray, before: float | None, format: str, unit: str) -> None:
     """Readers search by date: each instant (n,) must be after the one before it."""
-    earlier = seconds[:-1] if before is None else np.concatenate([[before], seconds[:-1]])
-    later = seconds[len(seconds) - len(earlier) :]
+    earlier = times[:-1] if before is None else np.concatenate([[before], times[:-1]])
+    later = times[len(times) - len(earlier) :]
     wrong = np.flatnonzero(~(later > earlier))
     if wrong.size:
         i = int(wrong[0])
         raise FormatError(
-            f"{format} holds instants in increasing order; {later[i]!r} s comes after {earlier[i]!r} s"
+            f"{format} holds instants in increasing order; {float(later[i])!r} does not "
+            f"come after {float(earlier[i])!r} {unit}"
         )

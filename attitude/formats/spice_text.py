@@ -213,7 +213,7 @@ def clock_from(text: str, structure: int, source: str) -> Clock:
     ids = [name.removeprefix("SCLK_DATA_TYPE_") for name in found if name.startswith("SCLK_DATA_TYPE_")]
     wanted = ids[0] if len(ids) == 1 else str(int(-structure / 1000))
     if wanted not in ids:
-        raise FormatError(f"no clock {wanted} for structure {structure}; clocks: {', '.join(ids)}", source)
+        raise FormatError(f"no SCLK_DATA_TYPE_{wanted}, the clock of structure {structure}", source)
     try:
         return _clock({key: found.get(f"{key}_{wanted}") for key in _NEEDED})
     except (TypeError, ValueError, IndexError, OverflowError):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
@@ -82,11 +82,10 @@ def blocks(
         raise FormatError(
             "STK attitude files have no segments: where rates jump, interpolation_order is 1 and no other"
         )
-    origin = dated.whole_utc_second(head)
+    origin, turn = dated.whole_utc_second(head), _turn(head.frame)
     shared = _shared_instants(nodes, origin)
-    yield _header(nodes, head, origin, sum(shared), rates, central_body, version, interpolation_order)
-    yield from _rows(nodes, origin, shared, rates, _turn(head.frame))
-    yield b"END Attitude\n"
+    header = _header(nodes, head, origin, sum(shared), rates, central_body, version, interpolation_order)
+    return chain([header], _rows(nodes, origin, shared, rates, turn), [b"END Attitude\n"])
 
 
 def _check_order(order: int) -> int:
@@ -181,7 +180,7 @@ def _rows(
             left -= taken
             if taken:
                 table = _table(piece[:taken], origin, rates, turn)
-                dated.refuse_unordered(table[:, 0], before, "An STK attitude file")
+                dated.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
                 before = float(table[-1, 0])
                 yield _text(table)
 

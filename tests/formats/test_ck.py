@@ -20,7 +20,7 @@ spice = pytest.importorskip("spiceypy")
 BODY = RigidBody((1.0, 1.6, 2.1))
 Q0, OMEGA = (0.1, -0.7, 0.5, 0.5), (0.3, -0.5, 0.9)
 # Beside J2000, where SPICE's seconds past it have their digits.
-EPOCH = Time("2000-01-01T12:00:00.25", scale="tt")
+EPOCH = Time(2451545.0, 0.25 / 86400, format="jd", scale="tt")
 T = np.arange(60) / 4
 STRUCTURE = -999000
 
@@ -64,12 +64,11 @@ def texts(time):
 
 
 def to_j2000(frame):
-    """Of SPICE, or the frame bias of IAU 2006 from its three angles: components to those in the ICRF."""
+    """Of SPICE, or the frame bias of IAU 2006 from its four angles: components to those in the ICRF."""
     if frame != "EME2000":
         return spice.pxform({"ICRF": "J2000", "GCRF": "J2000"}.get(frame, frame), "J2000", 0.0)
-    xi, eta, da = (np.deg2rad(x / 3.6e6) for x in (-16.6170, -6.8192, -14.6))
-    about = lambda axis, angle: np.array(spice.rotate(angle, axis))
-    return (about(1, -eta) @ about(2, xi) @ about(3, da)).T
+    gamma, phi, psi, eps = np.deg2rad(np.array([-0.052928, 84381.412819, -0.041775, 84381.406]) / 3600)
+    return (spice.rotate(-eps, 1) @ spice.rotate(-psi, 3) @ spice.rotate(phi, 1) @ spice.rotate(gamma, 3)).T
 
 
 # -- what SPICE finds in it -----------------------------------------------------------------------
@@ -138,7 +137,8 @@ def test_works_at_once_in_a_process_of_its_own(tmp_path):
     written(tmp_path)
     program = (
         "import spiceypy as s; s.furnsh('a.tm'); et = s.str2et('2000-01-01 12:00:05.25 TDT');"
-        "print(s.sxform('J2000', 'OBJECT_999_BODY', et)[0][0], s.bodn2c('OBJECT_999'), s.et2utc(et, 'ISOC', 6))"
+        "print(s.sxform('J2000', 'OBJECT_999_BODY', et)[0][0], s.bodn2c('OBJECT_999'));"
+        "print(s.et2utc(et, 'ISOC', 6))"
     )
     run = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
@@ -294,8 +294,8 @@ def test_other_frames_come_back_in_the_icrf(tmp_path):
 
 @pytest.mark.parametrize("scale", ["utc", "tai", "tdb"])
 def test_dates_of_any_scale_come_back(scale, tmp_path):
-    epoch = getattr(Time("2031-05-06T07:08:09.123456789", scale="utc"), scale)
-    path, ephemeris = written(tmp_path, motion(epoch=epoch).at(T + 1e8))
+    epoch = getattr(Time("2021-05-06T07:08:09.123456789", scale="utc"), scale)
+    path, ephemeris = written(tmp_path, motion(epoch=epoch).at(T + 1e7))
     assert np.abs((Ephemeris.read(path).time - ephemeris.time).sec).max() < 1e-9
 
 
@@ -322,7 +322,6 @@ def test_a_user_may_name_numbers_and_frame(tmp_path):
     matrix, _, _ = spice.ckgpav(-5001, spice.sce2c(20004179, ets_of(ephemeris)[4]), 0, "GALACTIC")
     assert np.abs(matrix - ephemeris.rotation[4].as_matrix().T).max() < 1e-12
     assert spice.namfrm("TOU") == -5001
-    assert spice.cidfrm is not None
     with pytest.raises(FormatError, match="SPICE's frame 13;"):
         Ephemeris.read(path)
 
@@ -396,7 +395,7 @@ def other(folder, system=1, **changes):
     """A CK as another program makes one: Cassini's numbers, two intervals, no rates."""
     (folder / "c.tsc").write_text(OTHER_CLOCK.format(system=system))
     ticks = np.array([100.0, 300.0, 1000.0, 300000.0, 300500.0])
-    q = motion().at(np.arange(5.0)).quaternion("wxyz") * [-1, 1, 1, 1]
+    q = np.ascontiguousarray(motion().at(np.arange(5.0)).quaternion("wxyz") * [-1, 1, 1, 1])
     handle = spice.ckopn(str(folder / "c.bc"), "other", 0)
     made = {"inst": -82000, "ref": "J2000", "starts": ticks[[0, 3]], **changes}
     zero = np.zeros((5, 3))
@@ -424,7 +423,7 @@ def test_clock_of_another_dates_records_as_spice_does(system, tmp_path):
 def test_kernel_of_another_place_is_taken_where_named(tmp_path):
     path, _, _ = other(tmp_path)
     (tmp_path / "c.tsc").rename(tmp_path / "clock.tsc")
-    with pytest.raises(FormatError, match="SCLK kernel .*c.tsc cannot be read .*sclk= names another"):
+    with pytest.raises(FormatError, match=r"SCLK kernel .*c\.tsc cannot be read .*sclk= names another"):
         Ephemeris.read(path)
     assert len(Ephemeris.read(path, sclk=tmp_path / "clock.tsc")) == 5
 
@@ -433,7 +432,9 @@ def test_structures_are_read_one_at_a_time(tmp_path):
     path, _, _ = other(tmp_path)
     handle = spice.dafopw(str(path))
     q = np.tile([1.0, 0, 0, 0], (2, 1))
-    spice.ckw03(handle, 1.0, 2.0, -82001, "J2000", False, "B", 2, [1.0, 2.0], q, np.zeros((2, 3)), 1, [1.0])
+    spice.ckw03(
+        handle, 1.0, 2.0, -82001, "J2000", False, "B", 2, np.array([1.0, 2.0]), q, np.zeros((2, 3)), 1, [1.0]
+    )
     spice.dafcls(handle)
     with pytest.raises(FormatError, match="structure_id is one of -82001, -82000; got None"):
         Ephemeris.read(path)
@@ -464,9 +465,14 @@ def test_bytes_in_the_other_order_are_read(tmp_path):
 
 def swapped(data):
     """A little-endian DAF of one summary record as a big-endian one."""
-    integers = lambda part: np.frombuffer(part, "<i4").astype(">i4").tobytes()
-    doubles = lambda part: np.frombuffer(part, "<f8").astype(">f8").tobytes()
-    first, begin = struct.unpack_from("<i", data, 76)[0], None
+
+    def integers(part):
+        return np.frombuffer(part, "<i4").astype(">i4").tobytes()
+
+    def doubles(part):
+        return np.frombuffer(part, "<f8").astype(">f8").tobytes()
+
+    first = struct.unpack_from("<i", data, 76)[0]
     head = data[:8] + integers(data[8:16]) + data[16:76] + integers(data[76:88]) + b"BIG-IEEE" + data[96:1024]
     at = (first - 1) * 1024
     begin = at + 2048
@@ -485,17 +491,11 @@ def test_pool_of_the_user_stays_as_it_was(tmp_path):
     Ephemeris.read(path)
     assert spice.ktotal("all") == 1
     assert spice.gdpool("MINE", 0, 5).tolist() == [1.0, 2.0]
-    assert spice.gnpool("SCLK*", 0, 10) == [] if spice_finds("SCLK*") else True
+    with pytest.raises(spice.NotFoundError):
+        spice.gnpool("SCLK*", 0, 10)
     with pytest.raises(AttitudeError):
         Ephemeris.read(tmp_path / "mine.tls", format="ck")
     assert not spice.failed()
-
-
-def spice_finds(name):
-    try:
-        return bool(spice.gnpool(name, 0, 10))
-    except spice.NotFoundError:
-        return False
 
 
 def test_files_are_written_from_many_threads(tmp_path):
@@ -649,9 +649,9 @@ def test_damaged_files_are_refused(change, message, tmp_path):
 
 
 CLOCKS = {
-    "empty": (lambda text: "", "no clock -999"),
+    "empty": (lambda text: "", "no SCLK_DATA_TYPE_999, the clock of structure -999000"),
     "open": (lambda text: text.replace("1 )\n\n", "1\n\n"), "closing parenthesis"),
-    "no assignment": (lambda text: text.replace("SCLK01_N_FIELDS_999     =", "x"), "no assignment"),
+    "no assignment": (lambda text: text.replace("SCLK01_N_FIELDS_999", "N FIELDS"), "no assignment"),
     "type 2": (lambda text: text.replace("TYPE_999         = ( 1 )", "TYPE_999 = ( 2 )"), "none of type 1"),
     "other time": (lambda text: text.replace("SYSTEM_999     = ( 2 )", "SYSTEM_999 = ( 3 )"), "none of type"),
     "word": (lambda text: text.replace("( 68719476736 65536 )", "( a b )"), "none of type 1"),
@@ -689,7 +689,7 @@ def test_any_damage_is_refused_or_gives_attitudes(type, tmp_path):
     path, _ = written(tmp_path, type=type)
     valid, random = path.read_bytes(), np.random.default_rng(7)
     used = np.flatnonzero(np.frombuffer(valid, np.uint8))
-    for _ in range(300):
+    for _ in range(150):
         data = bytearray(valid)
         for place in random.choice(used, random.integers(1, 4)):
             data[place] = random.integers(256)
@@ -704,7 +704,7 @@ def test_any_damage_is_refused_or_gives_attitudes(type, tmp_path):
         back.time.isot  # noqa: B018  every instant has a date
 
 
-def test_a_million_records_take_seconds_and_little_memory(tmp_path):
+def test_memory_does_not_grow_with_the_number_of_records(tmp_path):
     program = f"""
 import resource, time, numpy as np
 from astropy.time import Time
@@ -718,12 +718,12 @@ def of(n):
     return Samples(n, lambda a, b: motion.ephemeris(grid.part(a, b, epoch)))
 formats.write(of(100_000), {str(tmp_path / "a.bc")!r})
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-formats.write(of(600_000), {str(tmp_path / "a.bc")!r})
+formats.write(of(400_000), {str(tmp_path / "a.bc")!r})
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 """
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
-    assert int(run.stdout) < 16 * 1024  # KiB; the records are 38 MB
+    assert int(run.stdout) < 10 * 1024  # KiB; the records grow by 19 MB
 
 
 def test_readers_are_told_that_they_turn_evenly():
