@@ -152,6 +152,8 @@ def beside(
         ".tf": spice_text.frames(target.naif_id, target.structure, target.frame, body, target.name),
         ".tls": spice_text.leap_seconds(),
     }
+    if path.suffix in (*texts, ".tm"):
+        raise FormatError("a text kernel beside it would have the name of the CK; .bc is usual", str(path))
     names = [path.with_suffix(ending).name for ending in texts] + [path.name]
     if all(name.isascii() and name.isprintable() for name in names):  # a text kernel holds no other
         texts[".tm"] = spice_text.together(names)

@@ -371,6 +371,12 @@ def test_file_names_that_a_text_kernel_cannot_hold_go_without_a_meta_kernel(tmp_
     assert run.stdout.strip() == "5", run.stderr
 
 
+def test_name_of_a_text_kernel_is_refused(tmp_path):
+    with pytest.raises(FormatError, match=r"\.bc is usual"):
+        motion().at(T).write(tmp_path / "a.tf", format="ck")
+    assert list(tmp_path.iterdir()) == []
+
+
 # -- of others ---------------------------------------------------------------------------------------
 
 # Two correlations of a clock of 256 ticks a second, which runs 3 ppm slow and then 5 ppm fast.
