@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..errors import FormatError, InputError
 from . import nodes
 from .files import STANDARD_STREAM as STANDARD_STREAM
+from .files import write_together
 from .files import write_whole as write_whole
 from .known import BY_ENDING, FORMATS
 from .known import Format as Format
@@ -63,9 +64,13 @@ def write(
         raise error if error.source else FormatError(str(error), str(path)) from None
     if known.has_companions and str(path) == STANDARD_STREAM:
         raise FormatError(f"{known.name} is several files: it needs a name to go by", str(path))
-    for ending, content in whole.beside(Path(path).name).items():
-        write_whole([content], Path(path).with_suffix(ending))
-    write_whole(whole.blocks, path)
+    if not known.has_companions:
+        write_whole(whole.blocks, path)
+        return whole.written
+    beside = {
+        Path(path).with_suffix(ending): [content] for ending, content in whole.beside(Path(path).name).items()
+    }
+    write_together({Path(path): whole.blocks, **beside})
     return whole.written
 
 

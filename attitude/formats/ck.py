@@ -34,7 +34,6 @@ from ..ephemeris import CONVENTION, Ephemeris
 from ..errors import FormatError, InputError
 from ..frames import from_gcrf
 from . import daf, dated, parts, spice_text
-from .files import STANDARD_STREAM
 from .nodes import Interpolant, Nodes
 from .samples import Samples
 
@@ -131,7 +130,7 @@ def _blocks(nodes: Nodes, target: Target, origin: Origin, spice: Any) -> Iterato
 
 def beside(
     nodes: Nodes,
-    path: Path,
+    name: str,
     *,
     naif_id: int = -999,
     structure_id: int | None = None,
@@ -139,11 +138,9 @@ def beside(
     rates: bool = True,
     reference: str | None = None,
     frame_name: str | None = None,
-) -> dict[Path, bytes]:
-    """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm), of the same name."""
+) -> dict[str, bytes]:
+    """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm) for a CK of this name."""
     target = _target(nodes, naif_id, structure_id, type, rates, reference, frame_name)
-    if str(path) == STANDARD_STREAM:
-        return {}
     origin = dated.whole_tt_second(nodes.segments[0].head)
     anchor = parts.iso_text(origin.time).item().decode()
     body = target.frame.removesuffix("_BODY")
@@ -152,12 +149,12 @@ def beside(
         ".tf": spice_text.frames(target.naif_id, target.structure, target.frame, body, target.name),
         ".tls": spice_text.leap_seconds(),
     }
-    if path.suffix in (*texts, ".tm"):
-        raise FormatError("a text kernel beside it would have the name of the CK; .bc is usual", str(path))
-    names = [path.with_suffix(ending).name for ending in texts] + [path.name]
+    if Path(name).suffix in (*texts, ".tm"):
+        raise FormatError("a text kernel beside it would have the name of the CK; .bc is usual", name)
+    names = [Path(name).with_suffix(ending).name for ending in texts] + [name]
     if all(name.isascii() and name.isprintable() for name in names):  # a text kernel holds no other
         texts[".tm"] = spice_text.together(names)
-    return {path.with_suffix(ending): text.encode("ascii") for ending, text in texts.items()}
+    return {ending: text.encode("ascii") for ending, text in texts.items()}
 
 
 def _target(

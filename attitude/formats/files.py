@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import FormatError
+from ..errors import AttitudeError, FormatError
 
 STANDARD_STREAM = "-"
 
@@ -18,7 +19,27 @@ def write_whole(blocks: Iterable[bytes], path: str | Path) -> None:
     if str(path) == STANDARD_STREAM:
         _to_standard_output(blocks)
     else:
-        _to_file(blocks, Path(path))
+        write_together({Path(path): blocks})
+
+
+def write_together(files: Mapping[Path, Iterable[bytes]]) -> None:
+    """Files that belong together: all of them whole, or none.
+
+    Written beside their targets under other names, then renamed.  A device or pipe is written to as it is:
+    renaming would put a file in its place.
+    """
+    written: dict[str, Path] = {}
+    try:
+        for path, blocks in files.items():
+            with _named_in_errors(path):
+                _beside(path, blocks, written)
+        for name, path in written.items():
+            with _named_in_errors(path):
+                os.replace(name, path)
+    finally:
+        for name in written:
+            if os.path.exists(name):
+                os.unlink(name)
 
 
 def _to_standard_output(blocks: Iterable[bytes]) -> None:
@@ -27,27 +48,25 @@ def _to_standard_output(blocks: Iterable[bytes]) -> None:
     sys.stdout.buffer.flush()
 
 
-def _to_file(blocks: Iterable[bytes], path: Path) -> None:
-    """Whole or not at all: written beside the target under another name, then renamed.
+def _beside(path: Path, blocks: Iterable[bytes], written: dict[str, Path]) -> None:
+    if path.exists() and not path.is_file():
+        with open(path, "wb") as stream:
+            stream.writelines(blocks)
+        return
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        written[file.name] = path
+        file.writelines(blocks)
+    os.chmod(file.name, 0o666 & ~_umask())
 
-    A device or pipe is written to as it is: renaming would put a file in its place.
-    """
-    name = None
+
+@contextmanager
+def _named_in_errors(path: Path) -> Iterator[None]:
     try:
-        if path.exists() and not path.is_file():
-            with open(path, "wb") as stream:
-                stream.writelines(blocks)
-            return
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-            name = file.name
-            file.writelines(blocks)
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
+        yield
+    except AttitudeError:  # of what the blocks are made of: an InputError is a ValueError too
+        raise
     except (OSError, ValueError) as error:
         raise FormatError(f"cannot be written ({getattr(error, 'strerror', error)})", str(path)) from None
-    finally:
-        if name is not None and os.path.exists(name):
-            os.unlink(name)
 
 
 def _umask() -> int:

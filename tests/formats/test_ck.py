@@ -540,10 +540,11 @@ def test_interrupted_write_leaves_no_ck_and_no_open_file(tmp_path, monkeypatch):
     written(tmp_path)
 
 
-def test_standard_output_gets_the_ck_alone(tmp_path, monkeypatch, capfdbinary):
+def test_standard_output_is_no_place_for_several_files(tmp_path, monkeypatch, capfdbinary):
     monkeypatch.chdir(tmp_path)
-    motion().at(T).write("-", format="ck")
-    assert capfdbinary.readouterr().out.startswith(b"DAF/CK")
+    with pytest.raises(FormatError, match="ck is several files"):
+        motion().at(T).write("-", format="ck")
+    assert capfdbinary.readouterr().out == b""
     assert os.listdir() == []
 
 
