@@ -22,7 +22,8 @@ LEAST_TOLERANCE, GREATEST_TOLERANCE = 1e-13, 1.0  # rad
 MOST_NODES = 100_000_000  # in a file
 PLACES = 64  # where a spacing is tried before it is checked everywhere
 ROUNDS = 30
-CHECKED = 1 << 18  # intervals at a time
+CHECKED = 1 << 16  # intervals at a time
+CHECKED_AT_ONCE = 1 << 20
 
 
 class Written(NamedTuple):
@@ -156,7 +157,14 @@ def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
         seconds = np.append(inside, stop) if until > grid.count else inside
         return head.resampled(Instants(seconds, None, head.epoch, scale=head.instants.scale))
 
+    if _is_run_as_a_whole(head):
+        return Samples.of(cut(0, grid.count + ends), samples.progress)
     return Samples(grid.count + ends, cut, samples.progress)
+
+
+def _is_run_as_a_whole(ephemeris: Ephemeris) -> bool:
+    """A scene with effects is run from its beginning, however few instants are asked for."""
+    return ephemeris.plan is not None and bool(ephemeris.plan.simulated)
 
 
 def _tried(
@@ -218,8 +226,9 @@ def _worst(segments: list[Samples], interpolant: Interpolant) -> float:
 
 def _worst_of(samples: Samples, interpolant: Interpolant) -> float:
     worst, around = 0.0, interpolant.degree
-    for first in range(0, samples.count - 1, CHECKED):
-        last = min(first + CHECKED, samples.count - 1)  # intervals, from first to last
+    size = CHECKED_AT_ONCE if _is_run_as_a_whole(samples.head) else CHECKED
+    for first in range(0, samples.count - 1, size):
+        last = min(first + size, samples.count - 1)  # intervals, from first to last
         low, high = max(0, first - around), min(samples.count, last + 1 + around)
         piece = samples.cut(low, high)
         _refuse_disorder(piece, low)
