@@ -124,10 +124,10 @@ def _kept(
     """Even nodes of a span that keep the tolerance everywhere, and what they err by."""
     step = _tried(samples.head, interpolant, tolerance, start, stop, most)
     for _ in range(ROUNDS):
-        segment = _even(samples, start, stop, step)
-        if segment.count > most:
+        if (stop - start) / step > most - 1:
             expected = f"an angle that no more than {most} nodes can keep to"
             raise InputError("interpolation_error", tolerance, expected)
+        segment = _even(samples, start, stop, step)
         found = _worst([segment], interpolant)
         if found <= tolerance:
             return segment, found
