@@ -13,7 +13,7 @@ import orjson
 
 from ..errors import FormatError
 from . import columnar, parts
-from .binary import Sink
+from .binary import Sink, told_by
 from .optional import needed
 from .samples import Samples
 
@@ -72,7 +72,7 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
     except FormatError:
         raise
     except Exception as error:  # pyarrow's own kinds, and Python's of what the stream does
-        raise FormatError(f"not Arrow: {' '.join(str(error).split())[:200]}", source) from None
+        raise FormatError(f"not Arrow: {told_by(error)}", source) from None
     if any(column.null_count for column in table.columns):
         raise FormatError("a column with missing values", source)
     names = [name for name in table.column_names if name != columnar.TIME_TAI]

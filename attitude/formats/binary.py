@@ -64,3 +64,8 @@ def refuse_inflated(told: int, stream: BinaryIO, source: str) -> None:
     most = max(ALWAYS, MOST_TIMES * size(stream))
     if told > most:
         raise FormatError(f"tells of {told} bytes, more than the {most} that a file of its size may", source)
+
+
+def told_by(error: Exception) -> str:
+    """What a library says of a file it cannot read, in one line."""
+    return " ".join(str(error).split())[:200] or type(error).__name__

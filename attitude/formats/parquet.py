@@ -13,7 +13,7 @@ from astropy.table import QTable, Table
 
 from ..errors import FormatError
 from . import parts
-from .binary import Sink, refuse_inflated, seekable
+from .binary import Sink, refuse_inflated, seekable, told_by
 from .optional import needed
 from .samples import Samples
 from .table import VECTORS, to_table
@@ -91,8 +91,7 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
     except FormatError:
         raise
     except Exception as error:  # pyarrow's own kinds, those of astropy's YAML, and Python's of the stream
-        reason = " ".join(str(error).split())[:200]
-        raise FormatError(f"not Parquet as astropy writes it: {reason}", source) from None
+        raise FormatError(f"not Parquet as astropy writes it: {told_by(error)}", source) from None
     return parts.ephemeris_from(meta, _columns(table, source), source)
 
 
