@@ -1,4 +1,4 @@
-"""What formats of bytes have in common: written without seeking, read without trusting the sizes they tell."""
+"""What formats of bytes have in common: written without seeking, read without trust in the sizes they tell."""
 
 from __future__ import annotations
 
@@ -39,11 +39,14 @@ class Sink:
         self.closed = True
 
     def take(self) -> list[Any]:
-        """What was written since it was last asked: bytes, or a view of the library's memory if it is long."""
+        """What was written since it was last asked: bytes, or where it is long a view of the library's."""
         written, self._written = self._written, []
         pieces: list[Any] = []
         for is_long, some in groupby(written, lambda data: memoryview(data).nbytes >= LONG):
-            pieces += map(memoryview, some) if is_long else [b"".join(some)]
+            if is_long:
+                pieces.extend(map(memoryview, some))
+            else:
+                pieces.append(b"".join(some))
         return pieces
 
 
@@ -60,7 +63,7 @@ def size(stream: BinaryIO) -> int:
 
 
 def refuse_inflated(told: int, stream: BinaryIO, source: str) -> None:
-    """Refuses to unpack so many bytes from so small a file: nobody's attitudes repeat themselves like that."""
+    """Refuses to unpack so many bytes from so small a file: no attitudes repeat themselves like that."""
     most = max(ALWAYS, MOST_TIMES * size(stream))
     if told > most:
         raise FormatError(f"tells of {told} bytes, more than the {most} that a file of its size may", source)

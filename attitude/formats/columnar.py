@@ -41,7 +41,7 @@ def has_dates(samples: Samples) -> bool:
 def can_hold(epoch: Time, least: float, greatest: float) -> bool:
     """Whether 64-bit nanoseconds reach from the first of these (s since the epoch) to the last."""
     start = sum(_since_1970(epoch))
-    return -BEYOND < start + least * 1e9 and start + greatest * 1e9 < BEYOND
+    return start + least * 1e9 > -BEYOND and start + greatest * 1e9 < BEYOND
 
 
 def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarray]:

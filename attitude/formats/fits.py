@@ -19,7 +19,6 @@ from astropy.io import fits
 from astropy.table import QTable
 
 from ..errors import FormatError
-from . import parts
 from .binary import told_by
 from .samples import Samples
 from .table import VECTORS, from_table, to_table

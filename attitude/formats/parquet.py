@@ -110,7 +110,7 @@ def _check(schema: Any, source: str) -> dict[str, Any]:
         raise FormatError("not a table of astropy: no metadata 'table_meta_yaml'", source)
     header = meta.get_header_from_yaml(text.decode().split("\n"))
     units = {column["name"]: column.get("unit") for column in header["datatype"]}
-    shapes = {name: () for name in (*DATES, *SCALARS)} | {name: (len(names),) for name, names, _ in VECTORS}
+    shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {name: (len(names),) for name, names, _ in VECTORS}
     for name, kind in zip(schema.names, schema.types, strict=True):
         if name not in shapes or schema.names.count(name) > 1:
             raise FormatError(f"column {name!r:.40}, unknown or there twice", source)
