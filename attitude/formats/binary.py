@@ -1,4 +1,4 @@
-"""What formats of bytes have in common: written without seeking, read without trust in the sizes they tell."""
+"""What formats of bytes have in common: written without seeking, read without trust in the sizes told."""
 
 from __future__ import annotations
 
