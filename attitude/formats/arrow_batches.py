@@ -56,9 +56,15 @@ def _schema(samples: Samples, names: list[str]) -> Any:
 
 
 def _batch(table: dict[str, np.ndarray], schema: Any) -> Any:
+    arrays = [_array(table[name], kind) for name, kind in zip(schema.names, schema.types, strict=True)]
+    return pyarrow().record_batch(arrays, schema=schema)
+
+
+def _array(values: np.ndarray, kind: Any) -> Any:
+    """On the memory of the numbers; of dates too, which `pyarrow.array` copies in search of missing ones."""
     pa = pyarrow()
-    arrays = [pa.array(np.ascontiguousarray(table[name])) for name in schema.names]
-    return pa.record_batch(arrays, schema=schema)
+    numbers = np.ascontiguousarray(values).view(np.uint8)
+    return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(numbers)])
 
 
 def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ephemeris:

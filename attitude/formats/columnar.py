@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from astropy.time import Time
 
+from .. import memory
 from ..elapsed import Instants
 from . import parts
 from .samples import Samples
@@ -55,15 +56,26 @@ def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarr
 def nanoseconds(instants: Instants, epoch: Time) -> np.ndarray:
     """datetime64[ns] of the instants' shape: TAI, to the nearest nanosecond."""
     start, rest = _since_1970(epoch)
-    whole = np.floor(instants.seconds)
-    below = (instants.seconds - whole) * 1e9
+    seconds, shape = instants.seconds, instants.shape
+    # as many arrays as are needed, and used ones: memory fresh from the system costs more than the work
+    part, count, below = memory.empty(shape), _integers(shape), _integers(shape)
+    np.floor(seconds, out=part)
+    np.copyto(count, part, casting="unsafe")
+    count *= 10**9
+    np.subtract(seconds, part, out=part)
+    part *= 1e9
     if instants.rest is not None:
-        below += instants.rest * 1e9
-    below += rest
-    count = whole.astype(np.int64) * 10**9
-    count += np.rint(below).astype(np.int64)
-    count += start
+        part += instants.rest * 1e9
+    part += rest
+    np.rint(part, out=part)
+    np.copyto(below, part, casting="unsafe")
+    below += start
+    count += below
     return count.view("M8[ns]")
+
+
+def _integers(shape: tuple[int, ...]) -> np.ndarray:
+    return memory.empty(shape).view(np.int64)
 
 
 def _since_1970(epoch: Time) -> tuple[int, float]:
