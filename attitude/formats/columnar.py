@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from astropy.time import Time
 
-from .. import memory
+from .. import compiled, memory
 from ..elapsed import Instants
 from . import parts
 from .samples import Samples
@@ -55,27 +55,12 @@ def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarr
 
 def nanoseconds(instants: Instants, epoch: Time) -> np.ndarray:
     """datetime64[ns] of the instants' shape: TAI, to the nearest nanosecond."""
-    start, rest = _since_1970(epoch)
-    seconds, shape = instants.seconds, instants.shape
-    # as many arrays as are needed, and used ones: memory fresh from the system costs more than the work
-    part, count, below = memory.empty(shape), _integers(shape), _integers(shape)
-    np.floor(seconds, out=part)
-    np.copyto(count, part, casting="unsafe")
-    count *= 10**9
-    np.subtract(seconds, part, out=part)
-    part *= 1e9
-    if instants.rest is not None:
-        part += instants.rest * 1e9
-    part += rest
-    np.rint(part, out=part)
-    np.copyto(below, part, casting="unsafe")
-    below += start
-    count += below
-    return count.view("M8[ns]")
-
-
-def _integers(shape: tuple[int, ...]) -> np.ndarray:
-    return memory.empty(shape).view(np.int64)
+    start, below = _since_1970(epoch)
+    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+    rest = np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest)
+    counts = memory.empty(seconds.shape)
+    compiled.nanoseconds(seconds, rest.reshape(-1), start, below, counts)
+    return counts.view("M8[ns]").reshape(instants.shape)
 
 
 def _since_1970(epoch: Time) -> tuple[int, float]:
