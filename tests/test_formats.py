@@ -25,7 +25,7 @@ from .effects.scenes import FALLING, effect, quantity, scene
 FORMATS = ("ecsv", "csv", "json", "ndjson")
 BINARY = ("arrow", "arrows", "parquet", "fits", "npz")
 each_format = pytest.mark.parametrize("format", FORMATS)
-each_exact_format = pytest.mark.parametrize("format", (*FORMATS, *BINARY))
+each_exact_format = pytest.mark.parametrize("format", [*FORMATS, *BINARY])
 # Dates are written to the nanosecond where they are text; where they are not, two parts come back.
 TIME_TOLERANCE = 1e-9  # s
 
@@ -315,7 +315,7 @@ def test_malformed_events_and_translations_are_refused(changes, message, tmp_pat
 # -- in blocks -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("format", (*FORMATS, "fits", "npz"))
+@pytest.mark.parametrize("format", [*FORMATS, "fits", "npz"])
 @pytest.mark.parametrize("block", [1, 7, 39, 40, 41])
 def test_files_do_not_depend_on_the_size_of_their_blocks(block, format, monkeypatch, tmp_path):
     # the rest of the first samples is zero: their blocks alone would have no column for it
