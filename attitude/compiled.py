@@ -68,6 +68,7 @@ rate_is_constant = Kernel("principal", "rate_is_constant")
 farthest = Kernel("clock", "farthest")
 seconds_from_days = Kernel("clock", "seconds_from_days")
 days_from_seconds = Kernel("clock", "days_from_seconds")
+nanoseconds = Kernel("clock", "nanoseconds")
 grid = Kernel("clock", "grid")
 scaled = Kernel("clock", "scaled")
 split = Kernel("splitting", "split")
@@ -88,6 +89,7 @@ STANDARD = [
         ("clock", "farthest", "d1.i.i.d1"),
         ("clock", "seconds_from_days", "d1.d1.f.f.d1.d1"),
         ("clock", "days_from_seconds", "d1.d1.d1.d1"),
+        ("clock", "nanoseconds", "d1.d1.i.f.d1"),
         ("clock", "grid", "f.f.f.f.f.f.f.d1.d1"),
         ("clock", "scaled", "d1.f.f.d1.d1"),
     ],

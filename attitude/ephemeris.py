@@ -19,6 +19,8 @@ from .errors import InputError, RegimeError
 from .plan import Plan
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
     from astropy.table import QTable
     from scipy.spatial.transform import Rotation
 
@@ -233,6 +235,37 @@ class Ephemeris:
         from .formats.table import to_table
 
         return to_table(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """An xarray Dataset, any shape; needs xarray (pip install 'attitude[tables]').
+
+        Variables quaternion (body..., time, quaternion_component), angular_velocity [rad/s] (body..., time,
+        axis) where the rate is known, angular_momentum [N m s], position [m] and velocity [m/s] as in
+        `to_table`.  Coordinates elapsed [s], elapsed_rest [s] where a second part is needed, and time,
+        datetime64[ns]: TAI, since a datetime64 cannot be at a leap second; there with an epoch, for dates
+        that 64-bit nanoseconds hold (1678 to 2261).  Dimensions of a batch are body, body_1, ...; of instants
+        time, or time_0, time_1, ...  attrs are the metadata, frame, order, convention and epoch; body and
+        events as JSON, so that netCDF and Zarr hold them too.
+
+        Raises FormatError where xarray is not installed.
+        """
+        from .formats.labelled import to_xarray
+
+        return to_xarray(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A pandas DataFrame, one row an instant; needs pandas (pip install 'attitude[tables]').
+
+        Columns with their units in the names, as in the files of this library: elapsed_s, q_w, q_x, ...,
+        omega_x_rad_s, ...  The index is time_tai, to the nanosecond (TAI, since it has no leap seconds), or
+        elapsed_s where `to_xarray` has no time.  attrs are the metadata.
+
+        Raises InputError for more than one body at a list of instants, FormatError where pandas is not
+        installed.
+        """
+        from .formats.labelled import to_pandas
+
+        return to_pandas(self)
 
     def write(
         self,

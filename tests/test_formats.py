@@ -23,7 +23,9 @@ from .bodies import ATTITUDE
 from .effects.scenes import FALLING, effect, quantity, scene
 
 FORMATS = ("ecsv", "csv", "json", "ndjson")
+BINARY = ("arrow", "arrows", "parquet", "fits", "npz")
 each_format = pytest.mark.parametrize("format", FORMATS)
+each_exact_format = pytest.mark.parametrize("format", [*FORMATS, *BINARY])
 # Dates are written to the nanosecond where they are text; where they are not, two parts come back.
 TIME_TOLERANCE = 1e-9  # s
 
@@ -79,7 +81,11 @@ OTHER = {
 }
 WRITTEN = [
     pytest.param(make, format, id=f"{name}-{format}")
-    for table, formats in ((SINGLE, FORMATS), (MANY, ("ecsv", "json")), (OTHER, ("json",)))
+    for table, formats in (
+        (SINGLE, (*FORMATS, *BINARY)),
+        (MANY, ("ecsv", "json", "fits", "npz")),
+        (OTHER, ("json", "npz")),
+    )
     for name, make in table.items()
     for format in formats
 ]
@@ -140,7 +146,7 @@ def dates_of_text(text, format):
     return meta, columns["time"]
 
 
-@each_format
+@each_exact_format
 def test_nothing_to_write_comes_back_as_nothing_or_is_refused(format, tmp_path):
     path = tmp_path / f"a.{format}"
     for empty in (motion().at([]), motion(epoch=EPOCH).at([])):
@@ -152,7 +158,7 @@ def test_nothing_to_write_comes_back_as_nothing_or_is_refused(format, tmp_path):
             assert Ephemeris.read(path).shape == (0,)
 
 
-@each_format
+@each_exact_format
 def test_name_of_any_text_comes_back(format, tmp_path):
     path = tmp_path / f"a.{format}"
     for name in ("", "# x: y", "a\u2028b\u0085c", "\x1f\t\r\n", "null", "1.0", "日本", "'\"{}[],"):
@@ -160,7 +166,7 @@ def test_name_of_any_text_comes_back(format, tmp_path):
         assert Ephemeris.read(path).name == name
 
 
-@each_format
+@each_exact_format
 def test_attitudes_alone_come_back_without_rate_or_body(format, tmp_path):
     whole = motion().at(T)
     Ephemeris(whole.quaternion("wxyz").copy(), whole.instants, "ICRF").write(tmp_path / f"a.{format}")
@@ -186,7 +192,7 @@ def scenes_and_formats():
     return [
         pytest.param(make, format, id=f"{name}-{format}")
         for name, make in EFFECTS.items()
-        for format in FORMATS
+        for format in (*FORMATS, *BINARY)
     ]
 
 
@@ -309,7 +315,7 @@ def test_malformed_events_and_translations_are_refused(changes, message, tmp_pat
 # -- in blocks -------------------------------------------------------------------------------------
 
 
-@each_format
+@pytest.mark.parametrize("format", [*FORMATS, "fits", "npz"])
 @pytest.mark.parametrize("block", [1, 7, 39, 40, 41])
 def test_files_do_not_depend_on_the_size_of_their_blocks(block, format, monkeypatch, tmp_path):
     # the rest of the first samples is zero: their blocks alone would have no column for it
@@ -434,7 +440,7 @@ def interrupted(done):
     raise Interruption
 
 
-@each_format
+@each_exact_format
 @pytest.mark.parametrize("before", [None, b"what was there"], ids=["new file", "over a file"])
 def test_interrupted_write_leaves_what_was_there(format, before, tmp_path):
     path = tmp_path / f"a.{format}"
@@ -445,7 +451,7 @@ def test_interrupted_write_leaves_what_was_there(format, before, tmp_path):
     assert [entry.read_bytes() for entry in tmp_path.iterdir()] == ([] if before is None else [before])
 
 
-@each_format
+@each_exact_format
 def test_full_disk_is_said_and_leaves_nothing(format, monkeypatch, tmp_path):
     def full(*arguments):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -727,7 +733,7 @@ def test_malformed_json_is_refused_by_file_and_line(change, message, line, valid
     assert_refused(change(valid["json"]), "json", message, line, tmp_path)
 
 
-@each_format
+@each_exact_format
 def test_bytes_that_are_no_text_are_refused(format, tmp_path):
     (tmp_path / f"a.{format}").write_bytes(b"\xff\xfe\x00" * 100)
     with pytest.raises(FormatError):

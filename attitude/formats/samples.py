@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from .. import units
+
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
 
@@ -83,6 +85,12 @@ class Samples:
         return any(
             piece.instants.rest is not None and piece.instants.rest.any() for piece in self._silently()
         )
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """s; the least and the greatest of the instants, in whatever order they are."""
+        extremes = [units.extremes(piece.elapsed) for piece in self._silently()]
+        return min(least for least, _ in extremes), max(greatest for _, greatest in extremes)
 
     def _silently(self) -> Iterator[Ephemeris]:
         return (self.cut(first, min(first + BLOCK, self.count)) for first in range(0, self.count, BLOCK))

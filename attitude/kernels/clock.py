@@ -6,6 +6,7 @@ from .doubledouble import add, div, mul, two_product, two_sum
 from .intrinsics import bits_of, double_of, kernel
 
 DAY = 86400.0
+NEAREST = 1.5 * 2.0**52  # added and taken away, it leaves the nearest whole number
 
 
 @kernel
@@ -34,6 +35,19 @@ def days_from_seconds(seconds, seconds_low, days, days_low):
     """Two-part seconds to two-part days; all (n,), the last two are written."""
     for i in range(seconds.shape[0]):
         days[i], days_low[i] = div((seconds[i], seconds_low[i]), (DAY, 0.0))
+
+
+@kernel
+def nanoseconds(seconds, seconds_low, start, below, counts):
+    """start + below + 1e9*(seconds + seconds_low), to the nearest whole number.
+
+    seconds, seconds_low : (n,); start : int; below : float, less than 1e15
+    counts : (n,), written: the bits of 64-bit integers, which must be able to hold them
+    """
+    for i in range(seconds.shape[0]):
+        whole = np.int64(seconds[i])
+        part = (seconds[i] - float(whole)) * 1e9 + (seconds_low[i] * 1e9 + below)
+        counts[i] = double_of(start + whole * 1_000_000_000 + np.int64((part + NEAREST) - NEAREST))
 
 
 @kernel

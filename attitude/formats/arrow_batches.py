@@ -1,0 +1,108 @@
+"""What Arrow's file and its stream have in common: the columns of an ephemeris, a record batch a piece.
+
+Arrays are stored by component, so that a batch is made of them as they stand, without a copy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+import orjson
+
+from ..errors import FormatError
+from . import columnar, parts
+from .binary import Sink, told_by
+from .optional import needed
+from .samples import Samples
+
+if TYPE_CHECKING:
+    from ..ephemeris import Ephemeris
+
+METADATA = b"attitude"  # the key, in the schema's metadata, of ours as JSON
+NUMBERS = (parts.ELAPSED, parts.REST, *parts.QUATERNION, *parts.RATE, *parts.MOMENTUM)
+KNOWN = (columnar.TIME_TAI, *NUMBERS, *parts.POSITION, *parts.VELOCITY)
+
+
+def pyarrow(module: str = "pyarrow") -> Any:
+    return needed(module, "Arrow", "arrow")
+
+
+def blocks(samples: Samples, begin: Callable[[Sink, Any], Any]) -> Iterator[bytes]:
+    """`begin` is pyarrow's: the writer, of the sink and the schema."""
+    if not samples.is_list:
+        raise FormatError(
+            f"Arrow holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
+        )
+    sink, names = Sink(), columnar.names(samples)
+    schema = _schema(samples, names)
+    with begin(sink, schema) as writer:
+        for piece in samples.pieces():
+            writer.write_batch(_batch(columnar.columns(piece, names), schema))
+            yield from sink.take()
+    yield from sink.take()
+
+
+def _schema(samples: Samples, names: list[str]) -> Any:
+    pa, meta = pyarrow(), parts.metadata(samples)
+    types = {columnar.TIME_TAI: pa.timestamp("ns")}
+    fields = [pa.field(name, types.get(name, pa.float64()), nullable=False) for name in names]
+    said = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
+    if samples.head.epoch is not None:
+        dated = columnar.TIME_TAI in names
+        said[columnar.TIME_TAI.encode()] = (columnar.MEANING if dated else columnar.LEFT_OUT).encode()
+    return pa.schema(fields, metadata=said)
+
+
+def _batch(table: dict[str, np.ndarray], schema: Any) -> Any:
+    arrays = [_array(table[name], kind) for name, kind in zip(schema.names, schema.types, strict=True)]
+    return pyarrow().record_batch(arrays, schema=schema)
+
+
+def _array(values: np.ndarray, kind: Any) -> Any:
+    """On the memory of the numbers; of dates too, which `pyarrow.array` copies in search of missing ones."""
+    pa = pyarrow()
+    numbers = np.ascontiguousarray(values).view(np.uint8)
+    return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(numbers)])
+
+
+def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ephemeris:
+    """`begin` is pyarrow's: the reader, of the stream."""
+    pyarrow()
+    try:
+        reader = begin(stream)
+        _check(reader.schema, source)
+        table = reader.read_all()
+        table.validate(full=True)
+    except FormatError:
+        raise
+    except Exception as error:  # pyarrow's own kinds, and Python's of what the stream does
+        raise FormatError(f"not Arrow: {told_by(error)}", source) from None
+    if any(column.null_count for column in table.columns):
+        raise FormatError("a column with missing values", source)
+    names = [name for name in table.column_names if name != columnar.TIME_TAI]
+    numbers = {name: table.column(name).to_numpy() for name in names}
+    return parts.ephemeris_from(_metadata(table.schema, source), numbers, source)
+
+
+def _check(schema: Any, source: str) -> None:
+    """Before anything is read: the columns are ours, each once, each of its type."""
+    pa = pyarrow()
+    for name, kind in zip(schema.names, schema.types, strict=True):
+        if name not in KNOWN or schema.names.count(name) > 1:
+            raise FormatError(f"column {name!r:.40}, unknown or there twice", source)
+        wanted = pa.timestamp("ns") if name == columnar.TIME_TAI else pa.float64()
+        if kind != wanted:
+            raise FormatError(f"column {name!r} of {kind}, not {wanted}", source)
+    _metadata(schema, source)
+
+
+def _metadata(schema: Any, source: str) -> Any:
+    text = (schema.metadata or {}).get(METADATA)
+    if text is None:
+        raise FormatError("not an ephemeris of this library: no metadata under 'attitude'", source)
+    try:
+        return orjson.loads(text)
+    except orjson.JSONDecodeError:
+        raise FormatError("metadata that are not JSON", source) from None

@@ -1,0 +1,70 @@
+"""How much memory a writer takes for ten million instants, each format in a process of its own.
+
+    python -m tests.benchmarks.formats_memory [COUNT]
+
+The ephemeris is computed piece by piece and written to the null device, so that what the process grows by,
+from the first piece of it to the end of the file, is the writer's.  Fails where that is above 150 MiB.
+"""
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+FORMATS = ("arrow", "arrows", "parquet", "fits", "npz", "ecsv", "csv", "ndjson", "json")
+COUNT = 10_000_000
+MOST = 150.0  # MiB
+
+
+def lazy(count):
+    """Attitudes and rates at so many dated instants, one second apart, computed when they are asked for."""
+    from astropy.time import Time
+
+    from attitude import Grid, RigidBody, TorqueFreeMotion
+    from attitude.formats.samples import Samples
+
+    epoch = Time("2020-01-01T00:00:00", scale="utc")
+    body, identity = RigidBody((1.0, 2.0, 3.0)), (1.0, 0.0, 0.0, 0.0)
+    motion = TorqueFreeMotion(body, identity, (0.3, 0.4, 0.5), epoch, order="wxyz")
+    grid = Grid(0.0, float(count - 1), count)
+    return Samples(count, lambda a, b: motion.ephemeris(grid.part(a, b, epoch), rate=True))
+
+
+def resident(field):
+    """MiB: VmRSS now, or VmHWM, the most since the process began."""
+    with open("/proc/self/status") as status:
+        (line,) = (line for line in status if line.startswith(field))
+    return int(line.split()[1]) / 1024
+
+
+def measure(format, count):
+    """(MiB that the process grew by, seconds) of writing so many instants."""
+    from attitude import formats
+    from attitude.formats.samples import BLOCK
+
+    formats.write(lazy(10), "/dev/null", format)  # what the format rests on is imported
+    samples = lazy(count)
+    samples.cut(0, min(BLOCK, count))
+    before, begun = resident("VmRSS"), time.perf_counter()
+    formats.write(samples, "/dev/null", format)
+    return resident("VmHWM") - before, time.perf_counter() - begun
+
+
+def main(count):
+    print(f"{count} instants\n{'format':10}{'growth, MiB':>12}{'time, s':>10}{'ns an instant':>15}")
+    grown = []
+    for format in FORMATS:
+        command = [sys.executable, "-m", "tests.benchmarks.formats_memory", "--one", format, str(count)]
+        run = subprocess.run(command, capture_output=True, text=True, check=True)
+        growth, seconds = map(float, run.stdout.split())
+        grown.append(growth)
+        print(f"{format:10}{growth:12.1f}{seconds:10.1f}{1e9 * seconds / count:15.0f}", flush=True)
+    return int(np.max(grown) > MOST)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--one"]:
+        print(*measure(sys.argv[2], int(sys.argv[3])))
+    else:
+        sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT))

@@ -1,0 +1,583 @@
+"""Columns of numbers: what numpy, pyarrow, pandas, xarray and astropy make of them, and of damaged files."""
+
+import io
+import json
+import os
+import random
+import sys
+import zipfile
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import xarray as xr
+from astropy import units as u
+from astropy.io import fits
+from astropy.table import QTable
+from astropy.time import Time
+
+from attitude import AttitudeError, Ephemeris, FormatError, InputError, Scene
+from attitude.ephemeris import CONVENTION
+from attitude.formats import arrow_batches, binary, columnar, find, lines, module_of, parts, samples
+
+from ..test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, assert_refused_or_sound, batch, motion
+
+COLUMNAR = ("arrow", "arrows", "parquet", "fits", "npz")
+ASTROPYS = {"parquet": {}, "fits": {"astropy_native": True}, "ecsv": {}}
+each_format = pytest.mark.parametrize("format", COLUMNAR)
+
+
+def metadata(ephemeris):
+    return parts.metadata(samples.Samples.of(ephemeris))
+
+
+def written(ephemeris, format):
+    """The file's bytes."""
+    return b"".join(module_of(find("", format)).blocks(samples.Samples.of(ephemeris)))
+
+
+def read(content, format):
+    return module_of(find("", format)).parse(io.BytesIO(content), "a file")
+
+
+def nanoseconds(time):
+    """astropy's own datetime64 of TAI."""
+    return time.tai.to_value("datetime64")
+
+
+# -- what comes back ------------------------------------------------------------------------------
+
+
+@each_format
+@pytest.mark.parametrize("make", [*SINGLE.values(), *EFFECTS.values()], ids=[*SINGLE, *EFFECTS])
+def test_metadata_come_back_whole(make, format):
+    ephemeris = make().run() if isinstance(make(), Scene) else make()
+    assert metadata(read(written(ephemeris, format), format)) == metadata(ephemeris)
+
+
+@pytest.mark.parametrize("format", ["fits", "npz"])
+@pytest.mark.parametrize("make", MANY.values(), ids=MANY)
+def test_metadata_of_many_bodies_come_back_whole(make, format):
+    assert metadata(read(written(make(), format), format)) == metadata(make())
+
+
+@pytest.mark.parametrize("format", ["arrow", "arrows", "parquet"])
+@pytest.mark.parametrize("make", [MANY["batch"], OTHER["one instant"]], ids=["batch", "one instant"])
+def test_what_a_format_cannot_hold_is_refused_and_told_what_can(make, format, tmp_path):
+    with pytest.raises(FormatError, match=r"one body at a list of instants, .*; ecsv, json and npz do"):
+        make().write(tmp_path / "a", format)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("format", ["arrow", "arrows", "parquet"])
+@pytest.mark.parametrize("block", [1, 7, 39, 40])
+def test_batches_hold_the_same_whatever_their_size(format, block, monkeypatch):
+    ephemeris = SINGLE["two-part seconds and dates"]()
+    whole = frame_of(written(ephemeris, format), format)
+    monkeypatch.setattr(samples, "BLOCK", block)
+    assert frame_of(written(ephemeris, format), format).equals(whole)
+
+
+def frame_of(content, format):
+    """pyarrow's own table."""
+    opened = {"arrow": pa.ipc.open_file, "arrows": pa.ipc.open_stream, "parquet": pq.ParquetFile}[format]
+    found = opened(io.BytesIO(content))
+    return found.read() if format == "parquet" else found.read_all()
+
+
+@each_format
+def test_file_goes_through_pipes(format, capsysbinary):
+    motion(epoch=EPOCH).at(T).write("-", format)
+    content = capsysbinary.readouterr().out
+    assert content == written(motion(epoch=EPOCH).at(T), format)
+    end, beginning = os.pipe()
+    with open(end, "rb") as stream:
+        with open(beginning, "wb") as pipe:
+            pipe.write(content)
+        back = module_of(find("", format)).parse(stream, "a pipe")
+    assert np.array_equal(back.quaternion("wxyz"), motion().at(T).quaternion("wxyz"))
+
+
+@pytest.mark.parametrize("format", ["arrow", "arrows", "parquet"])
+def test_missing_package_is_named_with_its_cure(format, monkeypatch, tmp_path):
+    content = written(motion().at(T), format)
+    for name in [name for name in sys.modules if name.partition(".")[0] == "pyarrow"]:
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(FormatError, match=r"needs pyarrow: pip install 'attitude\[arrow\]'"):
+        motion().at(T).write(tmp_path / "a", format)
+    with pytest.raises(FormatError, match=r"needs pyarrow: pip install 'attitude\[arrow\]'"):
+        read(content, format)
+    assert list(tmp_path.iterdir()) == []
+
+
+# -- dates --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scale", "date", "span"),
+    [
+        ("tai", "1720-03-01T00:00:00", 1e9),
+        ("tt", "2220-03-01T12:00:00.123", 1e9),
+        ("tt", "1969-12-31T23:59:59.9999", 1.0),
+        ("utc", "2000-01-01T12:00:00.7", 5e8),
+        ("tdb", "1999-12-31T12:00:00.1", 5e8),
+    ],
+)
+def test_dates_are_astropys_to_the_nanosecond(scale, date, span):
+    epoch = Time(date, scale=scale)
+    seconds = np.random.default_rng(5).uniform(-span, span, 500)
+    found = motion(epoch=epoch).at(seconds)
+    dates = columnar.nanoseconds(found.instants, epoch)
+    days = np.array([found.time.tai.jd1, found.time.tai.jd2], dtype=np.longdouble)
+    exact = np.rint(((days[0] - 2440587.5) + days[1]) * 86400 * 10**9).astype(np.int64)
+    assert np.abs(dates.astype(np.int64) - exact).max() <= 1
+
+
+def test_dates_across_a_leap_second_are_a_quarter_of_a_second_apart():
+    ephemeris = SINGLE["dates across a leap second"]()
+    dates = columnar.nanoseconds(ephemeris.instants, ephemeris.epoch)
+    assert set(np.diff(dates).astype(int)) == {250_000_000}
+    assert np.array_equal(dates, nanoseconds(ephemeris.time))
+
+
+@pytest.mark.parametrize(
+    ("year", "years", "held"),
+    [(2000, 250, True), (2000, 262, False), (2250, 30, False), (2250, -550, True), (1700, -30, False)],
+)
+def test_dates_that_64_bits_cannot_hold_are_left_out_and_it_is_said(year, years, held):
+    epoch = Time(year, format="jyear", scale="tai")
+    ephemeris = motion(epoch=epoch).at(np.array([0.0, years * 365.25 * 86400]))
+    table = frame_of(written(ephemeris, "arrow"), "arrow")
+    assert (columnar.TIME_TAI in table.column_names) == held
+    assert (table.schema.metadata[b"time_tai"] == columnar.LEFT_OUT.encode()) == (not held)
+    assert ("time" in ephemeris.to_xarray().coords) == held
+    assert ephemeris.to_pandas().index.name == ("time_tai" if held else "elapsed_s")
+    assert read(written(ephemeris, "arrow"), "arrow").epoch.jd1 == epoch.jd1
+
+
+# -- other readers ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("format", ["arrow", "arrows"])
+def test_arrow_is_columns_for_any_reader(format):
+    ephemeris = motion(epoch=EPOCH).at(T)
+    table = frame_of(written(ephemeris, format), format)
+    assert table.column_names == ["time_tai", "elapsed_s", *parts.QUATERNION, *parts.RATE]
+    assert table["q_y"].to_pylist() == ephemeris.quaternion("wxyz")[:, 2].tolist()
+    assert table.schema.field("time_tai").type == pa.timestamp("ns")
+    assert np.array_equal(table["time_tai"].to_numpy(), nanoseconds(ephemeris.time))
+    assert table.schema.metadata[b"convention"].decode() == CONVENTION
+    assert json.loads(table.schema.metadata[b"attitude"])["frame"] == "GCRF"
+
+
+def test_feather_is_a_frame_for_pandas(tmp_path):
+    ephemeris = motion(epoch=EPOCH).at(T)
+    ephemeris.write(tmp_path / "a.feather")
+    frame = pd.read_feather(tmp_path / "a.feather")
+    assert np.array_equal(frame["omega_x_rad_s"], ephemeris.angular_velocity[:, 0])
+    assert np.array_equal(frame["time_tai"], nanoseconds(ephemeris.time))
+
+
+def test_batches_stand_on_the_memory_of_the_ephemeris():
+    ephemeris = motion().at(np.arange(100_000.0))
+    table = columnar.columns(ephemeris, ["q_x"])
+    _, numbers = arrow_batches._array(table["q_x"], pa.float64()).buffers()
+    assert numbers.address == ephemeris.quaternion("wxyz")[:, 1].__array_interface__["data"][0]
+
+
+@pytest.mark.parametrize("format", ASTROPYS)
+@pytest.mark.parametrize("make", [*SINGLE.values(), EFFECTS["fall"]], ids=[*SINGLE, "fall"])
+def test_astropy_reads_the_table_that_the_ephemeris_gives(make, format, tmp_path):
+    ephemeris = make().run() if isinstance(make(), Scene) else make()
+    ephemeris.write(tmp_path / f"a.{format}")
+    assert_same_table(QTable.read(tmp_path / f"a.{format}", **ASTROPYS[format]), ephemeris.to_table(), format)
+
+
+@pytest.mark.parametrize("format", ["fits", "ecsv"])
+def test_astropy_reads_the_table_of_many_bodies(format, tmp_path):
+    ephemeris = MANY["batch of two dimensions"]()
+    ephemeris.write(tmp_path / f"a.{format}")
+    assert_same_table(QTable.read(tmp_path / f"a.{format}", **ASTROPYS[format]), ephemeris.to_table(), format)
+
+
+def assert_same_table(found, expected, format):
+    if "elapsed_rest" in expected.colnames and not expected["elapsed_rest"].value.any():
+        expected.remove_column("elapsed_rest")  # in no file
+    assert found.colnames == expected.colnames
+    for name in expected.colnames:
+        assert type(found[name]) is type(expected[name])
+        if name == "time":
+            assert found[name].scale == expected[name].scale
+            assert np.array_equal(found[name].jd1, expected[name].jd1)
+            assert np.array_equal(found[name].jd2, expected[name].jd2)
+        else:
+            assert getattr(found[name], "unit", None) == getattr(expected[name], "unit", None)
+            assert np.array_equal(np.asarray(found[name]), np.asarray(expected[name]))
+    if format == "fits":
+        assert json.loads(found.meta["ATTITUDE"]) == expected.meta
+        assert (found.meta["FRAME"], found.meta["CONVENT"]) == (expected.meta["frame"], CONVENTION)
+    else:
+        assert dict(found.meta) == expected.meta
+
+
+def test_tables_that_astropy_writes_are_read_too(tmp_path):
+    ephemeris = SINGLE["two-part seconds and dates"]()
+    ephemeris.to_table().write(tmp_path / "a.parquet")
+    back = Ephemeris.read(tmp_path / "a.parquet")
+    assert np.array_equal(back.quaternion("wxyz"), ephemeris.quaternion("wxyz"))
+    ephemeris.write(tmp_path / "a.fits")
+    QTable.read(tmp_path / "a.fits", astropy_native=True).write(tmp_path / "b.fits")
+    back = Ephemeris.read(tmp_path / "b.fits")
+    assert np.array_equal(back.instants.rest, ephemeris.instants.rest)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["it's ''x'' & y " + "''& " * 70, "  blank   " * 40 + "&", "å日本\n", "&" * 200, "END" + " " * 300],
+)
+def test_fits_holds_any_name_in_any_length(name, tmp_path):
+    ephemeris = motion().at(T)
+    ephemeris.name = name
+    ephemeris.write(tmp_path / "a.fits")
+    with fits.open(tmp_path / "a.fits") as file:
+        file.verify("exception")
+        assert json.loads(file[1].header["ATTITUDE"])["name"] == name
+    assert Ephemeris.read(tmp_path / "a.fits").name == name
+
+
+def test_npz_is_arrays_for_numpy(tmp_path):
+    ephemeris = motion(epoch=EPOCH).at(T)
+    ephemeris.write(tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
+        assert list(found) == ["metadata", "time_tai", "elapsed_s", *parts.QUATERNION, *parts.RATE]
+        assert np.array_equal(found["q_z"], ephemeris.quaternion("wxyz")[:, 3])
+        assert np.array_equal(found["time_tai"], nanoseconds(ephemeris.time))
+        assert json.loads(found["metadata"].item()) == metadata(ephemeris)
+
+
+@pytest.mark.parametrize("make", [*MANY.values(), *OTHER.values()], ids=[*MANY, *OTHER])
+def test_npz_of_any_shape_is_arrays_for_numpy(make, tmp_path, monkeypatch):
+    monkeypatch.setattr(samples, "BLOCK", 7)
+    make().write(tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
+        assert np.array_equal(found["q_z"], make().quaternion("wxyz")[..., 3])
+        assert np.array_equal(found["elapsed_s"], make().elapsed)
+
+
+def test_what_numpy_saves_of_it_is_read_too(tmp_path):
+    ephemeris = MANY["batch"]()
+    ephemeris.write(tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as found:
+        np.savez_compressed(tmp_path / "b.npz", **found)
+    back = Ephemeris.read(tmp_path / "b.npz")
+    assert np.array_equal(back.quaternion("wxyz"), ephemeris.quaternion("wxyz"))
+    assert np.array_equal(back.instants.rest, ephemeris.instants.rest)
+
+
+# -- labelled -----------------------------------------------------------------------------------
+
+
+def test_dataset_names_dimensions_components_and_units():
+    ephemeris = motion(epoch=EPOCH).at(T)
+    dataset = ephemeris.to_xarray()
+    assert isinstance(dataset, xr.Dataset)
+    assert dataset["quaternion"].dims == ("time", "quaternion_component")
+    assert dataset["angular_velocity"].dims == ("time", "axis")
+    y = dataset["quaternion"].sel(quaternion_component="y")
+    assert np.array_equal(y, ephemeris.quaternion("wxyz")[:, 2])
+    assert np.array_equal(dataset["angular_velocity"].sel(axis="z"), ephemeris.angular_velocity[:, 2])
+    assert dataset["time"].dtype == "datetime64[ns]"
+    assert np.array_equal(dataset["time"], nanoseconds(ephemeris.time))
+    assert np.array_equal(dataset["elapsed"], T)
+    assert (dataset["elapsed"].attrs["units"], dataset["angular_velocity"].attrs["units"]) == ("s", "rad/s")
+    assert (dataset.attrs["convention"], dataset.attrs["frame"]) == (CONVENTION, "GCRF")
+    assert (dataset.attrs["epoch"], dataset.attrs["epoch_scale"]) == ("2016-12-31T23:59:50.123456789", "utc")
+    assert dataset.attrs["epoch_jd"] == [EPOCH.jd1, EPOCH.jd2]
+    assert json.loads(dataset.attrs["body"])["moments"] == [1.0, 1.6, 2.1]
+
+
+def test_dataset_of_a_leap_second_is_evenly_spaced():
+    dataset = SINGLE["dates across a leap second"]().to_xarray()
+    assert set(np.diff(dataset["time"]).astype(int)) == {250_000_000}
+
+
+@pytest.mark.parametrize(
+    ("make", "dimensions"),
+    [
+        (MANY["batch"], ("body", "time")),
+        (MANY["batch of two dimensions"], ("body", "body_1", "time")),
+        (OTHER["one instant"], ()),
+        (OTHER["batch at instants of two dimensions"], ("body", "time_0", "time_1")),
+    ],
+    ids=["batch", "two dimensions", "one instant", "instants of two dimensions"],
+)
+def test_dataset_has_any_shape(make, dimensions):
+    ephemeris, dataset = make(), make().to_xarray()
+    assert dataset["quaternion"].dims == (*dimensions, "quaternion_component")
+    assert dataset["elapsed"].dims == dimensions[len(ephemeris.batch_shape) :]
+    assert np.array_equal(dataset["quaternion"], ephemeris.quaternion("wxyz"))
+    assert ("time" in dataset.coords) == (ephemeris.epoch is not None)
+
+
+def test_dataset_holds_the_path_the_momentum_and_the_second_part_of_seconds():
+    fall, wheels = EFFECTS["fall"]().run(), EFFECTS["rotors and firings"]().run()
+    assert np.array_equal(fall.to_xarray()["position"], fall.translation.position)
+    assert fall.to_xarray()["velocity"].attrs["units"] == "m/s"
+    assert np.array_equal(wheels.to_xarray()["angular_momentum"], wheels.angular_momentum)
+    assert [event["kind"] for event in json.loads(wheels.to_xarray().attrs["events"])] == ["impulse"] * 2
+    seconds = SINGLE["two-part seconds"]()
+    assert np.array_equal(seconds.to_xarray()["elapsed_rest"], seconds.instants.rest)
+
+
+def test_frame_is_columns_at_dates():
+    ephemeris = motion(epoch=EPOCH).at(T)
+    frame = ephemeris.to_pandas()
+    assert list(frame.columns) == ["elapsed_s", *parts.QUATERNION, *parts.RATE]
+    assert isinstance(frame.index, pd.DatetimeIndex)
+    assert frame.index.name == "time_tai"
+    assert np.array_equal(frame.index.to_numpy(), nanoseconds(ephemeris.time))
+    assert np.array_equal(frame[["q_w", "q_x", "q_y", "q_z"]], ephemeris.quaternion("wxyz"))
+    assert frame.attrs == metadata(ephemeris)
+
+
+def test_frame_without_dates_is_at_seconds():
+    frame = SINGLE["two-part seconds"]().to_pandas()
+    assert frame.index.name == "elapsed_s"
+    assert list(frame.columns) == ["elapsed_rest_s", *parts.QUATERNION, *parts.RATE]
+    assert np.array_equal(frame.index, SINGLE["two-part seconds"]().elapsed)
+
+
+def test_frame_of_many_bodies_is_refused():
+    for make in (MANY["batch"], OTHER["one instant"]):
+        with pytest.raises(InputError, match="one body at a list of instants"):
+            make().to_pandas()
+
+
+@pytest.mark.parametrize(("method", "package"), [("to_xarray", "xarray"), ("to_pandas", "pandas")])
+def test_frames_without_their_package_say_how_to_have_it(method, package, monkeypatch):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(AttitudeError, match=rf"{method} needs {package}: pip install 'attitude\[tables\]'"):
+        getattr(motion().at(T), method)()
+
+
+# -- malformed files ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def valid():
+    """Three samples in each format, and as NDJSON."""
+    ephemeris = motion(epoch=EPOCH).at(T[:3])
+    return {format: written(ephemeris, format) for format in (*COLUMNAR, "ndjson")}
+
+
+@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
+@pytest.mark.parametrize("format", [*COLUMNAR, "ndjson"])
+def test_file_cut_off_anywhere_is_refused_or_whole(format, valid):
+    content = valid[format]
+    cuts = {len(content) // 2, len(content) - 1, *range(0, len(content), 1 + len(content) // 60)}
+    for cut in cuts:
+        try:
+            back = read(content[:cut], format)
+        except FormatError:
+            continue
+        assert np.array_equal(back.quaternion("wxyz"), read(content, format).quaternion("wxyz"))
+
+
+@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
+@pytest.mark.parametrize("format", [*COLUMNAR, "ndjson"])
+def test_any_damage_is_refused_or_gives_attitudes(format, valid):
+    chance = random.Random(1)
+    for _ in range(150 if format == "fits" else 400):
+        content = bytearray(valid[format])
+        for _ in range(chance.choice([1, 1, 2, 5])):
+            place = chance.randrange(len(content))
+            flipped = content[place] ^ 1 << chance.randrange(8)
+            content[place] = chance.choice([flipped, flipped, 0, 255, chance.randrange(256)])
+        assert_refused_or_sound(bytes(content), format)
+
+
+def arrow(columns, metadata=None):
+    """An Arrow stream of such columns, of our metadata unless others are given."""
+    meta = parts.metadata(samples.Samples.of(motion().at(T[:3]))) if metadata is None else metadata
+    table = pa.table(columns).replace_schema_metadata({"attitude": json.dumps(meta)} if meta else None)
+    sink = io.BytesIO()
+    with pa.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table)
+    return sink.getvalue()
+
+
+GOOD = {"elapsed_s": [0.0, 1.0, 2.0], "q_w": [1.0] * 3, **{f"q_{axis}": [0.0] * 3 for axis in "xyz"}}
+ARROW = {
+    "another column": ({**GOOD, "mass_kg": [1.0] * 3}, None, "column 'mass_kg', unknown or there twice"),
+    "singles": (
+        {**GOOD, "q_x": pa.array([0.0] * 3, pa.float32())},
+        None,
+        "column 'q_x' of float, not double",
+    ),
+    "a missing value": ({**GOOD, "q_x": [0.0, None, 0.0]}, None, "missing values"),
+    "text for dates": ({**GOOD, "time_tai": ["x"] * 3}, None, r"column 'time_tai' of string, not timestamp"),
+    "not unit": ({**GOOD, "q_x": [0.0, 0.5, 0.0]}, None, "unit quaternion"),
+    "infinity": ({**GOOD, "elapsed_s": [0.0, np.inf, 0.0]}, None, "finite numbers"),
+    "no attitude": ({"elapsed_s": GOOD["elapsed_s"]}, None, "no column q_w"),
+    "fewer rows": ({name: values[:2] for name, values in GOOD.items()}, None, r"shape \(2,\)"),
+    "no metadata": (GOOD, {}, "no metadata under 'attitude'"),
+    "metadata of another kind": (GOOD, [1], "kind is None"),
+}
+
+
+@pytest.mark.parametrize(("columns", "meta", "message"), ARROW.values(), ids=ARROW)
+def test_malformed_arrow_is_refused(columns, meta, message):
+    assert read(arrow(GOOD), "arrows").shape == (3,)
+    with pytest.raises(FormatError, match=message):
+        read(arrow(columns, meta), "arrows")
+
+
+def npz(**changes):
+    """Our own file of three samples, with arrays added, changed or (None) left out."""
+    found = dict(np.load(io.BytesIO(written(motion().at(T[:3]), "npz")))) | changes
+    sink = io.BytesIO()
+    np.savez(sink, **{name: values for name, values in found.items() if values is not None})
+    return sink.getvalue()
+
+
+NPZ = {
+    "another array": ({"mass": np.zeros(3)}, "member 'mass.npy', unknown or there twice"),
+    "objects": ({"q_w": np.array([1.0, None, 1.0])}, "array 'q_w' of object"),
+    "singles": ({"q_w": np.ones(3, dtype="f4")}, "array 'q_w' of float32, not float64"),
+    "another shape": ({"q_w": np.ones(4)}, "fit together|same shape"),
+    "no attitude": ({"q_w": None}, "no column q_w"),
+    "no metadata": ({"metadata": None}, "no member 'metadata'"),
+    "metadata of numbers": ({"metadata": np.zeros(3)}, "metadata of float64, shape"),
+    "metadata that are not JSON": ({"metadata": np.array("x")}, "not NPZ: unexpected character"),
+    "NaN": ({"q_w": np.full(3, np.nan)}, "finite numbers"),
+}
+
+
+@pytest.mark.parametrize(("changes", "message"), NPZ.values(), ids=NPZ)
+def test_malformed_npz_is_refused(changes, message):
+    assert read(npz(), "npz").shape == (3,)
+    with pytest.raises(FormatError, match=message):
+        read(npz(**changes), "npz")
+
+
+def bomb(shape, content):
+    """An archive of which an array, packed, tells of such a shape, and holds so many bytes of zeros."""
+    sink, header = io.BytesIO(npz()), io.BytesIO()
+    described = {"descr": "<f8", "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(header, described)
+    with zipfile.ZipFile(sink, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("momentum_x_N_m_s.npy", header.getvalue() + bytes(content))
+    return sink.getvalue()
+
+
+def test_archive_that_would_fill_memory_is_refused_before_it_does(monkeypatch):
+    with pytest.raises(
+        FormatError, match=r"array 'momentum_x_N_m_s' of shape \(1000000000000,\) in \d+ bytes"
+    ):
+        read(bomb((10**12,), 1 << 20), "npz")
+    monkeypatch.setattr(binary, "ALWAYS", 1 << 20)
+    with pytest.raises(FormatError, match=r"more than the .* that a file of its size may"):
+        read(bomb((8 << 17,), 8 << 20), "npz")
+
+
+def test_table_that_tells_of_more_rows_than_it_has_is_refused(valid):
+    content = valid["fits"].replace(b"NAXIS2  =                    3", b"NAXIS2  =        3000000000000")
+    assert content != valid["fits"]
+    with pytest.raises(FormatError, match="ends after 36 of 3000000000000 rows"):
+        read(content, "fits")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b"'BINTABLE'", b"'TABLE   '", "XTENSION is 'TABLE'"),
+        (b"'elapsed '", b"'seconds '", "column 'seconds', unknown"),
+        (b"TUNIT2  = 's       '", b"TUNIT2  = 'min     '", "column 'elapsed' in 'min', not in s"),
+        (b"TFORM2  = 'D       '", b"TFORM2  = 'E       '", "column 'elapsed' not of doubles"),
+        (b"ATTITUDE=", b"ALTITUDE=", "ATTITUDE"),
+        (b"SIMPLE  =", b"COMPLEX =", "no header where one belongs"),
+    ],
+)
+def test_malformed_fits_is_refused(old, new, message, valid):
+    assert old in valid["fits"]
+    with pytest.raises(FormatError, match=message):
+        read(valid["fits"].replace(old, new), "fits")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda table: table.rename_column("quaternion", "q"), "column 'q', unknown"),
+        (
+            lambda table: table.replace_column("elapsed", table["elapsed"].to(u.min)),
+            "'elapsed' in min, not in s",
+        ),
+        (lambda table: table.replace_column("elapsed", np.arange(40)), "column 'elapsed' of int64"),
+        (lambda table: table.remove_column("quaternion"), "no column q_w"),
+        (lambda table: table.meta.pop("kind"), "kind is None"),
+    ],
+)
+def test_malformed_parquet_is_refused(change, message, tmp_path):
+    table = motion().at(T).to_table()
+    change(table)
+    table.write(tmp_path / "a.parquet")
+    with pytest.raises(FormatError, match=message):
+        Ephemeris.read(tmp_path / "a.parquet")
+
+
+# -- lines of JSON ------------------------------------------------------------------------------
+
+
+def row(text):
+    """NDJSON with the second of its three rows replaced."""
+    return lambda lines: [*lines[:2], text(lines[2]), *lines[3:]]
+
+
+NDJSON = {
+    "a name more": (row(lambda line: line.replace(b'"q_x":', b'"was":0,"q_x":')), "other names"),
+    "a name less": (row(lambda line: b"{" + line[line.index(b'"q_w"') :]), "other names"),
+    "two in a line": (row(lambda line: line + b"," + line), "not JSON"),
+    "a list": (row(lambda line: b"[" + line + b"]"), "not a JSON object"),
+    "half, the rest in the next": (
+        lambda lines: [*lines[:2], *lines[2].replace(b',"q_y"', b'\n"q_y"').split(b"\n"), lines[3]],
+        "not JSON",
+    ),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), NDJSON.values(), ids=NDJSON)
+def test_malformed_ndjson_is_refused_by_line(change, message, valid):
+    with pytest.raises(FormatError, match=message) as caught:
+        read(b"\n".join(change(valid["ndjson"].splitlines())) + b"\n", "ndjson")
+    assert caught.value.line == 3
+
+
+def test_names_of_ndjson_may_be_in_any_order(valid):
+    rows = valid["ndjson"].splitlines()
+    rows[2] = json.dumps(dict(reversed(json.loads(rows[2]).items()))).encode()
+    back = read(b"\n".join(rows) + b"\n", "ndjson")
+    assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
+
+
+@pytest.mark.parametrize("value", [b"null", b"true", b'"1"', b"[1]", b"{}"])
+def test_value_of_ndjson_that_is_no_number_is_named(value, valid):
+    rows = valid["ndjson"].splitlines()
+    fields = rows[3].split(b",")
+    place = next(i for i, field in enumerate(fields) if field.startswith(b'"q_y":'))
+    fields[place] = b'"q_y":' + value
+    with pytest.raises(FormatError, match="q_y: a number; got") as caught:
+        read(b"\n".join([*rows[:3], b",".join(fields)]) + b"\n", "ndjson")
+    assert caught.value.line == 4
+
+
+def test_ndjson_is_the_same_in_small_blocks(valid, monkeypatch):
+    monkeypatch.setattr(lines, "BLOCK", 100)
+    back = read(valid["ndjson"], "ndjson")
+    assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
+
+
+def test_batches_are_refused_by_ndjson_in_words():
+    with pytest.raises(FormatError, match="ecsv, json and npz do"):
+        written(batch((3,)).at(T), "ndjson")
