@@ -1,4 +1,4 @@
-"""Ephemerides in other frames, against astropy, SPICE and Orekit, and against the derivative of the attitude."""
+"""Ephemerides in other frames, against astropy, SPICE and Orekit; rates, against derivatives of attitudes."""
 
 import math
 import pickle
@@ -22,18 +22,28 @@ from astropy.time import Time, TimeDelta
 from astropy.utils import iers
 from scipy.spatial.transform import Rotation
 
-from attitude import Ephemeris, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion, elapsed
-from attitude.cost.errors import AbsentError
+from attitude import (
+    Ephemeris,
+    InputError,
+    RegimeError,
+    RigidBody,
+    Scene,
+    TorqueFreeMotion,
+    earth_orientation,
+    elapsed,
+)
+from attitude.cost import AbsentError
 from attitude.cost.methods import orekit
 from attitude.dynamics.event import Event
 from attitude.dynamics.translation import Translation
 from attitude.frames import from_gcrf, turn_from_gcrf
 from attitude.frames_of_date import itrf, teme
 from attitude.orbit.local import qsw
-from attitude.orbit.position import position, velocity
+from attitude.orbit.position import as_pieces, position, velocity
+from attitude.orientation import conjugate
 
 from .effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
-from .effects.test_orbit import LINES, TLES, course
+from .effects.test_orbit import TLES, course, start_of, tle_course
 
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
 INERTIAL = ("ICRF", "GCRF", "EME2000", "ECLIPJ2000")
@@ -63,6 +73,12 @@ def orbiting(orbit=KEPLER, frame="GCRF", stop=6000.0, count=31, **changes):
     return Scene.model_validate({**DOCUMENT, "orbit": orbit, "frame": frame, "times": times, **changes})
 
 
+def flown(name="Molniya", **changes):
+    """A free body on the orbit of a TLE, an hour after its epoch."""
+    dated = {"time": (start_of(TLES[name]) + TimeDelta(3600.0, format="sec")).isot, "scale": "utc"}
+    return orbiting({"tle": list(TLES[name])}, epoch=dated, **changes)
+
+
 def matrix(turn):
     return Rotation.from_quat(turn.quaternion, scalar_first=True).as_matrix()
 
@@ -71,21 +87,16 @@ def bits(ephemeris):
     return ephemeris.quaternion("wxyz").tobytes(), ephemeris.angular_velocity.tobytes()
 
 
-def numerical_rate(ephemeris, step):
-    """2 conj(q) dq/dt from attitudes at instants around each."""
-    t, q = ephemeris.elapsed, ephemeris.quaternion("wxyz")
-    dq = sum(
-        w
-        * (
-            ephemeris.resampled(t + k * step).quaternion("wxyz")
-            - ephemeris.resampled(t - k * step).quaternion("wxyz")
-        )
-        for k, w in enumerate(WEIGHTS, 1)
-    )
-    dq /= step
-    w, x, y, z = q.T
+def derivative(attitude, t, step):
+    """2 conj(q) dq/dt from attitudes, (n,) s -> (n, 4) wxyz, at instants around each of t."""
+    dq = sum(w * (attitude(t + k * step) - attitude(t - k * step)) for k, w in enumerate(WEIGHTS, 1)) / step
+    w, x, y, z = attitude(t).T
     rows = np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
     return 2.0 * np.einsum("ijn,nj->ni", rows, dq)
+
+
+def numerical_rate(ephemeris, step):
+    return derivative(lambda t: ephemeris.resampled(t).quaternion("wxyz"), ephemeris.elapsed, step)
 
 
 def no_flip(ephemeris):
@@ -152,18 +163,23 @@ def test_ecliptic_of_a_body_in_the_equator():
 
 # -- frames of date -------------------------------------------------------------------------------
 
-SPREAD = np.concatenate([np.linspace(-50 * 365.25 * DAY, 1.4 * 365 * DAY, 60), np.linspace(0, DAY, 40)])
+
+def spread():
+    """Since 1976; and the predictions of the tables, as far as they go."""
+    until = Time(earth_orientation.longest().mjd[-1] - 1.0, format="mjd", scale="utc")
+    predicted = (until - TimeDelta(np.linspace(0, 300 * DAY, 20), format="sec") - EPOCH.tai).to_value(u.s)
+    return np.concatenate([np.linspace(-50 * 365.25 * DAY, 0, 60), np.linspace(0, DAY, 40), predicted])
 
 
 def test_earth_fixed_axes_are_those_of_astropy():
-    instants = elapsed.instants(SPREAD, EPOCH)
+    instants = elapsed.instants(spread(), EPOCH)
     expected = matrices.cirs_to_itrs_mat(instants.time) @ matrices.gcrs_to_cirs_mat(instants.time)
     # the Earth rotation angle of erfa, of 1e4 days, is good to 3e-14
     assert np.abs(matrix(itrf(instants)) - expected).max() < 1e-13
 
 
 def test_axes_of_sgp4_are_those_of_astropy():
-    instants = elapsed.instants(SPREAD, EPOCH)
+    instants = elapsed.instants(spread(), EPOCH)
     time = instants.time
     found = matrix(itrf(instants)) @ np.swapaxes(matrix(teme(instants)), -1, -2)
     # astropy leaves out the locator of the crust's pole there, 47 microarcseconds a century
@@ -193,9 +209,9 @@ def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
         RigidBody([1, 1, 1]), still.quaternion[0] * [1, -1, -1, -1], rate, EPOCH, order="wxyz", frame="GCRF"
     )
     told = at_rest.at(np.linspace(0, 3 * DAY, 50)).in_frame("ITRF")
-    # precession and nutation take the pole along: some 1e-7 rad in a day
+    # precession and nutation, and the crust over the pole, turn on: some 1e-7 rad in a day
     assert np.abs(told.quaternion("wxyz") - [1, 0, 0, 0]).max() < 1e-6
-    assert np.abs(told.angular_velocity).max() < 1e-11
+    assert np.abs(told.angular_velocity).max() < 2e-10
 
 
 def test_turn_between_computed_poles_is_that_at_the_instant():
@@ -207,7 +223,7 @@ def test_turn_between_computed_poles_is_that_at_the_instant():
     utc = time.utc
     equinoxes = erfa.gst06a(utc.jd1, utc.jd2, time.tt.jd1, time.tt.jd2) - erfa.gmst82(utc.jd1, utc.jd2)
     turned = np.array([Rotation.from_euler("z", -angle).as_matrix() for angle in equinoxes]) @ expected
-    assert np.abs(found - turned).max() < 3e-14  # what the angles of erfa leave
+    assert np.abs(found - turned).max() < 1e-13  # what the angles of erfa leave
     assert np.abs(found[:, 2] - expected[:, 2]).max() < 2e-15
 
 
@@ -216,8 +232,8 @@ def test_turn_between_computed_poles_is_that_at_the_instant():
 def test_rates_are_the_derivative_of_the_attitude(frame, source):
     t = np.linspace(0.2, 0.8, 9) * DAY - 0.5 * DAY  # within one day of the tables
     told = motion(frame=source).at(t).in_frame(frame)
-    found = numerical_rate(told, 15.0)
-    assert np.abs(found - told.angular_velocity).max() < 3e-16
+    found = numerical_rate(told, 5.0)
+    assert np.abs(found - told.angular_velocity).max() < 1e-15
     if frame == "ITRF":  # and the Earth's rotation is in it
         assert np.abs(told.angular_velocity - motion().at(t).angular_velocity).max() > 5e-5
 
@@ -238,7 +254,9 @@ def test_signs_are_continuous_over_many_days_whatever_is_asked_for_together():
     free = motion(rate=(1e-6, 2e-6, 1e-6))
     dense = free.at(np.linspace(-30 * DAY, 30 * DAY, 2001)).in_frame("ITRF")
     assert no_flip(dense)
-    alone = [free.at(dense.elapsed[i : i + 1]).in_frame("ITRF").quaternion("wxyz") for i in range(0, 2001, 97)]
+    alone = [
+        free.at(dense.elapsed[i : i + 1]).in_frame("ITRF").quaternion("wxyz") for i in range(0, 2001, 97)
+    ]
     assert np.concatenate(alone).tobytes() == np.ascontiguousarray(dense.quaternion("wxyz")[::97]).tobytes()
 
 
@@ -260,7 +278,7 @@ def test_batches_and_instants_of_any_shape(frame, shape):
 
 
 def test_instants_in_two_parts_keep_their_digits():
-    """A second after thirty years, given as a Time: the Earth turns on by 15 arcseconds, to the last digit."""
+    """A second after thirty years, given as a Time: the Earth turns on by 15 arcseconds."""
     late = Time(EPOCH.jd1 - 10950, [0.25, 0.25 + 1 / 86400], format="jd", scale="tai")
     rate = (0.0, 0.0, 0.0)
     told = motion(rate=rate).at(late).in_frame("ITRF")
@@ -312,7 +330,7 @@ def test_momentum_of_rotors_comes_back():
 
 @pytest.mark.parametrize("frame", ["itrf", "J2000", "", None, 3, ["ITRF"]])
 def test_unknown_frames_are_refused(frame):
-    with pytest.raises(InputError, match="frame: a frame, one of ICRF, .*, LVLH; got"):
+    with pytest.raises(InputError, match=r"frame: a frame, one of ICRF, .*, LVLH; got"):
         motion().at([0.0]).in_frame(frame)
 
 
@@ -409,36 +427,38 @@ def test_axes_along_an_ellipse_are_those_of_position_and_velocity(eccentricity):
     assert np.abs(matrix(qsw(made, t)) - expected).max() < 3e-15 / (1 - eccentricity)
 
 
-TLE_ORBIT = {"tle": LINES}
-
-
 @pytest.mark.parametrize("frame", LOCAL)
-@pytest.mark.parametrize("orbit", [KEPLER, {**KEPLER, "eccentricity": 0.6, "semi_major_axis": quantity(2e4, "km")}])
+@pytest.mark.parametrize(
+    "orbit", [KEPLER, {**KEPLER, "eccentricity": 0.6, "semi_major_axis": quantity(2e4, "km")}]
+)
 def test_rates_along_an_ellipse_are_the_derivative_of_the_attitude(orbit, frame):
     told = orbiting(orbit, frame="ECLIPJ2000").run().in_frame(frame)
-    assert np.abs(numerical_rate(told, 2.0) - told.angular_velocity).max() < 3e-14
+    assert np.abs(numerical_rate(told, 2.0) - told.angular_velocity).max() < 1e-13
 
 
-@pytest.mark.parametrize("frame", LOCAL)
-def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude(frame):
-    told = orbiting(TLE_ORBIT, frame="EME2000").run().in_frame(frame)
-    # the polynomials of the course follow SGP4 to 1e-9 and their curvature less well, where they meet
-    assert np.abs(numerical_rate(told, 1.0) - told.angular_velocity).max() < 1e-9
+def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
+    """Within the polynomials of the course: where they meet, SGP4 is followed to 1e-9 and no better."""
+    made, _ = tle_course(TLES["Molniya"], stop=86400.0)
+    pieces = as_pieces(made)
+    middles = pieces.start + pieces.length * (np.arange(len(pieces.coefficients)) + 0.5)
+    step = min(pieces.length / 20, 2.0)
+    found = derivative(lambda t: conjugate(qsw(made, t).quaternion), middles, step)
+    assert np.abs(found - qsw(made, middles).rate).max() < 1e-14
 
 
 def test_plane_of_a_perturbed_orbit_turns_about_the_radius():
     """The flattened Earth turns the plane by -3/2 J2 n (R/p)^2 cos i on average: some degrees a day."""
-    made = course(TLE_ORBIT, stop=86400.0)
+    made, _ = tle_course(TLES["low, eccentric"], stop=86400.0)
     turn = qsw(made, np.linspace(0, 86400.0, 3000))
     assert np.abs(turn.rate[:, 1]).max() == 0.0
     assert 1e-7 < np.abs(turn.rate[:, 0]).max() < 1e-5
-    assert np.abs(turn.rate[:, 2]).min() > 1e-3
+    assert np.abs(turn.rate[:, 2]).min() > 5e-4
 
 
 @pytest.mark.parametrize("name", TLES)
 def test_signs_along_an_orbit_are_continuous_over_many_revolutions(name):
     slow = {"value": [1e-5, 0, 2e-5], "unit": "rad/s"}
-    told = orbiting({"tle": TLES[name]}, stop=2e5, count=4001, angular_velocity=slow).run()
+    told = flown(name, stop=2e5, count=4001, angular_velocity=slow).run()
     for frame in LOCAL:
         assert no_flip(told.in_frame(frame))
     few = told[::1000].in_frame("LVLH")
@@ -493,13 +513,15 @@ def test_orbit_that_nobody_asks_for_costs_nothing(monkeypatch):
         raise AssertionError("the course is computed")
 
     monkeypatch.setattr(Kepler, "course", asked)
-    assert bits(orbiting().run()) == bits(Scene.model_validate({**orbiting().document(), "orbit": None}).run())
+    assert bits(orbiting().run()) == bits(
+        Scene.model_validate({**orbiting().document(), "orbit": None}).run()
+    )
 
 
 def test_instants_beyond_the_scene_have_their_course():
-    given = orbiting(TLE_ORBIT).run()
+    given = flown().run()
     far = given.resampled([-20000.0, 40000.0]).in_frame("LVLH")
-    wide = orbiting(TLE_ORBIT, stop=40000.0, count=2).run()
+    wide = flown(stop=40000.0, count=2).run()
     found = (far.rotation[1] * wide.in_frame("LVLH").rotation[1].inv()).magnitude()
     assert found < 1e-8  # other polynomials, each within 1e-9
 
@@ -509,8 +531,12 @@ def test_table_that_does_not_reach_is_refused():
     points = position(course(KEPLER), t) / 1e3
     table = {"times": quantity(t.tolist(), "s"), "positions": quantity(points.tolist(), "km")}
     given = orbiting(table).run()
-    assert (given.in_frame("LVLH").rotation * orbiting().run().in_frame("LVLH").rotation.inv()).magnitude().max() < 1e-6
-    with pytest.raises(InputError, match=r"orbit.times.value: a table over the whole span, 0.0 s to 9000.0 s"):
+    assert (
+        given.in_frame("LVLH").rotation * orbiting().run().in_frame("LVLH").rotation.inv()
+    ).magnitude().max() < 1e-6
+    with pytest.raises(
+        InputError, match=r"orbit.times.value: a table over the whole span, 0.0 s to 9000.0 s"
+    ):
         given.resampled([9000.0]).in_frame("LVLH")
 
 
@@ -558,7 +584,12 @@ def test_events_turn_with_the_axes_or_lose_what_depends_on_them():
     events = (
         Event(1.0, "impulse", "a push", {"angular_impulse": vector, "inertial": True}),
         Event(2.0, "impulse", "a push", {"angular_impulse": vector, "inertial": False}),
-        Event(3.0, "contact", "a bump", {"points": 2, "normal_speed": 0.5, "point": vector, "rate_before": vector}),
+        Event(
+            3.0,
+            "contact",
+            "a bump",
+            {"points": 2, "normal_speed": 0.5, "point": vector, "rate_before": vector},
+        ),
         Event(4.0, "something", "else", {"whatever": vector}),
     )
     given = motion().at([0.0])
