@@ -157,15 +157,21 @@ def _followed(tt: Days) -> tuple[np.ndarray, np.ndarray]:
     """X, Y and s, (3, n), rad, and their rates a second, by the polynomial through the nearest instants."""
     place = A_DAY * tt.rest
     interval = np.minimum(np.floor(place), A_DAY - 1)
-    first = (A_DAY * tt.whole + interval).astype(np.int64) - (NEAREST // 2 - 1)
-    needed = first[:, None] + np.arange(NEAREST)
+    intervals, where = np.unique((A_DAY * tt.whole + interval).astype(np.int64), return_inverse=True)
+    x = place - interval
+    values, slopes = np.zeros((3, x.size)), np.zeros((3, x.size))
+    for coefficient in _polynomials(intervals)[::-1, :, where]:
+        slopes = slopes * x + values
+        values = values * x + coefficient
+    return values, slopes * (A_DAY / DAY)
+
+
+def _polynomials(intervals: np.ndarray) -> np.ndarray:
+    """(NEAREST, 3, n): X, Y and s in powers of the place, from 0 to 1, in each of n intervals."""
+    needed = intervals[:, None] + (np.arange(NEAREST) - (NEAREST // 2 - 1))
     instants, where = np.unique(needed, return_inverse=True)
     given = _computed(instants)[:, where.reshape(needed.shape)]
-    powers = (place - interval)[:, None] ** np.arange(NEAREST)
-    slopes = np.zeros_like(powers)
-    slopes[:, 1:] = powers[:, :-1] * np.arange(1, NEAREST)
-    values = (given * (powers @ _LAGRANGE)).sum(axis=-1)
-    return values, (given * (slopes @ _LAGRANGE)).sum(axis=-1) * (A_DAY / DAY)
+    return np.array([(given * weights).sum(axis=-1) for weights in _LAGRANGE])
 
 
 def _computed(instants: np.ndarray) -> np.ndarray:
