@@ -42,14 +42,15 @@ def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
     """E with E - e sin E = mean; mean (n,) rad, from -pi to pi.
 
     Newton's method on abs(mean), where the function is convex: started on the right of its zero it
-    comes down to it and cannot leave.
+    comes down to it and cannot leave.  Each stops on its own: the bits do not depend on the others.
     """
     size = np.abs(mean)
-    E = np.minimum(size + e, np.pi)
+    E, going = np.minimum(size + e, np.pi), np.ones(size.shape, dtype=bool)
     for _ in range(MOST_STEPS):
         step = (E - e * np.sin(E) - size) / (1.0 - e * np.cos(E))
-        E = E - step
-        if not (np.abs(step) > 1e-9).any():  # its square is below rounding
+        E = np.where(going, E - step, E)
+        going &= np.abs(step) > 1e-9  # its square is below rounding
+        if not going.any():
             break
     return np.copysign(E, mean)
 
