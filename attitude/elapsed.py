@@ -77,11 +77,29 @@ class Instants:
             self._time = self._build_time(self.epoch)
         return self._time
 
-    def _build_time(self, epoch: Time) -> Time:
+    @property
+    def tai(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n,), (n,): Julian dates of TAI in two parts, of all instants in a row.
+
+        Raises InputError without an epoch.
+        """
+        if self.epoch is None:
+            raise InputError("epoch", None, "a Time, for instants to be dated")
+        start = _tai(self.epoch, "epoch")
+        days, days_low = self._days()
+        whole = np.round(days)
+        return float(start.jd1) + whole, (days - whole) + (days_low + float(start.jd2))
+
+    def _days(self) -> tuple[np.ndarray, np.ndarray]:
+        """Since the epoch, in two parts, of all instants in a row."""
         seconds = _for_kernel(self.seconds).reshape(-1)
         rest = np.zeros_like(seconds) if self.rest is None else _for_kernel(self.rest).reshape(-1)
         days, days_low = np.empty_like(seconds), np.empty_like(seconds)
         compiled.days_from_seconds(seconds, rest, days, days_low)
+        return days, days_low
+
+    def _build_time(self, epoch: Time) -> Time:
+        days, days_low = self._days()
         offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
         try:
             time = getattr(epoch.tai + offset, self.scale or epoch.scale)

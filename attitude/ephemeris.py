@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from astropy.time import Time
@@ -25,12 +25,43 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
     from .formats.nodes import Written
+    from .frames import Turn
 
 CONVENTION = (
     "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
     "continuous in time; angular velocity is that of the body relative to the inertial frame, "
     "components in the body frame"
 )
+TURNING_CONVENTION = (
+    "q rotates body to {frame}, a frame that turns ({meaning}): v_frame = q * v_body * conj(q), Hamilton "
+    "product, unit, continuous in time; angular velocity is that of the body relative to this frame, "
+    "components in the body frame; position and velocity are relative to this frame, along its axes; "
+    "angular momentum is relative to inertial space, along the axes of this frame"
+)
+
+
+def convention(frame: str) -> str:
+    """What the numbers of an ephemeris in this frame mean, for files and people."""
+    if not orientation.is_turning(frame):
+        return CONVENTION
+    return TURNING_CONVENTION.format(frame=frame, meaning=orientation.TURNING_FRAMES[frame])
+
+
+class Along(Protocol):
+    """The orbit that an ephemeris's scene has; nothing of it is computed before something is asked for."""
+
+    @property
+    def frame(self) -> str:
+        """The inertial frame of its course."""
+
+    @property
+    def is_about_the_earth(self) -> bool: ...
+
+    def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""
+
+    def axes(self, instants: Instants) -> Turn:
+        """From `frame` to QSW, at (n,) instants."""
 
 
 class Ephemeris:
@@ -42,7 +73,7 @@ class Ephemeris:
 
     Attributes
     ----------
-    frame : str, the inertial frame
+    frame : str, that the attitudes are relative to: an inertial one, or what `in_frame` was asked for
     body : RigidBody or None (an ephemeris read from a file that holds no inertia)
     epoch : Time or None
     instants : Instants, two-part seconds since the epoch
@@ -50,6 +81,7 @@ class Ephemeris:
     plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
     translation : Translation or None: position and velocity of the centre of mass, where they were asked for
     events : what happened at an instant: impulses, contacts, the end where a body comes to rest
+    along : the orbit of its scene, or None
     """
 
     def __init__(
@@ -65,6 +97,7 @@ class Ephemeris:
         events: tuple[Event, ...] = (),
         momentum: np.ndarray | None = None,
         resample: Callable[[Any], Ephemeris] | None = None,
+        along: Along | None = None,
     ):
         self._quaternion = quaternion
         self._rate = rate
@@ -77,6 +110,7 @@ class Ephemeris:
         self.events = events
         self._momentum = momentum
         self._resample = resample
+        self.along = along
         quaternion.flags.writeable = False
 
     @property
@@ -115,12 +149,12 @@ class Ephemeris:
     # -- attitude and rate --------------------------------------------------------------------
 
     def quaternion(self, order: str) -> np.ndarray:
-        """(..., 4) unit quaternions, body to inertial, in the named order: "wxyz" or "xyzw"."""
+        """(..., 4) unit quaternions, body to `frame`, in the named order: "wxyz" or "xyzw"."""
         return orientation.in_order(self._quaternion, order)
 
     @property
     def rotation(self) -> Rotation:
-        """scipy Rotation of the same shape: rotation.apply(v_body) is v_inertial."""
+        """scipy Rotation of the same shape: rotation.apply(v_body) is v along the axes of `frame`."""
         from scipy.spatial.transform import Rotation
 
         return Rotation.from_quat(self.quaternion("xyzw"))
@@ -132,7 +166,7 @@ class Ephemeris:
 
     @property
     def angular_velocity(self) -> np.ndarray:
-        """(..., 3), rad/s, body components; computed when first asked for."""
+        """(..., 3), rad/s, relative to `frame`, body components; computed when first asked for."""
         if callable(self._rate):
             self._rate = self._rate(self.instants)
         if self._rate is None:
@@ -146,7 +180,10 @@ class Ephemeris:
         """(..., 3), kg m2 rad/s, inertial components, from the sampled attitude and rate.
 
         With rotors, or a sink of energy, inside: of the whole, as the solver carries it.
+
+        Raises RegimeError in a frame that turns, as the kinetic energy does.
         """
+        self._refuse_turning("angular_momentum")
         if self._momentum is not None:
             return _read_only(self._momentum)
         return orientation.rotate(self._quaternion, self._body_momentum())
@@ -159,7 +196,17 @@ class Ephemeris:
     @property
     def kinetic_energy(self) -> np.ndarray:
         """(...), J, from the sampled rate."""
+        self._refuse_turning("kinetic_energy")
         return 0.5 * (self.angular_velocity * self._body_momentum()).sum(axis=-1)
+
+    @property
+    def own_momentum(self) -> np.ndarray | None:
+        """(..., 3), kg m2 rad/s, inertial, along the axes of `frame`; None unless it `has_own_momentum`."""
+        return None if self._momentum is None else _read_only(self._momentum)
+
+    def _refuse_turning(self, what: str) -> None:
+        if orientation.is_turning(self.frame):
+            raise RegimeError(f"{what}: {self.frame} turns; ask it of the ephemeris in an inertial frame")
 
     def _body_momentum(self) -> np.ndarray:
         if self.body is None:
@@ -184,7 +231,35 @@ class Ephemeris:
         """
         if self._resample is None:
             raise RegimeError("resampled: only these samples are known, not the motion they are of")
-        return self._resample(t if isinstance(t, Instants) else instants(t, self.epoch))
+        found = self._resample(t if isinstance(t, Instants) else instants(t, self.epoch))
+        found.along = self.along
+        return found
+
+    def in_frame(self, frame: str) -> Ephemeris:
+        """The same motion relative to another frame.
+
+        Parameters
+        ----------
+        frame : "ICRF", "GCRF", "EME2000", "ECLIPJ2000"; or one that turns: "TEME", "ITRF" and, of a scene
+            with an orbit, "QSW" (x radial outward, z along the orbital momentum) and "LVLH" (z to the nadir,
+            y against the orbital momentum)
+
+        Returns
+        -------
+        Ephemeris : attitudes, rates and the centre of mass relative to that frame, with the turning of frames
+            that turn; those are asked for neither momentum nor energy.  Signs remain continuous in time.  Of
+            events only what does not depend on the axes is kept where they turn, and along an orbit no centre
+            of mass.  It can be resampled where this one can.
+
+        Raises
+        ------
+        InputError : an unknown frame, or INERTIAL, whose axes only its user knows; TEME or ITRF without an
+            epoch, or ITRF beyond the tables of the Earth's rotation that come with astropy.
+        RegimeError : axes along an orbit where there is none; from such axes to others.
+        """
+        from .framed import in_frame
+
+        return in_frame(self, frame)
 
     # -- parts --------------------------------------------------------------------------------
 
@@ -216,6 +291,7 @@ class Ephemeris:
             self.events,
             momentum,
             self._resample,
+            self.along,
         )
 
     def __repr__(self) -> str:

@@ -21,6 +21,14 @@ INERTIAL_FRAMES = {
     "ECLIPJ2000": "mean ecliptic and equinox of J2000.0",
     "INERTIAL": "an inertial frame of the user's own",
 }
+# Attitudes may be told in these (`Ephemeris.in_frame`); no motion is computed in them.
+TURNING_FRAMES = {
+    "TEME": "true equator and mean equinox of date, that of SGP4",
+    "ITRF": "fixed to the Earth, IAU 2006/2000A",
+    "QSW": "along the orbit: x radial outward, z along the orbital momentum",
+    "LVLH": "along the orbit: z to the nadir, y against the orbital momentum",
+}
+ORBITAL_FRAMES = ("QSW", "LVLH")
 
 
 def check_order(order: str | None, field: str = "order") -> str:
@@ -33,6 +41,18 @@ def check_frame(frame: str, field: str = "frame") -> str:
     if not isinstance(frame, str) or frame not in INERTIAL_FRAMES:
         raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}")
     return frame
+
+
+def check_any_frame(frame: str, field: str = "frame") -> str:
+    """An inertial frame, or one that turns."""
+    known = INERTIAL_FRAMES | TURNING_FRAMES
+    if not isinstance(frame, str) or frame not in known:
+        raise InputError(field, frame, f"a frame, one of {', '.join(known)}")
+    return frame
+
+
+def is_turning(frame: str) -> bool:
+    return frame in TURNING_FRAMES
 
 
 def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude") -> np.ndarray:
@@ -85,19 +105,22 @@ def from_mrp(mrp: np.ndarray) -> np.ndarray:
 
 
 def from_matrix(matrix: np.ndarray) -> np.ndarray:
-    """(4,) wxyz of a proper rotation matrix, v' = R v (Shepperd, J. Guidance and Control 1 (1978) 223)."""
-    diagonal = np.diag(matrix)
-    squares = np.array([1.0 + diagonal.sum(), *(1.0 + 2.0 * diagonal - diagonal.sum())])
-    largest = int(np.argmax(squares))
-    i, j, k = (largest - 1) % 3, largest % 3, (largest + 1) % 3
-    skew = matrix[k, j] - matrix[j, k]
-    q = np.empty(4)
-    q[largest] = squares[largest]
-    if largest == 0:
-        q[1:] = matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]
-    else:
-        q[0], q[1 + j], q[1 + k] = skew, matrix[i, j] + matrix[j, i], matrix[i, k] + matrix[k, i]
-    return q / np.sqrt((q * q).sum())
+    """(..., 4) wxyz of proper rotation matrices (..., 3, 3), v' = R v.
+
+    The component that is largest is positive (Shepperd, J. Guidance and Control 1 (1978) 223).
+    """
+    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+    trace = diagonal.sum(axis=-1)
+    products = np.empty((*matrix.shape[:-2], 4, 4))  # of the components with each other, times four
+    products[..., 0, 0] = 1.0 + trace
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        products[..., 1 + i, 1 + i] = 1.0 + 2.0 * diagonal[..., i] - trace
+        skew, symmetric = matrix[..., k, j] - matrix[..., j, k], matrix[..., i, j] + matrix[..., j, i]
+        products[..., 0, 1 + i] = products[..., 1 + i, 0] = skew
+        products[..., 1 + i, 1 + j] = products[..., 1 + j, 1 + i] = symmetric
+    largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
+    return q / np.sqrt((q * q).sum(axis=-1, keepdims=True))
 
 
 def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:

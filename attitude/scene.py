@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -29,7 +30,7 @@ from .document import (
     field_within,
     parse_json,
 )
-from .dynamics.situation import Situation
+from .dynamics.situation import Course, Situation
 from .effects import KNOWN_EFFECTS, AnyEffect, together
 from .elapsed import Grid, Instants
 from .ephemeris import Ephemeris
@@ -37,6 +38,8 @@ from .errors import FormatError, InputError
 from .formats.samples import Progress, Samples
 from .motion import TorqueFreeMotion
 from .orbit import AnyOrbit
+from .orbit.along import Along
+from .orbit.orbit import Orbit
 from .quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 
 if TYPE_CHECKING:
@@ -328,8 +331,9 @@ class Scene(Part):
         """
         epoch = self.epoch.build() if self.epoch is not None else None
         start, stop = self.times.span(epoch)
-        with field_within("orbit"):
-            course = None if self.orbit is None else self.orbit.course(start, stop, epoch, self.frame)
+        course = None
+        if self.orbit is not None and any(effect.needs_orbit for effect in self.effects):
+            course = _course(self.orbit, self.frame, epoch, start, stop)
         situation = Situation(
             self.body.build(),
             self.attitude.build(),
@@ -394,9 +398,12 @@ class Scene(Part):
         if not self._is_plain:
             from . import simulation
 
-            return simulation.run(self, _checked_drop(drop_below), check)
-        motion = self.motion()
-        return motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
+            ephemeris = simulation.run(self, _checked_drop(drop_below), check)
+        else:
+            motion = self.motion()
+            ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
+        ephemeris.along = self._along()
+        return ephemeris
 
     def samples(
         self, progress: Progress | None = None, drop_below: float | None = None, frame: str | None = None
@@ -447,10 +454,30 @@ class Scene(Part):
         if not self._is_plain:
             whole = self.run()
             return (whole[first : first + size] for first in range(0, len(whole), size))
-        motion = self.motion()
-        return motion.chunks(
+        motion, along = self.motion(), self._along()
+        chunks = motion.chunks(
             self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
         )
+        return (_with(along, chunk) for chunk in chunks)
+
+    def _along(self) -> Along | None:
+        """The orbit, for who asks an ephemeris for frames along it; nothing is computed before."""
+        if self.orbit is None:
+            return None
+        epoch = self.epoch.build() if self.epoch is not None else None
+        return Along(
+            partial(_course, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
+        )
+
+
+def _course(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> Course:
+    with field_within("orbit"):
+        return orbit.course(start, stop, epoch, frame)
+
+
+def _with(along: Along | None, ephemeris: Ephemeris) -> Ephemeris:
+    ephemeris.along = along
+    return ephemeris
 
 
 def _checked_drop(drop_below: float | None) -> float | None:

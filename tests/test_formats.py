@@ -583,7 +583,7 @@ def document(**changes):
 KIND = r"not an ephemeris of this library \(attitude-ephemeris/1\): kind is"
 UNIT = "quaternion.*unit quaternion, within 1e-6"
 FINITE = "finite numbers; got nan"
-FRAME = "frame: an inertial frame, one of ICRF.*; got 'ITRF'"
+FRAME = "frame: a frame, one of ICRF.*LVLH; got 'MARS'"
 
 # What is done to the file; what is said; the line, where there is one.
 CSV = {
@@ -610,7 +610,7 @@ CSV = {
         None,
     ),
     "wrong order": (swap('"wxyz"', '"xyzw"'), "quaternion_order is 'xyzw'", None),
-    "unknown frame": (swap('"GCRF"', '"ITRF"'), FRAME, None),
+    "unknown frame": (swap('"GCRF"', '"MARS"'), FRAME, None),
     "unknown scale": (swap('"scale":"utc"', '"scale":"gps"'), "gps", None),
     "epoch beyond any calendar": (swap('"jd1":2457', '"jd1":12457000'), None, None),
     "epoch that is no number": (swap('"jd1":2457', '"jd1":"x","was":2457'), None, None),
@@ -637,7 +637,7 @@ ECSV = {
     "no metadata": (swap("(?s)# meta: .*# schema", "# schema"), "kind is None|no column"),
     "wrong kind": (swap("attitude-ephemeris/1", "attitude-ephemeris/9"), f"{KIND} 'attitude-ephemeris/9'"),
     "wrong order": (swap("quaternion_order: wxyz", "quaternion_order: xyzw"), "quaternion_order is 'xyzw'"),
-    "unknown frame": (swap("frame: GCRF", "frame: ITRF"), FRAME),
+    "unknown frame": (swap("frame: GCRF", "frame: MARS"), FRAME),
     "unknown scale": (swap("scale: utc, time", "scale: gps, time"), "gps"),
     "column missing": (swap("quaternion", "attitude", 0), "no column 'quaternion'|quaternion_order"),
     "other unit": (swap("unit: s,", "unit: min,", 0), "not ECSV|no column 'elapsed' in s"),
@@ -667,7 +667,7 @@ JSON = {
     "wrong kind": (document(kind="attitude-ephemeris/9"), f"{KIND} 'attitude-ephemeris/9'", None),
     "wrong order": (document(quaternion_order="xyzw"), "quaternion_order is 'xyzw'", None),
     "wrong shape": (document(shape=[4]), r"\[4\]", None),
-    "unknown frame": (document(frame="ITRF"), FRAME, None),
+    "unknown frame": (document(frame="MARS"), FRAME, None),
     "frame that is no text": (document(frame=["GCRF"]), "frame", None),
     "unknown scale": (document(epoch={"jd1": 2457754.0, "jd2": 0.0, "scale": "gps"}), "gps", None),
     "epoch without its numbers": (document(epoch={"time": "2016-12-31", "scale": "utc"}), "jd1", None),

@@ -56,9 +56,6 @@ def _check_orbit(scene: Parts) -> None:
     needing = [effect.type for effect in scene.effects if effect.needs_orbit]
     if needing and scene.orbit is None:
         raise InputError("orbit", None, f"an orbit, which {' and '.join(dict.fromkeys(needing))} needs")
-    if scene.orbit is not None and not needing:
-        expected = "no orbit: only scenes whose effects need it may give one, and none here does"
-        raise InputError("orbit", type(scene.orbit).__name__, expected)
 
 
 def _check_epoch(scene: Parts) -> None:

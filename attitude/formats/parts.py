@@ -13,7 +13,7 @@ from .. import orientation, units
 from ..body import RigidBody
 from ..dynamics.translation import Translation
 from ..elapsed import Instants, check_epoch
-from ..ephemeris import CONVENTION, Ephemeris
+from ..ephemeris import Ephemeris, convention
 from ..errors import AttitudeError, FormatError, InputError
 from . import events
 
@@ -38,7 +38,7 @@ def metadata(samples: Samples) -> dict[str, Any]:
     return {
         "kind": KIND,
         "name": head.name,
-        "convention": CONVENTION,
+        "convention": convention(head.frame),
         "quaternion_order": "wxyz",
         "frame": head.frame,
         "epoch": None if head.epoch is None else _epoch(head.epoch),
@@ -103,8 +103,9 @@ def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]
     yield QUATERNION, ephemeris.quaternion("wxyz")
     if ephemeris.has_rate:
         yield RATE, ephemeris.angular_velocity
-    if ephemeris.has_own_momentum:
-        yield MOMENTUM, ephemeris.angular_momentum
+    momentum = ephemeris.own_momentum
+    if momentum is not None:
+        yield MOMENTUM, momentum
     if ephemeris.translation is not None:
         yield POSITION, ephemeris.translation.position
         yield VELOCITY, ephemeris.translation.velocity
@@ -156,7 +157,7 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
     epoch = _read_epoch(meta.get("epoch"))
     scale = None if epoch is None else _check_scale(meta["time_scale"])
     times = Instants(table[ELAPSED], table.get(REST), epoch, scale=scale)
-    frame, body = orientation.check_frame(meta["frame"]), _read_body(meta.get("body"))
+    frame, body = orientation.check_any_frame(meta["frame"]), _read_body(meta.get("body"))
     batch = shape[: len(shape) - len(instants)]
     if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
         raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")

@@ -1,6 +1,8 @@
-"""Positions and velocities along a course, in numpy: for plans, shadows and tests."""
+"""Positions and velocities along a course, in numpy: for plans, shadows, frames and tests."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -24,30 +26,31 @@ def velocity(course: Course, t: np.ndarray) -> np.ndarray:
 
 
 def evaluate(pieces: Pieces, t: np.ndarray, derivative: int = 0) -> np.ndarray:
-    """(n, 3): the vector, or its rate of change per second; before and after, the outermost pieces hold."""
+    """(n, 3): the vector, or a derivative by time, s; before and after, the outermost pieces hold."""
     count, degree = pieces.coefficients.shape[0], pieces.coefficients.shape[2] - 1
     place = (t - pieces.start) / pieces.length
     piece = np.clip(np.floor(place), 0, count - 1).astype(np.int64)
     x, coefficients = place - piece, pieces.coefficients[piece]
     value = np.zeros((t.size, 3))
     for k in range(degree, derivative - 1, -1):
-        factor = k / pieces.length if derivative else 1.0
+        factor = math.perm(k, derivative)
         value = value * x[:, None] + factor * coefficients[:, :, k]
-    return value
+    return value / pieces.length**derivative
 
 
 def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
     """E with E - e sin E = mean; mean (n,) rad, from -pi to pi.
 
     Newton's method on abs(mean), where the function is convex: started on the right of its zero it
-    comes down to it and cannot leave.
+    comes down to it and cannot leave.  Each stops on its own: the bits do not depend on the others.
     """
     size = np.abs(mean)
-    E = np.minimum(size + e, np.pi)
+    E, going = np.minimum(size + e, np.pi), np.ones(size.shape, dtype=bool)
     for _ in range(MOST_STEPS):
         step = (E - e * np.sin(E) - size) / (1.0 - e * np.cos(E))
-        E = E - step
-        if not (np.abs(step) > 1e-9).any():  # its square is below rounding
+        E = np.where(going, E - step, E)
+        going &= np.abs(step) > 1e-9  # its square is below rounding
+        if not going.any():
             break
     return np.copysign(E, mean)
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
-import erfa
 import numpy as np
 from pydantic import Field, model_validator
 
-from .. import elapsed, frames
+from .. import elapsed, frames, orientation
 from ..dynamics.situation import Course
 from ..errors import InputError
+from ..frames_of_date import teme
 from .orbit import Orbit, earth
 from .pieces import sampled
 from .table import course_of
@@ -23,9 +22,6 @@ if TYPE_CHECKING:
 # SGP4 itself jumps by 1e-10 of r where its iteration for Kepler's equation takes one step more.
 TOLERANCE = 1e-9
 DAY = 86400.0
-# The turn from TEME is computed so often, days, and a cubic spline laid through: the fastest term that
-# counts, 0.23 arcseconds in 13.7 days, then errs by 2e-14 rad.
-TURN_STEP = 0.1
 LENGTH = 69
 
 
@@ -54,11 +50,12 @@ class TwoLine(Orbit):
         period = 2.0 * np.pi / satellite.no_kozai * 60.0
         step = period / 12.0
         first, last = start - step, stop + step
-        to_gcrf = _from_teme(epoch, first, last)
         offset = float(elapsed.instants(_epoch_of(satellite), epoch, "epoch").seconds)
 
         def position(t: np.ndarray) -> np.ndarray:
-            return np.einsum("ij,njk,nk->ni", turn, to_gcrf(t), _teme(satellite, t - offset))
+            found = _teme(satellite, t - offset)
+            to_gcrf = teme(elapsed.Instants(t, None, epoch)).back()
+            return orientation.rotate(to_gcrf.quaternion, found) @ turn.T
 
         pieces = sampled(position, first, last, step, TOLERANCE, "tle")
         return course_of(pieces, period, earth())
@@ -111,28 +108,3 @@ def _reason(code: int) -> str:
     from sgp4.api import SGP4_ERRORS
 
     return str(SGP4_ERRORS.get(code, f"error {code}"))
-
-
-def _from_teme(epoch: Time, first: float, last: float) -> Callable[[np.ndarray], np.ndarray]:
-    """(n,) s since the epoch -> (n, 3, 3), components in TEME to components in GCRF."""
-    from scipy.interpolate import CubicSpline
-
-    count = max(4, int(np.ceil((last - first) / DAY / TURN_STEP)) + 1)
-    t = np.linspace(first, last, count)
-    return CubicSpline(t, _matrices(epoch, t))
-
-
-def _matrices(epoch: Time, t: np.ndarray) -> np.ndarray:
-    """TEME to GCRF: about the true pole to the true equinox, then nutation, precession and bias back.
-
-    Sidereal time of 1982 carries TEME to the Earth-fixed frame, that of IAU 2006 the true equinox.  Only
-    their difference counts, in which a second of UT1 is 7e-12 rad: UTC does for it.
-    """
-    utc, tt = epoch.utc, epoch.tt
-    day, fraction = float(tt.jd1), float(tt.jd2) + t / DAY
-    universal = float(utc.jd1), float(utc.jd2) + t / DAY
-    angle = erfa.gst06a(*universal, day, fraction) - erfa.gmst82(*universal)
-    c, s = np.cos(angle), np.sin(angle)
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    to_true = np.stack([np.stack([c, -s, zero]), np.stack([s, c, zero]), np.stack([zero, zero, one])])
-    return np.einsum("nji,jkn->nik", erfa.pnm06a(day, fraction), to_true)

@@ -446,18 +446,6 @@ FAULTS = {
         "/effects/0/momentum/value/2",
         "finite",
     ),
-    "orbit not needed": (
-        [effect("wheels")],
-        {"orbit": KEPLER},
-        "/orbit",
-        "no orbit: only scenes whose effects need",
-    ),
-    "orbit beside free rotation": (
-        [],
-        {"orbit": KEPLER},
-        "/orbit",
-        "no orbit: only scenes whose effects need",
-    ),
     "position beside orbit": (
         [effect("gravity_gradient")],
         {"position": quantity([1, 2, 3], "m"), "velocity": quantity([1, 2, 3], "m/s")},
@@ -825,12 +813,6 @@ FAULTS = {
         {"orbit": MARS},
         "/effects/0/shadow",
         "a radius of the central body",
-    ),
-    "sunlight on an orbit without shadow": (
-        [effect("solar_pressure", shadow=False)],
-        {},
-        "/orbit",
-        "no orbit",
     ),
     "air of no density": (
         [effect("drag", density=quantity(0, "kg/m3"))],

@@ -200,7 +200,7 @@ def test_frames_turn_a_tle_by_what_lies_between_them():
     assert angle == pytest.approx(math.hypot(16.617, 6.819, 14.6), abs=0.1)
     obliquity = math.radians(84381.448 / 3600)
     c, s = math.cos(obliquity), math.sin(obliquity)
-    assert np.allclose(ecliptic, eme @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]).T, rtol=0, atol=1e-3)
+    assert np.allclose(ecliptic, gcrf @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]).T, rtol=0, atol=1e-3)
 
 
 def test_tle_needs_its_extra(monkeypatch):

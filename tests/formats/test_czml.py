@@ -1,0 +1,475 @@
+"""CZML: against czml3 and astropy, as literal text, and what is refused."""
+
+import copy
+import io
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from astropy import units as u
+from astropy.coordinates import GCRS, ITRS, CartesianRepresentation
+from astropy.coordinates.builtin_frames import intermediate_rotation_transforms as matrices
+from astropy.time import Time, TimeDelta
+from astropy.utils import iers
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BarycentricInterpolator
+from scipy.spatial.transform import Rotation
+
+from attitude import Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion, elapsed
+from attitude.formats import czml, nodes, samples
+
+from ..effects.scenes import KEPLER, effect, quantity, scene
+from ..test_formats import EDIT, WORD
+from ..test_frames import orbiting
+
+EPOCH = Time("2026-03-20T12:00:00", scale="utc")
+HALF = math.sqrt(0.5)
+
+
+@pytest.fixture(autouse=True)
+def offline(monkeypatch):
+    """astropy asks for no network, and takes predictions however old its tables are."""
+    monkeypatch.setattr(iers.conf, "auto_download", False)
+    monkeypatch.setattr(iers.conf, "auto_max_age", None)
+
+
+def motion(epoch=EPOCH, frame="GCRF", rate=(0.02, -0.01, 0.03)):
+    body = RigidBody([1.0, 2.0, 2.5])
+    return TorqueFreeMotion(body, (0.5, 0.1, -0.7, 0.5), rate, epoch, order="wxyz", frame=frame)
+
+
+def earth_fixed(quaternion, seconds, epoch=EPOCH, name=""):
+    q = np.tile(np.array(quaternion, dtype=float), (len(seconds), 1))
+    return Ephemeris(q, elapsed.instants(np.array(seconds, dtype=float), epoch), "ITRF", name=name)
+
+
+def text_of(ephemeris, **options):
+    given = nodes.chosen(samples.Samples.of(ephemeris), czml.interpolant(**options), None)
+    return b"".join(czml.blocks(given, **options)).decode()
+
+
+def packets(ephemeris, **options):
+    return json.loads(text_of(ephemeris, **options))
+
+
+def read(text, **options):
+    return czml.parse(io.BytesIO(text if isinstance(text, bytes) else text.encode()), "a.czml", **options)
+
+
+# -- what is written ------------------------------------------------------------------------------
+
+QUARTER = (
+    '[{"id":"document","name":"attitude","version":"1.0","clock":{"interval":"2026-03-20T12:00:00Z/'
+    '2026-03-20T12:00:10.5Z","currentTime":"2026-03-20T12:00:00Z","multiplier":1.0,"range":"LOOP_STOP",'
+    '"step":"SYSTEM_CLOCK_MULTIPLIER"}},{"id":"attitude","name":"attitude","availability":'
+    '"2026-03-20T12:00:00Z/2026-03-20T12:00:10.5Z","description":"<p>Attitude: rotation from the body&#x27;s '
+    "axes to the Earth-fixed frame (ITRF, IAU 2006/2000A, UT1 and the pole from the tables of the IERS), "
+    'scalar last, unit quaternion. Error of interpolation between these attitudes is not known.</p>",'
+    '"box":{"dimensions":{"cartesian":[3.0,2.0,1.0]},"outline":true,"outlineColor":{"rgba":[0,0,0,255]}},'
+    '"position":{"cartesian":[7378137.0,0.0,0.0]},"orientation":{"epoch":"2026-03-20T12:00:00Z",'
+    '"interpolationAlgorithm":"LINEAR","interpolationDegree":1,"unitQuaternion":[0.0,0.0,0.0,'
+    "0.7071067811865476,0.7071067811865476,10.5,0.0,0.0,0.7071067811865476,0.7071067811865476]}}]\n"
+)
+
+
+def test_body_turned_by_a_quarter_about_the_earths_axis():
+    """Its x axis points to the east of Bengal, at 90 degrees, where the frame's y axis points."""
+    given = earth_fixed((HALF, 0, 0, HALF), (0.0, 10.5))
+    assert given.rotation.apply([1, 0, 0]) == pytest.approx(np.tile([0, 1, 0], (2, 1)), abs=1e-15)
+    assert text_of(given) == QUARTER
+
+
+def test_generic_attitude_is_scalar_last():
+    given = earth_fixed((0.1, 0.3, -0.5, 0.806225774829855), (1.25,))
+    found = packets(given)[1]["orientation"]["unitQuaternion"]
+    assert found == [1.25, 0.3, -0.5, 0.806225774829855, 0.1]
+
+
+def test_attitudes_are_composed_with_the_earths_rotation_as_astropy_has_it():
+    when = EPOCH + TimeDelta(np.linspace(0, 86400.0, 25), format="sec")
+    given = motion().at(when)
+    orientation = packets(given)[1]["orientation"]
+    rows = np.array(orientation["unitQuaternion"]).reshape(-1, 5)
+    assert rows[:, 0].tolist() == given.elapsed.tolist()
+    to_earth = matrices.cirs_to_itrs_mat(when) @ matrices.gcrs_to_cirs_mat(when)
+    expected = to_earth @ given.rotation.as_matrix()
+    assert np.abs(Rotation.from_quat(rows[:, 1:]).as_matrix() - expected).max() < 1e-12
+    assert ((rows[1:, 1:] * rows[:-1, 1:]).sum(axis=1) > -1.0).all()
+    assert orientation["interpolationAlgorithm"] == "LINEAR"
+
+
+def test_neighbours_never_flip():
+    given = motion(rate=(1e-5, 1e-5, 2e-5)).at(np.linspace(0, 5 * 86400.0, 721))
+    rows = np.array(packets(given)[1]["orientation"]["unitQuaternion"]).reshape(-1, 5)
+    assert ((rows[1:, 1:] * rows[:-1, 1:]).sum(axis=1) > 0.99).all()
+
+
+def test_czml3_builds_the_same_document():
+    czml3 = pytest.importorskip("czml3")
+    from czml3 import properties, types
+
+    given = motion().at(np.arange(5.0) * 10)
+    given.name = "a body"
+    document, packet = packets(given, id="body-1", position=(7e6, 1.0, -2.0), box=(1, 2, 3))
+    rows = np.column_stack([given.elapsed, given.in_frame("ITRF").quaternion("xyzw")])
+    span = types.TimeInterval(start="2026-03-20T12:00:00Z", end="2026-03-20T12:00:40Z")
+    expected = czml3.Document(
+        packets=[
+            czml3.Packet(
+                id="document",
+                name="a body",
+                version=czml3.CZML_VERSION,
+                clock=properties.Clock(
+                    interval=span,
+                    currentTime="2026-03-20T12:00:00Z",
+                    multiplier=1.0,
+                    range="LOOP_STOP",
+                    step="SYSTEM_CLOCK_MULTIPLIER",
+                ),
+            ),
+            czml3.Packet(
+                id="body-1",
+                name="a body",
+                availability=span,
+                description=packet["description"],
+                position=properties.Position(cartesian=[7e6, 1.0, -2.0]),
+                orientation=properties.Orientation(
+                    epoch="2026-03-20T12:00:00Z",
+                    interpolationAlgorithm="LINEAR",
+                    interpolationDegree=1,
+                    unitQuaternion=rows.reshape(-1).tolist(),
+                ),
+                box=properties.Box(
+                    dimensions=properties.BoxDimensions(cartesian=[1.0, 2.0, 3.0]),
+                    outline=True,
+                    outlineColor=properties.Color(rgba=[0, 0, 0, 255]),
+                ),
+            ),
+        ]
+    )
+    assert [document, packet] == json.loads(expected.dumps())
+    found = read(expected.dumps())
+    assert np.abs(found.quaternion("wxyz") - given.quaternion("wxyz")).max() < 1e-15
+
+
+WRITTEN = {
+    "fixed": lambda: (motion().at([0.0, 1.0, 5.0]), {}),
+    "one instant": lambda: (motion().at([2.0]), {}),
+    "orbit": lambda: (orbiting().run(), {}),
+    "segments": lambda: (scene(effect("impulse", time=quantity(1000, "s"))).run(), {}),
+    "model": lambda: (motion().at([0.0, 1.0]), {"model": "https://example.org/a.glb"}),
+    "no box": lambda: (motion().at([0.0, 1.0]), {"box": None}),
+}
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_czml3_takes_what_is_written(name):
+    czml3 = pytest.importorskip("czml3")
+    given, options = WRITTEN[name]()
+    text = text_of(given, **options)
+    assert json.loads(czml3.Document.model_validate_json(text).dumps()) == json.loads(text)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_what_is_written_comes_back(name):
+    given, options = WRITTEN[name]()
+    text = text_of(given, **options)
+    found = read(text)
+    assert found.frame == "GCRF"
+    assert found.elapsed.tolist() == given.elapsed.reshape(-1).tolist()
+    assert np.abs(found.quaternion("wxyz") - given.quaternion("wxyz").reshape(-1, 4)).max() < 1e-15
+    assert found.epoch.isot == given.epoch.isot
+    assert not found.has_rate
+    fixed = read(text, frame="ITRF")
+    wanted = given.in_frame("ITRF").quaternion("wxyz").reshape(-1, 4)
+    assert fixed.quaternion("wxyz").tobytes() == np.ascontiguousarray(wanted).tobytes()
+    assert text_of(fixed) == text_of(fixed)
+
+
+def test_files_by_their_ending(tmp_path):
+    given = motion().at([0.0, 1.0])
+    given.name = "a <body>"
+    given.write(tmp_path / "a.czml")
+    found = Ephemeris.read(tmp_path / "a.czml")
+    assert found.name == "a <body>"
+    assert Ephemeris.read(tmp_path / "a.czml", frame="EME2000").frame == "EME2000"
+    with pytest.raises(InputError, match="for czml an option of id, position, box, model"):
+        given.write(tmp_path / "b.czml", colour="red")
+
+
+def test_instants_in_another_scale_are_seconds_since_the_same_epoch():
+    epoch = Time("2026-03-20T12:01:09.184", scale="tt")
+    found = packets(motion(epoch=epoch).at([0.0, 30.0]))[1]["orientation"]
+    assert found["epoch"] == "2026-03-20T12:00:00Z"
+    assert found["unitQuaternion"][5] == 30.0
+
+
+def test_leap_second_is_second_sixty():
+    given = motion(epoch=Time("2016-12-31T23:59:50", scale="utc")).at(np.arange(11.0))
+    packet = packets(given)[1]
+    assert packet["availability"] == "2016-12-31T23:59:50Z/2016-12-31T23:59:60Z"
+    found = read(text_of(motion(epoch=Time("2016-12-31T23:59:60.5", scale="utc")).at([0.0, 1.0])))
+    assert found.epoch.isot == "2016-12-31T23:59:60.500"
+    assert found.time.isot.tolist() == ["2016-12-31T23:59:60.500", "2017-01-01T00:00:00.500"]
+
+
+def test_pieces_make_no_difference(monkeypatch):
+    given = orbiting(count=40).run()
+    whole = text_of(given)
+    monkeypatch.setattr(samples, "BLOCK", 7)
+    monkeypatch.setattr(czml, "BLOCK", 7)
+    assert text_of(given) == whole
+
+
+def test_samples_told_in_the_earth_fixed_frame_give_the_same_file():
+    """For who judges interpolation where Cesium does it."""
+    given = orbiting().run()
+    fixed = czml.told(samples.Samples.of(given))
+    assert fixed.head.frame == "ITRF"
+    chosen = nodes.chosen(fixed, czml.interpolant(), None)
+    assert b"".join(czml.blocks(chosen)).decode() == text_of(given)
+    assert fixed.whole().resampled([3.0]).frame == "ITRF"
+
+
+def test_nobody_interpolates_across_an_impulse():
+    given = scene(effect("impulse", time=quantity(1000, "s"))).run()
+    first, second = packets(given)[1]["orientation"]
+    assert first["unitQuaternion"][::5] == [0.0, 600.0]
+    assert second["unitQuaternion"][::5] == list(np.arange(1200.0, 6001.0, 600.0))
+    assert first["interval"] == "2026-03-20T12:00:00Z/2026-03-20T12:20:00Z"
+    assert second["interval"] == "2026-03-20T12:20:00Z/2026-03-20T13:40:00Z"
+    assert first["forwardExtrapolationType"] == second["forwardExtrapolationType"] == "HOLD"
+    (event,) = read(text_of(given)).events
+    assert (event.kind, event.seconds) == ("segment", 1200.0)
+
+
+def test_body_on_an_orbit_is_drawn_along_it():
+    given = orbiting(count=5).run()
+    found = packets(given)[1]["position"]
+    rows = np.array(found["cartesian"]).reshape(-1, 4)
+    assert (found["interpolationAlgorithm"], found["interpolationDegree"]) == ("LAGRANGE", 5)
+    assert rows[0, 0] == 0.0
+    assert rows[-1, 0] == 6000.0
+    middle = rows[40:46, 0].mean()
+    at = BarycentricInterpolator(rows[40:46, 0], rows[40:46, 1:])(middle)
+    instants = elapsed.instants([middle], EPOCH)
+    position, _ = given.along.state(instants)
+    gcrs = GCRS(CartesianRepresentation(position.T * u.m), obstime=instants.time)
+    itrs = gcrs.transform_to(ITRS(obstime=instants.time)).cartesian.xyz.to_value(u.m).T
+    assert np.abs(at - itrs).max() < 0.05
+
+
+def test_body_about_mars_is_not_drawn_about_the_earth():
+    orbit = {**KEPLER, "mu": quantity(4.2828e13, "m3/s2")}
+    assert packets(orbiting(orbit).run())[1]["position"] == {"cartesian": list(czml.PLACE)}
+
+
+def test_position_may_be_given():
+    found = packets(orbiting().run(), position="1,2.5,-3")[1]["position"]
+    assert found == {"cartesian": [1.0, 2.5, -3.0]}
+
+
+@pytest.mark.parametrize("position", ["1,2", (1, 2, math.nan), "a,b,c", 3, (1, 2, 3, 4), (1, None, 2)])
+def test_position_that_is_none_is_refused(position):
+    with pytest.raises(InputError, match="position: three finite numbers, m"):
+        text_of(motion().at([0.0]), position=position)
+
+
+REFUSED = {
+    "undated": (lambda: motion(epoch=None).at([0.0]), "this ephemeris has no epoch"),
+    "backwards": (lambda: motion().at([0.0, 2.0, 1.0]), "in order of time; 1 s is not after 2 s"),
+    "twice": (lambda: motion().at([0.0, 0.0]), "in order of time; 0 s is not after 0 s"),
+    "own frame": (lambda: motion(frame="INERTIAL").at([0.0]), "relative to the Earth-fixed frame .*INERTIAL"),
+    "along an orbit": (lambda: orbiting().run().in_frame("LVLH"), "nothing leads back from LVLH"),
+    "beyond the tables": (
+        lambda: motion(epoch=Time("2061-01-01", scale="tai")).at([0.0]),
+        "tables of UT1 cover",
+    ),
+    "two dimensions": (lambda: motion().at([[0.0, 1.0]]), "one body at a list of instants"),
+}
+
+
+@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_written_is_refused_and_leaves_no_file(name, tmp_path):
+    build, message = REFUSED[name]
+    with pytest.raises(FormatError, match=message):
+        build().write(tmp_path / "a.czml")
+    assert not list(tmp_path.iterdir())
+
+
+# -- what is read ---------------------------------------------------------------------------------
+
+
+def other(**orientation):
+    """As other people write it."""
+    given = {
+        "interpolationAlgorithm": "LINEAR",
+        "interpolationDegree": 1,
+        "epoch": "2012-03-15T10:00:00Z",
+        "unitQuaternion": [0, 0.5, -0.5, 0.5, 0.5, 300, 0, 0, 0.6, 0.8, 600.5, 0, 0, 0, 1],
+        **orientation,
+    }
+    given = {key: value for key, value in given.items() if value is not None}
+    return [
+        {"id": "document", "version": "1.0"},
+        {"id": "ground", "position": {"cartesian": [1, 2, 3]}},
+        {"id": "a", "name": "satellite", "orientation": given, "label": {"text": "x"}},
+    ]
+
+
+def test_other_peoples_files_are_read():
+    found = read(json.dumps(other()), frame="ITRF")
+    assert found.name == "satellite"
+    assert found.elapsed.tolist() == [0.0, 300.0, 600.5]
+    assert found.quaternion("wxyz").tolist() == [[0.5, 0.5, -0.5, 0.5], [0.8, 0, 0, 0.6], [1, 0, 0, 0]]
+    assert found.time.isot.tolist() == [
+        "2012-03-15T10:00:00.000",
+        "2012-03-15T10:05:00.000",
+        "2012-03-15T10:10:00.500",
+    ]
+
+
+def test_dates_at_every_attitude_are_read():
+    """Over a leap second: what UTC calls a second is one."""
+    rows = [
+        "2012-06-30T23:59:59Z",
+        0,
+        0,
+        0,
+        1,
+        "2012-06-30T23:59:60.5Z",
+        0,
+        0,
+        0.6,
+        0.8,
+        "2012-07-01T00:00Z",
+        0,
+        0,
+        0,
+        1,
+    ]
+    found = read(json.dumps(other(unitQuaternion=rows, epoch=None)), frame="ITRF")
+    assert found.elapsed == pytest.approx([0.0, 1.5, 2.0], abs=1e-9)
+
+
+def test_intervals_with_their_own_epochs_are_read():
+    parts = [
+        {"epoch": "2012-03-15T10:00:00Z", "unitQuaternion": [0, 0, 0, 0, 1, 10, 0, 0, 0, 1]},
+        {
+            "interval": "2012-03-15T10:00:20Z/2012-03-15T10:01:00Z",
+            "epoch": "2012-03-15T10:00:30Z",
+            "unitQuaternion": [-10, 0, 0, 0.6, 0.8, 30, 0, 0, 0, 1],
+        },
+    ]
+    packets = other()
+    packets[2]["orientation"] = parts
+    found = read(json.dumps(packets), frame="ITRF")
+    assert found.elapsed == pytest.approx([0.0, 10.0, 20.0, 60.0], abs=1e-9)
+    assert [(event.kind, event.seconds) for event in found.events] == [
+        ("segment", pytest.approx(20.0, abs=1e-9))
+    ]
+
+
+def test_one_of_several_packets_is_read_by_its_id():
+    packets = other()
+    packets.append({**copy.deepcopy(packets[2]), "id": "b"})
+    with pytest.raises(FormatError, match=r"several packets have an orientation \('a', 'b'\)"):
+        read(json.dumps(packets))
+    assert read(json.dumps(packets), id="b").shape == (3,)
+    with pytest.raises(FormatError, match="no packet 'c' has an orientation"):
+        read(json.dumps(packets), id="c")
+
+
+QS = [0, 0, 0, 0, 1, 1, 0, 0, 0, 1]
+MALFORMED = {
+    "not JSON": ("[{", "a.czml, line 1: not JSON"),
+    "no list": ("{}", "a list of packets"),
+    "empty": ("[]", "a list of packets"),
+    "packets of something else": ("[1]", "a list of packets"),
+    "no document": ([other()[2]], "the first packet is not the document's"),
+    "no version": ([{"id": "document"}, other()[2]], "the first packet is not the document's"),
+    "version to come": ([{"id": "document", "version": "2.0"}, other()[2]], "version '2.0' of CZML"),
+    "nothing turns": (other()[:2], "no packet has an orientation"),
+    "another packet's": (other(unitQuaternion=None, reference="a#b"), "no unitQuaternion"),
+    "along the velocity": (other(velocityReference="#position"), "'velocityReference' is not read"),
+    "unknown key": (other(colour="red"), "'colour' is not read"),
+    "constant": (other(unitQuaternion=[0, 0, 0, 1]), "one attitude without an instant"),
+    "no attitude": (other(unitQuaternion=[]), "0 numbers"),
+    "number missing": (other(unitQuaternion=QS[:-1]), "9 numbers"),
+    "text": (other(unitQuaternion=[*QS[:-1], "1"]), "something else than numbers"),
+    "yes": (other(unitQuaternion=[*QS[:-1], True]), "something else than numbers"),
+    "infinite": (json.dumps(other()).replace("600.5", "1e400"), "not JSON|finite"),
+    "not a number": (json.dumps(other()).replace("600.5", "NaN"), "not JSON"),
+    "not unit": (other(unitQuaternion=[*QS[:-1], 1.1]), r"unitQuaternion\[1\].*a unit quaternion"),
+    "backwards": (other(unitQuaternion=QS[5:] + QS[:5]), "0.0 s is not after 1.0 s"),
+    "twice": (other(unitQuaternion=QS[:5] * 2), "0.0 s is not after 0.0 s"),
+    "no epoch": (other(epoch=None), "times without an epoch"),
+    "epoch without Z": (other(epoch="2012-03-15T10:00:00"), "no date such as"),
+    "epoch of no calendar": (other(epoch="2012-13-15T10:00:00Z"), "epoch: a date"),
+    "second 60 of no leap second": (other(epoch="2012-03-15T10:00:60Z"), "epoch: a date"),
+    "epoch that is no text": (other(epoch=3), "no date such as"),
+    "times of two kinds": (other(unitQuaternion=["2012-03-15T10:00:00Z", *QS[1:]]), "neither all numbers"),
+    "interval of one date": (other(interval="2012-03-15T10:00:00Z"), "no two dates"),
+    "outside the interval": (
+        other(interval="2012-03-15T10:00:00Z/2012-03-15T10:10:00Z"),
+        "attitudes outside their interval",
+    ),
+    "no intervals": ([other()[0], {"id": "a", "orientation": []}], "orientation: nothing"),
+    "intervals of something else": ([other()[0], {"orientation": [1]}], "orientation: no unitQuaternion"),
+    "beyond the tables": (other(epoch="2161-03-15T10:00:00Z"), "tables of UT1 cover"),
+    "before any UT1": (other(epoch="1912-03-15T10:00:00Z"), "tables of UT1 cover"),
+}
+
+
+@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
+@pytest.mark.parametrize("name", MALFORMED)
+def test_malformed_files_are_refused_by_name(name, tmp_path):
+    given, message = MALFORMED[name]
+    (tmp_path / "a.czml").write_text(given if isinstance(given, str) else json.dumps(given))
+    with pytest.raises(FormatError, match=message) as caught:
+        Ephemeris.read(tmp_path / "a.czml")
+    assert caught.value.source == str(tmp_path / "a.czml")
+    assert str(caught.value).count("a.czml") == 1
+
+
+def test_unknown_frame_to_read_into_is_refused():
+    with pytest.raises(InputError, match="frame: a frame, one of"):
+        read(QUARTER, frame="ECEF")
+
+
+def test_too_long_a_file_is_refused(monkeypatch):
+    monkeypatch.setattr(czml, "MOST_BYTES", 100)
+    with pytest.raises(FormatError, match="more than 100 bytes"):
+        read(QUARTER)
+
+
+@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
+def test_any_damage_is_refused_or_gives_attitudes():
+    original = re.sub(r'"clock".*?}},', '"x":1},', QUARTER).encode()
+
+    @settings(max_examples=400, deadline=None, database=None, derandomize=True)
+    @given(st.lists(EDIT, min_size=1, max_size=3))
+    def damage(edits):
+        text = original
+        for word, offset, removed, added in edits:
+            starts = [match.start() for match in WORD.finditer(text)] or [0]
+            at = starts[int(word * len(starts))] + offset
+            text = text[:at] + added + text[at + removed :]
+        assert_refused_or_sound(text)
+
+    damage()
+
+
+def assert_refused_or_sound(text):
+    try:
+        found = read(text)
+    except FormatError:
+        return
+    q = found.quaternion("wxyz")
+    assert np.abs((q * q).sum(axis=-1) - 1).max() <= 3e-6
+    assert (np.diff(found.elapsed) > 0.0).all()
+    text_of(found)  # what is read can be written

@@ -1,0 +1,706 @@
+"""Ephemerides in other frames, against astropy, SPICE and Orekit; rates, against derivatives of attitudes."""
+
+import math
+import pickle
+from importlib.util import find_spec
+
+import astropy.units as u
+import erfa
+import numpy as np
+import pytest
+from astropy.coordinates import (
+    GCRS,
+    ICRS,
+    ITRS,
+    TEME,
+    CartesianRepresentation,
+    HeliocentricEclipticIAU76,
+    SkyCoord,
+)
+from astropy.coordinates.builtin_frames import intermediate_rotation_transforms as matrices
+from astropy.time import Time, TimeDelta
+from astropy.utils import iers
+from scipy.spatial.transform import Rotation
+
+from attitude import (
+    Ephemeris,
+    InputError,
+    RegimeError,
+    RigidBody,
+    Scene,
+    TorqueFreeMotion,
+    earth_orientation,
+    elapsed,
+)
+from attitude.cost import AbsentError
+from attitude.cost.methods import orekit
+from attitude.dynamics.event import Event
+from attitude.dynamics.translation import Translation
+from attitude.frames import from_gcrf, turn_from_gcrf
+from attitude.frames_of_date import itrf, teme
+from attitude.orbit.local import qsw
+from attitude.orbit.position import as_pieces, position, velocity
+from attitude.orientation import conjugate
+
+from .effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
+from .effects.test_orbit import TLES, course, start_of, tle_course
+
+EPOCH = Time("2026-03-20T12:00:00", scale="utc")
+INERTIAL = ("ICRF", "GCRF", "EME2000", "ECLIPJ2000")
+OF_DATE = ("TEME", "ITRF")
+LOCAL = ("QSW", "LVLH")
+DAY = 86400.0
+# Eighth-order weights of a derivative by central differences, for steps of 1 to 4 (Fornberg 1988).
+WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
+
+
+@pytest.fixture(autouse=True)
+def offline(monkeypatch):
+    """astropy asks for no network, and takes predictions however old its tables are."""
+    monkeypatch.setattr(iers.conf, "auto_download", False)
+    monkeypatch.setattr(iers.conf, "auto_max_age", None)
+
+
+def motion(epoch=EPOCH, frame="GCRF", rate=(2e-3, -1e-3, 3e-3)):
+    return TorqueFreeMotion(
+        RigidBody([1.0, 2.0, 2.5]), (0.5, 0.1, -0.7, 0.5), rate, epoch, order="wxyz", frame=frame
+    )
+
+
+def orbiting(orbit=KEPLER, frame="GCRF", stop=6000.0, count=31, **changes):
+    """A free body whose scene has an orbit."""
+    times = {"start": 0, "stop": stop, "count": count, "unit": "s"}
+    return Scene.model_validate({**DOCUMENT, "orbit": orbit, "frame": frame, "times": times, **changes})
+
+
+def flown(name="Molniya", **changes):
+    """A free body on the orbit of a TLE, an hour after its epoch."""
+    dated = {"time": (start_of(TLES[name]) + TimeDelta(3600.0, format="sec")).isot, "scale": "utc"}
+    return orbiting({"tle": list(TLES[name])}, epoch=dated, **changes)
+
+
+def matrix(turn):
+    return Rotation.from_quat(turn.quaternion, scalar_first=True).as_matrix()
+
+
+def bits(ephemeris):
+    return ephemeris.quaternion("wxyz").tobytes(), ephemeris.angular_velocity.tobytes()
+
+
+def derivative(attitude, t, step):
+    """2 conj(q) dq/dt from attitudes, (n,) s -> (n, 4) wxyz, at instants around each of t."""
+    dq = sum(w * (attitude(t + k * step) - attitude(t - k * step)) for k, w in enumerate(WEIGHTS, 1)) / step
+    w, x, y, z = attitude(t).T
+    rows = np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
+    return 2.0 * np.einsum("ijn,nj->ni", rows, dq)
+
+
+def numerical_rate(ephemeris, step):
+    return derivative(lambda t: ephemeris.resampled(t).quaternion("wxyz"), ephemeris.elapsed, step)
+
+
+def no_flip(ephemeris):
+    q = ephemeris.quaternion("wxyz")
+    return ((q[1:] * q[:-1]).sum(axis=-1) > 0.0).all()
+
+
+# -- inertial frames ------------------------------------------------------------------------------
+
+
+def test_axes_of_the_ecliptic_are_those_of_spice():
+    spice = pytest.importorskip("spiceypy")
+    expected = spice.pxform("J2000", "ECLIPJ2000", 0.0)
+    assert np.abs(from_gcrf("ECLIPJ2000", "a test") - expected).max() < 2e-16
+
+
+def test_axes_of_the_ecliptic_are_those_of_astropy():
+    given = np.array([[0.1, 0.2, -0.7], [1.0, -2.0, 0.5]])
+    sky = SkyCoord(CartesianRepresentation(given.T * 1e9 * u.AU), frame=ICRS())
+    # so far away that where the Sun is does not count
+    found = sky.transform_to(HeliocentricEclipticIAU76(obstime=EPOCH)).cartesian.xyz.to_value(1e9 * u.AU).T
+    assert np.abs(given @ from_gcrf("ECLIPJ2000", "a test").T - found).max() < 3e-11
+
+
+def test_mean_equator_of_j2000_is_off_by_the_frame_bias():
+    bias = from_gcrf("EME2000", "a test")
+    # 16.6 and 6.8 mas of the pole, 14.6 mas of the equinox (IERS Conventions 2010, section 5.3.1)
+    angle = Rotation.from_matrix(bias).magnitude() / (math.pi / 648e6)
+    assert angle == pytest.approx(math.hypot(16.617, 6.819, 14.6), abs=0.01)
+    assert np.abs(bias - erfa.bp00(2451545.0, 0.0)[0]).max() < 1e-12  # IAU 2000's has other digits
+
+
+@pytest.mark.parametrize("frame", INERTIAL)
+@pytest.mark.parametrize("source", INERTIAL)
+def test_vectors_are_the_same_in_every_inertial_frame(source, frame):
+    given = motion(frame=source, epoch=None).at(np.linspace(-1e3, 1e3, 7))
+    told = given.in_frame(frame)
+    v = np.array([0.3, -0.2, 0.9])
+    turn = from_gcrf(frame, "a test") @ from_gcrf(source, "a test").T
+    assert np.abs(told.rotation.apply(v) - given.rotation.apply(v) @ turn.T).max() < 5e-16
+    assert told.frame == frame
+    assert told.angular_velocity.tobytes() == given.angular_velocity.tobytes()
+    assert np.abs(told.angular_momentum - given.angular_momentum @ turn.T).max() < 1e-17
+    assert np.array_equal(told.kinetic_energy, given.kinetic_energy)
+    back = told.in_frame(source)
+    assert np.abs(back.quaternion("wxyz") - given.quaternion("wxyz")).max() < 5e-16
+
+
+@pytest.mark.parametrize("frame", ["ICRF", "GCRF"])
+def test_another_name_for_the_same_axes_changes_no_bit(frame):
+    given = motion(frame="GCRF").at([1.0, 2.0])
+    assert bits(given.in_frame(frame)) == bits(given)
+    assert given.in_frame("GCRF") is given
+
+
+def test_ecliptic_of_a_body_in_the_equator():
+    """The x axes are the same, the ecliptic's y is up from the equator's by the obliquity."""
+    upright = TorqueFreeMotion(RigidBody([1, 2, 2.5]), (1, 0, 0, 0), (0, 0, 0), order="wxyz", frame="ICRF")
+    half = math.radians(84381.448 / 3600) / 2
+    assert upright.at(0.0).in_frame("ECLIPJ2000").quaternion("wxyz") == pytest.approx(
+        [math.cos(half), -math.sin(half), 0, 0], abs=1e-16
+    )
+
+
+# -- frames of date -------------------------------------------------------------------------------
+
+
+def spread():
+    """Since 1976; and the predictions of the tables, as far as they go."""
+    until = Time(earth_orientation.longest().mjd[-1] - 1.0, format="mjd", scale="utc")
+    predicted = (until - TimeDelta(np.linspace(0, 300 * DAY, 20), format="sec") - EPOCH.tai).to_value(u.s)
+    return np.concatenate([np.linspace(-50 * 365.25 * DAY, 0, 60), np.linspace(0, DAY, 40), predicted])
+
+
+def test_earth_fixed_axes_are_those_of_astropy():
+    instants = elapsed.instants(spread(), EPOCH)
+    expected = matrices.cirs_to_itrs_mat(instants.time) @ matrices.gcrs_to_cirs_mat(instants.time)
+    # the Earth rotation angle of erfa, of 1e4 days, is good to 3e-14
+    assert np.abs(matrix(itrf(instants)) - expected).max() < 1e-13
+
+
+def test_axes_of_sgp4_are_those_of_astropy():
+    instants = elapsed.instants(spread(), EPOCH)
+    time = instants.time
+    found = matrix(itrf(instants)) @ np.swapaxes(matrix(teme(instants)), -1, -2)
+    # astropy leaves out the locator of the crust's pole there, 47 microarcseconds a century
+    locator = erfa.sp00(time.tt.jd1, time.tt.jd2)
+    without = found @ np.stack([Rotation.from_euler("z", angle).as_matrix() for angle in locator])
+    # UTC for UT1: 0.9 s at 7e-12 rad/s
+    assert np.abs(without - matrices.teme_to_itrs_mat(time)).max() < 1e-11
+
+
+def test_vectors_go_where_astropy_takes_them():
+    when = EPOCH + TimeDelta(np.linspace(0, 3 * DAY, 20), format="sec")
+    given = motion().at(when)
+    v = np.array([0.3, -0.2, 0.9])
+    along = given.rotation.apply(v)
+    gcrs = GCRS(CartesianRepresentation(along.T * u.km), obstime=when)
+    for name, frame in (("ITRF", ITRS), ("TEME", TEME)):
+        expected = gcrs.transform_to(frame(obstime=when)).cartesian.xyz.to_value(u.km).T
+        assert np.abs(given.in_frame(name).rotation.apply(v) - expected).max() < 1e-10
+
+
+def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
+    """A body that turns as the Earth does, about its pole of 2026-03-20: the sidereal day."""
+    still = itrf(elapsed.instants([0.0], EPOCH))
+    rate = still.rate[0]
+    assert np.linalg.norm(rate) == pytest.approx(2 * math.pi / 86164.0989, rel=1e-7)
+    at_rest = TorqueFreeMotion(
+        RigidBody([1, 1, 1]), still.quaternion[0] * [1, -1, -1, -1], rate, EPOCH, order="wxyz", frame="GCRF"
+    )
+    told = at_rest.at(np.linspace(0, 3 * DAY, 50)).in_frame("ITRF")
+    # precession and nutation, and the crust over the pole, turn on: some 1e-7 rad in a day
+    assert np.abs(told.quaternion("wxyz") - [1, 0, 0, 0]).max() < 1e-6
+    assert np.abs(told.angular_velocity).max() < 2e-10
+
+
+def test_turn_between_computed_poles_is_that_at_the_instant():
+    """The polynomial against the series themselves, at instants it does not go through."""
+    instants = elapsed.instants(np.linspace(-2e7, 2e7, 500) + 3333.0, EPOCH)
+    time = instants.time
+    expected = erfa.pnm06a(time.tt.jd1, time.tt.jd2)
+    found = matrix(teme(instants))
+    utc = time.utc
+    equinoxes = erfa.gst06a(utc.jd1, utc.jd2, time.tt.jd1, time.tt.jd2) - erfa.gmst82(utc.jd1, utc.jd2)
+    turned = np.array([Rotation.from_euler("z", -angle).as_matrix() for angle in equinoxes]) @ expected
+    assert np.abs(found - turned).max() < 1e-13  # what the angles of erfa leave
+    assert np.abs(found[:, 2] - expected[:, 2]).max() < 2e-15
+
+
+@pytest.mark.parametrize("frame", OF_DATE)
+@pytest.mark.parametrize("source", ["GCRF", "ECLIPJ2000"])
+def test_rates_are_the_derivative_of_the_attitude(frame, source):
+    t = np.linspace(0.2, 0.8, 9) * DAY - 0.5 * DAY  # within one day of the tables
+    told = motion(frame=source).at(t).in_frame(frame)
+    found = numerical_rate(told, 5.0)
+    assert np.abs(found - told.angular_velocity).max() < 1e-15
+    if frame == "ITRF":  # and the Earth's rotation is in it
+        assert np.abs(told.angular_velocity - motion().at(t).angular_velocity).max() > 5e-5
+
+
+@pytest.mark.parametrize("frame", OF_DATE)
+def test_way_there_and_back(frame):
+    given = motion(frame="EME2000").at(np.linspace(-1e6, 1e6, 40))
+    back = given.in_frame(frame).in_frame("EME2000")
+    assert np.abs(back.quaternion("wxyz") - given.quaternion("wxyz")).max() < 1e-15
+    assert np.abs(back.angular_velocity - given.angular_velocity).max() < 1e-18
+    between = given.in_frame("TEME").in_frame("ITRF")
+    straight = given.in_frame("ITRF")
+    assert np.abs(between.quaternion("wxyz") - straight.quaternion("wxyz")).max() < 1e-15
+    assert np.abs(between.angular_velocity - straight.angular_velocity).max() < 1e-18
+
+
+def test_signs_are_continuous_over_many_days_whatever_is_asked_for_together():
+    free = motion(rate=(1e-6, 2e-6, 1e-6))
+    dense = free.at(np.linspace(-30 * DAY, 30 * DAY, 2001)).in_frame("ITRF")
+    assert no_flip(dense)
+    alone = [
+        free.at(dense.elapsed[i : i + 1]).in_frame("ITRF").quaternion("wxyz") for i in range(0, 2001, 97)
+    ]
+    assert np.concatenate(alone).tobytes() == np.ascontiguousarray(dense.quaternion("wxyz")[::97]).tobytes()
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (2, 3), (0,)])
+@pytest.mark.parametrize("frame", ["TEME", "ITRF", "EME2000"])
+def test_batches_and_instants_of_any_shape(frame, shape):
+    bodies = RigidBody.from_moments(np.array([[1, 2, 2.5], [1, 1.5, 2], [2, 2, 3.0], [1, 1, 1]]))
+    t = np.arange(math.prod(shape), dtype=float).reshape(shape)
+    rates = np.array([1e-3, 2e-3, 3e-3])
+    batch = TorqueFreeMotion(bodies, (1, 0, 0, 0), rates, EPOCH, order="wxyz", frame="GCRF")
+    told = batch.at(t).in_frame(frame)
+    assert told.shape == (4, *shape)
+    for i in range(4):
+        alone = batch[i].at(t).in_frame(frame)
+        assert bits(alone) == (
+            np.ascontiguousarray(told.quaternion("wxyz")[i]).tobytes(),
+            np.ascontiguousarray(told.angular_velocity[i]).tobytes(),
+        )
+
+
+def test_instants_in_two_parts_keep_their_digits():
+    """A second after thirty years, given as a Time: the Earth turns on by 15 arcseconds."""
+    late = Time(EPOCH.jd1 - 10950, [0.25, 0.25 + 1 / 86400], format="jd", scale="tai")
+    rate = (0.0, 0.0, 0.0)
+    told = motion(rate=rate).at(late).in_frame("ITRF")
+    turned = 2.0 * np.arcsin(np.linalg.norm((told.rotation[0].inv() * told.rotation[1]).as_quat()[:3]))
+    assert turned == pytest.approx(np.linalg.norm(told.angular_velocity[0]), rel=2e-10)
+
+
+def test_resampled_in_a_frame_is_the_frame_of_the_resampled():
+    given = motion().at([0.0, 1.0])
+    t = [5.0, 70.0, -3000.0]
+    assert bits(given.in_frame("ITRF").resampled(t)) == bits(given.resampled(t).in_frame("ITRF"))
+    assert given.in_frame("ITRF").in_frame("TEME").resampled(t).frame == "TEME"
+    again = pickle.loads(pickle.dumps(given.in_frame("ITRF")))
+    assert bits(again.resampled(t)) == bits(given.resampled(t).in_frame("ITRF"))
+
+
+def test_parts_of_an_ephemeris_in_a_frame():
+    told = motion().at(np.linspace(0, 100, 11)).in_frame("ITRF")
+    assert told[3:7].frame == "ITRF"
+    assert np.array_equal(told[3:7].angular_velocity, told.angular_velocity[3:7])
+
+
+def test_attitudes_without_rates_have_none_elsewhere():
+    given = motion().at([0.0, 1.0])
+    only = Ephemeris(given.quaternion("wxyz").copy(), given.instants, "GCRF")
+    told = only.in_frame("ITRF")
+    assert not told.has_rate
+    assert told.quaternion("wxyz").tobytes() == given.in_frame("ITRF").quaternion("wxyz").tobytes()
+    assert not told.can_be_resampled
+
+
+def test_momentum_is_asked_of_inertial_frames():
+    told = motion().at([0.0]).in_frame("ITRF")
+    for name in ("angular_momentum", "kinetic_energy"):
+        with pytest.raises(RegimeError, match=f"{name}: ITRF turns; ask it of the ephemeris in an inertial"):
+            getattr(told, name)
+
+
+def test_momentum_of_rotors_comes_back():
+    made = scene(effect("wheels"), effect("constant_torque")).run()
+    told = made.in_frame("ITRF")
+    assert np.abs(told.in_frame("GCRF").angular_momentum - made.angular_momentum).max() < 1e-14
+    turned = made.in_frame("ECLIPJ2000").angular_momentum
+    assert np.abs(turned @ from_gcrf("ECLIPJ2000", "a test") - made.angular_momentum).max() < 1e-14
+
+
+# -- what is refused ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("frame", ["itrf", "J2000", "", None, 3, ["ITRF"]])
+def test_unknown_frames_are_refused(frame):
+    with pytest.raises(InputError, match=r"frame: a frame, one of ICRF, .*, LVLH; got"):
+        motion().at([0.0]).in_frame(frame)
+
+
+@pytest.mark.parametrize("frame", ["ICRF", "ITRF"])
+def test_axes_that_only_their_user_knows_are_refused(frame):
+    with pytest.raises(InputError, match=f"frame: .*got 'INERTIAL to {frame}'"):
+        motion(frame="INERTIAL").at([0.0]).in_frame(frame)
+    with pytest.raises(InputError, match=r"frame: .*got '\w+ to INERTIAL'"):
+        motion().at([0.0]).in_frame("INERTIAL")
+
+
+@pytest.mark.parametrize("frame", OF_DATE)
+def test_frames_of_date_need_a_date(frame):
+    with pytest.raises(InputError, match="epoch: a Time"):
+        motion(epoch=None).at([0.0]).in_frame(frame)
+
+
+@pytest.mark.parametrize("when", ["1961-12-30T00:00:00", "2060-01-01T00:00:00"])
+def test_earth_fixed_frame_beyond_the_tables_is_refused_saying_until_when(when):
+    far = motion(epoch=Time(when, scale="tai"))
+    with pytest.raises(InputError, match=rf"t: instants from 1962-01-01 to 20\d\d-.*, .*; got '{when}"):
+        far.at([0.0, 1.0]).in_frame("ITRF")
+    assert np.isfinite(far.at([0.0, 1.0]).in_frame("TEME").quaternion("wxyz")).all()
+
+
+def test_nutation_is_not_extended_to_any_age():
+    with pytest.raises(InputError, match=r"t: instants within 1000 years of J2000.0.*got '1\d\d\d.* years"):
+        motion().at([0.0, 4e10]).in_frame("TEME")
+
+
+def test_no_network_is_asked(monkeypatch):
+    def asked(*_, **__):
+        raise AssertionError("network")
+
+    monkeypatch.setattr("astropy.utils.data.download_file", asked)
+    monkeypatch.setattr("urllib.request.urlopen", asked)
+    monkeypatch.setattr(iers.conf, "auto_download", True)
+    motion(epoch=Time("2026-11-20T00:00:00", scale="utc")).at([0.0, 1e6]).in_frame("ITRF")
+
+
+def test_frames_along_an_orbit_need_one():
+    for frame in LOCAL:
+        with pytest.raises(RegimeError, match=f"{frame} lies along an orbit, and this ephemeris"):
+            motion().at([0.0]).in_frame(frame)
+
+
+@pytest.mark.parametrize("frame", ["GCRF", "ITRF", "QSW"])
+def test_nothing_leads_back_from_axes_along_an_orbit(frame):
+    with pytest.raises(RegimeError, match="nothing leads back from LVLH"):
+        orbiting().run().in_frame("LVLH").in_frame(frame)
+
+
+# -- along an orbit -------------------------------------------------------------------------------
+
+
+def test_body_that_points_to_the_nadir_stands_still():
+    """A circular orbit in the equator from x to y: forward is y, down is -x, and right of the way is -z."""
+    a = 7e6
+    n = math.sqrt(3.986004e14 / a**3)
+    orbit = {"semi_major_axis": quantity(7000, "km")}
+    standing = orbiting(
+        orbit,
+        stop=60000.0,
+        count=8,
+        attitude={"quaternion": [0.5, -0.5, -0.5, 0.5], "order": "wxyz"},
+        angular_velocity={"value": [0, -n, 0], "unit": "rad/s"},
+        body={"moments": [2, 3, 2.5], "unit": "kg m2"},
+    ).run()
+    assert standing.rotation[0].apply(np.eye(3)) == pytest.approx(
+        np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]]), abs=1e-15
+    )
+    told = standing.in_frame("LVLH")
+    # the sign is that of a body which has gone round; ten revolutions at the rounding of n
+    assert np.abs(np.abs(told.quaternion("wxyz")) - [1, 0, 0, 0]).max() < 1e-12
+    assert np.ptp(told.quaternion("wxyz")[:, 0]) < 1e-12
+    assert np.abs(told.angular_velocity).max() < 1e-15
+    assert told.translation is None
+    radial = standing.in_frame("QSW")
+    assert radial.rotation.apply([0, 0, -1]) == pytest.approx(np.tile([1, 0, 0], (8, 1)), abs=1e-12)
+    assert radial.rotation.apply([1, 0, 0]) == pytest.approx(np.tile([0, 1, 0], (8, 1)), abs=1e-12)
+    assert radial.rotation.apply([0, -1, 0]) == pytest.approx(np.tile([0, 0, 1], (8, 1)), abs=1e-12)
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.01, 0.7])
+def test_axes_along_an_ellipse_are_those_of_position_and_velocity(eccentricity):
+    orbit = {**KEPLER, "semi_major_axis": quantity(30000, "km"), "eccentricity": eccentricity}
+    made = course(orbit, stop=1e6)
+    t = np.linspace(-1e6, 1e6, 200)
+    r, v = position(made, t), velocity(made, t)
+    x = r / np.linalg.norm(r, axis=1)[:, None]
+    z = np.cross(r, v)
+    z /= np.linalg.norm(z, axis=1)[:, None]
+    expected = np.stack([x, np.cross(z, x), z], axis=1)
+    assert np.abs(matrix(qsw(made, t)) - expected).max() < 3e-15 / (1 - eccentricity)
+
+
+@pytest.mark.parametrize("frame", LOCAL)
+@pytest.mark.parametrize(
+    "orbit", [KEPLER, {**KEPLER, "eccentricity": 0.6, "semi_major_axis": quantity(2e4, "km")}]
+)
+def test_rates_along_an_ellipse_are_the_derivative_of_the_attitude(orbit, frame):
+    told = orbiting(orbit, frame="ECLIPJ2000").run().in_frame(frame)
+    assert np.abs(numerical_rate(told, 2.0) - told.angular_velocity).max() < 1e-13
+
+
+def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
+    """Within the polynomials of the course: where they meet, SGP4 is followed to 1e-9 and no better."""
+    made, _ = tle_course(TLES["Molniya"], stop=86400.0)
+    pieces = as_pieces(made)
+    middles = pieces.start + pieces.length * (np.arange(len(pieces.coefficients)) + 0.5)
+    step = min(pieces.length / 20, 2.0)
+    found = derivative(lambda t: conjugate(qsw(made, t).quaternion), middles, step)
+    assert np.abs(found - qsw(made, middles).rate).max() < 1e-14
+
+
+def test_plane_of_a_perturbed_orbit_turns_about_the_radius():
+    """The flattened Earth turns the plane by -3/2 J2 n (R/p)^2 cos i on average: some degrees a day."""
+    made, _ = tle_course(TLES["low, eccentric"], stop=86400.0)
+    turn = qsw(made, np.linspace(0, 86400.0, 3000))
+    assert np.abs(turn.rate[:, 1]).max() == 0.0
+    assert 1e-7 < np.abs(turn.rate[:, 0]).max() < 1e-5
+    assert np.abs(turn.rate[:, 2]).min() > 5e-4
+
+
+@pytest.mark.parametrize("name", TLES)
+def test_signs_along_an_orbit_are_continuous_over_many_revolutions(name):
+    slow = {"value": [1e-5, 0, 2e-5], "unit": "rad/s"}
+    told = flown(name, stop=2e5, count=4001, angular_velocity=slow).run()
+    for frame in LOCAL:
+        assert no_flip(told.in_frame(frame))
+    few = told[::1000].in_frame("LVLH")
+    assert np.array_equal(few.quaternion("wxyz"), told.in_frame("LVLH").quaternion("wxyz")[::1000])
+
+
+def test_signs_along_an_ellipse_are_continuous_over_many_revolutions():
+    slow = {"value": [1e-5, 0, 2e-5], "unit": "rad/s"}
+    orbit = {**KEPLER, "semi_major_axis": quantity(30000, "km"), "eccentricity": 0.7}
+    told = orbiting(orbit, stop=2e6, count=20001, angular_velocity=slow).run().in_frame("LVLH")
+    assert no_flip(told)
+
+
+def test_orbit_goes_along_with_frames_slices_and_new_instants():
+    given = orbiting(frame="ECLIPJ2000").run()
+    straight = given.in_frame("LVLH")
+    for told in (
+        given.in_frame("EME2000").in_frame("LVLH"),
+        given.in_frame("ITRF").in_frame("LVLH"),
+        given.resampled(given.elapsed).in_frame("LVLH"),
+        given.in_frame("TEME").resampled(given.elapsed).in_frame("LVLH"),
+    ):
+        assert np.abs(told.quaternion("wxyz") - straight.quaternion("wxyz")).max() < 2e-15
+        assert np.abs(told.angular_velocity - straight.angular_velocity).max() < 1e-17
+    assert bits(given[4:9].in_frame("LVLH")) == tuple(
+        np.ascontiguousarray(part[4:9]).tobytes()
+        for part in (straight.quaternion("wxyz"), straight.angular_velocity)
+    )
+    assert bits(pickle.loads(pickle.dumps(given)).in_frame("LVLH")) == bits(straight)
+
+
+def test_scene_with_effects_has_its_orbit_too():
+    given = scene(effect("gravity_gradient")).run()
+    told = given.in_frame("LVLH")
+    assert told.frame == "LVLH"
+    t = [10.0, 5000.0]
+    assert bits(told.resampled(t)) == bits(given.resampled(t).in_frame("LVLH"))
+    chunks = list(scene(effect("gravity_gradient")).chunks(4))
+    assert bits(chunks[1].in_frame("LVLH"))[0] == told.quaternion("wxyz")[4:8].copy().tobytes()
+
+
+def test_chunks_of_a_free_body_have_the_orbit():
+    whole = orbiting().run().in_frame("LVLH")
+    chunks = [chunk.in_frame("LVLH").quaternion("wxyz") for chunk in orbiting().chunks(7)]
+    assert np.array_equal(np.concatenate(chunks), whole.quaternion("wxyz"))
+
+
+def test_orbit_that_nobody_asks_for_costs_nothing(monkeypatch):
+    from attitude.orbit.kepler import Kepler
+
+    def asked(*_):
+        raise AssertionError("the course is computed")
+
+    monkeypatch.setattr(Kepler, "course", asked)
+    assert bits(orbiting().run()) == bits(
+        Scene.model_validate({**orbiting().document(), "orbit": None}).run()
+    )
+
+
+def test_instants_beyond_the_scene_have_their_course():
+    given = flown().run()
+    far = given.resampled([-20000.0, 40000.0]).in_frame("LVLH")
+    wide = flown(stop=40000.0, count=2).run()
+    found = (far.rotation[1] * wide.in_frame("LVLH").rotation[1].inv()).magnitude()
+    assert found < 1e-8  # other polynomials, each within 1e-9
+
+
+def test_table_that_does_not_reach_is_refused():
+    t = np.arange(-600.0, 6601.0, 60.0)
+    points = position(course(KEPLER), t) / 1e3
+    table = {"times": quantity(t.tolist(), "s"), "positions": quantity(points.tolist(), "km")}
+    given = orbiting(table).run()
+    assert (
+        given.in_frame("LVLH").rotation * orbiting().run().in_frame("LVLH").rotation.inv()
+    ).magnitude().max() < 1e-6
+    with pytest.raises(
+        InputError, match=r"orbit.times.value: a table over the whole span, 0.0 s to 9000.0 s"
+    ):
+        given.resampled([9000.0]).in_frame("LVLH")
+
+
+def test_axes_along_a_fall_to_the_centre_are_refused():
+    t = np.arange(0.0, 1000.0, 60.0)
+    points = np.outer(9e3 - 1e-3 * t**2, [1.0, 0.0, 0.0])
+    table = {"times": quantity(t.tolist(), "s"), "positions": quantity(points.tolist(), "km")}
+    with pytest.raises(RegimeError, match="along the radius its orbit has no plane"):
+        orbiting(table, stop=900.0).run().in_frame("QSW")
+
+
+def test_users_own_frame_has_axes_along_its_orbit():
+    told = orbiting(frame="INERTIAL", epoch=None).run().in_frame("LVLH")
+    assert bits(told) == bits(orbiting(frame="GCRF").run().in_frame("LVLH"))
+
+
+# -- the centre of mass, and what happened -----------------------------------------------------------
+
+
+def test_centre_of_mass_moves_relative_to_the_frame():
+    """Against differences of the positions there."""
+    t, h = np.array([0.0, 40000.0]), 8.0
+    instants = elapsed.instants(np.concatenate([t, *(t + k * h for k in (-2, -1, 1, 2))]), EPOCH)
+    r0, v0 = np.array([7e6, 1e6, -2e6]), np.array([100.0, 7e3, 1e3])
+    moved = Translation(r0 + v0 * instants.seconds[:, None], np.broadcast_to(v0, (10, 3)))
+    given = motion().at(instants.seconds)
+    whole = Ephemeris(given.quaternion("wxyz").copy(), instants, "GCRF", translation=moved)
+    told = whole.in_frame("ITRF").translation
+    r = told.position.reshape(5, 2, 3)
+    found = (8 * (r[3] - r[2]) - (r[4] - r[1])) / (12 * h)
+    assert np.abs(told.velocity[:2] - found).max() < 1e-5
+    assert np.abs(told.velocity[:2] - v0).max() > 100
+    gcrs = GCRS(CartesianRepresentation(moved.position.T * u.m), obstime=instants.time)
+    itrs = gcrs.transform_to(ITRS(obstime=instants.time)).cartesian.xyz.to_value(u.m).T
+    assert np.abs(told.position - itrs).max() < 1e-3  # of 3e8 m
+    back = whole.in_frame("ITRF").in_frame("GCRF").translation
+    assert np.abs(back.position - moved.position).max() < 1e-6
+    assert np.abs(back.velocity - v0).max() < 1e-9
+    ecliptic = whole.in_frame("ECLIPJ2000").translation
+    assert np.abs(ecliptic.velocity - from_gcrf("ECLIPJ2000", "a test") @ v0).max() < 1e-11
+
+
+def test_events_turn_with_the_axes_or_lose_what_depends_on_them():
+    vector = np.array([1.0, 2.0, 3.0])
+    events = (
+        Event(1.0, "impulse", "a push", {"angular_impulse": vector, "inertial": True}),
+        Event(2.0, "impulse", "a push", {"angular_impulse": vector, "inertial": False}),
+        Event(
+            3.0,
+            "contact",
+            "a bump",
+            {"points": 2, "normal_speed": 0.5, "point": vector, "rate_before": vector},
+        ),
+        Event(4.0, "something", "else", {"whatever": vector}),
+    )
+    given = motion().at([0.0])
+    whole = Ephemeris(given.quaternion("wxyz").copy(), given.instants, "GCRF", events=events)
+    turned = from_gcrf("EME2000", "a test") @ vector
+    first, second, third, fourth = whole.in_frame("EME2000").events
+    assert first.details["angular_impulse"] == pytest.approx(turned, abs=1e-15)
+    assert first.details["inertial"] is True
+    assert second.details["angular_impulse"].tolist() == vector.tolist()
+    assert third.details["point"] == pytest.approx(turned, abs=1e-15)
+    assert third.details["rate_before"].tolist() == vector.tolist()
+    assert fourth.details == {}
+    first, second, third, fourth = whole.in_frame("ITRF").events
+    assert first.details == {}
+    assert second.details["angular_impulse"].tolist() == vector.tolist()
+    assert third.details == {"points": 2, "normal_speed": 0.5}
+    assert [event.text for event in whole.in_frame("ITRF").events] == ["a push", "a push", "a bump", "else"]
+    assert whole.in_frame("ICRF").events == events
+
+
+# -- files ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ending", ["csv", "ecsv", "json", "ndjson"])
+@pytest.mark.parametrize("frame", ["TEME", "ITRF", "LVLH", "QSW"])
+def test_files_say_what_turns_and_come_back(frame, ending, tmp_path):
+    told = orbiting().run().in_frame(frame)
+    path = tmp_path / f"a.{ending}"
+    told.write(path)
+    text = path.read_text()
+    assert f"q rotates body to {frame}, a frame that turns" in text.replace("\n#", "").replace("  ", "")
+    assert "inertial frame" not in text
+    again = Ephemeris.read(path)
+    assert again.frame == frame
+    assert bits(again) == bits(told)
+    if frame in OF_DATE:
+        assert bits(again.in_frame("GCRF")) == bits(told.in_frame("GCRF"))
+
+
+def test_momentum_of_rotors_survives_a_file_in_a_frame_that_turns(tmp_path):
+    made = scene(effect("wheels"), effect("constant_torque")).run()
+    made.in_frame("ITRF").write(tmp_path / "a.json")
+    again = Ephemeris.read(tmp_path / "a.json").in_frame("GCRF")
+    assert np.abs(again.angular_momentum - made.angular_momentum).max() < 1e-14
+
+
+@pytest.mark.parametrize("frame", [*OF_DATE, *LOCAL])
+def test_no_motion_is_computed_in_a_frame_that_turns(frame):
+    with pytest.raises(InputError, match="frame: an inertial frame, one of ICRF"):
+        motion(frame=frame)
+    with pytest.raises(InputError, match="frame: an inertial frame, one of ICRF"):
+        Scene.model_validate({**DOCUMENT, "frame": frame})
+
+
+# -- Orekit ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def java():
+    """JClass of a machine that knows Orekit; skips where there is none."""
+    if find_spec("jpype") is None or find_spec("orekit_jpype") is None:
+        pytest.skip("Orekit is not installed")
+    import jpype
+    import orekit_jpype
+
+    try:
+        if not jpype.isJVMStarted():
+            orekit._start_machine(jpype, orekit_jpype)
+        jpype.JClass("org.orekit.frames.FramesFactory")
+    except (AbsentError, TypeError) as error:
+        pytest.skip(str(error))
+    return jpype.JClass
+
+
+def test_mean_equator_of_j2000_is_that_of_orekit(java):
+    frames, date = java("org.orekit.frames.FramesFactory"), java("org.orekit.time.AbsoluteDate")
+    turn = frames.getGCRF().getTransformTo(frames.getEME2000(), date.ARBITRARY_EPOCH)
+    found = np.array([list(row) for row in turn.getRotation().getMatrix()])
+    # Orekit's bias is that of IAU 2000
+    assert np.abs(found - from_gcrf("EME2000", "a test")).max() < 1e-12
+
+
+@pytest.mark.parametrize(("name", "theirs"), [("QSW", "QSW"), ("LVLH", "LVLH_CCSDS")])
+def test_axes_along_an_ellipse_are_those_of_orekit(java, name, theirs):
+    date = java("org.orekit.time.AbsoluteDate").ARBITRARY_EPOCH
+    lof = java("org.orekit.frames.LOFType").valueOf(theirs)
+    made = course(KEPLER)
+    orbit = java("org.orekit.orbits.CartesianOrbit")
+    vector = java("org.hipparchus.geometry.euclidean.threed.Vector3D")
+    pv = java("org.orekit.utils.PVCoordinates")
+    gcrf = java("org.orekit.frames.FramesFactory").getGCRF()
+    told = orbiting(count=7).run()
+    turned = told.in_frame(name)
+    for i, t in enumerate(told.elapsed):
+        r, v = position(made, np.array([t]))[0], velocity(made, np.array([t]))[0]
+        at = orbit(pv(vector(*r.tolist()), vector(*v.tolist())), gcrf, date, float(made.central.mu))
+        transform = lof.transformFromInertial(date, at.getPVCoordinates())
+        axes = np.array([list(row) for row in transform.getRotation().getMatrix()])
+        rate = np.array(list(transform.getRotationRate().toArray()))
+        assert np.abs(turned.rotation[i].as_matrix() - axes @ told.rotation[i].as_matrix()).max() < 1e-14
+        expected = told.angular_velocity[i] - turned.rotation[i].as_matrix().T @ rate
+        assert np.abs(turned.angular_velocity[i] - expected).max() < 1e-17
+
+
+def test_turns_one_after_another():
+    """`then` and `back`, by matrices and by the rate that two turning frames have to each other."""
+    instants = elapsed.instants([0.0, 5e4], EPOCH)
+    there, ecliptic = itrf(instants), turn_from_gcrf("ECLIPJ2000", "a test")
+    both = ecliptic.back().then(there)
+    assert np.abs(matrix(both) - matrix(there) @ matrix(ecliptic).T).max() < 1e-15
+    assert np.array_equal(both.rate, there.rate)
+    none = there.then(there.back())
+    assert np.abs(none.rate).max() < 1e-19
+    assert np.abs(none.quaternion - [1, 0, 0, 0]).max() < 1e-15
