@@ -127,9 +127,9 @@ def alike(characters: np.ndarray, system: str) -> Stamps | None:
         if not ((digit <= 9).all() if letter == ord("0") else (row == letter).all()):
             return None
     day = _days(_number(digits[0:4]) * 10000 + _number(digits[5:7]) * 100 + _number(digits[8:10]))
-    clock = [_number(digits[place : place + 2]) for place in (11, 14, 17)]
-    _check_clock(day, *clock, system)
-    second = day * DAY + clock[0] * 3600 + clock[1] * 60 + clock[2]
+    hour, minute, second = (_number(digits[place : place + 2]) for place in (11, 14, 17))
+    _check_clock(day, hour, minute, second, system)
+    second += day * DAY + hour * 3600 + minute * 60
     return Stamps(second, _number(digits[20:]) * 10 ** (MOST_DECIMALS - decimals))
 
 

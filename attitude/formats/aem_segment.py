@@ -301,8 +301,8 @@ class Turns:
         else:
             q = np.stack([columns[name] for name in ("QC", "Q1", "Q2", "Q3")])
             _check_unit(q)
-            dotted = [columns.get(name) for name in ("QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT")]
-            derivative = None if dotted[0] is None else np.stack(dotted)
+            dotted = [columns[name] for name in ("QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT") if name in columns]
+            derivative = np.stack(dotted) if dotted else None
         if not self.forward:
             q[1:] = -q[1:]
             if derivative is not None:

@@ -8,7 +8,7 @@ fifth of the time.  No document type, entity or reference to the outside is take
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, BinaryIO
 from xml.parsers import expat
 
@@ -124,8 +124,7 @@ def read(content: Content, source: str, segment: int | None) -> Ephemeris:
 def plain_state(columns: tuple[str, ...], element: str) -> re.Pattern[bytes]:
     """One state; its groups are the epoch and the numbers in the order of the columns."""
     inner = {"Q1_DOT": "quaternionDot", "ANGVEL_X": "angVel"}
-    open_, close = [f"<attitudeState><{element}>"], [f"</{element}></attitudeState>"]
-    text = open_ + [_group("EPOCH")]
+    text = [f"<attitudeState><{element}>", _group("EPOCH")]
     if columns[0] == "Q1":
         text += ["<quaternion>", *map(_group, columns[:4]), "</quaternion>"]
         columns = columns[4:]
@@ -134,7 +133,8 @@ def plain_state(columns: tuple[str, ...], element: str) -> re.Pattern[bytes]:
         text += [f"<{wrapper}>", *map(_group, columns), f"</{wrapper}>"]
     else:
         text += list(map(_group, columns))
-    spaced = "".join(text + close).replace("><", r">\s*<")
+    text.append(f"</{element}></attitudeState>")
+    spaced = "".join(text).replace("><", r">\s*<")
     return re.compile(rb"\s*" + spaced.encode())
 
 
@@ -176,7 +176,6 @@ class Reader:
         parser.CharacterDataHandler = self._characters
         parser.StartDoctypeDeclHandler = self._refuse_doctype
         parser.EntityDeclHandler = self._refuse_doctype
-        parser.ExternalEntityRefHandler = self._refuse_doctype
         return parser
 
     def _refuse_doctype(self, *_: object) -> None:
@@ -220,15 +219,18 @@ class Reader:
             end = match.end()
         if rows:
             self._flush()
-            first = self.line
             for k in range(0, len(rows), MOST_ROWS):
-                segment.take(
-                    rows[k : k + MOST_ROWS], lambda i, k=k: first + data.count(b"\n", at, begins[k + i])
-                )
+                places = begins[k : k + MOST_ROWS]
+                segment.take(rows[k : k + MOST_ROWS], self._lines_in(data, at, places))
             passed = data.count(b"\n", at, end)
             self.line += passed
             self.skipped += passed
         return end
+
+    def _lines_in(self, data: bytes, at: int, places: list[int]) -> Callable[[int], int]:
+        """The line of each place, in what begins at `at`; counted when asked."""
+        first = self.line
+        return lambda i: first + data.count(b"\n", at, places[i])
 
     def _feed(self, data: bytes, final: bool = False) -> None:
         try:
@@ -322,7 +324,7 @@ class Reader:
         if depth == 5:
             if name == "attitudeState":
                 self.state, self.state_line = {}, self._now()
-            elif name != "COMMENT" or self.rows or self.segment is None:
+            elif name != "COMMENT" or self.rows or (self.segment and self.segment.stamps):
                 raise self._error(f"no element {name[:40]!r} belongs in 'data' here")
         elif self._is_leaf(name):
             self._check_units(name, attributes)
