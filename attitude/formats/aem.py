@@ -37,7 +37,10 @@ def blocks(
     degree: int = 7,
 ) -> Iterator[bytes]:
     texts = object_name, object_id, originator, message_id, creation_date, center_name, body_frame
-    message = Message(nodes, Options(*texts, rates, degree))
+    return _blocks(nodes, Message(nodes, Options(*texts, rates, degree)))
+
+
+def _blocks(nodes: Nodes, message: Message) -> Iterator[bytes]:
     comments = "".join(f"COMMENT {line}\n" for line in message.comments())
     yield f"CCSDS_AEM_VERS = {VERSION}\n{comments}{_text(message.header())}".encode()
     for segment in nodes.segments:

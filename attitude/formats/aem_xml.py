@@ -48,7 +48,10 @@ def blocks(
     degree: int = 7,
 ) -> Iterator[bytes]:
     texts = object_name, object_id, originator, message_id, creation_date, center_name, body_frame
-    message = Message(nodes, Options(*texts, rates, degree))
+    return _blocks(nodes, Message(nodes, Options(*texts, rates, degree)))
+
+
+def _blocks(nodes: Nodes, message: Message) -> Iterator[bytes]:
     comments: Pairs = [("COMMENT", line) for line in message.comments()]
     yield (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
