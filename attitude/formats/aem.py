@@ -76,7 +76,7 @@ def read(content: Content, source: str, segment: int | None) -> Ephemeris:
 
 
 class Content:
-    """A stream whose beginning was looked at, and whose last line has an end.
+    """A stream whose beginning was looked at, and the last line of whose text has an end.
 
     What was cut off a message lacks its DATA_STOP, so a last line without an end takes nothing away.
     """
@@ -85,15 +85,16 @@ class Content:
         self._stream = stream
         self._first = stream.read(FIRST_BYTES)
         self._last = b"\n"
+        self.is_text = not self.is_xml
 
     @property
     def is_xml(self) -> bool:
-        """By the first byte that is not blank, after the mark of UTF-8 where there is one."""
-        return self._first.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"<"
+        """By the first character that is not blank; marks of UTF-8 and UTF-16 are none."""
+        return self._first.lstrip(b"\xef\xbb\xbf\xff\xfe\0 \t\r\n")[:1] == b"<"
 
     def read(self, size: int) -> bytes:
         chunk, self._first = self._first or self._stream.read(size), b""
-        if not chunk and self._last != b"\n":
+        if self.is_text and not chunk and self._last != b"\n":
             chunk = b"\n"
         self._last = chunk[-1:] or self._last
         return chunk

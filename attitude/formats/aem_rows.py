@@ -35,8 +35,8 @@ def plain(rows: list[bytes], columns: tuple[str, ...], system: str) -> Rows | No
     """Rows with one blank between the values, and numbers as JSON has them; None for any other."""
     try:
         stamps, texts = _plain_epochs(rows, system)
-    except EpochError as error:
-        raise RowError(error.index, error.reason) from None
+    except EpochError:
+        return None
     if stamps is None:
         return None
     numbers = _plain_numbers(texts, len(columns))

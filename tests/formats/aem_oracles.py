@@ -14,7 +14,7 @@ LEAP_SECONDS |= {date(2015, 7, 1): 36, date(2017, 1, 1): 37}
 
 
 def brahe_message(text):
-    return pytest.importorskip("brahe").ccsds.AEM.from_str(text)
+    return pytest.importorskip("brahe.ccsds").AEM.from_str(text)
 
 
 def brahe(text):
