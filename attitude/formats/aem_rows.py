@@ -68,6 +68,8 @@ def _plain_numbers(texts: list[bytes], width: int) -> np.ndarray | None:
         values = orjson.loads(b"[" + text.replace(b"\n", b",").replace(b" ", b",") + b"]")
     except orjson.JSONDecodeError:
         return None
+    if len(values) != len(texts) * width:  # a line break within a row
+        return None
     return np.fromiter(values, np.float64, len(values)).reshape(-1, width)
 
 

@@ -477,16 +477,25 @@ class Message:
 
     def _joined(self) -> Ephemeris:
         parts, first = self.segments, self.segments[0]
-        stamps = [stamps for part in parts for stamps in part.stamps]
-        whole = Stamps(*(np.concatenate(column) for column in zip(*stamps, strict=True)))
-        times = aem_epochs.instants(whole, first.system)
+        columns = zip(*(stamps for part in parts for stamps in part.stamps), strict=True)
+        whole = Stamps(*map(np.concatenate, columns))
         starts = np.cumsum([part.count for part in parts])[:-1].tolist()
+        for part in parts:
+            part.stamps.clear()
+        times = aem_epochs.instants(whole, first.system)
         events = tuple(
             Event(float(times.seconds[start]), "segment", f"segment {k} of the file begins")
             for k, start in enumerate(starts, start=2)
         )
-        q = np.concatenate([block for part in parts for block in part.attitudes], axis=1).T
-        blocks = [block for part in parts for block in part.rates]
-        rate = np.concatenate(blocks, axis=1).T if blocks else None
+        q = _gathered([part.attitudes for part in parts])
+        rate = _gathered([part.rates for part in parts]) if first.rates else None
         name = first.fields.values["OBJECT_NAME"]
         return Ephemeris(q, times, first.turns.frame, None, rate, name, events=events)
+
+
+def _gathered(lists: list[list[np.ndarray]]) -> np.ndarray:
+    """(n, components), stored by component; the blocks are let go."""
+    whole = np.concatenate([block for blocks in lists for block in blocks], axis=1).T
+    for blocks in lists:
+        blocks.clear()
+    return whole

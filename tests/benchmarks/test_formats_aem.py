@@ -2,9 +2,10 @@
 
     python -m pytest -s -o addopts= tests/benchmarks/test_formats_aem.py
 
-Answers are asserted equal first; ratios are of medians of repeats taken in turns.  ccsds-ndm-py and brahe are
-compiled (Rust); ccsds-ndm, which is Python, cannot be installed beside ccsds-ndm-py: CCSDS_NDM_PYTHON names the
-interpreter of an environment that has it.  Its version 3.1 reads and writes this content as XML only.
+Answers are asserted equal first; ratios are of medians of repeats taken in turns.  ccsds-ndm-py and brahe
+are compiled (Rust).  ccsds-ndm, which is Python, cannot be installed beside ccsds-ndm-py: CCSDS_NDM_PYTHON
+names the interpreter of an environment that has it.  Its version 3.1 reads and writes this content as XML,
+not as KVN.
 """
 
 import io

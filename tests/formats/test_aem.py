@@ -555,6 +555,7 @@ def test_xml_in_other_forms_is_read_as_well():
         "no units": text.replace(' units="deg/s"', ""),
         "blanks": re.sub(r">([^<\n]+)</(Q|A|E)", r">  \1\n</\2", text),
         "prefixes": prefixed,
+        "blanks that change": re.sub("(?s)(.*<attitudeState>)(.*?)<Q3>", r"\1 \2\t<Q3>\n", text),
         "UTF-16": text.replace('"UTF-8"', '"UTF-16"').encode("utf-16"),
         "mark": "\ufeff" + text,
     }
@@ -790,6 +791,11 @@ BAD_XML = {
     ),
     "rates in radians": (row(swap("deg/s", "rad/s")), "ANGVEL_X in 'rad/s', not 'deg/s'", 53),
     "two numbers": (row(swap("<Q1>", "<Q1>1 ")), "Q1 is", 58),
+    "two numbers and none": (
+        row(lambda state: re.sub("<Q2>[^<]*<", "<Q2> <", state.replace("<Q1>", "<Q1>1 "))),
+        "Q1 is '1 ",
+        58,
+    ),
     "no number": (row(swap("<Q1>", "<Q1>x")), "Q1 is 'x", 45),
     "no number, other form": (row(swap("<Q1>", "<Q1><!-- -->x")), "Q1 is 'x", 43),
     "not unit": (row(lambda state: re.sub("<Q1>.*</Q1>", "<Q1>7.0</Q1>", state)), "unit quaternion", 45),
