@@ -1,0 +1,192 @@
+"""Writing an AEM (CCSDS 504.0-B-2), KVN or XML: keywords and values, comments, and the texts of numbers.
+
+Departures from the standard, of one kind: a double needs 17 digits where 16 do not give back its bits.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from typing import Any, NamedTuple
+
+import numpy as np
+import orjson
+
+from ..ephemeris import Ephemeris
+from ..errors import FormatError, InputError
+from ..frames import OBLIQUITY_J2000
+from ..orientation import INERTIAL_FRAMES
+from . import aem_epochs, parts
+from .aem_segment import ALIASES
+from .nodes import Nodes
+from .samples import Samples
+
+VERSION = "2.0"
+LONGEST = 200  # characters of a value: a line has at most 254 (6.6.1)
+EPOCH_WIDTH = 29
+ONE_DIGIT = (b"", b"[", b",", b"-")  # what stands before the mantissa of a number
+
+OUTSIDE = {
+    "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
+    "INERTIAL": "an inertial frame of the producer's own",
+}
+
+
+class Options(NamedTuple):
+    """What users may choose; `checked` refuses what a line of the file cannot hold."""
+
+    object_name: str | None
+    object_id: str
+    originator: str
+    message_id: str | None
+    creation_date: str | None
+    center_name: str | None
+    body_frame: str
+    rates: bool | None
+    degree: int
+
+    def checked(self) -> Options:
+        for name in ("object_id", "originator", "body_frame"):
+            _check_text(name, getattr(self, name))
+        for name in ("object_name", "message_id", "creation_date", "center_name"):
+            if getattr(self, name) is not None:
+                _check_text(name, getattr(self, name))
+        frame = "_".join(self.body_frame.upper().split())
+        if ALIASES.get(frame, frame) in INERTIAL_FRAMES:
+            raise InputError("body_frame", self.body_frame, "the name of axes of the body, no inertial frame")
+        if self.creation_date is not None:
+            _check_date(self.creation_date)
+        if self.rates not in (None, True, False):
+            raise InputError("rates", self.rates, "True, False, or None: where there are any")
+        if isinstance(self.degree, bool) or not isinstance(self.degree, int) or self.degree < 1:
+            raise InputError("degree", self.degree, "a whole number greater than 0")
+        return self
+
+
+def _check_text(name: str, value: Any) -> None:
+    if (
+        not isinstance(value, str)
+        or re.fullmatch(r"[!-~]([ -~]*[!-~])?", value) is None
+        or len(value) > LONGEST
+    ):
+        expected = f"one line of 1 to {LONGEST} printable ASCII characters, no blank at its ends"
+        raise InputError(name, value, expected)
+
+
+def _check_date(text: str) -> None:
+    try:
+        aem_epochs.one(text.encode(), "UTC")
+    except aem_epochs.EpochError as error:
+        raise InputError(
+            "creation_date", text, f"a date in UTC, such as 2026-01-01T00:00:00 ({error.reason})"
+        ) from None
+
+
+Pairs = list[tuple[str, str]]
+
+
+class Message:
+    """A file's content, without its syntax."""
+
+    def __init__(self, nodes: Nodes, options: Options):
+        self.nodes = nodes
+        self.options = options = options.checked()
+        head = nodes.segments[0].head
+        self.frame = head.frame
+        self.scale = _scale(head)
+        if options.rates and not head.has_rate:
+            raise InputError("rates", True, "an ephemeris that holds rates, or False")
+        self.has_rate = head.has_rate if options.rates is None else bool(options.rates)
+        name = head.name or "UNKNOWN" if options.object_name is None else options.object_name
+        _check_text("object_name", name)
+        self.object_name = name
+        self._last = b""
+
+    def comments(self) -> list[str]:
+        body, frame = self.options.body_frame, self.frame
+        lines = [
+            f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}",
+            f"v_inertial = q * v_body * conj(q), Hamilton product: q rotates {body} to {frame}",
+        ]
+        if self.has_rate:
+            lines.append(f"ANGVEL is that of {body} relative to {frame}, components in {body}, deg/s")
+        if frame in OUTSIDE:
+            lines.append(f"{frame} is not in the SANA registry of frames: {OUTSIDE[frame]}")
+        return [*lines, self.nodes.remark]
+
+    def header(self) -> Pairs:
+        date = self.options.creation_date or datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
+        pairs = [("CREATION_DATE", date), ("ORIGINATOR", self.options.originator)]
+        return pairs + ([("MESSAGE_ID", self.options.message_id)] if self.options.message_id else [])
+
+    def metadata(self, segment: Samples) -> Pairs:
+        """In the order of table 4-3."""
+        options, degree = self.options, min(self.options.degree, segment.count - 1)
+        start, stop = (_epochs(end)[0].decode() for end in (segment.head, segment.tail))
+        center = [("CENTER_NAME", options.center_name)] if options.center_name else []
+        rate = [("ANGVEL_FRAME", options.body_frame)] if self.has_rate else []
+        method = [("INTERPOLATION_METHOD", "LAGRANGE"), ("INTERPOLATION_DEGREE", str(degree))]
+        return [
+            ("OBJECT_NAME", self.object_name),
+            ("OBJECT_ID", options.object_id),
+            *center,
+            ("REF_FRAME_A", self.frame),
+            ("REF_FRAME_B", options.body_frame),
+            ("TIME_SYSTEM", self.scale),
+            ("START_TIME", start),
+            ("STOP_TIME", stop),
+            ("ATTITUDE_TYPE", "QUATERNION/ANGVEL" if self.has_rate else "QUATERNION"),
+            *rate,
+            *(method if degree else []),
+        ]
+
+    def rows(self, segment: Samples) -> Iterator[tuple[list[bytes], bytes]]:
+        """Piece by piece: epochs, and numbers as JSON has them, "a,b,c],[d,e,f".
+
+        Refuses instants that do not increase, and such that are one to the nanosecond.
+        """
+        for piece in segment.pieces():
+            epochs = _epochs(piece)
+            self._check_order(epochs)
+            matrix = piece.quaternion("xyzw")
+            if self.has_rate:
+                matrix = np.concatenate([matrix, np.rad2deg(piece.angular_velocity)], axis=1)
+            # The standard has no -0 (6.8.5).
+            text = orjson.dumps(np.ascontiguousarray(matrix + 0.0), option=orjson.OPT_SERIALIZE_NUMPY)
+            yield epochs.tolist(), _with_points(text[2:-2])
+
+    def _check_order(self, epochs: np.ndarray) -> None:
+        before = np.concatenate([[self._last], epochs[:-1]])
+        late = epochs <= before
+        if late.any():
+            i = int(np.argmax(late))
+            found, other = epochs[i].decode(), bytes(before[i]).decode()
+            reason = f"an AEM needs instants that increase by a nanosecond or more; {found} follows {other}"
+            raise FormatError(reason)
+        self._last = epochs[-1]
+
+
+def _scale(head: Ephemeris) -> str:
+    """The TIME_SYSTEM; an ephemeris without an epoch has no dates to write."""
+    scale = head.instants.scale
+    if head.epoch is None or scale is None:
+        raise FormatError("an AEM has dates, and this ephemeris has no epoch to count them from")
+    if scale.upper() not in aem_epochs.SYSTEMS:
+        raise FormatError(f"no TIME_SYSTEM of an AEM is the scale {scale!r}")
+    return scale.upper()
+
+
+def _epochs(piece: Ephemeris) -> np.ndarray:
+    epochs = parts.iso_text(piece.time)
+    if epochs.dtype.itemsize != EPOCH_WIDTH or epochs[0] < b"0001":
+        raise FormatError("an AEM has dates of the years 1 to 9999")
+    return epochs
+
+
+def _with_points(text: bytes) -> bytes:
+    """A mantissa has a decimal point (6.8.4.2), also that of 1e-7, which JSON has without."""
+    *parts, last = text.split(b"e")
+    if not parts:
+        return text
+    return b"e".join([p + b".0" if p[-2:-1] in ONE_DIGIT else p for p in parts] + [last])

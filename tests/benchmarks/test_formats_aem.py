@@ -1,0 +1,163 @@
+"""AEM written and read, against the readers and writers of others, on the same content in the same run.
+
+    python -m pytest -s -o addopts= tests/benchmarks/test_formats_aem.py
+
+Answers are asserted equal first; ratios are of medians of repeats taken in turns.  ccsds-ndm-py and brahe
+are compiled (Rust).  ccsds-ndm, which is Python, cannot be installed beside ccsds-ndm-py: CCSDS_NDM_PYTHON
+names the interpreter of an environment that has it.  Its version 3.1 reads and writes this content as XML,
+not as KVN.
+"""
+
+import io
+import os
+import statistics
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from astropy.time import Time
+
+from attitude import RigidBody, TorqueFreeMotion
+from attitude.formats import aem, aem_xml, nodes
+from attitude.formats.samples import Samples
+
+COUNT, REPEATS = 100_000, 5
+MODULES = {"kvn": aem, "xml": aem_xml}
+LEAST_RATE = 100_000  # records a second
+LEAST_RATIO = 5.0
+PYTHON = os.environ.get("CCSDS_NDM_PYTHON")
+PURE = """
+import sys, time
+from pathlib import Path
+from ccsds_ndm.ndm_io import NDMFileFormats, NdmIo
+path = Path(sys.argv[1])
+start = time.perf_counter()
+message = NdmIo().from_path(path)
+read = time.perf_counter()
+text = NdmIo().to_string(message, NDMFileFormats.XML)
+written = time.perf_counter()
+path.write_text(text)
+print(read - start, written - read)
+"""
+both = pytest.mark.parametrize("syntax", MODULES)
+
+
+@pytest.fixture(scope="module")
+def ephemeris():
+    body, epoch = RigidBody((1.0, 1.6, 2.1)), Time("2026-01-01", scale="utc")
+    attitude, rate = (0.1, 0.5, -0.7, 0.5), (0.3, -0.5, 0.9)
+    motion = TorqueFreeMotion(body, attitude, rate, epoch, order="wxyz", frame="EME2000")
+    found = motion.at(np.arange(COUNT) * 0.1)
+    assert found.angular_velocity.shape == (COUNT, 3)  # computed before anybody writes
+    assert found.time.shape == (COUNT,)
+    return found
+
+
+def written(ephemeris, syntax):
+    module = MODULES[syntax]
+    return b"".join(module.blocks(nodes.chosen(Samples.of(ephemeris), module.interpolant(), None)))
+
+
+def read(content, syntax):
+    back = MODULES[syntax].parse(io.BytesIO(content), "")
+    return back.quaternion("xyzw"), back.angular_velocity, back.elapsed
+
+
+def ccsds(text):
+    """To what a user works with: arrays."""
+    data = pytest.importorskip("ccsds_ndm").Aem.from_str(text).segments[0].data
+    return data.attitude_states_numpy, data.attitude_states_epochs
+
+
+def brahe(text):
+    """To its own objects, whose numbers are taken one by one."""
+    states = pytest.importorskip("brahe.ccsds").AEM.from_str(text).segments[0].states
+    return np.array([[*state.quaternion.to_vector(False), *state.angular_velocity] for state in states])
+
+
+def brahe_alone(text):
+    """Without a look at what was read."""
+    return pytest.importorskip("brahe.ccsds").AEM.from_str(text)
+
+
+def in_turns(works):
+    """Median seconds of each, taken in turns after a warm-up of each."""
+    for work in works.values():
+        work()
+    runs = {name: [] for name in works}
+    for _ in range(REPEATS):
+        for name, work in works.items():
+            start = time.perf_counter()
+            work()
+            runs[name].append(time.perf_counter() - start)
+    return {name: statistics.median(run) for name, run in runs.items()}
+
+
+def report(what, seconds):
+    """Prints all, and gives back our records a second."""
+    for name, taken in seconds.items():
+        print(f"\n    {what}: {name:22} {COUNT / taken:12,.0f} records/s", end="")
+    ours = seconds["attitude"]
+    fastest = min(taken for name, taken in seconds.items() if name != "attitude")
+    print(f"\n    {what}: {fastest / ours:.1f} x the fastest of the others")
+    return COUNT / ours
+
+
+@both
+def test_read(syntax, ephemeris):
+    content = written(ephemeris, syntax)
+    text = content.decode()
+    quaternion, rate, _ = read(content, syntax)
+    assert np.array_equal(quaternion, ephemeris.quaternion("xyzw"))
+    theirs = ccsds(text)[0]
+    assert np.array_equal(theirs[:, :4], quaternion)
+    assert np.abs(np.deg2rad(theirs[:, 4:]) - rate).max() <= 1e-15
+    assert np.abs(brahe(text) - np.hstack([quaternion, rate])).max() <= 1e-12
+    works = {
+        "attitude": lambda: read(content, syntax),
+        "ccsds-ndm-py": lambda: ccsds(text),
+        "brahe, text alone": lambda: brahe_alone(text),
+        "brahe, to arrays": lambda: brahe(text),
+    }
+    assert report(f"read {syntax}", in_turns(works)) >= LEAST_RATE
+
+
+@both
+def test_write(syntax, ephemeris):
+    text = written(ephemeris, syntax).decode()
+    other = pytest.importorskip("ccsds_ndm")
+    message, third = other.Aem.from_str(text), brahe_alone(text)
+    for again in (message.to_str(syntax), third.to_string(syntax.upper())):
+        assert np.abs(read(again.encode(), syntax)[0] - ephemeris.quaternion("xyzw")).max() <= 1e-12
+    metadata, (numbers, epochs) = message.segments[0].metadata, ccsds(text)
+
+    def from_arrays():
+        data = other.AemData.from_numpy(epochs, numbers, "QUATERNION/ANGVEL")
+        return other.Aem(message.header, [other.AemSegment(metadata, data)]).to_str(syntax)
+
+    works = {
+        "attitude": lambda: written(ephemeris[:], syntax),
+        "ccsds-ndm-py, objects": lambda: message.to_str(syntax),
+        "ccsds-ndm-py, arrays": from_arrays,
+        "brahe, objects": lambda: third.to_string(syntax.upper()),
+    }
+    assert report(f"write {syntax}", in_turns(works)) >= LEAST_RATE
+
+
+@pytest.mark.skipif(PYTHON is None, reason="CCSDS_NDM_PYTHON names no interpreter")
+def test_against_python(ephemeris, tmp_path):
+    """Of a fifth of the content, in either direction, as XML; KVN takes us less and it is not able to."""
+    part, path = ephemeris[: COUNT // 5], tmp_path / "a.xml"
+    path.write_bytes(written(part, "xml"))
+    run = subprocess.run([PYTHON, "-c", PURE, path], capture_output=True, text=True, check=True)
+    theirs = [float(seconds) / len(part) for seconds in run.stdout.split()]
+    content = path.read_bytes()  # which it has written
+    assert np.array_equal(read(content, "xml")[0], part.quaternion("xyzw"))
+    works = {"read": lambda: read(content, "xml"), "written": lambda: written(part, "xml")}
+    ours = [seconds / len(part) for seconds in in_turns(works).values()]
+    for what, taken, its in zip(works, ours, theirs, strict=True):
+        print(
+            f"\n    {what}: {1 / taken:,.0f} records/s, ccsds-ndm {1 / its:,.0f}: {its / taken:.0f} x", end=""
+        )
+        assert its >= LEAST_RATIO * taken
