@@ -10,7 +10,8 @@ from . import lines
 from .aem_message import VERSION, Message, Options, Pairs
 from .aem_segment import Fields, Segment, Skipped
 from .aem_segment import Message as Read
-from .nodes import Interpolant, Nodes
+from .interpolant import Interpolant, lagrange
+from .nodes import Nodes
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -20,7 +21,7 @@ STOP = b"DATA_STOP"
 
 
 def interpolant(*, degree: int = 7, **_: Any) -> Interpolant:
-    return Interpolant("lagrange", degree)
+    return lagrange(degree, "degree")
 
 
 def blocks(

@@ -19,6 +19,7 @@ from ..frames import OBLIQUITY_J2000
 from ..orientation import INERTIAL_FRAMES
 from . import aem_epochs, parts
 from .aem_segment import ALIASES
+from .interpolant import lagrange
 from .nodes import Nodes
 from .samples import Samples
 
@@ -59,8 +60,7 @@ class Options(NamedTuple):
             _check_date(self.creation_date)
         if self.rates not in (None, True, False):
             raise InputError("rates", self.rates, "True, False, or None: where there are any")
-        if isinstance(self.degree, bool) or not isinstance(self.degree, int) or self.degree < 1:
-            raise InputError("degree", self.degree, "a whole number greater than 0")
+        lagrange(self.degree, "degree")
         return self
 
 

@@ -3,7 +3,7 @@
 [t, x, y, z, w, ...] of `orientation.unitQuaternion` turn the body's axes to the Earth-fixed ones, which here
 are ITRF (`Ephemeris.in_frame`); times are SI seconds from `epoch`, which is UTC to the nanosecond.  Where
 nobody may interpolate, an interval ends and holds its last attitude.  Cesium interpolates in the Earth-fixed
-frame, so that is where nodes should be judged: `told` gives the samples there.
+frame, so that is where nodes should be judged: `prepared` gives the samples there.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def interpolant(
     return Interpolant("slerp")
 
 
-def told(samples: Samples) -> Samples:
+def prepared(samples: Samples) -> Samples:
     """The samples as Cesium interpolates them: relative to the Earth-fixed frame."""
     return Samples(
         samples.count, lambda first, last: _earth_fixed(samples.cut(first, last)), samples.progress

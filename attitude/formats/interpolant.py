@@ -11,6 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import orientation
+from ..errors import InputError
+
+MOST_DEGREE = 15
 
 
 class Interpolant(NamedTuple):
@@ -37,6 +40,13 @@ class Interpolant(NamedTuple):
         else:
             found = _lagrange_middle(t, nodes, self.degree, first, len(true))
         return np.asarray(orientation.angle_between(found, true))
+
+
+def lagrange(degree: int, field: str) -> Interpolant:
+    """Of this degree; InputError, of the field that holds it, for one that nobody should interpolate with."""
+    if isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MOST_DEGREE:
+        raise InputError(field, degree, f"a whole number from 1 to {MOST_DEGREE}")
+    return Interpolant("lagrange", degree)
 
 
 def _slerp_middle(p: np.ndarray, q: np.ndarray) -> np.ndarray:

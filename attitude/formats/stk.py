@@ -24,7 +24,8 @@ from ..errors import AttitudeError, FormatError, InputError
 from ..frames import from_gcrf
 from ..units import finite_array
 from . import dated, lines, parts
-from .nodes import Interpolant, Nodes
+from .interpolant import Interpolant, lagrange
+from .nodes import Nodes
 from .samples import Samples
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def interpolant(
     interpolation_order: int = 1,
 ) -> Interpolant:
     """STK interpolates as the file asks it to: by Lagrange's polynomial of this order."""
-    return Interpolant("lagrange", _check_order(interpolation_order))
+    return lagrange(interpolation_order, "interpolation_order")
 
 
 def blocks(
@@ -71,7 +72,7 @@ def blocks(
     interpolation_order : of STK's polynomial between the instants; above 1 only where nothing jumps
     """
     head = dated.first_head(nodes, "An STK attitude file")
-    _check_order(interpolation_order)
+    lagrange(interpolation_order, "interpolation_order")
     if not re.fullmatch(r"stk\.v\.\d+\.\d+", version):
         raise InputError("version", version, "a version of STK, such as stk.v.11.0")
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", central_body):
@@ -86,12 +87,6 @@ def blocks(
     shared = _shared_instants(nodes, origin)
     header = _header(nodes, head, origin, sum(shared), rates, central_body, version, interpolation_order)
     return chain([header], _rows(nodes, origin, shared, rates, turn), [b"END Attitude\n"])
-
-
-def _check_order(order: int) -> int:
-    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= 15:
-        raise InputError("interpolation_order", order, "a whole number from 1 to 15")
-    return order
 
 
 def _turn(frame: str) -> np.ndarray | None:

@@ -877,12 +877,15 @@ def test_ephemeris_without_dates_is_refused(tmp_path):
 
 @both
 @pytest.mark.parametrize(
-    ("times", "first", "second"),
-    [([0.0, 2.0, 1.0], "51.123456789", "52.123456789"), ([0.0, 1.0, 1.0 + 1e-10], "51.123", "51.123")],
+    ("times", "message"),
+    [
+        ([0.0, 2.0, 1.0], r"instants\[2\] \(1.0 s\) .* increasing order"),
+        ([0.0, 1.0, 1.0 + 1e-10], "increase by a nanosecond.*51.123.* follows .*51.123"),
+    ],
     ids=["unsorted", "collapsed"],
 )
-def test_instants_that_do_not_increase_are_refused(syntax, times, first, second, tmp_path):
-    with pytest.raises(FormatError, match=f"increase by a nanosecond.*{first}.* follows .*{second}"):
+def test_instants_that_do_not_increase_are_refused(syntax, times, message, tmp_path):
+    with pytest.raises(FormatError, match=message):
         motion().at(times).write(tmp_path / "a", FORMATS[syntax])
     assert list(tmp_path.iterdir()) == []
 

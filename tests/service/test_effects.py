@@ -72,7 +72,6 @@ def test_drop_below_that_is_no_angle_is_a_problem(client, document, path, text):
     ("change", "pointer", "words"),
     [
         ({"effects": [{"type": "gravity_gradient"}]}, "/orbit", "gravity_gradient needs"),
-        ({"orbit": ORBIT}, "/orbit", "none here does"),
         ({"effects": [{"type": "tides"}]}, "/effects/0/type", "gravity_gradient"),
         ({"effects": [PUSH], "tolerance": {"value": 1e-20, "unit": "rad"}}, "/tolerance", "1e-13"),
         ({"effects": [PUSH, {**PUSH, "frame": "moving"}]}, "/effects/1/frame", "inertial"),
