@@ -21,6 +21,7 @@ from .errors import AttitudeError, FormatError, InputError
 
 if TYPE_CHECKING:
     from .ephemeris import Ephemeris
+    from .formats.known import Format
     from .formats.nodes import Written
     from .plan import Plan
     from .scene import Scene
@@ -67,30 +68,17 @@ def _parser() -> argparse.ArgumentParser:
         "run", help="simulate a scene", description="Simulate a scene and write its ephemeris."
     )
     run.add_argument("scene", metavar="SCENE", help=SCENE)
-    run.add_argument(
-        "-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)'
-    )
-    run.add_argument("-f", "--format", metavar="F", help=FORMATS)
-    run.add_argument("--frame", metavar="FRAME", help="attitudes relative to it, instead of the scene's")
+    _add_output(run)
     run.add_argument(
         "--interpolation-error",
         metavar="TOL",
         help="choose the instants, for formats that are interpolated, so that this stays within TOL, "
         + ANGLE.replace("%", "%%"),
     )
-    run.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="an option of the format, such as object_id=1998-067A; repeatable",
-    )
     run.add_argument("--drop-below", metavar="TOL", help=DROP_BELOW)
-    run.add_argument(
-        "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
-    )
     run.set_defaults(command=_run)
 
+    _add_convert(commands)
     _add_plan(commands)
     _add_plot(commands)
     _add_cost(commands)
@@ -104,6 +92,39 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--port", type=int, help="port to listen on (ATTITUDE_PORT; 8000)")
     serve.set_defaults(command=_serve)
     return parser
+
+
+def _add_output(command: argparse.ArgumentParser) -> None:
+    """Where an ephemeris goes, and as what."""
+    command.add_argument(
+        "-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)'
+    )
+    command.add_argument("-f", "--format", metavar="F", help=FORMATS)
+    command.add_argument(
+        "--frame", metavar="FRAME", help="attitudes relative to it, instead of the one given"
+    )
+    command.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an option of the format, such as object_id=1998-067A; repeatable",
+    )
+    command.add_argument(
+        "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
+    )
+
+
+def _add_convert(commands: Any) -> None:
+    convert = commands.add_parser(
+        "convert",
+        help="turn a file of attitudes into one of another format or frame",
+        description="Read a file in any of the formats, and write its ephemeris in another format or frame.",
+    )
+    convert.add_argument("file", metavar="FILE", help="a file of attitudes")
+    convert.add_argument("--from", dest="given", metavar="F", help="its format; by default from its ending")
+    _add_output(convert)
+    convert.set_defaults(command=_convert)
 
 
 def _add_plan(commands: Any) -> None:
@@ -206,10 +227,8 @@ def _measured(options: argparse.Namespace, say: Callable[[str], None]) -> Any:
 
 def _run(options: argparse.Namespace) -> None:
     from . import formats
-    from .formats.answer import options_of
 
-    format = options.format or ("csv" if options.output == formats.STANDARD_STREAM else None)
-    formats.find(options.output, format)
+    known, given = _asked_format(options)
     drop_below = _angle(options.drop_below, "--drop-below")
     error = _angle(options.interpolation_error, "--interpolation-error")
     scene = _scene(options.scene)
@@ -221,8 +240,33 @@ def _run(options: argparse.Namespace) -> None:
         say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
     samples = scene.samples(_progress(say), drop_below, options.frame)
     _tell(samples.head, say, _silent if options.quiet else _to_standard_error if drop_below else say)
-    given = options_of(dict(_option(text) for text in options.set))
-    _tell_written(formats.write(samples, options.output, format, None, error, **given), say)
+    _tell_written(formats.write(samples, options.output, known.name, None, error, **given), say)
+
+
+def _convert(options: argparse.Namespace) -> None:
+    from . import formats
+    from .ephemeris import Ephemeris
+
+    known, given = _asked_format(options)
+    say = _silent if options.quiet else _to_terminal
+    _announce_compilation(say)
+    ephemeris = Ephemeris.read(options.file, options.given)
+    ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
+    _tell_written(formats.write(ephemeris, options.output, known.name, _progress(say), **given), say)
+
+
+def _asked_format(options: argparse.Namespace) -> tuple[Format, dict[str, Any]]:
+    """The format and its options; what is wrong with them is said before anything is computed."""
+    from . import formats
+    from .formats.answer import options_of
+
+    to_standard_output = options.output == formats.STANDARD_STREAM
+    known = formats.find(
+        options.output, "csv" if to_standard_output and not options.format else options.format
+    )
+    given = options_of(dict(_option(text) for text in options.set), known)
+    formats.check_options(known, given)
+    return known, given
 
 
 def _tell_written(written: Written, say: Callable[[str], None]) -> None:

@@ -95,7 +95,7 @@ def ephemeris(
     most = settings.max_samples, variable("max_samples")
     ephemeris = scene.run(*most, _angle(drop_below), limits.check_predicted(settings))
     ephemeris = ephemeris if frame is None else ephemeris.in_frame(frame)
-    options = options_of(_other_parameters(request))
+    options = options_of(_other_parameters(request), known)
     if known.name == "json" and not options and interpolation_error is None:
         return _answer(json.dumps(ephemeris, cost=True))
     error = _angle(interpolation_error, "interpolation_error")

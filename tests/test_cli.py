@@ -13,7 +13,7 @@ import pytest
 
 from attitude import Ephemeris, Scene, __version__, compiled
 from attitude.cli import main
-from attitude.formats import csv, samples
+from attitude.formats import FORMATS, csv, samples
 from attitude.scene import builtin_names
 
 TOUTATIS = Scene.builtin("toutatis")
@@ -551,3 +551,90 @@ def test_reader_that_has_seen_enough_is_no_error():
         process.stdout.close()
         assert process.stderr.read() == b""
     assert process.returncode == 0
+
+
+# -- formats of other tools ----------------------------------------------------------------------
+
+
+def test_frame_tolerance_and_options_reach_the_file(answer, tmp_path):
+    path = tmp_path / "out.aem"
+    more = ("--frame", "EME2000", "--interpolation-error", "0.2 arcsec", "--set", "object_id=25544")
+    assert answer("run", "toutatis", "-o", path, *more) == (0, b"", "")
+    text = path.read_text()
+    assert "OBJECT_ID = 25544\n" in text  # text although it is a number
+    assert "REF_FRAME_A = EME2000\n" in text
+    assert re.search(
+        r"interpolation \(Lagrange, degree 7\) at the midpoints is at most [2-9]\.\de-07 rad", text
+    )
+
+
+def test_person_at_a_terminal_is_told_the_error_of_interpolation(answer, tmp_path):
+    _, _, err = answer("run", "toutatis", "-o", tmp_path / "out.aem", terminal=True)
+    assert re.search(r"161 attitudes; interpolation between them errs by at most 5\.\de-06 rad", err)
+
+
+def test_file_is_converted(answer, tmp_path):
+    assert answer("run", "toutatis", "-o", tmp_path / "a.aem") == (0, b"", "")
+    assert answer("convert", tmp_path / "a.aem", "-o", tmp_path / "b.bc") == (0, b"", "")
+    assert answer("convert", tmp_path / "b.bc", "-o", tmp_path / "c.npz", "--frame", "EME2000") == (
+        0,
+        b"",
+        "",
+    )
+    back, expected = Ephemeris.read(tmp_path / "c.npz"), Scene.builtin("toutatis").run().in_frame("EME2000")
+    assert back.frame == "EME2000"
+    assert np.abs(back.quaternion("wxyz") - expected.quaternion("wxyz")).max() < 1e-15
+    assert np.abs(back.angular_velocity - expected.angular_velocity).max() < 1e-18
+    code, out, _ = answer("convert", "--from", "aem", tmp_path / "a.aem", "-f", "ndjson")
+    assert (code, out.count(b"\n")) == (0, 162)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "toutatis", "-f", "aem", "--set", "naif_id=5"], "naif_id: for aem an option of object_name"),
+        (["run", "toutatis", "-f", "aem", "--set", "naif_id"], "--set: NAME=VALUE"),
+        (["run", "toutatis", "-f", "aem", "--set", "degree=many"], "degree: a whole number from 1 to 15"),
+        (["run", "toutatis", "--interpolation-error", "1e-6"], "interpolation_error: none for csv"),
+        (
+            ["run", "toutatis", "-f", "aem", "--interpolation-error", "1 km"],
+            "--interpolation-error: an angle",
+        ),
+        (["run", "toutatis", "--frame", "LVLH"], "in_frame: "),
+        (["run", "toutatis", "--frame", "MARS"], "frame: "),
+        (["run", "toutatis", "-f", "ck"], "-: ck is several files"),
+        (["convert", "missing.aem"], "missing.aem: cannot be read"),
+        (["convert", "missing"], "missing: no format and no file ending"),
+    ],
+)
+def test_what_a_format_or_frame_refuses_is_one_line(arguments, message, answer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = answer(*arguments)
+    assert (code, out) == (2, b"")
+    assert err.startswith(f"attitude: {message}")
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_names_every_format(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert all(re.search(rf"\b{name}\b", text) for name in FORMATS)
+
+
+def test_samples_are_computed_piece_by_piece(tmp_path):
+    """3e6 instants from the shell: no more memory than for 3e5."""
+    peaks = [peak_of_a_run(count, tmp_path) for count in (300_000, 3_000_000)]
+    assert peaks[1] - peaks[0] < 40 * 1024  # KiB; the samples themselves grow by 190 MB
+
+
+def peak_of_a_run(count, folder):
+    times = {"start": 0, "stop": 40, "count": count, "unit": "d"}
+    (folder / "many.json").write_text(json.dumps(TOUTATIS.document() | {"times": times}))
+    program = (
+        "import resource; from attitude.cli import main; main(['run', 'many.json', '-o', 'many.npz']);"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    command = [sys.executable, "-c", program]
+    return int(subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout)

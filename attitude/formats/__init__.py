@@ -98,7 +98,7 @@ def encode(
     module, options = module_of(known), options or {}
     if samples.count == 0 or not all(samples.shape):
         raise FormatError("an ephemeris of no instants is not written")
-    _check_options(module.blocks, options, known)
+    check_options(known, options)
     if hasattr(module, "interpolant"):
         if hasattr(module, "prepared"):  # interpolated in another frame than the ephemeris is in
             samples = module.prepared(samples)
@@ -119,7 +119,7 @@ def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemer
     """See `Ephemeris.read`."""
     known = find(path, format)
     module = module_of(known)
-    _check_options(module.parse, options, known)
+    _refuse_unknown(module.parse, options, known)
     try:
         with open(path, "rb") as stream:
             return module.parse(stream, str(path), **options)
@@ -146,8 +146,12 @@ def module_of(known: Format) -> ModuleType:
     return import_module(f".{known.module}", __name__)
 
 
-def _check_options(function: Any, options: dict[str, Any], known: Format) -> None:
-    """Options are the keyword arguments of the format's own function."""
+def check_options(known: Format, options: dict[str, Any]) -> None:
+    """Of the writer: the keyword arguments of the format's own function; InputError for any other."""
+    _refuse_unknown(module_of(known).blocks, options, known)
+
+
+def _refuse_unknown(function: Any, options: dict[str, Any], known: Format) -> None:
     taken = [name for name in inspect.signature(function).parameters if name not in _GIVEN]
     for name, value in options.items():
         if name not in taken:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import json
 import re
@@ -10,7 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import FormatError, InputError
-from . import encode, nodes
+from . import encode, module_of, nodes
 from .known import Format
 from .samples import Samples
 
@@ -53,9 +54,16 @@ def answer(
     return Answer(archive.getvalue(), stem + ".zip", "application/zip")
 
 
-def options_of(texts: Mapping[str, str]) -> dict[str, Any]:
-    """Options as a command line or a query has them: a value that is JSON (a number, true) is that."""
-    return {name: _value(text) for name, text in texts.items()}
+def options_of(texts: Mapping[str, str], known: Format) -> dict[str, Any]:
+    """Options as a command line or a query has them.
+
+    Text where the format's option is text; else a value that is JSON (a number, true, null) is that.
+    """
+    parameters = inspect.signature(module_of(known).blocks).parameters
+    kinds = {name: str(parameter.annotation) for name, parameter in parameters.items()}
+    return {
+        name: text if kinds.get(name, "").startswith("str") else _value(text) for name, text in texts.items()
+    }
 
 
 def _value(text: str) -> Any:
