@@ -940,7 +940,7 @@ def test_python_function_is_called_by_its_address():
     assert called(brake, situation).tolist() == [-0.5, -1.0, -1.5]
     assert seen[0][0] == 1.5
     assert seen[0][1].tolist() == [0.5, 0.5, 0.5, 0.5]
-    assert (brake.name, brake.size(situation), brake.is_compiled, brake.failure) == (
+    assert (brake.label, brake.size(situation), brake.is_compiled, brake.failure) == (
         "brake",
         2.0,
         False,
