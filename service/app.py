@@ -14,6 +14,7 @@ from uvicorn.config import LOGGING_CONFIG
 import attitude
 
 from . import errors
+from .compute import Compute
 from .openapi import DescribedAPI
 from .readiness import Readiness
 from .routes import router
@@ -42,6 +43,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.settings = settings or Settings.read(os.environ)
     app.state.readiness = Readiness()
+    app.state.compute = Compute(app.state.settings)
     app.include_router(router)
     errors.install(app)
     return app
