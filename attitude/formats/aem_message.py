@@ -16,7 +16,7 @@ import orjson
 from ..ephemeris import Ephemeris
 from ..errors import FormatError, InputError
 from ..frames import OBLIQUITY_J2000
-from ..orientation import INERTIAL_FRAMES
+from ..orientation import INERTIAL_FRAMES, check_frame
 from . import aem_epochs, parts
 from .aem_segment import ALIASES
 from .interpolant import lagrange
@@ -93,7 +93,7 @@ class Message:
         self.nodes = nodes
         self.options = options = options.checked()
         head = nodes.segments[0].head
-        self.frame = head.frame
+        self.frame = check_frame(head.frame)
         self.scale = _scale(head)
         if options.rates and not head.has_rate:
             raise InputError("rates", True, "an ephemeris that holds rates, or False")

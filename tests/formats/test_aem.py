@@ -890,6 +890,13 @@ def test_instants_that_do_not_increase_are_refused(syntax, times, message, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
+@both
+def test_frame_that_turns_is_refused(syntax, tmp_path):
+    with pytest.raises(InputError, match="frame: an inertial frame, one of ICRF"):
+        motion().at(T).in_frame("TEME").write(tmp_path / "a", FORMATS[syntax])
+    assert list(tmp_path.iterdir()) == []
+
+
 OPTION = {
     "line": {"object_name": "a\nb"},
     "empty": {"object_id": ""},
