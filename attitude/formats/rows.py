@@ -22,7 +22,6 @@ __all__ = ["DATE", "MARGIN", "NOTHING", "WORD", "Form", "Part", "line_ends", "re
 WORTH_SHARING = 4096  # rows to a thread; with fewer it begins too late
 WORTH_BYTES = 1 << 18
 MOST_THREADS = 4
-NEWLINE = 10
 MOST_ODD = 1024  # lines at a time
 
 
@@ -144,9 +143,10 @@ def _plain(text: bytes, shares: list[tuple[int, int]], form: Form) -> list[Part]
 
 
 def line_ends(text: bytes, first: int, stop: int) -> int:
-    """How many there are; in a tenth of the time that bytes.count takes."""
-    part = np.frombuffer(text, dtype=np.uint8, count=stop - first, offset=first)
-    return int(np.count_nonzero(part == NEWLINE))
+    """How many there are from one place to another; in a tenth of the time that bytes.count takes."""
+    found = np.zeros(1, dtype=np.int64)
+    compiled.count_lines(np.frombuffer(text, dtype=np.uint8), first, stop, found)
+    return int(found[0])
 
 
 def _shares(text: bytes, first: int, stop: int) -> list[tuple[int, int]]:

@@ -41,10 +41,9 @@ def put_number(text, place, value):
         store(text, place, U(0x302E30))  # 0.0
         return place + 3
     digits, power = _shortest(bits)
-    for _ in range(2):  # without a branch, of which half would be guessed wrong
-        short = digits < U(10**16)
-        digits *= U(10) if short else U(1)
-        power -= 1 if short else 0
+    lacking = np.int64(digits < U(10**16)) + np.int64(digits < U(10**15))  # of 17, nearly always
+    digits *= TEN_TO[lacking]
+    power -= lacking
     while digits < U(10**16):
         digits *= U(10)
         power -= 1
@@ -71,18 +70,18 @@ def _shortest(bits):
     lower = _scaled(high, low, (four - (U(1) if nearer else U(2))) << shift) + odd
     middle = _scaled(high, low, four << shift)
     upper = _scaled(high, low, (four + U(2)) << shift) - odd
+    # Candidates: a digit less, below and above, of which one fits at most; else the two about the number,
+    # of which the one that fits, or the nearer.  Without branches, of which half would be guessed wrong.
     s = middle >> U(2)
-    if s >= U(10):
-        tens = s // U(10)
-        below, above = lower <= U(40) * tens, U(40) * tens + U(40) <= upper
-        if below != above:
-            return (tens + U(1) if above else tens), k + 1
+    tens = s // U(10)
+    above_tens = U(40) * tens + U(40) <= upper
+    is_ten = (s >= U(10)) & ((lower <= U(40) * tens) != above_tens)
     below, above = lower <= (s << U(2)), (s << U(2)) + U(4) <= upper
-    if below != above:
-        return (s + U(1) if above else s), k
     half = (s << U(2)) + U(2)
-    up = middle > half or (middle == half and (s & U(1)) == U(1))
-    return (s + U(1) if up else s), k
+    nearer_above = (middle > half) | ((middle == half) & ((s & U(1)) == U(1)))
+    up = above if below != above else nearer_above
+    digits = (tens + U(above_tens)) if is_ten else (s + U(up))
+    return digits, k + np.int64(is_ten)
 
 
 @inlined
