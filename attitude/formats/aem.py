@@ -198,10 +198,11 @@ class Reader:
             return self._closed(segment, block, found.start()) if found else block.size
 
         def take(part: rows.Part) -> None:
-            segment.take_part(part, lambda i: int(block.numbers(part.first, part.end)[i]))
+            segment.take_part(part, lambda i: int(block.numbers(part)[i]))
 
         def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
-            texts, numbers = [], []
+            texts: list[bytes] = []
+            numbers: list[int] = []
             number = block.number_at(place)
             while place < stop and len(texts) < most:
                 line, behind = block.line(place)

@@ -202,7 +202,7 @@ class Segment:
     def take_part(self, part: Part, line: Callable[[int], int]) -> None:
         """Rows in that form; FormatError for the first that is wrong, at the line that its index has."""
         try:
-            self._keep(Rows(Stamps(part.second.copy(), part.atto.copy()), part.columns))
+            self._keep(Rows(Stamps(part.second, part.atto), part.columns))
         except RowError as error:
             raise FormatError(error.reason, self.source, line(error.index)) from None
 

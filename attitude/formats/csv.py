@@ -63,7 +63,8 @@ class Reader:
         """From there on; numbers that are not plain, or in another order than ours, are left to numpy."""
 
         def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
-            number, taken = block.number_at(place), []
+            taken: list[str] = []
+            number = block.number_at(place)
             while place < stop and len(taken) < most:
                 line, place = block.line(place)
                 taken.append(line.decode("utf-8", errors="replace"))

@@ -9,7 +9,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ..errors import FormatError
-from .rows import MARGIN, line_ends
+from .rows import MARGIN, Part, line_ends
 
 BLOCK = 1 << 22  # bytes
 LONGEST = 1 << 20  # bytes of a line: no format has longer ones, and a file of zeros is one line
@@ -29,6 +29,7 @@ class Block:
         self.number = number
         self.text = b"".join([*pieces, bytes(MARGIN)])
         self.size = len(self.text) - MARGIN
+        self._known = 0, number  # a place, and the number of the line that begins there
 
     @cached_property
     def count(self) -> int:
@@ -46,15 +47,19 @@ class Block:
         return self.text[place:end].removesuffix(b"\r"), end + 1
 
     def number_at(self, place: int) -> int:
-        """Of the line that begins there."""
-        return self.number + (self.count if place == self.size else line_ends(self.text, 0, place))
+        """Of the line that begins there; counted on from where it was last asked."""
+        known, number = self._known if place >= self._known[0] else (0, self.number)
+        self._known = place, number + line_ends(self.text, known, place)
+        return self._known[1]
 
-    def numbers(self, first: int, end: int) -> np.ndarray:
-        """(n,): of the lines from one place to another that are not empty."""
-        number, count = self.number_at(first), line_ends(self.text, first, end)
-        found = number + np.arange(count)
-        lines = self.text[first : end - 1].split(b"\n") if count else []
-        return found[[bool(line.strip()) for line in lines]] if count else found
+    def numbers(self, part: Part) -> np.ndarray:
+        """(n,): of the lines in which the rows of a part are; those between are empty."""
+        count = line_ends(self.text, part.first, part.end)
+        found = self.number_at(part.first) + np.arange(count)
+        if count == part.columns.shape[1]:
+            return found
+        lines = self.text[part.first : part.end].split(b"\n")[:-1]
+        return found[[bool(line.strip()) for line in lines]]
 
 
 def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:

@@ -23,6 +23,7 @@ WORTH_SHARING = 4096  # rows to a thread; with fewer it begins too late
 WORTH_BYTES = 1 << 18
 MOST_THREADS = 4
 MOST_ODD = 1024  # lines at a time
+FIRST_SPAN = 1 << 12  # bytes
 
 
 def cores() -> int:
@@ -106,15 +107,36 @@ def read(text: bytes, first: int, stop: int, form: Form, take: Callable[[Part], 
     odd : is given what is not a plain row of this form
     """
     for part in _plain(text, _shares(text, first, stop), form):
-        at, most = _taken(part, take), 1
-        while at < part.stop:
-            at, goes_on = odd(at, part.stop, most)
-            if not goes_on:
-                return at
-            (more,) = _plain(text, [(at, part.stop)], form)
-            at = _taken(more, take)
-            most = 1 if more.columns.shape[1] else min(2 * most, MOST_ODD)
+        at, goes_on = _past_odd(text, _taken(part, take), part.stop, form, take, odd)
+        if not goes_on:
+            return at
     return stop
+
+
+def _past_odd(
+    text: bytes, at: int, stop: int, form: Form, take: Callable[[Part], None], odd: Odd
+) -> tuple[int, bool]:
+    """Past lines that are not plain, the more at once the more there are, and the rows that follow."""
+    most = 1
+    while at < stop:
+        at, goes_on = odd(at, stop, most)
+        if not goes_on or at == stop:
+            return at, goes_on
+        before, at = at, _plain_from(text, at, stop, form, take)
+        most = 1 if at > before else min(2 * most, MOST_ODD)
+    return at, True
+
+
+def _plain_from(text: bytes, at: int, stop: int, form: Form, take: Callable[[Part], None]) -> int:
+    """Past the plain rows from there on: looked for in spans that grow, for there may be few."""
+    span = FIRST_SPAN
+    while at < stop:
+        until = text.find(b"\n", at + span, stop) + 1 or stop
+        (part,) = _plain(text, [(at, until)], form)
+        at, span = _taken(part, take), 4 * span
+        if at < until:
+            break
+    return at
 
 
 def _taken(part: Part, take: Callable[[Part], None]) -> int:

@@ -255,7 +255,7 @@ class _Reader:
 
         def take(part: rows.Part) -> None:
             self.tables.append(part.columns.T)
-            self.numbers.append(block.numbers(part.first, part.end))
+            self.numbers.append(block.numbers(part))
             self.number = block.number_at(part.end) - 1
 
         def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
