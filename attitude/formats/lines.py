@@ -31,9 +31,9 @@ class Block:
         self.size = len(self.text) - MARGIN
         self._known = 0, number  # a place, and the number of the line that begins there
 
-    @cached_property
+    @property
     def count(self) -> int:
-        return line_ends(self.text, 0, self.size)
+        return self.number_at(self.size) - self.number
 
     @cached_property
     def lines(self) -> list[bytes]:
@@ -67,16 +67,12 @@ def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:
     number, rest = 1, b""
     while chunk := stream.read(BLOCK):
         cut = chunk.rfind(b"\n") + 1
-        if cut:
-            block = Block(number, [rest, memoryview(chunk)[:cut]])
-            rest = chunk[cut:]
-        else:
-            rest += chunk
-        count = block.count if cut else 0
+        block = Block(number, [rest, memoryview(chunk)[:cut]] if cut else [])
+        rest = chunk[cut:] if cut else rest + chunk
         if len(rest) > LONGEST:
-            raise FormatError(f"a line of more than {LONGEST} bytes", source, number + count)
+            raise FormatError(f"a line of more than {LONGEST} bytes", source, number + block.count)
         if cut:
             yield block
-            number += count
+            number = block.number_at(block.size)
     if rest:
         raise FormatError("ends in the middle of a line", source, number)
