@@ -33,7 +33,13 @@ if TYPE_CHECKING:
     from llvmlite.binding import ExecutionEngine
 
 SOURCES = Path(kernels.__file__).parent
-ELEMENTS = {np.dtype(np.float64): "d", np.dtype(np.bool_): "b", INVARIANTS: "r"}
+ELEMENTS = {
+    np.dtype(np.float64): "d",
+    np.dtype(np.bool_): "b",
+    np.dtype(np.uint8): "c",
+    np.dtype(np.int64): "i",
+    INVARIANTS: "r",
+}
 
 # Called with the number of kernels before they are compiled: on a new machine a run would look hung.
 on_compilation: list[Callable[[int], None]] = []
@@ -75,6 +81,11 @@ split = Kernel("splitting", "split")
 collocate = Kernel("collocation", "collocate")
 runge_kutta = Kernel("runge_kutta", "runge_kutta")
 bounce = Kernel("contact", "bounce")
+put_rows = Kernel("text_rows", "put_rows")
+put_dates = Kernel("text_rows", "put_dates")
+take_rows = Kernel("text_rows", "take_rows")
+count_lines = Kernel("text_rows", "count_lines")
+interpolate = Kernel("interpolation", "interpolate")
 
 # What the library calls: compiled together when any of it is missing, the longest first.
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
@@ -103,7 +114,19 @@ TORQUES = [
     ],
 ]
 CONTACT = [[("contact", "bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")]]
-SETS = [STANDARD, TORQUES, CONTACT]
+# What only formats that are text, or whose readers interpolate, need.
+TEXT = [
+    [
+        ("text_rows", "put_rows", "c1.i.d2.i.i.c1.i1.c1.i1"),
+        ("text_rows", "put_dates", "d1.d1.i.i.f.i1.i1.c1.i1"),
+    ],
+    [
+        ("text_rows", "take_rows", "c1.i.i.i.i.i.i1.i1.d2.i1"),
+        ("text_rows", "count_lines", "c1.i.i.i1"),
+        ("interpolation", "interpolate", "d1.d2.i.i.i.i.d2.d1"),
+    ],
+]
+SETS = [STANDARD, TORQUES, CONTACT, TEXT]
 
 
 def compile_all() -> int:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from ..errors import FormatError
-from . import lines
+from . import lines, rows
 from .aem_message import VERSION, Message, Options, Pairs
 from .aem_segment import Fields, Segment, Skipped
 from .aem_segment import Message as Read
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 FIRST_BYTES = 1 << 12
 STOP = b"DATA_STOP"
+STOP_LINE = re.compile(rb"^[ \t]*DATA_STOP[ \t]*\r?$", re.MULTILINE)
 
 
 def interpolant(*, degree: int = 7, **_: Any) -> Interpolant:
@@ -44,11 +46,10 @@ def blocks(
 def _blocks(nodes: Nodes, message: Message) -> Iterator[bytes]:
     comments = "".join(f"COMMENT {line}\n" for line in message.comments())
     yield f"CCSDS_AEM_VERS = {VERSION}\n{comments}{_text(message.header())}".encode()
+    pieces = [b"", *[b" "] * (7 if message.has_rate else 4), b"\n"]
     for segment in nodes.segments:
         yield f"\nMETA_START\n{_text(message.metadata(segment))}META_STOP\n\nDATA_START\n".encode()
-        for epochs, numbers in message.rows(segment):
-            rows = numbers.replace(b"],[", b"\n").replace(b",", b" ").split(b"\n")
-            yield b"\n".join(map(b" ".join, zip(epochs, rows, strict=True))) + b"\n"
+        yield from message.rows(segment, pieces)
         yield STOP + b"\n"
 
 
@@ -114,14 +115,15 @@ class Reader:
         self.number = 0
 
     def take(self, block: lines.Block) -> None:
-        i = 0
-        while i < len(block.lines):
+        at, self.number = 0, block.number - 1
+        while at < block.size:
             if self.segment is not None:
-                i = self._data(self.segment, block, i)
+                at = self._data(self.segment, block, at)
+                self.number = block.number_at(at) - 1
             else:
-                self._one(block.lines[i].strip(), block.number + i)
-                i += 1
-        self.number = block.number + len(block.lines) - 1
+                self.number += 1
+                line, at = block.line(at)
+                self._one(line.strip(), self.number)
 
     def _one(self, line: bytes, number: int) -> None:
         if not line:
@@ -184,38 +186,44 @@ class Reader:
 
     # -- rows -------------------------------------------------------------------------------------
 
-    def _data(self, segment: Segment | Skipped, block: lines.Block, i: int) -> int:
-        """From line i of the block on; the line where to go on."""
-        if self.is_first_row and (not block.lines[i].strip() or block.lines[i].split()[0] == b"COMMENT"):
-            return i + 1
-        self.is_first_row = False
-        try:
-            stop = block.lines.index(STOP, i)
-        except ValueError:
-            stop = len(block.lines)
-        first = block.number + i
-        if stop > i and not segment.take_plain(block.lines[i:stop], lambda k: first + k):
-            stop = self._uneven(segment, block, i, stop)
-        if stop == len(block.lines):
-            return stop
-        segment.close(block.number + stop)
-        self.segment, self.fields, self.line = None, None, self._after_data
-        return stop + 1
+    def _data(self, segment: Segment | Skipped, block: lines.Block, at: int) -> int:
+        """From there on in the block; the place where to go on."""
+        if self.is_first_row:
+            line, behind = block.line(at)
+            if not line.strip() or line.split()[0] == b"COMMENT":
+                return behind
+            self.is_first_row = False
+        if isinstance(segment, Skipped):
+            found = STOP_LINE.search(block.text, at)
+            return self._closed(segment, block, found.start()) if found else block.size
 
-    def _uneven(self, segment: Segment | Skipped, block: lines.Block, i: int, stop: int) -> int:
-        """Rows with blanks of any kind between and around them; where they stop."""
-        rows, numbers = [], []
-        for k in range(i, stop):
-            words = block.lines[k].split()
-            if words == [STOP]:
-                stop = k
-                break
-            if words:
-                rows.append(b" ".join(words))
-                numbers.append(block.number + k)
-        if rows:
-            segment.take(rows, numbers.__getitem__)
-        return stop
+        def take(part: rows.Part) -> None:
+            segment.take_part(part, lambda i: int(block.numbers(part)[i]))
+
+        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
+            texts: list[bytes] = []
+            numbers: list[int] = []
+            number = block.number_at(place)
+            while place < stop and len(texts) < most:
+                line, behind = block.line(place)
+                if words := line.split():
+                    if words == [STOP]:
+                        break
+                    texts.append(b" ".join(words))
+                    numbers.append(number)
+                place, number = behind, number + 1
+            if texts:
+                segment.take_odd(texts, numbers.__getitem__)
+            return place, len(texts) == most or place == stop
+
+        end = rows.read(block.text, at, block.size, segment.form, take, odd)
+        return self._closed(segment, block, end) if end < block.size else end
+
+    def _closed(self, segment: Segment | Skipped, block: lines.Block, at: int) -> int:
+        """Past the line at which its rows stop."""
+        segment.close(block.number_at(at))
+        self.segment, self.fields, self.line = None, None, self._after_data
+        return block.line(at)[1]
 
     def ephemeris(self) -> Ephemeris:
         if self.line != self._after_data:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from datetime import date
-from functools import cache
 from typing import NamedTuple
 
 import erfa
@@ -17,6 +16,8 @@ from astropy.time import Time
 
 from .. import elapsed
 from ..elapsed import Instants
+from .leap_seconds import MJD_ORDINAL
+from .leap_seconds import tai_minus_utc as tai_minus_utc
 
 SYSTEMS = {
     "UTC": "utc",
@@ -32,7 +33,6 @@ BEHIND_TAI = {"GPS": 19}  # s
 MOST_DECIMALS = 18
 EPOCH = re.compile(rb"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))T(\d\d):(\d\d):(\d\d)(?:\.(\d+))?(Z?)")
 DAY = 86401  # seconds that a day may have, for a number that grows with the date and the time of day
-MJD_ORDINAL = 678576  # date.toordinal() of 1858-11-17
 MJD = 2400000.5
 WHOLE_LEAP_SECONDS = 41317  # MJD of 1972-01-01
 
@@ -168,24 +168,6 @@ def _check_clock(
         i = int(np.argmax(bad))
         clock = f"{hour[i]:02}:{minute[i]:02}:{second[i]:02}"
         raise EpochError(i, f"no {clock} on that day in {system}")
-
-
-@cache
-def _steps() -> tuple[np.ndarray, np.ndarray]:
-    """The days from 1972 on at whose beginning TAI - UTC changed, and what it has been since, in s."""
-    table = erfa.leap_seconds.get()
-    table = table[table["year"] >= 1972]
-    begins = [
-        date(int(y), int(m), 1).toordinal() - MJD_ORDINAL
-        for y, m in zip(table["year"], table["month"], strict=True)
-    ]
-    return np.array(begins), np.rint(table["tai_utc"]).astype(np.int64)
-
-
-def tai_minus_utc(day: np.ndarray) -> np.ndarray:
-    """Whole seconds, from 1972 on; 10 for all days before."""
-    begins, since = _steps()
-    return since[np.maximum(np.searchsorted(begins, day, side="right") - 1, 0)]
 
 
 # -- instants -----------------------------------------------------------------------------------

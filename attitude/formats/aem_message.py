@@ -11,7 +11,6 @@ from datetime import UTC, datetime
 from typing import Any, NamedTuple
 
 import numpy as np
-import orjson
 
 from ..ephemeris import Ephemeris
 from ..errors import FormatError, InputError
@@ -21,12 +20,12 @@ from . import aem_epochs, parts
 from .aem_segment import ALIASES
 from .interpolant import lagrange
 from .nodes import Nodes
+from .rows import texts
 from .samples import Samples
 
 VERSION = "2.0"
 LONGEST = 200  # characters of a value: a line has at most 254 (6.6.1)
 EPOCH_WIDTH = 29
-ONE_DIGIT = (b"", b"[", b",", b"-")  # what stands before the mantissa of a number
 
 OUTSIDE = {
     "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
@@ -141,20 +140,20 @@ class Message:
             *(method if degree else []),
         ]
 
-    def rows(self, segment: Samples) -> Iterator[tuple[list[bytes], bytes]]:
-        """Piece by piece: epochs, and numbers as JSON has them, "a,b,c],[d,e,f".
+    def rows(self, segment: Samples, pieces: list[bytes]) -> Iterator[bytes]:
+        """Their text, block by block; the pieces stand around and between epoch and numbers.
 
         Refuses instants that do not increase, and such that are one to the nanosecond.
         """
         for piece in segment.pieces():
             epochs = _epochs(piece)
             self._check_order(epochs)
-            matrix = piece.quaternion("xyzw")
-            if self.has_rate:
-                matrix = np.concatenate([matrix, np.rad2deg(piece.angular_velocity)], axis=1)
+            columns = np.empty((7 if self.has_rate else 4, len(piece)))
             # The standard has no -0 (6.8.5).
-            text = orjson.dumps(np.ascontiguousarray(matrix + 0.0), option=orjson.OPT_SERIALIZE_NUMPY)
-            yield epochs.tolist(), _with_points(text[2:-2])
+            np.add(piece.quaternion("xyzw").T, 0.0, out=columns[:4])
+            if self.has_rate:
+                np.add(np.rad2deg(piece.angular_velocity.T), 0.0, out=columns[4:])
+            yield from texts(columns, pieces, epochs)
 
     def _check_order(self, epochs: np.ndarray) -> None:
         before = np.concatenate([[self._last], epochs[:-1]])
@@ -178,15 +177,7 @@ def _scale(head: Ephemeris) -> str:
 
 
 def _epochs(piece: Ephemeris) -> np.ndarray:
-    epochs = parts.iso_text(piece.time)
+    epochs = parts.dates(piece.instants)
     if epochs.dtype.itemsize != EPOCH_WIDTH or epochs[0] < b"0001":
         raise FormatError("an AEM has dates of the years 1 to 9999")
     return epochs
-
-
-def _with_points(text: bytes) -> bytes:
-    """A mantissa has a decimal point (6.8.4.2), also that of 1e-7, which JSON has without."""
-    *parts, last = text.split(b"e")
-    if not parts:
-        return text
-    return b"e".join([p + b".0" if p[-2:-1] in ONE_DIGIT else p for p in parts] + [last])

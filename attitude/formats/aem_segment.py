@@ -18,9 +18,10 @@ from .. import orientation
 from ..dynamics.event import Event
 from ..ephemeris import Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
-from . import aem_epochs, aem_rows
+from . import aem_epochs, aem_rows, rows
 from .aem_epochs import EpochError, Stamps
 from .aem_rows import RowError, Rows
+from .rows import Form, Part
 
 VERSIONS = ("1.0", "2.0")
 ALIASES = {"J2000": "EME2000", "EME_2000": "EME2000"}
@@ -193,24 +194,43 @@ class Segment:
 
     # -- attitudes ------------------------------------------------------------------------------
 
-    def take_plain(self, rows: list[bytes], line: Callable[[int], int]) -> bool:
-        """Rows in the form that nearly all writers give them; False, and nothing taken, for any other."""
-        try:
-            read = aem_rows.plain(rows, self.columns, self.system)
-            if read is not None:
-                self._keep(read)
-        except RowError as error:
-            raise FormatError(error.reason, self.source, line(error.index)) from None
-        return read is not None
+    @property
+    def form(self) -> Form:
+        """Of rows as nearly all writers give them."""
+        return Form(len(self.columns), rows.DATE, zulu=self.system == "UTC")
 
-    def take(self, rows: list[bytes], line: Callable[[int], int]) -> None:
-        """Any rows; FormatError for the first that is wrong, at the line that its index has."""
-        if self.take_plain(rows, line):
-            return
+    def take_part(self, part: Part, line: Callable[[int], int]) -> None:
+        """Rows in that form; FormatError for the first that is wrong, at the line that its index has."""
         try:
-            self._keep(aem_rows.careful(rows, self.columns, self.system))
+            self._keep(Rows(Stamps(part.second, part.atto), part.columns))
         except RowError as error:
             raise FormatError(error.reason, self.source, line(error.index)) from None
+
+    def take_odd(self, texts: list[bytes], line: Callable[[int], int]) -> None:
+        """Rows in any form."""
+        try:
+            self._keep(aem_rows.careful(texts, self.columns, self.system))
+        except RowError as error:
+            raise FormatError(error.reason, self.source, line(error.index)) from None
+
+    def take(self, texts: list[bytes], line: Callable[[int], int]) -> None:
+        """Rows that stand apart, each without the end of a line."""
+        text = b"".join([b"\n".join(texts), b"\n", bytes(rows.MARGIN)])
+        done = 0
+
+        def plain(part: Part) -> None:
+            nonlocal done
+            first, done = done, done + len(part.second)
+            self.take_part(part, lambda i: line(first + i))
+
+        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
+            nonlocal done
+            taken = texts[done : done + min(most, rows.line_ends(text, place, stop))]
+            first, done = done, done + len(taken)
+            self.take_odd(taken, lambda i: line(first + i))
+            return place + sum(map(len, taken)) + len(taken), True
+
+        rows.read(text, 0, len(text) - rows.MARGIN, self.form, plain, odd)
 
     def _keep(self, read: Rows) -> None:
         self._check_order(read.stamps)
@@ -264,10 +284,8 @@ class Skipped:
 
     columns: tuple[str, ...] = ()
 
-    def take_plain(self, rows: list[bytes], line: Callable[[int], int]) -> bool:
-        return True
-
-    take = take_plain
+    def take(self, texts: list[bytes], line: Callable[[int], int]) -> None:
+        pass
 
     def close(self, line: int) -> None:
         pass
@@ -295,7 +313,7 @@ class Turns:
 
     def of(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """(4, n) wxyz, body to inertial, and (3, n) rad/s, of body components, or None."""
-        columns = dict(zip(self.columns, numbers.T, strict=True))
+        columns = dict(zip(self.columns, numbers, strict=True))
         if self.axes:
             q, derivative = self._euler(columns)
         else:

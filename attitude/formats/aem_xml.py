@@ -62,8 +62,7 @@ def _blocks(nodes: Nodes, message: Message) -> Iterator[bytes]:
     state = _state(message.has_rate)
     for segment in nodes.segments:
         yield f"<segment>\n<metadata>\n{_elements(message.metadata(segment))}</metadata>\n<data>\n".encode()
-        for epochs, numbers in message.rows(segment):
-            yield _states(state, epochs, numbers)
+        yield from message.rows(segment, state)
         yield b"</data>\n</segment>\n"
     yield b"</body>\n</aem>\n"
 
@@ -76,14 +75,15 @@ def _escaped(text: str) -> str:
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
-def _state(has_rate: bool) -> bytes:
-    """A state, with a place for the epoch and each number."""
+def _state(has_rate: bool) -> list[bytes]:
+    """What stands around and between the epoch and the numbers of a state."""
     kind = KINDS["QUATERNION/ANGVEL" if has_rate else "QUATERNION"]
     quaternion, rate = _places(kind.attitude), _places(kind.rate)
     rates = f"<angVel>\n{rate}</angVel>\n" if has_rate else ""
     content = f"<EPOCH>%s</EPOCH>\n<quaternion>\n{quaternion}</quaternion>\n{rates}"
     element = kind.elements[0]
-    return f"<attitudeState>\n<{element}>\n{content}</{element}>\n</attitudeState>\n".encode()
+    state = f"<attitudeState>\n<{element}>\n{content}</{element}>\n</attitudeState>\n"
+    return state.encode().split(b"%s")
 
 
 def _places(names: tuple[str, ...]) -> str:
@@ -91,16 +91,6 @@ def _places(names: tuple[str, ...]) -> str:
         f'<{name} units="{UNITS[name]}">%s</{name}>\n' if name in UNITS else f"<{name}>%s</{name}>\n"
         for name in names
     )
-
-
-def _states(state: bytes, epochs: list[bytes], numbers: bytes) -> bytes:
-    values = numbers.replace(b"],[", b",").split(b",")
-    width = len(values) // len(epochs)
-    filled: list[bytes] = [b""] * (len(epochs) * (width + 1))
-    filled[:: width + 1] = epochs
-    for i in range(width):
-        filled[i + 1 :: width + 1] = values[i::width]
-    return state * len(epochs) % tuple(filled)
 
 
 # -- reading ------------------------------------------------------------------------------------

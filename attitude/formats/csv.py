@@ -10,7 +10,7 @@ import numpy as np
 import orjson
 
 from ..errors import FormatError
-from . import lines, parts
+from . import lines, parts, rows
 from .samples import Samples
 
 if TYPE_CHECKING:
@@ -28,15 +28,9 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     meta, names = parts.metadata(samples), parts.names(samples)
     header = ",".join(names).encode()
     yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), MARK, orjson.dumps(meta), header)
+    pieces = [b"", *[b","] * (len(names) - 1), b"\n"]
     for piece in samples.pieces():
-        yield _rows(parts.columns(piece, names), names)
-
-
-def _rows(table: dict[str, np.ndarray], names: list[str]) -> bytes:
-    lines = parts.digits(table, names, b",")
-    if parts.TIME in names:
-        lines = [time + b"," + line for time, line in zip(table[parts.TIME].tolist(), lines, strict=True)]
-    return b"\n".join(lines) + b"\n"
+        yield from parts.rows(parts.columns(piece, names), names, pieces)
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
@@ -57,14 +51,33 @@ class Reader:
         self.numbers: list[np.ndarray] = []
 
     def take(self, block: lines.Block) -> None:
-        rows = [line.decode("utf-8", errors="replace") for line in block.lines]
-        number = block.number
-        while rows and not self.names:
-            self._head(rows.pop(0), number)
+        at, number = 0, block.number
+        while at < block.size and not self.names:
+            line, at = block.line(at)
+            self._head(line.decode("utf-8", errors="replace"), number)
             number += 1
-        if rows:
+        if at < block.size:
+            self._rows(block, at)
+
+    def _rows(self, block: lines.Block, at: int) -> None:
+        """From there on; numbers that are not plain, or in another order than ours, are left to numpy."""
+
+        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
+            taken: list[str] = []
+            number = block.number_at(place)
+            while place < stop and len(taken) < most:
+                line, place = block.line(place)
+                taken.append(line.decode("utf-8", errors="replace"))
             wanted = [i for i, name in enumerate(self.names) if name != parts.TIME]
-            self.numbers.append(_numbers(rows, wanted, len(self.names), self.source, number))
+            self.numbers.append(_numbers(taken, wanted, len(self.names), self.source, number).T)
+            return place, True
+
+        if parts.TIME in self.names[1:]:
+            odd(at, block.size, block.count)
+            return
+        dated = self.names[0] == parts.TIME
+        form = rows.Form(len(self.names) - dated, rows.WORD if dated else rows.NOTHING, b",")
+        rows.read(block.text, at, block.size, form, lambda part: self.numbers.append(part.columns), odd)
 
     def _head(self, row: str, number: int) -> None:
         if row.startswith("#") and len(self.comments) < MOST_COMMENTS:
@@ -82,9 +95,9 @@ class Reader:
             raise FormatError("ends before the column names", self.source, len(self.comments))
         if not self.numbers:
             raise FormatError("no instants", self.source, self.first_line)
-        matrix = np.concatenate(self.numbers)
+        matrix = np.concatenate(self.numbers, axis=1)
         wanted = [name for name in self.names if name != parts.TIME]
-        table = {name: matrix[:, i] for i, name in enumerate(wanted)}
+        table = dict(zip(wanted, matrix, strict=True))
         return parts.ephemeris_from(meta, table, self.source, self.first_line)
 
 
@@ -101,15 +114,15 @@ def _metadata(comments: list[str], source: str) -> dict[str, Any]:
     raise FormatError("not an ephemeris of this library: no metadata comment", source, 1)
 
 
-def _numbers(rows: list[str], wanted: list[int], width: int, source: str, first_line: int) -> np.ndarray:
+def _numbers(texts: list[str], wanted: list[int], width: int, source: str, first_line: int) -> np.ndarray:
     """(n, columns) doubles, with the line of the first that is none."""
-    for number, row in enumerate(rows):
+    for number, row in enumerate(texts):
         if row.count(",") != width - 1:
             raise FormatError(
                 f"{row.count(',') + 1} values where {width} belong", source, first_line + number
             )
     try:
-        return np.loadtxt(rows, delimiter=",", usecols=wanted, ndmin=2, comments=None)
+        return np.loadtxt(texts, delimiter=",", usecols=wanted, ndmin=2, comments=None)
     except ValueError as error:
         place = re.search(r"row (\d+)", str(error))
         raise FormatError(str(error), source, first_line + int(place[1]) if place else None) from None

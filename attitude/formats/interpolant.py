@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import orientation
+from .. import compiled, orientation
 from ..errors import InputError
+from ..threads import cut, run
+from .rows import WORTH_SHARING, cores
 
 MOST_DEGREE = 15
 
@@ -37,9 +39,17 @@ class Interpolant(NamedTuple):
         """
         if self.kind == "slerp":
             found = _slerp_middle(nodes[first : first + len(true)], nodes[first + 1 : first + len(true) + 1])
-        else:
-            found = _lagrange_middle(t, nodes, self.degree, first, len(true))
-        return np.asarray(orientation.angle_between(found, true))
+            return np.asarray(orientation.angle_between(found, true))
+        size = np.empty(len(true))
+        parts, width = _by_component(nodes), min(self.degree, len(t) - 1)
+        given = np.ascontiguousarray(t), parts, first, width
+        wanted = _by_component(true)
+
+        def interpolate(share: tuple[int, int]) -> None:
+            compiled.interpolate(*given, *share, wanted, size)
+
+        run(interpolate, cut(len(true), min(cores(), max(1, len(true) // WORTH_SHARING))))
+        return 2.0 * np.arcsin(np.minimum(size, 1.0))
 
 
 def lagrange(degree: int, field: str) -> Interpolant:
@@ -49,25 +59,14 @@ def lagrange(degree: int, field: str) -> Interpolant:
     return Interpolant("lagrange", degree)
 
 
+def _by_component(q: np.ndarray) -> np.ndarray:
+    """(4, n) of (n, 4)."""
+    return np.ascontiguousarray(q.T)
+
+
 def _slerp_middle(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Half-way along the shorter arc: the sum, brought to unit length."""
     return _unit(p + np.where((p * q).sum(axis=-1, keepdims=True) < 0.0, -q, q))
-
-
-def _lagrange_middle(t: np.ndarray, nodes: np.ndarray, degree: int, first: int, count: int) -> np.ndarray:
-    """Through degree + 1 nodes about each midpoint, those nearest that there are."""
-    width = min(degree, len(t) - 1)
-    interval = np.arange(first, first + count)
-    begin = np.clip(interval - (width - 1) // 2, 0, len(t) - 1 - width)
-    middle = t[interval] + 0.5 * (t[interval + 1] - t[interval])
-    found = np.zeros((count, 4))
-    for j in range(width + 1):
-        weight = np.ones(count)
-        for k in range(width + 1):
-            if k != j:
-                weight *= (middle - t[begin + k]) / (t[begin + j] - t[begin + k])
-        found += weight[:, None] * nodes[begin + j]
-    return _unit(found)
 
 
 def _unit(q: np.ndarray) -> np.ndarray:

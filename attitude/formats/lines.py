@@ -3,30 +3,76 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import BinaryIO, NamedTuple
+from functools import cached_property
+from typing import BinaryIO
+
+import numpy as np
 
 from ..errors import FormatError
+from .rows import MARGIN, Part, line_ends
 
 BLOCK = 1 << 22  # bytes
 LONGEST = 1 << 20  # bytes of a line: no format has longer ones, and a file of zeros is one line
 
 
-class Block(NamedTuple):
-    """Whole lines, without their ends; the first has this number."""
+class Block:
+    """Whole lines.
 
-    number: int
-    lines: list[bytes]
+    Attributes
+    ----------
+    number : int, of the first line
+    text : bytes, the lines with their ends, then MARGIN zeros
+    size : int, of the text without these
+    """
+
+    def __init__(self, number: int, pieces: list[bytes | memoryview]):
+        self.number = number
+        self.text = b"".join([*pieces, bytes(MARGIN)])
+        self.size = len(self.text) - MARGIN
+        self._known = 0, number  # a place, and the number of the line that begins there
+
+    @property
+    def count(self) -> int:
+        return self.number_at(self.size) - self.number
+
+    @cached_property
+    def lines(self) -> list[bytes]:
+        """Without their ends."""
+        lines = self.text[: self.size - 1].split(b"\n")
+        return [line.removesuffix(b"\r") for line in lines] if b"\r" in self.text else lines
+
+    def line(self, place: int) -> tuple[bytes, int]:
+        """The one that begins there, without its end, and where the next one does."""
+        end = self.text.index(b"\n", place)
+        return self.text[place:end].removesuffix(b"\r"), end + 1
+
+    def number_at(self, place: int) -> int:
+        """Of the line that begins there; counted on from where it was last asked."""
+        known, number = self._known if place >= self._known[0] else (0, self.number)
+        self._known = place, number + line_ends(self.text, known, place)
+        return self._known[1]
+
+    def numbers(self, part: Part) -> np.ndarray:
+        """(n,): of the lines in which the rows of a part are; those between are empty."""
+        count = line_ends(self.text, part.first, part.end)
+        found = self.number_at(part.first) + np.arange(count)
+        if count == part.columns.shape[1]:
+            return found
+        lines = self.text[part.first : part.end].split(b"\n")[:-1]
+        return found[[bool(line.strip()) for line in lines]]
 
 
 def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:
     """Refuses a line without an end, at the end of the file too: what was cut off there nobody knows."""
     number, rest = 1, b""
     while chunk := stream.read(BLOCK):
-        *lines, rest = (rest + chunk).split(b"\n")
+        cut = chunk.rfind(b"\n") + 1
+        block = Block(number, [rest, memoryview(chunk)[:cut]] if cut else [])
+        rest = chunk[cut:] if cut else rest + chunk
         if len(rest) > LONGEST:
-            raise FormatError(f"a line of more than {LONGEST} bytes", source, number + len(lines))
-        if lines:
-            yield Block(number, [line.removesuffix(b"\r") for line in lines] if b"\r" in chunk else lines)
-            number += len(lines)
+            raise FormatError(f"a line of more than {LONGEST} bytes", source, number + block.count)
+        if cut:
+            yield block
+            number = block.number_at(block.size)
     if rest:
         raise FormatError("ends in the middle of a line", source, number)

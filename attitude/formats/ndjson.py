@@ -24,26 +24,16 @@ def blocks(samples: Samples) -> Iterator[bytes]:
         )
     yield orjson.dumps(parts.metadata(samples)) + b"\n"
     names = parts.names(samples)
+    pieces = _pieces(names)
     for piece in samples.pieces():
-        yield _rows(parts.columns(piece, names), names)
+        yield from parts.rows(parts.columns(piece, names), names, pieces)
 
 
-def _rows(table: dict[str, np.ndarray], names: list[str]) -> bytes:
-    dated = parts.TIME in names
-    numbers = names[1:] if dated else names
-    row = (
-        b"{"
-        + (b'"time":"%s",' if dated else b"")
-        + b",".join(b'"%s":%%s' % n.encode() for n in numbers)
-        + b"}\n"
-    )
-    digits = parts.digits(table, names, b",")
-    values = [digit for line in digits for digit in line.split(b",")]
-    if dated:
-        width = len(numbers)
-        times = table[parts.TIME].tolist()
-        values = [v for i, time in enumerate(times) for v in (time, *values[i * width : (i + 1) * width])]
-    return row * len(digits) % tuple(values)
+def _pieces(names: list[str]) -> list[bytes]:
+    """What stands around the values of an object."""
+    quote = b'"' if names[0] == parts.TIME else b""
+    keys = [b'"%s":' % name.encode() for name in names]
+    return [b"{" + keys[0] + quote, quote + b"," + keys[1], *(b"," + key for key in keys[2:]), b"}\n"]
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:

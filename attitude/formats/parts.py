@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import erfa
 import numpy as np
-import orjson
 from astropy.time import Time
 
-from .. import orientation, units
+from .. import compiled, orientation, units
 from ..body import RigidBody
 from ..dynamics.translation import Translation
 from ..elapsed import Instants, check_epoch
 from ..ephemeris import Ephemeris, convention
 from ..errors import AttitudeError, FormatError, InputError
-from . import events
+from . import events, leap_seconds
+from .rows import texts
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -29,6 +30,11 @@ POSITION = ("position_x_m", "position_y_m", "position_z_m")
 VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
 MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
+
+ISO_WIDTH = 29
+MJD = Fraction(4800001, 2)  # Julian date of modified Julian day 0
+DAY_NANOSECONDS = 86_400_000_000_000
+NO_STEPS = np.zeros(0, dtype=np.int64)
 
 
 def metadata(samples: Samples) -> dict[str, Any]:
@@ -73,7 +79,7 @@ def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarr
     """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
     table: dict[str, np.ndarray] = {}
     if TIME in wanted:
-        table[TIME] = iso_text(ephemeris.time)
+        table[TIME] = dates(ephemeris.instants)
     if ELAPSED in wanted:
         table[ELAPSED] = ephemeris.elapsed
     if REST in wanted:
@@ -84,15 +90,12 @@ def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarr
     return table
 
 
-def digits(table: Mapping[str, np.ndarray], names: list[str], between: bytes) -> list[bytes]:
-    """One text a row, of all columns but the time's.
-
-    The digits are orjson's: shortest form that reads back to the same bits, at 20 ns a number.
-    """
-    matrix = np.stack([table[name] for name in names if name != TIME], axis=1)
-    text = orjson.dumps(matrix, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2]
-    rows = text.split(b"],[")
-    return rows if between == b"," else [row.replace(b",", between) for row in rows]
+def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes]) -> list[bytes]:
+    """Text of all columns, a row an instant; a time, where there is one, stands between the first pieces."""
+    columns = np.stack([table[name] for name in names if name != TIME])
+    if TIME in names:
+        return texts(columns, pieces, table[TIME])
+    return texts(columns, [b"", *pieces])
 
 
 def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
@@ -199,6 +202,27 @@ def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
     if "moments" in body:
         return RigidBody.from_moments(body["moments"])
     return RigidBody(body["tensor"])
+
+
+def dates(instants: Instants) -> np.ndarray:
+    """As `iso_text` of instants that have an epoch; of their two parts of seconds, rounded once.
+
+    In TAI, TT, and UTC since 1972, it takes a tenth of the time of building a Time.
+    """
+    epoch, scale = instants.epoch, instants.scale
+    if epoch is None or scale not in ("tai", "tt", "utc"):
+        return iso_text(instants.time)
+    start = epoch.tt if scale == "tt" else epoch.tai
+    since = (Fraction(float(start.jd1)) - MJD + Fraction(float(start.jd2))) * DAY_NANOSECONDS
+    day, nanosecond = divmod(since.__floor__(), DAY_NANOSECONDS)
+    begins, offsets = leap_seconds.steps() if scale == "utc" else (NO_STEPS, NO_STEPS)
+    seconds = np.ascontiguousarray(instants.seconds, dtype=np.float64).reshape(-1)
+    rest = np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest)
+    text, beyond = np.empty(seconds.size * ISO_WIDTH, dtype=np.uint8), np.zeros(1, dtype=np.int64)
+    below = float(since - since.__floor__())
+    where = day, nanosecond, below, begins, offsets
+    compiled.put_dates(seconds, rest.reshape(-1), *where, text, beyond)
+    return iso_text(instants.time) if beyond[0] else text.view(f"S{ISO_WIDTH}").reshape(instants.shape)
 
 
 def iso_text(time: Time) -> np.ndarray:

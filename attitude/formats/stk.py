@@ -14,7 +14,6 @@ from itertools import chain, pairwise
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
-import orjson
 
 from .. import orientation
 from ..dates import parse_time
@@ -23,9 +22,10 @@ from ..ephemeris import CONVENTION, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
 from ..frames import from_gcrf
 from ..units import finite_array
-from . import dated, lines, parts
+from . import dated, lines, parts, rows
 from .interpolant import Interpolant, lagrange
 from .nodes import Nodes
+from .rows import texts
 from .samples import Samples
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _rows(
                 table = _table(piece[:taken], origin, rates, turn)
                 dated.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
                 before = float(table[-1, 0])
-                yield _text(table)
+                yield from texts(table.T, [b"", b"", *[b" "] * (table.shape[1] - 1), b"\n"])
 
 
 def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
@@ -189,12 +189,6 @@ def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | Non
     if rates:
         columns.append(np.rad2deg(piece.angular_velocity))
     return np.concatenate(columns, axis=1)
-
-
-def _text(table: np.ndarray) -> bytes:
-    """Shortest digits that read back to the same bits."""
-    text = orjson.dumps(np.ascontiguousarray(table), option=orjson.OPT_SERIALIZE_NUMPY)[2:-2]
-    return text.replace(b"],[", b"\n").replace(b",", b" ") + b"\n"
 
 
 # -- and back -----------------------------------------------------------------------------------
@@ -249,22 +243,41 @@ class _Reader:
         return FormatError(message, self.source, line)
 
     def take(self, block: lines.Block) -> None:
-        rows: list[str] = []
-        numbers: list[int] = []
-        for self.number, line in enumerate(block.lines, block.number):
-            text = line.decode("utf-8", errors="replace").strip()
-            if not text or text.startswith("#"):
-                continue
-            if self.kind and not self.ended and text[0] not in "Ee":
-                rows.append(text)
-                numbers.append(self.number)
-            elif self.ended:
-                raise self.refuse("something after END Attitude", self.number)
-            else:
-                self.take_line(text, self.number)
-        if rows:
-            self.tables.append(_numbers(rows, numbers, 1 + ROWS[self.kind][0], self.source))
-            self.numbers.append(np.array(numbers))
+        at, self.number = 0, block.number - 1
+        while at < block.size:
+            if self.kind and not self.ended:
+                at = self._rows(block, at)
+            if at < block.size:
+                at = self._line(block, at)
+
+    def _rows(self, block: lines.Block, at: int) -> int:
+        """From there on; where something else begins."""
+
+        def take(part: rows.Part) -> None:
+            self.tables.append(part.columns.T)
+            self.numbers.append(block.numbers(part))
+            self.number = block.number_at(part.end) - 1
+
+        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
+            self.number = block.number_at(place) - 1
+            return self._line(block, place), not self.ended
+
+        return rows.read(block.text, at, block.size, rows.Form(1 + ROWS[self.kind][0]), take, odd)
+
+    def _line(self, block: lines.Block, at: int) -> int:
+        self.number += 1
+        line, at = block.line(at)
+        text = line.decode("utf-8", errors="replace").strip()
+        if not text or text.startswith("#"):
+            return at
+        if self.kind and not self.ended and text[0] not in "Ee":
+            self.tables.append(_numbers(text, self.number, 1 + ROWS[self.kind][0], self.source))
+            self.numbers.append(np.array([self.number]))
+        elif self.ended:
+            raise self.refuse("something after END Attitude", self.number)
+        else:
+            self.take_line(text, self.number)
+        return at
 
     def _version(self, text: str, number: int) -> None:
         if number != 1 or not re.fullmatch(r"stk\.v\.\d+\.\d+", text.lower()):
@@ -357,20 +370,15 @@ class _Reader:
         return known[axes.lower()]
 
 
-def _numbers(rows: list[str], numbers: list[int], width: int, source: str) -> np.ndarray:
-    """(n, width) finite doubles, with the line of the first that is none."""
-    for row, number in zip(rows, numbers, strict=True):
-        found = len(row.split())
-        if found != width:
-            raise FormatError(f"{found} numbers where {width} belong", source, number)
+def _numbers(text: str, number: int, width: int, source: str) -> np.ndarray:
+    """(1, width) finite doubles of a row that is not plain."""
+    found = len(text.split())
+    if found != width:
+        raise FormatError(f"{found} numbers where {width} belong", source, number)
     try:
-        table = np.loadtxt(rows, ndmin=2, comments=None)
-        return finite_array(table, "row")
-    except InputError as error:
-        raise FormatError(str(error), source, numbers[int(error.steps[1])]) from None
-    except ValueError as error:
-        place = re.search(r"row (\d+)", str(error))
-        raise FormatError(str(error), source, numbers[int(place[1])] if place else None) from None
+        return finite_array(np.loadtxt([text], ndmin=2, comments=None), "row")
+    except (InputError, ValueError) as error:
+        raise FormatError(str(error), source, number) from None
 
 
 def _read_utcg(text: str) -> Time:

@@ -28,5 +28,9 @@ imports from the modules above it.  Read downwards it is the calculation:
     rubbing        one point that touches, with friction
     impact         what a contact does to velocity and body rate
     contact        flight after flight between contacts, in closed form
+    interpolation  polynomials through attitudes, half-way between them, against the attitudes there
+    powers         of ten, to 128 bits
+    decimals       doubles to the shortest text that gives them back, and text to doubles
+    text_rows      dates and numbers as rows of text, and back
     compiler       all of this into machine code, in a process of its own
 """

@@ -28,7 +28,13 @@ from .intrinsics import OPTIONS, prefer_widest_vectors
 from .layout import ENTRY, INVARIANTS, CompiledName
 
 SCALARS = {"f": types.float64, "i": types.int64, "n": types.none}
-ELEMENTS = {"d": types.float64, "b": types.boolean, "r": from_dtype(INVARIANTS)}
+ELEMENTS = {
+    "d": types.float64,
+    "b": types.boolean,
+    "c": types.uint8,
+    "i": types.int64,
+    "r": from_dtype(INVARIANTS),
+}
 
 
 def argument_type(kind):

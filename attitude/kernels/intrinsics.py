@@ -1,4 +1,4 @@
-"""How kernels are compiled, and the three instructions numba has no name for."""
+"""How kernels are compiled, and the instructions numba has no name for."""
 
 from llvmlite import ir
 from numba import njit, types
@@ -63,3 +63,53 @@ def prefer_widest_vectors(typingctx):
         return context.get_dummy_value()
 
     return types.void(), codegen
+
+
+@intrinsic
+def high_product(typingctx, a, b):
+    """The upper 64 bits of the product of two 64-bit integers without signs."""
+
+    def codegen(context, builder, signature, args):
+        wide = ir.IntType(128)
+        product = builder.mul(builder.zext(args[0], wide), builder.zext(args[1], wide))
+        return builder.trunc(builder.lshr(product, ir.Constant(wide, 64)), ir.IntType(64))
+
+    return types.uint64(types.uint64, types.uint64), codegen
+
+
+@intrinsic
+def zeros_ahead(typingctx, x):
+    """How many zero bits a 64-bit integer has before its first one; 64 for zero."""
+
+    def codegen(context, builder, signature, args):
+        return builder.ctlz(args[0], ir.Constant(ir.IntType(1), 0))
+
+    return types.int64(types.uint64), codegen
+
+
+@intrinsic
+def load(typingctx, text, place, like):
+    """As `like` is, uint64 or uint8: the bytes of a text that begin there, the first one lowest."""
+
+    def codegen(context, builder, signature, args):
+        return builder.load(_address(context, builder, signature, args), align=1)
+
+    return like(text, types.int64, like), codegen
+
+
+@intrinsic
+def store(typingctx, text, place, value):
+    """Put the bytes of a value there in a text."""
+
+    def codegen(context, builder, signature, args):
+        builder.store(args[2], _address(context, builder, signature, args), align=1)
+        return context.get_dummy_value()
+
+    return types.void(text, types.int64, value), codegen
+
+
+def _address(context, builder, signature, args):
+    """Of a place in a text, as a pointer to what the third argument is; nothing is checked."""
+    text, _, value = signature.args
+    data = context.make_array(text)(context, builder, args[0]).data
+    return builder.bitcast(builder.gep(data, [args[1]]), context.get_value_type(value).as_pointer())
