@@ -37,6 +37,7 @@ from .files import write_whole as write_whole
 from .known import BY_ENDING, FORMATS
 from .known import Format as Format
 from .nodes import Written
+from .parts import is_utf8
 from .samples import Progress, Samples
 
 if TYPE_CHECKING:
@@ -98,6 +99,8 @@ def encode(
     module, options = module_of(known), options or {}
     if samples.count == 0 or not all(samples.shape):
         raise FormatError("an ephemeris of no instants is not written")
+    if not is_utf8(samples.head.name):
+        raise FormatError(f"the name {samples.head.name!a} has half of a character, which no file holds")
     _check_options(module.blocks, options, known)
     if hasattr(module, "interpolant"):
         if hasattr(module, "prepared"):  # interpolated in another frame than the ephemeris is in

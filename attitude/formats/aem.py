@@ -125,11 +125,13 @@ class Reader:
 
     def _one(self, line: bytes, number: int) -> None:
         if not line:
+            self.message.remark(number)
             return
         try:
             text = line.decode("ascii")
         except UnicodeDecodeError:
             if line.split()[0] == b"COMMENT" and self.fields is not None:
+                self.message.remark(number)
                 return
             raise FormatError("characters that are not ASCII", self.source, number) from None
         self.line(text, number)
@@ -165,6 +167,7 @@ class Reader:
     def _keyword(self, fields: Fields, text: str, number: int) -> None:
         name, equals, value = (part.strip() for part in text.partition("="))
         if text.split()[0] == "COMMENT":
+            self.message.remark(number)
             return
         if not equals:
             raise FormatError(f"{text[:40]!r} where KEYWORD = value belongs", self.source, number)
@@ -187,6 +190,7 @@ class Reader:
     def _data(self, segment: Segment | Skipped, block: lines.Block, i: int) -> int:
         """From line i of the block on; the line where to go on."""
         if self.is_first_row and (not block.lines[i].strip() or block.lines[i].split()[0] == b"COMMENT"):
+            self.message.remark(block.number + i)
             return i + 1
         self.is_first_row = False
         try:
@@ -215,6 +219,8 @@ class Reader:
                 numbers.append(block.number + k)
         if rows:
             segment.take(rows, numbers.__getitem__)
+        if stop - i > len(rows):
+            self.message.remark(block.number + stop - 1, stop - i - len(rows))
         return stop
 
     def ephemeris(self) -> Ephemeris:

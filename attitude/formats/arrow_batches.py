@@ -73,7 +73,7 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
     try:
         reader = begin(stream)
         _check(reader.schema, source)
-        table = reader.read_all()
+        table = _table(reader, source)
         table.validate(full=True)
     except FormatError:
         raise
@@ -84,6 +84,19 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
     names = [name for name in table.column_names if name != columnar.TIME_TAI]
     numbers = {name: table.column(name).to_numpy() for name in names}
     return parts.ephemeris_from(_metadata(table.schema, source), numbers, source)
+
+
+def _table(reader: Any, source: str) -> Any:
+    """A stream may go on without an end: no more of it is taken than its metadata state."""
+    if hasattr(reader, "num_record_batches"):
+        return reader.read_all()
+    stated = parts.stated_count(_metadata(reader.schema, source), source)
+    batches, found = [], 0
+    for batch in reader:
+        batches.append(batch)
+        found += max(1, batch.num_rows)
+        parts.refuse_more(found, stated, source)
+    return pyarrow().Table.from_batches(batches, reader.schema)
 
 
 def _check(schema: Any, source: str) -> None:

@@ -7,6 +7,7 @@ from itertools import groupby
 from typing import Any, BinaryIO
 
 from ..errors import FormatError
+from . import whole
 
 # A file may tell of more bytes than it has (packed ones): of so many more, or of so many in all.
 MOST_TIMES = 100
@@ -50,9 +51,9 @@ class Sink:
         return pieces
 
 
-def seekable(stream: BinaryIO) -> BinaryIO:
+def seekable(stream: BinaryIO, source: str) -> BinaryIO:
     """The same bytes, in memory if they come through a pipe."""
-    return stream if stream.seekable() else io.BytesIO(stream.read())
+    return stream if stream.seekable() else io.BytesIO(whole.untold(stream, source))
 
 
 def size(stream: BinaryIO) -> int:

@@ -55,6 +55,7 @@ class Reader:
         self.names: list[str] = []
         self.first_line = 0
         self.numbers: list[np.ndarray] = []
+        self.count = self.found = 0
 
     def take(self, block: lines.Block) -> None:
         rows = [line.decode("utf-8", errors="replace") for line in block.lines]
@@ -63,6 +64,8 @@ class Reader:
             self._head(rows.pop(0), number)
             number += 1
         if rows:
+            self.found += len(rows)
+            parts.refuse_more(self.found, self.count, self.source, self.first_line + self.count)
             wanted = [i for i, name in enumerate(self.names) if name != parts.TIME]
             self.numbers.append(_numbers(rows, wanted, len(self.names), self.source, number))
 
@@ -70,7 +73,7 @@ class Reader:
         if row.startswith("#") and len(self.comments) < MOST_COMMENTS:
             self.comments.append(row)
             return
-        _metadata(self.comments, self.source)
+        self.count = parts.stated_count(_metadata(self.comments, self.source), self.source)
         names = row.split(",")
         if len(set(names)) < len(names):
             raise FormatError("a column name twice", self.source, number)

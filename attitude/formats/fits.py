@@ -111,14 +111,14 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
 
 def _read_header(stream: BinaryIO, source: str) -> fits.Header:
     """Up to the block in which it ends."""
-    text = b""
-    while END not in (block := stream.read(BLOCK)):
-        text += block
+    text = bytearray(block := stream.read(BLOCK))
+    if not text.startswith((b"SIMPLE  =", b"XTENSION")):
+        raise FormatError("not FITS: no header where one belongs", source)
+    while END not in block:
+        text += (block := stream.read(BLOCK))
         if len(block) < BLOCK or len(text) > LONGEST_HEADER:
             raise FormatError("not FITS: a header without an end", source)
-    if not text.startswith((b"SIMPLE  =", b"XTENSION")) and not block.startswith((b"SIMPLE  =", b"XTENSION")):
-        raise FormatError("not FITS: no header where one belongs", source)
-    return fits.Header.fromstring((text + block).decode("ascii"))
+    return fits.Header.fromstring(text.decode("ascii"))
 
 
 def _layout(header: fits.Header, source: str) -> tuple[int, dict[str, tuple[int, ...]]]:

@@ -9,6 +9,8 @@ from ..errors import FormatError
 
 BLOCK = 1 << 22  # bytes
 LONGEST = 1 << 20  # bytes of a line: no format has longer ones, and a file of zeros is one line
+FEW = 1 << 16  # lines
+SHORTEST = 8  # bytes of a line on average in a full block: five numbers and what is between them take ten
 
 
 class Block(NamedTuple):
@@ -25,6 +27,8 @@ def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:
         *lines, rest = (rest + chunk).split(b"\n")
         if len(rest) > LONGEST:
             raise FormatError(f"a line of more than {LONGEST} bytes", source, number + len(lines))
+        if len(lines) > max(FEW, len(chunk) // SHORTEST):
+            raise FormatError("lines with hardly anything in them, one after another", source, number)
         if lines:
             yield Block(number, [line.removesuffix(b"\r") for line in lines] if b"\r" in chunk else lines)
             number += len(lines)

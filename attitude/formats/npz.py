@@ -71,7 +71,7 @@ def _pieces(samples: Samples, part: int, of: int) -> Iterator[Ephemeris]:
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    stream = seekable(stream)
+    stream = seekable(stream, source)
     try:
         with zipfile.ZipFile(stream) as archive:
             members = _members(archive, source)

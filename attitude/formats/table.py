@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from astropy import units as u
@@ -24,6 +24,9 @@ VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
     ("position", parts.POSITION, u.m),
     ("velocity", parts.VELOCITY, u.m / u.s),
 )
+
+
+MOST_PARTS = 1_000_000  # of a header
 
 
 def to_table(
@@ -57,6 +60,31 @@ def _without_delta(time: Time) -> Time:
     plain = Time(time.jd1, time.jd2, format="jd", scale=time.scale)
     plain.format, plain.precision = time.format, time.precision
     return plain
+
+
+def refuse_unfolding(header: str) -> None:
+    """Refuses YAML whose parts are repeated by name, and parts of such parts, beyond all measure.
+
+    Raises ValueError, or what the parser raises.
+    """
+    if "&" not in header:
+        return
+    import yaml  # type: ignore[import-untyped]  # astropy's own
+
+    sizes: dict[int, int] = {}
+
+    def size(node: Any) -> int:
+        """Nodes below one, those counted again that are named again."""
+        if id(node) not in sizes:
+            sizes[id(node)] = MOST_PARTS  # of a part within itself
+            below = node.value if isinstance(node.value, list) else []
+            sizes[id(node)] = 1 + sum(
+                size(each) for pair in below for each in (pair if isinstance(pair, tuple) else (pair,))
+            )
+        return sizes[id(node)]
+
+    if size(yaml.compose(header, Loader=yaml.SafeLoader)) > MOST_PARTS:
+        raise ValueError("a header whose aliases stand for more than memory holds")
 
 
 def from_table(table: QTable, source: str) -> Ephemeris:
