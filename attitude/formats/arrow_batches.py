@@ -13,7 +13,7 @@ import orjson
 
 from ..errors import FormatError
 from . import columnar, parts
-from .binary import Sink, told_by
+from .binary import Sink, refuse_rest, told_by
 from .optional import needed
 from .samples import Samples
 
@@ -75,6 +75,8 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
         _check(reader.schema, source)
         table = _table(reader, source)
         table.validate(full=True)
+        if not has_footer(reader):
+            refuse_rest(stream, source)
     except FormatError:
         raise
     except Exception as error:  # pyarrow's own kinds, and Python's of what the stream does
@@ -86,9 +88,14 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
     return parts.ephemeris_from(_metadata(table.schema, source), numbers, source)
 
 
+def has_footer(reader: Any) -> bool:
+    """Whether it is of a file, at whose end it says where all of it is."""
+    return hasattr(reader, "num_record_batches")
+
+
 def _table(reader: Any, source: str) -> Any:
     """A stream may go on without an end: no more of it is taken than its metadata state."""
-    if hasattr(reader, "num_record_batches"):
+    if has_footer(reader):
         return reader.read_all()
     stated = parts.stated_count(_metadata(reader.schema, source), source)
     batches, found = [], 0

@@ -70,6 +70,12 @@ def refuse_inflated(told: int, stream: BinaryIO, source: str) -> None:
         raise FormatError(f"tells of {told} bytes, more than the {most} that a file of its size may", source)
 
 
+def refuse_rest(stream: BinaryIO, source: str) -> None:
+    """Refuses a file that goes on where it should end; of a pipe nobody knows whether more will come."""
+    if stream.seekable() and stream.read(1):
+        raise FormatError("something after its end", source)
+
+
 def told_by(error: Exception) -> str:
     """What a library says of a file it cannot read, in one line."""
     return " ".join(str(error).split())[:200] or type(error).__name__

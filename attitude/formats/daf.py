@@ -43,7 +43,12 @@ def content(stream: BinaryIO, kind: bytes, source: str) -> bytes:
         raise FormatError(f"does not begin with {kind.decode()}", source)
     free = int(np.frombuffer(data, f"{_order(data, source)}i4", 1, 84)[0])  # the first word that is not used
     left = max(0, -(-8 * (free - 1) // RECORD) - 1) * RECORD
-    return data + (stream.read(left) if stream.seekable() else whole.untold(stream, source))
+    if not stream.seekable():
+        return data + whole.untold(stream, source)
+    data += stream.read(left)
+    if any(stream.read(RECORD)):  # zeros may fill it up
+        raise FormatError("something after its end", source)
+    return data
 
 
 def _order(data: bytes, source: str) -> str:

@@ -19,7 +19,7 @@ from astropy.io import fits
 from astropy.table import QTable
 
 from ..errors import FormatError
-from .binary import told_by
+from .binary import refuse_rest, told_by
 from .samples import Samples
 from .table import VECTORS, from_table, to_table
 
@@ -169,4 +169,7 @@ def _read_rows(stream: BinaryIO, count: int, kind: np.dtype[Any], source: str) -
         data += block
     if len(data) < told:
         raise FormatError(f"ends after {len(data) // kind.itemsize} of {count} rows", source)
+    if len(stream.read(-told % BLOCK)) < -told % BLOCK:
+        raise FormatError("ends within its last block", source)
+    refuse_rest(stream, source)
     return np.frombuffer(data, kind)

@@ -129,6 +129,9 @@ def ephemeris_from(
     missing = [name for name in needed if name not in table]
     if missing:
         raise FormatError(f"no column {missing[0]}", source)
+    unknown = [name for name in table if name not in (*needed, REST)]
+    if unknown:
+        raise FormatError(f"column {shown(unknown[0])} is not known here", source)
     try:
         return _ephemeris(meta, {name: units.finite_array(values, name) for name, values in table.items()})
     except InputError as error:

@@ -9,7 +9,7 @@ from astropy import units as u
 from astropy.table import QTable
 from astropy.time import Time
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, shown
 from . import parts
 from .samples import Samples
 
@@ -89,6 +89,10 @@ def refuse_unfolding(header: str) -> None:
 
 def from_table(table: QTable, source: str) -> Ephemeris:
     """The ephemeris that `to_table` made it of."""
+    known = ("time", "elapsed", "elapsed_rest", *(name for name, _, _ in VECTORS))
+    unknown = [name for name in table.colnames if name not in known]
+    if unknown:
+        raise FormatError(f"column {shown(unknown[0])} is not known here", source)
     shape = table.meta.get("shape")
     row = len(shape) - 1 if isinstance(shape, list) and shape else 0
     columns = {parts.ELAPSED: _values(table, "elapsed", u.s, (), source)}
