@@ -79,7 +79,7 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
 
 
 def _refuse_gaps(text: bytes, source: str) -> None:
-    """A missing number stands as "" in a row; astropy's reader makes it zero."""
+    """A missing number stands as "" in a row, or null in a cell; astropy's reader makes it zero."""
     for number, line in enumerate(text.split(b"\n"), start=1):
-        if b'""' in line and not line.startswith(b"#"):
+        if (b'""' in line or b"null" in line) and not line.startswith(b"#"):
             raise FormatError("elapsed, quaternion or rate without a value", source, number)

@@ -9,12 +9,14 @@ interpolate by polynomials through the components of the quaternion.  An attitud
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Iterator
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
 import orjson
+from erfa import ErfaWarning
 
 from .. import orientation
 from ..dates import parse_time
@@ -337,8 +339,10 @@ class _Reader:
         """They have dates, and are apart when they are counted from the first, as they are written."""
         try:
             parts.check_dates(found.instants)
-            origin = dated.whole_utc_second(found[:1])
-            _utcg(origin.time)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ErfaWarning)  # of years whose leap seconds nobody knows
+                origin = dated.whole_utc_second(found[:1])
+                _utcg(origin.time)
         except AttitudeError as error:
             raise self.refuse(str(error), int(numbers[0])) from None
         self._check_order(origin.seconds(found.instants)[0], numbers, None)

@@ -1,4 +1,4 @@
-"""Malformed files of every format: refused by name, with the line where there are lines, and nothing half-read."""
+"""Malformed files of every format: refused by name, with a line where there are lines; nothing half-read."""
 
 import io
 import json
@@ -150,19 +150,6 @@ def swap(old, new, which=0, count=1):
     return changed
 
 
-def second(old, new):
-    """As `swap` in the file of two segments, in the second of them."""
-
-    def changed(format):
-        content = originals(format)[1]
-        at = re.search(rb"META_STOP|</metadata>", content).end()
-        damaged = re.sub(old, new, content[at:], count=1)
-        assert damaged != content[at:]
-        return content[:at] + damaged
-
-    return changed
-
-
 def in_json(change):
     """A document of JSON, changed in place."""
 
@@ -209,14 +196,8 @@ BY_FILE = [
     ("json", "no component", in_json(lambda d: d["columns"].pop("q_z")), "no column q_z", None),
     ("json", "an instant less", column("elapsed_s", [0, 1, 2, 3]), "instants", None),
     ("ecsv", "no component", swap(rb"\[(0\.0984\d+),", b"["), "not ECSV", None),
-    (
-        "aem",
-        "two systems",
-        second(rb"TIME_SYSTEM = UTC", b"TIME_SYSTEM = TT"),
-        "segment before has UTC",
-        None,
-    ),
-    ("aem-xml", "two systems", second(rb"M>UTC</", b"M>TT</"), "segment before has UTC", None),
+    ("aem", "two systems", swap(rb"M = UTC", b"M = TT", 1), "segment before has TT", b"M = UTC"),
+    ("aem-xml", "two systems", swap(rb"M>UTC</", b"M>TT</", 1), "segment before has TT", b"M>UTC</"),
     (
         "aem",
         "system twice",
@@ -248,7 +229,7 @@ BY_FILE = [
         "unknown column",
         swap(rb"elapsed_s,", b"mass_kg,elapsed_s,"),
         "values where 10 belong",
-        b"58.123",
+        b",0.0,0.0999",
     ),
     ("csv", "no instants", swap(rb"(?m)^2016-.*\n", b"", count=5), "no instants", None),
     ("json", "shape of nothing", in_json(lambda d: d.update(shape=[0])), "shape", None),
@@ -322,7 +303,7 @@ def with_values(quaternion=None, seconds=None):
     ("values", "words"),
     [
         ({"quaternion": 0.5}, r"quaternion\[3\]: a unit quaternion, within 1e-6"),
-        ({"quaternion": np.nan}, "finite numbers|numbers; got|a number; got|not JSON|not ECSV"),
+        ({"quaternion": np.nan}, "finite numbers|numbers; got|a number; got|could not convert|without"),
         ({"seconds": np.inf}, "finite numbers|numbers; got|a number; got|could not convert|not ECSV|without"),
     ],
     ids=["not unit", "NaN", "Infinity"],
@@ -351,7 +332,9 @@ def refused_or_the_same(format, content):
 def test_truncated_file_is_refused(format):
     content = original(format)
     for tenth in range(10):
-        refusal(format, content[: len(content) * tenth // 10])
+        part = content[: len(content) * tenth // 10]
+        refused = refused_or_the_same(format, part)
+        assert refused or (format == "ck" and not any(content[len(part) :]))  # it is filled up with zeros
     for missing in range(1, 9):
         refused_or_the_same(format, content[:-missing])
 
@@ -365,8 +348,9 @@ def test_garbage_after_the_end_is_refused(format, garbage):
 
 
 @each_format
-def test_file_twice_is_refused(format):
-    refusal(format, original(format) * 2)
+def test_file_twice_is_refused_or_read_from_its_end(format):
+    refused = refused_or_the_same(format, original(format) * 2)
+    assert refused or format in ("arrow", "parquet", "npz")  # which say there where all of them is
 
 
 @each_format
@@ -492,9 +476,9 @@ def endless_cases(format):
 
 
 def sparse_cases(known, folder):
-    path = os.path.join(folder, "a" + known.endings[0])
     options = {"sclk": clock()} if known.name == "ck" else {}
-    for beginning, size in sparse_files(known.name):
+    for k, (beginning, size) in enumerate(sparse_files(known.name)):
+        path = os.path.join(folder, f"{k}" + known.endings[0])
         with open(path, "wb") as file:
             file.write(beginning)
             file.truncate(size)
