@@ -6,13 +6,15 @@ edited(content, edits)      the damaged file
 outcome(format, content)    "refused", or "kept": read, written again by the format's own writer, and read
 """
 
+import atexit
 import io
 import random
 import re
 import zipfile
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import NamedTuple
 
 import numpy as np
@@ -100,13 +102,12 @@ def written(format, ephemeris, **options):
     return b"".join(bytes(b) for b in encode(Samples.of(ephemeris), FORMATS[format], None, options).blocks)
 
 
-_FOLDER = TemporaryDirectory()
-
-
 @cache
 def clock():
     """The clock kernel of the CKs among the originals; those of their own anchor are read with it too."""
-    path = Path(_FOLDER.name) / "a.tsc"
+    folder = mkdtemp()
+    atexit.register(rmtree, folder)
+    path = Path(folder) / "a.tsc"
     whole = encode(Samples.of(motion().at(T)), FORMATS["ck"])
     path.write_bytes(whole.beside("a.bc")[".tsc"])
     return path

@@ -1,6 +1,7 @@
 """A write that ends before its end: nothing under the final name, and what was there stays as it was."""
 
 import errno
+import json
 import os
 import signal
 import subprocess
@@ -10,7 +11,6 @@ import time
 import pytest
 
 from attitude import FormatError, InputError
-from attitude.ephemeris import Ephemeris
 from attitude.formats import files, samples, write
 from attitude.formats.known import FORMATS
 from attitude.formats.samples import Samples
@@ -55,9 +55,9 @@ def failing(error):
 
 
 FAILURES = {
-    "Ctrl-C": (KeyboardInterrupt(), KeyboardInterrupt, ""),
+    "Ctrl-C": (KeyboardInterrupt("stopped"), KeyboardInterrupt, "stopped"),
     "refused by the motion": (InputError("t", 6, "another instant"), InputError, "another instant"),
-    "no memory": (MemoryError(), MemoryError, ""),
+    "no memory": (MemoryError("too many"), MemoryError, "too many"),
     "disk of the motion": (OSError(errno.ENOSPC, "No space left on device"), FormatError, "No space left"),
 }
 
@@ -110,34 +110,52 @@ def test_last_file_that_cannot_be_written_leaves_none_of_them(tmp_path, monkeypa
 
 # -- ended from outside ------------------------------------------------------------------------------
 
-# Goes on for minutes, and says when the file has begun.
-PROGRAM = """
-import sys, time
-from attitude.formats import samples, write
-from tests.formats.damage import motion
-samples.BLOCK = 100
-whole = motion().at([float(i) for i in range(100)])
-told = set()
 
-def cut(first, last):
-    piece = motion().at([float(i) for i in range(first, last)])
-    if first > 1000:
-        if "said" not in told:
-            told.add("said")
-            print("begun", flush=True)
-        time.sleep(60)
-    return piece
+class Stuck(Samples):
+    """Attitudes of which a writer is given some, and then, once its file has begun, waits for the next."""
 
-write(samples.Samples(100000, cut), *sys.argv[1:])
-"""
+    def __init__(self, folder, begun):
+        self.folder, self.begun = folder, begun
+        super().__init__(5000, self.given)
+
+    def given(self, first, last):
+        if first > 1000 and any(name.startswith(".") for name in os.listdir(self.folder)):
+            os.write(self.begun, b"!")
+            time.sleep(60)
+        return motion().at([float(i) for i in range(first, last)])
 
 
-def ended(folder, format, number):
-    """Starts to write, and ends the process in the middle."""
-    command = [sys.executable, "-c", PROGRAM, str(folder / names(format)[0]), format]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "begun\n"
-    process.send_signal(number)
-    process.wait(timeout=30)
-    process.stdout.close()
-    return process.returncode
+def end_all(folder, number):
+    """Writes each format in a process of its own, ends it in the middle, and prints how it ended."""
+    samples.BLOCK = 100
+    for format in FORMATS:
+        place = os.path.join(folder, format)
+        read_end, write_end = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.close(read_end)
+            write(Stuck(place, write_end), os.path.join(place, names(format)[0]), format)
+            os._exit(0)
+        os.close(write_end)
+        begun = os.read(read_end, 1)
+        os.kill(child, number)
+        print(json.dumps([format, begun.decode(), os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])]))
+        os.close(read_end)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["SIGTERM", "SIGKILL"])
+@pytest.mark.parametrize("before", [None, BEFORE], ids=["new files", "over files"])
+def test_ended_process_leaves_what_was_there(number, before, tmp_path):
+    for format in FORMATS:
+        (tmp_path / format).mkdir()
+        for name in names(format) if before else ():
+            (tmp_path / format / name).write_bytes(before)
+    program = f"from {__name__} import end_all; end_all({str(tmp_path)!r}, {int(number)})"
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=100)
+    assert run.returncode == 0, run.stderr
+    assert [json.loads(line) for line in run.stdout.splitlines()] == [
+        [format, "!", -number] for format in FORMATS
+    ]
+    for format in FORMATS:
+        assert_untouched(tmp_path / format, format, hidden=True)
+        assert len(list((tmp_path / format).glob("*.*"))) >= (len(names(format)) if before else 0)
