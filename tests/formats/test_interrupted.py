@@ -15,7 +15,7 @@ from attitude.formats import files, samples, write
 from attitude.formats.known import FORMATS
 from attitude.formats.samples import Samples
 
-from .damage import T, motion, options_of
+from .damage import T, motion, options_of, written
 
 each_format = pytest.mark.parametrize("format", FORMATS)
 COMPANIONS = {"ck": (".tsc", ".tf", ".tls", ".tm")}
@@ -125,37 +125,43 @@ class Stuck(Samples):
         return motion().at([float(i) for i in range(first, last)])
 
 
-def end_all(folder, number):
-    """Writes each format in a process of its own, ends it in the middle, and prints how it ended."""
+def ends(folder, ways):
+    """Writes each format in processes of its own, ends them in the middle, and prints how they ended."""
+    for format in FORMATS:
+        written(format, motion().at(T))  # what the format rests on is imported once
     samples.BLOCK = 100
-    for format in FORMATS:
-        place = os.path.join(folder, format)
-        read_end, write_end = os.pipe()
-        child = os.fork()
-        if child == 0:
-            os.close(read_end)
-            write(Stuck(place, write_end), os.path.join(place, names(format)[0]), format)
-            os._exit(0)
-        os.close(write_end)
-        begun = os.read(read_end, 1)
-        os.kill(child, number)
-        print(json.dumps([format, begun.decode(), os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])]))
+    for number in ways:
+        for format in FORMATS:
+            print(json.dumps([format, *ended(os.path.join(folder, str(number), format), format, number)]))
+
+
+def ended(folder, format, number):
+    """What a process said before the signal, and its exit code."""
+    read_end, write_end = os.pipe()
+    child = os.fork()
+    if child == 0:
         os.close(read_end)
+        write(Stuck(folder, write_end), os.path.join(folder, names(format)[0]), format)
+        os._exit(0)
+    os.close(write_end)
+    with open(read_end, "rb", buffering=0) as pipe:
+        begun = pipe.read(1)
+    os.kill(child, number)
+    return begun.decode(), os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["SIGTERM", "SIGKILL"])
-@pytest.mark.parametrize("before", [None, BEFORE], ids=["new files", "over files"])
-def test_ended_process_leaves_what_was_there(number, before, tmp_path):
-    for format in FORMATS:
-        (tmp_path / format).mkdir()
-        for name in names(format) if before else ():
-            (tmp_path / format / name).write_bytes(before)
-    program = f"from {__name__} import end_all; end_all({str(tmp_path)!r}, {int(number)})"
+def test_ended_process_leaves_what_was_there(tmp_path):
+    ways = {int(signal.SIGTERM): True, int(signal.SIGKILL): False}  # whether there were files before
+    places = [(number, format, tmp_path / str(number) / format) for number in ways for format in FORMATS]
+    for number, format, place in places:
+        place.mkdir(parents=True)
+        for name in names(format) if ways[number] else ():
+            (place / name).write_bytes(BEFORE)
+    program = f"from {__name__} import ends; ends({str(tmp_path)!r}, {list(ways)})"
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=100)
     assert run.returncode == 0, run.stderr
-    assert [json.loads(line) for line in run.stdout.splitlines()] == [
-        [format, "!", -number] for format in FORMATS
-    ]
-    for format in FORMATS:
-        assert_untouched(tmp_path / format, format, hidden=True)
-        assert len(list((tmp_path / format).glob("*.*"))) >= (len(names(format)) if before else 0)
+    told = [json.loads(line) for line in run.stdout.splitlines()]
+    assert told == [[format, "!", -number] for number, format, _ in places]
+    for number, format, place in places:
+        assert_untouched(place, format, hidden=True)
+        assert (place / names(format)[0]).exists() == ways[number]
