@@ -43,7 +43,7 @@ class InputError(AttitudeError, ValueError):
         self.value = value
         self.expected = expected
         self.steps = _steps(field) if steps is None else steps
-        super().__init__(f"{field}: {expected}; got {_short(value)}")
+        super().__init__(f"{field}: {expected}; got {'nothing' if value is None else shown(value)}")
 
     @property
     def pointer(self) -> str:
@@ -91,7 +91,10 @@ def _steps(field: str) -> tuple[str | int, ...]:
     )
 
 
-def _short(value: Any) -> str:
-    """A value as it may stand in one line of an error."""
-    text = "nothing" if value is None else " ".join(repr(value).split())
+def shown(value: Any) -> str:
+    """A value as it may stand in one line of an error, however deep or long it is."""
+    try:
+        text = " ".join(repr(value).split())
+    except RecursionError:
+        text = f"a {type(value).__name__} of too many levels"
     return text if len(text) <= 80 else text[:77] + "..."

@@ -8,6 +8,7 @@ parts     what the formats of this library say: metadata and columns, with their
 events    what happened at instants, as plain data
 files     whole or not at all
 lines     text in blocks of lines
+whole     contents that are read at once, within measure
 
 Each format is a module with
 
@@ -37,6 +38,7 @@ from .files import write_whole as write_whole
 from .known import BY_ENDING, FORMATS
 from .known import Format as Format
 from .nodes import Written
+from .parts import is_utf8
 from .samples import Progress, Samples
 
 if TYPE_CHECKING:
@@ -98,6 +100,8 @@ def encode(
     module, options = module_of(known), options or {}
     if samples.count == 0 or not all(samples.shape):
         raise FormatError("an ephemeris of no instants is not written")
+    if not is_utf8(samples.head.name):
+        raise FormatError(f"the name {samples.head.name!a} has half of a character, which no file holds")
     check_options(known, options)
     if hasattr(module, "interpolant"):
         if hasattr(module, "prepared"):  # interpolated in another frame than the ephemeris is in

@@ -127,11 +127,13 @@ class Reader:
 
     def _one(self, line: bytes, number: int) -> None:
         if not line:
+            self.message.remark(number)
             return
         try:
             text = line.decode("ascii")
         except UnicodeDecodeError:
             if line.split()[0] == b"COMMENT" and self.fields is not None:
+                self.message.remark(number)
                 return
             raise FormatError("characters that are not ASCII", self.source, number) from None
         self.line(text, number)
@@ -167,6 +169,7 @@ class Reader:
     def _keyword(self, fields: Fields, text: str, number: int) -> None:
         name, equals, value = (part.strip() for part in text.partition("="))
         if text.split()[0] == "COMMENT":
+            self.message.remark(number)
             return
         if not equals:
             raise FormatError(f"{text[:40]!r} where KEYWORD = value belongs", self.source, number)
@@ -191,6 +194,7 @@ class Reader:
         if self.is_first_row:
             line, behind = block.line(at)
             if not line.strip() or line.split()[0] == b"COMMENT":
+                self.message.remark(block.number_at(at))
                 return behind
             self.is_first_row = False
         if isinstance(segment, Skipped):

@@ -7,6 +7,7 @@ B the body it is the quaternion of this library, number by number, and the conju
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -16,9 +17,10 @@ import numpy as np
 
 from .. import orientation
 from ..dynamics.event import Event
+from ..elapsed import Instants
 from ..ephemeris import Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
-from . import aem_epochs, aem_rows, rows
+from . import aem_epochs, aem_rows, parts, rows
 from .aem_epochs import EpochError, Stamps
 from .aem_rows import RowError, Rows
 from .rows import Form, Part
@@ -26,6 +28,18 @@ from .rows import Form, Part
 VERSIONS = ("1.0", "2.0")
 ALIASES = {"J2000": "EME2000", "EME_2000": "EME2000"}
 BOTH, FIRST, SECOND = ("1.0", "2.0"), ("1.0",), ("2.0",)
+
+
+LONGEST = 230  # characters of a value: a line has at most 254, and the longest keyword 20 (6.6.1)
+VALUE = f"one line of 1 to {LONGEST} printable ASCII characters, no blank at its ends"
+MOST_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
+NANOSECOND = 10**9  # attoseconds: writers round to whole ones
+GREATEST_RATE = 1e306  # rad/s: in deg/s it is still a number
+
+
+def is_value(text: str) -> bool:
+    """Whether a keyword may have it; the same for the writer."""
+    return len(text) <= LONGEST and re.fullmatch(r"[!-~]([ -~]*[!-~])?", text) is not None
 
 
 class Keyword(NamedTuple):
@@ -126,6 +140,9 @@ class Fields:
             raise FormatError(f"{name} twice", self.source, line)
         if not value:
             raise FormatError(f"{name} without a value", self.source, line)
+        if not is_value(value):
+            reason = f"{name}: {VALUE}; got {value[:40]!a}"
+            raise FormatError(reason, self.source, line)
         self.values[name], self.lines[name] = value, line
 
     def close(self, line: int) -> None:
@@ -326,7 +343,7 @@ class Turns:
             if derivative is not None:
                 derivative[1:] = -derivative[1:]
         if derivative is not None:
-            return q, _finite(_rate(q, derivative), "the rate")
+            return q, _bounded(_rate(q, derivative))
         if "ANGVEL_X" not in columns:
             return q, None
         rate = np.deg2rad(np.stack([columns[name] for name in ANGVEL]))
@@ -337,8 +354,9 @@ class Turns:
         if not self.forward:
             rate = -rate
         if self.in_body:
-            return rate
-        return _finite(orientation.rotate(orientation.conjugate(q.T), rate.T).T, "the rate")
+            return _bounded(rate)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return _bounded(orientation.rotate(orientation.conjugate(q.T), rate.T).T)
 
     def _euler(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:
         """q = q_1 * q_2 * q_3, intrinsic, and its derivative where the angles have one (product rule)."""
@@ -376,11 +394,11 @@ def _rate(q: np.ndarray, derivative: np.ndarray) -> np.ndarray:
         return twice / (q * q).sum(axis=0)
 
 
-def _finite(values: np.ndarray, what: str) -> np.ndarray:
-    bad = ~np.isfinite(values).all(axis=0)
-    if bad.any():
-        raise RowError(int(np.argmax(bad)), f"{what} is more than a double holds")
-    return values
+def _bounded(rate: np.ndarray) -> np.ndarray:
+    if rate.size and not max(rate.max(), -rate.min()) <= GREATEST_RATE:
+        bad = ~(np.abs(rate) <= GREATEST_RATE).all(axis=0)
+        raise RowError(int(np.argmax(bad)), f"a rate of more than {GREATEST_RATE:g} rad/s")
+    return rate
 
 
 def turns(fields: Fields) -> Turns:
@@ -460,13 +478,20 @@ class Message:
             raise InputError("segment", segment, "a whole number, 1 for the first, or None for all")
         self.source, self.wanted = source, segment
         self.version = ""
-        self.seen = 0
+        self.seen = self.remarks = 0
         self.segments: list[Segment] = []
 
     def begin(self, version: str, line: int) -> None:
         if version not in VERSIONS:
             raise FormatError(f"AEM version {version[:20]!r}, not 1.0 or 2.0", self.source, line)
         self.version = version
+
+    def remark(self, line: int, count: int = 1) -> None:
+        """A comment or an empty line."""
+        self.remarks += count
+        if self.remarks > MOST_REMARKS:
+            reason = f"more than {MOST_REMARKS} comments and empty lines"
+            raise FormatError(reason, self.source, line)
 
     def header(self) -> Fields:
         return Fields(HEADER, self.version, "header", self.source)
@@ -494,21 +519,37 @@ class Message:
             raise FormatError(str(error), self.source) from None
 
     def _joined(self) -> Ephemeris:
-        parts, first = self.segments, self.segments[0]
-        columns = zip(*(stamps for part in parts for stamps in part.stamps), strict=True)
+        segments, first = self.segments, self.segments[0]
+        columns = zip(*(stamps for part in segments for stamps in part.stamps), strict=True)
         whole = Stamps(*map(np.concatenate, columns))
-        starts = np.cumsum([part.count for part in parts])[:-1].tolist()
-        for part in parts:
+        starts = np.cumsum([part.count for part in segments])[:-1].tolist()
+        for part in segments:
             part.stamps.clear()
-        times = aem_epochs.instants(whole, first.system)
+        times = parts.check_dates(aem_epochs.instants(whole, first.system))
+        _check_steps(times, whole)
         events = tuple(
             Event(float(times.seconds[start]), "segment", f"segment {k} of the file begins")
             for k, start in enumerate(starts, start=2)
         )
-        q = _gathered([part.attitudes for part in parts])
-        rate = _gathered([part.rates for part in parts]) if first.rates else None
+        q = _gathered([part.attitudes for part in segments])
+        rate = _gathered([part.rates for part in segments]) if first.rates else None
         name = first.fields.values["OBJECT_NAME"]
         return Ephemeris(q, times, first.turns.frame, None, rate, name, events=events)
+
+
+def _check_steps(times: Instants, stamps: Stamps) -> None:
+    """Refuses epochs that are one when they are written again, to the nanosecond."""
+    steps = np.diff(times.seconds)
+    if times.rest is not None:
+        steps += np.diff(times.rest)
+    if not steps.size or steps.min() > 2.1e-9:
+        return
+    least = 2e-9 if (stamps.atto % NANOSECOND).any() else 1e-9
+    close = np.flatnonzero(steps < least * (1.0 - 1e-3))
+    if close.size:
+        i = int(close[0])
+        expected = f"epochs at least {least:g} s apart, to be told from each other when they are rounded"
+        raise InputError(f"attitudes[{i + 1}]", f"{float(steps[i]):.3g} s after the one before", expected)
 
 
 def _gathered(lists: list[list[np.ndarray]]) -> np.ndarray:

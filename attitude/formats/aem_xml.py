@@ -408,7 +408,9 @@ class Reader:
 
     def _end_field(self, name: str) -> None:
         text = self._taken_text()
-        if name != "COMMENT":
+        if name == "COMMENT":
+            self.message.remark(self._now())
+        else:
             assert self.fields is not None
             self.fields.add(name, text, self._now())
 
@@ -429,6 +431,8 @@ class Reader:
     def _end_in_data(self, name: str, depth: int) -> None:
         if isinstance(self.segment, Skipped) or name == "COMMENT":
             self._taken_text()
+            if name == "COMMENT":
+                self.message.remark(self._now())
         elif depth == 5:
             self._no_text()
             self._end_state()

@@ -19,4 +19,4 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    return arrow_batches.parse(pyarrow("pyarrow.ipc").open_file, seekable(stream), source)
+    return arrow_batches.parse(pyarrow("pyarrow.ipc").open_file, seekable(stream, source), source)

@@ -13,7 +13,7 @@ import orjson
 
 from ..errors import FormatError
 from . import columnar, parts
-from .binary import Sink, told_by
+from .binary import Sink, refuse_rest, told_by
 from .optional import needed
 from .samples import Samples
 
@@ -73,8 +73,10 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
     try:
         reader = begin(stream)
         _check(reader.schema, source)
-        table = reader.read_all()
+        table = _table(reader, source)
         table.validate(full=True)
+        if not has_footer(reader):
+            refuse_rest(stream, source)
     except FormatError:
         raise
     except Exception as error:  # pyarrow's own kinds, and Python's of what the stream does
@@ -84,6 +86,24 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
     names = [name for name in table.column_names if name != columnar.TIME_TAI]
     numbers = {name: table.column(name).to_numpy() for name in names}
     return parts.ephemeris_from(_metadata(table.schema, source), numbers, source)
+
+
+def has_footer(reader: Any) -> bool:
+    """Whether it is of a file, at whose end it says where all of it is."""
+    return hasattr(reader, "num_record_batches")
+
+
+def _table(reader: Any, source: str) -> Any:
+    """A stream may go on without an end: no more of it is taken than its metadata state."""
+    if has_footer(reader):
+        return reader.read_all()
+    stated = parts.stated_count(_metadata(reader.schema, source), source)
+    batches, found = [], 0
+    for batch in reader:
+        batches.append(batch)
+        found += max(1, batch.num_rows)
+        parts.refuse_more(found, stated, source)
+    return pyarrow().Table.from_batches(batches, reader.schema)
 
 
 def _check(schema: Any, source: str) -> None:

@@ -7,6 +7,7 @@ from itertools import groupby
 from typing import Any, BinaryIO
 
 from ..errors import FormatError
+from . import whole
 
 # A file may tell of more bytes than it has (packed ones): of so many more, or of so many in all.
 MOST_TIMES = 100
@@ -50,9 +51,9 @@ class Sink:
         return pieces
 
 
-def seekable(stream: BinaryIO) -> BinaryIO:
+def seekable(stream: BinaryIO, source: str) -> BinaryIO:
     """The same bytes, in memory if they come through a pipe."""
-    return stream if stream.seekable() else io.BytesIO(stream.read())
+    return stream if stream.seekable() else io.BytesIO(whole.untold(stream, source))
 
 
 def size(stream: BinaryIO) -> int:
@@ -67,6 +68,12 @@ def refuse_inflated(told: int, stream: BinaryIO, source: str) -> None:
     most = max(ALWAYS, MOST_TIMES * size(stream))
     if told > most:
         raise FormatError(f"tells of {told} bytes, more than the {most} that a file of its size may", source)
+
+
+def refuse_rest(stream: BinaryIO, source: str) -> None:
+    """Refuses a file that goes on where it should end; of a pipe nobody knows whether more will come."""
+    if stream.seekable() and stream.read(1):
+        raise FormatError("something after its end", source)
 
 
 def told_by(error: Exception) -> str:

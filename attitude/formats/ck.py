@@ -441,7 +441,7 @@ def parse(
     sclk : SCLK kernel of the clock that counted the ticks; else that of the same name, ending in .tsc
     structure_id : which, where the file has several
     """
-    arrays = daf.arrays(stream.read(), b"DAF/CK", 2, 6, source)
+    arrays = daf.arrays(daf.content(stream, b"DAF/CK", source), 2, 6, source)
     structure = _structure(arrays, structure_id, source)
     chosen = [array for array in arrays if array.integers[0] == structure]
     run = _in_order([_run(array, source) for array in chosen], source)
@@ -593,11 +593,20 @@ def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str)
     q, velocity = run.records.quaternion, run.records.velocity
     try:
         orientation.attitude_quaternion(q, "wxyz", "quaternion")
-        instants.finite("instants")
+        parts.check_dates(instants.finite("instants"))
     except InputError as error:
         raise FormatError(str(error), source) from None
     rate = None if velocity is None else orientation.rotate(orientation.conjugate(q), velocity)
     at = instants.seconds[1:][run.begins[1:]]
     text = "a new interval begins: not to be interpolated into from before"
     happened = tuple(Event(float(seconds), "segment", text) for seconds in at)
-    return Ephemeris(q, instants, frame, None, rate, name, events=happened)
+    found = Ephemeris(q, instants, frame, None, rate, name, events=happened)
+    _check_written(found, source)
+    return found
+
+
+def _check_written(found: Ephemeris, source: str) -> None:
+    """Instants are apart, and the clock counts them, from the second that a CK of theirs would begin with."""
+    seconds, _ = dated.whole_tt_second(found[:1]).seconds(found.instants)
+    if not (np.diff(seconds) > 0.0).all() or not seconds[-1] < spice_text.SECONDS:
+        raise FormatError("instants that are one, or too many years, for one clock", source)

@@ -49,6 +49,7 @@ class Reader:
         self.names: list[str] = []
         self.first_line = 0
         self.numbers: list[np.ndarray] = []
+        self.count = self.found = 0
 
     def take(self, block: lines.Block) -> None:
         at, number = 0, block.number
@@ -69,7 +70,7 @@ class Reader:
                 line, place = block.line(place)
                 taken.append(line.decode("utf-8", errors="replace"))
             wanted = [i for i, name in enumerate(self.names) if name != parts.TIME]
-            self.numbers.append(_numbers(taken, wanted, len(self.names), self.source, number).T)
+            self._keep(_numbers(taken, wanted, len(self.names), self.source, number).T)
             return place, True
 
         if parts.TIME in self.names[1:]:
@@ -77,13 +78,18 @@ class Reader:
             return
         dated = self.names[0] == parts.TIME
         form = rows.Form(len(self.names) - dated, rows.WORD if dated else rows.NOTHING, b",")
-        rows.read(block.text, at, block.size, form, lambda part: self.numbers.append(part.columns), odd)
+        rows.read(block.text, at, block.size, form, lambda part: self._keep(part.columns), odd)
+
+    def _keep(self, columns: np.ndarray) -> None:
+        self.numbers.append(columns)
+        self.found += columns.shape[1]
+        parts.refuse_more(self.found, self.count, self.source, self.first_line + self.count)
 
     def _head(self, row: str, number: int) -> None:
         if row.startswith("#") and len(self.comments) < MOST_COMMENTS:
             self.comments.append(row)
             return
-        _metadata(self.comments, self.source)
+        self.count = parts.stated_count(_metadata(self.comments, self.source), self.source)
         names = row.split(",")
         if len(set(names)) < len(names):
             raise FormatError("a column name twice", self.source, number)

@@ -27,7 +27,7 @@ from ..ephemeris import Along, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
 from ..frames import turn_from_gcrf
 from ..frames_of_date import itrf
-from . import parts
+from . import parts, whole
 from .nodes import Interpolant, Nodes
 from .samples import BLOCK, Samples
 
@@ -260,9 +260,7 @@ def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = 
 
 
 def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
-    text = stream.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FormatError(f"more than {MOST_BYTES} bytes", source)
+    text = whole.text(stream, source, MOST_BYTES)
     try:
         packets = orjson.loads(text)
     except orjson.JSONDecodeError as error:
@@ -314,7 +312,9 @@ def _ephemeris(packet: dict[str, Any]) -> Ephemeris:
     name = packet.get("name", packet.get("id", ""))
     return Ephemeris(
         quaternion,
-        Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion"),
+        parts.check_dates(
+            Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion")
+        ),
         FRAME,
         name=name if isinstance(name, str) else "",
         events=events,

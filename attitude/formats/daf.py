@@ -6,11 +6,12 @@ says is believed before it was compared with the file's length.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
 from ..errors import FormatError
+from . import whole
 
 RECORD = 1024  # bytes
 ORDERS = {b"LTL-IEEE": "<", b"BIG-IEEE": ">"}
@@ -32,16 +33,37 @@ class Array(NamedTuple):
     values: np.ndarray
 
 
-def arrays(data: bytes, kind: bytes, nd: int, ni: int, source: str) -> list[Array]:
-    """All arrays of a file of this kind, whose descriptors have nd doubles and ni integers.
+def content(stream: BinaryIO, kind: bytes, source: str) -> bytes:
+    """A file of this kind, up to the end of the record in which its own count says that it ends.
 
-    Raises FormatError for any other file, and for one that is damaged or shorter than it says.
+    Raises FormatError for any other file, before more than the first record of it is read.
     """
+    data = stream.read(RECORD)
     if data[:8] != kind.ljust(8):
         raise FormatError(f"does not begin with {kind.decode()}", source)
+    free = int(np.frombuffer(data, f"{_order(data, source)}i4", 1, 84)[0])  # the first word that is not used
+    left = max(0, -(-8 * (free - 1) // RECORD) - 1) * RECORD
+    if not stream.seekable():
+        return data + whole.untold(stream, source)
+    data += stream.read(left)
+    if any(stream.read(RECORD)):  # zeros may fill it up
+        raise FormatError("something after its end", source)
+    return data
+
+
+def _order(data: bytes, source: str) -> str:
     order = ORDERS.get(data[88:96])
     if order is None or len(data) < RECORD:
         raise FormatError("no DAF file record in IEEE numbers", source)
+    return order
+
+
+def arrays(data: bytes, nd: int, ni: int, source: str) -> list[Array]:
+    """All arrays of a file, whose descriptors have nd doubles and ni integers.
+
+    Raises FormatError for others, and for a file that is damaged or shorter than it says.
+    """
+    order = _order(data, source)
     if b"FTPSTR" in data[600:RECORD] and TRANSFER not in data[600:RECORD]:
         raise FormatError("damaged by a transfer as text", source)
     found_nd, found_ni = np.frombuffer(data, f"{order}i4", 2, 8).tolist()

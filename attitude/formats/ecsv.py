@@ -11,8 +11,9 @@ import orjson
 from astropy.table import QTable
 
 from ..errors import FormatError
+from . import whole
 from .samples import Samples
-from .table import from_table, to_table
+from .table import from_table, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -65,11 +66,10 @@ def _vectors(values: np.ndarray) -> list[bytes]:
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    text = stream.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FormatError(f"more than {MOST_BYTES} bytes; csv, ndjson and arrow are read in blocks", source)
+    text = whole.text(stream, source, MOST_BYTES)
     _refuse_gaps(text, source)
     try:
+        refuse_unfolding("\n".join(line[2:] for line in text.decode().split("\n") if line.startswith("# ")))
         table = QTable.read(text.decode(), format="ascii.ecsv")
     except Exception as error:  # astropy's reader raises a dozen kinds; none may leave as it is
         raise FormatError(
@@ -79,7 +79,7 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
 
 
 def _refuse_gaps(text: bytes, source: str) -> None:
-    """A missing number stands as "" in a row; astropy's reader makes it zero."""
+    """A missing number stands as "" in a row, or null in a cell; astropy's reader makes it zero."""
     for number, line in enumerate(text.split(b"\n"), start=1):
-        if b'""' in line and not line.startswith(b"#"):
+        if (b'""' in line or b"null" in line) and not line.startswith(b"#"):
             raise FormatError("elapsed, quaternion or rate without a value", source, number)

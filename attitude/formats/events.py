@@ -60,7 +60,7 @@ def _plain(value: Any) -> Any:
 
 def _value(value: Any) -> Any:
     """Yes or no, a count, a number, or a vector of finite numbers."""
-    if isinstance(value, (bool, int)):
+    if isinstance(value, int) and abs(value) < 1 << 63:
         return value
     numbers = units.finite_array(value, "events")
     return numbers if numbers.ndim else float(numbers)

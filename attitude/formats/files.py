@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -40,6 +40,9 @@ def write_together(files: Mapping[Path, Iterable[bytes]]) -> None:
             with _named_in_errors(path):
                 os.replace(name, path)
     finally:
+        for blocks in files.values():
+            if isinstance(blocks, Generator):
+                blocks.close()  # what it has open, too, it lets go now and not when somebody looks
         for name in written:
             if os.path.exists(name):
                 os.unlink(name)

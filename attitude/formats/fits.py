@@ -19,7 +19,7 @@ from astropy.io import fits
 from astropy.table import QTable
 
 from ..errors import FormatError
-from .binary import told_by
+from .binary import refuse_rest, told_by
 from .samples import Samples
 from .table import VECTORS, from_table, to_table
 
@@ -111,14 +111,14 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
 
 def _read_header(stream: BinaryIO, source: str) -> fits.Header:
     """Up to the block in which it ends."""
-    text = b""
-    while END not in (block := stream.read(BLOCK)):
-        text += block
+    text = bytearray(block := stream.read(BLOCK))
+    if not text.startswith((b"SIMPLE  =", b"XTENSION")):
+        raise FormatError("not FITS: no header where one belongs", source)
+    while END not in block:
+        text += (block := stream.read(BLOCK))
         if len(block) < BLOCK or len(text) > LONGEST_HEADER:
             raise FormatError("not FITS: a header without an end", source)
-    if not text.startswith((b"SIMPLE  =", b"XTENSION")) and not block.startswith((b"SIMPLE  =", b"XTENSION")):
-        raise FormatError("not FITS: no header where one belongs", source)
-    return fits.Header.fromstring((text + block).decode("ascii"))
+    return fits.Header.fromstring(text.decode("ascii"))
 
 
 def _layout(header: fits.Header, source: str) -> tuple[int, dict[str, tuple[int, ...]]]:
@@ -169,4 +169,7 @@ def _read_rows(stream: BinaryIO, count: int, kind: np.dtype[Any], source: str) -
         data += block
     if len(data) < told:
         raise FormatError(f"ends after {len(data) // kind.itemsize} of {count} rows", source)
+    if len(stream.read(-told % BLOCK)) < -told % BLOCK:
+        raise FormatError("ends within its last block", source)
+    refuse_rest(stream, source)
     return np.frombuffer(data, kind)

@@ -9,7 +9,7 @@ import numpy as np
 import orjson
 
 from ..errors import FormatError
-from . import parts
+from . import parts, whole
 from .samples import Samples
 
 if TYPE_CHECKING:
@@ -63,9 +63,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    text = stream.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FormatError(f"more than {MOST_BYTES} bytes; csv, ndjson and arrow are read in blocks", source)
+    text = whole.text(stream, source, MOST_BYTES)
     try:
         answer = orjson.loads(text)
     except orjson.JSONDecodeError as error:

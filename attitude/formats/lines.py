@@ -13,6 +13,8 @@ from .rows import MARGIN, Part, line_ends
 
 BLOCK = 1 << 22  # bytes
 LONGEST = 1 << 20  # bytes of a line: no format has longer ones, and a file of zeros is one line
+FEW = 1 << 16  # lines
+SHORTEST = 8  # bytes of a line on average in a full block: five numbers and what is between them take ten
 
 
 class Block:
@@ -72,6 +74,8 @@ def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:
         if len(rest) > LONGEST:
             raise FormatError(f"a line of more than {LONGEST} bytes", source, number + block.count)
         if cut:
+            if block.count > max(FEW, len(chunk) // SHORTEST):
+                raise FormatError("lines with hardly anything in them, one after another", source, number)
             yield block
             number = block.number_at(block.size)
     if rest:

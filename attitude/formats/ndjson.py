@@ -51,13 +51,17 @@ class Reader:
         self.meta: Any = None
         self.names: list[str] | None = None
         self.numbers: list[np.ndarray] = []
+        self.count = self.found = 0
 
     def take(self, block: lines.Block) -> None:
         rows, number = block.lines, block.number
         if self.meta is None:
             self.meta, rows, number = _object(rows[0], self.source, number), rows[1:], number + 1
+            self.count = parts.stated_count(self.meta, self.source, 1)
         if rows:
             self._add(_objects(rows, self.source, number), number)
+            self.found += len(rows)
+            parts.refuse_more(self.found, self.count, self.source, self.count + 2)
 
     def _add(self, rows: list[dict[str, Any]], number: int) -> None:
         names = self._names(rows, number)

@@ -6,6 +6,7 @@ last dimension, that of the instants, is the slowest.  The metadata are JSON in 
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Iterator
 from math import prod
@@ -71,9 +72,10 @@ def _pieces(samples: Samples, part: int, of: int) -> Iterator[Ephemeris]:
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    stream = seekable(stream)
+    stream = seekable(stream, source)
     try:
         with zipfile.ZipFile(stream) as archive:
+            _refuse_tail(stream, source)
             members = _members(archive, source)
             refuse_inflated(sum(each.file_size for each in members.values()), stream, source)
             meta = orjson.loads(_text(archive, members.pop(METADATA), source))
@@ -84,6 +86,13 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
         raise FormatError(f"not NPZ: {told_by(error)}", source) from None
     table.pop(columnar.TIME_TAI, None)  # the seconds are exact
     return parts.ephemeris_from(meta, table, source)
+
+
+def _refuse_tail(stream: BinaryIO, source: str) -> None:
+    """A zip ends with 22 bytes of its own; what follows them, or a comment in them, is none of ours."""
+    stream.seek(-22, io.SEEK_END)
+    if stream.read(4) != b"PK\5\6":
+        raise FormatError("something after its end", source)
 
 
 def _members(archive: zipfile.ZipFile, source: str) -> dict[str, zipfile.ZipInfo]:

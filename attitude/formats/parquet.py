@@ -16,7 +16,7 @@ from . import parts
 from .binary import Sink, refuse_inflated, seekable, told_by
 from .optional import needed
 from .samples import Samples
-from .table import VECTORS, to_table
+from .table import VECTORS, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -81,7 +81,7 @@ def _array(column: np.ndarray) -> Any:
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
     pq = pyarrow("pyarrow.parquet")
-    stream = seekable(stream)
+    stream = seekable(stream, source)
     try:
         file = pq.ParquetFile(stream)
         meta = _check(file.schema_arrow, source)
@@ -108,6 +108,7 @@ def _check(schema: Any, source: str) -> dict[str, Any]:
     text = (schema.metadata or {}).get(ASTROPYS.encode())
     if text is None:
         raise FormatError("not a table of astropy: no metadata 'table_meta_yaml'", source)
+    refuse_unfolding(text.decode())
     header = meta.get_header_from_yaml(text.decode().split("\n"))
     units = {column["name"]: column.get("unit") for column in header["datatype"]}
     shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {name: (len(names),) for name, names, _ in VECTORS}

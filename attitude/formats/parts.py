@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from ..body import RigidBody
 from ..dynamics.translation import Translation
 from ..elapsed import Instants, check_epoch
 from ..ephemeris import Ephemeris, convention
-from ..errors import AttitudeError, FormatError, InputError
+from ..errors import AttitudeError, FormatError, InputError, shown
 from . import events, leap_seconds
 from .rows import texts
 
@@ -29,6 +30,7 @@ RATE = ("omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s")
 POSITION = ("position_x_m", "position_y_m", "position_z_m")
 VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
 MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
+BEYOND_CALENDARS = 1e15  # s; 30 million years
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
 
 ISO_WIDTH = 29
@@ -121,17 +123,18 @@ def ephemeris_from(
 
     `first_line` is the line of the first row, where a row is a line: a bad value is then named by its own.
     """
-    kind = meta.get("kind") if isinstance(meta, dict) else None
-    if kind != KIND:
-        raise FormatError(f"not an ephemeris of this library ({KIND}): kind is {kind!r}", source)
+    _check_kind(meta, source)
     if meta.get("quaternion_order") != "wxyz":
-        raise FormatError(f"quaternion_order is {meta.get('quaternion_order')!r}, not 'wxyz'", source)
+        raise FormatError(f"quaternion_order is {shown(meta.get('quaternion_order'))}, not 'wxyz'", source)
     groups = (RATE, MOMENTUM, POSITION + VELOCITY)
     whole = [name for names in groups if any(name in table for name in names) for name in names]
     needed = (ELAPSED, *QUATERNION, *whole)
     missing = [name for name in needed if name not in table]
     if missing:
         raise FormatError(f"no column {missing[0]}", source)
+    unknown = [name for name in table if name not in (*needed, REST)]
+    if unknown:
+        raise FormatError(f"column {shown(unknown[0])} is not known here", source)
     try:
         return _ephemeris(meta, {name: units.finite_array(values, name) for name, values in table.items()})
     except InputError as error:
@@ -140,15 +143,37 @@ def ephemeris_from(
         raise FormatError(str(error), source, line) from None
     except AttitudeError as error:
         raise FormatError(str(error), source) from None
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
         reason = " ".join(str(error).split())
         raise FormatError(f"metadata or columns that do not fit together ({reason})", source) from None
+
+
+def _check_kind(meta: Any, source: str) -> None:
+    kind = meta.get("kind") if isinstance(meta, dict) else None
+    if kind != KIND:
+        raise FormatError(f"not an ephemeris of this library ({KIND}): kind is {shown(kind)}", source)
+
+
+def stated_count(meta: Any, source: str, line: int | None = None) -> int:
+    """Of instants, by the metadata of a format that holds one list of them: a reader stops after these."""
+    _check_kind(meta, source)
+    shape = meta.get("shape")
+    if not isinstance(shape, list) or len(shape) != 1 or type(shape[0]) is not int or shape[0] < 1:
+        raise FormatError(f"shape is {shown(shape)}, not that of a list of instants", source, line)
+    return shape[0]
+
+
+def refuse_more(found: int, stated: int, source: str, line: int | None = None) -> None:
+    if found > stated:
+        raise FormatError(f"more instants than the {stated} that its metadata state", source, line)
 
 
 def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephemeris:
     shape, instants = table[QUATERNION[0]].shape, table[ELAPSED].shape
     if list(shape) != list(meta["shape"]) or shape[len(shape) - len(instants) :] != instants:
-        raise ValueError(f"shape {shape}, {instants} instants, {meta['shape']} stated")
+        raise ValueError(f"shape {shape}, {instants} instants, {shown(meta['shape'])} stated")
+    if not all(shape):
+        raise ValueError("no instants")
     for name, values in table.items():
         if values.shape != (instants if name in (ELAPSED, REST) else shape):
             raise ValueError(f"column {name} of shape {values.shape}")
@@ -159,15 +184,49 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
     )
     epoch = _read_epoch(meta.get("epoch"))
     scale = None if epoch is None else _check_scale(meta["time_scale"])
-    times = Instants(table[ELAPSED], table.get(REST), epoch, scale=scale)
+    times = check_dates(Instants(table[ELAPSED], table.get(REST), epoch, scale=scale))
     frame, body = orientation.check_any_frame(meta["frame"]), _read_body(meta.get("body"))
     batch = shape[: len(shape) - len(instants)]
     if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
         raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")
     moved = None if position is None or velocity is None else Translation(position, velocity)
     happened = events.from_plain(meta.get("events", []))
-    name = str(meta.get("name", ""))
+    name = _read_text(meta.get("name", ""))
     return Ephemeris(quaternion, times, frame, body, rate, name, None, moved, happened, momentum)
+
+
+def _read_text(text: Any) -> str:
+    """What UTF-8 holds: escapes of JSON and YAML may stand for half of a character."""
+    if not isinstance(text, str) or not is_utf8(text):
+        raise ValueError(f"name {shown(text)}")
+    return text
+
+
+def is_utf8(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def check_dates(times: Instants) -> Instants:
+    """The same; InputError where the first or the last of dated instants is beyond any calendar."""
+    if times.epoch is None:
+        return times
+    seconds = np.ravel(times.seconds)
+    ends = [int(np.argmin(seconds)), int(np.argmax(seconds))]
+    rest = None if times.rest is None else np.ravel(times.rest)[ends]
+    try:
+        if times.farthest > BEYOND_CALENDARS:
+            raise ValueError(f"{times.farthest:.3g} s from the epoch")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", erfa.ErfaWarning)  # of years whose leap seconds nobody knows
+            iso_text(Instants(seconds[ends], rest, times.epoch, scale=times.scale).time)
+    except (erfa.ErfaError, ValueError) as error:
+        expected = f"instants that a calendar has ({error})"
+        raise InputError("instants", f"scale {times.scale!r}", expected) from None
+    return times
 
 
 def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
@@ -177,7 +236,7 @@ def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarr
 
 def _check_scale(scale: Any) -> str:
     if scale not in Time.SCALES or scale == "local":
-        raise ValueError(f"time scale {scale!r}")
+        raise ValueError(f"time scale {shown(scale)}")
     return str(scale)
 
 
@@ -198,7 +257,7 @@ def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
     if body is None:
         return None
     if body["unit"] != "kg m2":
-        raise ValueError(f"body in {body['unit']!r}, not 'kg m2'")
+        raise ValueError(f"body in {shown(body['unit'])}, not 'kg m2'")
     if "moments" in body:
         return RigidBody.from_moments(body["moments"])
     return RigidBody(body["tensor"])
@@ -223,6 +282,15 @@ def dates(instants: Instants) -> np.ndarray:
     where = day, nanosecond, below, begins, offsets
     compiled.put_dates(seconds, rest.reshape(-1), *where, text, beyond)
     return iso_text(instants.time) if beyond[0] else text.view(f"S{ISO_WIDTH}").reshape(instants.shape)
+
+
+def degrees(piece: Ephemeris) -> np.ndarray:
+    """(n, 3), deg/s: the body rate; refuses what is no number in that unit."""
+    with np.errstate(over="ignore"):
+        rate = np.rad2deg(piece.angular_velocity)
+    if not np.isfinite(units.extremes(rate)).all():
+        raise FormatError("a rate that in deg/s is more than a double holds")
+    return rate
 
 
 def iso_text(time: Time) -> np.ndarray:

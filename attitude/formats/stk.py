@@ -9,11 +9,13 @@ interpolate by polynomials through the components of the quaternion.  An attitud
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Iterator
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
+from erfa import ErfaWarning
 
 from .. import orientation
 from ..dates import parse_time
@@ -42,6 +44,8 @@ ROWS = {
     "attitudetimequatscalarfirst": (4, (0, 1, 2, 3)),
     "attitudetimequatangvels": (7, (3, 0, 1, 2)),
 }
+GREATEST_RATE = 1e306  # rad/s: in deg/s it is still a number
+MOST_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
 SAME_ATTITUDE = 1e-9  # rad; more between the end of one segment and the beginning of the next is a jump
 
 
@@ -187,7 +191,7 @@ def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | Non
         q = orientation.product(turn, q)
     columns = [origin.seconds(piece.instants)[0][:, None], orientation.in_order(q, "xyzw")]
     if rates:
-        columns.append(np.rad2deg(piece.angular_velocity))
+        columns.append(parts.degrees(piece))
     return np.concatenate(columns, axis=1)
 
 
@@ -235,6 +239,8 @@ class _Reader:
         self.number = 0
         self.keywords: dict[str, tuple[str, int]] = {}
         self.kind = ""
+        self.last: float | None = None
+        self.count = self.remarks = self.checked = 0
         self.tables: list[np.ndarray] = []
         self.numbers: list[np.ndarray] = []
         self.ended = False
@@ -249,6 +255,18 @@ class _Reader:
                 at = self._rows(block, at)
             if at < block.size:
                 at = self._line(block, at)
+        self._check_new()
+
+    def _check_new(self) -> None:
+        """What a block has brought is checked at once: a file may go on without an end."""
+        if self.checked == len(self.tables):
+            return
+        seconds = np.concatenate([table[:, 0] for table in self.tables[self.checked :]])
+        self._check_order(seconds, np.concatenate(self.numbers[self.checked :]), self.last)
+        self.last, self.count, self.checked = float(seconds[-1]), self.count + len(seconds), len(self.tables)
+        value, number = self.keywords.get("NumberOfAttitudePoints", (None, 0))
+        if value is not None and self.count > int(value):
+            raise self.refuse(f"NumberOfAttitudePoints is {value}, and there are more", number)
 
     def _rows(self, block: lines.Block, at: int) -> int:
         """From there on; where something else begins."""
@@ -269,6 +287,7 @@ class _Reader:
         line, at = block.line(at)
         text = line.decode("utf-8", errors="replace").strip()
         if not text or text.startswith("#"):
+            self._remark()
             return at
         if self.kind and not self.ended and text[0] not in "Ee":
             self.tables.append(_numbers(text, self.number, 1 + ROWS[self.kind][0], self.source))
@@ -278,6 +297,11 @@ class _Reader:
         else:
             self.take_line(text, self.number)
         return at
+
+    def _remark(self) -> None:
+        self.remarks += 1
+        if self.remarks > max(MOST_REMARKS, self.count):
+            raise self.refuse(f"more than {MOST_REMARKS} comments and empty lines", self.number)
 
     def _version(self, text: str, number: int) -> None:
         if number != 1 or not re.fullmatch(r"stk\.v\.\d+\.\d+", text.lower()):
@@ -319,25 +343,43 @@ class _Reader:
             raise self.refuse("no attitudes", self.number)
         table, numbers = np.concatenate(self.tables), np.concatenate(self.numbers)
         self._check_count(len(table))
-        self._check_order(table[:, 0], numbers)
         epoch, frame = self._epoch(), self._frame()
         quaternion = table[:, 1:5][:, ROWS[self.kind][1]]
         self._check(quaternion, numbers)
         rate = np.deg2rad(table[:, 5:8]) if table.shape[1] == 8 else None
-        return Ephemeris(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
+        found = Ephemeris(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
+        self._check_instants(found, numbers)
+        self._check_rate(rate, numbers)
+        return found
+
+    def _check_instants(self, found: Ephemeris, numbers: np.ndarray) -> None:
+        """They have dates, and are apart when they are counted from the first, as they are written."""
+        try:
+            parts.check_dates(found.instants)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ErfaWarning)  # of years whose leap seconds nobody knows
+                origin = dated.whole_utc_second(found[:1])
+                _utcg(origin.time)
+        except AttitudeError as error:
+            raise self.refuse(str(error), int(numbers[0])) from None
+        self._check_order(origin.seconds(found.instants)[0], numbers, None)
+
+    def _check_rate(self, rate: np.ndarray | None, numbers: np.ndarray) -> None:
+        if rate is not None and not np.abs(rate).max() <= GREATEST_RATE:
+            i = int(np.argmax(~(np.abs(rate) <= GREATEST_RATE).all(axis=1)))
+            raise self.refuse(f"a rate of more than {GREATEST_RATE:g} rad/s", int(numbers[i]))
 
     def _check_count(self, count: int) -> None:
         stated = self.keywords.get("NumberOfAttitudePoints")
         if stated is not None and int(stated[0]) != count:
             raise self.refuse(f"{count} attitudes, and NumberOfAttitudePoints is {stated[0]}", stated[1])
 
-    def _check_order(self, seconds: np.ndarray, numbers: np.ndarray) -> None:
-        wrong = np.flatnonzero(~(np.diff(seconds) > 0.0))
+    def _check_order(self, seconds: np.ndarray, numbers: np.ndarray, last: float | None) -> None:
+        before = np.concatenate([[-np.inf if last is None else last], seconds[:-1]])
+        wrong = np.flatnonzero(~(seconds > before))
         if wrong.size:
-            i = int(wrong[0]) + 1
-            raise self.refuse(
-                f"{float(seconds[i])!r} s is not after {float(seconds[i - 1])!r} s", int(numbers[i])
-            )
+            i = int(wrong[0])
+            raise self.refuse(f"{float(seconds[i])!r} s is not after {float(before[i])!r} s", int(numbers[i]))
 
     def _check(self, quaternion: np.ndarray, numbers: np.ndarray) -> None:
         try:

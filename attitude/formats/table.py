@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from astropy import units as u
 from astropy.table import QTable
 from astropy.time import Time
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, shown
 from . import parts
 from .samples import Samples
 
@@ -24,6 +24,9 @@ VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
     ("position", parts.POSITION, u.m),
     ("velocity", parts.VELOCITY, u.m / u.s),
 )
+
+
+MOST_PARTS = 1_000_000  # of a header
 
 
 def to_table(
@@ -59,8 +62,37 @@ def _without_delta(time: Time) -> Time:
     return plain
 
 
+def refuse_unfolding(header: str) -> None:
+    """Refuses YAML whose parts are repeated by name, and parts of such parts, beyond all measure.
+
+    Raises ValueError, or what the parser raises.
+    """
+    if "&" not in header:
+        return
+    import yaml  # type: ignore[import-untyped]  # astropy's own
+
+    sizes: dict[int, int] = {}
+
+    def size(node: Any) -> int:
+        """Nodes below one, those counted again that are named again."""
+        if id(node) not in sizes:
+            sizes[id(node)] = MOST_PARTS  # of a part within itself
+            below = node.value if isinstance(node.value, list) else []
+            sizes[id(node)] = 1 + sum(
+                size(each) for pair in below for each in (pair if isinstance(pair, tuple) else (pair,))
+            )
+        return sizes[id(node)]
+
+    if size(yaml.compose(header, Loader=yaml.SafeLoader)) > MOST_PARTS:
+        raise ValueError("a header whose aliases stand for more than memory holds")
+
+
 def from_table(table: QTable, source: str) -> Ephemeris:
     """The ephemeris that `to_table` made it of."""
+    known = ("time", "elapsed", "elapsed_rest", *(name for name, _, _ in VECTORS))
+    unknown = [name for name in table.colnames if name not in known]
+    if unknown:
+        raise FormatError(f"column {shown(unknown[0])} is not known here", source)
     shape = table.meta.get("shape")
     row = len(shape) - 1 if isinstance(shape, list) and shape else 0
     columns = {parts.ELAPSED: _values(table, "elapsed", u.s, (), source)}

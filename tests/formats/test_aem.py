@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from astropy.time import Time
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
@@ -19,6 +18,7 @@ from attitude.formats.samples import Samples
 
 from ..bodies import ATTITUDE
 from . import aem_oracles
+from .damage import EDITS, edited
 
 MODULES = {"kvn": aem, "xml": aem_xml}
 FORMATS = {"kvn": "aem", "xml": "aem-xml"}
@@ -703,7 +703,7 @@ BAD = {
     "square beyond a double": (file("2020-01-01T00:00:02 0 0 1e200 1"), "unit quaternion", 15),
     "rate beyond a double": (
         file(f"{EPOCH_TEXT} 0 0 0 1 1e308 1e308 1e308 1e308", **DERIVATIVE),
-        "the rate is more than a double holds",
+        "a rate of more than 1e\\+306 rad/s",
         15,
     ),
     "not ASCII": (file(GOOD, OBJECT_NAME="é"), "characters that are not ASCII", 5),
@@ -902,7 +902,7 @@ OPTION = {
     "empty": {"object_id": ""},
     "accent": {"originator": "é"},
     "blank at the end": {"message_id": "a "},
-    "too long": {"center_name": "a" * 201},
+    "too long": {"center_name": "a" * 231},
     "no text": {"object_id": 5},
     "date": {"creation_date": "yesterday"},
     "inertial body": {"body_frame": "J2000"},
@@ -942,17 +942,6 @@ def test_degree_is_told_and_is_what_nodes_are_chosen_by():
 
 # -- any damage ------------------------------------------------------------------------------------
 
-WORD = re.compile(rb"[\w.+-]+")
-JUNK = b'0 9 . - e9 e400 NaN 60 366 T Z = < > </ & " DATA_STOP META_START COMMENT \xff Q1 2016 # \t'.split(
-    b" "
-)
-EDIT = st.tuples(
-    st.floats(0, 1, exclude_max=True),
-    st.sampled_from([0, 0, 0, 1, 2]),
-    st.sampled_from([0, 0, 1, 1, 2, 7, 60]),
-    st.sampled_from([*JUNK, b"", b"\n", b" "]),
-)
-
 
 @pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
 @both
@@ -961,14 +950,9 @@ def test_any_damage_is_refused_or_gives_attitudes(syntax):
     original = text_of(cut, syntax).encode()
 
     @settings(max_examples=200, deadline=None, database=None, derandomize=True)
-    @given(st.lists(EDIT, min_size=1, max_size=3))
+    @given(EDITS)
     def damage(edits):
-        text = original
-        for word, offset, removed, added in edits:
-            starts = [match.start() for match in WORD.finditer(text)] or [0]
-            at = starts[int(word * len(starts))] + offset
-            text = text[:at] + added + text[at + removed :]
-        assert_refused_or_sound(text)
+        assert_refused_or_sound(edited(original, edits))
 
     damage()
 

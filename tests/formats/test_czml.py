@@ -14,7 +14,6 @@ from astropy.coordinates.builtin_frames import intermediate_rotation_transforms 
 from astropy.time import Time, TimeDelta
 from astropy.utils import iers
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation
 
@@ -22,8 +21,8 @@ from attitude import Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMo
 from attitude.formats import czml, nodes, samples
 
 from ..effects.scenes import KEPLER, effect, quantity, scene
-from ..test_formats import EDIT, WORD
 from ..test_frames import orbiting
+from .damage import EDITS, edited
 
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
 HALF = math.sqrt(0.5)
@@ -452,14 +451,9 @@ def test_any_damage_is_refused_or_gives_attitudes():
     original = re.sub(r'"clock".*?}},', '"x":1},', QUARTER).encode()
 
     @settings(max_examples=400, deadline=None, database=None, derandomize=True)
-    @given(st.lists(EDIT, min_size=1, max_size=3))
+    @given(EDITS)
     def damage(edits):
-        text = original
-        for word, offset, removed, added in edits:
-            starts = [match.start() for match in WORD.finditer(text)] or [0]
-            at = starts[int(word * len(starts))] + offset
-            text = text[:at] + added + text[at + removed :]
-        assert_refused_or_sound(text)
+        assert_refused_or_sound(edited(original, edits))
 
     damage()
 

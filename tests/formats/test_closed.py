@@ -1,0 +1,144 @@
+"""A reader never accepts what its own writer would refuse: damaged files are refused, or written again."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from attitude import Ephemeris, FormatError, InputError
+from attitude.elapsed import Instants
+from attitude.formats.known import FORMATS
+
+from .damage import EDITS, check_same, edited, motion, originals, outcome, read, written
+
+each_format = pytest.mark.parametrize("format", FORMATS)
+# ECSV is fifty times slower to read than the others.
+EXAMPLES = dict.fromkeys(FORMATS, 400) | {"ecsv": 40, "fits": 150, "parquet": 150, "czml": 200, "ck": 120}
+
+
+@each_format
+def test_whole_files_are_read_and_written_again(format):
+    assert [outcome(format, content) for content in originals(format)] == ["kept"] * len(originals(format))
+
+
+@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
+@each_format
+def test_damaged_files_are_refused_or_written_again(format):
+    seen = set()
+
+    @settings(max_examples=EXAMPLES[format], deadline=None, database=None, derandomize=True)
+    @given(st.sampled_from(originals(format)), EDITS)
+    def damage(content, edits):
+        seen.add(outcome(format, edited(content, edits)))
+
+    damage()
+    assert seen == {"refused", "kept"}
+
+
+# -- what was found once ----------------------------------------------------------------------------
+
+AEM_ROWS = b"""CCSDS_AEM_VERS = 2.0
+CREATION_DATE = 2020-01-01T00:00:00
+ORIGINATOR = X
+META_START
+OBJECT_NAME = Y
+OBJECT_ID = Z
+REF_FRAME_A = GCRF
+REF_FRAME_B = SC_BODY_1
+TIME_SYSTEM = TAI
+START_TIME = 2020-01-01T00:00:00
+STOP_TIME = 2020-01-02T00:00:00
+ATTITUDE_TYPE = %s
+META_STOP
+DATA_START
+%s
+DATA_STOP
+"""
+STK_ROWS = b"""stk.v.11.0
+BEGIN Attitude
+ScenarioEpoch %s
+CoordinateAxes ICRF
+%s
+END Attitude
+"""
+PLAIN, DERIVATIVE = b"QUATERNION", b"QUATERNION/DERIVATIVE"
+FOUND = {
+    "epochs that round to one": (
+        "aem",
+        AEM_ROWS % (PLAIN, b"2020-01-01T00:00:00.0000000001 0 0 0 1\n2020-01-01T00:00:00.0000000004 0 0 0 1"),
+        "attitudes.1.: epochs at least 2e-09 s apart",
+    ),
+    "epochs that round to one across midnight": (
+        "aem",
+        AEM_ROWS % (PLAIN, b"2020-01-01T23:59:59.9999999999 0 0 0 1\n2020-01-02T00:00:00 0 0 0 1"),
+        "attitudes.1.: epochs at least 2e-09 s apart",
+    ),
+    "rate beyond a double in deg/s": (
+        "aem",
+        AEM_ROWS % (DERIVATIVE, b"2020-01-01T00:00:00 0 0 0 1 1e307 0 0 0"),
+        r"line 15: a rate of more than 1e\+306 rad/s",
+    ),
+    "seconds that are one when counted from the first": (
+        "stk",
+        STK_ROWS % (b"1 Jul 2007 12:00:00.5", b"AttitudeTimeQuaternions\n0 0 0 0 1\n1e-17 0 0 0 1"),
+        r"line 7: 0.[45]\d* s is not after 0.[45]",
+    ),
+    "year of five digits": (
+        "stk",
+        STK_ROWS % (b"1 Jul 2007 12:00:00", b"AttitudeTimeQuaternions\n1e12 0 0 0 1"),
+        "line 6: STK has years of four digits, not 33696",
+    ),
+    "seconds beyond any calendar": (
+        "stk",
+        STK_ROWS % (b"1 Jul 2007 12:00:00", b"AttitudeTimeQuaternions\n0 0 0 0 1\n1e300 0 0 0 1"),
+        "instants that a calendar has",
+    ),
+    "a gap in a cell": (
+        "ecsv",
+        originals("ecsv")[0].replace(b"0.2999999999999999", b"null", 1),
+        "line 42: elapsed, quaternion or rate without a value",
+    ),
+    "seconds beyond any calendar, of our own": (
+        "csv",
+        originals("csv")[0].replace(b",2.0,", b",1e300,"),
+        "instants that a calendar has .1e.300 s from the epoch",
+    ),
+    "epoch beyond any calendar": (
+        "json",
+        originals("json")[0].replace(b"2457754.0", b"-1e9"),
+        "epoch beyond any calendar|a calendar has",
+    ),
+}
+
+
+@pytest.mark.parametrize(("format", "content", "words"), FOUND.values(), ids=FOUND)
+def test_what_its_writer_would_refuse_is_refused(format, content, words):
+    with pytest.raises(FormatError, match=words):
+        read(format, content)
+
+
+def with_rate(rate):
+    whole = motion().at(np.arange(3.0))
+    return Ephemeris(np.array(whole.quaternion("wxyz")), whole.instants, "ICRF", None, np.full((3, 3), rate))
+
+
+@pytest.mark.parametrize("format", ["aem", "aem-xml", "stk"])
+def test_rate_that_is_no_number_in_degrees_is_not_written(format):
+    with pytest.raises(FormatError, match="a rate that in deg/s is more than a double holds"):
+        written(format, with_rate(1e307))
+    check_same(format, with_rate(1e305), read(format, written(format, with_rate(1e305))))
+
+
+@each_format
+def test_name_with_half_of_a_character_is_not_written(format):
+    ephemeris = motion().at([0.0, 1.0])
+    ephemeris.name = "a\ud800"
+    with pytest.raises(FormatError, match="half of a character"):
+        written(format, ephemeris)
+
+
+@each_format
+def test_ephemeris_of_no_instants_is_not_written(format):
+    empty = Ephemeris(np.empty((0, 4)), Instants(np.empty(0), None, None), "GCRF")
+    with pytest.raises((FormatError, InputError), match="no instants"):
+        written(format, empty)
