@@ -634,12 +634,18 @@ ECSV = {
     "ends in a row": (lambda text: text[: text.rindex("[")], "not ECSV that astropy reads"),
     "ends in the last number": (lambda text: text[:-6], "not ECSV that astropy reads"),
     "ends after a row": (lambda text: "\n".join(text.splitlines()[:-1]) + "\n", r"shape .*\(2,\).* \[3\]"),
-    "no metadata": (swap("(?s)# meta: .*# schema", "# schema"), "kind is None|no column"),
+    "no metadata": (
+        swap("(?s)# meta: .*# schema", "# schema"),
+        "kind is None|no column|column 'time.jd1' is not known",
+    ),
     "wrong kind": (swap("attitude-ephemeris/1", "attitude-ephemeris/9"), f"{KIND} 'attitude-ephemeris/9'"),
     "wrong order": (swap("quaternion_order: wxyz", "quaternion_order: xyzw"), "quaternion_order is 'xyzw'"),
     "unknown frame": (swap("frame: GCRF", "frame: MARS"), FRAME),
     "unknown scale": (swap("scale: utc, time", "scale: gps, time"), "gps"),
-    "column missing": (swap("quaternion", "attitude", 0), "no column 'quaternion'|quaternion_order"),
+    "column missing": (
+        swap("quaternion", "attitude", 0),
+        "no column 'quaternion'|quaternion_order|column 'attitude' is not known",
+    ),
     "other unit": (swap("unit: s,", "unit: min,", 0), "not ECSV|no column 'elapsed' in s"),
     "quaternion of three": (
         lambda text: re.sub(

@@ -201,10 +201,15 @@ class Reader:
             found = STOP_LINE.search(block.text, at)
             return self._closed(segment, block, found.start()) if found else block.size
 
+        taken = 0
+
         def take(part: rows.Part) -> None:
+            nonlocal taken
+            taken += part.columns.shape[1]
             segment.take_part(part, lambda i: int(block.numbers(part)[i]))
 
         def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
+            nonlocal taken
             texts: list[bytes] = []
             numbers: list[int] = []
             number = block.number_at(place)
@@ -217,10 +222,15 @@ class Reader:
                     numbers.append(number)
                 place, number = behind, number + 1
             if texts:
+                taken += len(texts)
                 segment.take_odd(texts, numbers.__getitem__)
             return place, len(texts) == most or place == stop
 
+        begun = block.number_at(at)
         end = rows.read(block.text, at, block.size, segment.form, take, odd)
+        passed = block.number_at(end)
+        if passed - begun > taken:  # empty lines
+            self.message.remark(passed - 1, passed - begun - taken)
         return self._closed(segment, block, end) if end < block.size else end
 
     def _closed(self, segment: Segment | Skipped, block: lines.Block, at: int) -> int:

@@ -271,6 +271,8 @@ class _Reader:
     def _rows(self, block: lines.Block, at: int) -> int:
         """From there on; where something else begins."""
 
+        begun, other, known = block.number_at(at), self.remarks, sum(map(len, self.tables))
+
         def take(part: rows.Part) -> None:
             self.tables.append(part.columns.T)
             self.numbers.append(block.numbers(part))
@@ -280,7 +282,11 @@ class _Reader:
             self.number = block.number_at(place) - 1
             return self._line(block, place), not self.ended
 
-        return rows.read(block.text, at, block.size, rows.Form(1 + ROWS[self.kind][0]), take, odd)
+        end = rows.read(block.text, at, block.size, rows.Form(1 + ROWS[self.kind][0]), take, odd)
+        self.number = block.number_at(end) - 1
+        counted = sum(map(len, self.tables)) - known + self.remarks - other
+        self._remark(self.number + 1 - begun - counted - self.ended)  # empty lines
+        return end
 
     def _line(self, block: lines.Block, at: int) -> int:
         self.number += 1
@@ -298,8 +304,8 @@ class _Reader:
             self.take_line(text, self.number)
         return at
 
-    def _remark(self) -> None:
-        self.remarks += 1
+    def _remark(self, count: int = 1) -> None:
+        self.remarks += count
         if self.remarks > max(MOST_REMARKS, self.count):
             raise self.refuse(f"more than {MOST_REMARKS} comments and empty lines", self.number)
 

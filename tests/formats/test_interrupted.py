@@ -78,11 +78,11 @@ def test_full_disk_leaves_what_was_there_and_is_said(format, folder, monkeypatch
     def full(*arguments, **options):
         file = made(*arguments, **options)
 
-        def writelines(blocks):
-            file.file.write(next(iter(blocks))[:10])
+        def write(block):
+            file.file.write(block[:10])
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-        file.writelines = writelines
+        file.write = write
         return file
 
     monkeypatch.setattr(files.tempfile, "NamedTemporaryFile", full)

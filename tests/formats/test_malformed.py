@@ -309,7 +309,13 @@ def with_values(quaternion=None, seconds=None):
     ids=["not unit", "NaN", "Infinity"],
 )
 def test_numbers_of_no_attitude_are_refused(format, values, words):
-    error = refusal(format, written(format, with_values(**values)))
+    """By the reader, if not by the writer already."""
+    try:
+        content = written(format, with_values(**values))
+    except FormatError as error:
+        assert "a number that is not finite, in row 3" in str(error)  # noqa: PT017
+        return
+    error = refusal(format, content)
     assert re.search(words, str(error)), str(error)
 
 
