@@ -26,7 +26,14 @@ VERSIONED = {VERSION: attitude.__version__}
 LEVEL = 1
 GZIP = 31  # zlib's word for a gzip wrapper around the greatest window
 WORTH_PACKING = 1024  # bytes
-TEXT = ("text/", JSON, "application/x-ndjson", "application/xml", "application/vnd.czml+json", "image/svg+xml")
+TEXT = (
+    "text/",
+    JSON,
+    "application/x-ndjson",
+    "application/xml",
+    "application/vnd.czml+json",
+    "image/svg+xml",
+)
 
 
 class Computed(NamedTuple):
@@ -49,7 +56,9 @@ def tag_of(*parts: str | bytes) -> str:
 
 def is_seen(tag: str, seen: str) -> bool:
     """Whether If-None-Match names the tag, weakly compared (RFC 9110, 13.1.2)."""
-    return bool(seen) and tag.removeprefix("W/") in (each.strip().removeprefix("W/") for each in seen.split(","))
+    return bool(seen) and tag.removeprefix("W/") in (
+        each.strip().removeprefix("W/") for each in seen.split(",")
+    )
 
 
 # -- what was computed ----------------------------------------------------------------------------
@@ -135,7 +144,7 @@ class HeadAsGet:
 
         async def without_body(message: Message) -> None:
             if message["type"] == "http.response.body":
-                message = message | {"body": b""}
+                message = {**message, "body": b""}
             await send(message)
 
         await self.app({**scope, "method": "GET"}, receive, without_body)

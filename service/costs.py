@@ -32,7 +32,9 @@ class Asked(NamedTuple):
         samples = query.whole(given, "samples", "a whole number from 2")
         seed = query.whole(given, "seed", "a whole number, not negative")
         methods = request.query_params.getlist("method") or None
-        asked = cls(min(BUDGET, settings.max_seconds) if budget is None else budget, samples, seed or 0, methods)
+        asked = cls(
+            min(BUDGET, settings.max_seconds) if budget is None else budget, samples, seed or 0, methods
+        )
         asked._check(settings)
         return asked
 

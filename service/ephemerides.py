@@ -102,7 +102,9 @@ def _batch(documents: list[Any], asked: Asked, settings: Settings, request: Requ
         raise InputError("document", f"{count} samples", limit, steps=())
     members = _members(scenes, asked, settings, request)
     blocks = gathered(_together(members, asked.known))
-    return Computed(_begun(blocks), False, asked.known.media, {"content-disposition": _NAMES[asked.known.name]})
+    return Computed(
+        _begun(blocks), False, asked.known.media, {"content-disposition": _NAMES[asked.known.name]}
+    )
 
 
 _NAMES = {

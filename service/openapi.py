@@ -30,10 +30,11 @@ A scene document in, an answer out; `GET /v1/scenes` lists documents to begin wi
   parameter that is unknown, or there twice, is refused too.
 * HEAD is answered wherever GET is. `POST /v1/ephemeris` only reads: it answers with an `ETag`, made of the
   document (however its keys are ordered and spaced), the query, the format and the version; sent back in
-  `If-None-Match`, it is answered by 304 and nothing is computed. The tags are weak: what computing took differs.
+  `If-None-Match`, it is answered by 304 and nothing is computed. The tags are weak, for what computing took
+  is never the same.
 * gzip where `Accept-Encoding` asks for it and the format is text.
-* JSON says version, plan and cost as members; files say them in the headers `Attitude-Version`, `Attitude-Plan`
-  and `Attitude-Cost` (JSON), and name, convention, frame and time scale as their formats do.
+* JSON says version, plan and cost as members; files say them in the headers `Attitude-Version`,
+  `Attitude-Plan` and `Attitude-Cost` (JSON), and name, convention, frame and time scale as their formats do.
 * Long answers come in blocks while they are computed. What could be refused has been before the first; should
   anything fail later, the connection ends without the last block.
 """
@@ -82,7 +83,14 @@ EPHEMERIS_SCHEMA: dict[str, Any] = {
                 "error_bound_rad": _NUMBER,
                 "error_bound_source": _TEXT,
             },
-            "required": ["solver", "samples", "simulated", "left_out", "error_bound_rad", "error_bound_source"],
+            "required": [
+                "solver",
+                "samples",
+                "simulated",
+                "left_out",
+                "error_bound_rad",
+                "error_bound_source",
+            ],
         },
         "columns": {"type": "object", "additionalProperties": {"type": "array"}},
         "cost": {
@@ -164,23 +172,28 @@ def examples() -> dict[str, Any]:
     return found
 
 
-def _worked(path: str, part: str) -> dict[str, Any]:
-    return {name: {"value": value} for name, value in examples().get(path, {}).get(part, {}).items()}
+def _put_examples(operation: dict[str, Any], path: str) -> None:
+    """Here rather than with the routes: FastAPI leaves out what is null, of examples too."""
+    worked = examples().get(path, {})
+    places = {"requests": operation.get("requestBody", {}), "answers": operation["responses"]["200"]}
+    for part, found in worked.items():
+        named = {name: {"value": value} for name, value in found.items()}
+        places[part]["content"][JSON]["examples"] = named
 
 
-def scene_request(path: str, *parameters: dict[str, Any]) -> dict[str, Any]:
+def scene_request(*parameters: dict[str, Any]) -> dict[str, Any]:
     """The request of a route that takes a scene document."""
-    return _request(path, {"$ref": SCHEMAS + "Scene"}, parameters)
+    return _request({"$ref": SCHEMAS + "Scene"}, parameters)
 
 
 def ephemeris_request() -> dict[str, Any]:
     scene = {"$ref": SCHEMAS + "Scene"}
     scenes = {"type": "array", "items": scene, "minItems": 1, "title": "Scenes"}
-    return _request("/v1/ephemeris", {"oneOf": [scene, scenes]}, EPHEMERIS)
+    return _request({"oneOf": [scene, scenes]}, EPHEMERIS)
 
 
-def _request(path: str, schema: dict[str, Any], parameters: tuple[dict[str, Any], ...]) -> dict[str, Any]:
-    content = {"schema": schema, "examples": _worked(path, "requests")}
+def _request(schema: dict[str, Any], parameters: tuple[dict[str, Any], ...]) -> dict[str, Any]:
+    content = {"schema": schema}
     body = {"requestBody": {"required": True, "content": {JSON: content}}}
     return {**body, "parameters": list(parameters)} if parameters else body
 
@@ -188,22 +201,19 @@ def _request(path: str, schema: dict[str, Any], parameters: tuple[dict[str, Any]
 # -- answers --------------------------------------------------------------------------------------
 
 
-def json_answer(description: str, path: str, schema: str = "") -> dict[int | str, dict[str, Any]]:
+def json_answer(description: str, schema: str = "", tagged: bool = False) -> dict[int | str, dict[str, Any]]:
     """The responses of a route that answers with a JSON object."""
-    held = {"schema": {"$ref": schema} if schema else {"type": "object"}, "examples": _worked(path, "answers")}
-    tagged = {304: UNCHANGED} if path in TAGGED else {}
-    return {200: {"description": description, "content": {JSON: held}}, **tagged, **REFUSALS}
-
-
-TAGGED = ("/v1/scenes", "/v1/scenes/{name}", "/version", "/v1/ephemeris")
+    held = {"schema": {"$ref": schema} if schema else {"type": "object"}}
+    unchanged: dict[int | str, dict[str, Any]] = {304: UNCHANGED} if tagged else {}
+    return {200: {"description": description, "content": {JSON: held}}, **unchanged, **REFUSALS}
 
 
 def ephemeris_answer() -> dict[int | str, dict[str, Any]]:
     """Of the route that answers in every format: JSON as any answer, the others as files."""
     answer = json_answer(
-        "Columns, one list each, with how to read them, plan and cost; of a list of scenes, each its answer or "
-        "its problem; or a file",
-        "/v1/ephemeris",
+        "Columns, one list each, with how to read them, plan and cost; of a list of scenes, each its answer "
+        "or its problem; or a file",
+        tagged=True,
     )
     content = answer[200]["content"]
     content[JSON]["schema"] = {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Ephemerides"}]}
@@ -238,6 +248,9 @@ class DescribedAPI(FastAPI):
     def openapi(self) -> dict[str, Any]:
         description = super().openapi()
         description.setdefault("components", {}).setdefault("schemas", {}).update(_schemas())
+        for path, operations in description["paths"].items():
+            for operation in operations.values():
+                _put_examples(operation, path)
         return description
 
     @cached_property

@@ -56,8 +56,8 @@ async def ephemeris(request: Request) -> Response:
 @router.post(
     "/v1/plan",
     summary="What of a scene would be simulated, what not and why, by which solver, at what cost and error",
-    openapi_extra=openapi.scene_request("/v1/plan", openapi.DROP_BELOW),
-    responses=openapi.json_answer("The plan, units in its names", "/v1/plan"),
+    openapi_extra=openapi.scene_request(openapi.DROP_BELOW),
+    responses=openapi.json_answer("The plan, units in its names"),
 )
 async def plan(request: Request) -> Response:
     given = query.parameters(request, "drop_below")
@@ -76,9 +76,9 @@ def _plan(document: bytes, drop_below: float | None, settings: Any) -> bytes:
 @router.post(
     "/v1/motion",
     summary="Regime, periods, rates and constants of a scene's motion",
-    openapi_extra=openapi.scene_request("/v1/motion"),
+    openapi_extra=openapi.scene_request(),
     responses=openapi.json_answer(
-        "Constants of the motion, units in their names; null for what this motion has not", "/v1/motion"
+        "Constants of the motion, units in their names; null for what this motion has not"
     ),
 )
 async def motion(request: Request) -> Response:
@@ -95,8 +95,8 @@ def _motion(document: bytes) -> bytes:
 @router.post(
     "/v1/cost",
     summary="What accuracy costs in time on a scene's body and state, measured here within a budget",
-    openapi_extra=openapi.scene_request("/v1/cost", *openapi.COST),
-    responses=openapi.json_answer("Methods, their accuracy and their time, units in the names", "/v1/cost"),
+    openapi_extra=openapi.scene_request(*openapi.COST),
+    responses=openapi.json_answer("Methods, their accuracy and their time, units in the names"),
 )
 async def cost(request: Request) -> Response:
     state = request.app.state
@@ -111,7 +111,7 @@ async def cost(request: Request) -> Response:
 @router.get(
     "/v1/scenes",
     summary="The scenes that come with the service",
-    responses=openapi.json_answer("Their names and titles", "/v1/scenes"),
+    responses=openapi.json_answer("Their names and titles", tagged=True),
 )
 async def scenes(request: Request) -> Response:
     query.none(request)
@@ -132,7 +132,7 @@ def _entry(name: str) -> dict[str, Any]:
     "/v1/scenes/{name}",
     summary="One of them, as a document to post",
     openapi_extra=openapi.name_parameter(),
-    responses=openapi.json_answer("A scene document", "/v1/scenes/{name}", openapi.SCHEMAS + "Scene"),
+    responses=openapi.json_answer("A scene document", openapi.SCHEMAS + "Scene", tagged=True),
 )
 async def scene(request: Request) -> Response:
     query.none(request)
@@ -151,9 +151,7 @@ def _scene(name: str) -> str:
 # -- the process: answered by the event loop, whatever is being computed --------------------------
 
 
-@router.get(
-    "/healthz", summary="The process is alive", responses=openapi.json_answer("It is", "/healthz")
-)
+@router.get("/healthz", summary="The process is alive", responses=openapi.json_answer("It is"))
 async def healthz() -> Response:
     return json_answer(orjson.dumps({"status": "alive"}))
 
@@ -161,7 +159,7 @@ async def healthz() -> Response:
 @router.get(
     "/readyz",
     summary="Work may be sent: the kernel is compiled and a known case came out right",
-    responses=openapi.json_answer("It may", "/readyz"),
+    responses=openapi.json_answer("It may"),
 )
 async def readyz(request: Request) -> Response:
     obstacle = request.app.state.readiness.obstacle
@@ -173,7 +171,7 @@ async def readyz(request: Request) -> Response:
 @router.get(
     "/version",
     summary="Versions of the package and of what it computes with",
-    responses=openapi.json_answer("Versions, by name", "/version"),
+    responses=openapi.json_answer("Versions, by name", tagged=True),
 )
 async def version(request: Request) -> Response:
     query.none(request)

@@ -105,7 +105,7 @@ def gathered(blocks: Iterator[Any]) -> Iterator[Any]:
 def _archive(whole: Encoded, known: Format, stem: str) -> Iterator[Any]:
     """A zip archive of the file and of those that go with it, at the memory of a block."""
     sink = Sink()
-    with zipfile.ZipFile(sink, "w", zipfile.ZIP_DEFLATED) as archive:  # type: ignore[arg-type]
+    with zipfile.ZipFile(sink, "w", zipfile.ZIP_DEFLATED) as archive:
         with archive.open(stem + known.endings[0], "w", force_zip64=True) as member:
             for block in whole.blocks:
                 member.write(block)
@@ -113,8 +113,6 @@ def _archive(whole: Encoded, known: Format, stem: str) -> Iterator[Any]:
         for ending, content in whole.beside(stem + known.endings[0]).items():
             archive.writestr(stem + ending, content)
     yield from sink.take()
-
-
 
 
 def options_of(texts: Mapping[str, str], known: Format) -> dict[str, Any]:

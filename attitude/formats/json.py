@@ -29,7 +29,7 @@ def dumps(ephemeris: Ephemeris) -> bytes:
 
 
 def answer(samples: Samples) -> Iterator[bytes]:
-    """What `blocks` gives, and as members besides: the library's version, how it was computed, what that took.
+    """What `blocks` gives, with the library's version, how it was computed, and what that took.
 
     (A file's bytes should not depend on these.)
     """
@@ -55,7 +55,9 @@ def version() -> str:
 
 def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
     """How the ephemeris was computed and what it is worth, as plain data; None of one from a file."""
-    return plan and {
+    if plan is None:
+        return None
+    return {
         "solver": plan.solver,
         "samples": math.prod(samples.shape),
         "simulated": plan.simulated,
@@ -67,7 +69,9 @@ def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
 
 def cost_of(plan: Plan | None, sample_seconds: float | None = None) -> dict[str, float] | None:
     """What computing took; of samples in pieces, all pieces together."""
-    return plan and {
+    if plan is None:
+        return None
+    return {
         "set_up_s": plan.set_up_seconds,
         "sample_s": plan.sample_seconds if sample_seconds is None else sample_seconds,
     }
