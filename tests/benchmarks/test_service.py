@@ -88,7 +88,12 @@ def test_json_of_1e5_samples_against_library_and_orjson(connection):
 
     whole, expected = orjson.loads(ask(connection, request)), orjson.loads(alone())
     assert {name: whole[name] for name in expected} == expected
-    compare("1e5 samples as JSON: whole request / library and orjson", lambda: ask(connection, request), alone, 1.3)
+    compare(
+        "1e5 samples as JSON: whole request / library and orjson",
+        lambda: ask(connection, request),
+        alone,
+        1.3,
+    )
 
 
 def test_arrow_of_1e6_samples_against_library_and_pyarrow(connection):
@@ -108,7 +113,10 @@ def test_arrow_of_1e6_samples_against_library_and_pyarrow(connection):
     whole, expected = (pa.ipc.open_stream(each).read_all() for each in (ask(connection, request), alone()))
     assert whole.replace_schema_metadata().cast(expected.schema).equals(expected)
     compare(
-        "1e6 samples as Arrow: whole request / library and pyarrow", lambda: ask(connection, request), alone, 1.5
+        "1e6 samples as Arrow: whole request / library and pyarrow",
+        lambda: ask(connection, request),
+        alone,
+        1.5,
     )
 
 
