@@ -231,7 +231,7 @@ _FROM_TAI = {"tai": lambda *days: days, "utc": erfa.taiutc, "tt": erfa.taitt}
 
 
 def iso_dates(ephemeris: Ephemeris) -> np.ndarray:
-    """`iso_text` of its time, which need not be built for it: that takes longer than all else of few instants.
+    """`iso_text` of its time, which is not built for it: that takes longer than all else of few instants.
 
     Raises what `Ephemeris.time` does.
     """
