@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import lru_cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from .scene_plan import ScenePlan
 
 MOST_SAMPLES = 10_000_000_000  # in a file: a thousand gigabytes
+MOST_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
+AT_ONCE = 1 << 18  # instants that are computed once and held, rather than again for every turn of a writer
 # Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
 LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
 
@@ -79,7 +81,13 @@ class Epoch(Part):
     scale: Scale
 
     def build(self) -> Time:
-        return elapsed.check_epoch(parse_time(self.time, self.scale, "epoch.time"), "epoch.time")
+        return _checked(self.time, self.scale).copy()
+
+
+@lru_cache(maxsize=256)
+def _checked(time: str, scale: str) -> Time:
+    """Remembered, for scenes share their epochs; what is given out is a copy."""
+    return elapsed.check_epoch(parse_time(time, scale, "epoch.time"), "epoch.time")
 
 
 class Attitude(Part):
@@ -151,7 +159,7 @@ class Times(Part):
     start: Number | None = None
     stop: Number | None = None
     step: Annotated[Number, Field(gt=0)] | None = None
-    count: Annotated[int, Field(ge=1, strict=True)] | None = None
+    count: Annotated[int, Field(ge=1, le=MOST_INSTANTS, strict=True)] | None = None
     elapsed: list[Number] | None = Field(None, min_length=1)
     unit: str | None = Field(None, examples=["s"])
     dates: list[str] | None = Field(None, min_length=1)
@@ -356,7 +364,9 @@ class Scene(Part):
         """The motion at the document's epoch."""
         epoch = self.epoch.build() if self.epoch is not None else None
         body, attitude, rate = self.body.build(), self.attitude.build(), self.angular_velocity.build()
-        return TorqueFreeMotion(body, attitude, rate, epoch, order="wxyz", frame=self.frame)
+        motion = TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=self.frame)
+        motion.epoch = epoch  # checked where it was built, and nobody else's
+        return motion
 
     @property
     def wanted_solver(self) -> str | None:
@@ -392,13 +402,12 @@ class Scene(Part):
         Raises InputError where a value cannot be taken, or where there are more than
         `max_samples` instants (a limit `set_by` whatever the message is to name).
         """
-        if max_samples is not None and self.times.samples > max_samples:
-            limit = f"at most {max_samples} samples" + (f" ({set_by})" if set_by else "")
-            raise InputError("times", f"{self.times.samples} samples", limit)
+        self._check_samples(max_samples, set_by)
+        drop_below = _checked_drop(drop_below)
         if not self._is_plain:
             from . import simulation
 
-            ephemeris = simulation.run(self, _checked_drop(drop_below), check)
+            ephemeris = simulation.run(self, drop_below, check)
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
@@ -406,24 +415,41 @@ class Scene(Part):
         return ephemeris
 
     def samples(
-        self, progress: Progress | None = None, drop_below: float | None = None, frame: str | None = None
+        self,
+        progress: Progress | None = None,
+        drop_below: float | None = None,
+        frame: str | None = None,
+        max_samples: int | None = None,
+        set_by: str = "",
+        check: Callable[[float], None] | None = None,
     ) -> Samples:
-        """What `run` gives, for writers: computed piece by piece, where no effect has to be followed."""
-        if self._is_plain:
-            if self.times.samples > MOST_SAMPLES:
-                raise InputError(
-                    "times", f"{self.times.samples} samples", f"at most {MOST_SAMPLES} in a file"
-                )
-            motion = self.motion()
-            part, count = elapsed.parts(self.times.lazily(motion.epoch), motion.epoch)
-            samples = Samples(
-                count, lambda a, b: motion.ephemeris(part(a, b), rate=True, name=self.name), progress
-            )
+        """What `run` gives, for writers: computed piece by piece, where there is much of it and no effect has
+        to be followed.
+        """
+        if self._is_plain and self.times.samples > AT_ONCE:
+            self._check_samples(max_samples, set_by)
+            self._check_samples(MOST_SAMPLES, "of a file")
+            _checked_drop(drop_below)
+            samples = self._lazily(progress)
         else:
-            samples = Samples.of(self.run(drop_below=drop_below), progress)
+            samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
         if frame in (None, self.frame):
             return samples
         return samples.turned(lambda piece: piece.in_frame(frame))
+
+    def _lazily(self, progress: Progress | None) -> Samples:
+        motion, along = self.motion(), self._along()
+        part, count = elapsed.parts(self.times.lazily(motion.epoch), motion.epoch)
+
+        def cut(first: int, last: int) -> Ephemeris:
+            return _with(along, motion.ephemeris(part(first, last), rate=True, name=self.name))
+
+        return Samples(count, cut, progress, part, is_held=False)
+
+    def _check_samples(self, most: int | None, set_by: str) -> None:
+        if most is not None and self.times.samples > most:
+            limit = f"at most {most} samples" + (f" ({set_by})" if set_by else "")
+            raise InputError("times", f"{self.times.samples} samples", limit)
 
     def write(
         self,

@@ -52,3 +52,15 @@ def check_predicted(settings: Settings) -> Callable[[float], None]:
             raise InputError("times", f"{seconds:.3g} s", limit)
 
     return check
+
+
+def check_predicted_together(settings: Settings) -> Callable[[float], None]:
+    """The same for several scenes in turn: what they need together is what may not be more."""
+    check, needed = check_predicted(settings), 0.0
+
+    def check_all(seconds: float) -> None:
+        nonlocal needed
+        check(needed + seconds)
+        needed += seconds
+
+    return check_all
