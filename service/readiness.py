@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from attitude import compiled
@@ -24,6 +24,7 @@ KNOWN_QUATERNION_WXYZ = (-0.8811471853104235, 0.4701825277666925, 0.011728252324
 KNOWN_WITHIN = 1e-12
 
 WARMING = "the kernel is being compiled or loaded"
+STOPPING = "the service is stopping"
 FAILED = "the warm-up ended with an unexpected error, which the service's log has"
 
 
@@ -32,27 +33,49 @@ class KnownCaseError(Exception):
 
 
 class Readiness:
-    """Whether work may be sent here; decided by the warm-up, which runs in a thread of its own."""
+    """Whether work may be sent here; decided by the warm-up, which runs in a thread of its own.
+
+    Attributes
+    ----------
+    stopping : from the signal to stop on
+    others : what else is in the way, of workers that share a port with this one; None for nothing
+    """
 
     def __init__(self) -> None:
-        self.obstacle: str | None = WARMING
+        self.stopping = False
+        self.others: Callable[[], str | None] = _nothing
+        self.on_ready: Callable[[], None] = _nothing
+        self._own: str | None = WARMING
+
+    @property
+    def obstacle(self) -> str | None:
+        """Why not, in words; None where it may."""
+        return STOPPING if self.stopping else self._own or self.others()
 
     def start(self) -> None:
         # a daemon: a stop that comes while the kernel is compiled is not to wait for it
         threading.Thread(target=self.run, name="warm-up", daemon=True).start()
 
+    def stop(self) -> None:
+        self.stopping = True
+
     def run(self) -> None:
         try:
             summary = warm_up()
         except KnownCaseError as error:
-            self.obstacle = str(error)
+            self._own = str(error)
             log.critical("not ready, and never will be: %s", error)
         except Exception:
-            self.obstacle = FAILED
+            self._own = FAILED
             log.critical("not ready, and never will be", exc_info=True)
         else:
-            self.obstacle = None
+            self._own = None
+            self.on_ready()
             log.info("ready: %s", summary)
+
+
+def _nothing() -> None:
+    return None
 
 
 def warm_up() -> str:
