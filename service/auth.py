@@ -1,4 +1,4 @@
-"""The bearer token, where one is set: without it nothing is computed, and nothing told but how the service is.
+"""The bearer token, where one is set: without it nothing is computed, and little told.
 
 Open are the health routes, which an orchestrator asks, and what is the same for everybody: pages, what
 they load, and the description of the interface.

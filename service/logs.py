@@ -22,17 +22,17 @@ class JsonLines(logging.Formatter):
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
             "logger": record.name,
-            "message": _plain(record.getMessage()),
+            "message": plain(record.getMessage()),
         }
         if job is not None and job.identity:
             line["request_id"] = job.identity
         line |= getattr(record, FIELDS, {})
         if record.exc_info:
-            line["error"] = _plain(self.formatException(record.exc_info))
+            line["error"] = plain(self.formatException(record.exc_info))
         return orjson.dumps(line, default=str).decode()
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """What UTF-8 can hold: a request's path may name half a surrogate pair."""
     return text.encode("utf-8", "backslashreplace").decode()
 

@@ -7,7 +7,7 @@ asked adds them up.
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, Request
 from prometheus_client import (
@@ -22,6 +22,8 @@ from prometheus_client import (
 )
 from prometheus_client.multiprocess import MultiProcessCollector
 from starlette.responses import Response
+
+from .openapi import REFUSALS
 
 if TYPE_CHECKING:
     from .compute import Compute
@@ -87,8 +89,12 @@ class Metrics:
         self.seconds.labels(route).observe(seconds)
         self.samples.inc(job.samples)
         self.computing.inc(job.compute_seconds)
-        if status.isdigit() and int(status) in REASONS:
-            self.refusals.labels(REASONS[int(status)]).inc()
+        if status.isdigit():
+            self.count_refusal(int(status))
+
+    def count_refusal(self, status: int) -> None:
+        if status in REASONS:
+            self.refusals.labels(REASONS[status]).inc()
 
     def keep(self) -> None:
         """How busy this worker is, for itself and the others to tell."""
@@ -103,14 +109,17 @@ class Metrics:
         return generate_latest(together)
 
 
-DESCRIBED = {"description": "Figures in Prometheus' text format", "content": {CONTENT_TYPE_LATEST: {}}}
+DESCRIBED: dict[str, Any] = {
+    "description": "Figures in Prometheus' text format",
+    "content": {CONTENT_TYPE_LATEST: {}},
+}
 
 
 @router.get(
     "/metrics",
     summary="Requests, latency, samples, seconds of computing and refusals, for Prometheus",
     response_class=Response,
-    responses={200: DESCRIBED},
+    responses={200: DESCRIBED, **REFUSALS},
 )
 async def metrics(request: Request) -> Response:
     measured: Metrics = request.app.state.metrics

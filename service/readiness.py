@@ -8,8 +8,8 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, Protocol
 
 from attitude import compiled
 from attitude.formats import json
@@ -32,25 +32,37 @@ class KnownCaseError(Exception):
     """The known case came out wrong: no answer of this process is to be trusted."""
 
 
+class Board(Protocol):
+    """Where workers tell each other that they are warm, and read what keeps the others."""
+
+    def tell(self) -> None: ...
+
+    def obstacle(self) -> str | None: ...
+
+
 class Readiness:
     """Whether work may be sent here; decided by the warm-up, which runs in a thread of its own.
 
     Attributes
     ----------
     stopping : from the signal to stop on
-    others : what else is in the way, of workers that share a port with this one; None for nothing
     """
 
     def __init__(self) -> None:
         self.stopping = False
-        self.others: Callable[[], str | None] = _nothing
-        self.on_ready: Callable[[], None] = _nothing
         self._own: str | None = WARMING
+        self._board: Board | None = None
+
+    def join(self, board: Board) -> None:
+        """Of several workers at one port, where each may be sent the next request, none is ready alone."""
+        self._board = board
 
     @property
     def obstacle(self) -> str | None:
         """Why not, in words; None where it may."""
-        return STOPPING if self.stopping else self._own or self.others()
+        if self.stopping:
+            return STOPPING
+        return self._own or (self._board.obstacle() if self._board is not None else None)
 
     def start(self) -> None:
         # a daemon: a stop that comes while the kernel is compiled is not to wait for it
@@ -70,12 +82,9 @@ class Readiness:
             log.critical("not ready, and never will be", exc_info=True)
         else:
             self._own = None
-            self.on_ready()
+            if self._board is not None:
+                self._board.tell()
             log.info("ready: %s", summary)
-
-
-def _nothing() -> None:
-    return None
 
 
 def warm_up() -> str:

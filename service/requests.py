@@ -13,7 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from . import headers, jobs
 from .jobs import Job
-from .logs import FIELDS, _plain
+from .logs import FIELDS, plain
 from .metrics import Metrics
 from .readiness import Readiness
 
@@ -55,7 +55,7 @@ class Requests:
         self.metrics.observe(scope["method"], route, status, seconds, job)
         fields: dict[str, Any] = {
             "method": scope["method"][:LONGEST_PATH],
-            "path": _plain(scope["path"][:LONGEST_PATH]),
+            "path": plain(scope["path"][:LONGEST_PATH]),
             "route": route,
             "status": int(status) if status.isdigit() else status,
             "seconds": round(seconds, 6),

@@ -77,7 +77,11 @@ def _is_origin(text: str) -> bool:
         parts = urlsplit(text)
     except ValueError:
         return False
-    return parts.scheme in ("http", "https") and bool(parts.netloc) and text == f"{parts.scheme}://{parts.netloc}"
+    return (
+        parts.scheme in ("http", "https")
+        and bool(parts.netloc)
+        and text == f"{parts.scheme}://{parts.netloc}"
+    )
 
 
 def _token(name: str, value: str) -> str:
@@ -124,7 +128,9 @@ class Settings:
     drain_seconds: int = _setting(
         1, _seconds, "seconds from SIGTERM, not ready any more, to when nothing new is taken"
     )
-    token: str | None = _setting(None, _token, "bearer token that requests have to bring; none by default", True)
+    token: str | None = _setting(
+        None, _token, "bearer token that requests have to bring; none by default", True
+    )
     token_file: str | None = _setting(None, _path, "file that holds the token, instead of the token itself")
     cors_origins: tuple[str, ...] = _setting(
         (), _origins, "origins whose pages may ask, by commas; none by default"
