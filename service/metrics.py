@@ -88,7 +88,7 @@ class Metrics:
         self.requests.labels(method if method in METHODS else "other", route, status).inc()
         self.seconds.labels(route).observe(seconds)
         self.samples.inc(job.samples)
-        self.computing.inc(job.compute_seconds)
+        self.computing.inc(job.spent())
         if status.isdigit():
             self.count_refusal(int(status))
 

@@ -61,8 +61,8 @@ class Requests:
             "seconds": round(seconds, 6),
             "bytes": answer.bytes,
         }
-        if job.compute_seconds:
-            fields["compute_seconds"] = round(job.compute_seconds, 6)
+        if spent := job.spent():
+            fields["compute_seconds"] = round(spent, 6)
         log.info("request", extra={FIELDS: fields})
 
 
