@@ -78,12 +78,6 @@ class Compute:
         while (block := await self.run(next, blocks, None)) is not None:
             yield block
 
-    def still_wanted(self, done: float = 0.0) -> None:
-        """For the library to call between pieces of its work, as its `progress`: raises where to stop."""
-        job = jobs.current()
-        if job is not None:
-            job.check(self.settings.max_seconds)
-
     def close(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
