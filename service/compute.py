@@ -28,7 +28,7 @@ P = ParamSpec("P")
 
 RETRY_AFTER_S = 1
 # Of threads that compute, below the event loop's: a processor that both want is the event loop's.
-NICENESS = 5
+NICENESS = 0
 
 
 class Compute:
