@@ -45,8 +45,8 @@ class Batch:
 
     def __init__(self, body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]):
         self.body = body
-        self.attitudes = np.broadcast_to(attitudes, (*shape, 4))
-        self.rates = np.broadcast_to(rates, (*shape, 3))
+        self.attitudes = _repeated(attitudes, (*shape, 4))
+        self.rates = _repeated(rates, (*shape, 3))
         self.shape = shape
         self.size = int(np.prod(shape))
         self._forms = np.zeros(self.size, np.int8)
@@ -106,7 +106,7 @@ class Batch:
 
     def _records(self, first: int, last: int) -> np.ndarray:
         """The records of bodies by their flat index; the one place where they are made."""
-        body = self.body.broadcast_to(self.shape)
+        body = self.body if self.body.shape == self.shape else self.body.broadcast_to(self.shape)
         moments, axes, rates, attitudes = (
             _flat(array, self.shape, first, last)
             for array in (body._two_part_moments, body._two_part_axes, self.rates, self.attitudes)
@@ -134,6 +134,10 @@ class Batch:
         beyond[place] = True
         expected = "a rate that a body so thin can have without leaving the range of a double"
         units.refuse_where(beyond, self.rates, "angular_velocity", expected)
+
+
+def _repeated(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    return array if array.shape == shape else np.broadcast_to(array, shape)
 
 
 def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> np.ndarray:

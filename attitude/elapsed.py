@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,8 @@ class Instants:
     epoch : Time or None
     scale : str or None
         The time scale in which they are dated: that of the Time they were given as, else the epoch's.
+    is_given : bool
+        Whether they were given as a Time; else one is made when it is asked for.
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class Instants:
         self.seconds = np.asarray(seconds)
         self.rest = None if rest is None else np.asarray(rest)
         self.epoch = epoch
+        self.is_given = time is not None
         self._time = time
         dated = epoch if time is None else time
         self.scale = dated.scale if scale is None and dated is not None else scale
@@ -85,10 +88,10 @@ class Instants:
         """
         if self.epoch is None:
             raise InputError("epoch", None, "a Time, for instants to be dated")
-        start = _tai(self.epoch, "epoch")
+        start, below = _tai_days(float(self.epoch.jd1), float(self.epoch.jd2), self.epoch.scale)
         days, days_low = self._days()
         whole = np.round(days)
-        return float(start.jd1) + whole, (days - whole) + (days_low + float(start.jd2))
+        return start + whole, (days - whole) + (days_low + below)
 
     def _days(self) -> tuple[np.ndarray, np.ndarray]:
         """Since the epoch, in two parts, of all instants in a row."""
@@ -114,7 +117,9 @@ class Instants:
     def __getitem__(self, key: Any) -> Instants:
         rest = None if self.rest is None else self.rest[key]
         time = None if self._time is None else self._time[key]
-        return Instants(self.seconds[key], rest, self.epoch, time, self.scale)
+        part = Instants(self.seconds[key], rest, self.epoch, time, self.scale)
+        part.is_given = self.is_given
+        return part
 
 
 def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
@@ -125,7 +130,7 @@ def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
     if not epoch.isscalar:
         raise InputError(field, f"shape {epoch.shape}", "one Time for all bodies")
     _refuse_missing(epoch, field)
-    _tai(epoch, field)
+    _tai_days(float(epoch.jd1), float(epoch.jd2), epoch.scale, field)
     return epoch.copy()
 
 
@@ -196,6 +201,13 @@ def parts(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], i
     if isinstance(t, Instants):
         return lambda first, last: t[first:last], t.shape[0]
     return lambda first, last: instants(t[first:last], epoch), t.shape[0]
+
+
+@lru_cache(maxsize=256)
+def _tai_days(jd1: float, jd2: float, scale: str, field: str = "epoch") -> tuple[float, float]:
+    """The Julian date of TAI in two parts; remembered, for scenes share their epochs."""
+    tai = _tai(Time(jd1, jd2, format="jd", scale=scale), field)
+    return float(tai.jd1), float(tai.jd2)
 
 
 def _tai(time: Time, field: str) -> Time:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import lru_cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -80,7 +80,13 @@ class Epoch(Part):
     scale: Scale
 
     def build(self) -> Time:
-        return elapsed.check_epoch(parse_time(self.time, self.scale, "epoch.time"), "epoch.time")
+        return _checked(self.time, self.scale).copy()
+
+
+@lru_cache(maxsize=256)
+def _checked(time: str, scale: str) -> Time:
+    """Remembered, for scenes share their epochs; what is given out is a copy."""
+    return elapsed.check_epoch(parse_time(time, scale, "epoch.time"), "epoch.time")
 
 
 class Attitude(Part):
@@ -357,7 +363,9 @@ class Scene(Part):
         """The motion at the document's epoch."""
         epoch = self.epoch.build() if self.epoch is not None else None
         body, attitude, rate = self.body.build(), self.attitude.build(), self.angular_velocity.build()
-        return TorqueFreeMotion(body, attitude, rate, epoch, order="wxyz", frame=self.frame)
+        motion = TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=self.frame)
+        motion.epoch = epoch  # checked where it was built, and nobody else's
+        return motion
 
     @property
     def wanted_solver(self) -> str | None:

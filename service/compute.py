@@ -8,11 +8,9 @@ more requests than are meant to wait are refused at once, with the time after wh
 from __future__ import annotations
 
 import asyncio
-import os
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from contextvars import copy_context
 from functools import partial
 from http import HTTPStatus
@@ -27,8 +25,8 @@ T = TypeVar("T")
 P = ParamSpec("P")
 
 RETRY_AFTER_S = 1
-# Of threads that compute, below the event loop's: a processor that both want is the event loop's.
-NICENESS = 0
+# After which a piece of work is looked after: most are done before.
+LOOK_AFTER_S, LOOK_EVERY_S = 0.05, 1.0
 
 
 class Compute:
@@ -38,14 +36,14 @@ class Compute:
     ----------
     in_flight : requests that compute, or wait for a thread, or whose answer is being sent
     busy : threads that compute
-    on_change : called when either has changed
+    on_change : called when either may have changed
     """
 
     def __init__(self, settings: Settings):
         self.settings = settings
         self.in_flight = self.busy = 0
         self.on_change: Callable[[], None] = _nothing
-        self._pool = ThreadPoolExecutor(settings.computing_threads, "compute", initializer=_step_back)
+        self._pool = ThreadPoolExecutor(settings.computing_threads, "compute")
         self._counting = threading.Lock()
 
     async def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -59,19 +57,21 @@ class Compute:
             job = jobs.Job()
         self._admit(job)
         job.check(self.settings.max_seconds)
+        loop = asyncio.get_running_loop()
         task = partial(self._piece, job, partial(work, *args, **kwargs))
-        future = asyncio.get_running_loop().run_in_executor(self._pool, copy_context().run, task)
+        future = loop.run_in_executor(self._pool, copy_context().run, task)
+        looking = _Looking(self, job, future)
         try:
-            await self._until_done(future, job)
-        except BaseException:
+            return await future
+        except asyncio.CancelledError:
+            if looking.reason is not None:
+                raise looking.reason from None
             job.abandoned = True  # for the thread, which may be amid it
-            future.add_done_callback(_forget)
-            future.cancel()
             raise
         finally:
+            looking.end()
             if jobs.current() is None:
                 job.end()
-        return future.result()
 
     async def blocks(self, blocks: Iterator[bytes]) -> AsyncIterator[bytes]:
         """The blocks of an answer, each computed when the one before has been sent."""
@@ -112,27 +112,38 @@ class Compute:
     def _count(self, change: int) -> None:
         with self._counting:
             self.busy += change
-            self.on_change()
-
-    async def _until_done(self, future: asyncio.Future[Any], job: jobs.Job) -> None:
-        gone = job.watch()
-        while not future.done():
-            left = max(0.01, self.settings.max_seconds - job.spent())
-            await asyncio.wait((future, gone), timeout=left, return_when=asyncio.FIRST_COMPLETED)
-            if not future.done():
-                job.check(self.settings.max_seconds)
 
 
-def _forget(future: asyncio.Future[Any]) -> None:
-    """Of work that nobody waits for: what it raised is nobody's concern."""
-    if not future.cancelled():
-        future.exception()
+class _Looking:
+    """From time to time, whether a piece of work is still wanted; what is done by then costs no look."""
+
+    def __init__(self, compute: Compute, job: jobs.Job, future: asyncio.Future[Any]):
+        self.compute, self.job, self.future = compute, job, future
+        self.reason: Exception | None = None  # for which it was given up
+        self._timer = future.get_loop().call_later(LOOK_AFTER_S, self._begin)
+
+    def _begin(self) -> None:
+        self.job.on_gone = self._look
+        self.job.watch()
+        self._look()
+
+    def _look(self) -> None:
+        self.compute.on_change()
+        self._timer.cancel()
+        try:
+            self.job.check(self.compute.settings.max_seconds)
+        except Exception as error:
+            self.reason = error
+            self.job.abandoned = True  # for the thread, which may be amid it
+            self.future.cancel()
+        else:
+            left = self.compute.settings.max_seconds - self.job.spent()
+            self._timer = self.future.get_loop().call_later(min(LOOK_EVERY_S, left + 0.01), self._look)
+
+    def end(self) -> None:
+        self._timer.cancel()
+        self.job.on_gone = None
 
 
 def _nothing() -> None:
     pass
-
-
-def _step_back() -> None:
-    with suppress(AttributeError, OSError):  # where threads have no priorities of their own
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)

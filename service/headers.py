@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from starlette.datastructures import MutableHeaders
-
-PAGE = "text/html"
+PAGE = b"text/html"
 EVERYWHERE = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
@@ -20,9 +18,18 @@ PAGES = {
 # What is no page is shown as none, even where a browser is led to open it as one.
 OTHERS = {"content-security-policy": "default-src 'none'; frame-ancestors 'none'; sandbox"}
 
+RawHeaders = list[tuple[bytes, bytes]]
 
-def secure(headers: MutableHeaders) -> None:
-    """Add what a handler has not set itself."""
-    is_page = headers.get("content-type", "").startswith(PAGE)
-    for name, value in (EVERYWHERE | (PAGES if is_page else OTHERS)).items():
-        headers.setdefault(name, value)
+
+def _raw(headers: dict[str, str]) -> RawHeaders:
+    return [(name.encode(), value.encode()) for name, value in headers.items()]
+
+
+_OF_PAGES, _OF_OTHERS = _raw(EVERYWHERE | PAGES), _raw(EVERYWHERE | OTHERS)
+
+
+def secured(given: RawHeaders) -> RawHeaders:
+    """With what a handler has not set itself."""
+    names = dict(given)
+    is_page = names.get(b"content-type", b"").startswith(PAGE)
+    return given + [pair for pair in (_OF_PAGES if is_page else _OF_OTHERS) if pair[0] not in names]

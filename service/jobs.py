@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import random
 from collections.abc import Callable
 from contextvars import ContextVar
 from time import perf_counter
@@ -25,6 +26,8 @@ class Job:
     identity : goes through the logs, and back to the client
     samples : instants that the answer holds, counted by whoever makes it
     compute_seconds : that threads have spent on it so far
+    abandoned : nobody waits for the answer any more
+    on_gone : called when the client has gone, while it is watched
     at_end : called when the request is over, whatever became of it
     """
 
@@ -34,6 +37,7 @@ class Job:
         self.compute_seconds = 0.0
         self.at_end: list[Callable[[], None]] = []
         self.abandoned = False
+        self.on_gone: Callable[[], None] | None = None
         self._receive = receive
         self._watcher: asyncio.Task[None] | None = None
         self._piece_begun: float | None = None
@@ -48,18 +52,17 @@ class Job:
         assert self._receive is not None
         return await self._receive()
 
-    def watch(self) -> asyncio.Future[None]:
-        """Done when the client has gone away; nothing further of its request is read."""
-        if self._receive is None:
-            return asyncio.get_running_loop().create_future()
-        if self._watcher is None:
+    def watch(self) -> None:
+        """Notice when the client goes away; nothing further of its request is read."""
+        if self._receive is not None and self._watcher is None:
             self._watcher = asyncio.create_task(self._listen(self._receive))
-        return self._watcher
 
     async def _listen(self, receive: Receive) -> None:
         while (await receive())["type"] != "http.disconnect":
             pass
         self.abandoned = True
+        if self.on_gone is not None:
+            self.on_gone()
 
     def end(self) -> None:
         if self._watcher is not None:
@@ -87,6 +90,11 @@ class Job:
         if (spent := self.spent()) > most_seconds:
             limit = f"a scene that takes at most {most_seconds} s to compute ({variable('max_seconds')})"
             raise InputError("times", f"{spent:.3g} s so far", limit)
+
+
+def new_identity() -> str:
+    """Not to be mixed up with another request's; no secret."""
+    return f"{random.getrandbits(64):016x}"
 
 
 _current: ContextVar[Job | None] = ContextVar("job", default=None)

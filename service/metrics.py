@@ -102,6 +102,7 @@ class Metrics:
         self.busy.set(self.compute.busy)
 
     def text(self) -> bytes:
+        self.keep()
         if DIRECTORY not in os.environ:
             return generate_latest(self.registry)
         together = CollectorRegistry()

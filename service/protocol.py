@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import secrets
 import sys
 from collections.abc import Callable
 from http import HTTPStatus
@@ -17,7 +16,7 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from . import headers
+from . import headers, jobs
 from .errors import problem
 from .settings import Settings, variable
 
@@ -124,7 +123,7 @@ class Protocol(H11Protocol):
         self._is_refused, is_answered = True, self.conn.our_state not in (h11.IDLE, h11.SEND_RESPONSE)
         if not is_answered:
             self.count_refusal(status)
-            identity = secrets.token_hex(8)
+            identity = jobs.new_identity()
             log.info("refused %d: %s", status, detail, extra={"fields": {"request_id": identity}})
             self.transport.write(self._answer(status, detail, identity))
         if self.cycle is not None:  # whose application is not to answer a second time
@@ -138,8 +137,7 @@ class Protocol(H11Protocol):
 
     def _answer(self, status: HTTPStatus, detail: str, identity: str) -> bytes:
         answer = problem(status, detail, headers={"connection": "close", "x-request-id": identity})
-        headers.secure(answer.headers)
-        raw = [*self.server_state.default_headers, *answer.raw_headers]
+        raw = [*self.server_state.default_headers, *headers.secured(answer.raw_headers)]
         events = (
             h11.Response(status_code=status, headers=raw, reason=status.phrase.encode()),
             h11.Data(data=bytes(answer.body)),

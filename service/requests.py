@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import logging
 import re
-import secrets
+from collections.abc import Iterable
 from time import perf_counter
 from typing import Any
 
-from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from . import headers, jobs
@@ -19,8 +18,8 @@ from .readiness import Readiness
 
 log = logging.getLogger(__name__)
 
-ID = "x-request-id"
-SANE_ID = re.compile(r"[A-Za-z0-9._:/+=-]{1,100}")
+ID = b"x-request-id"
+SANE_ID = re.compile(rb"[A-Za-z0-9._:/+=-]{1,100}")
 LONGEST_PATH = 200  # of what the log repeats
 NO_ROUTE = "none"
 GONE = "gone"  # for a status: the client did not wait for one
@@ -80,18 +79,18 @@ class _Sent:
     async def send(self, message: Message) -> None:
         if message["type"] == "http.response.start":
             self.status = message["status"]
-            message.setdefault("headers", [])
-            self._add(MutableHeaders(scope=message))
+            message["headers"] = self._with_ours(message.get("headers", []))
         elif message["type"] == "http.response.body":
             self.bytes += len(message.get("body", b""))
         await self._send(message)
         self.whole = message["type"] == "http.response.body" and not message.get("more_body", False)
 
-    def _add(self, given: MutableHeaders) -> None:
-        headers.secure(given)
-        given[ID] = self._identity
+    def _with_ours(self, given: Iterable[tuple[bytes, bytes]]) -> headers.RawHeaders:
+        all_of_them = headers.secured(list(given))
+        all_of_them.append((ID, self._identity.encode()))
         if self._readiness.stopping:  # the client is to ask elsewhere next
-            given["connection"] = "close"
+            all_of_them.append((b"connection", b"close"))
+        return all_of_them
 
     def outcome(self, job: Job) -> str:
         if self.whole:
@@ -101,5 +100,7 @@ class _Sent:
 
 def _identity(scope: Scope) -> str:
     """The client's own, where it is one that a log may hold; else a new one."""
-    given = Headers(scope=scope).get(ID, "")
-    return given if SANE_ID.fullmatch(given) else secrets.token_hex(8)
+    for name, value in scope["headers"]:
+        if name == ID and SANE_ID.fullmatch(value):
+            return str(value, "ascii")
+    return jobs.new_identity()

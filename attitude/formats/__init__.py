@@ -152,6 +152,8 @@ def check_options(known: Format, options: dict[str, Any]) -> None:
 
 
 def _refuse_unknown(function: Any, options: dict[str, Any], known: Format) -> None:
+    if not options:
+        return
     taken = [name for name in inspect.signature(function).parameters if name not in _GIVEN]
     for name, value in options.items():
         if name not in taken:

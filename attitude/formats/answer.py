@@ -68,9 +68,7 @@ def _encoded(
     samples: Samples, known: Format, error: Any, options: dict[str, Any] | None, most_nodes: int
 ) -> Encoded:
     whole = encode(samples, known, error, options, most_nodes)
-    if known is not FORMATS["json"]:
-        return whole
-    return whole._replace(blocks=columns_as_json.answer(samples))
+    return whole._replace(blocks=columns_as_json.answer(samples)) if known is FORMATS["json"] else whole
 
 
 def _begun(
@@ -120,6 +118,8 @@ def options_of(texts: Mapping[str, str], known: Format) -> dict[str, Any]:
 
     Text where the format's option is text; else a value that is JSON (a number, true, null) is that.
     """
+    if not texts:
+        return {}
     parameters = inspect.signature(module_of(known).blocks).parameters
     kinds = {name: str(parameter.annotation) for name, parameter in parameters.items()}
     return {

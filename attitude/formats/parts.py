@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import erfa
@@ -29,6 +30,7 @@ POSITION = ("position_x_m", "position_y_m", "position_z_m")
 VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
 MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
+FEW = 64  # dates
 
 
 def metadata(samples: Samples) -> dict[str, Any]:
@@ -51,8 +53,15 @@ def metadata(samples: Samples) -> dict[str, Any]:
 
 def _epoch(epoch: Time) -> dict[str, Any]:
     """The two Julian dates are the epoch exactly; the text is for people."""
-    text = iso_text(epoch).item().decode()
-    return {"time": text, "scale": epoch.scale, "jd1": float(epoch.jd1), "jd2": float(epoch.jd2)}
+    days = float(epoch.jd1), float(epoch.jd2)
+    text = _epoch_text(*days, epoch.scale)
+    return {"time": text, "scale": epoch.scale, "jd1": days[0], "jd2": days[1]}
+
+
+@lru_cache(maxsize=256)
+def _epoch_text(jd1: float, jd2: float, scale: str) -> str:
+    text: bytes = _iso_text(np.float64(jd1), np.float64(jd2), scale).item()
+    return text.decode()
 
 
 def _body(body: RigidBody) -> dict[str, Any]:
@@ -73,7 +82,7 @@ def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarr
     """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
     table: dict[str, np.ndarray] = {}
     if TIME in wanted:
-        table[TIME] = iso_text(ephemeris.time)
+        table[TIME] = iso_dates(ephemeris)
     if ELAPSED in wanted:
         table[ELAPSED] = ephemeris.elapsed
     if REST in wanted:
@@ -201,16 +210,49 @@ def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
     return RigidBody(body["tensor"])
 
 
+def _few_texts(year: Any, month: Any, day: Any, clock: Any) -> np.ndarray:
+    """Row by row, where the calls for all rows together would take longer."""
+    parts = (year, month, day, *(clock[name] for name in "hmsf"))
+    rows = zip(*(np.reshape(part, -1).tolist() for part in parts), strict=True)
+    texts = [b"%04d-%02d-%02dT%02d:%02d:%02d.%09d" % row for row in rows]
+    return np.array(texts, dtype="S29").reshape(np.shape(year))
+
+
 def iso_text(time: Time) -> np.ndarray:
     """ISO 8601 text to the nanosecond, leap seconds as second 60; bytes of shape time.shape.
 
     astropy's own formatting takes 6 us an instant, more than everything else in an answer.
     """
-    year, month, day, clock = erfa.d2dtf(time.scale.upper(), 9, time.jd1, time.jd2)
+    return _iso_text(time.jd1, time.jd2, time.scale)
+
+
+# From TAI, by these alone; for other scales astropy knows what they need (tables, the observer's place).
+_FROM_TAI = {"tai": lambda *days: days, "utc": erfa.taiutc, "tt": erfa.taitt}
+
+
+def iso_dates(ephemeris: Ephemeris) -> np.ndarray:
+    """`iso_text` of its time, which is not built for it: that takes longer than all else of few instants.
+
+    Raises what `Ephemeris.time` does.
+    """
+    instants = ephemeris.instants
+    if instants.is_given or instants.epoch is None or instants.scale not in _FROM_TAI:
+        return iso_text(ephemeris.time)
+    try:
+        days = _FROM_TAI[instants.scale](*instants.tai)
+        return _iso_text(*days, instants.scale).reshape(instants.shape)
+    except (erfa.ErfaError, ValueError):
+        return iso_text(ephemeris.time)  # which says what is wrong
+
+
+def _iso_text(jd1: Any, jd2: Any, scale: str) -> np.ndarray:
+    year, month, day, clock = erfa.d2dtf(scale.upper(), 9, jd1, jd2)
     if np.min(year, initial=0) < 0 or np.max(year, initial=0) > 9999:
-        named = time.copy(format="isot")
+        named = Time(jd1, jd2, format="jd", scale=scale).copy(format="isot")
         named.precision = 9
         return np.asarray(named.value).astype("S")
+    if np.size(year) <= FEW:
+        return _few_texts(year, month, day, clock)
     text = np.empty((*np.shape(year), 29), dtype=np.uint8)
     text[..., :] = np.frombuffer(b"0000-00-00T00:00:00.000000000", dtype=np.uint8)
     fields = ((year, 0, 4), (month, 5, 2), (day, 8, 2), (clock["h"], 11, 2), (clock["m"], 14, 2))

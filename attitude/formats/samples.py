@@ -59,7 +59,12 @@ class Samples:
         """Of an ephemeris in memory; one of a single instant is a piece on its own."""
         if not ephemeris.instants.shape:
             return cls(1, lambda first, last: ephemeris, progress)
-        return cls(len(ephemeris), lambda first, last: ephemeris[first:last], progress)
+        count, instants = len(ephemeris), ephemeris.instants
+
+        def cut(first: int, last: int) -> Ephemeris:
+            return ephemeris if last - first == count else ephemeris[first:last]
+
+        return cls(count, cut, progress, lambda first, last: instants[first:last])
 
     @cached_property
     def head(self) -> Ephemeris:

@@ -138,7 +138,7 @@ def test_small_requests_against_a_bare_route(server):
 
 @pytest.mark.parametrize("format", ["arrows", "ndjson", "csv", "json"])
 def test_memory_of_1e7_samples(server, format):
-    """What the process grows by while it sends them, over what it had after a small one."""
+    """What the process grows by while it sends them, after a small answer in the same format."""
     port, pid = server
     with socket.create_connection(("127.0.0.1", port)) as connection:
         ask(connection, request_bytes(f"/v1/ephemeris?format={format}", document(1000)))

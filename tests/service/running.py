@@ -46,7 +46,7 @@ class Running:
             self.process.kill()
         self.process.wait()
         if error is not None:
-            print(*(line for line in self.log if line.get("path") != "/readyz"), sep="\n")
+            print(*self.log[-50:], sep="\n", file=sys.stderr)
         self._written.unlink()
 
     @property
