@@ -8,6 +8,7 @@ import logging.config
 import os
 import signal
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -30,6 +31,8 @@ BACKLOG = 2048
 KEEP_ALIVE_S = 75
 # For requests on connections that were accepted just before listening ended.
 LINGER_S = 0.25
+# How long a computing thread may keep the interpreter from the event loop; each request needs it several times.
+SWITCH_S = 0.001
 TICK_S = 0.1
 
 
@@ -109,6 +112,7 @@ def serve(**flags: object) -> None:
 def run(app: FastAPI, listener: socket.socket) -> None:
     """One process's serving, to its end."""
     settings: Settings = app.state.settings
+    sys.setswitchinterval(SWITCH_S)
     config = uvicorn.Config(
         app,
         http=protocol(settings, app.state.metrics.count_refusal),
