@@ -402,10 +402,11 @@ class Scene(Part):
         `max_samples` instants (a limit `set_by` whatever the message is to name).
         """
         self._check_samples(max_samples, set_by)
+        drop_below = _checked_drop(drop_below)
         if not self._is_plain:
             from . import simulation
 
-            ephemeris = simulation.run(self, _checked_drop(drop_below), check)
+            ephemeris = simulation.run(self, drop_below, check)
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
@@ -427,6 +428,7 @@ class Scene(Part):
         if self._is_plain and self.times.samples > AT_ONCE:
             self._check_samples(max_samples, set_by)
             self._check_samples(MOST_SAMPLES, "of a file")
+            _checked_drop(drop_below)
             samples = self._lazily(progress)
         else:
             samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)

@@ -27,7 +27,8 @@ DESCRIPTION = """\
 A scene document in, an answer out; `GET /v1/scenes` lists documents to begin with.
 
 * Every refusal is a problem (RFC 9457), in the library's words, with a JSON pointer to the field. A query
-  parameter that is unknown, or there twice, is refused too.
+  parameter that is unknown, or there twice, is refused too. The schema of a scene says how it is written;
+  what no body or motion can have, only the library knows: that is refused by 422.
 * HEAD is answered wherever GET is. `POST /v1/ephemeris` only reads: it answers with an `ETag`, made of the
   document (however its keys are ordered and spaced), the query, the format and the version; sent back in
   `If-None-Match`, it is answered by 304 and nothing is computed. The tags are weak, for what computing took
@@ -128,8 +129,10 @@ UNCHANGED = {"description": "The client has this answer: its tag is in If-None-M
 # -- parameters -----------------------------------------------------------------------------------
 
 
-def _query(name: str, description: str, schema: dict[str, Any]) -> dict[str, Any]:
-    return {"in": "query", "name": name, "required": False, "description": description, "schema": schema}
+def _query(name: str, description: str, schema: dict[str, Any], example: Any = None) -> dict[str, Any]:
+    shown = {} if example is None else {"example": example}
+    said = {"in": "query", "name": name, "required": False, "description": description}
+    return {**said, "schema": schema, **shown}
 
 
 _ANGLE = {"type": "number", "exclusiveMinimum": 0}
@@ -149,10 +152,12 @@ EPHEMERIS = (
     ),
 )
 COST = (
-    _query("budget", "s, wall-clock, for all of it", _ANGLE),
-    _query("samples", "instants of each horizon", {"type": "integer", "minimum": 2}),
+    _query("budget", "s, wall-clock, for all of it", _ANGLE, 2),
+    _query("samples", "instants of each horizon", {"type": "integer", "minimum": 2}, 1000),
     _query("seed", "of the instants compared with the truth", {"type": "integer", "minimum": 0}),
-    _query("method", "only this family; repeatable", {"type": "array", "items": {"type": "string"}}),
+    _query(
+        "method", "only this family; repeatable", {"type": "array", "items": {"type": "string"}}, ["ours"]
+    ),
 )
 
 

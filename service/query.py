@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -14,6 +15,8 @@ from attitude.formats.known import Format
 
 from .negotiation import accepts_gzip, wanted
 
+# Python would also take "1_0", "nan" and digits of other scripts.
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 OURS = ("drop_below", "format", "frame", "interpolation_error")
 
 
@@ -78,10 +81,9 @@ def angle(given: dict[str, str], name: str) -> float | None:
 def number(given: dict[str, str], name: str, expected: str) -> float | None:
     if name not in given:
         return None
-    try:
-        return float(given[name])
-    except ValueError:
-        raise InputError(name, given[name], expected, steps=()) from None
+    if not NUMBER.fullmatch(given[name]):
+        raise InputError(name, given[name], expected, steps=())
+    return float(given[name])
 
 
 def whole(given: dict[str, str], name: str, expected: str) -> int | None:

@@ -29,7 +29,8 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     header = ",".join(names).encode()
     yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), MARK, orjson.dumps(meta), header)
     for piece in samples.pieces():
-        yield _rows(parts.columns(piece, names), names)
+        for table in parts.tables(piece, names):
+            yield _rows(table, names)
 
 
 def _rows(table: dict[str, np.ndarray], names: list[str]) -> bytes:

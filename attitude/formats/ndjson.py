@@ -25,7 +25,8 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     yield orjson.dumps(parts.metadata(samples)) + b"\n"
     names = parts.names(samples)
     for piece in samples.pieces():
-        yield _rows(parts.columns(piece, names), names)
+        for table in parts.tables(piece, names):
+            yield _rows(table, names)
 
 
 def _rows(table: dict[str, np.ndarray], names: list[str]) -> bytes:

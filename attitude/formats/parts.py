@@ -31,6 +31,7 @@ VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
 MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
 FEW = 64  # dates
+ROWS = 1 << 13  # of text, written together
 
 
 def metadata(samples: Samples) -> dict[str, Any]:
@@ -91,6 +92,13 @@ def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarr
     for group, vector in vectors(ephemeris):
         table.update((name, vector[..., i]) for i, name in enumerate(group) if name in wanted)
     return table
+
+
+def tables(ephemeris: Ephemeris, wanted: Collection[str]) -> Iterator[dict[str, np.ndarray]]:
+    """`columns`, some rows at a time: as texts, numbers take many times their room."""
+    table = columns(ephemeris, wanted)
+    for first in range(0, len(ephemeris), ROWS):
+        yield {name: values[first : first + ROWS] for name, values in table.items()}
 
 
 def digits(table: Mapping[str, np.ndarray], names: list[str], between: bytes) -> list[bytes]:
