@@ -38,8 +38,6 @@ class Instants:
     epoch : Time or None
     scale : str or None
         The time scale in which they are dated: that of the Time they were given as, else the epoch's.
-    is_given : bool
-        Whether they were given as a Time; else one is made when it is asked for.
     """
 
     def __init__(
@@ -53,7 +51,6 @@ class Instants:
         self.seconds = np.asarray(seconds)
         self.rest = None if rest is None else np.asarray(rest)
         self.epoch = epoch
-        self.is_given = time is not None
         self._time = time
         dated = epoch if time is None else time
         self.scale = dated.scale if scale is None and dated is not None else scale
@@ -118,7 +115,6 @@ class Instants:
         rest = None if self.rest is None else self.rest[key]
         time = None if self._time is None else self._time[key]
         part = Instants(self.seconds[key], rest, self.epoch, time, self.scale)
-        part.is_given = self.is_given
         return part
 
 

@@ -147,4 +147,6 @@ class HeadAsGet:
                 message = {**message, "body": b""}
             await send(message)
 
-        await self.app({**scope, "method": "GET"}, receive, without_body)
+        asked = {**scope, "method": "GET"}
+        await self.app(asked, receive, without_body)
+        scope["route"] = asked.get("route")  # for the log

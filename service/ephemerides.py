@@ -17,7 +17,7 @@ from attitude.formats.samples import Samples
 from attitude.orientation import check_any_frame
 from attitude.scene import Scene
 
-from . import limits
+from . import jobs, limits
 from .answers import COST, JSON, PLAN, VERSIONED, Computed, is_seen, packed, tag_of
 from .errors import refusal
 from .query import OURS, Asked, no_field
@@ -58,7 +58,10 @@ def _check_asked(asked: Asked) -> None:
 
 def _samples(scene: Scene, asked: Asked, settings: Settings, check: Check) -> Samples:
     most = settings.max_samples, variable("max_samples")
-    return scene.samples(None, asked.drop_below, asked.frame, *most, check)
+    progress = limits.check_wanted(settings)
+    samples = scene.samples(progress, asked.drop_below, asked.frame, *most, check)
+    jobs.count_samples(samples.count)
+    return samples
 
 
 def _one(scene: Scene, asked: Asked, settings: Settings) -> Computed:

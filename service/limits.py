@@ -5,6 +5,7 @@ The refusal names the limit, its number, and the variable that sets it.
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from http import HTTPStatus
 
@@ -14,6 +15,7 @@ from starlette.requests import Request
 from attitude.errors import InputError
 from attitude.scene import Scene
 
+from . import jobs
 from .settings import Settings, variable
 
 
@@ -22,6 +24,16 @@ async def read_body(request: Request, settings: Settings) -> bytes:
     announced = request.headers.get("content-length", "")
     if announced.isdigit() and int(announced) > settings.max_body_bytes:
         raise _too_large(settings)
+    try:
+        async with asyncio.timeout(settings.client_seconds):
+            return await _whole(request, settings)
+    except TimeoutError:
+        limit = f"whole within {settings.client_seconds} s ({variable('client_seconds')})"
+        end = {"connection": "close"}  # what is still to come of the document is not waited for
+        raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, f"document: {limit}", headers=end) from None
+
+
+async def _whole(request: Request, settings: Settings) -> bytes:
     body = bytearray()
     async for chunk in request.stream():
         body += chunk
@@ -64,3 +76,17 @@ def check_predicted_together(settings: Settings) -> Callable[[float], None]:
         needed += seconds
 
     return check_all
+
+
+def check_wanted(settings: Settings) -> Callable[[float], None]:
+    """What the library is to call between pieces of its work, as its `progress`: raises where to stop.
+
+    ClientDisconnect where nobody waits for the answer any more, InputError where its seconds are used up.
+    """
+
+    def check(done: float = 0.0) -> None:
+        job = jobs.current()
+        if job is not None:
+            job.check(settings.max_seconds)
+
+    return check

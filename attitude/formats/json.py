@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from ..motion import TorqueFreeMotion
     from ..plan import Plan
 
+# Written at once: meanwhile no other thread goes on, be it one that has only to say that it is alive.
+ROWS = 1 << 12
 MOST_BYTES = 1 << 30  # the whole text is read at once
 
 
@@ -86,19 +88,32 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 def _members(samples: Samples, said: dict[str, Any]) -> Iterator[bytes]:
     """The object but for its end, with what is said before the columns."""
     names = parts.names(samples)
-    if samples.is_short or not samples.is_list:
+    if samples.count <= ROWS or not samples.is_list:
         table = {name: _plain(values) for name, values in parts.columns(samples.whole(), names).items()}
         yield _dump({**said, "columns": table})[:-1]
         samples.progress(1.0)
         return
+    held = parts.columns(samples.whole(), names) if samples.count <= BLOCK else {}
     yield _dump(said)[:-1] + b',"columns":{'
     for i, name in enumerate(names):
         yield (b"," if i else b"") + _dump(name) + b":["
-        for k, piece in enumerate(samples.pieces(i, len(names))):
-            values = parts.columns(piece, (name,))[name]
-            yield (b"," if k else b"") + _dump(_plain(values))[1:-1]
+        yield from _column(held[name]) if held else _pieces(samples, name, i, len(names))
         yield b"]"
     yield b"}"
+
+
+def _pieces(samples: Samples, name: str, part: int, of: int) -> Iterator[bytes]:
+    for k, piece in enumerate(samples.pieces(part, of)):
+        if k:
+            yield b","
+        yield from _column(parts.columns(piece, (name,))[name])
+
+
+def _column(values: Any) -> Iterator[bytes]:
+    """The text of a column but for its brackets."""
+    plain = _plain(values)
+    for first in range(0, len(plain), ROWS):
+        yield (b"," if first else b"") + _dump(plain[first : first + ROWS])[1:-1]
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:

@@ -318,7 +318,6 @@ def iso_text(time: Time) -> np.ndarray:
     return _iso_text(time.jd1, time.jd2, time.scale)
 
 
-# From TAI, by these alone; for other scales astropy knows what they need (tables, the observer's place).
 def _iso_text(jd1: Any, jd2: Any, scale: str) -> np.ndarray:
     year, month, day, clock = erfa.d2dtf(scale.upper(), 9, jd1, jd2)
     if np.min(year, initial=0) < 0 or np.max(year, initial=0) > 9999:

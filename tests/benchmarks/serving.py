@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-OURS = "from service.app import serve; serve(port={port})"
+OURS = "from service import serve; serve(port={port})"
 ECHO = """
 import uvicorn
 from fastapi import FastAPI

@@ -1,0 +1,195 @@
+"""A service under twice the load that it can carry.
+
+    python tests/benchmarks/service_load.py [SECONDS] [WORKERS]
+
+Clients ask as fast as they are answered, twice as many as the service lets in; a refusal is obeyed for the
+time that it names.  Told at the end, each with what is to be reached: statuses other than 200 and 503,
+answers that are not right to the last digit, growth of resident memory after the first minute (after the
+first fifth of a shorter run), latency of /healthz meanwhile, and what SIGTERM leaves unanswered.
+"""
+
+from __future__ import annotations
+
+import http.client
+import json
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
+
+from running import Running
+
+from attitude import Scene
+
+KNOWN = Scene.builtin("toutatis").document()
+
+
+def times(count):
+    return {"start": 0, "stop": count - 1, "count": count, "unit": "s"}
+
+
+# (path, document): long, middling and short; in blocks and in one piece; and one under torques
+ASKED = [
+    ("/v1/ephemeris", KNOWN | {"times": times(50_000)}),
+    ("/v1/ephemeris?format=arrows", KNOWN | {"times": times(300_000)}),
+    ("/v1/ephemeris?format=csv", KNOWN | {"times": times(5_000)}),
+    ("/v1/ephemeris", Scene.builtin("gravity-gradient-capture").document()),
+    ("/v1/motion", KNOWN),
+]
+REACH = "{:<58} {:>16}   {}"
+
+
+class Load:
+    """What the clients have seen."""
+
+    def __init__(self, running, expected):
+        self.running, self.expected = running, expected
+        self.address = running.address
+        self.statuses, self.wrong, self.cut = Counter(), 0, 0
+        self.stopping = False
+
+    def client(self, number):
+        """One after the other, on one connection as long as it lasts."""
+        connection, turn = None, number
+        while not self.stopping:
+            path, document = ASKED[turn % len(ASKED)]
+            connection = connection or http.client.HTTPConnection(*self.address, timeout=120)
+            try:
+                status, headers, body = asked(connection, path, document)
+            except (ConnectionRefusedError, ConnectionResetError, http.client.RemoteDisconnected):
+                return  # the service has been stopped: nothing of the answer had come
+            except http.client.IncompleteRead:
+                self.cut += 1
+                return
+            self.judge(turn % len(ASKED), status, body)
+            if headers.get("connection", "").lower() == "close":
+                connection.close()
+                connection = None
+            if status == 503:
+                time.sleep(float(headers["retry-after"]))
+            else:
+                turn += 1
+
+    def judge(self, which, status, body):
+        self.statuses[status] += 1
+        if status == 200:
+            self.wrong += values(which, body) != self.expected[which]
+
+
+def asked(connection, path, document):
+    connection.request("POST", path, json.dumps(document), {"content-type": "application/json"})
+    answer = connection.getresponse()
+    return answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
+
+
+def values(which, body):
+    """What of an answer is the same every time: all but what it cost.  As a hash: answers are large."""
+    if ASKED[which][0] == "/v1/ephemeris":
+        begin = body.index(b'"columns"')
+        body = body[begin : body.index(b"]}", begin)]
+    return len(body), hash(bytes(body))
+
+
+def health(host, port, seconds):
+    """Latencies of /healthz, asked every 20 ms; in a process of its own, where no other client keeps it."""
+    found, until = [], time.monotonic() + float(seconds)
+    connection = http.client.HTTPConnection(host, int(port), timeout=60)
+    while time.monotonic() < until:
+        begun = time.perf_counter()
+        connection.request("GET", "/healthz")
+        connection.getresponse().read()
+        found.append(time.perf_counter() - begun)
+        time.sleep(0.02)
+    connection.close()
+    print(json.dumps(found))
+
+
+def asked_health(address, seconds):
+    command = [sys.executable, __file__, "health", address[0], str(address[1]), str(seconds)]
+    return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+
+def resident(process):
+    """MiB, of a process and its children."""
+    total = 0.0
+    for task in Path(f"/proc/{process}/task").iterdir():
+        total += sum(resident(int(child)) for child in (task / "children").read_text().split())
+    status = Path(f"/proc/{process}/status").read_text()
+    return total + int(status.partition("VmRSS:")[2].split()[0]) / 1024
+
+
+def memory(running, seconds):
+    """MiB, once a second."""
+    found, until = [], time.monotonic() + seconds
+    while time.monotonic() < until:
+        found.append(resident(running.process.pid))
+        time.sleep(1.0)
+    return found
+
+
+def growth(found, seconds):
+    """MiB, from the part after the first minute: its last third over its first, by medians."""
+    rest = found[int(min(60.0, seconds / 5)) :]
+    third = len(rest) // 3
+    return statistics.median(rest[-third:]) - statistics.median(rest[:third])
+
+
+def main(seconds=300.0, workers=1):
+    with Running(workers=workers, max_requests=8, drain_seconds=2) as running:
+        connection = http.client.HTTPConnection(*running.address, timeout=120)
+        answers = [asked(connection, path, document) for path, document in ASKED]
+        assert [status for status, _, _ in answers] == [200] * len(ASKED)
+        load = Load(running, [values(which, body) for which, (_, _, body) in enumerate(answers)])
+        connection.close()
+        idle = asked_health(running.address, 3.0)
+        clients = [threading.Thread(target=load.client, args=(n,)) for n in range(2 * 8 * workers)]
+        for client in clients:
+            client.start()
+        latencies, figures = [], []
+        watchers = [
+            threading.Thread(target=lambda: latencies.extend(asked_health(load.address, seconds))),
+            threading.Thread(target=lambda: figures.extend(memory(running, seconds))),
+        ]
+        for watcher in watchers:
+            watcher.start()
+        for watcher in watchers:
+            watcher.join()
+        code = running.stop()
+        load.stopping = True
+        for client in clients:
+            client.join()
+        report(load, idle, latencies, figures, seconds, code)
+
+
+def report(load, idle, latencies, figures, seconds, code):
+    others = {status: count for status, count in load.statuses.items() if status not in (200, 503)}
+    before, p99 = (1e3 * statistics.quantiles(found, n=100)[98] for found in (idle, latencies))
+    grown = growth(figures, seconds)
+    rows = [
+        ("answers of 200 and of 503", f"{load.statuses[200]} / {load.statuses[503]}", "", True),
+        ("other statuses", str(others or "none"), "none", not others),
+        ("answers that are not right", load.wrong, "0", load.wrong == 0),
+        ("answers cut by SIGTERM", load.cut, "0", load.cut == 0),
+        ("exit code", code, "0", code == 0),
+        ("p99 of /healthz while nothing was asked, ms", f"{before:.1f}", "", True),
+        ("p99 of /healthz, ms", f"{p99:.1f} of {len(latencies)}", "<= 50", p99 <= 50.0),
+        ("resident memory, least and most, MiB", f"{min(figures):.0f} / {max(figures):.0f}", "", True),
+        ("its growth after the first minute, MiB", f"{grown:+.1f}", "<= 10", grown <= 10.0),
+    ]
+    for what, reached, reach, _ in rows:
+        print(REACH.format(what, reached, reach))
+    missed = [what for what, _, _, is_reached in rows if not is_reached]
+    if missed:
+        sys.exit("missed: " + ", ".join(missed))
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["health"]:
+        health(*sys.argv[2:])
+    else:
+        main(*(kind(text) for kind, text in zip((float, int), sys.argv[1:], strict=False)))
