@@ -48,6 +48,8 @@ LABEL org.opencontainers.image.title="attitude" \
 RUN ["python", "-m", "pip", "uninstall", "--yes", "--quiet", "--root-user-action=ignore", "pip", "setuptools", "wheel"]
 
 COPY --from=build /opt/attitude /opt/attitude
+# Started once as who may write: what of Python's own library it needs is kept translated.
+RUN ["/opt/attitude/bin/python", "-c", "from service import app, readiness; readiness.warm_up()"]
 
 # Only /tmp is ever written to: the root may be read-only.
 ENV PATH=/opt/attitude/bin:$PATH \

@@ -6,6 +6,7 @@ import platform
 from functools import cache
 from http import HTTPStatus
 from importlib.metadata import version as version_of
+from importlib.util import find_spec
 from typing import Annotated, Any
 
 import orjson
@@ -200,5 +201,5 @@ async def version() -> Response:
 
 @cache
 def _versions() -> bytes:
-    packages = {name: version_of(name) for name in PACKAGES}
+    packages = {name: version_of(name) for name in PACKAGES if find_spec(name)}  # images have no numba
     return orjson.dumps({"attitude": attitude.__version__, "python": platform.python_version(), **packages})
