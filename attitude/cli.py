@@ -27,6 +27,24 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 BAD_INPUT = 2
+# Flags of `attitude serve`: settings of the service by their names, which judges their values itself.
+SERVING = {
+    "host": ("H", "address to listen at (ATTITUDE_HOST; 127.0.0.1)"),
+    "port": ("N", "port to listen at (ATTITUDE_PORT; 8000)"),
+    "workers": ("N", "processes that answer (ATTITUDE_WORKERS; 1)"),
+    "threads": (
+        "N",
+        "threads of each that compute (ATTITUDE_THREADS; the processors, shared among the workers)",
+    ),
+    "max_requests": ("N", "requests that each computes or keeps waiting (ATTITUDE_MAX_REQUESTS)"),
+    "max_samples": ("N", "instants that one answer may hold (ATTITUDE_MAX_SAMPLES; 1000000)"),
+    "max_effects": ("N", "effects that one scene may name (ATTITUDE_MAX_EFFECTS; 100)"),
+    "max_seconds": ("S", "seconds of computing that one request may need (ATTITUDE_MAX_SECONDS; 30)"),
+    "max_body_bytes": ("N", "bytes that a document may have (ATTITUDE_MAX_BODY_BYTES; 4194304)"),
+    "token_file": ("FILE", "file with the bearer token that requests have to bring (ATTITUDE_TOKEN_FILE)"),
+    "cors_origins": ("LIST", "origins whose pages may ask (ATTITUDE_CORS_ORIGINS; none)"),
+    "log_level": ("LEVEL", "debug, info, warning or error (ATTITUDE_LOG_LEVEL; info)"),
+}
 SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
 ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
 # Not read off the formats: a parser should not load them.
@@ -88,8 +106,8 @@ def _parser() -> argparse.ArgumentParser:
     scenes.set_defaults(command=_scenes)
 
     serve = commands.add_parser("serve", help="serve over HTTP")
-    serve.add_argument("--host", help="address to listen on (ATTITUDE_HOST; 127.0.0.1)")
-    serve.add_argument("--port", type=int, help="port to listen on (ATTITUDE_PORT; 8000)")
+    for name, (metavar, text) in SERVING.items():
+        serve.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
     serve.set_defaults(command=_serve)
     return parser
 
@@ -422,13 +440,13 @@ def _scenes(options: argparse.Namespace) -> None:
 
 def _serve(options: argparse.Namespace) -> None:
     try:
-        from service.app import serve
+        from service import serve
     except ModuleNotFoundError as error:
-        if error.name in ("fastapi", "uvicorn", "starlette"):
+        if error.name in ("fastapi", "uvicorn", "starlette", "h11", "prometheus_client"):
             message = f"the service needs {error.name}: pip install 'attitude[service]'"
             raise AttitudeError(message) from None
         raise
-    serve(options.host, options.port)
+    serve(**{name: getattr(options, name) for name in SERVING})
 
 
 if __name__ == "__main__":

@@ -5,29 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from typing import Any
 
-import uvicorn
 from fastapi import FastAPI
-from uvicorn.config import LOGGING_CONFIG
 
 import attitude
 
-from . import errors
+from . import errors, metrics
+from .auth import BearerToken
 from .compute import Compute
+from .cors import CrossOrigin
+from .metrics import Metrics
 from .openapi import DescribedAPI
 from .readiness import Readiness
+from .requests import Requests
 from .routes import router
 from .settings import Settings
-
-# uvicorn's own log, and ours beside it in the same form
-LOGGING: dict[str, Any] = {
-    **LOGGING_CONFIG,
-    "loggers": {
-        **LOGGING_CONFIG["loggers"],
-        __package__: {"handlers": ["default"], "level": "INFO", "propagate": False},
-    },
-}
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -44,21 +36,26 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.settings = settings or Settings.read(os.environ)
     app.state.readiness = Readiness()
     app.state.compute = Compute(app.state.settings)
+    app.state.metrics = Metrics(app.state.compute)
     app.include_router(router)
-    errors.install(app)
+    app.include_router(metrics.router)
+    _add_layers(app)
     return app
+
+
+def _add_layers(app: FastAPI) -> None:
+    """What a request passes on its way to a handler; the last one added is the first one passed."""
+    settings: Settings = app.state.settings
+    if settings.token is not None:
+        app.add_middleware(BearerToken, token=settings.token)
+    if settings.cors_origins:
+        app.add_middleware(CrossOrigin, origins=settings.cors_origins)
+    errors.install(app)
+    app.add_middleware(Requests, metrics=app.state.metrics, readiness=app.state.readiness)
 
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.readiness.start()
     yield
-
-
-def serve(host: str | None = None, port: int | None = None) -> None:
-    """Serve until SIGTERM or SIGINT; what is in flight is answered first.
-
-    What is given here wins over the environment.  Raises InputError for a bad setting.
-    """
-    settings = Settings.read(os.environ, host=host, port=port)
-    uvicorn.run(create_app(settings), host=settings.host, port=settings.port, log_config=LOGGING)
+    app.state.compute.close()

@@ -5,6 +5,7 @@ The refusal names the limit, its number, and the variable that sets it.
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from http import HTTPStatus
 
@@ -22,6 +23,16 @@ async def read_body(request: Request, settings: Settings) -> bytes:
     announced = request.headers.get("content-length", "")
     if announced.isdigit() and int(announced) > settings.max_body_bytes:
         raise _too_large(settings)
+    try:
+        async with asyncio.timeout(settings.client_seconds):
+            return await _whole(request, settings)
+    except TimeoutError:
+        limit = f"whole within {settings.client_seconds} s ({variable('client_seconds')})"
+        end = {"connection": "close"}  # what is still to come of the document is not waited for
+        raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, f"document: {limit}", headers=end) from None
+
+
+async def _whole(request: Request, settings: Settings) -> bytes:
     body = bytearray()
     async for chunk in request.stream():
         body += chunk

@@ -20,7 +20,7 @@ from attitude.formats import json
 from attitude.formats.answer import Answer, answer, options_of
 from attitude.scene import Scene, builtin_names
 
-from . import limits
+from . import jobs, limits
 from .errors import problem
 from .negotiation import wanted
 from .openapi import ephemeris_answer, json_answer, scene_request
@@ -73,7 +73,7 @@ def _answer(content: bytes | str) -> Response:
     return Response(content, media_type=JSON)
 
 
-# -- computing: plain functions, which FastAPI runs in its thread pool ----------------------------
+# -- computing: beside the event loop --------------------------------------------------------------
 
 
 @router.post(
@@ -82,7 +82,7 @@ def _answer(content: bytes | str) -> Response:
     openapi_extra=scene_request(),
     responses=ephemeris_answer(),
 )
-def ephemeris(
+async def ephemeris(
     document: Document,
     settings: SettingsOf,
     request: Request,
@@ -91,10 +91,24 @@ def ephemeris(
     frame: Annotated[str | None, Query(description=FRAME)] = None,
     interpolation_error: Annotated[str | None, Query(description=INTERPOLATION)] = None,
 ) -> Response:
+    run = request.app.state.compute.run
+    return await run(_ephemeris, document, settings, request, drop_below, format, frame, interpolation_error)
+
+
+def _ephemeris(
+    document: bytes,
+    settings: Settings,
+    request: Request,
+    drop_below: str | None,
+    format: str | None,
+    frame: str | None,
+    interpolation_error: str | None,
+) -> Response:
     known = wanted(format, request.headers.get("accept", ""))
     scene = limits.check_effects(Scene.from_json(document), settings)
     most = settings.max_samples, variable("max_samples")
     ephemeris = scene.run(*most, _angle(drop_below), limits.check_predicted(settings))
+    jobs.count_samples(len(ephemeris))
     ephemeris = ephemeris if frame is None else ephemeris.in_frame(frame)
     options = options_of(_other_parameters(request), known)
     if known.name == "json" and not options and interpolation_error is None:
@@ -120,7 +134,13 @@ def _other_parameters(request: Request) -> dict[str, str]:
     openapi_extra=scene_request("envisat"),
     responses=json_answer("The plan, units in its names"),
 )
-def plan(document: Document, settings: SettingsOf, drop_below: DropBelow = None) -> Response:
+async def plan(
+    request: Request, document: Document, settings: SettingsOf, drop_below: DropBelow = None
+) -> Response:
+    return await request.app.state.compute.run(_plan, document, settings, drop_below)
+
+
+def _plan(document: bytes, settings: Settings, drop_below: str | None) -> Response:
     scene = limits.check_effects(Scene.from_json(document), settings)
     return _answer(orjson.dumps(scene.plan(_angle(drop_below)).to_dict()))
 
@@ -131,7 +151,11 @@ def plan(document: Document, settings: SettingsOf, drop_below: DropBelow = None)
     openapi_extra=scene_request(),
     responses=json_answer("Constants of the motion, units in their names; null for what this motion has not"),
 )
-def motion(document: Document) -> Response:
+async def motion(request: Request, document: Document) -> Response:
+    return await request.app.state.compute.run(_motion, document)
+
+
+def _motion(document: bytes) -> Response:
     scene = Scene.from_json(document)
     return _answer(json.motion_summary(scene.motion(), scene.name))
 

@@ -44,6 +44,7 @@ def test_description_has_every_route(description):
         "/healthz",
         "/readyz",
         "/version",
+        "/metrics",
     }
 
 

@@ -3,28 +3,85 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 
 import pytest
 
 from attitude import InputError
 from service import create_app
-from service.settings import Settings
+from service.settings import Settings, processors
 
 
 def test_environment_that_says_nothing_gives_the_defaults():
-    assert Settings.read({}) == Settings("127.0.0.1", 8000, 1_000_000, 100, 30, 4 * 2**20)
+    assert Settings.read({}) == Settings()
+    assert (Settings().host, Settings().port, Settings().workers) == ("127.0.0.1", 8000, 1)
+    assert Settings().token is None
+    assert Settings().cors_origins == ()
 
 
-def test_every_setting_has_its_variable():
-    environment = {
-        "ATTITUDE_HOST": "0.0.0.0",
-        "ATTITUDE_PORT": "9000",
-        "ATTITUDE_MAX_SAMPLES": "10",
-        "ATTITUDE_MAX_EFFECTS": "3",
-        "ATTITUDE_MAX_SECONDS": "5",
-        "ATTITUDE_MAX_BODY_BYTES": "2000",
-    }
-    assert Settings.read(environment) == Settings("0.0.0.0", 9000, 10, 3, 5, 2000)
+GIVEN = {
+    "host": ("0.0.0.0", "0.0.0.0"),
+    "port": ("9000", 9000),
+    "max_samples": ("10", 10),
+    "max_effects": ("3", 3),
+    "max_seconds": ("5", 5),
+    "max_body_bytes": ("2000", 2000),
+    "max_requests": ("7", 7),
+    "workers": ("2", 2),
+    "threads": ("3", 3),
+    "client_seconds": ("4", 4),
+    "drain_seconds": ("0", 0),
+    "token": ("0123456789abcdef", "0123456789abcdef"),
+    "cors_origins": (
+        "https://a.example, http://b.example:8080",
+        ("https://a.example", "http://b.example:8080"),
+    ),
+    "log_level": ("Warning", "warning"),
+}
+
+
+@pytest.mark.parametrize(("name", "text", "value"), [(name, *pair) for name, pair in GIVEN.items()])
+def test_every_setting_has_its_variable(name, text, value):
+    assert Settings.read({f"ATTITUDE_{name.upper()}": text}) == Settings(**{name: value})
+
+
+def test_no_setting_is_forgotten_here():
+    assert {*GIVEN, "token_file"} == {field.name for field in dataclasses.fields(Settings)}
+
+
+def test_token_is_read_from_its_file(tmp_path):
+    path = tmp_path / "token"
+    path.write_text("0123456789abcdef\n")
+    assert Settings.read({"ATTITUDE_TOKEN_FILE": str(path)}).token == "0123456789abcdef"
+    with pytest.raises(InputError, match="either this or ATTITUDE_TOKEN"):
+        Settings.read({"ATTITUDE_TOKEN_FILE": str(path), "ATTITUDE_TOKEN": "0123456789abcdef"})
+    for text in ("", "short", "with blanks in it all over"):
+        path.write_text(text)
+        with pytest.raises(InputError, match=r"^ATTITUDE_TOKEN_FILE: at least 16"):
+            Settings.read({"ATTITUDE_TOKEN_FILE": str(path)})
+
+
+def test_bad_token_is_not_repeated():
+    with pytest.raises(InputError) as refusal:
+        Settings.read({"ATTITUDE_TOKEN": "my secret"})
+    assert "secret" not in str(refusal.value)
+
+
+def test_threads_and_requests_follow_the_processors_and_workers(monkeypatch):
+    monkeypatch.setattr("service.settings.processors", lambda: 8)
+    assert Settings().computing_threads == 8
+    assert Settings(workers=3).computing_threads == 2
+    assert Settings(workers=16).computing_threads == 1
+    assert Settings(threads=5).requests_in_flight == 16 * 5
+    assert Settings(max_requests=2).requests_in_flight == 2
+
+
+@pytest.mark.parametrize(("text", "count"), [("50000 100000", 1), ("max 100000", None), ("nonsense", None)])
+def test_processors_are_those_of_the_containers_share(monkeypatch, tmp_path, text, count):
+    path = tmp_path / "cpu.max"
+    path.write_text(text)
+    monkeypatch.setattr("service.settings.CPU_SHARE", path)
+    assert processors() == (count or len(os.sched_getaffinity(0)))
 
 
 def test_flag_wins_over_the_environment():
@@ -46,6 +103,18 @@ def test_flag_wins_over_the_environment():
         ("ATTITUDE_MAX_SAMPLES", "0"),
         ("ATTITUDE_MAX_BODY_BYTES", "4 MiB"),
         ("ATTITUDE_MAX_BODY_BYTES", "9" * 5000),
+        ("ATTITUDE_MAX_REQUESTS", "0"),
+        ("ATTITUDE_WORKERS", "0"),
+        ("ATTITUDE_WORKERS", "1025"),
+        ("ATTITUDE_THREADS", "two"),
+        ("ATTITUDE_CLIENT_SECONDS", "0"),
+        ("ATTITUDE_DRAIN_SECONDS", "-1"),
+        ("ATTITUDE_TOKEN_FILE", ""),
+        ("ATTITUDE_TOKEN_FILE", "no/such/file"),
+        ("ATTITUDE_CORS_ORIGINS", "example.org"),
+        ("ATTITUDE_CORS_ORIGINS", "https://a.example/path"),
+        ("ATTITUDE_CORS_ORIGINS", "null"),
+        ("ATTITUDE_LOG_LEVEL", "loud"),
     ],
 )
 def test_bad_setting_names_the_variable_and_the_value_in_one_line(name, value):

@@ -1,0 +1,126 @@
+"""What Prometheus is told at /metrics.
+
+With several workers each keeps its figures in files of a directory that the parent made, and whichever is
+asked adds them up.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+from fastapi import APIRouter, Request
+from prometheus_client import (
+    CONTENT_TYPE_LATEST,
+    CollectorRegistry,
+    Counter,
+    Gauge,
+    Histogram,
+    ProcessCollector,
+    disable_created_metrics,
+    generate_latest,
+)
+from prometheus_client.multiprocess import MultiProcessCollector
+from starlette.responses import Response
+
+from .openapi import REFUSALS
+
+if TYPE_CHECKING:
+    from .compute import Compute
+    from .jobs import Job
+
+DIRECTORY = "PROMETHEUS_MULTIPROC_DIR"  # read by prometheus_client when it is imported
+BUCKETS_S = (0.002, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
+METHODS = ("GET", "HEAD", "POST", "OPTIONS")
+# What a refusal is counted under: the reasons are few, so that their series are too.
+REASONS = {
+    400: "format",
+    401: "token",
+    404: "path",
+    405: "method",
+    406: "accept",
+    408: "slow",
+    413: "size",
+    415: "content_type",
+    422: "value",
+    431: "headers",
+    503: "busy",
+}
+
+router = APIRouter()
+disable_created_metrics()  # type: ignore[no-untyped-call]
+
+
+class Metrics:
+    """Of one application, in `app.state.metrics`."""
+
+    def __init__(self, compute: Compute):
+        self.registry = of = CollectorRegistry()
+        self.requests = Counter(
+            "attitude_requests", "Requests answered", ["method", "route", "status"], registry=of
+        )
+        self.seconds = Histogram(
+            "attitude_request_seconds",
+            "From a request to the end of its answer",
+            ["route"],
+            buckets=BUCKETS_S,
+            registry=of,
+        )
+        self.samples = Counter("attitude_samples", "Instants computed for answers", registry=of)
+        self.computing = Counter("attitude_compute_seconds", "Spent by threads that compute", registry=of)
+        self.refusals = Counter("attitude_refusals", "Requests refused", ["reason"], registry=of)
+        self.in_flight = Gauge(
+            "attitude_requests_in_flight",
+            "Requests that compute, wait for a thread, or whose answer is being sent",
+            registry=of,
+            multiprocess_mode="livesum",
+        )
+        self.busy = Gauge(
+            "attitude_threads_busy", "Threads that compute", registry=of, multiprocess_mode="livesum"
+        )
+        self.compute = compute
+        compute.on_change = self.keep
+        if DIRECTORY not in os.environ:
+            ProcessCollector(registry=of)
+
+    def observe(self, method: str, route: str, status: str, seconds: float, job: Job) -> None:
+        """One request that is over; status is "gone" where its client did not wait for an answer."""
+        self.requests.labels(method if method in METHODS else "other", route, status).inc()
+        self.seconds.labels(route).observe(seconds)
+        self.samples.inc(job.samples)
+        self.computing.inc(job.spent())
+        if status.isdigit():
+            self.count_refusal(int(status))
+
+    def count_refusal(self, status: int) -> None:
+        if status in REASONS:
+            self.refusals.labels(REASONS[status]).inc()
+
+    def keep(self) -> None:
+        """How busy this worker is, for itself and the others to tell."""
+        self.in_flight.set(self.compute.in_flight)
+        self.busy.set(self.compute.busy)
+
+    def text(self) -> bytes:
+        if DIRECTORY not in os.environ:
+            return generate_latest(self.registry)
+        together = CollectorRegistry()
+        MultiProcessCollector(together)  # type: ignore[no-untyped-call]
+        return generate_latest(together)
+
+
+DESCRIBED: dict[str, Any] = {
+    "description": "Figures in Prometheus' text format",
+    "content": {CONTENT_TYPE_LATEST: {}},
+}
+
+
+@router.get(
+    "/metrics",
+    summary="Requests, latency, samples, seconds of computing and refusals, for Prometheus",
+    response_class=Response,
+    responses={200: DESCRIBED, **REFUSALS},
+)
+async def metrics(request: Request) -> Response:
+    measured: Metrics = request.app.state.metrics
+    return Response(measured.text(), headers={"content-type": CONTENT_TYPE_LATEST})

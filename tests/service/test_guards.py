@@ -1,0 +1,185 @@
+"""Who may ask, what browsers are told, and what is counted."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+from asking import assert_problem
+from starlette.testclient import TestClient
+
+from service import auth, create_app
+from service.settings import Settings
+
+TOKEN = "0123456789abcdef-A"
+
+
+def asking(**settings):
+    return TestClient(create_app(Settings(**settings)), raise_server_exceptions=False)
+
+
+@pytest.fixture(scope="module")
+def guarded():
+    return asking(token=TOKEN)
+
+
+# -- the token ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", ["/healthz", "/openapi.json"])
+def test_health_and_description_are_open(guarded, path):
+    assert guarded.get(path).status_code == 200
+
+
+def test_readiness_is_open(guarded):
+    assert guarded.get("/readyz").status_code == 503  # not warm: no refusal of who asks
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [("POST", "/v1/motion"), ("GET", "/v1/scenes"), ("GET", "/version"), ("GET", "/metrics"), ("GET", "/x")],
+)
+def test_everything_else_needs_the_token(guarded, method, path):
+    answer = guarded.request(method, path)
+    assert "got nothing" in assert_problem(answer, 401)["detail"]
+    assert answer.headers["www-authenticate"] == 'Bearer realm="attitude"'
+
+
+@pytest.mark.parametrize(
+    "given",
+    [f"Bearer {TOKEN}x", f"Bearer {TOKEN[:-1]}", "Bearer", "Bearer \xe9", f"Basic {TOKEN}", TOKEN, ""],
+)
+def test_wrong_token_is_refused_and_not_repeated(guarded, given):
+    answer = guarded.get("/version", headers={"authorization": given.encode("latin-1")})
+    assert_problem(answer, 401)
+    assert 'error="invalid_token"' in answer.headers["www-authenticate"]
+    assert TOKEN[:8] not in answer.text
+
+
+@pytest.mark.parametrize("scheme", ["Bearer", "bearer", "BEARER"])
+def test_right_token_is_let_in(guarded, scheme):
+    assert guarded.get("/version", headers={"authorization": f"{scheme} {TOKEN}"}).status_code == 200
+
+
+def test_document_of_a_stranger_is_not_even_measured(guarded):
+    assert guarded.post("/v1/motion", content=b"x" * 10_000_000).status_code == 401
+
+
+@pytest.mark.parametrize("path", ["/viewer/../v1/scenes", "/static/../metrics", "/healthz/", "//healthz"])
+def test_open_folders_lead_nowhere_else(path):
+    assert not auth.is_open(path)
+
+
+def test_token_stands_neither_in_the_log_nor_in_the_settings_text(guarded, caplog):
+    with caplog.at_level(logging.DEBUG):
+        guarded.get("/version", headers={"authorization": f"Bearer {TOKEN}"})
+    assert TOKEN not in caplog.text
+    assert TOKEN not in repr(Settings(token=TOKEN))
+
+
+# -- headers --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", ["/healthz", "/readyz", "/nothing", "/v1/scenes"])
+def test_every_answer_tells_browsers_to_make_nothing_else_of_it(client, path):
+    headers = client.get(path).headers
+    assert headers["x-content-type-options"] == "nosniff"
+    assert headers["referrer-policy"] == "no-referrer"
+    assert headers["content-security-policy"].startswith("default-src 'none'")
+    assert "server" not in headers
+
+
+def test_page_may_load_from_here_only_and_be_framed_by_nobody():
+    app = create_app(Settings())
+
+    @app.get("/page")
+    async def page():
+        from starlette.responses import HTMLResponse
+
+        return HTMLResponse("<p>")
+
+    headers = TestClient(app).get("/page").headers
+    policy = headers["content-security-policy"]
+    assert policy.startswith("default-src 'self';")
+    assert "frame-ancestors 'none'" in policy
+    assert "unsafe" not in policy
+    assert headers["x-frame-options"] == "DENY"
+
+
+def test_unexpected_error_has_the_headers_and_the_id_too(client, document, monkeypatch):
+    from attitude.scene import Scene
+
+    monkeypatch.setattr(Scene, "from_json", None)
+    answer = client.post("/v1/motion", json=document, headers={"x-request-id": "mine"})
+    assert_problem(answer, 500)
+    assert answer.headers["x-request-id"] == "mine"
+    assert answer.headers["x-content-type-options"] == "nosniff"
+
+
+# -- pages from elsewhere -------------------------------------------------------------------------
+
+PREFLIGHT = {"origin": "https://a.example", "access-control-request-method": "POST"}
+
+
+def test_no_page_from_elsewhere_may_ask_unless_set(client):
+    assert_problem(client.options("/v1/motion", headers=PREFLIGHT), 405)
+    headers = client.get("/healthz", headers={"origin": "https://a.example"}).headers
+    assert not [name for name in headers if name.startswith("access-control")]
+
+
+def test_named_origin_may_ask_with_its_token_and_others_get_a_problem():
+    asked = asking(cors_origins=("https://a.example",), token=TOKEN)
+    sent = {"access-control-request-headers": "authorization, content-type"}
+    allowed = asked.options("/v1/motion", headers=PREFLIGHT | sent)
+    assert allowed.status_code == 200
+    assert allowed.headers["access-control-allow-origin"] == "https://a.example"
+    refused = asked.options("/v1/motion", headers=PREFLIGHT | {"origin": "https://b.example"})
+    assert "origin" in assert_problem(refused, 400)["detail"]
+    answer = asked.get("/version", headers={"origin": "https://a.example"})
+    assert answer.status_code == 401
+    assert answer.headers["access-control-allow-origin"] == "https://a.example"  # the page may read why
+
+
+# -- figures --------------------------------------------------------------------------------------
+
+
+def figures(client):
+    text = client.get("/metrics").text
+    lines = (line.rpartition(" ") for line in text.splitlines() if not line.startswith("#"))
+    return {name: float(value) for name, _, value in lines}
+
+
+def test_metrics_count_requests_samples_seconds_and_refusals(client, document):
+    before = figures(client)
+    assert client.post("/v1/ephemeris", json=document).status_code == 200
+    assert_problem(client.post("/v1/ephemeris", json=document | {"frame": "x"}), 422)
+    assert_problem(client.get("/nothing/at/all"), 404)
+    after = figures(client)
+
+    def more(name):
+        return after[name] - before.get(name, 0.0)
+
+    assert more('attitude_requests_total{method="POST",route="/v1/ephemeris",status="200"}') == 1
+    assert more('attitude_requests_total{method="POST",route="/v1/ephemeris",status="422"}') == 1
+    assert more('attitude_requests_total{method="GET",route="none",status="404"}') == 1
+    assert more('attitude_request_seconds_count{route="/v1/ephemeris"}') == 2
+    assert more("attitude_samples_total") == 101
+    assert more("attitude_compute_seconds_total") > 0.0
+    assert more('attitude_refusals_total{reason="value"}') == 1
+    assert after["attitude_requests_in_flight"] == after["attitude_threads_busy"] == 0.0
+
+
+def test_methods_and_paths_that_are_none_make_no_series_of_their_own(client):
+    for word in ("BREW", "POUR"):
+        client.request(word, f"/{word}")
+    assert not [name for name in figures(client) if "BREW" in name or "POUR" in name]
+
+
+def test_readiness_is_lost_with_the_signal_to_stop_and_not_regained():
+    app = create_app(Settings())
+    readiness = app.state.readiness
+    readiness.stop()
+    readiness.run()
+    answer = TestClient(app).get("/readyz")
+    assert assert_problem(answer, 503)["detail"] == "the service is stopping"
+    assert answer.headers["connection"] == "close"
