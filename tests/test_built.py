@@ -36,7 +36,7 @@ print(days.tolist(), low.tolist())
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    """One small kernel, for the least of this architecture: what differs most from code for this processor."""
+    """One small kernel, for the least of this architecture: what differs most from code for the processor."""
     if shutil.which("ld") is None or platform.machine() not in built.PROCESSORS:
         pytest.skip("kernels are linked by ld, on Linux")
     place = tmp_path_factory.mktemp("built")

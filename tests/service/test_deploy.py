@@ -1,4 +1,4 @@
-"""What runs the service elsewhere agrees with the service: image, manifest, proxy and what is said of them."""
+"""What runs the service elsewhere agrees with the service: image, manifest, proxy, and the tables of docs."""
 
 from __future__ import annotations
 
