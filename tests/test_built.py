@@ -11,7 +11,9 @@ import sys
 import numpy as np
 import pytest
 
-from attitude import AttitudeError, build_kernels, built, compiled
+from attitude import AttitudeError, Scene, build_kernels, built, compiled
+from attitude.cost import Problem
+from attitude.cost.methods import ours
 from attitude.kernels.layout import CompiledName
 
 V3 = built.PROCESSORS["x86_64"]["x86-64-v3"]
@@ -31,6 +33,21 @@ built._place = lambda: Path(sys.argv[1])
 seconds, days, low = np.array([86400.0, 43200.0, 0.1, 1e10 / 3]), np.empty(4), np.empty(4)
 compiled.days_from_seconds(seconds, np.zeros(4), days, low)
 print(days.tolist(), low.tolist())
+"""
+
+ABSENT = """
+import sys
+sys.modules["numba"] = None
+
+import numpy as np
+from attitude import Scene
+from attitude.cost import AbsentError, Problem
+from attitude.cost.methods import runge_kutta
+
+try:
+    runge_kutta.ladder()[0].prepare(Problem.of_scene(Scene.builtin("toutatis")))(np.linspace(0.0, 1.0, 3))
+except AbsentError as error:
+    print(error)
 """
 
 
@@ -96,10 +113,20 @@ def test_kernels_are_those_for_the_most_that_the_processor_can_do(abilities, mac
     assert built.processor(abilities, machine) == processor
 
 
-def test_everything_the_library_calls_is_built():
-    names = [name[:3] for group in build_kernels.names() for name in group]
+def test_everything_the_library_calls_and_measures_is_built(monkeypatch):
+    built_ahead = [name[:3] for group in build_kernels.names() for name in group]
     called = [each for groups in compiled.SETS for group in groups for each in group]
-    assert [(module, kernel, ".".join(kinds)) for module, kernel, kinds in names] == called
+    assert [(module, kernel, ".".join(kinds)) for module, kernel, kinds in built_ahead[:-1]] == called
+    asked = []
+    monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein", "sample"))
+    monkeypatch.setattr(built, "find", lambda *kernel: asked.append(kernel))
+    ours.plain()[0].prepare(Problem.of_scene(Scene.builtin("toutatis")))(np.linspace(0.0, 1.0, 3))
+    assert built_ahead[-1] in asked
+
+
+def test_methods_of_others_say_that_numba_is_absent_where_it_is():
+    run = subprocess.run([sys.executable, "-c", ABSENT], capture_output=True, text=True)
+    assert run.stdout.startswith("numba, which compiles the equations of motion, is not installed")
 
 
 def test_missing_linker_is_one_line(tmp_path, monkeypatch):
