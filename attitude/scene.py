@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .scene_plan import ScenePlan
 
 MOST_SAMPLES = 10_000_000_000  # in a file: a thousand gigabytes
+AT_ONCE = 1 << 18  # instants that are computed once and held, rather than again for every turn of a writer
 # Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
 LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
 
@@ -392,9 +393,7 @@ class Scene(Part):
         Raises InputError where a value cannot be taken, or where there are more than
         `max_samples` instants (a limit `set_by` whatever the message is to name).
         """
-        if max_samples is not None and self.times.samples > max_samples:
-            limit = f"at most {max_samples} samples" + (f" ({set_by})" if set_by else "")
-            raise InputError("times", f"{self.times.samples} samples", limit)
+        self._check_samples(max_samples, set_by)
         if not self._is_plain:
             from . import simulation
 
@@ -406,24 +405,40 @@ class Scene(Part):
         return ephemeris
 
     def samples(
-        self, progress: Progress | None = None, drop_below: float | None = None, frame: str | None = None
+        self,
+        progress: Progress | None = None,
+        drop_below: float | None = None,
+        frame: str | None = None,
+        max_samples: int | None = None,
+        set_by: str = "",
+        check: Callable[[float], None] | None = None,
     ) -> Samples:
-        """What `run` gives, for writers: computed piece by piece, where no effect has to be followed."""
-        if self._is_plain:
-            if self.times.samples > MOST_SAMPLES:
-                raise InputError(
-                    "times", f"{self.times.samples} samples", f"at most {MOST_SAMPLES} in a file"
-                )
-            motion = self.motion()
-            part, count = elapsed.parts(self.times.lazily(motion.epoch), motion.epoch)
-            samples = Samples(
-                count, lambda a, b: motion.ephemeris(part(a, b), rate=True, name=self.name), progress
-            )
+        """What `run` gives, for writers: computed piece by piece, where there is much of it and no effect has
+        to be followed.
+        """
+        if self._is_plain and self.times.samples > AT_ONCE:
+            self._check_samples(max_samples, set_by)
+            self._check_samples(MOST_SAMPLES, "of a file")
+            samples = self._lazily(progress)
         else:
-            samples = Samples.of(self.run(drop_below=drop_below), progress)
+            samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
         if frame in (None, self.frame):
             return samples
         return samples.turned(lambda piece: piece.in_frame(frame))
+
+    def _lazily(self, progress: Progress | None) -> Samples:
+        motion, along = self.motion(), self._along()
+        part, count = elapsed.parts(self.times.lazily(motion.epoch), motion.epoch)
+
+        def cut(first: int, last: int) -> Ephemeris:
+            return _with(along, motion.ephemeris(part(first, last), rate=True, name=self.name))
+
+        return Samples(count, cut, progress, part, is_held=False)
+
+    def _check_samples(self, most: int | None, set_by: str) -> None:
+        if most is not None and self.times.samples > most:
+            limit = f"at most {most} samples" + (f" ({set_by})" if set_by else "")
+            raise InputError("times", f"{self.times.samples} samples", limit)
 
     def write(
         self,

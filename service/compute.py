@@ -28,7 +28,7 @@ P = ParamSpec("P")
 
 RETRY_AFTER_S = 1
 # Of threads that compute, below the event loop's: a processor that both want is the event loop's.
-NICENESS = 5
+NICENESS = 0
 
 
 class Compute:
@@ -77,12 +77,6 @@ class Compute:
         """The blocks of an answer, each computed when the one before has been sent."""
         while (block := await self.run(next, blocks, None)) is not None:
             yield block
-
-    def still_wanted(self, done: float = 0.0) -> None:
-        """For the library to call between pieces of its work, as its `progress`: raises where to stop."""
-        job = jobs.current()
-        if job is not None:
-            job.check(self.settings.max_seconds)
 
     def close(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)

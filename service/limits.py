@@ -15,6 +15,7 @@ from starlette.requests import Request
 from attitude.errors import InputError
 from attitude.scene import Scene
 
+from . import jobs
 from .settings import Settings, variable
 
 
@@ -61,5 +62,31 @@ def check_predicted(settings: Settings) -> Callable[[float], None]:
         if not seconds <= settings.max_seconds:
             limit = f"a scene predicted to take at most {settings.max_seconds} s ({variable('max_seconds')})"
             raise InputError("times", f"{seconds:.3g} s", limit)
+
+    return check
+
+
+def check_predicted_together(settings: Settings) -> Callable[[float], None]:
+    """The same for several scenes in turn: what they need together is what may not be more."""
+    check, needed = check_predicted(settings), 0.0
+
+    def check_all(seconds: float) -> None:
+        nonlocal needed
+        check(needed + seconds)
+        needed += seconds
+
+    return check_all
+
+
+def check_wanted(settings: Settings) -> Callable[[float], None]:
+    """What the library is to call between pieces of its work, as its `progress`: raises where to stop.
+
+    ClientDisconnect where nobody waits for the answer any more, InputError where its seconds are used up.
+    """
+
+    def check(done: float = 0.0) -> None:
+        job = jobs.current()
+        if job is not None:
+            job.check(settings.max_seconds)
 
     return check

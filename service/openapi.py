@@ -1,22 +1,43 @@
 """What /openapi.json says beyond what FastAPI finds by itself.
 
 Documents are parsed by the library from the raw body, so FastAPI does not see their schema: it is
-put in here, from the library's own models.
+put in here, from the library's own models.  The worked examples are in examples.json, and are tested.
 """
 
 from __future__ import annotations
 
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
+import orjson
 from fastapi import FastAPI
 
 from attitude.formats.known import KNOWN
-from attitude.scene import Scene
+from attitude.scene import Scene, builtin_names
 
 from . import errors
+from .answers import HeadAsGet
 
 SCHEMAS = "#/components/schemas/"
-EXAMPLE = "toutatis"
+JSON = "application/json"
+EXAMPLES = Path(__file__).parent / "examples.json"
+
+DESCRIPTION = """\
+A scene document in, an answer out; `GET /v1/scenes` lists documents to begin with.
+
+* Every refusal is a problem (RFC 9457), in the library's words, with a JSON pointer to the field. A query
+  parameter that is unknown, or there twice, is refused too.
+* HEAD is answered wherever GET is. `POST /v1/ephemeris` only reads: it answers with an `ETag`, made of the
+  document (however its keys are ordered and spaced), the query, the format and the version; sent back in
+  `If-None-Match`, it is answered by 304 and nothing is computed. The tags are weak, for what computing took
+  is never the same.
+* gzip where `Accept-Encoding` asks for it and the format is text.
+* JSON says version, plan and cost as members; files say them in the headers `Attitude-Version`,
+  `Attitude-Plan` and `Attitude-Cost` (JSON), and name, convention, frame and time scale as their formats do.
+* Long answers come in blocks while they are computed. What could be refused has been before the first; should
+  anything fail later, the connection ends without the last block.
+"""
 
 PROBLEM_SCHEMA: dict[str, Any] = {
     "title": "Problem",
@@ -24,13 +45,73 @@ PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",
     "required": ["type", "title", "status", "detail"],
     "properties": {
-        "type": {"type": "string", "format": "uri"},
+        "type": {"type": "string", "format": "uri-reference"},
         "title": {"type": "string"},
         "status": {"type": "integer"},
         "detail": {"type": "string", "description": "the field, what would be right, and what was found"},
         "pointer": {"type": "string", "description": "JSON pointer to the field in the request's document"},
         "line": {"type": "integer", "description": "line of the document that cannot be read"},
         "id": {"type": "string", "description": "under which the service's log has an unexpected error"},
+    },
+}
+
+_TEXT, _NUMBER = {"type": "string"}, {"type": "number"}
+_MAYBE = {"type": ["object", "null"]}
+EPHEMERIS_SCHEMA: dict[str, Any] = {
+    "title": "Ephemeris",
+    "description": "Columns, one list each, units in their names, and how to read them.",
+    "type": "object",
+    "properties": {
+        "kind": {"const": "attitude-ephemeris/1"},
+        "name": _TEXT,
+        "convention": _TEXT,
+        "quaternion_order": {"const": "wxyz"},
+        "frame": _TEXT,
+        "epoch": _MAYBE,
+        "time_scale": {"type": ["string", "null"]},
+        "body": _MAYBE,
+        "shape": {"type": "array", "items": {"type": "integer"}},
+        "events": {"type": "array", "items": {"type": "object"}},
+        "version": _TEXT,
+        "plan": {
+            "type": "object",
+            "properties": {
+                "solver": _TEXT,
+                "samples": {"type": "integer"},
+                "simulated": {"type": "array", "items": _TEXT},
+                "left_out": {"type": "array", "items": _TEXT},
+                "error_bound_rad": _NUMBER,
+                "error_bound_source": _TEXT,
+            },
+            "required": [
+                "solver",
+                "samples",
+                "simulated",
+                "left_out",
+                "error_bound_rad",
+                "error_bound_source",
+            ],
+        },
+        "columns": {"type": "object", "additionalProperties": {"type": "array"}},
+        "cost": {
+            "type": "object",
+            "properties": {"set_up_s": _NUMBER, "sample_s": _NUMBER},
+            "required": ["set_up_s", "sample_s"],
+        },
+    },
+}
+EPHEMERIS_SCHEMA["required"] = [name for name in EPHEMERIS_SCHEMA["properties"] if name != "events"]
+
+EPHEMERIDES_SCHEMA: dict[str, Any] = {
+    "title": "Ephemerides",
+    "description": "Of a list of scenes: an answer or a problem for each, in its order.",
+    "type": "object",
+    "required": ["answers"],
+    "properties": {
+        "answers": {
+            "type": "array",
+            "items": {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Problem"}]},
+        }
     },
 }
 
@@ -41,38 +122,144 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
         "content": {errors.MEDIA_TYPE: {"schema": {"$ref": SCHEMAS + "Problem"}}},
     }
 }
+UNCHANGED = {"description": "The client has this answer: its tag is in If-None-Match"}
 
 
-def scene_request(example: str = EXAMPLE) -> dict[str, Any]:
-    """The request of a route that takes a scene document; a built-in scene as the example."""
-    content = {"schema": {"$ref": SCHEMAS + "Scene"}, "example": Scene.builtin(example).document()}
-    return {"requestBody": {"required": True, "content": {"application/json": content}}}
+# -- parameters -----------------------------------------------------------------------------------
 
 
-def json_answer(description: str) -> dict[int | str, dict[str, Any]]:
+def _query(name: str, description: str, schema: dict[str, Any]) -> dict[str, Any]:
+    return {"in": "query", "name": name, "required": False, "description": description, "schema": schema}
+
+
+_ANGLE = {"type": "number", "exclusiveMinimum": 0}
+DROP_BELOW = _query("drop_below", "rad: leave out torques that matter less over the span", _ANGLE)
+EPHEMERIS = (
+    DROP_BELOW,
+    _query(
+        "format",
+        "of the answer, instead of what Accept names; other parameters are options of the format",
+        {"type": "string", "enum": [known.name for known in KNOWN]},
+    ),
+    _query("frame", "attitudes relative to it, instead of the scene's", {"type": "string"}),
+    _query(
+        "interpolation_error",
+        "rad: choose the instants so that what readers of the format interpolate stays within it",
+        {"type": "number", "minimum": 1e-13, "maximum": 1},
+    ),
+)
+COST = (
+    _query("budget", "s, wall-clock, for all of it", _ANGLE),
+    _query("samples", "instants of each horizon", {"type": "integer", "minimum": 2}),
+    _query("seed", "of the instants compared with the truth", {"type": "integer", "minimum": 0}),
+    _query("method", "only this family; repeatable", {"type": "array", "items": {"type": "string"}}),
+)
+
+
+def name_parameter() -> dict[str, Any]:
+    schema = {"type": "string", "enum": builtin_names()}
+    named = {"in": "path", "name": "name", "required": True, "schema": schema, "example": "toutatis"}
+    return {"parameters": [named]}
+
+
+# -- requests -------------------------------------------------------------------------------------
+
+
+@cache
+def examples() -> dict[str, Any]:
+    """By path: {"requests": {name: document}, "answers": {name: document}}; of a GET an answer alone."""
+    found: dict[str, Any] = orjson.loads(EXAMPLES.read_bytes())
+    return found
+
+
+def _put_examples(operation: dict[str, Any], path: str) -> None:
+    """Here rather than with the routes: FastAPI leaves out what is null, of examples too."""
+    worked = examples().get(path, {})
+    places = {"requests": operation.get("requestBody", {}), "answers": operation["responses"]["200"]}
+    for part, found in worked.items():
+        named = {name: {"value": value} for name, value in found.items()}
+        places[part]["content"][JSON]["examples"] = named
+
+
+def scene_request(*parameters: dict[str, Any]) -> dict[str, Any]:
+    """The request of a route that takes a scene document."""
+    return _request({"$ref": SCHEMAS + "Scene"}, parameters)
+
+
+def ephemeris_request() -> dict[str, Any]:
+    scene = {"$ref": SCHEMAS + "Scene"}
+    scenes = {"type": "array", "items": scene, "minItems": 1, "title": "Scenes"}
+    return _request({"oneOf": [scene, scenes]}, EPHEMERIS)
+
+
+def _request(schema: dict[str, Any], parameters: tuple[dict[str, Any], ...]) -> dict[str, Any]:
+    content = {"schema": schema}
+    body = {"requestBody": {"required": True, "content": {JSON: content}}}
+    return {**body, "parameters": list(parameters)} if parameters else body
+
+
+# -- answers --------------------------------------------------------------------------------------
+
+
+def json_answer(description: str, schema: str = "", tagged: bool = False) -> dict[int | str, dict[str, Any]]:
     """The responses of a route that answers with a JSON object."""
-    content = {"application/json": {"schema": {"type": "object"}}}
-    return {200: {"description": description, "content": content}, **REFUSALS}
+    held = {"schema": {"$ref": schema} if schema else {"type": "object"}}
+    unchanged: dict[int | str, dict[str, Any]] = {304: UNCHANGED} if tagged else {}
+    return {200: {"description": description, "content": {JSON: held}}, **unchanged, **REFUSALS}
 
 
 def ephemeris_answer() -> dict[int | str, dict[str, Any]]:
     """Of the route that answers in every format: JSON as any answer, the others as files."""
-    answer = json_answer("Columns, one list each, with convention, frame, epoch, shape and cost; or a file")
-    others = (known.media for known in KNOWN if known.name != "json")
-    answer[200]["content"].update({media: {"schema": {"type": "string"}} for media in others})
+    answer = json_answer(
+        "Columns, one list each, with how to read them, plan and cost; of a list of scenes, each its answer "
+        "or its problem; or a file",
+        tagged=True,
+    )
+    content = answer[200]["content"]
+    content[JSON]["schema"] = {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Ephemerides"}]}
+    media = [known.media for known in KNOWN if known.name != "json"] + ["application/zip"]
+    content.update({each: {"schema": {"type": "string", "format": "binary"}} for each in media})
+    answer[200]["headers"] = {
+        "ETag": _header("of the document, the query, the format and the version"),
+        "Content-Disposition": _header("the file's name"),
+        "Attitude-Version": _header("of the library"),
+        "Attitude-Plan": _header("of a file: how it was computed and what it is worth, as JSON"),
+        "Attitude-Cost": _header("of a file: what computing took, or is predicted to take, as JSON"),
+    }
     return answer
+
+
+def _header(description: str) -> dict[str, Any]:
+    return {"description": description, "schema": {"type": "string"}}
+
+
+# -- the whole ------------------------------------------------------------------------------------
 
 
 class DescribedAPI(FastAPI):
     """FastAPI whose description also holds the library's schemas and the problem's."""
 
+    def __init__(self, **given: Any):
+        # both are routes of ours: with tags, packed, and without scripts from other people's servers
+        super().__init__(**given | {"openapi_url": None, "docs_url": None, "redoc_url": None})
+        self.description = DESCRIPTION
+        self.add_middleware(HeadAsGet)
+
     def openapi(self) -> dict[str, Any]:
-        if self.openapi_schema is None:
-            description = super().openapi()
-            description.setdefault("components", {}).setdefault("schemas", {}).update(_schemas())
-        return super().openapi()
+        description = super().openapi()
+        description.setdefault("components", {}).setdefault("schemas", {}).update(_schemas())
+        for path, operations in description["paths"].items():
+            for operation in operations.values():
+                _put_examples(operation, path)
+        return description
+
+    @cached_property
+    def described(self) -> bytes:
+        return orjson.dumps(self.openapi())
 
 
+@cache
 def _schemas() -> dict[str, Any]:
     scene = Scene.model_json_schema(ref_template=SCHEMAS + "{model}")
-    return {**scene.pop("$defs", {}), "Scene": scene, "Problem": PROBLEM_SCHEMA}
+    ours = {"Problem": PROBLEM_SCHEMA, "Ephemeris": EPHEMERIS_SCHEMA, "Ephemerides": EPHEMERIDES_SCHEMA}
+    return {**scene.pop("$defs", {}), "Scene": scene, **ours}

@@ -126,12 +126,22 @@ def run(app: FastAPI, listener: socket.socket) -> None:
 
 
 def listen(settings: Settings) -> socket.socket:
+    """Raises AttitudeError for an address that cannot be listened at.
+
+    The protocol is named, as `socket.create_server` does not: asyncio turns off the collecting of small
+    packets only where it is, and answers would wait for acknowledgements.
+    """
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
-        return socket.create_server((settings.host, settings.port), family=family, backlog=BACKLOG)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((settings.host, settings.port))
+        listener.listen(BACKLOG)
     except (OSError, UnicodeError) as error:
+        listener.close()
         reason = getattr(error, "strerror", None) or str(error)
         raise AttitudeError(f"cannot listen at {settings.host}, port {settings.port}: {reason}") from None
+    return listener
 
 
 def address(listener: socket.socket) -> str:

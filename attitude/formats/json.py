@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -10,7 +11,7 @@ import orjson
 
 from ..errors import FormatError
 from . import parts
-from .samples import Samples
+from .samples import BLOCK, Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -20,46 +21,84 @@ if TYPE_CHECKING:
 MOST_BYTES = 1 << 30  # the whole text is read at once
 
 
-def dumps(ephemeris: Ephemeris, cost: bool = False) -> bytes:
-    """The whole answer as JSON text; floats in their shortest form that reads back to the same bits.
-
-    With `cost`, also what it took and what it is worth (a file's bytes should not depend on that).
-    """
+def dumps(ephemeris: Ephemeris) -> bytes:
+    """The whole ephemeris as JSON text; floats in their shortest form that reads back to the same bits."""
     samples = Samples.of(ephemeris)
     table = {name: _plain(values) for name, values in parts.columns(ephemeris, parts.names(samples)).items()}
-    said = {"cost": _cost(ephemeris.plan)} if cost and ephemeris.plan else {}
-    return _dump({**parts.metadata(samples), **said, "columns": table})
+    return _dump({**parts.metadata(samples), "columns": table})
 
 
-def _cost(plan: Plan) -> dict[str, Any]:
-    has_effects = plan.simulated or plan.left_out
-    effects = {"simulated": plan.simulated, "left_out": plan.left_out} if has_effects else {}
+def answer(samples: Samples) -> Iterator[bytes]:
+    """What `blocks` gives, with the library's version, how it was computed, and what that took.
+
+    (A file's bytes should not depend on these.)
+    """
+    plan, spent = samples.head.plan, [0.0]
+
+    def cut(first: int, last: int) -> Ephemeris:
+        piece = samples.cut(first, last)
+        spent[0] += piece.plan.sample_seconds if piece.plan else 0.0
+        return piece
+
+    counted = samples if samples.is_held else Samples(samples.count, cut, samples.progress, samples.instants)
+    said = {"version": version(), "plan": plan_of(plan, samples)}
+    yield from _members(counted, {**parts.metadata(samples), **said})
+    cost = cost_of(plan, None if samples.is_held else spent[0])
+    yield b',"cost":' + _dump(cost) + b"}\n"
+
+
+def version() -> str:
+    from .. import __version__
+
+    return __version__
+
+
+def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
+    """How the ephemeris was computed and what it is worth, as plain data; None of one from a file."""
+    if plan is None:
+        return None
     return {
         "solver": plan.solver,
-        "samples": plan.samples,
-        "set_up_s": plan.set_up_seconds,
-        "sample_s": plan.sample_seconds,
+        "samples": math.prod(samples.shape),
+        "simulated": plan.simulated,
+        "left_out": plan.left_out,
         "error_bound_rad": plan.error_bound,
         "error_bound_source": plan.bound_source,
-        **effects,
+    }
+
+
+def cost_of(plan: Plan | None, sample_seconds: float | None = None) -> dict[str, float] | None:
+    """What computing took; of samples in pieces, all pieces together."""
+    if plan is None:
+        return None
+    return {
+        "set_up_s": plan.set_up_seconds,
+        "sample_s": plan.sample_seconds if sample_seconds is None else sample_seconds,
     }
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
     """Column after column; of a list of instants each in pieces, so that no column need be held."""
-    if not samples.is_list:
-        yield dumps(samples.whole()) + b"\n"
+    yield from _members(samples, parts.metadata(samples))
+    yield b"}\n"
+
+
+def _members(samples: Samples, said: dict[str, Any]) -> Iterator[bytes]:
+    """The object but for its end, with what is said before the columns."""
+    names = parts.names(samples)
+    if samples.count <= BLOCK or not samples.is_list:
+        table = {name: _plain(values) for name, values in parts.columns(samples.whole(), names).items()}
+        yield _dump({**said, "columns": table})[:-1]
         samples.progress(1.0)
         return
-    yield _dump(parts.metadata(samples))[:-1] + b',"columns":{'
-    names = parts.names(samples)
+    yield _dump(said)[:-1] + b',"columns":{'
     for i, name in enumerate(names):
         yield (b"," if i else b"") + _dump(name) + b":["
         for k, piece in enumerate(samples.pieces(i, len(names))):
             values = parts.columns(piece, (name,))[name]
             yield (b"," if k else b"") + _dump(_plain(values))[1:-1]
         yield b"]"
-    yield b"}}\n"
+    yield b"}"
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from functools import cached_property
-from typing import TYPE_CHECKING
-
-from .. import units
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from ..elapsed import Instants
     from ..ephemeris import Ephemeris
 
 BLOCK = 1 << 16  # instants in a piece
@@ -20,6 +20,16 @@ def no_progress(done: float) -> None:
     pass
 
 
+class _Survey(NamedTuple):
+    """What is known of all instants together: their extremes (s), the places of these, and the digits."""
+
+    least: float
+    greatest: float
+    first: int
+    last: int
+    has_rest: bool
+
+
 class Samples:
     """Pieces of one ephemeris, cut from it or computed when their turn comes.
 
@@ -28,11 +38,21 @@ class Samples:
     count : int, instants along the first of their dimensions
     cut : from a first instant to a last, excluded: the Ephemeris of these
     progress : called with the fraction that is done
+    instants : as `cut`, the instants alone, where they cost less than the Ephemeris
+    is_held : whether pieces are cut from an ephemeris in memory, and cost nothing to take again
     """
 
-    def __init__(self, count: int, cut: Callable[[int, int], Ephemeris], progress: Progress | None = None):
-        self.count, self.cut = count, cut
+    def __init__(
+        self,
+        count: int,
+        cut: Callable[[int, int], Ephemeris],
+        progress: Progress | None = None,
+        instants: Callable[[int, int], Instants] | None = None,
+        is_held: bool = True,
+    ):
+        self.count, self.cut, self.is_held = count, cut, is_held
         self.progress = progress or no_progress
+        self.instants = instants or (lambda first, last: cut(first, last).instants)
 
     @classmethod
     def of(cls, ephemeris: Ephemeris, progress: Progress | None = None) -> Samples:
@@ -77,20 +97,45 @@ class Samples:
 
     def turned(self, turn: Callable[[Ephemeris], Ephemeris]) -> Samples:
         """The same, each piece as `turn` makes it."""
-        return Samples(self.count, lambda first, last: turn(self.cut(first, last)), self.progress)
-
-    @cached_property
-    def has_rest(self) -> bool:
-        """Whether any instant's seconds need their second part."""
-        return any(
-            piece.instants.rest is not None and piece.instants.rest.any() for piece in self._silently()
+        return Samples(
+            self.count,
+            lambda first, last: turn(self.cut(first, last)),
+            self.progress,
+            self.instants,
+            self.is_held,
         )
 
-    @cached_property
+    @property
+    def ends(self) -> tuple[Samples, Samples]:
+        """The least and the greatest instant, each alone: what both allow, all between them do."""
+        least, greatest = (
+            Samples(1, partial(self._at, place)) for place in (self._survey.first, self._survey.last)
+        )
+        return least, greatest
+
+    def _at(self, place: int, first: int, last: int) -> Ephemeris:
+        return self.cut(place + first, place + last)
+
+    @property
+    def has_rest(self) -> bool:
+        """Whether any instant's seconds need their second part."""
+        return self._survey.has_rest
+
+    @property
     def span(self) -> tuple[float, float]:
         """s; the least and the greatest of the instants, in whatever order they are."""
-        extremes = [units.extremes(piece.elapsed) for piece in self._silently()]
-        return min(least for least, _ in extremes), max(greatest for _, greatest in extremes)
+        return self._survey.least, self._survey.greatest
 
-    def _silently(self) -> Iterator[Ephemeris]:
-        return (self.cut(first, min(first + BLOCK, self.count)) for first in range(0, self.count, BLOCK))
+    @cached_property
+    def _survey(self) -> _Survey:
+        """Found in one turn: to make the instants takes longer than to look through them."""
+        least, greatest, has_rest = (math.inf, 0), (-math.inf, 0), False
+        for first in range(0, self.count, BLOCK):
+            piece = self.instants(first, min(first + BLOCK, self.count))
+            seconds = piece.seconds.reshape(-1)
+            row = max(1, math.prod(piece.shape[1:]))
+            low, high = int(seconds.argmin()), int(seconds.argmax())
+            least = min(least, (float(seconds[low]), first + low // row))
+            greatest = max(greatest, (float(seconds[high]), first + high // row))
+            has_rest = has_rest or (piece.rest is not None and bool(piece.rest.any()))
+        return _Survey(least[0], greatest[0], least[1], greatest[1], has_rest)

@@ -12,7 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from attitude import InputError
-from service import create_app, jobs
+from service import create_app, jobs, limits
 from service.compute import Compute
 from service.jobs import Job
 from service.settings import Settings
@@ -150,7 +150,7 @@ def test_computation_stops_between_pieces_when_the_client_has_gone():
 
     async def scenario(compute):
         client = Client()
-        task = asyncio.create_task(asked(compute, work, compute.still_wanted, client=client))
+        task = asyncio.create_task(asked(compute, work, limits.check_wanted(compute.settings), client=client))
         await until(begun.is_set)
         client.went.set()
         with pytest.raises(ClientDisconnect):
@@ -195,7 +195,7 @@ def test_work_over_its_seconds_is_refused_while_it_is_under_way_and_stops():
 
     async def scenario(compute):
         with pytest.raises(InputError, match=r"at most 1 s to compute \(ATTITUDE_MAX_SECONDS\)"):
-            await asked(compute, work, compute.still_wanted)
+            await asked(compute, work, limits.check_wanted(compute.settings))
         await until(stopped.is_set)
 
     computing(scenario, max_seconds=1)

@@ -169,6 +169,13 @@ def test_metrics_count_requests_samples_seconds_and_refusals(client, document):
     assert after["attitude_requests_in_flight"] == after["attitude_threads_busy"] == 0.0
 
 
+def test_head_is_counted_at_its_route(client):
+    name = 'attitude_requests_total{method="HEAD",route="/v1/scenes/{name}",status="200"}'
+    before = figures(client).get(name, 0.0)
+    assert client.head("/v1/scenes/toutatis").status_code == 200
+    assert figures(client)[name] == before + 1
+
+
 def test_methods_and_paths_that_are_none_make_no_series_of_their_own(client):
     for word in ("BREW", "POUR"):
         client.request(word, f"/{word}")

@@ -10,7 +10,7 @@ import pytest
 from asking import MAX_BODY_BYTES, MAX_SAMPLES, assert_problem
 
 from attitude import AttitudeError, Scene, errors
-from service import routes
+from service import ephemerides
 from service.errors import TABLE, UNEXPECTED
 
 # -- values that cannot be taken ------------------------------------------------------------------
@@ -236,10 +236,10 @@ def call_application(app, receive):
 
 
 def test_unexpected_error_gives_fixed_text_and_an_id_that_the_log_has(client, document, monkeypatch, caplog):
-    def fail(ephemeris):
+    def fail(*given):
         raise RuntimeError("a secret of /srv/attitude")
 
-    monkeypatch.setattr(routes.json, "dumps", fail)
+    monkeypatch.setattr(ephemerides, "answer", fail)
     answer = client.post("/v1/ephemeris", json=document)
     problem = assert_problem(answer, 500)
     assert problem["detail"] == UNEXPECTED

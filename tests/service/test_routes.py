@@ -9,20 +9,22 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import orjson
 import pytest
-from asking import without_cost
+from asking import library_json, without_cost
 
 import attitude
 from attitude import Scene
 from attitude.formats import json
 from attitude.scene import builtin_names
-from service import routes
+from service import ephemerides
+from service.answers import Computed
 
 
 def test_answer_says_what_it_cost_and_is_worth(client, document):
-    cost = client.post("/v1/ephemeris", json=document).json()["cost"]
-    plan = Scene(**document).run().plan
-    assert (cost["solver"], cost["samples"]) == (plan.solver, plan.samples)
-    assert (cost["error_bound_rad"], cost["error_bound_source"]) == (plan.error_bound, plan.bound_source)
+    answer = client.post("/v1/ephemeris", json=document).json()
+    said, cost, plan = answer["plan"], answer["cost"], Scene(**document).run().plan
+    assert (said["solver"], said["samples"]) == (plan.solver, plan.samples)
+    assert (said["error_bound_rad"], said["error_bound_source"]) == (plan.error_bound, plan.bound_source)
+    assert answer["version"] == attitude.__version__
     assert 0.0 < cost["sample_s"] < 60.0
     assert 0.0 < cost["set_up_s"] < 60.0
 
@@ -31,7 +33,7 @@ def test_ephemeris_answer_is_the_librarys_own_bytes(client, document):
     answer = client.post("/v1/ephemeris", json=document)
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "application/json"
-    assert without_cost(answer) == json.dumps(Scene(**document).run())
+    assert without_cost(answer.content) == library_json(Scene(**document))
 
 
 def test_answered_numbers_are_the_librarys_bits(client, document):
@@ -57,7 +59,7 @@ def test_built_in_scene_comes_back_as_a_document_that_answers(client, name):
     scene = client.get(f"/v1/scenes/{name}")
     assert scene.json() == Scene.builtin(name).document()
     answer = client.post("/v1/ephemeris", content=scene.content, headers={"content-type": "application/json"})
-    assert without_cost(answer) == json.dumps(Scene.builtin(name).run())
+    assert without_cost(answer.content) == library_json(Scene.builtin(name))
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -108,12 +110,12 @@ def test_content_type_may_carry_a_charset_and_any_case(client, document):
 def test_health_is_answered_while_a_computation_is_under_way(client, document, monkeypatch):
     begun, go_on = threading.Event(), threading.Event()
 
-    def slow(ephemeris, cost):
+    def slow(*given):
         begun.set()
         assert go_on.wait(60)
-        return b"{}"
+        return Computed(iter([b"{}"]), True, "application/json", {})
 
-    monkeypatch.setattr(routes.json, "dumps", slow)
+    monkeypatch.setattr(ephemerides, "computed", slow)
     with ThreadPoolExecutor(1) as pool:
         computation = pool.submit(client.post, "/v1/ephemeris", json=document)
         assert begun.wait(60)

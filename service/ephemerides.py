@@ -1,0 +1,161 @@
+"""Ephemerides of one scene or of a list of them: what runs beside the event loop."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from starlette.requests import Request
+
+from attitude.document import parse_json
+from attitude.errors import AttitudeError, InputError
+from attitude.formats import json as columns_as_json
+from attitude.formats.answer import answer, gathered
+from attitude.formats.known import FORMATS, Format
+from attitude.formats.samples import Samples
+from attitude.orientation import check_any_frame
+from attitude.scene import Scene
+
+from . import jobs, limits
+from .answers import COST, JSON, PLAN, VERSIONED, Computed, is_seen, packed, tag_of
+from .errors import refusal
+from .query import OURS, Asked, no_field
+from .settings import Settings, variable
+
+Check = Callable[[float], None]
+
+
+def computed(document: bytes, asked: Asked, settings: Settings, request: Request) -> Computed | str:
+    """The answer, begun; or its tag, where the client has it already."""
+    parsed = parse_json(document, "document")
+    tag = tag_of(_canonical(parsed, document), asked.known.name, asked.text)
+    if is_seen(tag, asked.seen):
+        return tag
+    _check_asked(asked)
+    if isinstance(parsed, list):
+        found = _batch(parsed, asked, settings, request)
+    else:
+        scene = limits.check_effects(Scene.model_validate(parsed), settings)
+        with no_field(*OURS[:2], *OURS[3:], *asked.options):
+            found = _one(scene, asked, settings)
+    return packed(found._replace(headers={**found.headers, "etag": tag, **VERSIONED}), asked.gzip)
+
+
+def _canonical(parsed: Any, document: bytes) -> str | bytes:
+    """The same text for the same document, however its keys are ordered and spaced."""
+    try:
+        return json.dumps(parsed, sort_keys=True, separators=(",", ":"))
+    except RecursionError:  # deep enough to be read and no more; it is no scene, and is refused as such
+        return document
+
+
+def _check_asked(asked: Asked) -> None:
+    if asked.frame is not None:
+        with no_field("frame"):
+            check_any_frame(asked.frame)
+
+
+def _samples(scene: Scene, asked: Asked, settings: Settings, check: Check) -> Samples:
+    most = settings.max_samples, variable("max_samples")
+    progress = limits.check_wanted(settings)
+    samples = scene.samples(progress, asked.drop_below, asked.frame, *most, check)
+    jobs.count_samples(samples.count)
+    return samples
+
+
+def _one(scene: Scene, asked: Asked, settings: Settings) -> Computed:
+    samples = _samples(scene, asked, settings, limits.check_predicted(settings))
+    file = answer(samples, asked.known, asked.interpolation_error, settings.max_samples, asked.options)
+    place = "inline" if asked.known.media == JSON else "attachment"
+    headers = {"content-disposition": f'{place}; filename="{file.name}"'}
+    said = {} if asked.known.media == JSON else _said(samples, scene)
+    return Computed(file.blocks, file.is_whole, file.media, headers | said)
+
+
+def _said(samples: Samples, scene: Scene) -> dict[str, str]:
+    """What JSON says in its members, for files, whose bytes it is not in.
+
+    Of samples that are computed as they are sent, what that takes is not known before: it is predicted.
+    """
+    plan = samples.head.plan
+    cost: dict[str, Any] = dict(columns_as_json.cost_of(plan) or {})
+    if not samples.is_held:
+        cost = {"set_up_s": cost["set_up_s"], "predicted_s": scene.plan().predicted_seconds}
+    told = columns_as_json.plan_of(plan, samples)
+    return {PLAN: json.dumps(told, separators=(",", ":")), COST: json.dumps(cost, separators=(",", ":"))}
+
+
+# -- lists ------------------------------------------------------------------------------------------
+
+BATCHED = ("json", "ndjson")
+
+
+def _batch(documents: list[Any], asked: Asked, settings: Settings, request: Request) -> Computed:
+    """An answer or a problem for each, in the order of the list; limits hold for all together."""
+    if asked.known.name not in BATCHED:
+        expected = f"one of {', '.join(BATCHED)} for a list of scenes"
+        raise InputError("format", asked.known.name, expected, steps=())
+    if not documents:
+        raise InputError("document", documents, "at least one scene", steps=())
+    scenes = [_scene(document, settings) for document in documents]
+    count = sum(scene.times.samples for scene in scenes if isinstance(scene, Scene))
+    if count > settings.max_samples:
+        limit = f"at most {settings.max_samples} samples in all scenes ({variable('max_samples')})"
+        raise InputError("document", f"{count} samples", limit, steps=())
+    members = _members(scenes, asked, settings, request)
+    blocks = gathered(_together(members, asked.known))
+    return Computed(
+        _begun(blocks), False, asked.known.media, {"content-disposition": _NAMES[asked.known.name]}
+    )
+
+
+_NAMES = {
+    "json": 'inline; filename="ephemerides.json"',
+    "ndjson": 'attachment; filename="ephemerides.ndjson"',
+}
+
+
+def _scene(document: Any, settings: Settings) -> Scene | AttitudeError:
+    try:
+        return limits.check_effects(Scene.model_validate(document), settings)
+    except AttitudeError as error:
+        return error
+
+
+def _members(
+    scenes: list[Scene | AttitudeError], asked: Asked, settings: Settings, request: Request
+) -> Iterator[Iterator[bytes]]:
+    check = limits.check_predicted_together(settings)
+    for place, scene in enumerate(scenes):
+        try:
+            if isinstance(scene, AttitudeError):
+                raise scene
+            with no_field(*OURS, *asked.options):
+                samples = _samples(scene, asked, settings, check)
+                given = asked.interpolation_error, settings.max_samples, asked.options
+                yield answer(samples, FORMATS["json"], *given).blocks
+        except AttitudeError as error:
+            if isinstance(error, InputError):
+                error.steps = (place, *error.steps)
+            yield iter([bytes(refusal(request, error).body), b"\n"])
+
+
+def _together(members: Iterator[Iterator[bytes]], known: Format) -> Iterator[bytes]:
+    """A list in an object; or, a member being a line, its lines."""
+    is_json = known.media == JSON
+    yield b'{"answers":[\n' if is_json else b""
+    for place, member in enumerate(members):
+        yield b"," if is_json and place else b""
+        yield from member
+    yield b"]}\n" if is_json else b""
+
+
+def _begun(blocks: Iterator[bytes]) -> Iterator[bytes]:
+    first = next(blocks)
+
+    def all_of_them() -> Iterator[bytes]:
+        yield first
+        yield from blocks
+
+    return all_of_them()

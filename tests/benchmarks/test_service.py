@@ -1,0 +1,151 @@
+"""Whole requests against the library alone, and small ones against a bare route.
+
+    python -m pytest -s -o addopts= tests/benchmarks/test_service.py
+
+One server process on the loopback; equal answers are asserted before anything is timed, and what is compared
+is timed in turns.
+"""
+
+from __future__ import annotations
+
+import socket
+import statistics
+import time
+
+import orjson
+import pyarrow as pa
+import pytest
+from serving import (
+    ECHO,
+    LARGE,
+    OURS,
+    ask,
+    drained,
+    forget_peak,
+    request_bytes,
+    requests_per_second,
+    resident,
+    serving,
+)
+
+from attitude import Scene
+from attitude.formats import columnar, json
+from attitude.formats.samples import BLOCK, Samples
+
+REPEATS = 15
+CONNECTIONS = 8
+ROW = "{:<64} {:>18} {:>10}"
+
+
+def report(what, reached, reach):
+    print("\n" + ROW.format(what, reached, reach), flush=True)
+
+
+def document(count, name="toutatis"):
+    known = Scene.builtin(name).document()
+    return orjson.dumps(known | {"times": {"start": 0, "stop": count - 1, "count": count, "unit": "s"}})
+
+
+@pytest.fixture(scope="module")
+def server():
+    with serving(OURS, "/readyz", LARGE) as (port, process):
+        yield port, process.pid
+
+
+@pytest.fixture
+def connection(server):
+    with socket.create_connection(("127.0.0.1", server[0])) as connection:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        yield connection
+
+
+def in_turns(*works):
+    """Median seconds of each, after one turn of each that is not counted."""
+    runs = []
+    for _ in range(REPEATS + 1):
+        runs.append([])
+        for work in works:
+            begun = time.perf_counter()
+            work()
+            runs[-1].append(time.perf_counter() - begun)
+    return [statistics.median(run[i] for run in runs[1:]) for i in range(len(works))]
+
+
+def compare(what, whole, alone, reach):
+    seconds, by_library = in_turns(whole, alone)
+    ratio = seconds / by_library
+    report(what, f"{1e3 * seconds:.1f} / {1e3 * by_library:.1f} ms", f"<= {reach}")
+    report("    ratio", f"{ratio:.2f}", f"<= {reach}")
+    assert ratio <= reach
+
+
+def test_json_of_1e5_samples_against_library_and_orjson(connection):
+    text = document(100_000)
+    request = request_bytes("/v1/ephemeris", text)
+
+    def alone():
+        return json.dumps(Scene.from_json(text).run())
+
+    whole, expected = orjson.loads(ask(connection, request)), orjson.loads(alone())
+    assert {name: whole[name] for name in expected} == expected
+    compare(
+        "1e5 samples as JSON: whole request / library and orjson",
+        lambda: ask(connection, request),
+        alone,
+        1.3,
+    )
+
+
+def test_arrow_of_1e6_samples_against_library_and_pyarrow(connection):
+    text = document(1_000_000)
+    request = request_bytes("/v1/ephemeris?format=arrows", text)
+
+    def alone():
+        ephemeris = Scene.from_json(text).run()
+        names = columnar.names(Samples.of(ephemeris))
+        columns = columnar.columns(ephemeris, names)
+        table = pa.table([pa.array(columns[name]) for name in names], names)
+        sink = pa.BufferOutputStream()
+        with pa.ipc.new_stream(sink, table.schema) as writer:
+            writer.write_table(table, max_chunksize=BLOCK)
+        return sink.getvalue()
+
+    whole, expected = (pa.ipc.open_stream(each).read_all() for each in (ask(connection, request), alone()))
+    assert whole.replace_schema_metadata().cast(expected.schema).equals(expected)
+    compare(
+        "1e6 samples as Arrow: whole request / library and pyarrow",
+        lambda: ask(connection, request),
+        alone,
+        1.5,
+    )
+
+
+def test_small_requests_against_a_bare_route(server):
+    text = document(10)
+    ours, bare = request_bytes("/v1/ephemeris", text), request_bytes("/", text)
+    rates = {ours: [], bare: []}
+    with serving(ECHO, "/") as (echo, _):
+        for request, port in ((ours, server[0]), (bare, echo)):
+            requests_per_second(port, request, CONNECTIONS, 1.0)
+        for _ in range(7):
+            for request, port in ((ours, server[0]), (bare, echo)):
+                rates[request].append(requests_per_second(port, request, CONNECTIONS, 1.5))
+    reached, base = statistics.median(rates[ours]), statistics.median(rates[bare])
+    report("10 samples: requests a second / of a bare route", f"{reached:.0f} / {base:.0f}", ">= 70 %")
+    report("    share", f"{100 * reached / base:.0f} %", ">= 70 %")
+    assert reached >= 0.7 * base
+
+
+@pytest.mark.parametrize("format", ["arrows", "ndjson", "csv", "json"])
+def test_memory_of_1e7_samples(server, format):
+    """What the process grows by while it sends them, over what it had after a small one."""
+    port, pid = server
+    with socket.create_connection(("127.0.0.1", port)) as connection:
+        ask(connection, request_bytes(f"/v1/ephemeris?format={format}", document(1000)))
+        forget_peak(pid)
+        before, begun = resident(pid), time.perf_counter()
+        sent = drained(connection, request_bytes(f"/v1/ephemeris?format={format}", document(10_000_000)))
+        grown, seconds = resident(pid, "VmHWM") - before, time.perf_counter() - begun
+    figures = f"{grown:.0f} MiB"
+    report(f"1e7 samples as {format}, {sent / 1e6:.0f} MB in {seconds:.1f} s: growth", figures, "< 150 MiB")
+    assert grown < 150.0

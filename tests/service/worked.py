@@ -1,0 +1,85 @@
+"""The worked examples of the description: how they are asked, and, run as a script, written anew.
+
+    python tests/service/worked.py
+
+It asks the service itself; what it writes is to be read before it is committed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import orjson
+
+from attitude import Scene
+from service import openapi
+
+
+def small(name: str, **changed: Any) -> dict[str, Any]:
+    return Scene.builtin(name).document() | changed
+
+
+def _requests() -> dict[str, dict[str, Any]]:
+    """By path and name; of a GET None."""
+    week = {"start": 0, "stop": 7, "step": 3.5, "unit": "d"}
+    one = small("toutatis", times=week)
+    heavy = one | {"name": "no such body", "body": {"moments": [1, 1, 3], "unit": "kg m2"}}
+    return {
+        "/v1/ephemeris": {"one scene": one, "a list of scenes": [one, heavy]},
+        "/v1/plan": {"ENVISAT": small("envisat")},
+        "/v1/motion": {"4179 Toutatis": small("toutatis")},
+        "/v1/cost": {"4179 Toutatis": small("toutatis")},
+        "/v1/scenes": {"all": None},
+        "/v1/scenes/{name}": {"toutatis": None},
+        "/healthz": {"alive": None},
+        "/readyz": {"ready": None},
+        "/version": {"versions": None},
+    }
+
+
+QUERY = {"/v1/cost": {"budget": "2", "samples": "1000", "method": "ours"}}
+
+
+def answered(client: Any, method: str, path: str, document: Any) -> Any:
+    given = {} if document is None else {"json": document}
+    found = client.request(method, path.replace("{name}", "toutatis"), params=QUERY.get(path, {}), **given)
+    assert found.status_code == 200, found.text
+    return found.json()
+
+
+def examples_of(operation: dict[str, Any]) -> dict[str, Any]:
+    """What the description holds of an operation, in the form of examples.json."""
+    request = operation.get("requestBody", {}).get("content", {}).get(openapi.JSON, {}).get("examples")
+    answer = operation["responses"]["200"]["content"][openapi.JSON]["examples"]
+    requests = {"requests": _values(request)} if request else {}
+    return {**requests, "answers": _values(answer)}
+
+
+def _values(examples: dict[str, Any]) -> dict[str, Any]:
+    return {name: example["value"] for name, example in examples.items()}
+
+
+def routes(description: dict[str, Any]) -> list[str]:
+    return list(description["paths"])
+
+
+def _write() -> None:
+    from asking import wait_until_ready
+    from starlette.testclient import TestClient
+
+    from service import create_app
+    from service.settings import Settings
+
+    found: dict[str, Any] = {}
+    with TestClient(create_app(Settings())) as client:
+        wait_until_ready(lambda: client.get("/readyz").status_code == 200)
+        for path, requests in _requests().items():
+            method = "post" if next(iter(requests.values())) else "get"
+            given = {name: document for name, document in requests.items() if document is not None}
+            answers = {name: answered(client, method, path, each) for name, each in requests.items()}
+            found[path] = {**({"requests": given} if given else {}), "answers": answers}
+    openapi.EXAMPLES.write_bytes(orjson.dumps(found, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))
+
+
+if __name__ == "__main__":
+    _write()
