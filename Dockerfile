@@ -2,8 +2,11 @@
 ARG PYTHON_IMAGE=python:3.11-slim
 
 
-# -- build: a virtual environment, and the kernel compiled ----------------------------------------
+# -- build: a virtual environment, and the kernels compiled ---------------------------------------
 FROM ${PYTHON_IMAGE} AS build
+
+# The linker that makes libraries of the kernels; of a compiler there is numba's, and only here.
+RUN apt-get update && apt-get install --yes --no-install-recommends binutils
 
 ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_ROOT_USER_ACTION=ignore
 # Without pip of its own: the image's pip installs into it, and none is carried along.
@@ -13,7 +16,8 @@ WORKDIR /src
 # Dependencies in a layer of their own, which stays cached while the project's code changes.
 COPY pyproject.toml ./
 RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
-extras = project['optional-dependencies']; print(*project['dependencies'], *extras['service'], *extras['orbit'], sep='\n')" >requirements.txt \
+extras = project['optional-dependencies']; \
+print(*project['dependencies'], *(each for name in ('service', 'orbit', 'arrow', 'cost') for each in extras[name]), sep='\n')" >requirements.txt \
  && python -m pip --python /opt/attitude/bin/python install -r requirements.txt
 
 COPY README.md LICENSE ./
@@ -21,11 +25,16 @@ COPY attitude attitude
 COPY service service
 RUN ["python", "-m", "pip", "--python", "/opt/attitude/bin/python", "install", "--no-deps", "."]
 
-# Compiled kernels are found again by their sources, the compiler's version and the processor; they
-# are kept beside the sources, so in the final stage they are loaded, not compiled. The warm-up
-# also computes the service's known case, and the build fails if it comes out wrong.
+# Kernels as libraries, for every processor of this architecture; then nothing needs the compiler.
 WORKDIR /
-RUN ["/opt/attitude/bin/python", "-c", "from service import readiness; print(readiness.warm_up())"]
+RUN ["/opt/attitude/bin/python", "-m", "attitude.build_kernels"]
+RUN ["python", "-m", "pip", "--python", "/opt/attitude/bin/python", "uninstall", "--yes", "numba", "llvmlite"]
+
+# What the service never opens goes; what is left computes the known case and writes every format,
+# or the build fails.
+COPY deploy/trim.py deploy/check.py /src/deploy/
+RUN /opt/attitude/bin/python /src/deploy/trim.py /opt/attitude/lib/python3.*/site-packages \
+ && /opt/attitude/bin/python /src/deploy/check.py
 
 
 # -- what runs ------------------------------------------------------------------------------------
@@ -39,20 +48,22 @@ LABEL org.opencontainers.image.title="attitude" \
 RUN ["python", "-m", "pip", "uninstall", "--yes", "--quiet", "--root-user-action=ignore", "pip", "setuptools", "wheel"]
 
 COPY --from=build /opt/attitude /opt/attitude
-# On another kind of processor than the build's the kernels are compiled anew, and kept here.
-RUN ["python", "-c", "import os; os.makedirs('/var/cache/attitude'); os.chown('/var/cache/attitude', 10001, 10001)"]
+# Started once as who may write: what of Python's own library it needs is kept translated.
+RUN ["/opt/attitude/bin/python", "-c", "from service import app, readiness; readiness.warm_up()"]
 
+# Only /tmp is ever written to: the root may be read-only.
 ENV PATH=/opt/attitude/bin:$PATH \
+    HOME=/tmp \
     PYTHONUNBUFFERED=1 \
-    XDG_CACHE_HOME=/var/cache \
+    PYTHONDONTWRITEBYTECODE=1 \
     ATTITUDE_HOST=0.0.0.0 \
     ATTITUDE_PORT=8000
 USER 10001:10001
 WORKDIR /
 EXPOSE 8000
 
-# Alive, not ready: a container that is still compiling is not to be killed for it.
+# Alive, not ready: a container that is still starting is not to be killed for it.
 HEALTHCHECK --interval=10s --timeout=3s --start-period=30s --retries=3 \
-  CMD ["python", "-c", "import os; from urllib.request import ProxyHandler, build_opener as build; build(ProxyHandler({})).open('http://127.0.0.1:' + os.environ['ATTITUDE_PORT'] + '/healthz', timeout=2)"]
+  CMD ["python", "-S", "-c", "import os; from http.client import HTTPConnection as C; c = C('127.0.0.1', int(os.environ['ATTITUDE_PORT']), timeout=2); c.request('GET', '/healthz'); raise SystemExit(c.getresponse().status != 200)"]
 
 CMD ["attitude", "serve"]

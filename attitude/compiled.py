@@ -3,20 +3,20 @@
 Numba compiles attitude/kernels for this processor when code is first wanted, in processes of their
 own (attitude/kernels/compiler.py); from then on a process needs no numba, which would take it
 longer to start than all of a short run.  Code is kept beside the kernels' sources where that may
-be written to, else in the user's cache; ATTITUDE_CACHE_DIR names another place.
+be written to, else in the user's cache; ATTITUDE_CACHE_DIR names another place.  Kernels that were
+built ahead (attitude/built.py) are taken as they are: then nothing of numba's need be installed.
 """
 
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import os
 import re
 import subprocess
 import sys
 import tempfile
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
@@ -27,14 +27,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import kernels
+from . import built
+from .built import SOURCES
 from .errors import AttitudeError
 from .kernels.layout import ENTRY, INVARIANTS, CompiledName
 
 if TYPE_CHECKING:
     from llvmlite.binding import ExecutionEngine
 
-SOURCES = Path(kernels.__file__).parent
 ELEMENTS = {
     np.dtype(np.float64): "d",
     np.dtype(np.bool_): "b",
@@ -196,8 +196,11 @@ _unkept: dict[str, bytes] = {}  # code for which no place on disk can be written
 
 def _function(module: str, kernel: str, kinds: tuple[str, ...]) -> Any:
     """The machine code as a function of one address, compiled first where it is not kept."""
-    name = CompiledName(module, kernel, kinds, _digest())
     with _lock:
+        library = built.find(module, kernel, kinds)
+        if library is not None:
+            return built.load(library)
+        name = CompiledName(module, kernel, kinds, _digest())
         return _loaded(_kept(name) or _compile(name))
 
 
@@ -224,13 +227,15 @@ def _target_machine() -> Any:
 @cache
 def _digest() -> str:
     """Of what machine code depends on: kernels as written, compiler, processor."""
-    import llvmlite.binding as llvm
+    try:
+        import llvmlite.binding as llvm
 
-    digest = hashlib.sha256()
-    for path in sorted(SOURCES.glob("*.py")):
-        digest.update(path.read_bytes())
+        compiler = version("numba"), version("llvmlite")
+    except ImportError as error:
+        raise AttitudeError(f"the kernels cannot be compiled: {error}") from None
+    digest = built.sources()
     processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), llvm.get_process_triple()
-    digest.update(repr((version("numba"), version("llvmlite"), processor)).encode())
+    digest.update(repr((*compiler, processor)).encode())
     return digest.hexdigest()[:16]
 
 
@@ -256,11 +261,15 @@ def _places() -> list[Path]:
 
 
 def _named(groups: list[list[tuple[str, str, str]]]) -> list[list[CompiledName]]:
-    digest = _digest()
-    return [
-        [CompiledName(module, kernel, tuple(kinds.split(".")), digest) for module, kernel, kinds in group]
-        for group in groups
-    ]
+    """All but those built ahead: where every one was, nothing asks for a compiler."""
+    return [list(_not_built(group)) for group in groups]
+
+
+def _not_built(group: list[tuple[str, str, str]]) -> Iterator[CompiledName]:
+    for module, kernel, text in group:
+        kinds = tuple(text.split("."))
+        if not built.find(module, kernel, kinds):
+            yield CompiledName(module, kernel, kinds, _digest())
 
 
 def _together(wanted: CompiledName) -> list[list[CompiledName]]:
@@ -276,7 +285,7 @@ def _compile(wanted: CompiledName) -> bytes:
         listener(sum(map(len, groups)))
     with tempfile.TemporaryDirectory() as elsewhere:
         place = _writeable_place() or Path(elsewhere)
-        _run_compilers(place, [group for group in groups if group])
+        run_compilers(place, [group for group in groups if group])
         if place == Path(elsewhere):
             _unkept.update((path.name, path.read_bytes()) for path in place.iterdir())
         code = _kept(wanted)
@@ -294,13 +303,13 @@ def _writeable_place() -> Path | None:
     return None
 
 
-def _run_compilers(place: Path, groups: Iterable[list[CompiledName]]) -> None:
-    """One process for each group, side by side."""
+def run_compilers(place: Path, groups: Iterable[list[CompiledName]], *options: str, **variables: str) -> None:
+    """One process for each group, side by side, with these options and environment variables."""
     packages = os.pathsep.join([str(SOURCES.parents[1]), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
-    environment = os.environ | {"PYTHONPATH": packages}
+    environment = os.environ | {"PYTHONPATH": packages} | variables
     running = [
         subprocess.Popen(
-            [sys.executable, "-m", "attitude.kernels.compiler", str(place), *map(str, group)],
+            [sys.executable, "-m", "attitude.kernels.compiler", *options, str(place), *map(str, group)],
             env=environment,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,

@@ -114,8 +114,7 @@ class Instants:
     def __getitem__(self, key: Any) -> Instants:
         rest = None if self.rest is None else self.rest[key]
         time = None if self._time is None else self._time[key]
-        part = Instants(self.seconds[key], rest, self.epoch, time, self.scale)
-        return part
+        return Instants(self.seconds[key], rest, self.epoch, time, self.scale)
 
 
 def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:

@@ -6,6 +6,7 @@ import platform
 from functools import cache
 from http import HTTPStatus
 from importlib.metadata import version as version_of
+from importlib.util import find_spec
 from typing import Any
 
 import orjson
@@ -180,7 +181,7 @@ async def version(request: Request) -> Response:
 
 @cache
 def _versions() -> bytes:
-    packages = {name: version_of(name) for name in PACKAGES}
+    packages = {name: version_of(name) for name in PACKAGES if find_spec(name)}  # images have no numba
     return orjson.dumps({"attitude": attitude.__version__, "python": platform.python_version(), **packages})
 
 

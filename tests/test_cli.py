@@ -112,7 +112,7 @@ def test_person_at_a_terminal_is_told_of_a_compilation(answer, tmp_path, monkeyp
     kept = compiled._kept
     monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein", "sample"))
     monkeypatch.setattr(compiled, "_kept", lambda name: None)
-    monkeypatch.setattr(compiled, "_run_compilers", lambda *_: monkeypatch.setattr(compiled, "_kept", kept))
+    monkeypatch.setattr(compiled, "run_compilers", lambda *_: monkeypatch.setattr(compiled, "_kept", kept))
     for _ in range(2):
         code, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
         assert code == 0

@@ -76,10 +76,11 @@ def wait_until_ready(number, server):
     pytest.fail("the service did not become ready")
 
 
-def test_python_examples_print_what_is_shown(folder, monkeypatch):
+def test_python_examples_print_what_is_shown(folder, port, monkeypatch):
     monkeypatch.chdir(folder)
     parser, runner = doctest.DocTestParser(), doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
     for number, text in enumerate(blocks("python")):
+        text = text.replace(":8000", f":{port}")
         runner.run(parser.get_doctest(text, {}, f"README block {number}", "README.md", 0))
     assert runner.summarize(verbose=False).failed == 0
     assert runner.tries > 20
@@ -104,12 +105,3 @@ def test_console_examples_print_what_is_shown(command, shown, folder, request):
     assert NUMBER.sub("#", printed) == NUMBER.sub("#", shown)
     found, expected = ([float(x) for x in NUMBER.findall(text)] for text in (printed, shown))
     assert found == pytest.approx(expected, rel=PRINTED, abs=PRINTED)
-
-
-def test_settings_table_names_every_setting():
-    from dataclasses import fields
-
-    from service.settings import Settings, variable
-
-    rows = dict(re.findall(r"^\| `(ATTITUDE_\w+)` \| (\S+)", README, flags=re.MULTILINE))
-    assert rows == {variable(each.name): str(each.default) for each in fields(Settings)}

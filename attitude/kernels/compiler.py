@@ -1,9 +1,10 @@
 """Numba as a compiler: kernels in, machine code out, as files that need nothing of numba's to run.
 
-    python -m attitude.kernels.compiler DIRECTORY FILE...
+    python -m attitude.kernels.compiler [--to-link] DIRECTORY FILE...
 
 A file's name, a `layout.CompiledName`, says what is to be in it.  `attitude.compiled` runs this in
-processes of their own.
+processes of their own.  With --to-link a linker can make shared libraries of the code, by which
+attitude/build_kernels.py does without numba's loader too.
 
 Numba would optimise, and translate to machine code, every routine by itself and again in each
 routine that calls it; here routines are only linked into the kernel, which is optimised once.
@@ -27,6 +28,7 @@ from numba.np.numpy_support import from_dtype
 from .intrinsics import OPTIONS, prefer_widest_vectors
 from .layout import ENTRY, INVARIANTS, CompiledName
 
+TO_LINK = "--to-link"
 SCALARS = {"f": types.float64, "i": types.int64, "n": types.none}
 ELEMENTS = {
     "d": types.float64,
@@ -126,7 +128,7 @@ def _called(library, seen):
     return seen
 
 
-def object_code(module, name, kinds):
+def object_code(module, name, kinds, to_link):
     """Machine code of one kernel for arguments of these kinds; entry point `ENTRY`, of one address."""
     kernel = getattr(import_module(f"{__package__}.{module}"), name)
     arguments = arguments_from(kinds)
@@ -145,7 +147,16 @@ def object_code(module, name, kinds):
             target.typing_context, target.target_context, entry, words, types.none, flags, {}
         )
         _add_entry_point(target.target_context, result)
-        return target.target_context.codegen()._tm.emit_object(result.library.link())
+        codegen = target.target_context.codegen()
+        machine = _machine_to_link(codegen) if to_link else codegen._tm
+        return machine.emit_object(result.library.link())
+
+
+def _machine_to_link(codegen):
+    """Numba's own emits code that stays where it is loaded first: a library's is loaded anywhere."""
+    target = binding.Target.from_triple(binding.get_process_triple())
+    processor, features = codegen._get_host_cpu_name(), codegen._tm_features
+    return target.create_target_machine(processor, features, reloc="pic", codemodel="small", opt=3)
 
 
 def _add_entry_point(context, result):
@@ -171,10 +182,12 @@ def prepare():
     target.target_context.get_executable = lambda library, fndesc, env: [].append
 
 
-def main(directory, names):
+def main(arguments):
+    to_link = arguments[0] == TO_LINK
+    directory, *names = arguments[to_link:]
     prepare()
     for name in names:
-        code = object_code(*CompiledName.parse(name)[:3])
+        code = object_code(*CompiledName.parse(name)[:3], to_link)
         with tempfile.NamedTemporaryFile(dir=directory, delete=False) as file:
             file.write(code)
         os.chmod(file.name, 0o644)
@@ -182,4 +195,4 @@ def main(directory, names):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2:])
+    main(sys.argv[1:])

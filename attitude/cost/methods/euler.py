@@ -14,21 +14,36 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.spatial.transform import Rotation
 
+from ..method import AbsentError
 from ..problem import Problem
 from .principal import exponent, principal_axes
 
-routine = njit(error_model="numpy")
+try:
+    from numba import njit
+except ModuleNotFoundError:  # as in the container image, whose other kernels are built ahead
+    njit = None
+
+
+def routine(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What kernels call."""
+    return function if njit is None else njit(error_model="numpy")(function)
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """What Python calls; kept by numba on disk, where it can write: all that it calls is in this file."""
+    if njit is None:
+        return _absent
     try:
         return njit(cache=True, error_model="numpy", nogil=True)(function)
     except RuntimeError:  # nowhere to write to
         return njit(error_model="numpy", nogil=True)(function)
+
+
+def _absent(*_: Any) -> None:
+    """Not run as Python instead: what was measured then would not be the method."""
+    raise AbsentError("numba, which compiles the equations of motion, is not installed: pip install numba")
 
 
 @dataclass(frozen=True)
