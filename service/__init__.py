@@ -6,6 +6,7 @@
     readiness  the warm-up that /readyz waits for
     openapi    what /openapi.json says beyond what FastAPI finds by itself
     routes     the handlers
+    pages      the viewer at /
     app        create_app and serve: wiring only
 
 No mathematics lives here; whatever an answer says was computed by `attitude`.

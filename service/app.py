@@ -13,7 +13,7 @@ from uvicorn.config import LOGGING_CONFIG
 
 import attitude
 
-from . import errors
+from . import errors, pages
 from .compute import Compute
 from .openapi import DescribedAPI
 from .readiness import Readiness
@@ -45,6 +45,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.readiness = Readiness()
     app.state.compute = Compute(app.state.settings)
     app.include_router(router)
+    app.include_router(pages.router)
     errors.install(app)
     return app
 
