@@ -141,7 +141,7 @@ export class BodyView {
   }
 
   #plane({ normal, height }, middle, reach) {
-    const grid = new THREE.GridHelper(1.5 * reach, 12, colour("--hair"), colour("--hair"));
+    const grid = new THREE.GridHelper(1.2 * reach, 12, colour("--hair"), colour("--hair"));
     grid.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), normal);
     grid.position.copy(middle).addScaledVector(normal, height - middle.dot(normal));
     this.stage.scene.add(grid);
@@ -172,16 +172,7 @@ export class BodyView {
     this.rate = new Arrow(rate, { width: 0.008 * unit, head: 0.07 * unit });
     this.carried.add(this.momentum.object, this.rate.object);
     stage.name("L", () => this.momentum.beyond(0.08 * unit), "momentum");
-    stage.name("ω", () => this.#rateName(unit), "rate");
-  }
-
-  /** Beside the tip, and farther off where the momentum's name is already. */
-  #rateName(unit) {
-    const place = this.rate.beyond(0.06 * unit);
-    const other = this.momentum.beyond(0.08 * unit);
-    if (!place || !other || place.distanceTo(other) > 0.16 * unit) return place;
-    const side = new THREE.Vector3(1, 0, 0).applyQuaternion(this.stage.camera.quaternion);
-    return place.addScaledVector(side, 0.15 * unit);
+    stage.name("ω", () => this.rate.beyond(0.06 * unit), "rate");
   }
 
   #bodyAxes(unit) {

@@ -16,6 +16,7 @@ export class Course {
     this.scale = answer.time_scale;
     this.cost = answer.cost;
     this.events = answer.events ?? [];
+    this.jumps = this.events.map((event) => event.elapsed_s).sort((a, b) => a - b);
     this.inertia = tensor(answer.body);
     this.t = column("elapsed_s");
     this.dates = columns.time ? order.map((i) => columns.time[i]) : null;
@@ -84,19 +85,21 @@ export class Course {
     const i = this.index(t);
     const [here, next] = [this.t[i], this.t[i + 1]];
     const fraction = this.connected && next > here ? Math.min(1, Math.max(0, (t - here) / (next - here))) : 0;
-    const between = (columns) =>
-      columns.map((c) => (fraction > 0 ? c[i] + fraction * (c[i + 1] - c[i]) : c[i]));
+    const jump = fraction > 0 ? this.#jumpIn(i) : null;
+    // what jumps at an event is that of the sample before it, then that of the sample after it
+    const part = jump === null ? fraction : Number(t >= jump);
+    const between = (columns, by = part) => columns.map((c) => (by > 0 ? c[i] + by * (c[i + 1] - c[i]) : c[i]));
     return {
       index: i,
       quaternion: fraction > 0 ? slerp(this.quaternionAt(i), this.quaternionAt(i + 1), fraction) : this.quaternionAt(i),
       omega: this.#onEllipsoid(between(this.omega), between([this.energy])[0]),
       momentum: between(this.momentum),
-      place: this.place && between(this.place),
+      place: this.place && between(this.place, fraction),
       energy: between([this.energy])[0],
     };
   }
 
-  /** Times for a line through a stretch: the samples, and between them steps that look smooth. */
+  /** Times for lines through all: the samples, and between them steps that look smooth. */
   smooth(most) {
     const stride = Math.max(1, Math.ceil(this.length / most));
     const parts = this.connected && stride === 1 ? Math.min(24, Math.ceil(this.turn / 0.05), Math.floor(most / this.length)) : 1;
@@ -106,6 +109,25 @@ export class Course {
       for (let k = 0; k < (step > 0 ? parts : 1); k++) found.push(this.t[i] + k * step);
     }
     return found;
+  }
+
+  /** The same in stretches between events, at which rate and momentum jump. */
+  stretches(most) {
+    const stretches = [[]];
+    let next = 0;
+    for (const t of this.smooth(most)) {
+      while (next < this.jumps.length && this.jumps[next] <= t) {
+        next += 1;
+        if (stretches.at(-1).length) stretches.push([]);
+      }
+      stretches.at(-1).push(t);
+    }
+    return stretches;
+  }
+
+  /** When in the interval after a sample something happens, s; null where nothing does. */
+  #jumpIn(i) {
+    return this.jumps.find((jump) => jump > this.t[i] && jump <= this.t[i + 1]) ?? null;
   }
 
   #momentum() {

@@ -5,7 +5,7 @@ import { colour, make } from "./dom.js";
 import { figure, unitFor } from "./numbers.js";
 import { norm } from "./rotation.js";
 
-const HEIGHT = 190;
+const HEIGHT = 220;
 const FONT = "11px system-ui, sans-serif";
 
 export class Plots {
@@ -68,8 +68,8 @@ export class Plots {
       cursor: { sync: { key: "time" }, points: { size: 6 }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { range: (_, low, high) => spread(low, high) } },
       axes: [
-        { ...axis, size: 40, gap: 4, label: `time, ${this.unit.name}`, labelFont: FONT, labelSize: 16, labelGap: 0 },
-        { ...axis, size: 62, gap: 5, values: (_, ticks) => ticks.map((tick) => figure(tick, 6)) },
+        { ...axis, size: 24, gap: 4, label: `time, ${this.unit.name}`, labelFont: FONT, labelSize: 18, labelGap: 0 },
+        { ...axis, size: 78, gap: 5, values: (_, ticks) => ticks.map((tick) => figure(tick, 6)) },
       ],
       series: [{}, ...curve.series.map((each) => ({ label: each.name, stroke: colour(each.paint), width: 1.4, points: dots }))],
       hooks: { draw: [(plot) => this.#playhead(plot)] },

@@ -110,12 +110,11 @@ export class PolhodeView {
   #curves() {
     const { course, stage } = this;
     const paint = colour("--rate");
-    const points = course.smooth(MOST_POINTS).map((t) => this.#place(course.at(t).omega));
-    if (!course.connected) stage.scene.add(dots(points, paint, 2));
-    else if (points.length > 1) {
-      stage.scene.add(line(points, paint, 1.6));
-      const behind = { transparent: true, opacity: 0.25, depthTest: false };
-      stage.scene.add(line(points, paint, 1, behind));
+    const behind = { transparent: true, opacity: 0.25, depthTest: false };
+    for (const stretch of course.stretches(MOST_POINTS)) {
+      const points = stretch.map((t) => this.#place(course.at(t).omega));
+      if (!course.connected) stage.scene.add(dots(points, paint, 2));
+      else if (points.length > 1) stage.scene.add(line(points, paint, 1.6), line(points, paint, 1, behind));
     }
     this.tail = new Tail(TAIL_POINTS, paint, 3.4);
     this.tip = ball(0.03, paint);
@@ -127,7 +126,8 @@ export class PolhodeView {
   #tail(time) {
     const { course } = this;
     if (!course.connected || !course.meanRate) return this.tail.put([]);
-    const length = Math.min(time - course.start, (2 * Math.PI) / course.meanRate);
+    const since = course.jumps.findLast((jump) => jump <= time) ?? course.start;
+    const length = Math.min(time - since, (2 * Math.PI) / course.meanRate);
     const times = Array.from({ length: TAIL_POINTS }, (_, k) => time - length + (length * k) / (TAIL_POINTS - 1));
     this.tail.put(length > 0 ? times.map((t) => this.#place(course.at(t).omega)) : []);
   }

@@ -116,16 +116,19 @@ export class Stage {
     [this.scene.fog.near, this.scene.fog.far] = [distance - 0.35 * this.reach, distance + 2.1 * this.reach];
   }
 
+  /** Each at its point, inside the picture, and beside what has its place already. */
   #placeNames(width, height) {
     const at = new THREE.Vector3();
+    const taken = [];
     for (const { label, point } of this.named) {
       const place = typeof point === "function" ? point() : point;
       label.hidden = !place;
       if (!place) continue;
       at.copy(place).project(this.camera);
-      const [x, y] = [(0.5 + 0.5 * at.x) * width, (0.5 - 0.5 * at.y) * height];
-      const [keptX, keptY] = [Math.max(12, Math.min(width - 12, x)), Math.max(10, Math.min(height - 10, y))];
-      label.style.transform = `translate(${keptX.toFixed(1)}px, ${keptY.toFixed(1)}px) translate(-50%, -50%)`;
+      const wanted = [(0.5 + 0.5 * at.x) * width, (0.5 - 0.5 * at.y) * height];
+      const [x, y] = freeOf(taken, within(wanted, width, height));
+      taken.push([x, y]);
+      label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
     }
   }
 
@@ -170,6 +173,25 @@ export class Stage {
     event.stopPropagation();
     act();
   }
+}
+
+const EDGE = 12; // px that a name keeps from the edge
+const APART = 17; // px between two names
+
+const within = ([x, y], width, height) => [
+  Math.max(EDGE, Math.min(width - EDGE, x)),
+  Math.max(EDGE, Math.min(height - EDGE, y)),
+];
+
+/** The place, or the first round about it where no other name is. */
+function freeOf(taken, [x, y]) {
+  for (const distance of [0, APART, 1.8 * APART]) {
+    for (const [across, down] of [[0, 1], [1, 0], [-1, 0], [0, -1]]) {
+      const place = [x + distance * across, y + distance * down];
+      if (taken.every((other) => Math.hypot(place[0] - other[0], place[1] - other[1]) >= APART)) return place;
+    }
+  }
+  return [x, y];
 }
 
 // -- things to put in a scene ---------------------------------------------------------------------
