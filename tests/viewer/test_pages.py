@@ -68,7 +68,9 @@ def test_head_of_the_page_has_no_body(client: TestClient) -> None:
     assert (answer.status_code, answer.content) == (200, b"")
 
 
-@pytest.mark.parametrize("name", ["sources.sha256", "main.js", "..%2f..%2fsettings.py", "%2e%2e/pages.py", ""])
+@pytest.mark.parametrize(
+    "name", ["sources.sha256", "main.js", "..%2f..%2fsettings.py", "%2e%2e/pages.py", ""]
+)
 def test_nothing_else_is_served(client: TestClient, name: str) -> None:
     answer = client.get(f"/viewer/{name}")
     assert answer.status_code == 404
@@ -83,7 +85,9 @@ def test_every_format_of_the_library_is_offered(client: TestClient) -> None:
 
 
 def test_pages_are_no_part_of_the_described_interface(client: TestClient) -> None:
-    assert not [path for path in client.get("/openapi.json").json()["paths"] if "viewer" in path or path == "/"]
+    assert not [
+        path for path in client.get("/openapi.json").json()["paths"] if "viewer" in path or path == "/"
+    ]
 
 
 # -- the bundle -----------------------------------------------------------------------------------
@@ -98,7 +102,9 @@ def digest_of_sources() -> str:
     return hashed.hexdigest()
 
 
-@pytest.mark.skipif(not (VIEWER / "src").is_dir(), reason="the viewer's sources are not installed, only its bundle")
+@pytest.mark.skipif(
+    not (VIEWER / "src").is_dir(), reason="the viewer's sources are not installed, only its bundle"
+)
 def test_bundle_was_built_from_the_sources_as_they_are() -> None:
     assert (BUNDLE / "sources.sha256").read_text().strip() == digest_of_sources(), BUILT
 

@@ -31,12 +31,13 @@ const editor = new Editor(run, () => (state.whole = null));
 /** A view in 3D; in words where the browser has no WebGL. */
 function viewIn(id, View) {
   try {
-    return new View(byId(id));
+    if (document.createElement("canvas").getContext("webgl2")) return new View(byId(id));
   } catch {
-    const said = "This browser shows no 3D here (WebGL is absent or switched off). Plots, figures and files are all there.";
-    byId(id).replaceChildren(make("p", { class: "no-3d" }, said));
-    return null;
+    // a context that was promised and is not given
   }
+  const said = "This browser shows no 3D here (WebGL is absent or switched off). Plots, figures and files are all there.";
+  byId(id).replaceChildren(make("p", { class: "no-3d" }, said));
+  return null;
 }
 
 function showTime(time) {
@@ -46,10 +47,15 @@ function showTime(time) {
 
 // -- scenes ---------------------------------------------------------------------------------------
 
-async function start() {
+function start() {
   installTheme(repaint);
   listen();
   offerCost(() => editor.text);
+  return begin();
+}
+
+/** What needs the service; again, when it has been given its token. */
+async function begin() {
   try {
     await Promise.all([offerScenes(), offerDownloads(byId("downloads"), () => editor.text), showVersion()]);
     await choose(wanted());
@@ -232,7 +238,7 @@ function takeToken(event) {
   event.preventDefault();
   api.useToken(byId("token").value);
   byId("token-form").hidden = true;
-  run();
+  return editor.text ? run() : begin();
 }
 
 const TYPING = "textarea, select, input, dialog[open]";
