@@ -170,7 +170,7 @@ def selected(page):
     [
         ("toutatis", "3.235", "-3.235", '"moments"', "-3.235", "body.moments[1]: positive principal moments"),
         ("toutatis", '"deg/d"', '"deg/kg"', '"unit": "deg/kg"', '"deg/kg"', "angular_velocity.unit"),
-        ("drop", "0.6, 0.3", "-0.6, 0.3", '"box"', "-0.6", "effects[1].shape.box[1]: greater than 0; got -0.6"),
+        ("drop", "0.6, 0.3", "-0.6, 0.3", '"box"', "-0.6", "effects[1].shape.box[1]: greater than 0"),
         ("toutatis", '"times"', '"tims"', "{", "{", "times: a value (the field is required)"),
         ("toutatis", '"ECLIPJ2000",', '"ECLIPJ2000"', '"attitude"', '  "attitude": {', "not JSON"),
     ],
@@ -261,8 +261,11 @@ def report() -> Report:
 
     lost = Cell("DOP853", "rtol 1e-3", 10.0, "failed", "attitude lost")
     cells = (cell("attitude", "", 0.0, 12.0), cell("DOP853", "rtol 1e-9", 1e-6, 900.0), lost)
-    machine = {"processor": "a processor", "cores": 2, "system": "a system"}
-    return Report("box", "short_axis", 3.0, "period", 500, (10.0,), ((20, "theta"),), 5.0, 0, 0.0, machine, {"python": "3"}, cells)  # fmt: skip
+    machine: dict[str, str | int] = {"processor": "a processor", "cores": 2, "system": "a system"}
+    truths = ((20, "theta"),)
+    return Report(
+        "box", "short_axis", 3.0, "period", 500, (10.0,), truths, 5.0, 0, 0.0, machine, {"python": "3"}, cells
+    )  # fmt: skip
 
 
 def test_measured_cost_is_drawn_and_tabled(visit):
@@ -271,9 +274,9 @@ def test_measured_cost_is_drawn_and_tabled(visit):
     page.click("#measure")
     page.locator("#cost svg.chart").wait_for()
     assert page.locator("#cost svg.chart g[class^=kind] path").count() == 2
-    table = visit.text("#cost table")
-    assert "attitude lost" in table
-    assert "900" in table
+    assert "900" in visit.text("#cost table")
+    page.click("#cost summary")
+    assert "failed: attitude lost" in visit.text("#cost details table")
     assert "a processor, 2 cores" in visit.text("#cost")
 
 
@@ -320,8 +323,10 @@ def test_keyboard_reaches_every_control_in_the_order_of_the_page(visit_3d):
         reached.append(
             page.evaluate("(e => e.id || e.parentElement.id || e.className)(document.activeElement)")
         )
-    order = ["skip", "keys-open", "theme", "scene", "run", "document", "tidy", "restore", "body-view", "axis",
-             "body-reset", "polhode-view", "polhode-reset", "play", "back", "forth", "time", "speed", "measure"]  # fmt: skip
+    order = (
+        "skip keys-open theme scene run document tidy restore body-view axis body-reset polhode-view "
+        "polhode-reset play back forth time speed measure"
+    ).split()
     assert [name for name in reached if name in order][: len(order)] == order
 
 
@@ -442,8 +447,9 @@ def test_drawn_momentum_and_energy_are_the_librarys(module):
     answer = httpx_answer(module, "drop")
     course = module(
         "course.js",
-        "(c => ({momentum: c.momentum.map((x) => [...x]), energy: [...c.energy], between: c.at(given.t).quaternion}))"
-        "(new m.Course(given.answer))",
+        """(c => ({
+            momentum: c.momentum.map((x) => [...x]), energy: [...c.energy], between: c.at(given.t).quaternion
+        }))(new m.Course(given.answer))""",
         {"answer": answer, "t": 0.005},
     )
     assert np.allclose(np.transpose(course["momentum"]), ephemeris.angular_momentum, atol=1e-12)
@@ -484,7 +490,7 @@ def test_pointers_find_every_value_of_every_scene_and_tidying_changes_none(modul
         assert json.loads(tidy) == document
         found = module(
             "json_text.js",
-            "given.pointers.map((p) => { const f = m.find(given.text, p); return given.text.slice(f.start, f.end); })",
+            "given.pointers.map((p) => m.find(given.text, p)).map((f) => given.text.slice(f.start, f.end))",
             {"text": tidy, "pointers": list(wanted)},
         )
         for text, value in zip(found, wanted.values(), strict=True):

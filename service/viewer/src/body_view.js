@@ -94,8 +94,9 @@ export class BodyView {
     const points = course.smooth(MOST_POINTS).map((t) => this.#tip(course.at(t).quaternion));
     if (!course.connected) stage.scene.add(dots(points, paint, 2));
     else if (points.length > 1) {
-      const crowded = Math.min(0.5, 30 / Math.max(1, (course.meanRate * course.span) / (2 * Math.PI)));
-      const more = { transparent: true, opacity: Math.max(0.12, crowded), depthWrite: false };
+      // fainter, the more often it passes the same places
+      const crowded = Math.min(0.5, 7 / Math.max(1, (course.meanRate * course.span) / (2 * Math.PI)));
+      const more = { transparent: true, opacity: Math.max(0.07, crowded), depthWrite: false };
       stage.scene.add(line(points, paint, 1.2, more));
     }
     this.tail = new Tail(TAIL_POINTS, paint, 3);

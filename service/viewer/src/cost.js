@@ -2,11 +2,11 @@
 
 import * as api from "./api.js";
 import { byId, make, makeSvg } from "./dom.js";
-import { figure } from "./numbers.js";
+import { duration, figure } from "./numbers.js";
 import { table } from "./plan.js";
 
 const ABSENT = [404, 405, 501];
-const SIZE = { width: 640, height: 380, left: 62, right: 16, top: 14, bottom: 44 };
+const SIZE = { width: 640, height: 380, left: 62, right: 30, top: 14, bottom: 44 };
 const FLOOR = 1e-17; // an exact zero is drawn here
 const MARKS = ["circle", "square", "up", "diamond", "down", "plus", "cross"];
 const KINDS = 8; // colours in the style sheet
@@ -45,7 +45,8 @@ function show(element, report) {
   const cells = report.cells.filter((cell) => cell.horizon === horizon);
   const families = [...new Set(report.cells.map((cell) => cell.family))];
   const measured = cells.filter((cell) => cell.status === "measured");
-  const title = `${report.samples} samples over ${figure(horizon)} ${report.unit.name}${horizon === 1 ? "" : "s"} (${figure(horizon * report.unit.s)} s)`;
+  const missing = cells.filter((cell) => cell.status !== "measured");
+  const title = `${report.samples.toLocaleString("en")} samples over ${figure(horizon)} × ${report.unit.name} (${duration(horizon * report.unit.s)})`;
   const lines = families.map((family, number) => ({
     family,
     number,
@@ -54,23 +55,32 @@ function show(element, report) {
   const drawn = lines.filter(({ points }) => points.length);
   element.replaceChildren(
     ...(drawn.length ? [picture(drawn, title), key(drawn)] : [make("p", {}, "Nothing was measured.")]),
-    table(["Method", "Attitude error, rad", "Energy", "Momentum", "ns a sample", "Set-up, s"], report.cells.filter((cell) => cell.horizon === horizon).map(row)),
     make("p", { class: "hint" }, circumstances(report, title)),
+    table(["Method", "Attitude error, rad", "Energy", "Momentum", "ns a sample", "Set-up, s"], measured.map(row)),
+    missing.length ? unmeasured(missing) : "",
   );
 }
 
-/** The longest of the horizons over which most was measured. */
+/** The longest of the horizons over which most was measured; under torques, most families. */
 function fullest(report) {
-  const count = (horizon) => report.cells.filter((cell) => cell.horizon === horizon && cell.status === "measured").length;
-  const horizons = [...new Set(report.cells.map((cell) => cell.horizon))];
-  return horizons.reduce((best, each) => (count(each) > count(best) || (count(each) === count(best) && each > best) ? each : best));
+  const count = (horizon) => {
+    const cells = report.cells.filter((cell) => cell.horizon === horizon && cell.status === "measured");
+    return report.effects ? new Set(cells.map((cell) => cell.family)).size : cells.length;
+  };
+  const horizons = [...new Set(report.cells.map((cell) => cell.horizon))].sort((a, b) => b - a);
+  return horizons.reduce((best, each) => (count(each) > count(best) ? each : best));
+}
+
+const methodOf = (cell) => (cell.setting ? `${cell.family}, ${cell.setting}` : cell.family);
+
+function unmeasured(cells) {
+  const rows = cells.map((cell) => [methodOf(cell), reason(cell)]);
+  return make("details", {}, make("summary", {}, `Not measured: ${cells.length}`), table(["Method", "Why"], rows));
 }
 
 function row(cell) {
-  const name = cell.setting ? `${cell.family}, ${cell.setting}` : cell.family;
-  if (cell.status !== "measured") return [name, reason(cell), "", "", "", ""];
   return [
-    name,
+    methodOf(cell),
     figure(cell.attitude_error_rad, 2),
     figure(cell.energy_error, 2),
     figure(cell.momentum_error, 2),
@@ -80,8 +90,8 @@ function row(cell) {
 }
 
 function reason(cell) {
-  if (cell.predicted_s !== null) return `${cell.status}: would take ${figure(cell.predicted_s, 2)} s`;
-  return cell.detail || cell.status;
+  if (cell.predicted_s !== null) return `${cell.status}: would take ${duration(cell.predicted_s, 2)}`;
+  return cell.detail ? `${cell.status}: ${cell.detail}` : cell.status;
 }
 
 function circumstances(report, title) {

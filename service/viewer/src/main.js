@@ -167,7 +167,8 @@ function offerTravel(course, document) {
 function caption() {
   const { body, polhode } = views;
   if (body?.solid) byId("body-caption").textContent = `Attitude in ${state.course.frame}: ${body.solid.words}`;
-  if (polhode) byId("polhode-note").textContent = polhode.scale ? "dashed: separatrices, if any" : "at rest: no ellipsoid";
+  if (!polhode?.scale) byId("polhode-note").textContent = polhode ? "at rest: no ellipsoid" : "";
+  else byId("polhode-note").textContent = polhode.divided ? "dashed: separatrices" : "";
 }
 
 // -- between samples ------------------------------------------------------------------------------

@@ -55,16 +55,21 @@ function considered(plan) {
   return make("details", {}, make("summary", {}, "Solvers considered"), table(heads, rows));
 }
 
+/** Of a row with fewer cells than there are heads the last one takes the rest. */
 export function table(heads, rows) {
-  const cell = (tag) => (content) => make(tag, tag === "th" ? { scope: "col" } : {}, content);
+  const head = (content) => make("th", { scope: "col" }, content);
+  const cell = (content, i, row) => {
+    const rest = i === row.length - 1 && row.length < heads.length ? heads.length - i : null;
+    return make("td", { colspan: rest }, content);
+  };
   return make(
     "div",
     { class: "table", tabindex: 0, role: "region", "aria-label": heads.filter(Boolean).join(", ") },
     make(
       "table",
       {},
-      make("thead", {}, make("tr", {}, ...heads.map(cell("th")))),
-      make("tbody", {}, ...rows.map((row) => make("tr", {}, ...row.map(cell("td"))))),
+      make("thead", {}, make("tr", {}, ...heads.map(head))),
+      make("tbody", {}, ...rows.map((row) => make("tr", {}, ...row.map(cell)))),
     ),
   );
 }

@@ -74,7 +74,9 @@ export class PolhodeView {
     for (const [i, j] of [[0, 1], [0, 2], [1, 2]]) {
       this.surface.add(line(this.#ellipse(this.#half(i), this.#half(j)), colour("--hair-strong"), 1));
     }
-    for (const [first, second] of this.#separatrices()) {
+    const separatrices = this.#separatrices();
+    this.divided = separatrices.length > 0;
+    for (const [first, second] of separatrices) {
       const more = { dashed: true, dashSize: 0.045, gapSize: 0.035 };
       const curve = line(this.#ellipse(first, second), colour("--muted"), 1.3, more);
       curve.computeLineDistances();
