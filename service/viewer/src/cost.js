@@ -28,9 +28,10 @@ function say(text, kind = "") {
 async function measure(text) {
   const button = byId("measure");
   button.disabled = true;
-  say("Measuring: some seconds to a minute.");
+  const budget = byId("budget").value;
+  say(`Measuring, for about ${budget} s`);
   try {
-    const report = await api.post("v1/cost", text);
+    const report = await api.post(`v1/cost?budget=${encodeURIComponent(budget)}`, text);
     say("");
     show(byId("cost"), report);
   } catch (error) {
