@@ -252,7 +252,9 @@ def test_format_that_cannot_hold_the_answer_is_refused_in_words(visit):
 
 
 def answer_with(page, status: int, media: str, body: str) -> None:
-    page.route("**/v1/cost?budget=20", lambda route: route.fulfill(status=status, content_type=media, body=body))
+    page.route(
+        "**/v1/cost?budget=20", lambda route: route.fulfill(status=status, content_type=media, body=body)
+    )
 
 
 def report() -> Report:
