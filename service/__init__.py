@@ -5,6 +5,7 @@
     errors     the one table from what can go wrong to an HTTP status
     openapi    what /openapi.json says beyond what FastAPI finds by itself
     routes     the handlers
+    pages      the viewer at /
 
     jobs       what becomes of one request: its id, its time, whether anybody still waits
     compute    the threads that compute, and how many requests may wait for them

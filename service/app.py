@@ -10,7 +10,7 @@ from fastapi import FastAPI
 
 import attitude
 
-from . import errors, metrics
+from . import errors, metrics, pages
 from .auth import BearerToken
 from .compute import Compute
 from .cors import CrossOrigin
@@ -38,8 +38,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.compute = Compute(app.state.settings)
     app.state.metrics = Metrics(app.state.compute)
     app.include_router(router)
+<<<<<<< HEAD
     app.include_router(metrics.router)
     _add_layers(app)
+=======
+    app.include_router(pages.router)
+    errors.install(app)
+>>>>>>> view
     return app
 
 

@@ -1,0 +1,43 @@
+// Writes dist/: the page, one script, one style sheet, the licences of what is bundled, and the
+// digest of the sources, by which a test sees that dist/ was built from them.
+import { createHash } from "node:crypto";
+import { cpSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { build } from "esbuild";
+
+const BUNDLED = { three: "three.js", uplot: "uPlot" };
+const COPIED = ["index.html", "icon.svg"];
+
+function digest() {
+  const files = ["build.mjs", "package.json", ...readdirSync("src").map((name) => `src/${name}`)].sort();
+  const hash = createHash("sha256");
+  for (const file of files) hash.update(file + "\n").update(readFileSync(file)).update("\n");
+  return hash.digest("hex");
+}
+
+function licences() {
+  return Object.entries(BUNDLED).map(([name, title]) => {
+    const { version, license } = JSON.parse(readFileSync(`node_modules/${name}/package.json`));
+    const text = readFileSync(`node_modules/${name}/LICENSE`, "utf8").trim();
+    return `${title} ${version} (${license})\n\n${text}\n`;
+  });
+}
+
+rmSync("dist", { recursive: true, force: true });
+mkdirSync("dist");
+await build({
+  entryPoints: [
+    { in: "src/main.js", out: "viewer" },
+    { in: "src/viewer.css", out: "viewer" },
+  ],
+  outdir: "dist",
+  bundle: true,
+  format: "esm",
+  target: "es2021",
+  minify: true,
+  legalComments: "none",
+  banner: { js: "// Licences of what is bundled here: licences.txt", css: "/* Licences: licences.txt */" },
+  logLevel: "info",
+});
+for (const name of COPIED) cpSync(`src/${name}`, `dist/${name}`);
+writeFileSync("dist/licences.txt", licences().join("\n" + "-".repeat(72) + "\n\n"));
+writeFileSync("dist/sources.sha256", digest() + "\n");

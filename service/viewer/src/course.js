@@ -1,0 +1,165 @@
+// The answer of /v1/ephemeris as numbers to draw: columns in time order, and what lies between them.
+
+import { dot, norm, rotate, slerp, times } from "./rotation.js";
+
+// Beyond so much turn from one sample to the next, nobody can tell the way between them.
+export const MOST_TURN = Math.PI; // rad
+
+export class Course {
+  constructor(answer) {
+    const columns = answer.columns;
+    const order = ordered(columns.elapsed_s);
+    const column = (name) => Float64Array.from(order, (i) => columns[name][i]);
+    const vector = (names) => (names[0] in columns ? names.map(column) : null);
+    this.name = answer.name;
+    this.frame = answer.frame;
+    this.scale = answer.time_scale;
+    this.cost = answer.cost;
+    this.events = answer.events ?? [];
+    this.jumps = this.events.map((event) => event.elapsed_s).sort((a, b) => a - b);
+    this.inertia = tensor(answer.body);
+    this.t = column("elapsed_s");
+    this.dates = columns.time ? order.map((i) => columns.time[i]) : null;
+    this.q = ["w", "x", "y", "z"].map((letter) => column(`q_${letter}`));
+    this.omega = ["x", "y", "z"].map((letter) => column(`omega_${letter}_rad_s`));
+    this.place = vector(["position_x_m", "position_y_m", "position_z_m"]);
+    // given where wheels or a sink hold some of it; else it is inertia times rate
+    const given = vector(["momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s"]);
+    this.ownMomentum = given !== null;
+    this.momentum = given ?? this.#momentum();
+    this.energy = this.t.map((_, i) => 0.5 * dot(this.omegaAt(i), times(this.inertia, this.omegaAt(i))));
+    this.rate = this.t.map((_, i) => norm(this.omegaAt(i)));
+    this.turn = this.#greatestTurn();
+  }
+
+  get length() {
+    return this.t.length;
+  }
+
+  get start() {
+    return this.t[0];
+  }
+
+  get stop() {
+    return this.t[this.t.length - 1];
+  }
+
+  get span() {
+    return this.stop - this.start;
+  }
+
+  /** Whether the samples are close enough for a picture between them. */
+  get connected() {
+    return this.turn <= MOST_TURN;
+  }
+
+  get meanRate() {
+    return this.rate.reduce((sum, rate) => sum + rate, 0) / this.length;
+  }
+
+  omegaAt(i) {
+    return this.omega.map((column) => column[i]);
+  }
+
+  quaternionAt(i) {
+    return this.q.map((column) => column[i]);
+  }
+
+  momentumAt(i) {
+    return this.momentum.map((column) => column[i]);
+  }
+
+  /** The sample at a time, or the last before it. */
+  index(t) {
+    let [low, high] = [0, this.length - 1];
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.t[middle] <= t) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+
+  /** What is drawn at a time: interpolated where the samples are close enough, else the last sample. */
+  at(t) {
+    const i = this.index(t);
+    const [here, next] = [this.t[i], this.t[i + 1]];
+    const fraction = this.connected && next > here ? Math.min(1, Math.max(0, (t - here) / (next - here))) : 0;
+    const jump = fraction > 0 ? this.#jumpIn(i) : null;
+    // what jumps at an event is that of the sample before it, then that of the sample after it
+    const part = jump === null ? fraction : Number(t >= jump);
+    const between = (columns, by = part) => columns.map((c) => (by > 0 ? c[i] + by * (c[i + 1] - c[i]) : c[i]));
+    return {
+      index: i,
+      quaternion: fraction > 0 ? slerp(this.quaternionAt(i), this.quaternionAt(i + 1), fraction) : this.quaternionAt(i),
+      omega: this.#onEllipsoid(between(this.omega), between([this.energy])[0]),
+      momentum: between(this.momentum),
+      place: this.place && between(this.place, fraction),
+      energy: between([this.energy])[0],
+    };
+  }
+
+  /** Times for lines through all: the samples, and between them steps that look smooth. */
+  smooth(most) {
+    const stride = Math.max(1, Math.ceil(this.length / most));
+    const parts = this.connected && stride === 1 ? Math.min(24, Math.ceil(this.turn / 0.05), Math.floor(most / this.length)) : 1;
+    const found = [];
+    for (let i = 0; i < this.length; i += stride) {
+      const step = ((this.t[i + 1] ?? this.t[i]) - this.t[i]) / parts;
+      for (let k = 0; k < (step > 0 ? parts : 1); k++) found.push(this.t[i] + k * step);
+    }
+    return found;
+  }
+
+  /** The same in stretches between events, at which rate and momentum jump. */
+  stretches(most) {
+    const stretches = [[]];
+    let next = 0;
+    for (const t of this.smooth(most)) {
+      while (next < this.jumps.length && this.jumps[next] <= t) {
+        next += 1;
+        if (stretches.at(-1).length) stretches.push([]);
+      }
+      stretches.at(-1).push(t);
+    }
+    return stretches;
+  }
+
+  /** When in the interval after a sample something happens, s; null where nothing does. */
+  #jumpIn(i) {
+    return this.jumps.find((jump) => jump > this.t[i] && jump <= this.t[i + 1]) ?? null;
+  }
+
+  #momentum() {
+    const columns = [0, 1, 2].map(() => new Float64Array(this.length));
+    for (let i = 0; i < this.length; i++) {
+      const vector = rotate(this.quaternionAt(i), times(this.inertia, this.omegaAt(i)));
+      vector.forEach((value, axis) => (columns[axis][i] = value));
+    }
+    return columns;
+  }
+
+  #greatestTurn() {
+    let most = 0;
+    for (let i = 1; i < this.length; i++) {
+      const rate = Math.max(this.rate[i - 1], this.rate[i]);
+      most = Math.max(most, rate * (this.t[i] - this.t[i - 1]));
+    }
+    return most;
+  }
+
+  /** A chord between two rates, put back on the ellipsoid of its energy. */
+  #onEllipsoid(omega, energy) {
+    const found = 0.5 * dot(omega, times(this.inertia, omega));
+    return found > 0 && energy > 0 ? omega.map((x) => x * Math.sqrt(energy / found)) : omega;
+  }
+}
+
+function ordered(elapsed) {
+  const order = Array.from(elapsed.keys());
+  return order.sort((i, j) => elapsed[i] - elapsed[j]);
+}
+
+function tensor(body) {
+  return body.tensor ?? body.moments.map((moment, i) => [0, 1, 2].map((j) => (i === j ? moment : 0)));
+}

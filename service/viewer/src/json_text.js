@@ -1,0 +1,114 @@
+// JSON text with its places: which characters hold the value that a JSON pointer names, and the
+// same document laid out, every number as it was written.
+
+const TOKEN = /\s+|"(?:[^"\\]|\\.)*"|-?\d[\d.eE+-]*|true|false|null|NaN|-?Infinity|[[\]{}:,]/y;
+
+/** Tree of {kind, start, end, children: [{name, node}]}; null where the text is not JSON. */
+export function parse(text) {
+  const tokens = tokenise(text);
+  if (!tokens) return null;
+  let next = 0;
+
+  function value() {
+    const token = tokens[next++];
+    if (!token) throw new SyntaxError("the text ends early");
+    if (token.text === "{" || token.text === "[") return compound(token, token.text === "{");
+    if (/^[\]}:,]$/.test(token.text)) throw new SyntaxError("a value is missing");
+    return { kind: "scalar", start: token.start, end: token.end, text: token.text };
+  }
+
+  function compound(open, isObject) {
+    const [close, children] = [isObject ? "}" : "]", []];
+    while (tokens[next]?.text !== close) {
+      if (children.length) expect(",");
+      const key = isObject ? tokens[next++] : null;
+      if (isObject) expect(":");
+      children.push({ name: isObject ? JSON.parse(key.text) : String(children.length), key, node: value() });
+    }
+    const end = tokens[next++].end;
+    return { kind: isObject ? "object" : "array", start: open.start, end, children };
+  }
+
+  function expect(text) {
+    if (tokens[next++]?.text !== text) throw new SyntaxError(`${text} is missing`);
+  }
+
+  try {
+    const tree = value();
+    return next === tokens.length ? tree : null;
+  } catch {
+    return null;
+  }
+}
+
+function tokenise(text) {
+  const tokens = [];
+  TOKEN.lastIndex = 0;
+  while (TOKEN.lastIndex < text.length) {
+    const start = TOKEN.lastIndex;
+    const found = TOKEN.exec(text);
+    if (!found) return null;
+    if (found[0].trim()) tokens.push({ text: found[0], start, end: TOKEN.lastIndex });
+  }
+  return tokens;
+}
+
+/** Characters of what a pointer names; of the nearest that holds it, where it is not there. */
+export function find(text, pointer) {
+  let node = parse(text);
+  if (!node) return null;
+  let start = node.start;
+  for (const part of pointer.split("/").slice(1)) {
+    const name = part.replaceAll("~1", "/").replaceAll("~0", "~");
+    // of a name given twice the last counts, as for every reader of JSON
+    const child = node.children?.findLast((each) => each.name === name);
+    if (!child) return { start, end: node.kind === "scalar" ? node.end : start + 1, whole: false };
+    node = child.node;
+    start = child.key?.start ?? node.start;
+  }
+  return { start: node.start, end: node.end, whole: true };
+}
+
+const WIDTH = 46;
+
+/** Laid out: what fits a line stays on one; the text itself where it is not JSON. */
+export function tidy(text) {
+  const tree = parse(text);
+  return tree ? laidOut(tree, "") + "\n" : text;
+}
+
+function laidOut(node, indent) {
+  const flat = oneLine(node);
+  if (!node.children?.length || (indent && indent.length + flat.length <= WIDTH)) return flat;
+  const inner = indent + "  ";
+  const lines = node.children.map((child) => inner + named(child) + laidOut(child.node, inner));
+  const [open, close] = node.kind === "object" ? "{}" : "[]";
+  return `${open}\n${lines.join(",\n")}\n${indent}${close}`;
+}
+
+function oneLine(node) {
+  if (!node.children) return node.text;
+  const parts = node.children.map((child) => named(child) + oneLine(child.node)).join(", ");
+  return node.kind === "object" ? `{${parts}}` : `[${parts}]`;
+}
+
+const named = (child) => (child.key ? `${child.key.text}: ` : "");
+
+/** The text with the value of one of its topmost names put otherwise. */
+export function withMember(text, name, value) {
+  const place = find(text, `/${name}`);
+  return place?.whole ? text.slice(0, place.start) + value + text.slice(place.end) : text;
+}
+
+/** Pieces of a line for colouring: [kind, text]. */
+export function pieces(line) {
+  const found = [];
+  const pattern = /("(?:[^"\\]|\\.)*")(\s*:)?|(-?\d[\d.eE+-]*)|(true|false|null)|([^"\d\-tfn]+|.)/g;
+  for (const [whole, string, colon, number, word] of line.matchAll(pattern)) {
+    if (string && colon !== undefined) found.push(["key", string], ["", colon]);
+    else if (string) found.push(["string", string]);
+    else if (number) found.push(["number", number]);
+    else found.push([word ? "word" : "", whole]);
+  }
+  return found;
+}

@@ -1,0 +1,255 @@
+// Wiring: the document is asked about, and what comes back goes to every part of the page.
+
+import * as api from "./api.js";
+import { BodyView } from "./body_view.js";
+import { forgetCost, offerCost } from "./cost.js";
+import { Course } from "./course.js";
+import { byId, make } from "./dom.js";
+import { offerDownloads } from "./downloads.js";
+import { Editor } from "./editor.js";
+import { tidy, withMember } from "./json_text.js";
+import { duration, figure } from "./numbers.js";
+import { showPlan } from "./plan.js";
+import { Player } from "./player.js";
+import { Plots } from "./plots.js";
+import { PolhodeView } from "./polhode_view.js";
+import { Readouts } from "./readouts.js";
+import { installTheme } from "./theme.js";
+
+const FIRST = "dzhanibekov";
+const MOST_SAMPLES = 200_000; // that a page can hold and draw
+const CLOSER_TURN = 0.15; // rad from sample to sample, looked at closely
+const CLOSER_SAMPLES = 1500;
+
+const state = { shipped: "", course: null, running: null, whole: null };
+const views = { body: viewIn("body-view", BodyView), polhode: viewIn("polhode-view", PolhodeView) };
+const plots = new Plots(byId("plots"), (time) => player.seek(time));
+const readouts = new Readouts(byId("readouts"));
+const player = new Player(showTime);
+const editor = new Editor(run, () => (state.whole = null));
+
+/** A view in 3D; in words where the browser has no WebGL. */
+function viewIn(id, View) {
+  try {
+    if (document.createElement("canvas").getContext("webgl2")) return new View(byId(id));
+  } catch {
+    // a context that was promised and is not given
+  }
+  const said = "This browser shows no 3D here (WebGL is absent or switched off). Plots, figures and files are all there.";
+  byId(id).replaceChildren(make("p", { class: "no-3d" }, said));
+  return null;
+}
+
+function showTime(time) {
+  for (const part of [views.body, views.polhode, plots]) part?.at(time);
+  readouts.at(time);
+}
+
+// -- scenes ---------------------------------------------------------------------------------------
+
+function start() {
+  installTheme(repaint);
+  listen();
+  offerCost(() => editor.text);
+  return begin();
+}
+
+/** What needs the service; again, when it has been given its token. */
+async function begin() {
+  try {
+    await Promise.all([offerScenes(), offerDownloads(byId("downloads"), () => editor.text), showVersion()]);
+    await choose(wanted());
+  } catch (error) {
+    fail(error);
+  }
+}
+
+async function offerScenes() {
+  const { scenes } = await api.get("v1/scenes");
+  byId("scene").replaceChildren(...scenes.map(({ name, title }) => make("option", { value: name }, title)));
+}
+
+async function showVersion() {
+  const { attitude } = await api.get("version");
+  byId("version").textContent = attitude;
+}
+
+/** The scene that the address names after #, if there is such a one. */
+function wanted() {
+  const named = decodeURIComponent(location.hash.slice(1));
+  const names = [...byId("scene").options].map((option) => option.value);
+  return [named, FIRST, names[0]].find((name) => names.includes(name));
+}
+
+async function choose(name) {
+  byId("scene").value = name;
+  history.replaceState(null, "", `#${name}`);
+  state.shipped = tidy(await api.text(`v1/scenes/${name}`));
+  state.whole = null;
+  editor.text = state.shipped;
+  await run();
+}
+
+// -- running --------------------------------------------------------------------------------------
+
+async function run() {
+  state.running?.abort();
+  const running = new AbortController();
+  state.running = running;
+  editor.forgive();
+  say("Computing");
+  try {
+    const text = editor.text;
+    const plan = await api.post("v1/plan", text, running.signal);
+    checkSize(plan);
+    const [answer, motion] = await Promise.all([
+      api.post("v1/ephemeris", text, running.signal),
+      api.post("v1/motion", text, running.signal).catch(inWords),
+    ]);
+    show(JSON.parse(text), answer, motion, plan);
+    say("");
+  } catch (error) {
+    if (error.name !== "AbortError") fail(error);
+  }
+}
+
+function checkSize({ samples }) {
+  if (samples <= MOST_SAMPLES) return;
+  const more = `${samples.toLocaleString("en")} samples: this page draws up to ${MOST_SAMPLES.toLocaleString("en")}; a file can hold them all`;
+  throw new api.Refusal(0, { detail: more, pointer: "/times" });
+}
+
+/** A motion without constants is no reason to show nothing. */
+function inWords(error) {
+  if (error instanceof api.Refusal) return error.message;
+  throw error;
+}
+
+function fail(error) {
+  const known = error instanceof api.Refusal;
+  if (!known) console.error(error);
+  say(known ? `Refused: ${error.message}` : "The page could not show this answer.", "bad");
+  if (known && error.status === 401) byId("token-form").hidden = false;
+  else if (known && (error.pointer !== undefined || error.line)) editor.refuse(error);
+}
+
+function say(text, kind = "") {
+  byId("status").textContent = text;
+  byId("status").className = kind;
+  byId("stage").setAttribute("aria-busy", String(text === "Computing"));
+}
+
+function show(document, answer, motion, plan) {
+  const course = new Course(answer);
+  Object.assign(state, { course, document });
+  byId("stage-title").textContent = course.name || "Scene";
+  byId("description").textContent = document.description ?? "";
+  readouts.show(course, motion, plan.effects.some((effect) => effect.simulated && effect.acts_on !== "translation"));
+  showPlan(byId("plan"), plan);
+  offerTravel(course, document);
+  for (const part of [views.body, views.polhode, plots]) if (part) part.time = course.start;
+  views.body?.show(course, document);
+  views.polhode?.show(course);
+  plots.show(course);
+  caption();
+  betweenSamples(course);
+  forgetCost();
+  player.show(course);
+}
+
+function offerTravel(course, document) {
+  const can = Boolean(views.body) && BodyView.canTravel(course, document);
+  byId("travel-label").hidden = !can;
+  byId("travel").checked &&= can;
+  if (views.body) views.body.travels = byId("travel").checked;
+}
+
+function caption() {
+  const { body, polhode } = views;
+  if (body?.solid) byId("body-caption").textContent = `Attitude in ${state.course.frame}: ${body.solid.words}`;
+  if (!polhode?.scale) byId("polhode-note").textContent = polhode ? "at rest: no ellipsoid" : "";
+  else byId("polhode-note").textContent = polhode.divided ? "dashed: separatrices" : "";
+}
+
+// -- between samples ------------------------------------------------------------------------------
+
+/** Says what is drawn between samples, and offers closer ones where that is nothing. */
+function betweenSamples(course) {
+  const apart = !course.connected;
+  const turns = figure(course.turn / (2 * Math.PI), 3);
+  const said = `Up to ${turns} turns from one sample to the next: the picture goes from sample to sample, nothing is drawn between.`;
+  byId("between").textContent = apart ? said : "";
+  byId("closer").hidden = !apart;
+  byId("wider").hidden = state.whole === null;
+}
+
+/** The same scene with samples so close, from the time shown, that the motion can be seen. */
+function lookCloser() {
+  const { course } = state;
+  const from = player.time;
+  const rate = Math.max(...course.omegaAt(course.index(from)).map(Math.abs), course.rate[course.index(from)]);
+  const stop = from + (CLOSER_TURN * CLOSER_SAMPLES) / rate;
+  const times = { start: from, stop: Number(stop.toPrecision(12)), count: CLOSER_SAMPLES + 1, unit: "s" };
+  const whole = editor.text;
+  editor.text = withMember(whole, "times", JSON.stringify(times));
+  state.whole = whole;
+  say(`${duration(stop - from, 3)} from here`);
+  return run();
+}
+
+function lookWider() {
+  editor.text = state.whole;
+  state.whole = null;
+  return run();
+}
+
+// -- listening ------------------------------------------------------------------------------------
+
+function listen() {
+  byId("scene").addEventListener("change", (event) => choose(event.target.value).catch(fail));
+  byId("run").addEventListener("click", run);
+  byId("restore").addEventListener("click", () => {
+    editor.text = state.shipped;
+    run();
+  });
+  byId("closer").addEventListener("click", lookCloser);
+  byId("wider").addEventListener("click", lookWider);
+  byId("axis").value = "2";
+  byId("axis").addEventListener("change", (event) => rebuild({ axis: Number(event.target.value) }));
+  byId("travel").addEventListener("change", (event) => rebuild({ travels: event.target.checked }));
+  byId("body-reset").addEventListener("click", () => views.body?.stage.reset());
+  byId("polhode-reset").addEventListener("click", () => views.polhode?.stage.reset());
+  byId("keys-open").addEventListener("click", () => byId("keys").showModal());
+  byId("token-form").addEventListener("submit", takeToken);
+  byId("document-details").open = matchMedia("(min-width: 60rem)").matches;
+  document.addEventListener("keydown", shortcut);
+}
+
+function rebuild(changes) {
+  if (!views.body) return;
+  Object.assign(views.body, changes);
+  views.body.build();
+}
+
+function repaint() {
+  for (const part of [views.body, views.polhode, plots]) part?.build();
+}
+
+function takeToken(event) {
+  event.preventDefault();
+  api.useToken(byId("token").value);
+  byId("token-form").hidden = true;
+  return editor.text ? run() : begin();
+}
+
+const TYPING = "textarea, select, input, dialog[open]";
+const PRESSED = "button, summary, a";
+
+/** Keys of the whole page; where somebody types, or presses what has the focus, they stay what they are. */
+function shortcut(event) {
+  if (event.target.closest(TYPING)) return;
+  if (event.key === "?") byId("keys").showModal();
+  else if (event.key !== " " || !event.target.closest(PRESSED)) player.key(event);
+}
+
+start();

@@ -1,0 +1,78 @@
+// What the motion is, and where it stands at the time shown.
+
+import { make } from "./dom.js";
+import { degrees, duration, figure, words } from "./numbers.js";
+import { norm } from "./rotation.js";
+
+const REGIMES = {
+  short_axis: "short-axis: round the axis of greatest moment",
+  long_axis: "long-axis: round the axis of least moment",
+  separatrix: "separatrix: towards the middle axis, for ever",
+  constant_rate: "constant rate",
+};
+
+export class Readouts {
+  constructor(element) {
+    this.element = element;
+  }
+
+  /** `motion` is the answer of /v1/motion, or the words in which it was refused. */
+  show(course, motion, torqued) {
+    this.course = course;
+    this.live = {};
+    const rows = [
+      ...motionRows(motion, torqued),
+      ["Samples", `${course.length.toLocaleString("en")}, ${course.frame}`],
+      ...costRows(course.cost),
+      ["Time of the sample", this.#live("date")],
+      ["Rate |ω|", this.#live("rate")],
+      ["Momentum |L|", this.#live("momentum")],
+      ["Rotational energy", this.#live("energy")],
+    ];
+    this.element.replaceChildren(...rows.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
+  }
+
+  at(time) {
+    const { course, live } = this;
+    const i = course.index(time);
+    live.date.textContent = course.dates ? dated(course.dates[i], course.scale) : `${figure(course.t[i], 8)} s`;
+    live.rate.textContent = `${figure(course.rate[i], 6)} rad/s`;
+    live.momentum.textContent = `${figure(norm(course.momentumAt(i)), 6)} N m s`;
+    live.energy.textContent = `${figure(course.energy[i], 6)} J`;
+  }
+
+  #live(name) {
+    this.live[name] = make("span", {});
+    return this.live[name];
+  }
+}
+
+const dated = (date, scale) => `${date.replace("T", " ").replace(/(\.\d{3})\d*$/, "$1")} ${scale.toUpperCase()}`;
+
+function motionRows(motion, torqued) {
+  if (typeof motion === "string") return [["Motion", motion]];
+  const at = torqued ? " at the epoch" : "";
+  const rate = motion.mean_precession_rate_rad_s;
+  return [
+    [`Regime${at}`, REGIMES[motion.regime] ?? words(motion.regime)],
+    [`Polhode period${at}`, motion.polhode_period_s === null ? "none" : duration(motion.polhode_period_s, 6)],
+    [`Precession period${at}`, rate ? duration((2 * Math.PI) / Math.abs(rate), 6) : "none"],
+    [`Nutation${at}`, nutation(motion.nutation_range_rad)],
+  ];
+}
+
+function nutation([low, high]) {
+  return high - low < 1e-9 ? degrees(low) : `${degrees(low)} to ${degrees(high)}`;
+}
+
+function costRows(cost) {
+  if (!cost) return [];
+  const bound = cost.error_bound_rad;
+  return [
+    ["Solver", cost.solver],
+    ["Computed in", duration((cost.set_up_s ?? 0) + cost.sample_s, 3)],
+    ["Error at most", bound === null || bound === undefined ? "not known" : sourced(`${figure(bound, 2)} rad`, cost.error_bound_source)],
+  ];
+}
+
+const sourced = (text, source) => make("span", { title: source ?? "" }, text);

@@ -1,0 +1,291 @@
+// What both pictures share: a canvas that is drawn when something changed, a camera that goes round
+// its middle, names beside things in 3D, and lines with a width.
+
+import * as THREE from "three";
+import { Line2 } from "three/examples/jsm/lines/Line2.js";
+import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { colour, make } from "./dom.js";
+
+const FIELD = 26; // degrees: long lenses keep boxes looking like boxes
+const FIRST = { azimuth: 0.62, elevation: 0.36, zoom: 1 };
+const STEP = 0.12; // rad for a key
+const HIGHEST = 1.55; // rad
+
+export class Stage {
+  /** Raises where the browser has no WebGL. */
+  constructor(element, name, help) {
+    this.element = element;
+    this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.canvas = this.renderer.domElement;
+    this.labels = make("div", { class: "labels", "aria-hidden": "true" });
+    element.replaceChildren(this.canvas, this.labels);
+    for (const [key, value] of Object.entries({ tabindex: 0, role: "img", "aria-label": `${name}. ${help}` })) {
+      this.canvas.setAttribute(key, value);
+    }
+    this.camera = new THREE.PerspectiveCamera(FIELD, 1, 0.01, 100);
+    this.camera.up.set(0, 0, 1);
+    this.scene = new THREE.Scene();
+    this.named = [];
+    this.reset();
+    this.clear();
+    this.#listen();
+    new ResizeObserver(() => this.draw()).observe(element);
+  }
+
+  /** An empty scene with its light; `middle` and `reach` are of the ball that is to be seen whole. */
+  clear(middle = [0, 0, 0], reach = 1) {
+    this.scene.traverse((object) => {
+      object.geometry?.dispose();
+      object.material?.dispose();
+    });
+    this.scene = new THREE.Scene();
+    this.labels.replaceChildren();
+    this.named = [];
+    this.middle = new THREE.Vector3(...middle);
+    this.reach = reach;
+    const light = new THREE.DirectionalLight(0xffffff, 1.9);
+    light.position.set(-0.6, 0.9, 1.4);
+    this.eye = new THREE.Group();
+    this.eye.add(light);
+    this.scene.add(this.eye, new THREE.AmbientLight(0xffffff, 1.35));
+    this.scene.fog = new THREE.Fog(colour("--panel"), 1, 2);
+  }
+
+  reset() {
+    this.view = { ...FIRST };
+    this.draw();
+  }
+
+  turn(azimuth, elevation) {
+    this.view.azimuth += azimuth;
+    this.view.elevation = Math.max(-HIGHEST, Math.min(HIGHEST, this.view.elevation + elevation));
+    this.draw();
+  }
+
+  zoom(factor) {
+    this.view.zoom = Math.max(0.5, Math.min(8, this.view.zoom * factor));
+    this.draw();
+  }
+
+  /** A name that stays beside a point, which may be a function of nothing. */
+  name(text, point, kind = "") {
+    const label = make("span", { class: `label ${kind}` }, text);
+    this.labels.append(label);
+    this.named.push({ label, point });
+    return label;
+  }
+
+  /** Once before the next picture of the browser, however often it is asked. */
+  draw() {
+    if (this.asked || !this.scene) return;
+    this.asked = true;
+    requestAnimationFrame(() => {
+      this.asked = false;
+      this.#render();
+    });
+  }
+
+  #render() {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    if (!width || !height) return;
+    const size = this.renderer.getSize(new THREE.Vector2());
+    if (size.x !== width || size.y !== height) this.renderer.setSize(width, height);
+    this.#look(width, height);
+    this.renderer.render(this.scene, this.camera);
+    this.#placeNames(width, height);
+  }
+
+  #look(width, height) {
+    const narrow = Math.min(1, width / height);
+    const half = Math.atan(Math.tan((FIELD * Math.PI) / 360) * narrow);
+    const far = this.reach / Math.sin(half);
+    const distance = far / this.view.zoom;
+    const { azimuth, elevation } = this.view;
+    const across = Math.cos(elevation) * distance;
+    this.camera.position.set(across * Math.cos(azimuth), across * Math.sin(azimuth), Math.sin(elevation) * distance);
+    this.camera.position.add(this.middle);
+    this.camera.lookAt(this.middle);
+    this.camera.aspect = width / height;
+    [this.camera.near, this.camera.far] = [distance * 0.02, distance + 20 * this.reach];
+    this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
+    this.eye.position.copy(this.camera.position);
+    this.eye.quaternion.copy(this.camera.quaternion);
+    [this.scene.fog.near, this.scene.fog.far] = [distance - 0.35 * this.reach, distance + 2.1 * this.reach];
+  }
+
+  /** Each at its point, inside the picture, and beside what has its place already. */
+  #placeNames(width, height) {
+    const at = new THREE.Vector3();
+    const taken = [];
+    for (const { label, point } of this.named) {
+      const place = typeof point === "function" ? point() : point;
+      label.hidden = !place;
+      if (!place) continue;
+      at.copy(place).project(this.camera);
+      const wanted = [(0.5 + 0.5 * at.x) * width, (0.5 - 0.5 * at.y) * height];
+      const [x, y] = freeOf(taken, within(wanted, width, height));
+      taken.push([x, y]);
+      label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
+    }
+  }
+
+  #listen() {
+    let last = null;
+    this.canvas.addEventListener("pointerdown", (event) => {
+      last = [event.clientX, event.clientY];
+      this.canvas.setPointerCapture(event.pointerId);
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (!last) return;
+      const scale = 3.2 / this.element.clientHeight;
+      this.turn((last[0] - event.clientX) * scale, (event.clientY - last[1]) * scale);
+      last = [event.clientX, event.clientY];
+    });
+    for (const end of ["pointerup", "pointercancel"]) this.canvas.addEventListener(end, () => (last = null));
+    this.canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
+    this.canvas.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /** With Ctrl (or two fingers) only: a page must scroll past its pictures. */
+  #wheel(event) {
+    if (!event.ctrlKey) return;
+    event.preventDefault();
+    this.zoom(Math.exp(-event.deltaY * 0.002));
+  }
+
+  #key(event) {
+    const keys = {
+      ArrowLeft: () => this.turn(-STEP, 0),
+      ArrowRight: () => this.turn(STEP, 0),
+      ArrowUp: () => this.turn(0, STEP),
+      ArrowDown: () => this.turn(0, -STEP),
+      "+": () => this.zoom(1.2),
+      "=": () => this.zoom(1.2),
+      "-": () => this.zoom(1 / 1.2),
+      0: () => this.reset(),
+    };
+    const act = keys[event.key];
+    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    act();
+  }
+}
+
+const EDGE = 12; // px that a name keeps from the edge
+const APART = 17; // px between two names
+
+const within = ([x, y], width, height) => [
+  Math.max(EDGE, Math.min(width - EDGE, x)),
+  Math.max(EDGE, Math.min(height - EDGE, y)),
+];
+
+/** The place, or the first round about it where no other name is. */
+function freeOf(taken, [x, y]) {
+  for (const distance of [0, APART, 1.8 * APART]) {
+    for (const [across, down] of [[0, 1], [1, 0], [-1, 0], [0, -1]]) {
+      const place = [x + distance * across, y + distance * down];
+      if (taken.every((other) => Math.hypot(place[0] - other[0], place[1] - other[1]) >= APART)) return place;
+    }
+  }
+  return [x, y];
+}
+
+// -- things to put in a scene ---------------------------------------------------------------------
+
+/** A line through points, `width` in pixels. */
+export function line(points, paint, width = 1.5, more = {}) {
+  const geometry = new LineGeometry();
+  geometry.setPositions(new Float32Array(points.flat()));
+  return new Line2(geometry, material(paint, width, more));
+}
+
+const material = (paint, width, more) => new LineMaterial({ color: paint, linewidth: width, fog: true, ...more });
+
+/** Points where a line would claim a way that nobody knows. */
+export function dots(points, paint, size = 2) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points.flat(), 3));
+  return new THREE.Points(geometry, new THREE.PointsMaterial({ color: paint, size, sizeAttenuation: false }));
+}
+
+/** A line whose points are replaced, in place, at every picture. */
+export class Tail {
+  constructor(count, paint, width, more = {}) {
+    this.count = count;
+    this.object = line(Array.from({ length: count }, () => [0, 0, 0]), paint, width, more);
+    this.object.frustumCulled = false;
+  }
+
+  /** Of `count` points at most. */
+  put(points) {
+    const buffer = this.object.geometry.attributes.instanceStart.data;
+    points.slice(0, this.count).forEach((point, i) => {
+      if (i < this.count - 1) buffer.array.set(point, 6 * i);
+      if (i > 0) buffer.array.set(point, 6 * i - 3);
+    });
+    buffer.needsUpdate = true;
+    this.object.geometry.instanceCount = Math.max(0, Math.min(points.length, this.count) - 1);
+    this.object.visible = points.length > 1;
+  }
+}
+
+const ALONG = new THREE.Vector3(0, 1, 0);
+
+/** An arrow from the origin, to be pointed and stretched. */
+export class Arrow {
+  constructor(paint, { width = 0.012, head = 0.08, more = {} } = {}) {
+    const basic = new THREE.MeshBasicMaterial({ color: paint, ...more });
+    this.head = head;
+    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(width, width, 1, 12).translate(0, 0.5, 0), basic);
+    this.tip = new THREE.Mesh(new THREE.ConeGeometry(0.36 * head, head, 20).translate(0, -0.5 * head, 0), basic);
+    this.object = new THREE.Group();
+    this.object.add(this.shaft, this.tip);
+    this.end = new THREE.Vector3();
+  }
+
+  /** Along a vector, of its length times `scale`; hidden where there is none. */
+  point(vector, scale = 1) {
+    this.end.set(...vector);
+    const size = this.end.length();
+    this.object.visible = size > 0;
+    if (!size) return this;
+    this.end.divideScalar(size);
+    this.object.quaternion.setFromUnitVectors(ALONG, this.end);
+    const length = size * scale;
+    this.shaft.scale.y = Math.max(1e-6, length - this.head);
+    this.tip.position.y = length;
+    this.end.multiplyScalar(length);
+    return this;
+  }
+
+  /** Where its name goes, a little beyond the tip. */
+  beyond(distance = 0.09) {
+    if (!this.object.visible) return null;
+    const place = this.end.clone().setLength(this.end.length() + distance);
+    return this.object.parent ? this.object.parent.localToWorld(place) : place;
+  }
+}
+
+export function ball(radius, paint) {
+  return new THREE.Mesh(new THREE.SphereGeometry(radius, 20, 14), new THREE.MeshBasicMaterial({ color: paint }));
+}
+
+/** A circle about a unit axis, at a height along it, on the sphere of radius 1. */
+export function circle(axis, height, count = 96) {
+  const across = new THREE.Vector3(...axis);
+  const first = new THREE.Vector3(axis[2], axis[0], axis[1]).cross(across).normalize();
+  const second = across.clone().cross(first);
+  const radius = Math.sqrt(1 - height * height);
+  return Array.from({ length: count + 1 }, (_, k) => {
+    const angle = (2 * Math.PI * k) / count;
+    return new THREE.Vector3()
+      .addScaledVector(across, height)
+      .addScaledVector(first, radius * Math.cos(angle))
+      .addScaledVector(second, radius * Math.sin(angle))
+      .toArray();
+  });
+}
