@@ -38,13 +38,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.compute = Compute(app.state.settings)
     app.state.metrics = Metrics(app.state.compute)
     app.include_router(router)
-<<<<<<< HEAD
+    app.include_router(pages.router)
     app.include_router(metrics.router)
     _add_layers(app)
-=======
-    app.include_router(pages.router)
-    errors.install(app)
->>>>>>> view
     return app
 
 

@@ -11,7 +11,7 @@ import orjson
 
 from ..errors import FormatError
 from . import parts, whole
-from .samples import Samples
+from .samples import BLOCK, Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
