@@ -13,7 +13,7 @@ import pytest
 
 from attitude import Ephemeris, Scene, __version__, compiled
 from attitude.cli import main
-from attitude.formats import FORMATS, csv, samples
+from attitude.formats import FORMATS, parts, samples
 from attitude.scene import builtin_names
 
 TOUTATIS = Scene.builtin("toutatis")
@@ -376,10 +376,10 @@ def test_wrong_usage_is_one_line_and_exit_code_2(arguments, capfd):
 
 
 def test_interruption_by_the_user_is_quiet_and_leaves_no_file(answer, monkeypatch, tmp_path):
-    def interrupted(table, names):
+    def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(csv, "_rows", interrupted)
+    monkeypatch.setattr(parts, "rows", interrupted)
     assert answer("run", "toutatis", "-o", tmp_path / "out.csv") == (130, b"", "")
     assert list(tmp_path.iterdir()) == []
 
