@@ -59,4 +59,3 @@ def _add_layers(app: FastAPI) -> None:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.readiness.start()
     yield
-    app.state.compute.close()

@@ -79,6 +79,7 @@ class Compute:
             yield block
 
     def close(self) -> None:
+        """For who makes many of them; a process that ends needs it not."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _admit(self, job: jobs.Job) -> None:

@@ -31,7 +31,7 @@ BACKLOG = 2048
 KEEP_ALIVE_S = 75
 # For requests on connections that were accepted just before listening ended.
 LINGER_S = 0.25
-# How long a computing thread may keep the interpreter from the event loop; each request needs it often.
+# How long a thread that computes may keep the interpreter; the event loop needs it several times a request.
 SWITCH_S = 0.001
 TICK_S = 0.1
 
