@@ -83,7 +83,7 @@ class Running:
                 body, named = json.dumps(body), {"content-type": "application/json"} | named
             connection.request(method, path, body, named)
             answer = connection.getresponse()
-            return answer.status, {k.lower(): v for k, v in answer.getheaders()}, answer.read()
+            return answer.status, {k.lower(): v for k, v in answer.getheaders()}, _whole(answer)
         finally:
             connection.close()
 
@@ -97,6 +97,14 @@ class Running:
         """Its exit code."""
         self.process.send_signal(sig)
         return self.process.wait(READY_WITHIN_S)
+
+
+def _whole(answer: http.client.HTTPResponse) -> bytes:
+    """A reset is an error of its own where an answer has begun."""
+    try:
+        return answer.read()
+    except ConnectionError as error:
+        raise AssertionError("an answer that ends before its end") from error
 
 
 def everything(bare: socket.socket) -> bytes:
