@@ -32,7 +32,7 @@ RUN ["python", "-m", "pip", "--python", "/opt/attitude/bin/python", "uninstall",
 
 # What the service never opens goes; what is left computes the known case and writes every format,
 # or the build fails.
-COPY deploy/trim.py deploy/check.py /src/deploy/
+COPY docs/deploy/trim.py docs/deploy/check.py /src/deploy/
 RUN /opt/attitude/bin/python /src/deploy/trim.py /opt/attitude/lib/python3.*/site-packages \
  && /opt/attitude/bin/python /src/deploy/check.py
 

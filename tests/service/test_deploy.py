@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text()
 NGINX = (ROOT / "deploy" / "nginx.conf").read_text()
 SETTINGS = {variable(each.name): each.default for each in fields(Settings)}
-NAMED = [*ROOT.glob("deploy/*"), ROOT / "Dockerfile", ROOT / "README.md", ROOT / "docs" / "service.md"]
+NAMED = [*ROOT.glob("docs/deploy/*"), ROOT / "Dockerfile", ROOT / "README.md", ROOT / "docs" / "service.md"]
 OTHERS = {"ATTITUDE_CACHE_DIR"}  # the library's own
 
 

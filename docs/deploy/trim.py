@@ -1,7 +1,7 @@
 """Take out of an image's packages what the service never opens: `python trim.py SITE_PACKAGES`.
 
 Half of what is installed, by size: other packages' tests, what compilers would read, and the parts
-of pyarrow that talk to other people's servers.  deploy/check.py is run on what is left.
+of pyarrow that talk to other people's servers.  check.py, beside it, is run on what is left.
 """
 
 from __future__ import annotations
