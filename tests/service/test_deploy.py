@@ -15,7 +15,7 @@ from service.settings import Settings, variable
 
 ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text()
-NGINX = (ROOT / "deploy" / "nginx.conf").read_text()
+NGINX = (ROOT / "docs" / "deploy" / "nginx.conf").read_text()
 SETTINGS = {variable(each.name): each.default for each in fields(Settings)}
 NAMED = [*ROOT.glob("docs/deploy/*"), ROOT / "Dockerfile", ROOT / "README.md", ROOT / "docs" / "service.md"]
 OTHERS = {"ATTITUDE_CACHE_DIR"}  # the library's own
@@ -23,7 +23,7 @@ OTHERS = {"ATTITUDE_CACHE_DIR"}  # the library's own
 
 @pytest.fixture(scope="module")
 def manifest():
-    documents = yaml.safe_load_all((ROOT / "deploy" / "kubernetes.yaml").read_text())
+    documents = yaml.safe_load_all((ROOT / "docs" / "deploy" / "kubernetes.yaml").read_text())
     return {document["kind"]: document for document in documents}
 
 
