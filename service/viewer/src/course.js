@@ -14,7 +14,7 @@ export class Course {
     this.name = answer.name;
     this.frame = answer.frame;
     this.scale = answer.time_scale;
-    this.cost = answer.cost;
+    this.cost = { ...answer.plan, ...answer.cost }; // what was done, and what it took
     this.events = answer.events ?? [];
     this.jumps = this.events.map((event) => event.elapsed_s).sort((a, b) => a - b);
     this.inertia = tensor(answer.body);
