@@ -160,7 +160,7 @@ _PLAIN = np.dtype(np.float64)
 def _address(numbers: np.ndarray) -> int:
     """Where they begin: `numbers.ctypes` knows for any array, but takes five times as long to say so."""
     if numbers.dtype is _PLAIN and numbers.size and numbers.flags.writeable:
-        return ctypes.addressof(ctypes.c_char.from_buffer(numbers))
+        return ctypes.addressof(ctypes.c_char.from_buffer(numbers))  # type: ignore[arg-type]
     return numbers.ctypes.data
 
 

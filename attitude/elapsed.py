@@ -105,7 +105,7 @@ class Instants:
         days, days_low = self._days()
         offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
         try:
-            time = getattr(epoch.tai + offset, self.scale or epoch.scale)
+            time = getattr(_offline(epoch).tai + offset, self.scale or epoch.scale)
         except (ErfaError, ValueError) as error:
             raise InputError(
                 "time", f"scale {self.scale!r}", f"instants that a calendar has ({error})"

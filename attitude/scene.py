@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .scene_plan import ScenePlan
 
 MOST_SAMPLES = 10_000_000_000  # in a file: a thousand gigabytes
+MOST_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
 AT_ONCE = 1 << 18  # instants that are computed once and held, rather than again for every turn of a writer
 # Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
 LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
@@ -158,7 +159,7 @@ class Times(Part):
     start: Number | None = None
     stop: Number | None = None
     step: Annotated[Number, Field(gt=0)] | None = None
-    count: Annotated[int, Field(ge=1, strict=True)] | None = None
+    count: Annotated[int, Field(ge=1, le=MOST_INSTANTS, strict=True)] | None = None
     elapsed: list[Number] | None = Field(None, min_length=1)
     unit: str | None = Field(None, examples=["s"])
     dates: list[str] | None = Field(None, min_length=1)

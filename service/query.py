@@ -17,6 +17,7 @@ from .negotiation import accepts_gzip, wanted
 
 # Python would also take "1_0", "nan" and digits of other scripts.
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+NO_QUERY = "[]"
 OURS = ("drop_below", "format", "frame", "interpolation_error")
 
 
@@ -36,6 +37,10 @@ class Asked(NamedTuple):
     text: str
     seen: str
     gzip: bool
+
+    @property
+    def has_query(self) -> bool:
+        return self.text != NO_QUERY
 
     @classmethod
     def of(cls, request: Request) -> Asked:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from functools import cache
+from functools import cache, partial
 from http import HTTPStatus
 from importlib.metadata import version as version_of
 from typing import Any
@@ -21,6 +21,7 @@ from attitude.scene import Scene, builtin_names
 from . import costs, docs, ephemerides, limits, openapi, query
 from .answers import JSON, fixed, json_answer, sent, unchanged
 from .errors import problem
+from .slight import is_slight
 
 PACKAGES = ("numpy", "numba", "astropy")
 
@@ -49,7 +50,9 @@ async def ephemeris(request: Request) -> Response:
     asked = query.Asked.of(request)
     document = await _document(request)
     state = request.app.state
-    found = await state.compute.run(ephemerides.computed, document, asked, state.settings, request)
+    work = partial(ephemerides.computed, document, asked, state.settings, request)
+    at_once = state.readiness.obstacle is None and is_slight(document, asked)
+    found = work() if at_once else await state.compute.run(work)
     return unchanged(found) if isinstance(found, str) else sent(found, state.compute)
 
 

@@ -364,7 +364,7 @@ def test_bad_standard_input_is_called_so(answer, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "arguments", [[], ["fly"], ["run"], ["run", "toutatis", "--fast"], ["serve", "--port", "x"]], ids=" ".join
+    "arguments", [[], ["fly"], ["run"], ["run", "toutatis", "--fast"], ["serve", "--fast"]], ids=" ".join
 )
 def test_wrong_usage_is_one_line_and_exit_code_2(arguments, capfd):
     with pytest.raises(SystemExit) as caught:
@@ -519,12 +519,13 @@ def test_service_without_its_packages_says_what_to_install(missing, answer, monk
 
 
 def test_service_is_served_where_it_is_told(answer, monkeypatch):
-    app = pytest.importorskip("service.app")
+    service = pytest.importorskip("service")
     asked = []
-    monkeypatch.setattr(app, "serve", lambda *where: asked.append(where))
-    assert answer("serve", "--host", "::1", "--port", "8080") == (0, b"", "")
+    monkeypatch.setattr(service, "serve", lambda **flags: asked.append(flags))
+    assert answer("serve", "--host", "::1", "--port", "8080", "--workers", "2") == (0, b"", "")
     assert answer("serve") == (0, b"", "")
-    assert asked == [("::1", 8080), (None, None)]
+    given = [{name: value for name, value in flags.items() if value is not None} for flags in asked]
+    assert given == [{"host": "::1", "port": "8080", "workers": "2"}, {}]
 
 
 # -- in a process of its own --------------------------------------------------------------------

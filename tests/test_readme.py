@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-TAKEN = re.compile(r"(?<=_s\":)[\d.e-]+(?=,\"(sample_s|error_bound))")  # what an answer cost, in seconds
+TAKEN = re.compile(r"(?<=_s\":)[\d.e-]+(?=,\"sample_s|}})")  # what an answer cost, in seconds
 NUMBER = re.compile(r"(?<![\w.-])-?\d+\.\d+(?:e[+-]?\d+)?")
 # The last place of a sine differs between mathematical libraries; an attitude follows it.
 PRINTED = 1e-12

@@ -11,7 +11,7 @@ import orjson
 
 from ..errors import FormatError
 from . import parts
-from .samples import BLOCK, Samples
+from .samples import Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -88,17 +88,19 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 def _members(samples: Samples, said: dict[str, Any]) -> Iterator[bytes]:
     """The object but for its end, with what is said before the columns."""
     names = parts.names(samples)
-    if samples.count <= ROWS or not samples.is_list:
+    if (samples.is_short and samples.count <= ROWS) or not samples.is_list:
         table = {name: _plain(values) for name, values in parts.columns(samples.whole(), names).items()}
         yield _dump({**said, "columns": table})[:-1]
         samples.progress(1.0)
         return
-    held = parts.columns(samples.whole(), names) if samples.count <= BLOCK else {}
+    held = parts.columns(samples.whole(), names) if samples.is_short else {}
     yield _dump(said)[:-1] + b',"columns":{'
     for i, name in enumerate(names):
         yield (b"," if i else b"") + _dump(name) + b":["
         yield from _column(held[name]) if held else _pieces(samples, name, i, len(names))
         yield b"]"
+    if held:
+        samples.progress(1.0)
     yield b"}"
 
 

@@ -248,7 +248,7 @@ def iso_dates(ephemeris: Ephemeris) -> np.ndarray:
         return iso_text(ephemeris.time)
     try:
         days = _FROM_TAI[instants.scale](*instants.tai)
-        return _iso_text(*days, instants.scale).reshape(instants.shape)
+        return _iso_text(days[0], days[1], instants.scale).reshape(instants.shape)
     except (erfa.ErfaError, ValueError):
         return iso_text(ephemeris.time)  # which says what is wrong
 

@@ -77,6 +77,11 @@ class Samples:
         return self.cut(self.count - 1, self.count)
 
     @property
+    def is_short(self) -> bool:
+        """Whether it is one piece."""
+        return self.count <= BLOCK
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """Batch dimensions, then those of the instants."""
         head = self.head
