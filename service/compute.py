@@ -74,9 +74,15 @@ class Compute:
                 job.end()
 
     async def blocks(self, blocks: Iterator[bytes]) -> AsyncIterator[bytes]:
-        """The blocks of an answer, each computed when the one before has been sent."""
-        while (block := await self.run(next, blocks, None)) is not None:
-            yield block
+        """The blocks of an answer, each computed while the one before is on its way, and none beyond that."""
+        ahead = asyncio.ensure_future(self.run(next, blocks, None))
+        try:
+            while (block := await ahead) is not None:
+                ahead = asyncio.ensure_future(self.run(next, blocks, None))
+                yield block
+        finally:
+            ahead.add_done_callback(_forget)
+            ahead.cancel()
 
     def close(self) -> None:
         """For who makes many of them; a process that ends needs it not."""
@@ -113,6 +119,12 @@ class Compute:
     def _count(self, change: int) -> None:
         with self._counting:
             self.busy += change
+
+
+def _forget(task: asyncio.Future[Any]) -> None:
+    """Of work that nobody waits for: what it raised is nobody's concern."""
+    if not task.cancelled():
+        task.exception()
 
 
 class _Looking:

@@ -99,6 +99,8 @@ def _members(samples: Samples, said: dict[str, Any]) -> Iterator[bytes]:
         yield (b"," if i else b"") + _dump(name) + b":["
         yield from _column(held[name]) if held else _pieces(samples, name, i, len(names))
         yield b"]"
+    if held:
+        samples.progress(1.0)
     yield b"}"
 
 
