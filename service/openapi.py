@@ -193,7 +193,8 @@ def scene_request(*parameters: dict[str, Any]) -> dict[str, Any]:
 
 def ephemeris_request() -> dict[str, Any]:
     scene = {"$ref": SCHEMAS + "Scene"}
-    scenes = {"type": "array", "items": scene, "minItems": 1, "title": "Scenes"}
+    each = {"anyOf": [scene, {"description": "Anything else has a problem for its answer."}]}
+    scenes = {"type": "array", "items": each, "minItems": 1, "title": "Scenes"}
     return _request({"oneOf": [scene, scenes]}, EPHEMERIS)
 
 

@@ -68,9 +68,9 @@ def pace(situation: Situation, torques: Sequence[Acting]) -> float:
     orbit = 2.0 * np.pi / situation.course.period if situation.course is not None else 0.0
     own = float(np.linalg.norm(situation.rate))
     momentum = float(np.linalg.norm(situation.body.tensor @ situation.rate))
-    return max(
-        own, momentum / float(situation.moments.max()), float(np.sqrt(size / situation.moments.min())), orbit
-    )
+    with np.errstate(over="ignore"):  # infinite for a body that is thin enough
+        swung = float(np.sqrt(size / situation.moments.min()))
+    return max(own, momentum / float(situation.moments.max()), swung, orbit)
 
 
 def candidates(
@@ -86,6 +86,10 @@ def candidates(
     rate = pace(situation, leg.torques)
     if rate == 0.0 or span == 0.0:
         return [Candidate(COLLOCATION, max(span, 1.0), 0.0, 0.0)]
+    if not PILOT / rate > 0.0:
+        raise ToleranceError(
+            f"effects: this body turns at {rate:.3g} rad/s, which no step through time follows"
+        )
     pilot = _Pilot(situation, leg, rate, span, tolerance)
     found: list[Candidate] = []
     for solver in (COLLOCATION, *reversed(SPLITTINGS), RUNGE_KUTTA):

@@ -73,6 +73,10 @@ def places(node, path=()):
         yield from places(child, (*path, key))
 
 
+def _has_torques(document):
+    return isinstance(document, dict) and bool(document.get("effects"))
+
+
 class Spoiler:
     def __init__(self, seed):
         self.random = random.Random(seed)
@@ -98,7 +102,7 @@ class Spoiler:
     def _spoilt(self, document, raws):
         path = self.random.choice(list(places(document)))
         if not path:
-            return deepcopy(self.random.choice((*VALUES, document, document)))
+            return document if self.random.random() < 0.1 else deepcopy(self.random.choice(VALUES))
         node = document
         for key in path[:-1]:
             node = node[key]
@@ -106,19 +110,24 @@ class Spoiler:
         if how < 0.15 and isinstance(node, dict):
             del node[path[-1]]
         elif how < 0.3 and isinstance(node, dict):
-            node[self.random.choice(NAMES)] = deepcopy(self.random.choice(VALUES))
+            node[self.random.choice(NAMES)] = self._value(document)
         elif how < 0.4:
             mark = f"mark{len(raws)}"
             raws[mark], node[path[-1]] = self.random.choice(RAW), mark
         elif how < 0.43:
             node[path[-1]] = self._nested()
         elif how < 0.85 and isinstance(node[path[-1]], (int, float)):
-            node[path[-1]] = (
-                node[path[-1]] * 10.0 ** self.random.randint(-20, 20) * self.random.choice((1, -1))
-            )
+            power = self.random.randint(-20, 1 if _has_torques(document) else 20)
+            node[path[-1]] = node[path[-1]] * 10.0**power * self.random.choice((1, -1))
         else:
-            node[path[-1]] = deepcopy(self.random.choice(VALUES))
+            node[path[-1]] = self._value(document)
         return document
+
+    def _value(self, document):
+        """Of a scene with torques no large number: what turns far too fast is planned for minutes."""
+        value = deepcopy(self.random.choice(VALUES))
+        is_large = isinstance(value, (int, float)) and abs(value) > 1
+        return None if is_large and _has_torques(document) else value
 
     def _nested(self):
         nested = 1

@@ -130,6 +130,20 @@ def drained(connection, request):
     return total
 
 
+def receive(connection, request, room):
+    """All of an answer in chunks, as it comes, into `room`; how many bytes.
+
+    Nothing is copied or looked through: that would be measured too.
+    """
+    connection.sendall(request)
+    view, have = memoryview(room), 0
+    while room[have - 7 : have] != b"\r\n0\r\n\r\n":
+        count = connection.recv_into(view[have:])
+        assert count
+        have += count
+    return have
+
+
 # -- many small ones ----------------------------------------------------------------------------------
 
 

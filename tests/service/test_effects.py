@@ -127,3 +127,12 @@ def test_answer_of_a_bounce_carries_its_event_and_its_parabola(client):
     (event,) = answer["events"]
     assert (event["kind"], event["details"]["points"]) == ("contact", 1)
     assert {"position_z_m", "velocity_z_m_s"} <= set(answer["columns"])
+
+
+def test_body_so_thin_that_no_step_follows_its_torques_is_a_problem(client):
+    thin = Scene.builtin("explorer-1").document()
+    thin["body"]["moments"][2] = 1e-300
+    for path in ("/v1/plan", "/v1/ephemeris"):
+        problem = assert_problem(client.post(path, json=thin), 422)
+        assert problem["type"].endswith(":tolerance")
+        assert "no step through time follows" in problem["detail"]
