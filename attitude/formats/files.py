@@ -6,15 +6,12 @@ import os
 import sys
 import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
 
 from ..errors import AttitudeError, FormatError
 
 STANDARD_STREAM = "-"
-WORTH_A_THREAD = 1 << 18  # bytes
 
 
 def write_whole(blocks: Iterable[bytes], path: str | Path) -> None:
@@ -61,24 +58,8 @@ def _beside(path: Path, blocks: Iterable[bytes], written: dict[str, Path]) -> No
         return
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
         written[file.name] = path
-        _overlapped(file, blocks)
+        file.writelines(blocks)
     os.chmod(file.name, 0o666 & ~_umask())
-
-
-def _overlapped(file: IO[bytes], blocks: Iterable[bytes]) -> None:
-    """Large blocks are written while the next one is made, which takes about as long."""
-    with ThreadPoolExecutor(1, "attitude-writing") as writer:
-        pending: Future[int] | None = None
-        for block in blocks:
-            if pending is not None:
-                pending.result()
-                pending = None
-            if len(block) < WORTH_A_THREAD:
-                file.write(block)
-            else:
-                pending = writer.submit(file.write, block)
-        if pending is not None:
-            pending.result()
 
 
 @contextmanager
