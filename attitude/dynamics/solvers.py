@@ -184,8 +184,8 @@ def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float
     )
     if counts[2]:
         raise ToleranceError(
-            "tolerance: dop853 needs steps without end; the torque is not continuous, or not finite, or far too "
-            f"great for the body, or an error of {setting:.1g} rad a step is more than a double can keep"
+            "tolerance: dop853 needs steps without end; the torque is not continuous, or not finite, or far "
+            f"too great for the body, or an error of {setting:.1g} rad a step is more than a double can keep"
         )
     return Work(int(counts[0]), 12 * int(counts.sum()), 0)
 
