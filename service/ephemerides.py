@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import orjson
 from starlette.requests import Request
 
 from attitude.document import parse_json
@@ -42,11 +43,11 @@ def computed(document: bytes, asked: Asked, settings: Settings, request: Request
     return packed(found._replace(headers={**found.headers, "etag": tag, **VERSIONED}), asked.gzip)
 
 
-def _canonical(parsed: Any, document: bytes) -> str | bytes:
+def _canonical(parsed: Any, document: bytes) -> bytes:
     """The same text for the same document, however its keys are ordered and spaced."""
     try:
-        return json.dumps(parsed, sort_keys=True, separators=(",", ":"))
-    except RecursionError:  # deep enough to be read and no more; it is no scene, and is refused as such
+        return orjson.dumps(parsed, option=orjson.OPT_SORT_KEYS)
+    except TypeError:  # an integer beyond 64 bits, or too deep: it is as it stands, whatever becomes of it
         return document
 
 
