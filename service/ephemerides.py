@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import orjson
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 
 from attitude.document import parse_json
 from attitude.errors import AttitudeError, InputError
@@ -20,7 +20,7 @@ from attitude.scene import Scene
 
 from . import jobs, limits
 from .answers import COST, JSON, PLAN, VERSIONED, Computed, is_seen, packed, tag_of
-from .errors import refusal
+from .errors import refusal, unexpected
 from .query import OURS, Asked, no_field
 from .settings import Settings, variable
 
@@ -140,6 +140,10 @@ def _members(
             if isinstance(error, InputError):
                 error.steps = (place, *error.steps)
             yield iter([bytes(refusal(request, error).body), b"\n"])
+        except ClientDisconnect:
+            raise
+        except Exception:  # the others have their answers all the same
+            yield iter([bytes(unexpected(request.scope).body), b"\n"])
 
 
 def _together(members: Iterator[Iterator[bytes]], known: Format) -> Iterator[bytes]:
