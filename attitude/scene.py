@@ -364,7 +364,7 @@ class Scene(Part):
 
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
-        motion = copy(_motion(_State(self.__pydantic_serializer__.to_json(self, include=STATE), self)))
+        motion = copy(_motion(_State.of(self)))
         motion.epoch = self.epoch.build() if self.epoch is not None else None  # nobody else's
         return motion
 
@@ -501,6 +501,13 @@ class _State(NamedTuple):
 
     text: bytes
     scene: Scene
+
+    @classmethod
+    def of(cls, scene: Scene) -> _State:
+        try:
+            return cls(scene.__pydantic_serializer__.to_json(scene, include=STATE), scene)
+        except ValueError:  # half a surrogate pair where a unit should be
+            return cls(ascii(scene).encode(), scene)
 
     def __hash__(self) -> int:
         return hash(self.text)

@@ -828,3 +828,10 @@ def test_whatever_makes_another_motion_is_not_taken_for_the_same(field, changed)
     assert (
         one.frame != other.frame or (one.at(1e6).quaternion("wxyz") != other.at(1e6).quaternion("wxyz")).any()
     )
+
+
+def test_unit_that_no_text_holds_is_refused_like_any_other():
+    document = Scene.builtin("toutatis").document()
+    document["angular_velocity"]["unit"] = "\ud800"
+    with pytest.raises(InputError, match="angular_velocity.unit"):
+        Scene.model_validate(document).motion()
