@@ -833,5 +833,5 @@ def test_whatever_makes_another_motion_is_not_taken_for_the_same(field, changed)
 def test_unit_that_no_text_holds_is_refused_like_any_other():
     document = Scene.builtin("toutatis").document()
     document["angular_velocity"]["unit"] = "\ud800"
-    with pytest.raises(InputError, match="angular_velocity.unit"):
+    with pytest.raises(InputError, match=r"angular_velocity\.unit"):
         Scene.model_validate(document).motion()
