@@ -28,8 +28,10 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float], None]
 
-TASKS = 256  # at least, of many bodies: none waits long for the last
-MOST_LEAVES = 16  # of a task: 4096 bodies, whose constants take 3 MiB
+TASKS = 64  # at least, of many bodies: none waits long for the last
+# Of a task of free bodies, at least and at most: 1024, which take ten times as long as to hand out a task,
+# to 4096, whose constants take 3 MiB.  Simulated bodies take longer: then one is enough.
+FEW_LEAVES, MOST_LEAVES = 4, 16
 # Instants of one pass over all bodies: of closed forms set-up is 4 % then; simulated again in each pass.
 FREE_PASS, SIMULATED_PASS = 16 * PITCH, 128 * PITCH
 
@@ -231,7 +233,8 @@ class Ensemble:
         rest = None if instants.rest is None else np.ascontiguousarray(instants.rest)
         seconds = np.ascontiguousarray(instants.seconds)
         work = Gathering(self.source, self.scene, choice, seconds, rest, reference)
-        leaves = min(max(self.size // (LEAF * TASKS), 1), MOST_LEAVES)
+        least = FEW_LEAVES if is_free(self.scene) else 1
+        leaves = min(max(self.size // (LEAF * TASKS), least), MOST_LEAVES)
         total = Sums(len(seconds))
         for sums in engine.mapped(work, cuts(self.size, LEAF * leaves), scheduler, workers, progress):
             total.add(sums)

@@ -209,7 +209,8 @@ def test_bits_do_not_depend_on_tasks_nor_their_order(monkeypatch):
     bodies = ensemble(n=9 * LEAF + 7)
     expected = bits(bodies.statistics(TIMES))
     monkeypatch.setattr(module, "TASKS", 1)
-    monkeypatch.setattr(module, "MOST_LEAVES", 4)
+    monkeypatch.setattr(module, "FEW_LEAVES", 1)
+    monkeypatch.setattr(module, "MOST_LEAVES", 1)
     monkeypatch.setattr(
         module.engine, "mapped", lambda work, parts, *_: [work(part) for part in reversed(parts)]
     )
@@ -274,7 +275,7 @@ def test_table_and_summary_have_what_was_found():
 
 def test_progress_is_told_to_the_end():
     told = []
-    ensemble(n=5 * LEAF).statistics(TIMES, progress=told.append)
+    ensemble(n=20 * LEAF).statistics(TIMES, progress=told.append)
     assert told == sorted(told)
     assert len(told) == 5
     assert told[-1] == 1.0
