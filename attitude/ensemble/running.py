@@ -1,0 +1,192 @@
+"""A run: every chunk computed and stored by a task of its own, as far as it is not there already."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import elapsed
+from ..errors import FormatError, InputError
+from . import engine, store
+from .chunks import Chunks, Part, chunked
+
+if TYPE_CHECKING:
+    from astropy.time import Time
+
+    from ..elapsed import Instants
+    from .states import States
+    from .store import Head, Target
+
+PROBED = 64  # bodies of each place that tell one source from another
+
+
+@dataclass(frozen=True)
+class Run:
+    """What came of a run.
+
+    Attributes
+    ----------
+    path : where it is
+    bodies, instants : int
+    chunks : int, all of them; resumed : those that were there already
+    bytes : written; seconds : taken
+    """
+
+    path: Path
+    bodies: int
+    instants: int
+    chunks: int
+    resumed: int
+    bytes: int
+    seconds: float
+
+    def __str__(self) -> str:
+        already = f" ({self.resumed} of them there already)" if self.resumed else ""
+        written = f"{self.bytes / 1e9:.3g} GB" if self.bytes >= 1e8 else f"{self.bytes / 1e6:.3g} MB"
+        what = f"{self.bodies} bodies x {self.instants} instants in {self.chunks} chunks{already}"
+        return f"{self.path}: {what}, {written} written in {self.seconds:.3g} s"
+
+
+def run(
+    ensemble: Any,
+    times: Any,
+    to: str | os.PathLike[str],
+    overwrite: bool = False,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    rate: bool = True,
+    chunk: int | None = None,
+) -> Run:
+    """Compute an ensemble's attitudes and rates, and store them.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    times : what `TorqueFreeMotion.chunks` takes
+    to : "NAME.zarr" or "NAME.parquet", a directory that is made; its parent has to be there
+    overwrite : replace an ensemble that was stored there (never anything else)
+    scheduler : address of a running Dask cluster, whose workers see the same file system; None for threads
+    workers : threads of this machine
+    progress : called with the fraction that is done
+    rate : whether rates are stored too
+    chunk : bodies in a chunk; by default 4096, or fewer where there are many instants
+
+    Returns
+    -------
+    Run.  A run that was interrupted goes on where it ended when it is asked for once more: only chunks that
+    are not there are computed.  The numbers do not depend on chunks, workers or engine.
+
+    Raises
+    ------
+    InputError : a value that cannot be taken.
+    FormatError : the target is there already, is none, or cannot be written; or the extra `ensemble` is
+        not installed.
+    """
+    begun = perf_counter()
+    engine.check(scheduler, workers)
+    place = store.target(to)
+    work = _work(ensemble, instants_of(ensemble, times), place, overwrite, rate, chunk)
+    store.begin(place, work.head, work.instants, overwrite)
+    chunks = work.chunks
+    missing = [part for part in chunks if not place.has(part, chunks, rate)]
+    resumed, written = len(chunks) - len(missing), 0
+    share = len(missing) / len(chunks)
+
+    def told(done: float) -> None:
+        if progress is not None:
+            progress(1.0 - share * (1.0 - done))
+
+    for size in engine.mapped(work, missing, scheduler, workers, told):
+        written += size
+    store.finish(place, work.head, chunks)
+    counts = ensemble.size, work.instants.seconds.size, len(chunks), resumed
+    return Run(place.path, *counts, written, perf_counter() - begun)
+
+
+@dataclass(frozen=True)
+class Work:
+    """What every task needs, sent to a worker once: called with a part, it computes and stores that.
+
+    Attributes
+    ----------
+    scene : Scene or None; source : gives `part(first, last)`, the States of these bodies
+    instants : all of them; chunks : of which parts are; target, head : where to, and as what
+    """
+
+    scene: Any
+    source: Any
+    instants: Instants
+    chunks: Chunks
+    target: Target
+    head: Head
+
+    def __call__(self, part: Part) -> int:
+        """Bytes written.  Raises FormatError where that cannot be done."""
+        from .bodies import motion_of
+
+        states: States = self.source.part(part.first, part.last)
+        instants = self.instants[part.start : part.stop]
+        block = motion_of(self.scene, states, instants, part.first)
+        rate = block.rate if self.head["rate"] else None
+        with store.named_in_errors(self.target.path):
+            self._check_place()
+            return self.target.put(part, self.head, instants, (block.quaternion, rate))
+
+    def _check_place(self) -> None:
+        """A worker may be on another machine, and in the meantime somebody may have begun another run."""
+        if self.target.head() != self.head:
+            message = "this run's store is not there any more, or not on the machine of a worker"
+            raise FormatError(message, str(self.target.path))
+
+
+def _work(
+    ensemble: Any, instants: Instants, place: Target, overwrite: bool, rate: bool, chunk: int | None
+) -> Work:
+    scene, source = ensemble.scene, ensemble.source
+    size = instants.seconds.size
+    if chunk is None and not overwrite:
+        chunk = _chunk_of(store.under_way(place), ensemble.size, size)
+    chunks = chunked(ensemble.size, size, chunk)
+    document = None if scene is None else {k: v for k, v in scene.document().items() if k != "times"}
+    frame = "ICRF" if scene is None else scene.frame
+    head = store.head_of(document, identity(source), frame, instants, chunks, rate)
+    return Work(scene, source, instants, chunks, place, head)
+
+
+def _chunk_of(head: Head | None, bodies: int, instants: int) -> int | None:
+    """That of a run which may be gone on with, where none was asked for."""
+    if head is None or (head["bodies"], head["instants"]) != (bodies, instants):
+        return None
+    return int(head["chunk"][0])
+
+
+def instants_of(ensemble: Any, times: Any) -> Instants:
+    """(m,), at least one.  Raises InputError for what they cannot be."""
+    epoch = epoch_of(ensemble.scene)
+    part, count = elapsed.parts(times, epoch)
+    if count < 1:
+        raise InputError("times", f"{count} instants", "at least one")
+    return part(0, count)
+
+
+def epoch_of(scene: Any) -> Time | None:
+    return None if scene is None or scene.epoch is None else scene.epoch.build()
+
+
+def identity(source: Any) -> Any:
+    """Plain data by which one source is told from another: its own, if it says so, and some of its states."""
+    own = source.identity() if hasattr(source, "identity") else {}
+    digest, size = hashlib.sha256(), source.size
+    for first in sorted({0, max(0, size // 2 - PROBED), max(0, size - PROBED)}):
+        states = source.part(first, min(first + PROBED, size))
+        for array in (states.body.moments, states.body.axes, states.attitude, states.angular_velocity):
+            digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return {**own, "size": size, "states": digest.hexdigest()}
