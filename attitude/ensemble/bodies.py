@@ -20,8 +20,12 @@ class Block(NamedTuple):
     regime: np.ndarray
 
 
-def motion_of(scene: Any, states: States, instants: Instants, first: int) -> Block:
+def prepared(scene: Any, instants: Instants) -> Any:
+    return scene
+
+
+def motion_of(scene: Any, states: States, instants: Instants, first: int, rate: bool = True) -> Block:
     motion = TorqueFreeMotion(states.body, states.attitude, states.angular_velocity, order="wxyz")
-    ephemeris = motion.ephemeris(instants, rate=True)
+    ephemeris = motion.ephemeris(instants, rate=rate)
     regime = np.array([layout.REGIMES.index(name) for name in motion.regime], dtype=np.int8)
-    return Block(ephemeris.quaternion("wxyz"), ephemeris.angular_velocity, regime)
+    return Block(ephemeris.quaternion("wxyz"), ephemeris.angular_velocity if rate else None, regime)

@@ -5,6 +5,7 @@ Results come as they are ready, in no certain order; what is computed of a part 
 
 from __future__ import annotations
 
+import asyncio
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -148,8 +149,11 @@ def _by_cluster(work: Callable[[Part], Result], parts: Sequence[Part], address: 
 def _client(address: str) -> Any:
     """Connected, to a cluster that has workers."""
     try:
+        # a Client that finds nobody leaves threads behind that go on trying
+        with ThreadPoolExecutor(1) as aside:  # this thread may have a loop of its own, as in a notebook
+            aside.submit(asyncio.run, _answer(address)).result()
         client = _distributed().Client(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:  # nobody answers there; or it is no address
+    except (OSError, ValueError, TypeError) as error:  # nobody there; or it is no address
         why = " ".join(str(error).split())
         raise InputError("scheduler", address, f"{ADDRESS} ({why})") from None
     try:
@@ -158,6 +162,13 @@ def _client(address: str) -> Any:
         client.close(timeout=5)
         raise InputError("scheduler", address, f"a cluster with workers: none came in {PATIENCE}") from None
     return client
+
+
+async def _answer(address: str) -> None:
+    """Returns when somebody listens there; raises OSError or ValueError otherwise."""
+    connect = needed("distributed.comm", "a cluster", "ensemble").connect
+    security = _distributed().Security().get_connection_args("client")
+    (await connect(address, timeout=PATIENCE, **security)).abort()
 
 
 class _Following:

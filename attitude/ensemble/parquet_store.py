@@ -77,9 +77,8 @@ class ParquetTarget:
         return path.stat().st_size
 
     def tidy(self) -> None:
-        for entry in os.scandir(self.path):
-            if UNFINISHED.fullmatch(entry.name):
-                os.unlink(entry)
+        for name in filter(UNFINISHED.fullmatch, os.listdir(self.path)):
+            self.remove(name)
 
     def is_own(self, name: str) -> bool:
         return name in (HEAD, TIMES) or any(form.fullmatch(name) for form in (PART, UNFINISHED))

@@ -12,19 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import elapsed
-from ..errors import FormatError, InputError
+from ..errors import FormatError
 from . import engine, store
+from .bodies import motion_of, prepared
 from .chunks import Chunks, Part, chunked
 
 if TYPE_CHECKING:
-    from astropy.time import Time
-
     from ..elapsed import Instants
     from .states import States
     from .store import Head, Target
 
-PROBED = 64  # bodies of each place that tell one source from another
+HASHED = 4096  # bodies at a time
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ def run(
     Parameters
     ----------
     ensemble : Ensemble
-    times : what `TorqueFreeMotion.chunks` takes
+    times : what `TorqueFreeMotion.chunks` takes; None for those of the scene
     to : "NAME.zarr" or "NAME.parquet", a directory that is made; its parent has to be there
     overwrite : replace an ensemble that was stored there (never anything else)
     scheduler : address of a running Dask cluster, whose workers see the same file system; None for threads
@@ -93,7 +91,7 @@ def run(
     begun = perf_counter()
     engine.check(scheduler, workers)
     place = store.target(to)
-    work = _work(ensemble, instants_of(ensemble, times), place, overwrite, rate, chunk)
+    work = _work(ensemble, ensemble.instants(times), place, overwrite, rate, chunk)
     store.begin(place, work.head, work.instants, overwrite)
     chunks = work.chunks
     missing = [part for part in chunks if not place.has(part, chunks, rate)]
@@ -130,15 +128,12 @@ class Work:
 
     def __call__(self, part: Part) -> int:
         """Bytes written.  Raises FormatError where that cannot be done."""
-        from .bodies import motion_of
-
         states: States = self.source.part(part.first, part.last)
         instants = self.instants[part.start : part.stop]
-        block = motion_of(self.scene, states, instants, part.first)
-        rate = block.rate if self.head["rate"] else None
+        block = motion_of(self.scene, states, instants, part.first, self.head["rate"])
         with store.named_in_errors(self.target.path):
             self._check_place()
-            return self.target.put(part, self.head, instants, (block.quaternion, rate))
+            return self.target.put(part, self.head, instants, (block.quaternion, block.rate))
 
     def _check_place(self) -> None:
         """A worker may be on another machine, and in the meantime somebody may have begun another run."""
@@ -156,9 +151,8 @@ def _work(
         chunk = _chunk_of(store.under_way(place), ensemble.size, size)
     chunks = chunked(ensemble.size, size, chunk)
     document = None if scene is None else {k: v for k, v in scene.document().items() if k != "times"}
-    frame = "ICRF" if scene is None else scene.frame
-    head = store.head_of(document, identity(source), frame, instants, chunks, rate)
-    return Work(scene, source, instants, chunks, place, head)
+    head = store.head_of(document, identity(source), ensemble.frame, instants, chunks, rate)
+    return Work(prepared(scene, instants), source, instants, chunks, place, head)
 
 
 def _chunk_of(head: Head | None, bodies: int, instants: int) -> int | None:
@@ -168,25 +162,14 @@ def _chunk_of(head: Head | None, bodies: int, instants: int) -> int | None:
     return int(head["chunk"][0])
 
 
-def instants_of(ensemble: Any, times: Any) -> Instants:
-    """(m,), at least one.  Raises InputError for what they cannot be."""
-    epoch = epoch_of(ensemble.scene)
-    part, count = elapsed.parts(times, epoch)
-    if count < 1:
-        raise InputError("times", f"{count} instants", "at least one")
-    return part(0, count)
-
-
-def epoch_of(scene: Any) -> Time | None:
-    return None if scene is None or scene.epoch is None else scene.epoch.build()
-
-
 def identity(source: Any) -> Any:
-    """Plain data by which one source is told from another: its own, if it says so, and some of its states."""
-    own = source.identity() if hasattr(source, "identity") else {}
-    digest, size = hashlib.sha256(), source.size
-    for first in sorted({0, max(0, size // 2 - PROBED), max(0, size - PROBED)}):
-        states = source.part(first, min(first + PROBED, size))
-        for array in (states.body.moments, states.body.axes, states.attitude, states.angular_velocity):
+    """Plain data by which one source is told from another: what it says of itself, or else all its states."""
+    if hasattr(source, "identity"):
+        return {"size": source.size, **source.identity()}
+    digest = hashlib.sha256()
+    for first in range(0, source.size, HASHED):
+        states = source.part(first, min(first + HASHED, source.size))
+        axes = np.broadcast_to(states.body.axes, (*states.body.shape, 3, 3))
+        for array in (states.body.moments, axes, states.attitude, states.angular_velocity):
             digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
-    return {**own, "size": size, "states": digest.hexdigest()}
+    return {"size": source.size, "states": digest.hexdigest()}

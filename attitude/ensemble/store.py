@@ -162,7 +162,7 @@ def _found(place: Target) -> Head | None:
         if not place.path.is_dir():
             raise FormatError("a file is there already", str(place.path)) from None
     head = place.head()
-    if head is None and any(os.scandir(place.path)):
+    if head is None and os.listdir(place.path):
         message = "a directory is there already that is no store of an ensemble: never replaced"
         raise FormatError(message, str(place.path))
     return head

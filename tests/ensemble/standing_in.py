@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from attitude import RigidBody
+from attitude import RigidBody, elapsed
 from attitude.ensemble.states import States
 
 
@@ -23,15 +23,22 @@ class Drawn:
         attitude = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (last - first, 4))
         return States(RigidBody.from_moments(moments), attitude, rate)
 
+    def identity(self):
+        return {"seed": self.seed}
+
 
 @dataclass(frozen=True)
 class Many:
     source: Any
     scene: Any = None
+    frame: str = "ICRF"
 
     @property
     def size(self) -> int:
         return self.source.size
+
+    def instants(self, times):
+        return elapsed.instants(times, None)
 
 
 def many(size: int, seed: int = 7) -> Many:
