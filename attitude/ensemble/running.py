@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -102,8 +103,9 @@ def run(
         if progress is not None:
             progress(1.0 - share * (1.0 - done))
 
-    for size in engine.mapped(work, missing, scheduler, workers, told):
-        written += size
+    with closing(engine.mapped(work, missing, scheduler, workers, told)) as sizes:
+        for size in sizes:
+            written += size
     store.finish(place, work.head, chunks)
     counts = ensemble.size, work.instants.seconds.size, len(chunks), resumed
     return Run(place.path, *counts, written, perf_counter() - begun)
