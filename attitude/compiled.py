@@ -89,6 +89,9 @@ put_dates = Kernel("text_rows", "put_dates")
 take_rows = Kernel("text_rows", "take_rows")
 count_lines = Kernel("text_rows", "count_lines")
 interpolate = Kernel("interpolation", "interpolate")
+draw = Kernel("dispersion", "draw")
+gather = Kernel("gathering", "gather")
+settle = Kernel("gathering", "settle")
 
 # What the library calls: compiled together when any of it is missing, the longest first.
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
@@ -129,7 +132,12 @@ TEXT = [
         ("interpolation", "interpolate", "d1.d2.i.i.i.i.d2.d1"),
     ],
 ]
-SETS = [STANDARD, TORQUES, CONTACT, TEXT]
+# What only ensembles need.
+ENSEMBLES = [
+    [("dispersion", "draw", "i.i.i.d1.d1.d2.d2.d2.i1")],
+    [("gathering", "gather", "d3.d1.d1"), ("gathering", "settle", "d1.i3")],
+]
+SETS = [STANDARD, TORQUES, CONTACT, TEXT, ENSEMBLES]
 
 
 def compile_all() -> int:

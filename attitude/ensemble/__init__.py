@@ -1,1 +1,8 @@
-"""Ensembles: many bodies at many instants, on one machine or on many (docs/ensembles.md)."""
+"""Many bodies: drawn about a scene or read from a table, moved, and told as statistics or stored.
+
+The path of the data: states -> motion of a block of bodies -> gathered, or stored.
+"""
+
+from .ensemble import Ensemble
+
+__all__ = ["Ensemble"]
