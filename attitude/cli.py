@@ -210,14 +210,17 @@ def _add_ensemble(commands: Any) -> None:
         "ensemble",
         help="many bodies: statistics of their attitudes, or all of them stored",
         description="Move many bodies, drawn about a scene's or read from a table. Print statistics of their "
-        "attitudes at the scene's instants, or store all attitudes and rates. A run that was interrupted goes "
-        "on where it ended when the same command is given once more.",
+        "attitudes at the scene's instants, or store all attitudes and rates. A run that was interrupted "
+        "goes on where it ended when the same command is given once more.",
     )
     ensemble.add_argument(
         "document", metavar="DOCUMENT", help=SCENE + ", or a document of an ensemble, which has a scene in it"
     )
     ensemble.add_argument(
-        "-o", "--output", metavar="DIRECTORY", help="NAME.zarr or NAME.parquet: store attitudes and rates there"
+        "-o",
+        "--output",
+        metavar="DIRECTORY",
+        help="NAME.zarr or NAME.parquet: store attitudes and rates there",
     )
     ensemble.add_argument(
         "--statistics", metavar="FILE", help='FILE.ecsv or FILE.json ("-": JSON) for statistics'

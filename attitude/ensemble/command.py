@@ -11,7 +11,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from ..document import Part, document_errors, field_within, parse_json
+from ..document import Part, document_errors, parse_json
 from ..errors import FormatError, InputError
 from ..formats.files import STANDARD_STREAM, write_whole
 from ..scene import Scene
@@ -77,11 +77,13 @@ class Document(Part):
 def ensemble_of(options: Namespace, text: str | bytes, source: str) -> Ensemble:
     """Of a document with `scene` in it, or of a scene's; what the options say goes first."""
     plain = parse_json(text, source)
-    if not isinstance(plain, dict) or "scene" not in plain:
-        plain = {"scene": plain}
-    with document_errors():
-        document = Document(**plain)
-    scene = _scene(document.scene)
+    if isinstance(plain, dict) and "scene" in plain:
+        with document_errors():
+            document = Document(**plain)
+        scene = _scene(document.scene)
+    else:
+        scene = Scene.model_validate(plain)
+        document = Document(scene=scene)
     if options.table is not None:
         bad_rows = "leave out" if options.leave_out_bad_rows else "stop"
         return Ensemble.from_table(_table(options.table), scene, bad_rows)
@@ -99,11 +101,14 @@ def ensemble_of(options: Namespace, text: str | bytes, source: str) -> Ensemble:
 
 
 def _scene(given: Any) -> Scene:
+    """Of a document's `scene`: its name, or a document of its own."""
     if isinstance(given, str):
         return Scene.builtin(given)
-    if "scene" in given if isinstance(given, dict) else False:
-        raise InputError("scene.scene", given["scene"], "no such key (unknown keys are refused)")
-    return Scene.model_validate(given)
+    try:
+        return Scene.model_validate(given)
+    except InputError as error:
+        field = f"scene.{error.field}" if error.steps else "scene"
+        raise InputError(field, error.value, error.expected, ("scene", *error.steps)) from None
 
 
 def _table(name: str) -> Any:
@@ -157,7 +162,7 @@ def table_text(found: Any) -> str:
     regimes = ", ".join(f"{name} {share:.4%}" for name, share in found.regimes.items() if share)
     head = [
         f"# {found.count} bodies in {found.frame}: {regimes}",
-        "# mean attitude (body to inertial), standard deviation about its axes, length of the mean of each axis",
+        "# mean attitude, body to inertial; standard deviation about its axes; length of each axis's mean",
     ]
     names = ["elapsed_s", *(f"q_{c}" for c in "wxyz"), *(f"dev_{c}_deg" for c in "xyz")]
     names += [f"length_{c}" for c in "xyz"]
@@ -198,7 +203,9 @@ def _json(found: Any) -> bytes:
             columns[name] = np.asarray(column).tolist()
         else:
             columns[f"{name}_{str(column.unit).replace(' ', '_')}"] = column.value.tolist()
-    return orjson.dumps({"kind": STATISTICS_KIND, **table.meta, "columns": columns}, option=orjson.OPT_INDENT_2)
+    return orjson.dumps(
+        {"kind": STATISTICS_KIND, **table.meta, "columns": columns}, option=orjson.OPT_INDENT_2
+    )
 
 
 # -- progress ---------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -233,8 +234,11 @@ class Ensemble:
         work = Gathering(self.source, self.scene, choice, seconds, rest, reference)
         leaves = min(max(self.size // (LEAF * TASKS), 1), MOST_LEAVES)
         total = Sums(len(seconds))
-        for sums in engine.mapped(work, cuts(self.size, LEAF * leaves), scheduler, workers, progress):
-            total.add(sums)
+        with closing(
+            engine.mapped(work, cuts(self.size, LEAF * leaves), scheduler, workers, progress)
+        ) as parts:
+            for sums in parts:
+                total.add(sums)
         return total
 
     def __repr__(self) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import FormatError
 from . import engine, store
-from .bodies import motion_of, prepared
+from .bodies import choice_of, motion_of
 from .chunks import Chunks, Part, chunked
 
 if TYPE_CHECKING:
@@ -118,11 +118,13 @@ class Work:
     Attributes
     ----------
     scene : Scene or None; source : gives `part(first, last)`, the States of these bodies
+    choice : how bodies are followed where there are effects
     instants : all of them; chunks : of which parts are; target, head : where to, and as what
     """
 
     scene: Any
     source: Any
+    choice: Any
     instants: Instants
     chunks: Chunks
     target: Target
@@ -132,7 +134,7 @@ class Work:
         """Bytes written.  Raises FormatError where that cannot be done."""
         states: States = self.source.part(part.first, part.last)
         instants = self.instants[part.start : part.stop]
-        block = motion_of(self.scene, states, instants, part.first, self.head["rate"])
+        block = motion_of(self.scene, states, instants, part.first, self.head["rate"], self.choice)
         with store.named_in_errors(self.target.path):
             self._check_place()
             return self.target.put(part, self.head, instants, (block.quaternion, block.rate))
@@ -154,7 +156,8 @@ def _work(
     chunks = chunked(ensemble.size, size, chunk)
     document = None if scene is None else {k: v for k, v in scene.document().items() if k != "times"}
     head = store.head_of(document, identity(source), ensemble.frame, instants, chunks, rate)
-    return Work(prepared(scene, instants), source, instants, chunks, place, head)
+    choice = choice_of(scene, source, instants)
+    return Work(scene, source, choice, instants, chunks, place, head)
 
 
 def _chunk_of(head: Head | None, bodies: int, instants: int) -> int | None:
@@ -164,14 +167,14 @@ def _chunk_of(head: Head | None, bodies: int, instants: int) -> int | None:
     return int(head["chunk"][0])
 
 
-def identity(source: Any) -> Any:
-    """Plain data by which one source is told from another: what it says of itself, or else all its states."""
-    if hasattr(source, "identity"):
-        return {"size": source.size, **source.identity()}
+def identity(source: Any) -> dict[str, Any]:
+    """Plain data that tells one source from another: of a table, which may be changed, all of its numbers."""
+    said: dict[str, Any] = source.identity()
+    if said.get("kind") != "table":
+        return said
     digest = hashlib.sha256()
     for first in range(0, source.size, HASHED):
         states = source.part(first, min(first + HASHED, source.size))
-        axes = np.broadcast_to(states.body.axes, (*states.body.shape, 3, 3))
-        for array in (states.body.moments, axes, states.attitude, states.angular_velocity):
+        for array in (states.body.tensor, states.attitude, states.angular_velocity):
             digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
-    return {"size": source.size, "states": digest.hexdigest()}
+    return said | {"states": digest.hexdigest()}

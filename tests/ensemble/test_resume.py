@@ -14,7 +14,7 @@ from attitude.ensemble import running, store
 from attitude.ensemble.running import run
 from attitude.errors import FormatError
 
-from .standing_in import many
+from .standing_in import Many, many
 from .test_store import TIMES, assert_stored, entries
 
 
@@ -42,9 +42,9 @@ def test_only_missing_chunks_are_computed(to, monkeypatch):
     there = entries(to)
     computed, motion_of = [], running.motion_of
 
-    def counted(scene, states, instants, first, rate):
+    def counted(scene, states, instants, first, *rest):
         computed.append(first)
-        return motion_of(scene, states, instants, first, rate)
+        return motion_of(scene, states, instants, first, *rest)
 
     monkeypatch.setattr(running, "motion_of", counted)
     told = []
@@ -81,7 +81,7 @@ def test_chunk_need_not_be_said_again(to):
     ("other", "named"),
     [
         ({"ensemble": many(100, seed=8)}, r"source\.seed 7 instead of 8"),
-        ({"ensemble": many(101)}, r"source\.size 100 instead of 101"),
+        ({"ensemble": many(101)}, r"bodies 100 instead of 101"),
         ({"times": TIMES + 1e-12}, r"times '\w+' instead of '\w+'"),
         ({"chunk": 20}, r"chunk \[10, 7\] instead of \[20, 7\]"),
         ({"rate": False}, r"rate True instead of False"),
@@ -104,14 +104,15 @@ def test_other_version_is_refused(to, monkeypatch):
         run(many(100), TIMES, to, chunk=10)
 
 
-def test_source_that_does_not_name_itself_is_known_by_its_states(to):
+def test_table_in_which_a_number_was_changed_is_another(to):
     class Rows:
-        """Of a table, one number of which may have been changed."""
-
         size = 100
 
         def __init__(self, change=0.0):
             self.change = change
+
+        def identity(self):
+            return {"kind": "table"}
 
         def part(self, first, last):
             states = many(100).source.part(first, last)
@@ -119,13 +120,10 @@ def test_source_that_does_not_name_itself_is_known_by_its_states(to):
                 states.angular_velocity[50 - first, 2] += self.change
             return states
 
-    class Tabled(type(many(1))):
-        pass
-
-    interrupted(to, Tabled(Rows()))
+    interrupted(to, Many(Rows()))
     with pytest.raises(FormatError, match=r"source\.states '\w+' instead of"):
-        run(Tabled(Rows(1e-15)), TIMES, to, chunk=10)
-    assert run(Tabled(Rows()), TIMES, to, chunk=10).resumed
+        run(Many(Rows(1e-15)), TIMES, to, chunk=10)
+    assert run(Many(Rows()), TIMES, to, chunk=10).resumed
 
 
 def test_overwrite_begins_anew(to):
@@ -187,8 +185,11 @@ running.run(many(20_000), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=100, pro
 """
 
 
-@pytest.mark.parametrize("kill", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
-def test_process_that_is_killed_leaves_whole_chunks(to, kill):
+@pytest.mark.parametrize(
+    ("ending", "kill"), [("zarr", signal.SIGKILL), ("parquet", signal.SIGINT)], ids=["killed", "interrupted"]
+)
+def test_process_that_is_stopped_leaves_whole_chunks(tmp_path, ending, kill):
+    to = tmp_path / f"out.{ending}"
     process = subprocess.Popen([sys.executable, "-c", SLOWLY, str(to)], stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
     while sum("/c/" in str(path) or "part-" in path.name for path in to.rglob("*")) < 60:
