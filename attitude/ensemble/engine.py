@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from itertools import count, islice
 from queue import Empty, Queue
@@ -48,7 +48,7 @@ def mapped(
     scheduler: str | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """Results of `work` for all parts, in the order in which they are ready.
 
     Parameters
@@ -58,6 +58,7 @@ def mapped(
     workers : threads of this machine; by default as many as it has processors
     progress : called with the fraction that is done
 
+    Threads wait until their results are taken: who may leave before the end uses `contextlib.closing`.
     A bounded number of parts is under way at any time.  What the work raises is raised here at once; a
     worker that dies takes nothing along, for what it was at is computed again by another.
 
@@ -74,10 +75,11 @@ def mapped(
         results = _by_threads(work, parts, workers or _processors())
     else:
         results = _by_cluster(work, parts, scheduler)
-    for done, result in enumerate(results, 1):
-        yield result
-        if progress is not None:
-            progress(done / len(parts))
+    with closing(results):  # now, whatever is raised, and not when nobody holds its traceback any more
+        for done, result in enumerate(results, 1):
+            yield result
+            if progress is not None:
+                progress(done / len(parts))
 
 
 def _processors() -> int:
@@ -95,7 +97,9 @@ class _Raised:
         self.error = error
 
 
-def _by_threads(work: Callable[[Part], Result], parts: Sequence[Part], workers: int) -> Iterator[Result]:
+def _by_threads(
+    work: Callable[[Part], Result], parts: Sequence[Part], workers: int
+) -> Generator[Result, None, None]:
     """Through Dask's threaded scheduler, which gives each thread its next task when it is free.
 
     That scheduler returns when all is done, and keeps what tasks return.  So it runs beside this thread,
@@ -107,8 +111,9 @@ def _by_threads(work: Callable[[Part], Result], parts: Sequence[Part], workers: 
     stopped = Event()
 
     def one(part: Part) -> None:
-        if not stopped.is_set():
-            results.put(work(part))
+        if stopped.is_set():
+            raise CancelledError  # which ends Dask's graph
+        results.put(work(part))
 
     def all_of_them() -> None:
         try:
@@ -138,7 +143,9 @@ def _by_threads(work: Callable[[Part], Result], parts: Sequence[Part], workers: 
 # -- a cluster --------------------------------------------------------------------------------------
 
 
-def _by_cluster(work: Callable[[Part], Result], parts: Sequence[Part], address: str) -> Iterator[Result]:
+def _by_cluster(
+    work: Callable[[Part], Result], parts: Sequence[Part], address: str
+) -> Generator[Result, None, None]:
     client = _client(address)
     try:
         yield from _Following(client, work, address).results(parts)

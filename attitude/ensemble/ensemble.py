@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -236,8 +237,11 @@ class Ensemble:
         least = FEW_LEAVES if is_free(self.scene) else 1
         leaves = min(max(self.size // (LEAF * TASKS), least), MOST_LEAVES)
         total = Sums(len(seconds))
-        for sums in engine.mapped(work, cuts(self.size, LEAF * leaves), scheduler, workers, progress):
-            total.add(sums)
+        with closing(
+            engine.mapped(work, cuts(self.size, LEAF * leaves), scheduler, workers, progress)
+        ) as parts:
+            for sums in parts:
+                total.add(sums)
         return total
 
     def __repr__(self) -> str:
