@@ -14,7 +14,7 @@ from ..body import RigidBody
 from ..errors import InputError, RegimeError, ToleranceError
 from ..kernels import layout
 from .acting import Once
-from .momentum import SINK_ITERATIONS, initial_momentum
+from .momentum import IN_TURNS, SINK_ITERATIONS, initial_momentum
 from .rows import turned, turned_rows
 from .situation import Situation
 from .solvers import Solver, can_take
@@ -250,16 +250,17 @@ def _whole_rates(bodies: Bodies, rotors: np.ndarray, alpha: float) -> np.ndarray
     """(n, 3): rates whose momentum it is; nan where the iteration finds none."""
     tensor, given = bodies.body.tensor, bodies.rate
     rate, most = np.array(given), 1e3 * np.abs(given).max(axis=1)
-    left = np.arange(len(bodies))
+    left, off = np.arange(len(bodies)), np.zeros(0)  # those that move still, and by what part of the rate
     for _ in range(SINK_ITERATIONS):
         before = rate[left]
         inner = np.cross(turned(tensor[left], before) + rotors, before)
         now = rate[left] = given[left] - alpha * inner
-        size = np.abs(now).max(axis=1)
+        size, change = np.abs(now).max(axis=1), np.abs(now - before).max(axis=1)
         far = ~(size <= most[left])
         rate[left[far]] = np.nan
-        left = left[~far & (np.abs(now - before).max(axis=1) > 1e-16 * size)]
+        on = ~far & (change > 1e-16 * size)
+        left, off = left[on], change[on] / size[on]
         if not left.size:
             break
-    rate[left] = np.nan
+    rate[left[off > IN_TURNS]] = np.nan
     return rate

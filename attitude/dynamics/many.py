@@ -160,13 +160,13 @@ def _solve_block(
         left = np.array(list(settings))
         fine, apart = _compared(problem, bodies, left, instants, candidate, np.array(list(settings.values())))
         for k, i in enumerate(left.tolist()):
-            mine = replace(candidate, setting=settings.pop(i))
-            error = np.inf
+            setting, error = settings.pop(i), np.inf
             if apart[k] < np.inf:
-                error = torqued.estimate(mine.solver, fine.of(k), apart[k], angles[i]).error
+                error = torqued.estimate(candidate.solver, fine.of(k), apart[k], angles[i]).error
             if error <= problem.tolerance:
                 out[i] = fine.rows[k, :TOLD]
             else:
+                mine = replace(candidate, setting=setting)
                 settings[i] = torqued.finer(mine, problem.tolerance / error, fine.smooth).setting
     return sorted(settings)
 

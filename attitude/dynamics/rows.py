@@ -18,7 +18,7 @@ from .situation import Situation
 # A body and a state like nobody's, for torques to be asked about.
 SKEW = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
 TURNED = (0.5, -0.5, 0.1, 0.7)
-# Of a number of a row: what rounding may change it by.
+# Of a vector: what rounding may change its components by.
 ROUNDING = 1e-12
 
 
@@ -70,6 +70,16 @@ def follows_axes(torque: HasRows, situation: Situation) -> bool:
 def _agree(given: np.ndarray, expected: np.ndarray) -> bool:
     if given.shape != expected.shape:
         return False
-    size = np.abs(given[:, 1:]).max(axis=1, keepdims=True, initial=0.0)
-    near = np.abs(given[:, 1:] - expected[:, 1:]) <= ROUNDING * size
-    return bool((given[:, 0] == expected[:, 0]).all() and (near | (given[:, 1:] == expected[:, 1:])).all())
+    with np.errstate(invalid="ignore"):  # of two that are infinite
+        near = np.abs(given - expected) <= _rounding(expected)
+    return bool((near | (given == expected)).all())
+
+
+def _rounding(rows: np.ndarray) -> np.ndarray:
+    """(k, EFFECT_WIDTH): by which numbers may differ that were turned; none for those that were not."""
+    out = np.zeros(rows.shape)
+    for k, row in enumerate(rows):
+        parts = [slice(place, place + 3) for place in layout.BODY_VECTORS.get(int(row[0]), ())]
+        for part in [slice(1, 10)] if row[0] == layout.EDDY else parts:
+            out[k, part] = ROUNDING * np.abs(row[part]).max()
+    return out
