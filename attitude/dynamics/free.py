@@ -112,7 +112,7 @@ def _coast_each(
         quaternion, turning = answer.quaternion("wxyz"), answer.angular_velocity
         rows[:, :4, here] = np.swapaxes(quaternion[:, :-1], 1, 2)
         rows[:, 4:, here] = np.swapaxes(turning[:, :-1], 1, 2)
-        attitude, rate = np.array(quaternion[:, -1]), np.array(turning[:, -1])
+        attitude, rate = (np.ascontiguousarray(one[:, -1]) for one in (quaternion, turning))
 
 
 def _since(start: float, seconds: np.ndarray, rest: np.ndarray) -> Instants:

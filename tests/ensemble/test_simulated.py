@@ -248,12 +248,18 @@ def test_blocks_within_do_not_show(monkeypatch):
         assert np.array_equal(one, other)
 
 
-@pytest.mark.parametrize("effects", [[FIRING], [effect("uniform_gravity"), effect("ground")]])
+PUSHED = effect("impulse", time=quantity(0.2, "s"), frame="inertial")
+TURNED = effect("impulse", time=quantity(0.3, "s"), frame="body")
+
+
+@pytest.mark.parametrize(
+    "effects", [[PUSHED, TURNED], [effect("uniform_gravity"), effect("ground")], [effect("uniform_gravity")]]
+)
 def test_bits_of_closed_forms_do_not_depend_on_the_company(effects):
     made, at = scene(*effects), instants(np.linspace(0.0, 0.45, 7), None)
-    states, choice = dispersed(made, 5), choose(made, at)
+    states, choice = dispersed(made, 20), choose(made, at)
     whole = simulated(made, states, at, choice)
-    pieces = [simulated(made, part(states, a, a + 1), at, choice, a) for a in range(5)]
+    pieces = [simulated(made, part(states, a, a + 1), at, choice, a) for a in range(20)]
     for one, other in zip(whole, zip(*pieces, strict=True), strict=True):
         assert np.array_equal(one, np.concatenate(other))
 
