@@ -113,10 +113,10 @@ STANDARD = [
 ]
 # What only scenes with torques, or with a ground, need: compiled together when one of a set is first called.
 TORQUES = [
-    [("collocation", "collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1")],
+    [("collocation", "collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")],
     [
-        ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2"),
-        ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1"),
+        ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1"),
+        ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1"),
     ],
 ]
 # What only ensembles of scenes with torques need: the same loops, for body after body.
