@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled
+from .. import compiled, stopping
 from ..elapsed import Instants
 from ..kernels import layout
 from . import bodies as arrays
@@ -324,10 +324,12 @@ def _followed(
 ) -> np.ndarray:
     """(3, k): steps, torques and failures of the bodies `which`; changes their states, fills their rows.
 
-    What a function of the user's raised meanwhile is raised here.
+    What a function of the user's raised meanwhile is raised here, and Stopped.
     """
     try:
-        return MARCHES[solver.kind](solver, prepared, which, states, part, settings, out)
+        work = MARCHES[solver.kind](solver, prepared, which, states, part, settings, out)
+        stopping.current().check()
+        return work
     finally:
         for torque in torques:
             torque.raise_failure()
@@ -346,7 +348,7 @@ def _collocate(
     compiled.collocate_each(
         *(which, states, np.array([part.start, 0.0]), part.stop, steps, prepared.body, prepared.symmetric),
         *_asked(prepared, part, out),
-        *(schemes.gauss().copy(), counts),
+        *(schemes.gauss().copy(), counts, stopping.current().flag),
     )
     sweeps, failed = counts[which].astype(np.int64).T
     return np.stack([steps[which], sweeps * layout.NODES, failed])
@@ -366,7 +368,7 @@ def _split(
         *(which, states, np.array([part.start, 0.0]), part.stop, steps),
         *(composition.drifts, composition.kicks, prepared.body, prepared.symmetric),
         *_asked(prepared, part, out),
-        np.empty((6, layout.NODES)),
+        *(np.empty((6, layout.NODES)), stopping.current().flag),
     )
     return np.stack([steps, steps * len(composition.kicks), np.zeros_like(steps)])[:, which]
 
@@ -390,7 +392,7 @@ def _runge_kutta(
         settings * solver.coarser if part.coarsely else settings,
         *(dormand_prince(), prepared.body),
         *_asked(prepared, part, out, states=2),
-        *(np.empty(13 * 7), counts),
+        *(np.empty(13 * 7), counts, part.most, stopping.current().flag),
     )
     taken, refused, shrunk = counts[which].astype(np.int64).T
     return np.stack([taken, 12 * (taken + refused), shrunk])

@@ -31,6 +31,7 @@ def collocate_each(
     spare,
     work,
     counts,
+    halted,
 ):
     """`collocation.collocate` for some bodies.
 
@@ -41,9 +42,12 @@ def collocate_each(
     start : (2,), s, two-part time; stop : s; steps : (n,), equal ones from start to stop
     bodies : (n, STEPPED_BODY); symmetric : (n,); effects : (n, m, EFFECT_WIDTH)
     out : (n, 10, instants), counts : (n, 2), as the solver has them; spare, work : scratch of one body
+    halted : as the solver has it; the rest of the bodies are not marched then
     """
     prefer_widest_vectors()
     for i in which:
+        if halted[0] != 0.0:
+            return
         h = (stop - start[0]) / steps[i]
         collocate(
             states[i],
@@ -63,6 +67,7 @@ def collocate_each(
             spare,
             work,
             counts[i],
+            halted,
         )
 
 
@@ -87,10 +92,13 @@ def split_each(
     out,
     spare,
     work,
+    halted,
 ):
     """`splitting.split` for some bodies; arguments as in `collocate_each`, drifts and kicks as there."""
     prefer_widest_vectors()
     for i in which:
+        if halted[0] != 0.0:
+            return
         h = (stop - start[0]) / steps[i]
         split(
             states[i],
@@ -111,6 +119,7 @@ def split_each(
             out[i],
             spare,
             work,
+            halted,
         )
 
 
@@ -135,13 +144,17 @@ def runge_kutta_each(
     spare,
     work,
     counts,
+    most,
+    halted,
 ):
     """`runge_kutta.runge_kutta` for some bodies; arguments as in `collocate_each`.
 
     stop : (2,), s, two-part time; first : (n,), s, the first steps; tolerance : (n,), of a step, rad
-    counts : (n, 3), zeros, written as the solver does
+    counts : (n, 3), zeros, written as the solver does; most : of each body
     """
     for i in which:
+        if halted[0] != 0.0:
+            return
         runge_kutta(
             states[i],
             start,
@@ -161,4 +174,6 @@ def runge_kutta_each(
             spare,
             work,
             counts[i],
+            most,
+            halted,
         )

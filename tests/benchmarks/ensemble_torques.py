@@ -115,9 +115,9 @@ def measured(pool, threads, name, revolutions, count, few, tolerance):
     ensemble()
     many._compared, many._alone = compared, alone
     print(
-        f"{name:13} {revolutions:3} rev  {choice.solver}, {choice.setting:.3g} s, found in {1e3 * chosen:.0f} ms"
-        f"  {rates[0]:8.0f} bodies/s  loop {rates[1]:6.0f}  x {rates[0] / rates[1]:5.1f}"
-        f"  again {(again[0] - count) / count:.1%}, alone {again[1]}  apart {apart:.1e} rad"
+        f"{name:13} {revolutions:3} rev  {rates[0]:6.0f} bodies/s  loop {rates[1]:5.0f}"
+        f"  x {rates[0] / rates[1]:4.1f}  again {(again[0] - count) / count:.1%}, alone {again[1]}"
+        f"  apart {apart:.1e} rad  {choice.solver}, {choice.setting:.3g} s, in {1e3 * chosen:.0f} ms"
     )
 
 

@@ -3,6 +3,7 @@
 import pickle
 from dataclasses import replace
 from itertools import pairwise
+from threading import Timer
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,8 +13,9 @@ from attitude import InputError, RegimeError, RigidBody, Scene, ToleranceError
 from attitude.dynamics import many
 from attitude.effects import UserTorque
 from attitude.elapsed import instants
-from attitude.ensemble.simulated import choose, is_needed, simulated
+from attitude.ensemble.simulated import Choice, choose, is_needed, simulated
 from attitude.orientation import angle_between
+from attitude.stopping import Stop, Stopped, stoppable
 from tests.effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
 
 T = np.linspace(0.0, 900.0, 16)
@@ -352,3 +354,15 @@ def test_document_is_not_changed():
     choose(made, instants(T, None))
     assert made.to_json() == before
     assert DOCUMENT["times"]["stop"] == 6000
+
+
+def test_what_nobody_waits_for_is_stopped():
+    made = scene(effect("gravity_gradient"))
+    at, states = instants(np.linspace(0.0, 1e7, 3), None), dispersed(made, 3)
+    choice = Choice("gauss, order 16", 0.5, 0.0, 1e7)  # minutes of work
+    stop = Stop()
+    timer = Timer(0.3, stop.set)
+    timer.start()
+    with pytest.raises(Stopped), stoppable(stop):
+        simulated(made, states, at, choice)
+    timer.join()
