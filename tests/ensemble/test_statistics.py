@@ -212,7 +212,7 @@ def test_bits_do_not_depend_on_tasks_nor_their_order(monkeypatch):
     monkeypatch.setattr(module, "FEW_LEAVES", 1)
     monkeypatch.setattr(module, "MOST_LEAVES", 1)
     monkeypatch.setattr(
-        module.engine, "mapped", lambda work, parts, *_: [work(part) for part in reversed(parts)]
+        module.engine, "mapped", lambda work, parts, *_: (work(part) for part in reversed(parts))
     )
     assert bits(bodies.statistics(TIMES)) == expected
 
