@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import copy
 from typing import Any
 
@@ -81,14 +81,7 @@ class RigidBody:
     def _from_tensor(self, tensor: np.ndarray) -> None:
         self.shape = tensor.shape[:-2]
         self._tensor = _symmetric(tensor)
-        self._two_part_moments = np.empty((*self.shape, 3, 2))
-        self._two_part_axes = np.empty((*self.shape, 3, 3, 2))
-        compiled.principal_axes(
-            self._tensor.reshape(-1, 3, 3),
-            self._two_part_moments.reshape(-1, 3, 2),
-            self._two_part_axes.reshape(-1, 3, 3, 2),
-            np.empty((3, 3, 2)),
-        )
+        self._two_part_moments, self._two_part_axes = _principal(self._tensor)
         self._finish()
 
     def _finish(self) -> None:
@@ -132,12 +125,30 @@ class RigidBody:
         return f"<RigidBody: principal moments {', '.join(f'{m:.6g}' for m in self.moments)} kg m2>"
 
 
-def _symmetric(tensor: np.ndarray) -> np.ndarray:
-    transposed = np.swapaxes(tensor, -1, -2)
+def principal_moments(tensors: np.ndarray) -> np.ndarray:
+    """(..., 3) of symmetric tensors (..., 3, 3), in the order of their diagonals; nothing is checked."""
+    return _principal(tensors)[0][..., 0]
+
+
+def _principal(tensors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Moments (..., 3, 2) and axes (..., 3, 3, 2) in two parts."""
+    shape = tensors.shape[:-2]
+    moments, axes = np.empty((*shape, 3, 2)), np.empty((*shape, 3, 3, 2))
+    flat = tensors.reshape(-1, 3, 3), moments.reshape(-1, 3, 2), axes.reshape(-1, 3, 3, 2)
+    compiled.principal_axes(*flat, np.empty((3, 3, 2)))
+    return moments, axes
+
+
+def asymmetry(tensor: np.ndarray) -> np.ndarray:
+    """By how much each element differs from its mirrored one, beyond what is forgiven; (..., 3, 3)."""
     size = np.abs(tensor).max(axis=(-1, -2), keepdims=True)
-    difference = np.abs(tensor - transposed)
-    if (difference > SYMMETRY_TOLERANCE * size).any():
-        place = np.unravel_index(np.argmax(difference - SYMMETRY_TOLERANCE * size), tensor.shape)
+    return np.abs(tensor - np.swapaxes(tensor, -1, -2)) - SYMMETRY_TOLERANCE * size
+
+
+def _symmetric(tensor: np.ndarray) -> np.ndarray:
+    transposed, beyond = np.swapaxes(tensor, -1, -2), asymmetry(tensor)
+    if (beyond > 0.0).any():
+        place = np.unravel_index(np.argmax(beyond), tensor.shape)
         where = "inertia" + "".join(f"[{int(i)}]" for i in place)
         mirror = float(transposed[place])
         raise InputError(
@@ -146,9 +157,15 @@ def _symmetric(tensor: np.ndarray) -> np.ndarray:
     return np.where(tensor == transposed, tensor, 0.5 * tensor + 0.5 * transposed)
 
 
-def _check_moments(moments: np.ndarray) -> None:
-    units.refuse_where(moments <= 0.0, moments, "inertia", "positive principal moments")
+def unphysical(moments: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
+    """(which of (..., 3) no body has, what would be right), for each law that they may break."""
+    yield moments <= 0.0, "positive principal moments"
     quarter = 0.25 * moments  # the sum of two huge moments must not overflow
     others = quarter.sum(axis=-1, keepdims=True) - quarter
     beyond = "no principal moment greater than the sum of the other two, as for any real body"
-    units.refuse_where(quarter > others * (1.0 + TRIANGLE_TOLERANCE), moments, "inertia", beyond)
+    yield quarter > others * (1.0 + TRIANGLE_TOLERANCE), beyond
+
+
+def _check_moments(moments: np.ndarray) -> None:
+    for wrong, expected in unphysical(moments):
+        units.refuse_where(wrong, moments, "inertia", expected)

@@ -100,6 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_plan(commands)
     _add_plot(commands)
     _add_cost(commands)
+    _add_ensemble(commands)
 
     scenes = commands.add_parser("scenes", help="list the built-in scenes, or print one")
     scenes.add_argument("name", nargs="?", metavar="NAME", help="print this scene's document")
@@ -192,6 +193,68 @@ def _add_cost(commands: Any) -> None:
     cost.add_argument("--plot", metavar="FILE", help="as a picture too: FILE.svg or FILE.png")
     cost.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
     cost.set_defaults(command=_cost)
+
+
+# Flags of `attitude ensemble` that draw bodies; the same names in an ensemble's document.
+DRAWING = {
+    "bodies": ("N", "how many bodies are drawn about the scene's"),
+    "seed": ("S", "of the random numbers (0): the same seed, the same bodies"),
+    "moments": ("SPREAD", 'relative, of the principal moments, such as "2 %%"'),
+    "angular-velocity": ("SPREAD", 'of its components, such as "0.1 deg/s"'),
+    "attitude": ("SPREAD", 'of a small rotation about each of the body\'s axes, such as "1 deg"'),
+}
+
+
+def _add_ensemble(commands: Any) -> None:
+    ensemble = commands.add_parser(
+        "ensemble",
+        help="many bodies: statistics of their attitudes, or all of them stored",
+        description="Move many bodies, drawn about a scene's or read from a table. Print statistics of their "
+        "attitudes at the scene's instants, or store all attitudes and rates. A run that was interrupted "
+        "goes on where it ended when the same command is given once more.",
+    )
+    ensemble.add_argument(
+        "document", metavar="DOCUMENT", help=SCENE + ", or a document of an ensemble, which has a scene in it"
+    )
+    ensemble.add_argument(
+        "-o",
+        "--output",
+        metavar="DIRECTORY",
+        help="NAME.zarr or NAME.parquet: store attitudes and rates there",
+    )
+    ensemble.add_argument(
+        "--statistics", metavar="FILE", help='FILE.ecsv or FILE.json ("-": JSON) for statistics'
+    )
+    for name, (metavar, text) in DRAWING.items():
+        kind = int if name in ("bodies", "seed") else str
+        ensemble.add_argument(f"--{name}", metavar=metavar, type=kind, help=text)
+    ensemble.add_argument(
+        "--table", metavar="FILE", help="a body for each row of this table (Parquet, ECSV, FITS), none drawn"
+    )
+    ensemble.add_argument(
+        "--leave-out-bad-rows", action="store_true", help="of the table, and list them, instead of stopping"
+    )
+    ensemble.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a running Dask cluster, such as tcp://10.0.0.1:8786"
+    )
+    ensemble.add_argument(
+        "--workers", metavar="N", type=int, help="threads of this machine (as many as it has processors)"
+    )
+    ensemble.add_argument("--chunk", metavar="BODIES", type=int, help="bodies in a chunk of the store (4096)")
+    ensemble.add_argument("--overwrite", action="store_true", help="replace an ensemble that is stored there")
+    ensemble.add_argument(
+        "-q", "--quiet", action="store_true", help="no progress on standard error, and no summary"
+    )
+    ensemble.set_defaults(command=_ensemble)
+
+
+def _ensemble(options: argparse.Namespace) -> None:
+    from .ensemble import command
+
+    say = _silent if options.quiet else _to_terminal
+    _announce_compilation(say)
+    bar = command.Bar(sys.stderr) if sys.stderr.isatty() and not options.quiet else None
+    command.carry_out(options, *_text(options.document), bar, _to_standard_error)
 
 
 # What `attitude cost` writes, and the report's method that makes it.
@@ -374,14 +437,24 @@ def _angle(text: str | None, field: str) -> float | None:
 
 def _scene(name: str) -> Scene:
     """A document by its path, "-" for standard input, or a built-in scene by its name."""
+    from .scene import Scene
+
+    return Scene.from_json(*_text(name))
+
+
+def _text(name: str) -> tuple[str | bytes, str]:
+    """A document's text, and what it is called in errors."""
     from .scene import Scene, builtin_names
 
     if name == "-":
-        return Scene.from_json(sys.stdin.buffer.read(), "standard input")
+        return sys.stdin.buffer.read(), "standard input"
     if name in builtin_names() and not Path(name).is_file():
-        return Scene.builtin(name)
+        return Scene.builtin(name).to_json(), name
     if os.path.exists(name):  # unlike Path's, false for a name that no file can have
-        return Scene.read(name)
+        try:
+            return Path(name).read_bytes(), name
+        except OSError as error:
+            raise FormatError(f"cannot be read ({error.strerror or error})", name) from None
     if Path(name).suffix == ".json" or os.sep in name:
         raise FormatError("no such file", name)
     raise InputError("SCENE", name, f"a file, or a built-in scene ({', '.join(builtin_names())})")

@@ -83,12 +83,18 @@ scaled = Kernel("clock", "scaled")
 split = Kernel("splitting", "split")
 collocate = Kernel("collocation", "collocate")
 runge_kutta = Kernel("runge_kutta", "runge_kutta")
+split_each = Kernel("many", "split_each")
+collocate_each = Kernel("many", "collocate_each")
+runge_kutta_each = Kernel("many", "runge_kutta_each")
 bounce = Kernel("contact", "bounce")
 put_rows = Kernel("text_rows", "put_rows")
 put_dates = Kernel("text_rows", "put_dates")
 take_rows = Kernel("text_rows", "take_rows")
 count_lines = Kernel("text_rows", "count_lines")
 interpolate = Kernel("interpolation", "interpolate")
+draw = Kernel("dispersion", "draw")
+gather = Kernel("gathering", "gather")
+settle = Kernel("gathering", "settle")
 
 # What the library calls: compiled together when any of it is missing, the longest first.
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
@@ -116,6 +122,15 @@ TORQUES = [
         ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1"),
     ],
 ]
+# What only ensembles of scenes with torques need: the same loops, for body after body.
+WORLDS = "d3.d1.d3.d1.d3"  # effects of each body, and the world of all
+MANY = [
+    [("many", "collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")],
+    [
+        ("many", "split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1"),
+        ("many", "runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1"),
+    ],
+]
 CONTACT = [[("contact", "bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")]]
 # What only formats that are text, or whose readers interpolate, need.
 TEXT = [
@@ -129,7 +144,12 @@ TEXT = [
         ("interpolation", "interpolate", "d1.d2.i.i.i.i.d2.d1"),
     ],
 ]
-SETS = [STANDARD, TORQUES, CONTACT, TEXT]
+# What only ensembles need.
+ENSEMBLES = [
+    [("dispersion", "draw", "i.i.i.d1.d1.d2.d2.d2.i1")],
+    [("gathering", "gather", "d3.d1.d1"), ("gathering", "settle", "d1.i3")],
+]
+SETS = [STANDARD, TORQUES, MANY, CONTACT, TEXT, ENSEMBLES]
 
 
 def compile_all() -> int:

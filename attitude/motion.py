@@ -292,15 +292,20 @@ class TorqueFreeMotion:
 WORTH_A_THREAD = 20_000  # samples
 # Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
 SLOWEST, FASTEST = 1e-200, 1e200
+RATES = f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s"
 
 
 def _check_rates(rates: np.ndarray) -> np.ndarray:
     if rates.ndim < 1 or rates.shape[-1] != 3:
         raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
-    size = np.abs(rates).max(axis=-1)
-    wrong = (size > FASTEST) | ((size > 0.0) & (size < SLOWEST))
-    units.refuse_where(wrong, rates, "angular_velocity", f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s")
+    units.refuse_where(beyond_rates(rates), rates, "angular_velocity", RATES)
     return rates
+
+
+def beyond_rates(rates: np.ndarray) -> np.ndarray:
+    """Which of (..., 3) are too fast or too slow; (...)."""
+    size = np.abs(rates).max(axis=-1)
+    return (size > FASTEST) | ((size > 0.0) & (size < SLOWEST))
 
 
 def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:

@@ -12,6 +12,7 @@ from .errors import InputError
 # Where w, x, y, z stand in each named order.
 ORDERS = {"wxyz": (0, 1, 2, 3), "xyzw": (3, 0, 1, 2)}
 UNIT_TOLERANCE = 1e-6
+UNIT = "a unit quaternion, within 1e-6 of length 1"
 FEW = 300
 
 INERTIAL_FRAMES = {
@@ -70,11 +71,16 @@ def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude
     if array.ndim < 1 or array.shape[-1] != 4:
         raise InputError(field, f"shape {array.shape}", "a Rotation or quaternions of shape (..., 4)")
     array = np.ascontiguousarray(array[..., ORDERS[check_order(order)]])
-    with np.errstate(over="ignore"):
-        length = np.sqrt((array * array).sum(axis=-1))
-    off = ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
-    units.refuse_where(off, length, field, "a unit quaternion, within 1e-6 of length 1")
+    length, off = off_unit(array)
+    units.refuse_where(off, length, field, UNIT)
     return array
+
+
+def off_unit(quaternions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths of (..., 4), and which of them are too far off 1."""
+    with np.errstate(over="ignore"):
+        length = np.sqrt((quaternions * quaternions).sum(axis=-1))
+    return length, ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
 
 
 def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:

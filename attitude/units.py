@@ -14,6 +14,7 @@ MOMENT = u.kg * u.m**2
 RATE = u.rad / u.s
 SECOND = u.s
 ANGLE = u.rad
+RATIO = u.dimensionless_unscaled
 LENGTH = u.m
 SPEED = u.m / u.s
 ACCELERATION = u.m / u.s**2
@@ -93,6 +94,7 @@ def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
 _KINDS = {
     MOMENT: (str(MOMENT.physical_type), '"kg m2"'),
     RATE: (str(RATE.physical_type), '"rad/s", "deg/s" or "deg/d"'),
+    RATIO: ("ratio", '"%"'),
     ANGLE: ("angle", '"deg" or "rad"'),
     SECOND: ("time", '"s", "min", "h" or "d"'),
     LENGTH: ("length", '"m" or "km"'),

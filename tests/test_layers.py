@@ -137,6 +137,7 @@ UPPERMOST = [
     "attitude.scene_plan",
     "attitude.simulation",
     "attitude.scene",
+    "attitude.ensemble",
     "attitude.cost",
     "attitude.cli",
 ]

@@ -115,7 +115,7 @@ class Solver:
         return self.name.split(",")[0]
 
 
-def _steps(part: Part, step: float) -> int:
+def steps_of(part: Part, step: float) -> int:
     """So many equal steps, none longer than asked for; at least two, so that there is something coarser."""
     steps = max(2, int(np.ceil(abs(part.stop - part.start) / step * (1.0 - 1e-12))))
     return int(steps / STRIDE) if part.coarsely else steps
@@ -123,7 +123,7 @@ def _steps(part: Part, step: float) -> int:
 
 def _grid(part: Part, step: float) -> tuple[int, tuple[Any, ...]]:
     """(steps, what a solver of equal steps is told of them: start, length, number)."""
-    steps = _steps(part, step)
+    steps = steps_of(part, step)
     return steps, (np.array([part.start, 0.0]), (part.stop - part.start) / steps, steps)
 
 
@@ -157,7 +157,7 @@ def _collocate(stepped: Stepped, state: np.ndarray, part: Part, setting: float, 
 
 
 @cache
-def _dormand_prince() -> np.ndarray:
+def dormand_prince() -> np.ndarray:
     """(16, 12): A, B, C and both error estimates of Dormand and Prince's method, as scipy has them."""
     from scipy.integrate import DOP853
 
@@ -174,7 +174,7 @@ def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float
         np.array([part.stop, 0.0]),
         float(np.copysign(first, part.stop - part.start)),
         setting * RUNGE_KUTTA.coarser if part.coarsely else setting,
-        _dormand_prince(),
+        dormand_prince(),
         stepped.body,
         *_asked(stepped, part, out, states=2),
         np.empty(13 * 7),

@@ -24,11 +24,16 @@ imports from the modules above it.  Read downwards it is the calculation:
     splitting      kicks by the torque around exact free rotation
     collocation    Gauss's collocation, order 16
     runge_kutta    Dormand and Prince, order 8, with steps of its own choice
+    many           these solvers for body after body, one call a block
     surface        how high the lowest point of a body is over a plane, and for how long it cannot touch it
     rubbing        one point that touches, with friction
     impact         what a contact does to velocity and body rate
     contact        flight after flight between contacts, in closed form
     interpolation  polynomials through attitudes, half-way between them, against the attitudes there
+    philox         random words by number
+    normal         random words to normal deviates
+    dispersion     states of bodies drawn about a nominal one
+    gathering      sums over bodies of what statistics are made of, the same in any order
     powers         of ten, to 128 bits
     decimals       doubles to the shortest text that gives them back, and text to doubles
     text_rows      dates and numbers as rows of text, and back

@@ -74,6 +74,8 @@ class CompiledName(NamedTuple):
     USER,
 ) = range(1, 11)
 EFFECT_WIDTH = 20
+# Where the numbers of a row are vectors of the body: the place of each one's first.  EDDY's are a tensor.
+BODY_VECTORS = {CONSTANT_BODY: (1,), WHEELS: (1,), MAGNETIC: (1,), SOLAR_PLATE: (1, 4), DRAG_PLATE: (1, 4)}
 
 # Where the centre of mass is on its orbit, about the central body: code, then
 #   KEPLER  semi-major axis a, eccentricity e, mean anomaly at t = 0 in turns, mean motion in turns/s in two
@@ -130,6 +132,19 @@ TOUCH_WIDTH = 9
 TIME_IS_UP, AT_REST, NO_ROOM, OUT_OF_RANGE, TOO_LONG = range(5)
 # Points of a rim that stand for all of it where it lies flat.
 RIM_POINTS = 8
+
+# Random words of a body, a multiple of the four of one counter; and how often moments that no body can have
+# are drawn again, each time from words of another range.
+WORDS_A_BODY = 12
+MOST_ATTEMPTS = 1000
+
+# Sums of products of unit quaternions over the bodies of a leaf, kept as whole numbers: three limbs, the
+# first in units of 2^-30, the last of 2^-114.  A leaf has no more than 2^42 of any, so that 64 bits hold the
+# sum of two million leaves, and of the first limb that of 2^33 bodies.
+LEAF = 256
+LIMB_FIRST, LIMB_BITS = 30, 42
+# From row to row of these sums: instants at once, and an odd number of cache lines: no two rows share a set.
+PITCH = 1032
 
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42

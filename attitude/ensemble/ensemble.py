@@ -1,0 +1,255 @@
+"""Ensemble: what users hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from astropy.table import QTable
+from astropy.time import Time
+
+from .. import elapsed, orientation
+from ..elapsed import Instants
+from ..errors import InputError
+from ..kernels.layout import LEAF, PITCH, REGIMES
+from ..scene import Scene
+from . import engine
+from .bodies import choice_of, is_free, motion_of
+from .dispersion import Sampled
+from .gathered import Gathering, Sums, cuts
+from .states import Source, States, check_part
+from .statistics import Statistics
+from .table import LeftOut, Tabled
+
+if TYPE_CHECKING:
+    from .running import Run
+
+Progress = Callable[[float], None]
+
+TASKS = 64  # at least, of many bodies: none waits long for the last
+# Of a task of free bodies, at least and at most: 1024, which take ten times as long as to hand out a task,
+# to 4096, whose constants take 3 MiB.  Simulated bodies take longer: then one is enough.
+FEW_LEAVES, MOST_LEAVES = 4, 16
+# Instants of one pass over all bodies: of closed forms set-up is 4 % then; simulated again in each pass.
+FREE_PASS, SIMULATED_PASS = 16 * PITCH, 128 * PITCH
+
+
+class Ensemble:
+    """Many bodies: `Ensemble.sample(...)` draws them about a scene, `Ensemble.from_table(...)` reads them.
+
+    Attributes
+    ----------
+    source : gives the states of bodies by their index
+    scene : Scene of which the effects act on each body, or None where bodies are free
+    size : number of bodies
+    left_out : bad rows of the table that are no bodies
+    """
+
+    def __init__(self, source: Source, scene: Scene | None = None):
+        self.source = source
+        self.scene = scene
+
+    @classmethod
+    def sample(
+        cls,
+        scene: Scene,
+        n: int,
+        seed: int,
+        moments: Any = None,
+        angular_velocity: Any = None,
+        attitude: Any = None,
+    ) -> Ensemble:
+        """Bodies drawn about the one of a scene, normally distributed.
+
+        Parameters
+        ----------
+        scene : Scene
+        n : number of bodies
+        seed : 0 to 2**128 - 1; the same body of the same seed has the same bits
+        moments : relative standard deviation of the principal moments, such as "2 %"
+        angular_velocity : of its components along the body's axes, such as "0.1 deg/s"
+        attitude : of the components of a small rotation along the body's axes, such as "1 deg"
+
+        A spread is a text, a Quantity, a number in SI (a ratio, rad/s, rad), or three of them, one an axis;
+        None is none.  Moments that no body has are drawn again.
+
+        Raises
+        ------
+        InputError : a value that cannot be taken; names the field.
+        """
+        return cls(Sampled(scene, n, seed, moments, angular_velocity, attitude), scene)
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        scene: Scene | None = None,
+        bad_rows: str = "stop",
+        units: dict[str, str] | None = None,
+    ) -> Ensemble:
+        """A body for each row of a table.
+
+        Parameters
+        ----------
+        table : astropy QTable or Table, pandas or dask DataFrame, or the path of a Parquet file or of a
+            directory of them
+        scene : whose epoch, frame and effects these bodies have; None for free bodies in ICRF
+        bad_rows : "stop" at rows that cannot be taken, or "leave out": then they are listed in `left_out`
+        units : of columns that do not say theirs; otherwise those are in SI
+
+        Columns (docs/ensembles.md): moments or tensor, quaternion (wxyz), angular_velocity, each as one
+        column of vectors or as scalars (moments_1, tensor_xx, q_w, angular_velocity_x, ...).  Others are
+        ignored.
+
+        Raises
+        ------
+        InputError : a column or value that cannot be taken, or bad rows, the first of them named.
+        FormatError : a file that cannot be read, or needs a package that is not installed.
+        """
+        if scene is not None and not isinstance(scene, Scene):
+            raise InputError("scene", scene, "a Scene, or None")
+        return cls(Tabled(table, bad_rows, units), scene)
+
+    # -- what there is ------------------------------------------------------------------------
+
+    @property
+    def size(self) -> int:
+        return self.source.size
+
+    def __len__(self) -> int:
+        return self.size
+
+    @property
+    def left_out(self) -> LeftOut:
+        return self.source.left_out if isinstance(self.source, Tabled) else LeftOut()
+
+    @property
+    def frame(self) -> str:
+        return "ICRF" if self.scene is None else self.scene.frame
+
+    @property
+    def epoch(self) -> Time | None:
+        return None if self.scene is None or self.scene.epoch is None else self.scene.epoch.build()
+
+    def states(self, first: int = 0, last: int | None = None) -> States:
+        """Of the bodies from first to last, the last one excluded."""
+        return self.source.part(*check_part(first, self.size if last is None else last, self.size))
+
+    def to_table(self, first: int = 0, last: int | None = None) -> QTable:
+        """The states of these bodies, as `from_table` takes them."""
+        table = self.states(first, last).to_table()
+        table.meta["frame"] = self.frame
+        if self.epoch is not None:
+            table.meta["epoch"] = {"time": self.epoch.isot, "scale": self.epoch.scale}
+        return table
+
+    def instants(self, times: Any = None) -> Instants:
+        """(m,), of what `TorqueFreeMotion.chunks` takes; None for those of the scene.
+
+        Raises InputError for what they cannot be, and where there are none.
+        """
+        if times is None:
+            if self.scene is None:
+                raise InputError("times", None, "instants, for an ensemble without a scene")
+            times = self.scene.times.lazily(self.epoch)
+        part, count = elapsed.parts(times, self.epoch)
+        if count < 1:
+            raise InputError("times", f"{count} instants", "at least one")
+        return part(0, count)
+
+    # -- what they do -------------------------------------------------------------------------
+
+    def run(
+        self,
+        times: Any,
+        to: str | Path,
+        overwrite: bool = False,
+        scheduler: str | None = None,
+        workers: int | None = None,
+        progress: Progress | None = None,
+        rate: bool = True,
+        chunk: int | None = None,
+    ) -> Run:
+        """Compute attitudes and rates of all bodies, and store them; see `running.run`."""
+        from .running import run
+
+        return run(self, times, to, overwrite, scheduler, workers, progress, rate, chunk)
+
+    def statistics(
+        self,
+        times: Any = None,
+        scheduler: str | None = None,
+        workers: int | None = None,
+        progress: Progress | None = None,
+    ) -> Statistics:
+        """Mean attitude, covariance, spread of the body axes and fractions by regime; nothing is stored.
+
+        Parameters
+        ----------
+        times : what `TorqueFreeMotion.chunks` takes; None for those of the scene
+        scheduler : address of a running Dask cluster; None for threads of this machine
+        workers : threads of this machine; by default as many as it has processors
+        progress : called with the fraction that is done
+
+        Returns
+        -------
+        Statistics, of which no bit depends on workers, tasks or engine.
+
+        Raises
+        ------
+        InputError : a value that cannot be taken; an error about one body names it as bodies[i].
+        ToleranceError : an instant is too far off for a body's phases.
+        """
+        instants = self.instants(times)
+        choice = choice_of(self.scene, self.source, instants)
+        passes = cuts(len(instants.seconds), FREE_PASS if is_free(self.scene) else SIMULATED_PASS)
+        products, references = [], []
+        for number, (a, b) in enumerate(passes):
+            told = None if progress is None else _within(progress, number, len(passes))
+            some = Instants(
+                instants.seconds[a:b], None if instants.rest is None else instants.rest[a:b], None
+            )
+            nominal = motion_of(self.scene, self.source.part(0, 1), some, rate=False, choice=choice)
+            reference = np.ascontiguousarray(nominal.quaternion[0])
+            sums = self._gathered(some, choice, reference, scheduler, workers, told)
+            products.append(sums.products())
+            references.append(reference)
+        regimes = {name: int(n) / self.size for name, n in zip(REGIMES, sums.regimes, strict=True)}
+        found = np.concatenate(products), np.concatenate(references)
+        return Statistics(*found, instants, self.size, regimes, orientation.check_frame(self.frame))
+
+    def _gathered(
+        self,
+        instants: Instants,
+        choice: Any,
+        reference: np.ndarray,
+        scheduler: str | None,
+        workers: int | None,
+        progress: Progress | None,
+    ) -> Sums:
+        """The sums over all bodies at the instants of one pass."""
+        rest = None if instants.rest is None else np.ascontiguousarray(instants.rest)
+        seconds = np.ascontiguousarray(instants.seconds)
+        work = Gathering(self.source, self.scene, choice, seconds, rest, reference)
+        least = FEW_LEAVES if is_free(self.scene) else 1
+        leaves = min(max(self.size // (LEAF * TASKS), least), MOST_LEAVES)
+        total = Sums(len(seconds))
+        with closing(
+            engine.mapped(work, cuts(self.size, LEAF * leaves), scheduler, workers, progress)
+        ) as parts:
+            for sums in parts:
+                total.add(sums)
+        return total
+
+    def __repr__(self) -> str:
+        where = (
+            "free" if is_free(self.scene) else f"with {len(self.scene.effects if self.scene else ())} effects"
+        )
+        return f"<Ensemble: {self.size} bodies, {where}, {self.frame}>"
+
+
+def _within(progress: Progress, number: int, passes: int) -> Progress:
+    return lambda done: progress((number + done) / passes)

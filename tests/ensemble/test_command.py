@@ -1,0 +1,294 @@
+"""`attitude ensemble`: what it prints and stores, and one line for whatever is wrong."""
+
+import io
+import json
+import re
+import sys
+
+import numpy as np
+import pytest
+from astropy.table import QTable
+
+from attitude import Scene, TorqueFreeMotion
+from attitude.cli import main
+from attitude.ensemble import Ensemble, command, store
+
+TOUTATIS = Scene.builtin("toutatis")
+SPREADS = {"moments": "2 %", "angular_velocity": "0.1 deg/d", "attitude": "1 deg"}
+FLAGS = ["--bodies", 300, "--seed", 7, "--moments", "2 %", "--angular-velocity", "0.1 deg/d"]
+FLAGS += ["--attitude", "1 deg"]
+
+
+@pytest.fixture
+def answer(capfd, monkeypatch):
+    """Exit code, standard output and standard error; a terminal has a person before it."""
+
+    def run(*arguments, terminal=False):
+        with monkeypatch.context() as patch:
+            patch.setattr(sys.stderr, "isatty", lambda: terminal)
+            code = main(["ensemble", *(str(argument) for argument in arguments)])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return Ensemble.sample(TOUTATIS, 300, 7, **SPREADS)
+
+
+def rows(out):
+    return np.array([line.split() for line in out.splitlines() if not line.startswith("#")][1:], dtype=float)
+
+
+def document(tmp_path, **changes):
+    path = tmp_path / "ensemble.json"
+    whole = {"scene": "toutatis", "bodies": 300, "seed": 7, **SPREADS} | changes
+    path.write_text(json.dumps({name: value for name, value in whole.items() if value is not None}))
+    return path
+
+
+# -- statistics -------------------------------------------------------------------------------------
+
+
+def test_statistics_are_printed_for_every_instant(answer, expected):
+    code, out, err = answer("toutatis", *FLAGS)
+    assert (code, err) == (0, "")
+    found = expected.statistics()
+    assert out.startswith("# 300 bodies in ECLIPJ2000: long_axis 100.0000%\n")
+    table = rows(out)
+    assert table.shape == (TOUTATIS.times.samples, 11)
+    np.testing.assert_allclose(table[:, 0], found.seconds, rtol=1e-8)
+    np.testing.assert_allclose(table[:, 1:5], found.mean, atol=1e-6)
+    np.testing.assert_allclose(table[:, 5:8], np.degrees(found.deviation), rtol=1e-6)
+    np.testing.assert_allclose(table[:, 8:], found.resultants, rtol=1e-6)
+
+
+def test_statistics_are_written_as_ecsv(answer, expected, tmp_path):
+    path = tmp_path / "found.ecsv"
+    assert answer("toutatis", *FLAGS, "--statistics", path) == (0, "", "")
+    table = QTable.read(path)
+    np.testing.assert_array_equal(table["covariance"].to_value("rad2"), expected.statistics().covariance)
+    assert table.meta["count"] == 300
+
+
+def test_statistics_are_written_as_json(answer, expected, tmp_path):
+    path = tmp_path / "found.json"
+    assert answer("toutatis", *FLAGS, "--statistics", path) == (0, "", "")
+    code, out, _ = answer("toutatis", *FLAGS, "--statistics", "-")
+    assert (code, out) == (0, path.read_text())
+    found = json.loads(out)
+    assert (found["kind"], found["count"]) == ("attitude-ensemble-statistics/1", 300)
+    assert found["columns"]["elapsed_s"] == expected.statistics().seconds.tolist()
+    assert found["columns"]["covariance_rad2"] == expected.statistics().covariance.tolist()
+    assert found["columns"]["time"][0].startswith("1992-11-09T17:49:47")
+
+
+# -- documents --------------------------------------------------------------------------------------
+
+
+def test_document_of_an_ensemble_says_the_same_as_flags(answer, tmp_path):
+    assert answer(document(tmp_path)) == answer("toutatis", *FLAGS)
+
+
+def test_document_may_hold_a_whole_scene(answer, tmp_path):
+    assert answer(document(tmp_path, scene=TOUTATIS.document())) == answer("toutatis", *FLAGS)
+
+
+def test_flags_go_before_the_document(answer, tmp_path):
+    path = document(tmp_path, bodies=5, seed=1, moments="10 %")
+    assert answer(path, *FLAGS) == answer("toutatis", *FLAGS)
+
+
+def test_document_is_read_from_standard_input(answer, tmp_path, monkeypatch):
+    text = document(tmp_path).read_bytes()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
+    assert answer("-") == answer("toutatis", *FLAGS)
+
+
+def test_seed_is_zero_if_none_is_given(answer):
+    drawn = ["toutatis", "--bodies", 10, "--attitude", "1 deg"]
+    assert answer(*drawn) == answer(*drawn, "--seed", 0) != answer(*drawn, "--seed", 1)
+
+
+# -- tables -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def table(expected, tmp_path):
+    """Of states, one of which is none."""
+    rows = expected.to_table()
+    rows["quaternion"][17] = 0.0
+    return rows
+
+
+@pytest.mark.parametrize("ending", ["ecsv", "fits"])
+def test_rows_of_a_table_are_bodies(answer, expected, tmp_path, ending):
+    rows_of = expected.to_table()
+    rows_of.meta.clear()  # a header of FITS does not hold an epoch
+    rows_of.write(tmp_path / f"rows.{ending}")
+    code, out, _ = answer("toutatis", "--table", tmp_path / f"rows.{ending}")
+    assert code == 0
+    np.testing.assert_array_equal(rows(out), rows(answer("toutatis", *FLAGS)[1]))
+
+
+def test_bad_row_stops_the_command(answer, table, tmp_path):
+    table.write(tmp_path / "rows.ecsv")
+    code, out, err = answer("toutatis", "--table", tmp_path / "rows.ecsv")
+    assert (code, out) == (2, "")
+    assert re.match(r"attitude: table\[17\]\.quaternion: .*\n$", err)
+
+
+def test_bad_rows_are_left_out_and_listed(answer, table, tmp_path):
+    table.write(tmp_path / "rows.ecsv")
+    code, out, err = answer("toutatis", "--table", tmp_path / "rows.ecsv", "--leave-out-bad-rows")
+    assert code == 0
+    assert out.startswith("# 299 bodies")
+    assert "1 bad rows" in err
+    assert "table[17].quaternion" in err
+
+
+# -- stores -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ending", ["zarr", "parquet"])
+def test_attitudes_are_stored(answer, expected, tmp_path, ending):
+    to = tmp_path / f"out.{ending}"
+    code, out, err = answer("toutatis", *FLAGS, "-o", to, "--chunk", 100, "--workers", 2)
+    assert (code, err) == (0, "")
+    count = TOUTATIS.times.samples
+    assert re.fullmatch(
+        rf"{to}: 300 bodies x {count} instants in 3 chunks, [\d.]+ MB written in [\d.]+ s\n", out
+    )
+    states = expected.states()
+    motion = TorqueFreeMotion(states.body, states.attitude, states.angular_velocity, order="wxyz")
+    ephemeris = motion.ephemeris(expected.instants())
+    found = store.read(to)
+    quaternion, rate = found.part(0, 300)
+    np.testing.assert_array_equal(quaternion, ephemeris.quaternion("wxyz"))
+    np.testing.assert_array_equal(rate, ephemeris.angular_velocity)
+    assert found.head["scene"]["name"] == TOUTATIS.name
+
+
+def test_interrupted_run_says_how_to_go_on_and_does(answer, tmp_path, monkeypatch):
+    to = tmp_path / "out.zarr"
+
+    def interrupt(self, done):
+        if done > 0.5:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(command.Bar, "__call__", interrupt)
+        code, _, err = answer("toutatis", *FLAGS, "-o", to, "--chunk", 30, "--workers", 1, terminal=True)
+    assert code == 130
+    assert err.endswith(f"attitude: {to}: interrupted; the same command goes on from there\n")
+    code, out, _ = answer("toutatis", *FLAGS, "-o", to)
+    assert code == 0
+    assert re.search(r"in 10 chunks \([6-9] of them there already\)", out)
+
+
+def test_existing_store_needs_overwrite(answer, tmp_path):
+    to = tmp_path / "out.zarr"
+    assert answer("toutatis", *FLAGS, "-o", to, "-q") == (0, "", "")
+    code, out, err = answer("toutatis", *FLAGS, "-o", to)
+    assert (code, out, err) == (
+        2,
+        "",
+        f"attitude: {to}: there already, and complete; it can be overwritten, if asked for\n",
+    )
+    assert answer("toutatis", *FLAGS, "-o", to, "-q", "--overwrite") == (0, "", "")
+
+
+def test_stored_and_statistics_at_once(answer, tmp_path):
+    code, out, _ = answer("toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--statistics", "-")
+    assert code == 0
+    assert json.loads(out)["count"] == 300
+    assert store.read(tmp_path / "out.zarr").bodies == 300
+
+
+# -- progress ---------------------------------------------------------------------------------------
+
+
+def test_bar_is_for_terminals(answer, tmp_path, monkeypatch):
+    monkeypatch.setattr(command.Bar, "EVERY", 0.0)
+    _, _, err = answer(
+        "toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--chunk", 30, "--workers", 1, terminal=True
+    )
+    assert "[###############               ]  50%" in err
+    assert "[##############################] 100%" in err
+    assert err.endswith("\r")
+    code, _, err = answer("toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--overwrite", "-q", terminal=True)
+    assert (code, err) == (0, "")
+
+
+def test_bar_tells_the_time_that_is_left(monkeypatch):
+    now = iter([0.0, 0.0, 10.0, 20.0])
+    monkeypatch.setattr(command, "monotonic", lambda: next(now))
+    stream = io.StringIO()
+    bar = command.Bar(stream)
+    bar.begin()
+    bar(0.5)  # there already
+    bar(0.75)
+    assert stream.getvalue().rstrip().endswith("75%, 20 s left")
+
+
+# -- what is wrong ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (["toutatis"], "--bodies: how many bodies, here or as bodies in the document; got nothing"),
+        (["nowhere.json"], "nowhere.json: no such file"),
+        (["toutatis", "--bodies", 0], "bodies: a whole number of bodies, from 1"),
+        (["toutatis", "--bodies", 5, "--moments", "2 kg"], "moments: "),
+        (["toutatis", "--bodies", 5, "-o", "out.csv"], "to: a name that ends in .zarr or .parquet"),
+        (["toutatis", "--bodies", 5, "--statistics", "x.csv"], "--statistics: a name that ends in .ecsv or"),
+        (["toutatis", "--bodies", 5, "--overwrite"], "--overwrite: no --overwrite without --output"),
+        (["toutatis", "--bodies", 5, "--chunk", 9], "--chunk: no --chunk without --output"),
+        (["toutatis", "--bodies", 5, "--workers", 0], "workers: a whole number, at least 1; got 0"),
+        (
+            ["toutatis", "--bodies", 5, "--workers", 2, "--scheduler", "tcp://1.2.3.4:5"],
+            "workers: no number of workers beside a scheduler",
+        ),
+        (["toutatis", "--bodies", 5, "--scheduler", "somewhere"], "scheduler: the address of a running Dask"),
+        (["toutatis", "--table", "x.ecsv", "--seed", 5], "--seed: no --seed beside --table; got 5"),
+        (["toutatis", "--leave-out-bad-rows"], "--leave-out-bad-rows: a --table whose rows they are"),
+        (["toutatis", "--table", "nowhere.ecsv"], "nowhere.ecsv: cannot be read (No such file or directory)"),
+        (["toutatis", "--table", "nowhere.parquet"], "nowhere.parquet: "),
+    ],
+    ids=lambda value: " ".join(map(str, value)) if isinstance(value, list) else "",
+)
+def test_what_is_wrong_is_one_line(answer, arguments, error):
+    code, out, err = answer(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"attitude: {error}")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "error"),
+    [
+        ({"scene": "nowhere"}, "scene: a built-in scene, one of "),
+        ({"scene": 5}, "scene: a JSON object"),
+        ({"scene": {"scene": "toutatis"}}, "scene.body: a value (the field is required)"),
+        ({"scene": TOUTATIS.document() | {"frame": "x"}}, "scene.frame: "),
+        ({"bodies": "many"}, "bodies: a whole number of bodies"),
+        ({"seed": -1}, "seed: "),
+        ({"color": "red"}, "color: no such key (unknown keys are refused)"),
+        ({"attitude": "1 kg"}, "attitude: "),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_fault_of_a_document_is_named_by_its_place(answer, tmp_path, changes, error):
+    code, out, err = answer(document(tmp_path, **changes))
+    assert (code, out) == (2, "")
+    assert err.startswith(f"attitude: {error}")
+    assert err.count("\n") == 1
+
+
+def test_document_that_is_no_json_is_refused(answer, tmp_path):
+    (tmp_path / "bad.json").write_text("{")
+    code, _, err = answer(tmp_path / "bad.json")
+    assert code == 2
+    assert "not JSON" in err

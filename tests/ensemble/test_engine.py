@@ -1,0 +1,121 @@
+"""Parts computed by threads: each once, few at a time, and an error or an interruption at once."""
+
+import sys
+import threading
+import time
+
+import pytest
+
+from attitude.ensemble.engine import check, mapped
+from attitude.errors import FormatError, InputError
+
+
+def square(part):
+    return part * part
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5, None])
+def test_every_part_is_computed_once(workers):
+    assert sorted(mapped(square, range(100), workers=workers)) == [i * i for i in range(100)]
+
+
+def test_no_parts_are_no_results():
+    assert list(mapped(square, [])) == []
+
+
+def test_parts_may_be_anything():
+    """Dask takes tuples in a graph for calls, and what equals a key for that key's result."""
+    parts = [(square, 3), ("part-0", "part-1"), ["part-0"], "part-0", {"part-0": 1}, 0, None]
+    assert sorted(map(repr, mapped(lambda part: part, parts))) == sorted(map(repr, parts))
+
+
+def test_more_parts_than_dask_is_given_at_a_time(monkeypatch):
+    monkeypatch.setattr("attitude.ensemble.engine.GRAPH", 7)
+    assert sorted(mapped(square, range(100))) == [i * i for i in range(100)]
+
+
+def test_progress_goes_up_to_one():
+    told = []
+    list(mapped(square, range(8), progress=told.append))
+    assert told == [i / 8 for i in range(1, 9)]
+
+
+def test_so_many_workers_work_at_the_same_time():
+    together = threading.Barrier(3)
+    assert list(mapped(lambda _: together.wait(timeout=10) >= 0, range(3), workers=3)) == [True] * 3
+
+
+def test_results_that_nobody_takes_stop_the_work():
+    done = []
+    results = mapped(done.append, range(1000), workers=2)
+    next(results)
+    time.sleep(0.1)
+    assert len(done) < 10
+    results.close()
+    time.sleep(0.05)
+    assert len(done) < 20
+
+
+def test_error_of_the_work_is_raised_at_once():
+    done = []
+
+    def fails(part):
+        done.append(part)
+        time.sleep(0.001)
+        if part == 5:
+            raise FormatError("no such thing", "somewhere")
+        return part
+
+    with pytest.raises(FormatError, match="somewhere: no such thing"):
+        list(mapped(fails, range(10_000), workers=2))
+    assert len(done) < 1000
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("attitude-ensemble")]
+
+
+def test_interruption_of_who_takes_results_ends_the_threads():
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        list(mapped(square, range(10_000), workers=2, progress=interrupt))
+    for thread in threading.enumerate():
+        if thread.name.startswith("attitude-ensemble"):
+            thread.join(5)
+            assert not thread.is_alive()
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5, True, "two"])
+def test_workers_have_to_be_a_number(workers):
+    with pytest.raises(InputError, match=r"^workers: a whole number, at least 1"):
+        list(mapped(square, range(3), workers=workers))
+
+
+@pytest.mark.parametrize("scheduler", ["", 5, ("tcp://127.0.0.1", 1)])
+def test_scheduler_has_to_be_an_address(scheduler):
+    with pytest.raises(InputError, match=r"^scheduler: the address of a running Dask cluster"):
+        check(scheduler, None)
+
+
+def test_workers_are_not_for_a_cluster():
+    with pytest.raises(InputError, match=r"^workers: no number of workers beside a scheduler"):
+        check("tcp://127.0.0.1:8786", 2)
+
+
+def test_extra_that_is_not_installed_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dask", None)
+    monkeypatch.setitem(sys.modules, "dask.threaded", None)
+    with pytest.raises(FormatError, match=r"needs dask: pip install 'attitude\[ensemble\]'"):
+        list(mapped(square, range(3)))
+
+
+@pytest.mark.parametrize("module", ["zarr", "pyarrow"])
+def test_extra_of_a_store_is_named(module, monkeypatch, tmp_path):
+    from attitude.ensemble.running import run
+
+    from .standing_in import many
+
+    for name in [name for name in sys.modules if name.partition(".")[0] == module]:
+        monkeypatch.setitem(sys.modules, name, None)
+    ending = {"zarr": "zarr", "pyarrow": "parquet"}[module]
+    with pytest.raises(FormatError, match=rf"needs {module}: pip install 'attitude\[ensemble\]'"):
+        run(many(3), [0.0, 1.0], tmp_path / f"out.{ending}")
