@@ -8,11 +8,10 @@ beforehand, the choice of the solver (`choose`, once an ensemble) is told apart.
 
 from __future__ import annotations
 
-import statistics
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from types import SimpleNamespace
 
 import numpy as np
@@ -96,10 +95,12 @@ def measured(pool, threads, name, revolutions, count, few, tolerance):
     taken = {ensemble: [], loop: []}
     for _ in range(TURNS):
         for work, seconds in taken.items():
-            begun = perf_counter()
+            begun = perf_counter(), process_time()
             work()
-            seconds.append(perf_counter() - begun)
-    rates = count / statistics.median(taken[ensemble]), few / statistics.median(taken[loop])
+            seconds.append((perf_counter() - begun[0], process_time() - begun[1]))
+    wall, used = zip(*(np.median(taken[work], axis=0) for work in (ensemble, loop)), strict=True)
+    rates = count / wall[0], few / wall[1]
+    each = 1e3 * used[0] / count, 1e3 * used[1] / few
     again = [0, 0]
     compared, alone = many._compared, many._alone
 
@@ -116,8 +117,9 @@ def measured(pool, threads, name, revolutions, count, few, tolerance):
     many._compared, many._alone = compared, alone
     print(
         f"{name:13} {revolutions:3} rev  {rates[0]:6.0f} bodies/s  loop {rates[1]:5.0f}"
-        f"  x {rates[0] / rates[1]:4.1f}  again {(again[0] - count) / count:.1%}, alone {again[1]}"
-        f"  apart {apart:.1e} rad  {choice.solver}, {choice.setting:.3g} s, in {1e3 * chosen:.0f} ms"
+        f"  x {rates[0] / rates[1]:4.1f}  CPU {each[0]:.3g} and {each[1]:.3g} ms a body"
+        f"  again {(again[0] - count) / count:.1%}, alone {again[1]}  apart {apart:.1e} rad"
+        f"  {choice.solver}, {choice.setting:.3g} s, in {1e3 * chosen:.0f} ms"
     )
 
 
