@@ -225,6 +225,17 @@ def _add_ensemble(commands: Any) -> None:
     ensemble.add_argument(
         "--statistics", metavar="FILE", help='FILE.ecsv or FILE.json ("-": JSON) for statistics'
     )
+    ensemble.add_argument(
+        "--plot",
+        metavar="FILE",
+        help="a picture, FILE.svg or FILE.png: where an axis points at the last instant, the growth of the "
+        "spread, and when free bodies flip",
+    )
+    ensemble.add_argument(
+        "--axis",
+        choices=("x", "y", "z", "least", "middle", "greatest"),
+        help="of the body, or by its principal moment: the one in the picture (least: the long axis)",
+    )
     for name, (metavar, text) in DRAWING.items():
         kind = int if name in ("bodies", "seed") else str
         ensemble.add_argument(f"--{name}", metavar=metavar, type=kind, help=text)
@@ -262,7 +273,7 @@ REPORTS = {"json": "to_json", "csv": "to_csv", "markdown": "markdown"}
 
 
 def _cost(options: argparse.Namespace) -> None:
-    from .cost import output
+    from . import output
 
     files = {name: path for name in REPORTS if (path := getattr(options, name)) is not None}
     _check_cost(options, list(files.values()))
@@ -279,7 +290,7 @@ def _cost(options: argparse.Namespace) -> None:
 
 def _check_cost(options: argparse.Namespace, paths: list[str]) -> None:
     """What is wrong is said before a minute is spent on measuring."""
-    from .cost import output
+    from . import output
 
     if (options.scene is None) != options.hard:
         raise InputError("SCENE", options.scene, "a scene, or --hard instead of one")
@@ -395,7 +406,7 @@ def _plan(options: argparse.Namespace) -> None:
 
 
 def _plot(options: argparse.Namespace) -> None:
-    from .cost import output
+    from . import output
 
     default = "scene.svg" if options.scene == "-" else f"{Path(options.scene).stem}.svg"
     path = options.output or default

@@ -6,7 +6,7 @@ truth.py        errors against fifty digits, and of what is conserved
 measurement.py  who runs when, within a budget of time
 cell.py  report.py  records.py  plot.py   what was found; as table, JSON, CSV and picture
 hard_cases.py  hard_ladders.py   the hardest motions there are; every method on them
-machine.py  output.py   on what it was measured; where it is written
+machine.py   on what it was measured
 """
 
 from .cell import Cell

@@ -14,11 +14,16 @@ import numpy as np
 from ..document import Part, document_errors, parse_json
 from ..errors import FormatError, InputError
 from ..formats.files import STANDARD_STREAM, write_whole
+from ..output import check_picture
 from ..scene import Scene
 from . import engine, store
+from .bodies import is_free
+from .density import NAMED
 from .ensemble import Ensemble
+from .statistics import Statistics
 
 STATISTICS_KIND = "attitude-ensemble-statistics/1"
+FLIPS, COUNTED = 3, 200_000  # in the picture; and of so many bodies at most
 DRAWN = ("bodies", "seed", "moments", "angular_velocity", "attitude")
 
 
@@ -36,10 +41,13 @@ def carry_out(
         warn(line)
     if options.output is not None:
         _store(ensemble, options, bar, warn)
-    if options.output is None or options.statistics is not None:
+    if options.output is None or options.statistics is not None or options.plot is not None:
         with _shown(bar):
             found = ensemble.statistics(None, options.scheduler, options.workers, bar)
-        _write(found, options.statistics)
+        if options.output is None or options.statistics is not None:
+            _write(found, options.statistics)
+        if options.plot is not None:
+            _draw(ensemble, found, options, bar)
 
 
 def _check(options: Namespace) -> None:
@@ -52,6 +60,10 @@ def _check(options: Namespace) -> None:
             raise InputError(f"--{name}", getattr(options, name), f"no --{name} without --output")
     if options.statistics is not None:
         _form(options.statistics)
+    if options.plot is not None:
+        check_picture(options.plot)
+    elif options.axis is not None:
+        raise InputError("--axis", options.axis, "no --axis without --plot")
     if options.leave_out_bad_rows and options.table is None:
         raise InputError("--leave-out-bad-rows", None, "a --table whose rows they are")
     for name in DRAWN:
@@ -148,6 +160,23 @@ def _store(ensemble: Ensemble, options: Namespace, bar: Bar | None, warn: Callab
         raise
     if not options.quiet and options.statistics != STANDARD_STREAM:
         print(result)
+
+
+def _draw(ensemble: Ensemble, found: Statistics, options: Namespace, bar: Bar | None) -> None:
+    """The picture, at the last of the statistics' instants."""
+    from .plot import picture
+
+    axis = options.axis or "least"
+    with _shown(bar):
+        last = found.instants[-1:]
+        density = ensemble.density(last, axis, options.scheduler, options.workers, bar)
+    flips = None
+    if is_free(ensemble.scene):
+        flips = ensemble.flips(FLIPS, 0, min(ensemble.size, COUNTED))
+    name = ensemble.scene.name if ensemble.scene is not None else ""
+    label = axis if axis in NAMED else f"{axis}-moment"
+    content = picture(found, density, flips, check_picture(options.plot), name, label)
+    write_whole([content], options.plot)
 
 
 def _write(found: Any, to: str | None) -> None:

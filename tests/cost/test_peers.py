@@ -125,6 +125,20 @@ def test_virtual_machine_is_silent_serves_others_and_lets_the_process_end():
 
 
 @pytest.mark.usefixtures("java")
+def test_process_ends_where_a_thread_that_has_ended_started_the_virtual_machine():
+    """As in a service: Java would wait for that thread."""
+    program = """
+import threading
+from attitude.cost.methods import orekit
+starting = threading.Thread(target=orekit.start)
+starting.start()
+starting.join()
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+
+
+@pytest.mark.usefixtures("java")
 def test_virtual_machine_that_runs_already_is_used_as_it_is():
     code, printed, complaints = end_of_process(before="import jpype; jpype.startJVM()")
     assert (code, printed) == (0, ""), complaints  # of which its own starter may have chosen to see some

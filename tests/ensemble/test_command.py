@@ -84,6 +84,39 @@ def test_statistics_are_written_as_json(answer, expected, tmp_path):
     assert found["columns"]["time"][0].startswith("1992-11-09T17:49:47")
 
 
+def test_picture_is_drawn_beside_the_statistics(answer, tmp_path):
+    path = tmp_path / "a.svg"
+    given = ["intermediate-axis", "--bodies", 300, "--angular-velocity", "1e-3 deg/s", "--axis", "middle"]
+    code, out, err = answer(*given, "--plot", path)
+    assert (code, err) == (0, "")
+    assert out.startswith("# 300 bodies in INERTIAL")
+    drawn = path.read_text()
+    for text in (
+        "where the middle-moment axis points 10 min",
+        "how the spread grows",
+        "when they flip",
+        "flip 3",
+    ):
+        assert text in drawn
+
+
+def test_picture_of_bodies_that_do_not_flip_has_no_flips(answer, tmp_path):
+    path = tmp_path / "a.svg"
+    assert answer("toutatis", "--bodies", 300, "--attitude", "1 deg", "--plot", path)[0] == 0
+    assert "where the least-moment axis points" in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (["--axis", "x"], "--axis: no --axis without --plot; got 'x'"),
+        (["--plot", "a.pdf"], "a.pdf: a picture's ending is svg or png"),
+    ],
+)
+def test_picture_that_cannot_be_is_refused_before_anything_is_computed(answer, given, words):
+    assert answer("toutatis", "--bodies", 3, *given) == (2, "", f"attitude: {words}\n")
+
+
 # -- documents --------------------------------------------------------------------------------------
 
 

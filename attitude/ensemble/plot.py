@@ -7,42 +7,36 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
+from ..plot.style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..ensemble import Ensemble
-    from ..ensemble.density import Density
-    from ..ensemble.statistics import Statistics
+    from .density import Density
+    from .statistics import Statistics
 
 SIZE = (9.0, 8.6)  # inches
 SMALL, ROUNDED = 0.3, 1e-9  # parts of the greatest spread
-COUNTED = 200_000  # bodies whose flips are looked at
-FLIPS = 3
 BINS = 160
 # Of the times of flips, what is drawn; the rest is a long tail of bodies close to the separatrix.
 DRAWN = 0.98
 
 
 def picture(
-    ensemble: Ensemble, statistics: Statistics, density: Density, format: str, name: str = "", axis: str = ""
+    statistics: Statistics,
+    density: Density,
+    flips: np.ndarray | None,
+    format: str,
+    name: str = "",
+    axis: str = "",
 ) -> bytes:
     """An "svg" or "png" file: the density at its last instant, the statistics over theirs.
 
-    Of free bodies that flip in that time, most of them, also when they do.
+    flips : (n, k), s: when free bodies flip; drawn where most of them do at all before the last instant
     """
-    flips = _flips(ensemble, float(statistics.seconds.max()))
+    if flips is not None and not np.median(flips[:, 0]) < statistics.seconds.max():
+        flips = None
     return drawn(partial(_draw, statistics, density, flips, name, axis), SIZE, format)
-
-
-def _flips(ensemble: Ensemble, span: float) -> np.ndarray | None:
-    from ..ensemble.bodies import is_free
-
-    if not is_free(ensemble.scene):
-        return None
-    seconds = ensemble.flips(FLIPS, 0, min(ensemble.size, COUNTED))
-    return seconds if np.median(seconds[:, 0]) < span else None
 
 
 def _draw(

@@ -1,4 +1,4 @@
-"""Where reports go: whether that can be written is found out before anything is measured."""
+"""Where reports and pictures go: whether that can be written is found out before anything is computed."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import os
 import tempfile
 from pathlib import Path
 
-from ..errors import AttitudeError, FormatError
-from ..formats import STANDARD_STREAM as STANDARD_STREAM
-from ..formats import write_whole
+from .errors import AttitudeError, FormatError
+from .formats import STANDARD_STREAM as STANDARD_STREAM
+from .formats import write_whole
 
 PICTURES = ("svg", "png")
 
