@@ -12,7 +12,7 @@ import resource
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_statistics_against_the_plain_motion_of_as_many(benchmark):
     assert np.abs(np.abs((few.statistics(TIMES).mean * mean).sum(axis=1)) - 1.0).max() <= 1e-14
     blocks = [bodies.states(a, min(a + BLOCK, count)) for a in range(0, count, BLOCK)]
     assert np.array_equal(blocks[0].attitude[:1000], few.states().attitude)
-    ours, plain = in_turns(lambda: bodies.statistics(TIMES, workers=2), lambda: plainly(blocks, 2), repeats=3)
+    ours, plain = in_turns(lambda: bodies.statistics(TIMES, workers=2), lambda: plainly(blocks, 2), repeats=5)
     benchmark.pedantic(lambda: bodies.statistics(TIMES, workers=2), rounds=1)
     print(f"\n    {ours / count * 1e6:.3g} us a body, plain {plain / count * 1e6:.3g} us")
     report(benchmark, ours / plain, "<= 1.3 x the plain motion")
@@ -74,19 +74,19 @@ def test_drawing_bodies(benchmark):
 
 
 def measured(count):
-    """(s, bytes) of statistics in a process of their own, at its peak."""
+    """(s, s of processors, bytes at the peak) of statistics in a process of their own."""
     run = subprocess.run(
         [sys.executable, __file__, "one", str(count)],
         capture_output=True,
         text=True,
         check=True,
     )
-    seconds, size = run.stdout.split()
-    return float(seconds), int(size)
+    seconds, busy, size = run.stdout.split()
+    return float(seconds), float(busy), int(size)
 
 
 def test_memory_does_not_grow_with_bodies(benchmark):
-    sizes = {count: measured(count)[1] for count in (10_000, 100_000)}
+    sizes = {count: measured(count)[2] for count in (10_000, 100_000)}
     benchmark.pedantic(lambda: measured(10_000), rounds=1)
     print("\n   ", {count: f"{size / 2**20:.0f} MiB" for count, size in sizes.items()})
     report(benchmark, sizes[100_000] / GIB, "<= 1 GiB")
@@ -94,18 +94,22 @@ def test_memory_does_not_grow_with_bodies(benchmark):
 
 
 def one(count):
-    """Print seconds, after a warm-up, and the greatest memory."""
+    """Print seconds, and those of processors, after a warm-up, and the greatest memory."""
     ensemble(10_000).statistics(TIMES, workers=2)
     bodies = ensemble(count)
-    begun = perf_counter()
+    begun, busy = perf_counter(), process_time()
     bodies.statistics(TIMES, workers=2)
-    print(perf_counter() - begun, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+    print(
+        perf_counter() - begun,
+        process_time() - busy,
+        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+    )
 
 
 def table(counts):
     for count in counts:
-        seconds, size = measured(count)
-        time = f"{seconds / count * 1e6:.3f} us a body"
+        seconds, busy, size = measured(count)
+        time = f"{seconds / count * 1e6:.3f} us a body ({busy / count * 1e6:.3f} of processors)"
         print(f"{count:10d} bodies: {time}, {size / 2**20:.0f} MiB", flush=True)
 
 

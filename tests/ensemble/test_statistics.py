@@ -306,6 +306,20 @@ def test_table_and_summary_have_what_was_found():
     assert len(found) == 4
 
 
+def test_states_leave_as_a_table_with_frame_and_epoch():
+    bodies = ensemble(n=20, body=TENSOR)
+    table = bodies.to_table(5, 9)
+    assert table.meta == {
+        "quaternion_order": "wxyz",
+        "frame": "GCRF",
+        "epoch": {"time": "2020-01-01T00:00:00.000", "scale": "utc"},
+    }
+    assert np.array_equal(table["tensor"].to_value(u.kg * u.m**2), bodies.states(5, 9).body.tensor)
+    assert np.array_equal(
+        table["angular_velocity"].to_value(u.rad / u.s), bodies.states(5, 9).angular_velocity
+    )
+
+
 def test_progress_is_told_to_the_end():
     told = []
     ensemble(n=20 * LEAF).statistics(TIMES, progress=told.append)
