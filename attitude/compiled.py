@@ -83,6 +83,9 @@ scaled = Kernel("clock", "scaled")
 split = Kernel("splitting", "split")
 collocate = Kernel("collocation", "collocate")
 runge_kutta = Kernel("runge_kutta", "runge_kutta")
+split_each = Kernel("many", "split_each")
+collocate_each = Kernel("many", "collocate_each")
+runge_kutta_each = Kernel("many", "runge_kutta_each")
 bounce = Kernel("contact", "bounce")
 put_rows = Kernel("text_rows", "put_rows")
 put_dates = Kernel("text_rows", "put_dates")
@@ -113,10 +116,19 @@ STANDARD = [
 ]
 # What only scenes with torques, or with a ground, need: compiled together when one of a set is first called.
 TORQUES = [
-    [("collocation", "collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1")],
+    [("collocation", "collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")],
     [
-        ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2"),
-        ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1"),
+        ("splitting", "split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1"),
+        ("runge_kutta", "runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1"),
+    ],
+]
+# What only ensembles of scenes with torques need: the same loops, for body after body.
+WORLDS = "d3.d1.d3.d1.d3"  # effects of each body, and the world of all
+MANY = [
+    [("many", "collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")],
+    [
+        ("many", "split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1"),
+        ("many", "runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1"),
     ],
 ]
 CONTACT = [[("contact", "bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")]]
@@ -137,7 +149,7 @@ ENSEMBLES = [
     [("dispersion", "draw", "i.i.i.d1.d1.d2.d2.d2.i1")],
     [("gathering", "gather", "d3.d1.d1"), ("gathering", "settle", "d1.i3")],
 ]
-SETS = [STANDARD, TORQUES, CONTACT, TEXT, ENSEMBLES]
+SETS = [STANDARD, TORQUES, MANY, CONTACT, TEXT, ENSEMBLES]
 
 
 def compile_all() -> int:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from copy import copy
 from functools import lru_cache, partial
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from astropy import units as u
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 
 MOST_SAMPLES = 10_000_000_000  # in a file: a thousand gigabytes
 MOST_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
+STATE = {"body", "attitude", "angular_velocity", "frame"}  # what the motion is made of
 AT_ONCE = 1 << 18  # instants that are computed once and held, rather than again for every turn of a writer
 # Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
 LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
@@ -362,10 +364,8 @@ class Scene(Part):
 
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
-        epoch = self.epoch.build() if self.epoch is not None else None
-        body, attitude, rate = self.body.build(), self.attitude.build(), self.angular_velocity.build()
-        motion = TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=self.frame)
-        motion.epoch = epoch  # checked where it was built, and nobody else's
+        motion = copy(_motion(_State.of(self)))
+        motion.epoch = self.epoch.build() if self.epoch is not None else None  # nobody else's
         return motion
 
     @property
@@ -494,6 +494,34 @@ class Scene(Part):
         return Along(
             partial(_course, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
         )
+
+
+class _State(NamedTuple):
+    """What decides the motion: two scenes of the same body and state are one to whoever remembers by this."""
+
+    text: bytes
+    scene: Scene
+
+    @classmethod
+    def of(cls, scene: Scene) -> _State:
+        try:
+            return cls(scene.__pydantic_serializer__.to_json(scene, include=STATE), scene)
+        except ValueError:  # half a surrogate pair where a unit should be
+            return cls(ascii(scene).encode(), scene)
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _State) and self.text == other.text
+
+
+@lru_cache(maxsize=256)
+def _motion(state: _State) -> TorqueFreeMotion:
+    """Remembered, with the constants of its motion: who asks where a body points soon asks again."""
+    scene = state.scene
+    body, attitude, rate = scene.body.build(), scene.attitude.build(), scene.angular_velocity.build()
+    return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=scene.frame)
 
 
 def _course(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> Course:

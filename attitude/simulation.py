@@ -21,6 +21,7 @@ from .dynamics.acting import Acting, Kick, Once
 from .dynamics.event import Event
 from .dynamics.situation import Situation
 from .dynamics.translation import Translation, pushed
+from .effects.effect import BodysTorque
 from .effects.ground import Ground
 from .effects.impulse import Impulse
 from .effects.uniform_gravity import UniformGravity
@@ -63,15 +64,22 @@ class Route:
     effects: tuple[EffectPlan, ...]
 
 
-def route(scene: Described, drop_below: float | None = None) -> Route:
-    """What of a scene is simulated; with `drop_below` (rad) not the torques that matter less."""
+def route(scene: Described, drop_below: float | None = None, any_body: bool = False) -> Route:
+    """What of a scene is simulated; with `drop_below` (rad) not the torques that matter less.
+
+    any_body : with the torques that are nothing for the scene's own body, but may be something for another
+    """
     situation = scene.situation()
     tolerance = scene.asked_tolerance
     told = [
         scene_plan.of_effect(effect, f"effects[{i}]", scene, situation, tolerance, drop_below)
         for i, effect in enumerate(scene.effects)
     ]
-    used = [effect for effect, plan in zip(scene.effects, told, strict=True) if plan.simulated]
+    used = [
+        effect
+        for effect, plan in zip(scene.effects, told, strict=True)
+        if plan.simulated or (any_body and isinstance(effect, BodysTorque))
+    ]
     ground = next((effect for effect in used if isinstance(effect, Ground)), None)
     gravity = sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3))
     kicks = tuple(kick for effect in used if isinstance(effect, Impulse) for kick in effect.kicks(situation))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextvars import copy_context
 from functools import cache
 from itertools import pairwise
 from typing import Any, TypeVar
@@ -33,7 +34,7 @@ def run(work: Callable[[Share], None], shares: Sequence[Share]) -> None:
             work(share)
         return
     pool = _pool(len(shares) - 1)
-    others = [pool.submit(work, share) for share in shares[1:]]
+    others = [pool.submit(copy_context().run, work, share) for share in shares[1:]]
     try:
         work(shares[0])
     finally:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import zlib
-from collections.abc import AsyncIterator, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from hashlib import blake2b
 from http import HTTPStatus
@@ -95,18 +94,7 @@ def sent(computed: Computed, compute: Compute) -> Response:
     headers = computed.headers | {"content-type": computed.media}
     if computed.is_whole:
         return Response(next(computed.blocks, b""), HTTPStatus.OK, headers)
-    return StreamingResponse(_ahead(compute.blocks(computed.blocks)), HTTPStatus.OK, headers)
-
-
-async def _ahead(blocks: AsyncIterator[Any]) -> AsyncIterator[Any]:
-    """The same blocks; the next is computed while one is on its way."""
-    coming = asyncio.ensure_future(anext(blocks, None))
-    try:
-        while (block := await coming) is not None:
-            coming = asyncio.ensure_future(anext(blocks, None))
-            yield block
-    finally:
-        coming.cancel()
+    return StreamingResponse(compute.blocks(computed.blocks), HTTPStatus.OK, headers)
 
 
 def unchanged(tag: str) -> Response:

@@ -18,6 +18,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from starlette.exceptions import HTTPException
 
+from attitude.stopping import stoppable
+
 from . import jobs
 from .settings import Settings, variable
 
@@ -66,7 +68,7 @@ class Compute:
         except asyncio.CancelledError:
             if looking.reason is not None:
                 raise looking.reason from None
-            job.abandoned = True  # for the thread, which may be amid it
+            job.give_up()
             raise
         finally:
             looking.end()
@@ -111,7 +113,8 @@ class Compute:
         self._count(1)
         try:
             job.check(self.settings.max_seconds)
-            return work()
+            with stoppable(job.stop):
+                return work()
         finally:
             self._count(-1)
             job.end_piece()
@@ -147,7 +150,7 @@ class _Looking:
             self.job.check(self.compute.settings.max_seconds)
         except Exception as error:
             self.reason = error
-            self.job.abandoned = True  # for the thread, which may be amid it
+            self.job.give_up()
             self.future.cancel()
         else:
             left = self.compute.settings.max_seconds - self.job.spent()

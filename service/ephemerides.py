@@ -6,7 +6,8 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from starlette.requests import Request
+import orjson
+from starlette.requests import ClientDisconnect, Request
 
 from attitude.document import parse_json
 from attitude.errors import AttitudeError, InputError
@@ -19,7 +20,7 @@ from attitude.scene import Scene
 
 from . import jobs, limits
 from .answers import COST, JSON, PLAN, VERSIONED, Computed, is_seen, packed, tag_of
-from .errors import refusal
+from .errors import refusal, unexpected
 from .query import OURS, Asked, no_field
 from .settings import Settings, variable
 
@@ -42,11 +43,11 @@ def computed(document: bytes, asked: Asked, settings: Settings, request: Request
     return packed(found._replace(headers={**found.headers, "etag": tag, **VERSIONED}), asked.gzip)
 
 
-def _canonical(parsed: Any, document: bytes) -> str | bytes:
+def _canonical(parsed: Any, document: bytes) -> bytes:
     """The same text for the same document, however its keys are ordered and spaced."""
     try:
-        return json.dumps(parsed, sort_keys=True, separators=(",", ":"))
-    except RecursionError:  # deep enough to be read and no more; it is no scene, and is refused as such
+        return orjson.dumps(parsed, option=orjson.OPT_SORT_KEYS)
+    except TypeError:  # an integer beyond 64 bits, or too deep: it is as it stands, whatever becomes of it
         return document
 
 
@@ -139,6 +140,10 @@ def _members(
             if isinstance(error, InputError):
                 error.steps = (place, *error.steps)
             yield iter([bytes(refusal(request, error).body), b"\n"])
+        except ClientDisconnect:
+            raise
+        except Exception:  # the others have their answers all the same
+            yield iter([bytes(unexpected(request.scope).body), b"\n"])
 
 
 def _together(members: Iterator[Iterator[bytes]], known: Format) -> Iterator[bytes]:

@@ -124,10 +124,11 @@ class UnexpectedErrors:
         except Exception:
             if started or scope["type"] != "http":
                 raise
-            await _unexpected(scope)(scope, receive, send)
+            await unexpected(scope)(scope, receive, send)
 
 
-def _unexpected(scope: Scope) -> Response:
+def unexpected(scope: Scope) -> Response:
+    """Called where an error is handled, which goes into the log."""
     identity = secrets.token_hex(8)
     log.exception("unexpected error %s at %s %r", identity, scope["method"], scope["path"])
     return problem(HTTPStatus.INTERNAL_SERVER_ERROR, UNEXPECTED, id=identity)

@@ -12,6 +12,7 @@ from starlette.requests import ClientDisconnect
 from starlette.types import Message, Receive
 
 from attitude.errors import InputError
+from attitude.stopping import Stop
 
 from .settings import variable
 
@@ -27,6 +28,7 @@ class Job:
     samples : instants that the answer holds, counted by whoever makes it
     compute_seconds : that threads have spent on it so far
     abandoned : nobody waits for the answer any more
+    stop : set where what computes is to end now
     on_gone : called when the client has gone, while it is watched
     at_end : called when the request is over, whatever became of it
     """
@@ -37,6 +39,7 @@ class Job:
         self.compute_seconds = 0.0
         self.at_end: list[Callable[[], None]] = []
         self.abandoned = False
+        self.stop = Stop()
         self.on_gone: Callable[[], None] | None = None
         self._receive = receive
         self._watcher: asyncio.Task[None] | None = None
@@ -63,6 +66,11 @@ class Job:
         self.abandoned = True
         if self.on_gone is not None:
             self.on_gone()
+
+    def give_up(self) -> None:
+        """For the thread, which may be amid it."""
+        self.abandoned = True
+        self.stop.set()
 
     def end(self) -> None:
         if self._watcher is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from http import HTTPStatus
 
 from starlette.exceptions import HTTPException
@@ -12,6 +13,7 @@ from attitude.formats.known import FORMATS, KNOWN, Format
 USUAL = FORMATS["json"]
 
 
+@lru_cache(maxsize=256)
 def wanted(name: str | None, accept: str) -> Format:
     """Raises InputError for a name that is none, HTTPException 406 where nothing accepted is known."""
     if name is not None:
@@ -50,6 +52,7 @@ def _quality(parameters: list[str]) -> float:
     return 1.0
 
 
+@lru_cache(maxsize=256)
 def accepts_gzip(accept_encoding: str) -> bool:
     """Whether Accept-Encoding names gzip, or anything, with a weight above 0 (RFC 9110, 12.5.3)."""
     if not accept_encoding:

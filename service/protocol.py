@@ -18,6 +18,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from . import headers, jobs
 from .errors import problem
+from .gathering import Gathering
 from .settings import Settings, variable
 
 log = logging.getLogger(__name__)
@@ -45,7 +46,7 @@ class Protocol(H11Protocol):
     # -- clients that send slowly -----------------------------------------------------------------
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        super().connection_made(transport)
+        super().connection_made(Gathering(transport, self.loop))  # type: ignore[arg-type]
         self._wait()
 
     def data_received(self, data: bytes) -> None:

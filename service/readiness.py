@@ -5,6 +5,7 @@ The same warm-up runs when the container image is built, so that it has the comp
 
 from __future__ import annotations
 
+import gc
 import logging
 import threading
 import time
@@ -99,6 +100,7 @@ def warm_up() -> str:
         scene = Scene.model_validate(document)
         json.dumps(scene.run())
         json.motion_summary(scene.motion(), scene.name)
+    gc.freeze()  # what was loaded stays: to look through it for garbage takes longer than most requests
     return f"known case right, {count} kernels compiled, {time.monotonic() - begun:.2f} s"
 
 

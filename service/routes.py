@@ -27,7 +27,6 @@ from .slight import is_slight
 PACKAGES = ("numpy", "numba", "astropy")
 
 router = APIRouter()
-router.include_router(docs.router)
 
 
 async def _document(request: Request) -> bytes:
@@ -194,3 +193,6 @@ def _versions() -> bytes:
 @router.get("/openapi.json", include_in_schema=False)
 async def description(request: Request) -> Response:
     return fixed(request, request.app.described)
+
+
+router.include_router(docs.router)  # last: routes are tried in turn

@@ -797,3 +797,41 @@ def test_grid_of_a_dated_scene_builds_no_time(monkeypatch):
     assert sum(len(chunk) for chunk in scene.chunks(700)) == 5000
     with pytest.raises(AssertionError, match="a Time was built"):
         _ = ephemeris.time
+
+
+# Motions that are remembered
+
+
+def test_same_body_asked_again_has_the_same_bits_and_an_epoch_of_its_own():
+    document = Scene.builtin("toutatis").document()
+    other = {**document, "times": {"elapsed": [1e6, 2e6], "unit": "s"}}
+    scenes = [Scene.model_validate(each) for each in (document, other)]
+    first, second = (scene.motion() for scene in scenes)
+    assert (first.at(3e6).quaternion("wxyz") == second.at(3e6).quaternion("wxyz")).all()
+    assert first.epoch is not second.epoch
+    first.epoch = None
+    assert scenes[0].motion().epoch is not None
+
+
+@pytest.mark.parametrize(
+    ("field", "changed"),
+    [
+        ("body", {"moments": [3.0836, 3.235, 1.1], "unit": "kg m2"}),
+        ("attitude", {"quaternion": [1.0, 0.0, 0.0, 0.0], "order": "wxyz"}),
+        ("angular_velocity", {"value": [14.51, 33.529, -98.8], "unit": "deg/d"}),
+        ("frame", "ICRF"),
+    ],
+)
+def test_whatever_makes_another_motion_is_not_taken_for_the_same(field, changed):
+    document = Scene.builtin("toutatis").document()
+    one, other = (Scene.model_validate(each).motion() for each in (document, {**document, field: changed}))
+    assert (
+        one.frame != other.frame or (one.at(1e6).quaternion("wxyz") != other.at(1e6).quaternion("wxyz")).any()
+    )
+
+
+def test_unit_that_no_text_holds_is_refused_like_any_other():
+    document = Scene.builtin("toutatis").document()
+    document["angular_velocity"]["unit"] = "\ud800"
+    with pytest.raises(InputError, match=r"angular_velocity\.unit"):
+        Scene.model_validate(document).motion()

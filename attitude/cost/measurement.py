@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import stopping
 from ..body import RigidBody
 from ..elapsed import instants
 from ..errors import AttitudeError, InputError
@@ -225,6 +226,7 @@ class Race:
         for number, method in enumerate(methods):
             self._try(number, method)
         while self.queue:
+            stopping.current().check()
             attempt = heapq.heappop(self.queue)
             if attempt.predicted_s <= self.left:
                 self._measure(attempt)
@@ -344,7 +346,8 @@ class Race:
         return self.horizons[j + 1] / self.horizons[j] if method.steps else 1.0
 
     def _announce(self, text: str, seconds: float = 0.0) -> None:
-        """Now and then, and before whatever takes long."""
+        """Now and then, and before whatever takes long; nothing more is begun once it is to stop."""
+        stopping.current().check()
         now = perf_counter()
         if now - self.said >= SAY_EVERY or seconds >= SAY_EVERY:
             self.said = now

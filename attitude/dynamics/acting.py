@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from . import rows
 from .situation import Pieces, Situation
 
 
@@ -34,8 +35,8 @@ class Once:
         self._situation = situation
 
     def rows(self, situation: Situation) -> np.ndarray:
-        rows: np.ndarray = self.effect.rows(situation)
-        return rows
+        found: np.ndarray = self.effect.rows(situation)
+        return found
 
     def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
         return self._spans
@@ -59,6 +60,29 @@ class Once:
     @cached_property
     def _size(self) -> float:
         return float(self.effect.size(self._situation))
+
+    def of(self, situation: Situation) -> Once:
+        """The same torque on another body over the same span: spans and Sun are those found already."""
+        other = Once(self.effect, situation)
+        other.__dict__.update(_spans=self._spans, _sun=self._sun)
+        return other
+
+    def sizes(self, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """(n,), N m: its size for bodies by moments and rates along their principal axes, (n, 3)."""
+        if hasattr(self.effect, "sizes"):
+            found: np.ndarray = self.effect.sizes(self._situation, moments, rates)
+            return found
+        return np.full(len(moments), self._size)
+
+    @cached_property
+    def own_rows(self) -> np.ndarray:
+        """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
+        return rows.own_rows(self.effect, self._situation)
+
+    @cached_property
+    def follows_axes(self) -> bool:
+        """Whether of a body only its axes reach the rows."""
+        return rows.follows_axes(self.effect, self._situation)
 
     def raise_failure(self) -> None:
         """What a function of the user's raised, if it did."""

@@ -28,6 +28,8 @@ PILOT = 40.0
 STEPS = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 FINEST = 0.5
+# Steps that solvers may choose to make of it: far more than any torque that can be followed over the span.
+MOST_STEPS = 2e5
 # Errors below this are rounding: no order is read off them.
 ROUNDING = 3e-13
 # Of the tolerance, what the estimate is to be: the rest is for what the pilot did not meet.
@@ -145,7 +147,7 @@ class _Pilot:
         stop = self.leg.start + np.copysign(self.span, self.leg.stop - self.leg.start)
         state = stepped.state(self.situation.attitude, self.momentum)
         out = np.full((OUTPUTS, 1), np.nan)
-        part = Part(self.leg.start, float(stop), np.array([stop]), np.zeros(1))
+        part = Part(self.leg.start, float(stop), np.array([stop]), np.zeros(1), most=MOST_STEPS)
         work = solver.follow(self.leg.torques, stepped, state, part, setting, out)
         return out[:, 0], work
 

@@ -13,6 +13,8 @@ from .acting import Acting, Kick
 from .situation import Situation
 
 SINK_ITERATIONS = 100
+# Neighbouring doubles may take turns for ever: found, if they differ by no more than this part of the rate.
+IN_TURNS = 1e-15
 TOO_STRONG = "a coefficient so small that energy falls over more than a turn"
 
 
@@ -30,7 +32,7 @@ def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndar
             elif row[0] == layout.DISSIPATION:
                 alpha += row[1]
     tensor = situation.body.tensor
-    rate = situation.rate
+    rate = before = situation.rate
     most = 1e3 * float(np.abs(rate).max())
     for _ in range(SINK_ITERATIONS if alpha else 0):
         before, rate = rate, situation.rate - alpha * np.cross(tensor @ rate + rotors, rate)
@@ -39,7 +41,7 @@ def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndar
         if not np.abs(rate).max() <= most:  # away from any solution, and on to infinity
             raise InputError("dissipation", alpha, TOO_STRONG)
     else:
-        if alpha:
+        if alpha and not np.abs(rate - before).max() <= IN_TURNS * np.abs(rate).max():
             raise InputError("dissipation", alpha, TOO_STRONG)
     return orientation.rotate(situation.attitude, tensor @ rate + rotors)
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import compiled
+from .. import compiled, stopping
 from ..errors import ToleranceError
 from ..kernels import layout
 from . import schemes
@@ -25,12 +25,14 @@ STRIDE = 1.5  # steps of the coarser solution over those of the answer
 # Collocation in steps so long that the two differ by more than this (rad) is far from its order; splitting
 # in steps of more than so many radians meets resonances, where a finer solution may be the worse one.
 FAR, LONG = 1e-6, 1.0
+MOST_STEPS = 1e8
 
 
 class Part(NamedTuple):
     """What is asked of a solver: from start to stop (s), the two-part instants within, in that direction.
 
     With `coarsely`, in two thirds of the steps, or with ten times the tolerance: what the error is told by.
+    After `most` steps a solver that chooses its own gives up.
     """
 
     start: float
@@ -38,6 +40,7 @@ class Part(NamedTuple):
     seconds: np.ndarray
     rest: np.ndarray
     coarsely: bool = False
+    most: float = MOST_STEPS
 
 
 class Work(NamedTuple):
@@ -96,9 +99,11 @@ class Solver:
         setting: float,
         out: np.ndarray,
     ) -> Work:
-        """`march`; what a function of the user's raised meanwhile is raised here."""
+        """`march`; what a function of the user's raised meanwhile is raised here, and Stopped."""
         try:
-            return self.march(stepped, state, part, setting, out)
+            work = self.march(stepped, state, part, setting, out)
+            stopping.current().check()
+            return work
         finally:
             for torque in torques:
                 if hasattr(torque, "raise_failure"):
@@ -110,7 +115,7 @@ class Solver:
         return self.name.split(",")[0]
 
 
-def _steps(part: Part, step: float) -> int:
+def steps_of(part: Part, step: float) -> int:
     """So many equal steps, none longer than asked for; at least two, so that there is something coarser."""
     steps = max(2, int(np.ceil(abs(part.stop - part.start) / step * (1.0 - 1e-12))))
     return int(steps / STRIDE) if part.coarsely else steps
@@ -118,7 +123,7 @@ def _steps(part: Part, step: float) -> int:
 
 def _grid(part: Part, step: float) -> tuple[int, tuple[Any, ...]]:
     """(steps, what a solver of equal steps is told of them: start, length, number)."""
-    steps = _steps(part, step)
+    steps = steps_of(part, step)
     return steps, (np.array([part.start, 0.0]), (part.stop - part.start) / steps, steps)
 
 
@@ -138,19 +143,21 @@ def _split(
     steps, grid = _grid(part, setting)
     shares = composition.drifts, composition.kicks
     body, work = (stepped.body, int(stepped.symmetric)), np.empty((6, layout.NODES))
-    compiled.split(state, *grid, *shares, *body, *_asked(stepped, part, out), work)
+    compiled.split(state, *grid, *shares, *body, *_asked(stepped, part, out), work, stopping.current().flag)
     return Work(steps, steps * len(composition.kicks), 0)
 
 
 def _collocate(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
     (steps, grid), counts = _grid(part, setting), np.zeros(2)
     body, work = (stepped.body, int(stepped.symmetric)), schemes.gauss().copy()
-    compiled.collocate(state, *grid, *body, *_asked(stepped, part, out), work, counts)
+    compiled.collocate(
+        state, *grid, *body, *_asked(stepped, part, out), work, counts, stopping.current().flag
+    )
     return Work(steps, int(counts[0]) * layout.NODES, int(counts[1]))
 
 
 @cache
-def _dormand_prince() -> np.ndarray:
+def dormand_prince() -> np.ndarray:
     """(16, 12): A, B, C and both error estimates of Dormand and Prince's method, as scipy has them."""
     from scipy.integrate import DOP853
 
@@ -167,16 +174,18 @@ def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float
         np.array([part.stop, 0.0]),
         float(np.copysign(first, part.stop - part.start)),
         setting * RUNGE_KUTTA.coarser if part.coarsely else setting,
-        _dormand_prince(),
+        dormand_prince(),
         stepped.body,
         *_asked(stepped, part, out, states=2),
         np.empty(13 * 7),
         counts,
+        part.most,
+        stopping.current().flag,
     )
     if counts[2]:
         raise ToleranceError(
-            "tolerance: the steps of dop853 shrank without end; the torque is not continuous, or not finite, "
-            f"or an error of {setting:.1g} rad a step is more than a double can keep"
+            "tolerance: dop853 needs steps without end; the torque is not continuous, or not finite, or far "
+            f"too great for the body, or an error of {setting:.1g} rad a step is more than a double can keep"
         )
     return Work(int(counts[0]), 12 * int(counts.sum()), 0)
 

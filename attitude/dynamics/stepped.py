@@ -50,7 +50,7 @@ class Stepped:
 
     @property
     def is_smooth(self) -> bool:
-        return not self.codes & set(BROKEN)
+        return is_smooth(self.codes)
 
     def state(self, attitude: np.ndarray, momentum: np.ndarray) -> np.ndarray:
         """(STATE,) of a body of that attitude (of its own frame, to inertial) and momentum (inertial)."""
@@ -61,6 +61,11 @@ class Stepped:
         state[layout.MOMENTUM : layout.MOMENTUM + 3] = momentum
         state[layout.AXIAL] = orientation.rotate(orientation.conjugate(state[:4]), momentum)[2]
         return state
+
+
+def is_smooth(codes: set[int]) -> bool:
+    """Whether torques of these kinds all are, in time."""
+    return not codes & set(BROKEN)
 
 
 def ascending(situation: Situation, torques: Sequence[Acting]) -> Stepped:
@@ -102,7 +107,7 @@ def stepped(situation: Situation, torques: Sequence[Acting], order: tuple[int, i
     body = _body(situation, table[absorbed], to_axes)
     symmetric = _are_same(situation, order[0], order[1]) and _keeps_axis(body)
     effects = np.ascontiguousarray(table[~absorbed])
-    return Stepped(body, symmetric, to_axes, (effects, *_course(situation), *_sun(situation, torques)))
+    return Stepped(body, symmetric, to_axes, (effects, *course_of(situation), *sun_of(situation, torques)))
 
 
 def _keeps_axis(body: np.ndarray) -> bool:
@@ -129,13 +134,13 @@ def _body(situation: Situation, absorbed: np.ndarray, to_axes: np.ndarray) -> np
     return body
 
 
-def _course(situation: Situation) -> tuple[np.ndarray, np.ndarray]:
+def course_of(situation: Situation) -> tuple[np.ndarray, np.ndarray]:
     if situation.course is None:
         return np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
     return situation.course.numbers, np.ascontiguousarray(situation.course.pieces)
 
 
-def _sun(situation: Situation, torques: Sequence[Acting]) -> tuple[np.ndarray, np.ndarray]:
+def sun_of(situation: Situation, torques: Sequence[Acting]) -> tuple[np.ndarray, np.ndarray]:
     """(start, length, whether there is one), pieces: one Sun for all, the effects ask for the same."""
     for torque in torques:
         pieces = torque.sun(situation)

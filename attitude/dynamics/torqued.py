@@ -111,11 +111,8 @@ def solve(
     ------
     ToleranceError : steps however small do not bring the estimate below the tolerance.
     """
-    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-    rest = (
-        np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
-    )
-    march = partial(_march, situation, _by_direction(situation, torques, kicks), seconds, rest)
+    seconds, rest = two_part(instants)
+    march = partial(_march, situation, by_direction(situation, torques, kicks), seconds, rest)
     angle = pace(situation, torques) * max(abs(situation.start), abs(situation.stop))
     nearest, tried = np.inf, found[0].solver
     for candidate in _worth_trying(found, situation, torques):
@@ -133,6 +130,36 @@ def solve(
         f"tolerance: {tolerance:.1e} rad cannot be reached over this span in double precision by "
         f"{tried.name} (estimated error {nearest:.1e} rad); ask for more than that"
     )
+
+
+def settled(
+    situation: Situation,
+    torques: Sequence[Acting],
+    kicks: Sequence[Kick],
+    instants: Instants,
+    tolerance: float,
+    candidate: Candidate,
+) -> Candidate:
+    """The candidate with a setting that brings the estimate at the instants to half of the tolerance, or
+    to the tolerance where half of it cannot be had; as it is where neither can.
+    """
+    seconds, rest = two_part(instants)
+    march = partial(_march, situation, by_direction(situation, torques, kicks), seconds, rest)
+    angle = pace(situation, torques) * max(abs(situation.start), abs(situation.stop))
+    for aim in (AIM * tolerance, tolerance):
+        begun = _rehearsed(situation, torques, kicks, candidate, aim, angle)
+        one, found = _refined(march, begun, aim, angle, seconds.size)
+        if one.error <= aim:
+            return found
+    return candidate
+
+
+def two_part(instants: Instants) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) seconds and (n,) their rest, as kernels take them."""
+    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+    if instants.rest is None:
+        return seconds, np.zeros_like(seconds)
+    return seconds, np.ascontiguousarray(instants.rest).reshape(-1)
 
 
 def _worth_trying(
@@ -163,7 +190,7 @@ def _rehearsed(
     march = partial(
         _march,
         situation,
-        _by_direction(replace(situation, start=start, stop=stop), torques, kicks),
+        by_direction(replace(situation, start=start, stop=stop), torques, kicks),
         seconds,
         np.zeros(REHEARSED),
     )
@@ -172,7 +199,7 @@ def _rehearsed(
         one = _estimated(march, candidate, angle / PARTS, REHEARSED)
         if one.error <= share or one.rounding > share:
             break
-        candidate = _finer(candidate, share / one.error, one.marched.smooth)
+        candidate = finer(candidate, share / one.error, one.marched.smooth)
     return candidate
 
 
@@ -187,7 +214,7 @@ def _refined(
             return one, candidate
         vain += 1 if best is not None and one.error > 0.5 * best.error else 0
         best = one if best is None or one.error < best.error else best
-        candidate = _finer(candidate, tolerance / one.error, one.marched.smooth)
+        candidate = finer(candidate, tolerance / one.error, one.marched.smooth)
         enough = not one.marched.smooth and candidate.setting * MOST < first.setting
         if vain == 2 or one.rounding > tolerance or (enough and candidate.solver is not RUNGE_KUTTA):
             break
@@ -195,7 +222,7 @@ def _refined(
     return best, candidate
 
 
-def _finer(candidate: Candidate, ratio: float, smooth: bool) -> Candidate:
+def finer(candidate: Candidate, ratio: float, smooth: bool) -> Candidate:
     """A setting whose error is smaller by a ratio, and a little more."""
     order = min(candidate.solver.order, 14 if smooth else 2)
     share = (0.5 * ratio) ** (1.0 / order) if ratio > 0.0 else 0.5  # nothing known: it did not settle
@@ -206,10 +233,10 @@ def _finer(candidate: Candidate, ratio: float, smooth: bool) -> Candidate:
 
 
 def _all_legs(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[Leg]:
-    return [leg for direction in _by_direction(situation, torques, kicks) for leg in direction]
+    return [leg for direction in by_direction(situation, torques, kicks) for leg in direction]
 
 
-def _by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[list[Leg]]:
+def by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[list[Leg]]:
     """Legs forwards, and backwards where instants lie before the epoch."""
     cut = []
     if situation.start < 0.0:
@@ -221,7 +248,7 @@ def _by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequen
 
 def _estimated(march: March, candidate: Candidate, angle: float, count: int) -> Estimate:
     """The solution and a coarser one, side by side on two processors."""
-    some = np.unique(np.linspace(0, count - 1, min(count, CHECKED)).round().astype(int))
+    some = checked(count)
     answers: dict[bool, Marched] = {}
 
     def one(coarsely: bool) -> None:
@@ -232,9 +259,19 @@ def _estimated(march: March, candidate: Candidate, angle: float, count: int) -> 
     if any(answer.work.failed or not np.isfinite(answer.rows).all() for answer in (fine, coarse)):
         return Estimate(fine, np.inf, 0.0)
     apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
-    wandering = _wandering(candidate.solver, fine, angle)
+    return estimate(candidate.solver, fine, apart, angle)
+
+
+def checked(count: int) -> np.ndarray:
+    """Which of so many instants a coarser solution is compared at."""
+    return np.unique(np.linspace(0, count - 1, min(count, CHECKED)).round().astype(int))
+
+
+def estimate(solver: Solver, fine: Marched, apart: float, angle: float) -> Estimate:
+    """How far a solution may be off that is `apart` (rad) from a coarser one, over an angle turned (rad)."""
+    wandering = _wandering(solver, fine, angle)
     rounding = wandering + _rounding(fine.work, angle)
-    better = candidate.solver.gain(fine.smooth, apart, angle / max(1, fine.work.steps))
+    better = solver.gain(fine.smooth, apart, angle / max(1, fine.work.steps))
     error = max(apart / better, min(apart, max(GROWN, 10.0 * wandering)))
     return Estimate(fine, error + rounding, rounding)
 

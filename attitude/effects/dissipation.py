@@ -10,11 +10,11 @@ from pydantic import model_validator
 from ..dynamics.situation import Situation
 from ..kernels import layout
 from ..quantities import DissipationCoefficient, check_not_negative
-from .effect import Torque, row
+from .effect import BodysTorque, row
 from .spin import momentum
 
 
-class Dissipation(Torque):
+class Dissipation(BodysTorque):
     """`{"type": "dissipation", "coefficient": {"value": 1e-3, "unit": "1/(N m s)"}}`.
 
     The double bracket dm/dt = m x w + alpha m x (m x w), m the body's angular momentum, w = I^-1 m,
@@ -33,8 +33,7 @@ class Dissipation(Torque):
     def rows(self, situation: Situation) -> np.ndarray:
         return row(layout.DISSIPATION, self.coefficient.si)[None]
 
-    def size(self, situation: Situation) -> float:
+    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """alpha L abs(m x w), at most alpha L^3 (1/I_min - 1/I_max) / 2: reached halfway between the axes."""
-        moments = situation.moments
-        spread = float(1.0 / moments.min() - 1.0 / moments.max())
-        return 0.5 * self.coefficient.si * momentum(situation) ** 3 * spread
+        spread = 1.0 / moments.min(axis=-1) - 1.0 / moments.max(axis=-1)
+        return 0.5 * self.coefficient.si * momentum(moments, rates) ** 3 * spread

@@ -13,14 +13,14 @@ from ..dynamics.situation import Situation
 from ..errors import InputError
 from ..kernels import layout
 from ..quantities import GREATEST
-from .effect import Torque, row
+from .effect import BodysTorque, row
 from .spin import greatest_rate
 
 # Rounding in the caller's own arithmetic that is forgiven, as in a body's tensor.
 SYMMETRY_TOLERANCE = 1e-12
 
 
-class EddyDamping(Torque):
+class EddyDamping(BodysTorque):
     """`{"type": "eddy_damping", "coefficient": 1e-3, "unit": "N m s"}`: torque -C omega.
 
     C is `coefficient` in all directions, or a `tensor` in the body frame, symmetric and with no negative
@@ -58,9 +58,9 @@ class EddyDamping(Torque):
         C = situation.axes @ self.C @ situation.axes.T
         return row(layout.EDDY, 0.5 * (C + C.T))[None]
 
-    def size(self, situation: Situation) -> float:
+    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Greatest eigenvalue of C times the greatest rate of free rotation: the spin only falls by it."""
-        return float(np.linalg.eigvalsh(self.C)[-1]) * greatest_rate(situation)
+        return float(np.linalg.eigvalsh(self.C)[-1]) * greatest_rate(moments, rates)
 
 
 def _check_symmetric(C: np.ndarray, tensor: list[list[float]] | None) -> None:

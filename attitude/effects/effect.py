@@ -66,6 +66,17 @@ class Torque(Effect):
         raise NotImplementedError
 
 
+class BodysTorque(Torque):
+    """A torque whose size depends on the body's moments or rate; that of any other is the same for all."""
+
+    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """(...), N m: `size` of bodies by their moments and rates along the principal axes, (..., 3)."""
+        raise NotImplementedError
+
+    def size(self, situation: Situation) -> float:
+        return float(self.sizes(situation, situation.moments, situation.axes @ situation.rate))
+
+
 def row(code: int, *numbers: object) -> np.ndarray:
     """One row: the code, then numbers and vectors one after the other, padded with zeros."""
     values = np.concatenate([np.ravel(np.asarray(number, dtype=float)) for number in numbers])

@@ -10,10 +10,10 @@ from ..dynamics.situation import Situation
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.position import least_distance
-from .effect import Torque, row
+from .effect import BodysTorque, row
 
 
-class GravityGradient(Torque):
+class GravityGradient(BodysTorque):
     """`{"type": "gravity_gradient"}`: torque 3 mu / r^3 (n x I n), n from the central body to this one.
 
     The first term of the series in the body's size over r (Hughes 2004, section 8.1), with the full tensor.
@@ -26,12 +26,11 @@ class GravityGradient(Torque):
     def rows(self, situation: Situation) -> np.ndarray:
         return row(layout.GRAVITY_GRADIENT, _mu(situation))[None]
 
-    def size(self, situation: Situation) -> float:
+    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Reached at the nearest point of the orbit, 45 degrees between least and greatest moment."""
         if situation.course is None:
             raise InputError("orbit", None, "an orbit")
-        moments = situation.moments
-        spread = float(moments.max() - moments.min())
+        spread = moments.max(axis=-1) - moments.min(axis=-1)
         return 1.5 * _mu(situation) / least_distance(situation.course) ** 3 * spread
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 import numpy as np
@@ -10,10 +9,11 @@ import numpy as np
 from ..dynamics.situation import Situation
 from ..kernels import layout
 from ..quantities import AngularImpulseVector
-from .effect import Torque, row
+from .effect import BodysTorque, row
+from .spin import fastest_by_energy
 
 
-class Wheels(Torque):
+class Wheels(BodysTorque):
     """`{"type": "wheels", "momentum": {"value": [0, 0, 5], "unit": "N m s"}}`.
 
     The angular momentum of all rotors together relative to the body, along the body's axes; constant, as
@@ -26,9 +26,6 @@ class Wheels(Torque):
     def rows(self, situation: Situation) -> np.ndarray:
         return row(layout.WHEELS, situation.axes @ self.momentum.si)[None]
 
-    def size(self, situation: Situation) -> float:
+    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """abs(h x omega) at most: h times sqrt(2E / I_min), as the energy of a gyrostat's body stays."""
-        rate = situation.axes @ situation.rate
-        moments = situation.moments
-        fastest = math.sqrt(float(rate @ (moments * rate)) / float(moments.min()))
-        return float(np.linalg.norm(self.momentum.si)) * fastest
+        return float(np.linalg.norm(self.momentum.si)) * fastest_by_energy(moments, rates)

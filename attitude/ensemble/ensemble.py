@@ -17,8 +17,10 @@ from ..errors import InputError
 from ..kernels.layout import LEAF, PITCH, REGIMES
 from ..scene import Scene
 from . import engine
-from .bodies import choice_of, is_free, motion_of
+from .bodies import choice_of, free_motion, is_free, motion_of
+from .density import COLUMNS, ROWS, Counting, Density, axis_of
 from .dispersion import Sampled
+from .flips import flips
 from .gathered import Gathering, Sums, cuts
 from .states import Source, States, check_part
 from .statistics import Statistics
@@ -29,8 +31,10 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float], None]
 
-TASKS = 256  # at least, of many bodies: none waits long for the last
-MOST_LEAVES = 16  # of a task: 4096 bodies, whose constants take 3 MiB
+TASKS = 64  # at least, of many bodies: none waits long for the last
+# Of a task of free bodies, at least and at most: 1024, which take ten times as long as to hand out a task,
+# to 4096, whose constants take 3 MiB.  Simulated bodies take longer: then one is enough.
+FEW_LEAVES, MOST_LEAVES = 4, 16
 # Instants of one pass over all bodies: of closed forms set-up is 4 % then; simulated again in each pass.
 FREE_PASS, SIMULATED_PASS = 16 * PITCH, 128 * PITCH
 
@@ -219,6 +223,55 @@ class Ensemble:
         found = np.concatenate(products), np.concatenate(references)
         return Statistics(*found, instants, self.size, regimes, orientation.check_frame(self.frame))
 
+    def density(
+        self,
+        times: Any = None,
+        axis: Any = "z",
+        scheduler: str | None = None,
+        workers: int | None = None,
+        progress: Progress | None = None,
+    ) -> Density:
+        """Where a body axis points: bodies counted in cells of the sphere; nothing else is kept.
+
+        Parameters
+        ----------
+        times : as for `statistics`
+        axis : "x", "y", "z", the principal axis of "least", "middle" or "greatest" moment of the scene's
+            body, or a vector (3,) in the body frame
+        scheduler, workers, progress : as for `statistics`
+
+        Raises
+        ------
+        What `statistics` raises, and InputError for what is no axis.
+        """
+        instants, along = self.instants(times), axis_of(axis, self.scene)
+        choice = choice_of(self.scene, self.source, instants)
+        work = Counting(self.source, self.scene, choice, instants, along)
+        counts = np.zeros((instants.seconds.size, ROWS * COLUMNS), np.int64)
+        with closing(engine.mapped(work, self._tasks(), scheduler, workers, progress)) as parts:
+            for found in parts:
+                counts += found
+        frame = orientation.check_frame(self.frame)
+        return Density(along, instants, frame, self.size, counts.reshape(-1, ROWS, COLUMNS))
+
+    def flips(self, count: int = 1, first: int = 0, last: int | None = None) -> np.ndarray:
+        """(n, count), s: when the bodies from first to last flip, the first times after the epoch.
+
+        A body flips when its rate about its intermediate axis changes sign; infinite where it does not.
+
+        Raises InputError where the bodies are not free, or for bodies that there are not.
+        """
+        if not is_free(self.scene):
+            raise InputError("scene.effects", "effects that turn the body", "none, for flips in closed form")
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise InputError("count", count, "a whole number, at least 1")
+        return flips(free_motion(self.states(first, last), first), count)
+
+    def _tasks(self) -> list[tuple[int, int]]:
+        """Bodies of each task: whole leaves, many enough that none waits long for the last."""
+        least = FEW_LEAVES if is_free(self.scene) else 1
+        return cuts(self.size, LEAF * min(max(self.size // (LEAF * TASKS), least), MOST_LEAVES))
+
     def _gathered(
         self,
         instants: Instants,
@@ -232,11 +285,8 @@ class Ensemble:
         rest = None if instants.rest is None else np.ascontiguousarray(instants.rest)
         seconds = np.ascontiguousarray(instants.seconds)
         work = Gathering(self.source, self.scene, choice, seconds, rest, reference)
-        leaves = min(max(self.size // (LEAF * TASKS), 1), MOST_LEAVES)
         total = Sums(len(seconds))
-        with closing(
-            engine.mapped(work, cuts(self.size, LEAF * leaves), scheduler, workers, progress)
-        ) as parts:
+        with closing(engine.mapped(work, self._tasks(), scheduler, workers, progress)) as parts:
             for sums in parts:
                 total.add(sums)
         return total

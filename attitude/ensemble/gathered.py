@@ -105,7 +105,7 @@ class Gathering:
         """By leaf: (which cut of the instants, quaternions (4, n, k)), bodies in order for each cut."""
         batch, farthest = motion._batch, float(np.abs(self.seconds).max())
         with naming(index):
-            records = np.concatenate([block for _, block in batch.blocks(0, batch.size)])
+            ((_, records),) = batch.blocks(0, batch.size)  # a task's are kept
         refuse_too_far(batch.pace(records), farthest)
         parts = [(self.seconds[a:b], None if self.rest is None else self.rest[a:b]) for a, b in self._cuts()]
 

@@ -73,7 +73,7 @@ def _epoch_text(jd1: float, jd2: float, scale: str) -> str:
 
 
 def _body(body: RigidBody) -> dict[str, Any]:
-    if (body.axes == np.eye(3)).all():
+    if body._tensor is None or (body.axes == np.eye(3)).all():
         return {"moments": body.moments.tolist(), "unit": "kg m2"}
     return {"tensor": body.tensor.tolist(), "unit": "kg m2"}
 
@@ -280,17 +280,24 @@ def dates(instants: Instants) -> np.ndarray:
     epoch, scale = instants.epoch, instants.scale
     if epoch is None or scale not in ("tai", "tt", "utc"):
         return iso_text(instants.time)
-    start = epoch.tt if scale == "tt" else epoch.tai
-    since = (Fraction(float(start.jd1)) - MJD + Fraction(float(start.jd2))) * DAY_NANOSECONDS
-    day, nanosecond = divmod(since.__floor__(), DAY_NANOSECONDS)
+    day, nanosecond, below = _since_mjd(float(epoch.jd1), float(epoch.jd2), epoch.scale, scale)
     begins, offsets = leap_seconds.steps() if scale == "utc" else (NO_STEPS, NO_STEPS)
     seconds = np.ascontiguousarray(instants.seconds, dtype=np.float64).reshape(-1)
     rest = np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest)
     text, beyond = np.empty(seconds.size * ISO_WIDTH, dtype=np.uint8), np.zeros(1, dtype=np.int64)
-    below = float(since - since.__floor__())
     where = day, nanosecond, below, begins, offsets
     compiled.put_dates(seconds, rest.reshape(-1), *where, text, beyond)
     return iso_text(instants.time) if beyond[0] else text.view(f"S{ISO_WIDTH}").reshape(instants.shape)
+
+
+@lru_cache(maxsize=256)
+def _since_mjd(jd1: float, jd2: float, scale: str, to: str) -> tuple[int, int, float]:
+    """(days, nanoseconds, what is left of one) from modified Julian day 0 of TT or TAI to an epoch."""
+    epoch = Time(jd1, jd2, format="jd", scale=scale)
+    start = epoch.tt if to == "tt" else epoch.tai
+    since = (Fraction(float(start.jd1)) - MJD + Fraction(float(start.jd2))) * DAY_NANOSECONDS
+    day, nanosecond = divmod(since.__floor__(), DAY_NANOSECONDS)
+    return day, nanosecond, float(since - since.__floor__())
 
 
 def degrees(piece: Ephemeris) -> np.ndarray:

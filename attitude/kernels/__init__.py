@@ -24,6 +24,7 @@ imports from the modules above it.  Read downwards it is the calculation:
     splitting      kicks by the torque around exact free rotation
     collocation    Gauss's collocation, order 16
     runge_kutta    Dormand and Prince, order 8, with steps of its own choice
+    many           these solvers for body after body, one call a block
     surface        how high the lowest point of a body is over a plane, and for how long it cannot touch it
     rubbing        one point that touches, with friction
     impact         what a contact does to velocity and body rate

@@ -86,6 +86,7 @@ def collocate(
     spare,
     work,
     counts,
+    halted,
 ):
     """March `steps` steps of h from `start`, and write the state at the instants asked for.
 
@@ -105,6 +106,8 @@ def collocate(
         t, t_low = time_of(k, h, start)
         span = t, t_low, h, k == steps
         written = write_until(_step, arguments, state, span, symmetric, body, instants, spare, out, written)
+        if halted[0] != 0.0:
+            return
         if k < steps:
             _step(state, t, t_low, h, *arguments)
             if not abs(state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is

@@ -74,6 +74,8 @@ class CompiledName(NamedTuple):
     USER,
 ) = range(1, 11)
 EFFECT_WIDTH = 20
+# Where the numbers of a row are vectors of the body: the place of each one's first.  EDDY's are a tensor.
+BODY_VECTORS = {CONSTANT_BODY: (1,), WHEELS: (1,), MAGNETIC: (1,), SOLAR_PLATE: (1, 4), DRAG_PLATE: (1, 4)}
 
 # Where the centre of mass is on its orbit, about the central body: code, then
 #   KEPLER  semi-major axis a, eccentricity e, mean anomaly at t = 0 in turns, mean motion in turns/s in two

@@ -16,8 +16,6 @@ from .vectors import add_scaled, dot
 
 UNKNOWNS = 7  # attitude, momentum
 STAGES = 12
-# Steps after which it is given up: a torque that jumps everywhere would shorten them without end.
-MOST_STEPS = 1e8
 
 
 @kernel
@@ -40,6 +38,8 @@ def runge_kutta(
     spare,
     work,
     counts,
+    most,
+    halted,
 ):
     """March from `start` to `stop`, and write the state at the instants asked for.
 
@@ -52,6 +52,8 @@ def runge_kutta(
     spare : (2 STATE,), work : (13 * 7,), scratch
     counts : (3,), written: steps taken, steps refused, 1.0 where they shrank to nothing or were too many; the
         state is that at the last step then, and instants from there on are not written
+    most : steps, refused ones included, after which it is given up: a torque that jumps everywhere would
+        shorten them without end
     the rest : as in `splitting.split`
     """
     world = effects, orbit, pieces, sun, sun_pieces
@@ -65,11 +67,15 @@ def runge_kutta(
         ends = abs(h) >= abs(left)
         h = left if ends else h
         copied(state, ahead)
+        if counts[0] + counts[1] > most:
+            counts[2] = 1.0
+        if counts[2] != 0.0 or halted[0] != 0.0:
+            return
         error = _step(ahead, t, t_low, h, *arguments)
         if not error <= 1.0:
             counts[1] += 1
             h *= max(0.2, 0.9 * error**-0.125) if error > 1.0 else 0.2
-            if abs(h) <= 1e-15 * (abs(t) + abs(left)) or counts[0] + counts[1] > MOST_STEPS:
+            if abs(h) <= 1e-15 * (abs(t) + abs(left)):
                 counts[2] = 1.0
                 return
             continue

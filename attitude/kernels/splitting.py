@@ -33,6 +33,7 @@ def split(
     out,
     spare,
     work,
+    halted,
 ):
     """March `steps` steps of h from `start`, and write the state at the instants asked for.
 
@@ -47,6 +48,7 @@ def split(
     seconds, rest : (m,), two-part instants in the order of the steps, none outside them
     out : (10, m), written: attitude, rate, momentum
     spare : (STATE,), work : (6, 8), scratch
+    halted : (1,), set to another number than 0 by another thread to end it: nothing more is written
     """
     prefer_widest_vectors()
     world = effects, orbit, pieces, sun, sun_pieces
@@ -56,6 +58,8 @@ def split(
         t, t_low = time_of(k, h, start)
         span = t, t_low, h, k == steps
         written = write_until(_step, arguments, state, span, symmetric, body, instants, spare, out, written)
+        if halted[0] != 0.0:
+            return
         if k < steps:
             _step(state, t, t_low, h, *arguments)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn
+from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,8 +22,6 @@ COLOURS = (BLACK, RED, BLUE, GREEN)
 # of its own.
 JOINED = 1.2
 CONSERVED = 1e-9  # relative: what changes by less is not drawn
-UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
-LEAST_UNITS = 4.0  # a span is told in the largest unit that it has so many of
 EVENTS = {
     "contact": ("0.35", DASHED),
     "impulse": ("#cc79a7", "-"),
@@ -81,7 +79,7 @@ def _changing(ephemeris: Ephemeris) -> list[Panel]:
 def _draw(ephemeris: Ephemeris, panels: list[Panel], figure: Figure) -> None:
     order = np.argsort(ephemeris.elapsed, kind="stable")
     seconds = ephemeris.elapsed[order]
-    unit, size = _time_unit(seconds)
+    unit, size = time_unit(seconds)
     styles = _styles(ephemeris, seconds)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, panel in zip(rows, panels, strict=True):
@@ -92,12 +90,6 @@ def _draw(ephemeris: Ephemeris, panels: list[Panel], figure: Figure) -> None:
     _events(figure, rows, ephemeris, size)
     figure.align_ylabels(rows)
     figure.suptitle(f"{ephemeris.name or 'A scene'}: attitude, body to {ephemeris.frame}", fontsize=13)
-
-
-def _time_unit(seconds: np.ndarray) -> tuple[str, float]:
-    """The unit of the time axis, and how many seconds it has."""
-    span = float(np.abs(seconds).max())
-    return next((each for each in UNITS if span >= LEAST_UNITS * each[1]), UNITS[-1])
 
 
 def _since(ephemeris: Ephemeris) -> str:

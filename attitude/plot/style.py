@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -23,6 +24,14 @@ SETTINGS = {
 }
 RED, BLUE, GREEN, BLACK = "#d55e00", "#0072b2", "#009e73", "#000000"
 DASHED = (0, (4, 2))
+UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
+LEAST_UNITS = 4.0  # a span is told in the largest unit that it has so many of
+
+
+def time_unit(seconds: np.ndarray) -> tuple[str, float]:
+    """The unit of the time axis of these instants, and how many seconds it has."""
+    span = float(np.abs(seconds).max())
+    return next((each for each in UNITS if span >= LEAST_UNITS * each[1]), UNITS[-1])
 
 
 def drawn(draw: Callable[[Figure], None], size: tuple[float, float], format: str) -> bytes:

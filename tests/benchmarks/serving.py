@@ -5,6 +5,7 @@ The clients are bare sockets: a library's parsing of an answer would be measured
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import selectors
@@ -147,14 +148,14 @@ def receive(connection, request, room):
 # -- many small ones ----------------------------------------------------------------------------------
 
 
-def requests_per_second(port, request, connections, seconds):
-    """Asked again on each connection as soon as its answer is whole; answers have a content-length."""
-    chooser = selectors.DefaultSelector()
+def requests_per_second(port, requests, connections, seconds):
+    """One after the other, on each connection as soon as its answer is whole, which has a content-length."""
+    chooser, requests = selectors.DefaultSelector(), itertools.cycle(requests)
     for _ in range(connections):
         connection = socket.create_connection(("127.0.0.1", port))
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         chooser.register(connection, selectors.EVENT_READ, bytearray())
-        connection.sendall(request)
+        connection.sendall(next(requests))
     done, begun = 0, time.perf_counter()
     while (passed := time.perf_counter() - begun) < seconds:
         for key, _ in chooser.select(timeout=1):
@@ -163,7 +164,7 @@ def requests_per_second(port, request, connections, seconds):
                 assert key.data.startswith(b"HTTP/1.1 200"), bytes(key.data)
                 key.data.clear()
                 done += 1
-                key.fileobj.sendall(request)
+                key.fileobj.sendall(next(requests))
     for key in list(chooser.get_map().values()):
         key.fileobj.close()
     return done / passed

@@ -25,6 +25,8 @@ BODY_VECTORS = {
 class Rows:
     """A torque by one row of numbers as `kernels.layout` has it, but along the axes of the body's frame."""
 
+    type = "rows"
+
     def __init__(self, code, *numbers, intervals=None, sun=None, size=0.0):
         self.row, self._intervals, self._sun, self._size = row(code, *numbers), intervals, sun, size
 

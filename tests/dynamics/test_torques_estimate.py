@@ -73,7 +73,7 @@ def random_scene(rng, kind, symmetric, tolerance, solver, turns):
 def truth(made):
     """(4, n), by the solver of no cleverness, as finely as doubles allow."""
     way = route(made)
-    directions = torqued._by_direction(way.situation, way.torques, way.kicks)
+    directions = torqued.by_direction(way.situation, way.torques, way.kicks)
     seconds = made.times.build(None).seconds
     tight = torqued.Candidate(SOLVERS["dop853"], 1e-15, 0.0, 0.0)
     return torqued._march(

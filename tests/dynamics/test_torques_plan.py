@@ -1,6 +1,7 @@
 """What a plan says of torques, what is dropped, and what cannot be given."""
 
 import math
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -214,3 +215,16 @@ def test_fast_spin_over_a_long_span_is_not_known_to_1e13(moments, solver):
 def test_tolerance_out_of_reach_is_refused_in_the_document(tolerance):
     with pytest.raises(InputError, match=r"tolerance.*from 1e-13 rad .* to 0.01 rad"):
         scene(constant([1e-3, 0, 0]), rate=RATE, elapsed=T, tolerance=tolerance)
+
+
+# What no plan can be made of
+
+
+def test_motion_that_no_solver_can_follow_is_refused_before_long():
+    """A wheel that turns the body at 1e11 rad/s, of which its torque lets expect a millionth."""
+    wheel = {"type": "wheels", "momentum": quantity([0, -8e12, 0], "N m s")}
+    made = scene(wheel, rate=RATE, elapsed=T)
+    begun = perf_counter()
+    with pytest.raises(ToleranceError, match="far too great for the body"):
+        made.plan()
+    assert perf_counter() - begun < 20.0  # of which most is compiling, where that is still to do

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from attitude import InputError, ToleranceError, TorqueFreeMotion
 from attitude.elapsed import Instants
 from attitude.ensemble import Ensemble, gathered
-from attitude.ensemble.bodies import motion_of
+from attitude.ensemble.bodies import choice_of, motion_of
 from attitude.ensemble.gathered import Gathering, Sums
 from attitude.kernels.layout import LEAF, PITCH
 
@@ -209,9 +209,10 @@ def test_bits_do_not_depend_on_tasks_nor_their_order(monkeypatch):
     bodies = ensemble(n=9 * LEAF + 7)
     expected = bits(bodies.statistics(TIMES))
     monkeypatch.setattr(module, "TASKS", 1)
-    monkeypatch.setattr(module, "MOST_LEAVES", 4)
+    monkeypatch.setattr(module, "FEW_LEAVES", 1)
+    monkeypatch.setattr(module, "MOST_LEAVES", 1)
     monkeypatch.setattr(
-        module.engine, "mapped", lambda work, parts, *_: [work(part) for part in reversed(parts)]
+        module.engine, "mapped", lambda work, parts, *_: (work(part) for part in reversed(parts))
     )
     assert bits(bodies.statistics(TIMES)) == expected
 
@@ -246,6 +247,39 @@ def test_whole_numbers_hold_sums_exactly():
     assert total.regimes.sum() == 600
 
 
+# -- bodies that effects turn -------------------------------------------------------------------------
+
+TORQUE = {"type": "constant_torque", "torque": {"value": [0.01, -0.02, 0.03], "unit": "N m"}, "frame": "body"}
+TURNED = np.array([0.0, 1.0, 10.0])
+FALL = {"type": "uniform_gravity", "acceleration": {"value": [0, 0, -9.81], "unit": "m/s2"}}
+
+
+def test_statistics_of_turned_bodies_are_those_of_their_attitudes():
+    bodies = ensemble(n=60, effects=[TORQUE])
+    found, instants = bodies.statistics(TURNED), bodies.instants(TURNED)
+    choice = choice_of(bodies.scene, bodies.source, instants)
+    given = motion_of(bodies.scene, bodies.states(), instants, choice=choice).quaternion
+    for i in range(3):
+        expected = Rotation.from_quat(given[:, i], scalar_first=True).mean()
+        assert (expected.inv() * found.rotation[i]).magnitude() <= 1e-12
+    free = ensemble(n=60).statistics(TURNED)
+    assert angle_between(free.mean[2], found.mean[2]) > 1e-3
+    assert found.regimes == free.regimes
+
+
+def test_bits_of_turned_bodies_do_not_depend_on_blocks_nor_workers(monkeypatch):
+    bodies = ensemble(n=LEAF + 20, effects=[TORQUE])
+    expected = bits(bodies.statistics(TURNED, workers=1))
+    monkeypatch.setattr(gathered, "HELD", 300)
+    assert bits(bodies.statistics(TURNED, workers=2)) == expected
+
+
+def test_what_turns_nothing_leaves_the_closed_form():
+    falling = ensemble(n=60, effects=[FALL])
+    assert bits(falling.statistics(TIMES)) == bits(ensemble(n=60).statistics(TIMES))
+    assert repr(falling) == "<Ensemble: 60 bodies, free, GCRF>"
+
+
 # -- what users hold --------------------------------------------------------------------------------
 
 
@@ -274,7 +308,7 @@ def test_table_and_summary_have_what_was_found():
 
 def test_progress_is_told_to_the_end():
     told = []
-    ensemble(n=5 * LEAF).statistics(TIMES, progress=told.append)
+    ensemble(n=20 * LEAF).statistics(TIMES, progress=told.append)
     assert told == sorted(told)
     assert len(told) == 5
     assert told[-1] == 1.0

@@ -11,7 +11,7 @@ from asking import PROBLEM
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
-from attitude import InputError
+from attitude import InputError, Scene
 from service import create_app, jobs, limits
 from service.compute import Compute
 from service.jobs import Job
@@ -199,6 +199,33 @@ def test_work_over_its_seconds_is_refused_while_it_is_under_way_and_stops():
         await until(stopped.is_set)
 
     computing(scenario, max_seconds=1)
+
+
+def test_compiled_code_stops_too_when_the_seconds_are_used_up():
+    """Steps through time know of no pieces between which to ask: they look at the stop themselves."""
+    ended = threading.Event()
+
+    def work():
+        try:
+            endless().run()
+        finally:
+            ended.set()
+
+    async def scenario(compute):
+        with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
+            await asked(compute, work)
+        refused = time.perf_counter()
+        await until(ended.is_set)
+        assert time.perf_counter() - refused < 1.0
+
+    Scene.builtin("gyrostat").run()  # what is compiled first is not what is measured
+    computing(scenario, max_seconds=1)
+
+
+def endless():
+    """A scene whose steps take about an hour."""
+    document = Scene.builtin("gyrostat").document()
+    return Scene.model_validate({**document, "times": {"elapsed": [1e10], "unit": "s"}})
 
 
 def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():

@@ -17,6 +17,7 @@ from attitude.formats.answer import answer
 from attitude.formats.known import FORMATS
 from attitude.formats.samples import BLOCK
 from service import answers, create_app
+from service.errors import UNEXPECTED
 from service.settings import Settings
 
 LONG = BLOCK + 1000
@@ -230,6 +231,24 @@ def test_problem_in_a_list_has_the_words_that_it_has_alone(client, document):
     (listed,) = client.post("/v1/ephemeris", json=[document | HEAVY]).json()["answers"]
     assert listed | {"pointer": alone["pointer"]} == alone
     assert listed["pointer"] == "/0" + alone["pointer"]
+
+
+def test_unexpected_error_in_a_list_leaves_the_others_their_answers(client, document, monkeypatch, caplog):
+    run = Scene.run
+
+    def broken(scene, *arguments, **named):
+        if scene.name == "broken":
+            raise RuntimeError("secret")
+        return run(scene, *arguments, **named)
+
+    monkeypatch.setattr(Scene, "run", broken)
+    asked = [document, document | {"name": "broken"}, document]
+    first, second, third = client.post("/v1/ephemeris", json=asked).json()["answers"]
+    assert first["columns"] == third["columns"]
+    assert (second["status"], second["detail"]) == (500, UNEXPECTED)
+    assert second["id"] in caplog.text
+    assert "secret" in caplog.text
+    assert "secret" not in str(second)
 
 
 def test_list_as_lines(client, document):

@@ -112,6 +112,7 @@ def _start_machine(jpype: Any, package: Any) -> None:
         package.initVM(vmargs=",".join(FLAGS + _flags_of(library)))
     except (jpype.JVMNotFoundException, jpype.JVMNotSupportedException, OSError) as error:
         raise AbsentError(f"Orekit needs Java, such as a JDK in JAVA_HOME: {error}") from error
+    jpype.config.onexit = False  # else Python does not end before threads do that have called Java
 
 
 def _flags_of(library: Path) -> list[str]:

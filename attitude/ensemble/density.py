@@ -1,0 +1,107 @@
+"""Where a body axis points: bodies counted in cells of the sphere, all of the same area."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import orientation
+from ..elapsed import Instants
+from ..errors import InputError
+from ..scene import Scene
+from .bodies import motion_of
+from .states import Source
+
+ROWS, COLUMNS = 60, 120  # of equal steps in z, and in longitude
+HELD = 2**18  # attitudes at a time: 8 MiB
+NAMED = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+PRINCIPAL = ("least", "middle", "greatest")
+AXES = f"one of {', '.join([*NAMED, *PRINCIPAL])} (moment), or three numbers that are not all zero"
+
+
+class Density:
+    """How many bodies have the axis in which cell.
+
+    Attributes
+    ----------
+    axis : (3,), unit, body frame
+    instants : the instants, m of them; frame : the inertial frame
+    count : bodies
+    counts : (m, ROWS, COLUMNS), int64: rows from the south pole up, equal steps of z; columns by longitude
+        from -180 degrees on
+    """
+
+    def __init__(self, axis: np.ndarray, instants: Instants, frame: str, count: int, counts: np.ndarray):
+        self.axis, self.instants, self.frame = axis, instants, frame
+        self.count, self.counts = count, counts
+
+    @property
+    def relative(self) -> np.ndarray:
+        """(m, ROWS, COLUMNS): over the density of axes that point anywhere."""
+        return self.counts * (ROWS * COLUMNS / self.count)
+
+    @property
+    def covered(self) -> np.ndarray:
+        """(m,): the smallest part of the sphere, of whole cells, that has 95 % of the bodies."""
+        cells = -np.sort(-self.counts.reshape(len(self.counts), -1), axis=1)
+        needed = (np.cumsum(cells, axis=1) < 0.95 * self.count).sum(axis=1) + 1
+        return needed / (ROWS * COLUMNS)
+
+    def __repr__(self) -> str:
+        return f"<Density: {self.count} bodies at {len(self.counts)} instants, {self.frame}>"
+
+
+def axis_of(axis: Any, scene: Scene | None) -> np.ndarray:
+    """(3,), unit: a body axis by name, a principal axis of the scene's body, or a vector along it.
+
+    Raises InputError for what is none of these.
+    """
+    if isinstance(axis, str):
+        if axis in NAMED:
+            return np.array(NAMED[axis])
+        if axis not in PRINCIPAL or scene is None:
+            raise InputError("axis", axis, AXES if scene is not None else f"one of {', '.join(NAMED)}")
+        body = scene.body.build()
+        order = np.argsort(body.moments, kind="stable")
+        return np.array(body.axes[order[PRINCIPAL.index(axis)]])
+    try:
+        vector = np.asarray(axis, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("axis", axis, AXES) from None
+    size = np.abs(vector).max() if vector.shape == (3,) else 0.0
+    if not 0.0 < size < np.inf:
+        raise InputError("axis", axis, AXES)
+    vector = vector / size
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+@dataclass(frozen=True)
+class Counting:
+    """The work of a task: called with (first, last), it counts these bodies in each cell at each instant."""
+
+    source: Source
+    scene: Scene | None
+    choice: Any
+    instants: Instants
+    axis: np.ndarray
+
+    def __call__(self, part: tuple[int, int]) -> np.ndarray:
+        counts = np.zeros((self.instants.seconds.size, ROWS * COLUMNS), np.int64)
+        size = max(HELD // len(counts), 1)
+        for first in range(*part, size):
+            states = self.source.part(first, min(first + size, part[1]))
+            block = motion_of(self.scene, states, self.instants, first, rate=False, choice=self.choice)
+            cells = cell_of(orientation.rotate(block.quaternion, self.axis))
+            for found, row in zip(cells.T, counts, strict=True):
+                row += np.bincount(found, minlength=ROWS * COLUMNS)
+        return counts
+
+
+def cell_of(directions: np.ndarray) -> np.ndarray:
+    """(...): index of the cell, row after row, of unit vectors (..., 3)."""
+    x, y, z = np.moveaxis(directions, -1, 0)
+    row = np.floor((0.5 * ROWS) * (z + 1.0)).astype(np.int64)
+    column = np.floor(COLUMNS * (np.arctan2(y, x) / (2.0 * np.pi) + 0.5)).astype(np.int64)
+    return np.clip(row, 0, ROWS - 1) * COLUMNS + np.clip(column, 0, COLUMNS - 1)

@@ -1,0 +1,111 @@
+"""The picture of an ensemble: where an axis may point, how the spread grows, when bodies flip."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..ensemble import Ensemble
+    from ..ensemble.density import Density
+    from ..ensemble.statistics import Statistics
+
+SIZE = (9.0, 8.6)  # inches
+SMALL, ROUNDED = 0.3, 1e-9  # parts of the greatest spread
+COUNTED = 200_000  # bodies whose flips are looked at
+FLIPS = 3
+BINS = 160
+# Of the times of flips, what is drawn; the rest is a long tail of bodies close to the separatrix.
+DRAWN = 0.98
+
+
+def picture(
+    ensemble: Ensemble, statistics: Statistics, density: Density, format: str, name: str = "", axis: str = ""
+) -> bytes:
+    """An "svg" or "png" file: the density at its last instant, the statistics over theirs.
+
+    Of free bodies that flip in that time, most of them, also when they do.
+    """
+    flips = _flips(ensemble, float(statistics.seconds.max()))
+    return drawn(partial(_draw, statistics, density, flips, name, axis), SIZE, format)
+
+
+def _flips(ensemble: Ensemble, span: float) -> np.ndarray | None:
+    from ..ensemble.bodies import is_free
+
+    if not is_free(ensemble.scene):
+        return None
+    seconds = ensemble.flips(FLIPS, 0, min(ensemble.size, COUNTED))
+    return seconds if np.median(seconds[:, 0]) < span else None
+
+
+def _draw(
+    statistics: Statistics,
+    density: Density,
+    flips: np.ndarray | None,
+    name: str,
+    axis: str,
+    figure: Figure,
+) -> None:
+    rows = figure.add_gridspec(2, 2, height_ratios=[1.25, 1.0])
+    _sphere(figure, rows[0, :], density, axis)
+    _growth(figure.add_subplot(rows[1, 0] if flips is not None else rows[1, :]), statistics)
+    if flips is not None:
+        _histogram(figure.add_subplot(rows[1, 1]), flips)
+    title = f"{name or 'An ensemble'}: {statistics.count} bodies in {statistics.frame}"
+    figure.suptitle(title, fontsize=13)
+
+
+def _sphere(figure: Figure, place: Any, density: Density, axis: str) -> None:
+    axes = figure.add_subplot(place, projection="mollweide")
+    relative = density.relative[-1]
+    longitude = np.linspace(-np.pi, np.pi, relative.shape[1] + 1)
+    latitude = np.arcsin(np.linspace(-1.0, 1.0, relative.shape[0] + 1))
+    seen = np.ma.masked_equal(relative, 0.0)
+    mesh = axes.pcolormesh(longitude, latitude, seen, cmap="viridis", norm="log", rasterized=True)
+    axes.grid(color="0.85")
+    axes.tick_params(labelsize=7)
+    unit, seconds = time_unit(density.instants.seconds[-1:])
+    after = f"{float(density.instants.seconds[-1]) / seconds:.6g} {unit} after the epoch"
+    covered = f"95 % in {100.0 * density.covered[-1]:.3g} % of the sphere"
+    axes.set_title(f"where the {axis or 'body'} axis points {after}: {covered}", pad=14)
+    bar = figure.colorbar(mesh, ax=axes, shrink=0.8, pad=0.03)
+    bar.set_label("density over that of any direction")
+
+
+def _growth(axes: Any, statistics: Statistics) -> None:
+    unit, seconds = time_unit(statistics.seconds)
+    t = statistics.seconds / seconds
+    spread = np.degrees(np.sqrt(np.trace(statistics.covariance, axis1=1, axis2=2)))
+    axes.plot(t, spread, color=BLACK, linewidth=1.8, label="attitude, all directions")
+    for k, color in enumerate((RED, BLUE, GREEN)):
+        angle = np.degrees(statistics.spreads[:, k])
+        axes.plot(t, angle, color=color, linestyle=(DASHED, "-.", ":")[k], label=f"axis {'xyz'[k]}")
+    axes.set(xlabel=f"time, {unit}", ylabel="spread, deg", title="how the spread grows")
+    greatest = float(spread.max())
+    if np.median(spread) < SMALL * greatest:  # most of the time it is too small to be seen on an even scale
+        started = spread[spread > ROUNDED * greatest]
+        axes.set(yscale="log", ylim=(0.5 * started.min(), 2.0 * greatest))
+    axes.legend(frameon=False, fontsize=8)
+
+
+def _histogram(axes: Any, flips: np.ndarray) -> None:
+    last = float(np.quantile(flips[:, -1], DRAWN))
+    unit, seconds = time_unit(np.array([last]))
+    edges = np.linspace(0.0, last / seconds, BINS + 1)
+    width = edges[1] - edges[0]
+    for k, color in enumerate((RED, BLUE, GREEN)[: flips.shape[1]]):
+        counts, _ = np.histogram(flips[:, k] / seconds, edges)
+        label = (
+            f"flip {k + 1}: {np.mean(flips[:, k]) / seconds:.4g} ± {np.std(flips[:, k]) / seconds:.2g} {unit}"
+        )
+        axes.stairs(counts / (len(flips) * width), edges, color=color, fill=True, alpha=0.35)
+        axes.stairs(counts / (len(flips) * width), edges, color=color, label=label)
+    axes.set(xlabel=f"time, {unit}", ylabel=f"bodies, of all, per {unit}", title="when they flip")
+    axes.legend(frameon=False, fontsize=8)

@@ -1,0 +1,69 @@
+"""Stopping what computes, from another thread."""
+
+import threading
+import time
+from functools import partial
+
+import pytest
+
+from attitude import Scene, cost, stopping, threads
+
+# Each of an hour or more, by a solver of its own.
+SOLVERS = {"gauss": 1e10, "splitting": 1e9, "dop853": 1e8}
+
+
+def endless(solver):
+    document = Scene.builtin("gyrostat").document()
+    times = {"elapsed": [SOLVERS[solver]], "unit": "s"}
+    return Scene.model_validate({**document, "times": times, "solver": solver, "tolerance": TOLERANCE})
+
+
+TOLERANCE = {"value": 1e-2, "unit": "rad"}
+
+
+def stopped_after(seconds, work):
+    """Seconds that the work went on after it was told to stop."""
+    stop, told = stopping.Stop(), []
+
+    def tell():
+        told.append(time.perf_counter())
+        stop.set()
+
+    timer = threading.Timer(seconds, tell)
+    timer.start()
+    try:
+        with stopping.stoppable(stop), pytest.raises(stopping.Stopped):
+            work()
+    finally:
+        timer.cancel()
+    return time.perf_counter() - told[0]
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_steps_through_time_are_stopped(solver):
+    Scene.builtin("gyrostat").model_copy(update={"solver": solver}).run()  # compiled before
+    assert stopped_after(0.3, endless(solver).run) < 1.0
+
+
+def test_cost_is_stopped_between_measurements():
+    scene = Scene.builtin("toutatis")
+    assert stopped_after(1.0, partial(cost.measure, scene, budget=300.0)) < 20.0
+
+
+def test_nothing_is_stopped_without_being_told():
+    stop = stopping.Stop()
+    with stopping.stoppable(stop):
+        stopping.current().check()
+        stop.set()
+    stopping.current().check()  # another computation is none of its concern
+
+
+def test_threads_of_a_computation_stop_with_it():
+    stop, seen = stopping.Stop(), []
+    with stopping.stoppable(stop):
+        threads.run(lambda _: seen.append(stopping.current()), range(3))
+    assert seen == [stop] * 3
+
+
+def test_it_is_no_error_that_code_which_handles_errors_would_swallow():
+    assert not issubclass(stopping.Stopped, Exception)
