@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
 from functools import partial
-from itertools import count, islice
+from itertools import chain
 from queue import Empty, Queue
 from threading import Event, Thread
 from typing import Any, TypeVar
@@ -26,6 +26,10 @@ Result = TypeVar("Result")
 
 GRAPH = 4096  # tasks that Dask's threads are given at a time: it holds something for each
 AHEAD = 2  # tasks for each thread of a cluster: one at work, one that waits for it
+# A task of a cluster costs its scheduler and client some milliseconds, whatever it does: so it is of several
+# parts, fewer towards the end, where some thread would be the last to have many.
+MOST_TOGETHER = 16
+SHARES = 4  # of what is left, for each thread
 PATIENCE = "10 s"  # for a cluster to answer, and for the first of its workers
 ADDRESS = "the address of a running Dask cluster, such as tcp://10.0.0.1:8786"
 
@@ -190,45 +194,52 @@ class _Following:
         import dask
 
         self._client, self._address = client, address
-        self._name, self._numbers = f"attitude-{uuid4().hex}", count()
+        self._name = f"attitude-{uuid4().hex}"
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TiB"}):  # once, not often
             self._work = client.submit(_itself, work, key=f"{self._name}-work", pure=False)
-        self._pending: dict[Any, Any] = {}  # parts by their futures
+        self._pending: dict[Any, Sequence[Any]] = {}  # parts by their futures
         self._ready = _distributed().as_completed(loop=client.loop)
 
     def results(self, parts: Sequence[Any]) -> Iterator[Any]:
-        waiting = iter(parts)
+        given = 0
         try:
-            self._submit(waiting)
+            given = self._submit(parts, given)
             for futures in self._ready.batches():
                 for future in futures:
                     self._check(future, self._pending.pop(future))
-                self._submit(waiting)  # before results are looked at, so that no worker waits for that
+                given = self._submit(
+                    parts, given
+                )  # before anybody looks at results: no worker waits for that
                 with self._lost():
                     results = self._client.gather(futures)
-                yield from results
+                yield from chain.from_iterable(results)
         finally:
             with suppress(OSError, TimeoutError):  # of a cluster that is lost
                 self._client.cancel([*self._pending, self._work], force=True)
 
-    def _submit(self, waiting: Iterator[Any]) -> None:
-        """As many as keep the workers busy that there are now."""
+    def _submit(self, parts: Sequence[Any], given: int) -> int:
+        """Give as many as keep the workers busy that there are now; returns how many are given then."""
         with self._lost():
-            room = AHEAD * max(1, sum(self._client.nthreads().values()))
-        for part in islice(waiting, max(0, room - len(self._pending))):
-            name = f"{self._name}-{next(self._numbers)}"
-            future = self._client.submit(_one, __version__, self._work, part, key=name, pure=False)
-            self._pending[future] = part
+            threads = max(1, sum(self._client.nthreads().values()))
+        while given < len(parts) and len(self._pending) < AHEAD * threads:
+            together = min(max((len(parts) - given) // (SHARES * threads), 1), MOST_TOGETHER)
+            some = parts[given : given + together]
+            name = f"{self._name}-{given}"
+            future = self._client.submit(_each, __version__, self._work, some, key=name, pure=False)
+            self._pending[future] = some
             self._ready.add(future)
+            given += len(some)
+        return given
 
-    def _check(self, future: Any, part: Any) -> None:
+    def _check(self, future: Any, parts: Sequence[Any]) -> None:
         if future.cancelled():  # by nobody here
             raise AttitudeError(f"the cluster at {self._address} is lost")
         if future.status != "error":
             return
         error = future.exception()
         if isinstance(error, _distributed().scheduler.KilledWorker):
-            raise AttitudeError(f"every worker died that computed {part} (out of memory?)") from None
+            what = f"{parts[0]}" if len(parts) == 1 else f"{len(parts)} parts from {parts[0]} on"
+            raise AttitudeError(f"every worker died that computed {what} (out of memory?)") from None
         raise error
 
     @contextmanager
@@ -248,9 +259,9 @@ def _itself(work: Any) -> Any:
     return work
 
 
-def _one(version: str, work: Any, part: Any) -> Any:
+def _each(version: str, work: Any, parts: Sequence[Any]) -> list[Any]:
     """At a worker."""
     if __version__ != version:
         message = f"a worker has version {__version__} of this library, and the one who asks has {version}"
         raise AttitudeError(message)
-    return work(part)
+    return [work(part) for part in parts]

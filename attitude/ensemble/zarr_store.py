@@ -126,4 +126,4 @@ def _make(group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...]
 @lru_cache(maxsize=16)
 def _array(path: Path, made: int) -> Any:
     """Open, for many chunks in turn; `made` tells an array from one that was there before."""
-    return zarr().open_array(path, mode="r+", zarr_format=3, config={"write_empty_chunks": True})
+    return zarr().open_array(path, mode="r+", zarr_format=3).with_config({"write_empty_chunks": True})
