@@ -112,9 +112,8 @@ def _start_machine(jpype: Any, package: Any) -> None:
         package.initVM(vmargs=",".join(FLAGS + _flags_of(library)))
     except (jpype.JVMNotFoundException, jpype.JVMNotSupportedException, OSError) as error:
         raise AbsentError(f"Orekit needs Java, such as a JDK in JAVA_HOME: {error}") from error
-    import_module(
-        "jpype.config"
-    ).onexit = False  # else Python does not end before threads do that have called Java
+    # else Java waits, at the end of Python, for the thread that started it, which may have ended long before
+    import_module("jpype.config").onexit = False
 
 
 def _flags_of(library: Path) -> list[str]:
