@@ -207,12 +207,14 @@ def _refined(
     march: March, candidate: Candidate, tolerance: float, angle: float, count: int
 ) -> tuple[Estimate, Candidate]:
     """Finer and finer until the estimate is below the tolerance, twice has hardly fallen, or is rounding."""
-    best, vain, first = None, 0, candidate
+    best, vain, first, steps = None, 0, candidate, 0
     for _ in range(ATTEMPTS):
         one = _estimated(march, candidate, angle, count)
         if one.error <= tolerance:
             return one, candidate
-        vain += 1 if best is not None and one.error > 0.5 * best.error else 0
+        if best is not None and one.error > 0.5 * best.error and one.marched.work.steps > steps:
+            vain += 1  # of few steps, a setting somewhat finer may make as many again
+        steps = one.marched.work.steps
         best = one if best is None or one.error < best.error else best
         candidate = finer(candidate, tolerance / one.error, one.marched.smooth)
         enough = not one.marched.smooth and candidate.setting * MOST < first.setting

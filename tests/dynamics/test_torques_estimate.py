@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from attitude import Scene, ToleranceError
 from attitude.dynamics import torqued
@@ -148,3 +149,22 @@ def test_refusal_is_not_for_falling_a_little_short_at_the_first_attempt():
             assert made.run().plan.error_bound <= made.asked_tolerance
         except ToleranceError as error:
             pytest.fail(f"scene {i}: {error}")
+
+
+@pytest.mark.parametrize("stop", [6.0, 7.0, 7.5, 8.0, 9.0])
+def test_span_of_few_steps_is_refined_until_there_are_more_of_them(stop):
+    """A setting that is a little finer may make the same two or three steps, and fail in the same way."""
+    torque = {"value": [0.01, -0.02, 0.03], "unit": "N m"}
+    document = {
+        "body": {"moments": [1.0, 1.6, 2.1], "unit": "kg m2"},
+        "attitude": {"quaternion": [0.1, -0.7, 0.5, 0.5], "order": "wxyz"},
+        "angular_velocity": {"value": [0.3, -0.5, 0.9], "unit": "rad/s"},
+        "effects": [{"type": "constant_torque", "torque": torque, "frame": "body"}],
+        "times": {"elapsed": [stop], "unit": "s"},
+    }
+    found = Scene.model_validate(document).run()
+    exact = Scene.model_validate(
+        {**document, "solver": "dop853", "tolerance": {"value": 1e-12, "unit": "rad"}}
+    )
+    q, p = (each.quaternion("xyzw")[0] for each in (found, exact.run()))
+    assert (Rotation.from_quat(q) * Rotation.from_quat(p).inv()).magnitude() < found.plan.error_bound <= 1e-9
