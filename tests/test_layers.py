@@ -138,6 +138,7 @@ UPPERMOST = [
     "attitude.simulation",
     "attitude.scene",
     "attitude.ensemble",
+    "attitude.plot.ensemble",
     "attitude.cost",
     "attitude.cli",
 ]

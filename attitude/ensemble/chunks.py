@@ -60,22 +60,28 @@ class Chunks(Sequence[Part]):
         return Part(number, first, last, start, min(start + self.instants_at_once, self.instants))
 
 
-def chunked(bodies: int, instants: int, at_once: int | None = None) -> Chunks:
+def chunked(bodies: int, instants: int, at_once: int | None = None, together: bool = False) -> Chunks:
     """In chunks of `at_once` bodies; by default of 4096, or fewer where there are many instants.
 
     Instants are cut too where those of so many bodies would be more than 1 GiB (by default: those of
-    one body more than 32 MiB).
+    one body more than 32 MiB), unless they are to stay `together`.
 
-    Raises InputError where `at_once` is not a whole number from 1 to what 1 GiB holds at one instant.
+    Raises InputError where `at_once` is not a whole number, at least 1, or a chunk would be more than 1 GiB.
     """
-    most = MOST_BYTES // SAMPLE
     if at_once is None:
         at_once, room = USUAL_BODIES, USUAL_BYTES
         while at_once > 1 and at_once * instants * SAMPLE > room:
             at_once //= 2
-    elif isinstance(at_once, bool) or not isinstance(at_once, int) or not 1 <= at_once <= most:
-        raise InputError("chunk", at_once, f"a whole number of bodies, from 1 to {most}")
+    elif isinstance(at_once, bool) or not isinstance(at_once, int) or at_once < 1:
+        raise InputError("chunk", at_once, "a whole number of bodies, at least 1")
     else:
         room = MOST_BYTES
     at_once = min(at_once, bodies)
-    return Chunks(bodies, instants, at_once, max(1, min(instants, room // (SAMPLE * at_once))))
+    least = (instants if together else 1) * SAMPLE
+    if least > MOST_BYTES:
+        most = MOST_BYTES // SAMPLE
+        raise InputError("times", f"{instants} instants", f"at most {most} of bodies that effects turn")
+    if at_once * least > MOST_BYTES:
+        raise InputError("chunk", at_once, f"at most {MOST_BYTES // least} bodies (1 GiB of numbers)")
+    cut = instants if together else max(1, min(instants, room // (SAMPLE * at_once)))
+    return Chunks(bodies, instants, at_once, cut)

@@ -13,13 +13,14 @@ from contextlib import closing, contextmanager, suppress
 from functools import partial
 from itertools import chain
 from queue import Empty, Queue
-from threading import Event, Thread
+from threading import Thread
 from typing import Any, TypeVar
 from uuid import uuid4
 
 from .. import __version__
 from ..errors import AttitudeError, InputError
 from ..formats.optional import needed
+from ..stopping import Stop, stoppable
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -112,12 +113,12 @@ def _by_threads(
     """
     get = needed("dask.threaded", "an ensemble", "ensemble").get
     results: Queue[Any] = Queue(AHEAD * workers)
-    stopped = Event()
+    stop = Stop()
 
     def one(part: Part) -> None:
-        if stopped.is_set():
-            raise CancelledError  # which ends Dask's graph
-        results.put(work(part))
+        with stoppable(stop):
+            stop.check()  # what it raises ends Dask's graph
+            results.put(work(part))
 
     def all_of_them() -> None:
         try:
@@ -138,8 +139,8 @@ def _by_threads(
                 raise result.error
             yield result
     finally:
-        stopped.set()
-        while runner.is_alive():  # what is under way ends; no thread may wait for room in the queue
+        stop.set()
+        while runner.is_alive():  # what is under way stops; no thread may wait for room in the queue
             with suppress(Empty):
                 results.get(timeout=0.01)
 

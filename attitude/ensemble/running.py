@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import FormatError
 from . import engine, store
-from .bodies import choice_of, motion_of
+from .bodies import choice_of, is_free, motion_of
 from .chunks import Chunks, Part, chunked
 
 if TYPE_CHECKING:
@@ -153,7 +153,8 @@ def _work(
     size = instants.seconds.size
     if chunk is None and not overwrite:
         chunk = _chunk_of(store.under_way(place), ensemble.size, size)
-    chunks = chunked(ensemble.size, size, chunk)
+    # bodies under effects are followed from the epoch on: through all instants, or for each part of them anew
+    chunks = chunked(ensemble.size, size, chunk, together=not is_free(scene))
     document = None if scene is None else {k: v for k, v in scene.document().items() if k != "times"}
     head = store.head_of(document, identity(source), ensemble.frame, instants, chunks, rate)
     choice = choice_of(scene, source, instants)

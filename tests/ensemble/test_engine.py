@@ -8,6 +8,7 @@ import pytest
 
 from attitude.ensemble.engine import check, mapped
 from attitude.errors import FormatError, InputError
+from attitude.stopping import current
 
 
 def square(part):
@@ -82,6 +83,23 @@ def test_interruption_of_who_takes_results_ends_the_threads():
         if thread.name.startswith("attitude-ensemble"):
             thread.join(5)
             assert not thread.is_alive()
+
+
+def test_work_under_way_is_stopped():
+    """A part that takes minutes does not keep who has interrupted it."""
+
+    begun, first = time.monotonic(), threading.Lock()
+
+    def follows(part):
+        while not first.acquire(blocking=False):  # only for who comes first, whichever that is
+            current().check()
+            time.sleep(0.001)
+        return part
+
+    results = mapped(follows, range(4), workers=2)
+    assert next(results) in range(4)
+    results.close()
+    assert time.monotonic() - begun < 5.0
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True, "two"])

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 import zarr
 
-from attitude import TorqueFreeMotion
+from attitude import Scene, TorqueFreeMotion
 from attitude.elapsed import instants
-from attitude.ensemble import store
+from attitude.ensemble import Ensemble, store
 from attitude.ensemble.chunks import Chunks, chunked
 from attitude.ensemble.running import run
 from attitude.errors import AttitudeError, FormatError, InputError
@@ -322,7 +322,18 @@ def test_parts_cover_everything_once():
         cut[9]
 
 
-@pytest.mark.parametrize("chunk", [0, -1, 1.5, True, "many", 2**30])
+def test_chunk_is_of_at_most_a_gibibyte():
+    assert chunked(10**6, 1000, 10**6).instants_at_once == 19
+    assert chunked(10**6, 1000, 19173, together=True).instants_at_once == 1000
+    with pytest.raises(InputError, match=r"^chunk: at most 19173 bodies \(1 GiB of numbers\); got 19174"):
+        chunked(10**6, 1000, 19174, together=True)
+    with pytest.raises(InputError, match=r"^chunk: at most 19173961 bodies"):
+        chunked(10**9, 1, 10**8)
+    with pytest.raises(InputError, match=r"^times: at most 19173961 of bodies that effects turn"):
+        chunked(3, 2 * 10**7, together=True)
+
+
+@pytest.mark.parametrize("chunk", [0, -1, 1.5, True, "many"])
 def test_chunk_has_to_be_a_number_of_bodies(to, chunk):
     with pytest.raises(InputError, match=r"^chunk: a whole number"):
         run(many(3), TIMES, to, chunk=chunk)
@@ -334,3 +345,22 @@ def test_errors_are_one_line(to):
     with pytest.raises(AttitudeError) as caught:
         run(many(3), TIMES, to)
     assert "\n" not in str(caught.value)
+
+
+# -- scenes with effects ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["dzhanibekov", "explorer-1", "thruster-plan", "gyrostat"])
+def test_bits_of_a_scene_do_not_depend_on_chunks(name, tmp_path, monkeypatch):
+    ensemble = Ensemble.sample(Scene.builtin(name), 12, 7, moments="0.1 %", attitude="1 deg")
+    times = np.linspace(0.0, 30.0, 9)
+    run(ensemble, times, tmp_path / "whole.zarr")
+    run(ensemble, times, tmp_path / "parts.parquet", chunk=5)
+    monkeypatch.setattr("attitude.ensemble.chunks.USUAL_BYTES", 4 * 56)
+    run(ensemble, times, tmp_path / "instants.zarr")
+    cut = 9 if ensemble.scene.effects else 4  # instants of bodies that effects turn stay together
+    assert store.read(tmp_path / "instants.zarr").head["chunk"] == [1, cut]
+    whole = store.read(tmp_path / "whole.zarr").part(0, 12)
+    for other in ("parts.parquet", "instants.zarr"):
+        for one, two in zip(whole, store.read(tmp_path / other).part(0, 12), strict=True):
+            np.testing.assert_array_equal(one, two)
