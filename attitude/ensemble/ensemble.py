@@ -33,8 +33,8 @@ Progress = Callable[[float], None]
 
 TASKS = 64  # at least, of many bodies: none waits long for the last
 # Of a task of free bodies, at least and at most: 1024, which take ten times as long as to hand out a task,
-# to 4096, whose constants take 3 MiB.  Simulated bodies take longer: then one is enough.
-FEW_LEAVES, MOST_LEAVES = 4, 16
+# to 65536, after which nothing is gained by more.  Simulated bodies take longer: then one is enough.
+FEW_LEAVES, MOST_LEAVES = 4, 256
 # Instants of one pass over all bodies: of closed forms set-up is 4 % then; simulated again in each pass.
 FREE_PASS, SIMULATED_PASS = 16 * PITCH, 128 * PITCH
 

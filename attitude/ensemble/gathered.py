@@ -22,6 +22,7 @@ from .bodies import Block, free_motion, is_free, motion_of, naming, regimes
 from .states import Source, States
 
 AT_ONCE = 2**14  # samples of closed forms, 512 KiB, that stay in a processor's cache until they are added
+BLOCK = 16 * LEAF  # bodies, 4096, whose constants take 3 MiB
 HELD = 2**20  # samples of simulated bodies, 56 MiB
 
 Cut = tuple[int, int]
@@ -76,8 +77,13 @@ class Gathering:
     reference: np.ndarray
 
     def __call__(self, part: Cut) -> Sums:
-        first, last = part
-        states, total = self.source.part(first, last), Sums(len(self.seconds))
+        total, (begin, end) = Sums(len(self.seconds)), part
+        for first in range(begin, end, BLOCK):
+            self._add(total, first, min(first + BLOCK, end))
+        return total
+
+    def _add(self, total: Sums, first: int, last: int) -> None:
+        states = self.source.part(first, last)
         motion = free_motion(states, first)
         found = regimes(motion)
         total.regimes += np.bincount(found, minlength=len(REGIMES))
@@ -89,7 +95,6 @@ class Gathering:
                 compiled.gather(quaternions, references[which], sums[which])
             for one, limbs in zip(sums, total.limbs, strict=True):
                 compiled.settle(one, limbs)
-        return total
 
     def _cuts(self) -> list[Cut]:
         return cuts(len(self.seconds), PITCH)
