@@ -246,6 +246,11 @@ def _add_ensemble(commands: Any) -> None:
         "--leave-out-bad-rows", action="store_true", help="of the table, and list them, instead of stopping"
     )
     ensemble.add_argument(
+        "--leave-out-lost-bodies",
+        action="store_true",
+        help="of statistics: those that cannot be followed to the scene's tolerance, instead of stopping",
+    )
+    ensemble.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a running Dask cluster, such as tcp://10.0.0.1:8786"
     )
     ensemble.add_argument(

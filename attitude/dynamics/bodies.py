@@ -55,15 +55,20 @@ class Bodies:
 
 
 @contextmanager
-def named(bodies: Bodies, i: int) -> Iterator[None]:
-    """What is wrong with one of the bodies names it by its place."""
+def named(bodies: Bodies, i: int, lost: list[int] | None = None) -> Iterator[None]:
+    """What is wrong with one of the bodies names it by its place.
+
+    One that cannot be followed is put into the list of the lost, where there is one, and nothing is raised.
+    """
     place = int(bodies.place[i])
     try:
         yield
     except InputError as error:
         raise InputError(f"bodies[{place}].{error.field}", error.value, error.expected) from None
     except (ToleranceError, RegimeError) as error:
-        raise type(error)(f"bodies[{place}]: {error}") from None
+        if lost is None:
+            raise type(error)(f"bodies[{place}]: {error}") from None
+        lost.append(place)
 
 
 class Prepared(NamedTuple):

@@ -118,10 +118,18 @@ def _checked(instants: Instants) -> Instants:
     return Instants(seconds[some], rest[some], None)
 
 
-def solve(problem: Problem, bodies: Bodies, instants: Instants, candidate: Candidate) -> np.ndarray:
+def solve(
+    problem: Problem,
+    bodies: Bodies,
+    instants: Instants,
+    candidate: Candidate,
+    lost: list[int] | None = None,
+) -> np.ndarray:
     """(n, TOLD, m): attitude and rate of each body at the instants.
 
     No bit of a body's depends on the others.
+
+    lost : takes the places of bodies that cannot be followed to the tolerance, whose rows are NaN then
 
     Raises
     ------
@@ -133,7 +141,8 @@ def solve(problem: Problem, bodies: Bodies, instants: Instants, candidate: Candi
     for first in range(0, len(bodies), size):
         part = slice(first, first + size)
         for i in _solve_block(problem, bodies.some(part), (seconds, rest), candidate, out[part]):
-            with named(bodies, first + i):
+            with named(bodies, first + i, lost):
+                out[first + i] = np.nan
                 out[first + i] = _alone(problem, bodies.situation(problem.like, first + i), instants)
     return out
 

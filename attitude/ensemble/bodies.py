@@ -22,12 +22,14 @@ class Block(NamedTuple):
 
     quaternion : (n, m, 4), wxyz, body to inertial
     rate : (n, m, 3), rad/s, body frame; or None
-    regime : (n,), index into `kernels.layout.REGIMES`, of the free motion from the state at the epoch
+    lost : places of bodies that cannot be followed, whose rows are not among them; (n + lost) were asked for
+    regime : (n + lost,), index into `kernels.layout.REGIMES`, of the free motion from the state at the epoch
     """
 
     quaternion: np.ndarray
     rate: np.ndarray | None
     regime: np.ndarray
+    lost: tuple[int, ...] = ()
 
 
 def is_free(scene: Scene | None) -> bool:
@@ -54,6 +56,7 @@ def motion_of(
     first: int = 0,
     rate: bool = True,
     choice: Any = None,
+    leave_out: bool = False,
 ) -> Block:
     """The motion of a block of bodies at all of the instants.
 
@@ -65,6 +68,8 @@ def motion_of(
     first : index of the first body, for errors to name the one they are about
     rate : whether the body rate is wanted
     choice : `choice_of` the scene, where it has effects
+    leave_out : bodies that cannot be followed to the scene's tolerance, or that come to rest on the ground
+        before the last instant, instead of stopping at the first of them
 
     Raises
     ------
@@ -79,8 +84,13 @@ def motion_of(
         )
     from .simulated import simulated
 
-    quaternion, found = simulated(scene, states, instants, choice, first)
-    return Block(quaternion, found if rate else None, regimes(motion))
+    lost: list[int] | None = [] if leave_out else None
+    quaternion, found = simulated(scene, states, instants, choice, first, lost)
+    if lost:
+        kept = np.ones(len(quaternion), np.bool_)
+        kept[np.array(lost) - first] = False
+        quaternion, found = quaternion[kept], found[kept]
+    return Block(quaternion, found if rate else None, regimes(motion), tuple(lost or ()))
 
 
 def free_motion(states: States, first: int = 0) -> TorqueFreeMotion:

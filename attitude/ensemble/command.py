@@ -19,10 +19,11 @@ from ..scene import Scene
 from . import engine, store
 from .bodies import is_free
 from .density import NAMED
-from .ensemble import Ensemble
+from .ensemble import LOST_BODIES, Ensemble
 from .statistics import Statistics
 
 STATISTICS_KIND = "attitude-ensemble-statistics/1"
+TOLD = 10  # of bodies that are left out
 FLIPS, COUNTED = 3, 200_000  # in the picture; and of so many bodies at most
 DRAWN = ("bodies", "seed", "moments", "angular_velocity", "attitude")
 
@@ -43,7 +44,11 @@ def carry_out(
         _store(ensemble, options, bar, warn)
     if options.output is None or options.statistics is not None or options.plot is not None:
         with _shown(bar):
-            found = ensemble.statistics(None, options.scheduler, options.workers, bar)
+            found = ensemble.statistics(
+                None, options.scheduler, options.workers, bar, _of_lost(options.leave_out_lost_bodies)
+            )
+        if len(found.lost):
+            warn(f"left out, for they cannot be followed: {len(found.lost)} bodies ({_some(found.lost)})")
         if options.output is None or options.statistics is not None:
             _write(found, options.statistics)
         if options.plot is not None:
@@ -55,6 +60,8 @@ def _check(options: Namespace) -> None:
     engine.check(options.scheduler, options.workers)
     if options.output is not None:
         store.target(options.output)
+    if options.leave_out_lost_bodies and options.output is not None:
+        raise InputError("--leave-out-lost-bodies", True, "no --output beside it: a store has all bodies")
     for name in ("overwrite", "chunk"):
         if getattr(options, name) and options.output is None:
             raise InputError(f"--{name}", getattr(options, name), f"no --{name} without --output")
@@ -143,6 +150,15 @@ def _table(name: str) -> Any:
 # -- what of them -----------------------------------------------------------------------------------
 
 
+def _of_lost(leave_out: bool) -> str:
+    return LOST_BODIES[1] if leave_out else LOST_BODIES[0]
+
+
+def _some(places: np.ndarray) -> str:
+    """The first of them."""
+    return ", ".join(map(str, places[:TOLD].tolist())) + (" ..." if len(places) > TOLD else "")
+
+
 def _store(ensemble: Ensemble, options: Namespace, bar: Bar | None, warn: Callable[[str], None]) -> None:
     try:
         with _shown(bar):
@@ -169,7 +185,9 @@ def _draw(ensemble: Ensemble, found: Statistics, options: Namespace, bar: Bar | 
     axis = options.axis or "least"
     with _shown(bar):
         last = found.instants[-1:]
-        density = ensemble.density(last, axis, options.scheduler, options.workers, bar)
+        density = ensemble.density(
+            last, axis, options.scheduler, options.workers, bar, _of_lost(options.leave_out_lost_bodies)
+        )
     flips = None
     if is_free(ensemble.scene):
         flips = ensemble.flips(FLIPS, 0, min(ensemble.size, COUNTED))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,14 +29,18 @@ class Density:
     ----------
     axis : (3,), unit, body frame
     instants : the instants, m of them; frame : the inertial frame
-    count : bodies
+    count : bodies, without those that are lost
+    lost : places of bodies that could not be followed, and were left out
     counts : (m, ROWS, COLUMNS), int64: rows from the south pole up, equal steps of z; columns by longitude
         from -180 degrees on
     """
 
-    def __init__(self, axis: np.ndarray, instants: Instants, frame: str, count: int, counts: np.ndarray):
+    def __init__(
+        self, axis: np.ndarray, instants: Instants, frame: str, counts: np.ndarray, lost: Sequence[int] = ()
+    ):
         self.axis, self.instants, self.frame = axis, instants, frame
-        self.count, self.counts = count, counts
+        self.counts, self.count = counts, int(counts[0].sum())
+        self.lost = np.array(sorted(lost), np.int64)
 
     @property
     def relative(self) -> np.ndarray:
@@ -79,24 +84,29 @@ def axis_of(axis: Any, scene: Scene | None) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Counting:
-    """The work of a task: called with (first, last), it counts these bodies in each cell at each instant."""
+    """The work of a task: called with (first, last), it counts these bodies in each cell at each instant.
+
+    It gives (m, cells), and the places of bodies that were left out.
+    """
 
     source: Source
     scene: Scene | None
     choice: Any
     instants: Instants
     axis: np.ndarray
+    leave_out: bool = False
 
-    def __call__(self, part: tuple[int, int]) -> np.ndarray:
+    def __call__(self, part: tuple[int, int]) -> tuple[np.ndarray, list[int]]:
         counts = np.zeros((self.instants.seconds.size, ROWS * COLUMNS), np.int64)
-        size = max(HELD // len(counts), 1)
+        size, lost = max(HELD // len(counts), 1), list[int]()
         for first in range(*part, size):
             states = self.source.part(first, min(first + size, part[1]))
-            block = motion_of(self.scene, states, self.instants, first, rate=False, choice=self.choice)
+            block = motion_of(self.scene, states, self.instants, first, False, self.choice, self.leave_out)
+            lost += block.lost
             cells = cell_of(orientation.rotate(block.quaternion, self.axis))
             for found, row in zip(cells.T, counts, strict=True):
                 row += np.bincount(found, minlength=ROWS * COLUMNS)
-        return counts
+        return counts, lost
 
 
 def cell_of(directions: np.ndarray) -> np.ndarray:

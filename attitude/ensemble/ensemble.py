@@ -13,7 +13,7 @@ from astropy.time import Time
 
 from .. import elapsed, orientation
 from ..elapsed import Instants
-from ..errors import InputError
+from ..errors import InputError, RegimeError
 from ..kernels.layout import LEAF, PITCH, REGIMES
 from ..scene import Scene
 from . import engine
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float], None]
 
+LOST_BODIES = ("stop", "leave out")
 TASKS = 64  # at least, of many bodies: none waits long for the last
 # Of a task of free bodies, at least and at most: 1024, which take ten times as long as to hand out a task,
 # to 65536, after which nothing is gained by more.  Simulated bodies take longer: then one is enough.
@@ -186,6 +187,7 @@ class Ensemble:
         scheduler: str | None = None,
         workers: int | None = None,
         progress: Progress | None = None,
+        lost_bodies: str = "stop",
     ) -> Statistics:
         """Mean attitude, covariance, spread of the body axes and fractions by regime; nothing is stored.
 
@@ -195,6 +197,8 @@ class Ensemble:
         scheduler : address of a running Dask cluster; None for threads of this machine
         workers : threads of this machine; by default as many as it has processors
         progress : called with the fraction that is done
+        lost_bodies : "stop" at bodies that cannot be followed to the scene's tolerance, or that come to rest
+            on the ground before the last instant, or "leave out": then they are listed in `Statistics.lost`
 
         Returns
         -------
@@ -205,23 +209,27 @@ class Ensemble:
         InputError : a value that cannot be taken; an error about one body names it as bodies[i].
         ToleranceError : an instant is too far off for a body's phases.
         """
-        instants = self.instants(times)
+        instants, leave_out = self.instants(times), _leaves_out(lost_bodies)
         choice = choice_of(self.scene, self.source, instants)
         passes = cuts(len(instants.seconds), FREE_PASS if is_free(self.scene) else SIMULATED_PASS)
-        products, references = [], []
+        products, references, lost = [], [], set[int]()
         for number, (a, b) in enumerate(passes):
             told = None if progress is None else _within(progress, number, len(passes))
             some = Instants(
                 instants.seconds[a:b], None if instants.rest is None else instants.rest[a:b], None
             )
-            nominal = motion_of(self.scene, self.source.part(0, 1), some, rate=False, choice=choice)
-            reference = np.ascontiguousarray(nominal.quaternion[0])
-            sums = self._gathered(some, choice, reference, scheduler, workers, told)
+            reference = self._reference(some, choice, leave_out)
+            work = self._gathering(some, choice, reference, leave_out)
+            sums = self._gathered(work, scheduler, workers, told)
+            if sums.regimes.sum() == len(sums.lost):
+                raise RegimeError(f"statistics: none of the {self.size} bodies can be followed")
             products.append(sums.products())
             references.append(reference)
+            lost.update(sums.lost)
         regimes = {name: int(n) / self.size for name, n in zip(REGIMES, sums.regimes, strict=True)}
         found = np.concatenate(products), np.concatenate(references)
-        return Statistics(*found, instants, self.size, regimes, orientation.check_frame(self.frame))
+        count, frame = self.size - len(lost), orientation.check_frame(self.frame)
+        return Statistics(*found, instants, count, regimes, frame, tuple(lost))
 
     def density(
         self,
@@ -230,6 +238,7 @@ class Ensemble:
         scheduler: str | None = None,
         workers: int | None = None,
         progress: Progress | None = None,
+        lost_bodies: str = "stop",
     ) -> Density:
         """Where a body axis points: bodies counted in cells of the sphere; nothing else is kept.
 
@@ -238,7 +247,7 @@ class Ensemble:
         times : as for `statistics`
         axis : "x", "y", "z", the principal axis of "least", "middle" or "greatest" moment of the scene's
             body, or a vector (3,) in the body frame
-        scheduler, workers, progress : as for `statistics`
+        scheduler, workers, progress, lost_bodies : as for `statistics`
 
         Raises
         ------
@@ -246,13 +255,14 @@ class Ensemble:
         """
         instants, along = self.instants(times), axis_of(axis, self.scene)
         choice = choice_of(self.scene, self.source, instants)
-        work = Counting(self.source, self.scene, choice, instants, along)
-        counts = np.zeros((instants.seconds.size, ROWS * COLUMNS), np.int64)
+        work = Counting(self.source, self.scene, choice, instants, along, _leaves_out(lost_bodies))
+        counts, lost = np.zeros((instants.seconds.size, ROWS * COLUMNS), np.int64), list[int]()
         with closing(engine.mapped(work, self._tasks(), scheduler, workers, progress)) as parts:
-            for found in parts:
+            for found, left_out in parts:
                 counts += found
+                lost += left_out
         frame = orientation.check_frame(self.frame)
-        return Density(along, instants, frame, self.size, counts.reshape(-1, ROWS, COLUMNS))
+        return Density(along, instants, frame, counts.reshape(-1, ROWS, COLUMNS), lost)
 
     def flips(self, count: int = 1, first: int = 0, last: int | None = None) -> np.ndarray:
         """(n, count), s: when the bodies from first to last flip, the first times after the epoch.
@@ -272,20 +282,26 @@ class Ensemble:
         least = FEW_LEAVES if is_free(self.scene) else 1
         return cuts(self.size, LEAF * min(max(self.size // (LEAF * TASKS), least), MOST_LEAVES))
 
-    def _gathered(
-        self,
-        instants: Instants,
-        choice: Any,
-        reference: np.ndarray,
-        scheduler: str | None,
-        workers: int | None,
-        progress: Progress | None,
-    ) -> Sums:
-        """The sums over all bodies at the instants of one pass."""
+    def _reference(self, instants: Instants, choice: Any, leave_out: bool) -> np.ndarray:
+        """(m, 4): attitudes of the first body; none in particular where it cannot be followed."""
+        first = self.source.part(0, 1)
+        block = motion_of(self.scene, first, instants, rate=False, choice=choice, leave_out=leave_out)
+        if block.lost:
+            return np.tile([1.0, 0.0, 0.0, 0.0], (instants.seconds.size, 1))
+        return np.ascontiguousarray(block.quaternion[0])
+
+    def _gathering(
+        self, instants: Instants, choice: Any, reference: np.ndarray, leave_out: bool
+    ) -> Gathering:
         rest = None if instants.rest is None else np.ascontiguousarray(instants.rest)
         seconds = np.ascontiguousarray(instants.seconds)
-        work = Gathering(self.source, self.scene, choice, seconds, rest, reference)
-        total = Sums(len(seconds))
+        return Gathering(self.source, self.scene, choice, seconds, rest, reference, leave_out)
+
+    def _gathered(
+        self, work: Gathering, scheduler: str | None, workers: int | None, progress: Progress | None
+    ) -> Sums:
+        """The sums over all bodies at the instants of one pass."""
+        total = Sums(len(work.seconds))
         with closing(engine.mapped(work, self._tasks(), scheduler, workers, progress)) as parts:
             for sums in parts:
                 total.add(sums)
@@ -300,3 +316,9 @@ class Ensemble:
 
 def _within(progress: Progress, number: int, passes: int) -> Progress:
     return lambda done: progress((number + done) / passes)
+
+
+def _leaves_out(lost_bodies: Any) -> bool:
+    if lost_bodies not in LOST_BODIES:
+        raise InputError("lost_bodies", lost_bodies, f"one of {', '.join(LOST_BODIES)}")
+    return bool(lost_bodies == LOST_BODIES[1])

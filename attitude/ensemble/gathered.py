@@ -38,16 +38,19 @@ class Sums:
 
     limbs : one (3, 10, k) for each PITCH instants, int64
     regimes : (4,), bodies in each of `REGIMES`
+    lost : places of bodies that are not in the sums
     """
 
     def __init__(self, instants: int):
         self.limbs = [np.zeros((3, 10, b - a), np.int64) for a, b in cuts(instants, PITCH)]
         self.regimes = np.zeros(len(REGIMES), np.int64)
+        self.lost: list[int] = []
 
     def add(self, other: Sums) -> None:
         for ours, theirs in zip(self.limbs, other.limbs, strict=True):
             ours += theirs
         self.regimes += other.regimes
+        self.lost += other.lost
 
     def products(self) -> np.ndarray:
         """(m, 4, 4): mean over bodies of p p^T, p = conj(reference) q, of trace one."""
@@ -67,6 +70,7 @@ class Gathering:
     source : of states; scene : whose effects act, or None; choice : of a solver
     seconds, rest : (m,), s, two-part instants
     reference : (m, 4), wxyz: attitudes near which most are, so that what is small is summed as such
+    leave_out : bodies that cannot be followed, instead of stopping at them
     """
 
     source: Source
@@ -75,6 +79,7 @@ class Gathering:
     seconds: np.ndarray
     rest: np.ndarray | None
     reference: np.ndarray
+    leave_out: bool = False
 
     def __call__(self, part: Cut) -> Sums:
         total, (begin, end) = Sums(len(self.seconds)), part
@@ -87,7 +92,10 @@ class Gathering:
         motion = free_motion(states, first)
         found = regimes(motion)
         total.regimes += np.bincount(found, minlength=len(REGIMES))
-        pieces = self._free(motion, first) if is_free(self.scene) else self._simulated(states, first)
+        if is_free(self.scene):
+            pieces = self._free(motion, first)
+        else:
+            pieces = self._simulated(states, first, total.lost)
         references = [self._rows(cut) for cut in self._cuts()]
         sums = [np.zeros(10 * PITCH) for _ in references]
         for leaf in cuts(last - first, LEAF):
@@ -125,7 +133,9 @@ class Gathering:
 
         return pieces
 
-    def _simulated(self, states: States, index: int) -> Callable[[Cut], Iterator[tuple[int, np.ndarray]]]:
+    def _simulated(
+        self, states: States, index: int, lost: list[int]
+    ) -> Callable[[Cut], Iterator[tuple[int, np.ndarray]]]:
         instants = Instants(self.seconds, self.rest, None)
         size = max(HELD // len(self.seconds), 1)
 
@@ -133,8 +143,9 @@ class Gathering:
             for first in range(*leaf, size):
                 part = slice(first, min(first + size, leaf[1]))
                 block: Block = motion_of(
-                    self.scene, states[part], instants, index + first, rate=False, choice=self.choice
+                    self.scene, states[part], instants, index + first, False, self.choice, self.leave_out
                 )
+                lost.extend(block.lost)
                 for which, (a, b) in enumerate(self._cuts()):
                     yield which, np.ascontiguousarray(np.moveaxis(block.quaternion[:, a:b], -1, 0))
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .statistics import Statistics
 
 SIZE = (9.0, 8.6)  # inches
+FAR = 500.0  # the last instant over the first
 SMALL, ROUNDED = 0.3, 1e-9  # parts of the greatest spread
 BINS = 160
 # Of the times of flips, what is drawn; the rest is a long tail of bodies close to the separatrix.
@@ -86,6 +87,9 @@ def _growth(axes: Any, statistics: Statistics) -> None:
     if np.median(spread) < SMALL * greatest:  # most of the time it is too small to be seen on an even scale
         started = spread[spread > ROUNDED * greatest]
         axes.set(yscale="log", ylim=(0.5 * started.min(), 2.0 * greatest))
+    begun = t[t > 0.0]
+    if begun.size and begun.max() > FAR * begun.min():  # instants that are closer together at the beginning
+        axes.set(xscale="log", xlim=(begun.min(), begun.max()))
     axes.legend(frameon=False, fontsize=8)
 
 

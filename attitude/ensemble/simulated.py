@@ -86,7 +86,12 @@ def choose(scene: Scene, instants: Instants, probes: HasStates | None = None) ->
 
 
 def simulated(
-    scene: Scene, states: HasStates, instants: Instants, choice: Choice, first: int = 0
+    scene: Scene,
+    states: HasStates,
+    instants: Instants,
+    choice: Choice,
+    first: int = 0,
+    lost: list[int] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Attitudes (n, m, 4) wxyz and rates (n, m, 3), rad/s, body frame, of bodies at instants.
 
@@ -96,6 +101,7 @@ def simulated(
     ----------
     instants : (m,); choice : by `choose`, for this scene and these instants
     first : place of the first body in the ensemble, by which errors name it: bodies[first] ...
+    lost : takes the places of bodies that cannot be followed, in place of an error; their rows are NaN
 
     Raises
     ------
@@ -105,10 +111,10 @@ def simulated(
     """
     bodies, way = _bodies(states, first), _way(scene, choice)
     if way.ground is not None:
-        return _bounced(way, bodies, instants)
+        return _bounced(way, bodies, instants, lost)
     if way.torques:
         candidate = Candidate(many.SOLVERS[str(choice.solver)], choice.setting, 0.0, 0.0)
-        return _told(many.solve(_problem(scene, way, instants), bodies, instants, candidate))
+        return _told(many.solve(_problem(scene, way, instants), bodies, instants, candidate, lost))
     like, parts = _over(way, instants), _parts(len(bodies), ROOM // (7 * max(1, instants.seconds.size)))
     return _told(
         np.concatenate([free.coast_each(like, bodies.some(part), way.kicks, instants) for part in parts])
@@ -133,13 +139,16 @@ def _bodies(states: HasStates, first: int) -> Bodies:
     return Bodies(states.body, np.ascontiguousarray(attitude), np.ascontiguousarray(rate), place)
 
 
-def _bounced(way: Route, bodies: Bodies, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
+def _bounced(
+    way: Route, bodies: Bodies, instants: Instants, lost: list[int] | None
+) -> tuple[np.ndarray, np.ndarray]:
     assert way.ground is not None
     seconds, ground = instants.seconds.reshape(-1), way.ground.numbers()
-    quaternion, rate = np.empty((len(bodies), seconds.size, 4)), np.empty((len(bodies), seconds.size, 3))
+    shape = len(bodies), seconds.size
+    quaternion, rate = np.full((*shape, 4), np.nan), np.full((*shape, 3), np.nan)
     like = _over(way, instants)
     for i in range(len(bodies)):
-        with named(bodies, i):
+        with named(bodies, i, lost):
             flight = contact.fly(
                 bodies.situation(like, i), ground, way.gravity, seconds, way.kicks, instants.rest
             )

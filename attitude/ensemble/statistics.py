@@ -5,6 +5,7 @@ Equation numbers are those of docs/ensembles.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +26,8 @@ class Statistics:
 
     Attributes
     ----------
-    count : bodies
+    count : bodies, without those that are lost
+    lost : places of bodies that could not be followed to the scene's tolerance, and were left out
     instants : the instants; seconds : (m,), s since the epoch
     frame : the inertial frame
     mean : (m, 4), wxyz: the chordal mean, eq. (E3), on the side of the first body's quaternion
@@ -47,7 +49,9 @@ class Statistics:
         count: int,
         regimes: dict[str, float],
         frame: str,
+        lost: Sequence[int] = (),
     ):
+        self.lost = np.array(sorted(set(lost)), np.int64)
         self.count, self.instants, self.regimes, self.frame = count, instants, regimes, frame
         offset = mean_departure(products)
         self.mean = orientation.product(reference, offset)
@@ -74,7 +78,7 @@ class Statistics:
         return len(self.mean)
 
     def to_table(self) -> QTable:
-        """One row an instant; count, regimes and frame are in meta.
+        """One row an instant; count, regimes, frame and who is lost are in meta.
 
         Columns time (with an epoch), elapsed [s], quaternion (w, x, y, z; the mean), covariance [rad2]
         (3, 3), directions (3, 3), resultants (3) and spreads [rad] (3).
@@ -83,6 +87,7 @@ class Statistics:
             "q rotates body to inertial; covariance along the mean's body axes; rows of directions are axes"
         )
         meta = {"count": self.count, "regimes": dict(self.regimes), "frame": self.frame}
+        meta |= {"lost": self.lost.tolist()} if len(self.lost) else {}
         table = QTable(meta=meta | {"quaternion_order": "wxyz", "convention": said})
         if self.instants.time is not None:
             table["time"] = self.instants.time

@@ -14,7 +14,7 @@ import argparse
 import heapq
 import statistics
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -220,9 +220,8 @@ def foreseen(costs: Costs) -> None:
 
 def _told(name: str, job: Job, cluster: Cluster, costs: Costs) -> None:
     found = simulate(job, cluster, costs)
-    print(
-        f"{name:<52} {found.seconds:8.0f} s {found.tasks:8d} {found.threads_busy:6.0%} {found.client_busy:6.0%}"
-    )
+    busy = f"{found.threads_busy:6.0%} {found.client_busy:6.0%}"
+    print(f"{name:<52} {found.seconds:8.0f} s {found.tasks:8d} {busy}")
 
 
 def main() -> None:

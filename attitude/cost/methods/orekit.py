@@ -113,7 +113,8 @@ def _start_machine(jpype: Any, package: Any) -> None:
     except (jpype.JVMNotFoundException, jpype.JVMNotSupportedException, OSError) as error:
         raise AbsentError(f"Orekit needs Java, such as a JDK in JAVA_HOME: {error}") from error
     # else Java waits, at the end of Python, for the thread that started it, which may have ended long before
-    import_module("jpype.config").onexit = False
+    config: Any = import_module("jpype.config")
+    config.onexit = False
 
 
 def _flags_of(library: Path) -> list[str]:
