@@ -17,7 +17,7 @@ def hopeless():
         "times": {"elapsed": [0.0, 6.0, 24.0], "unit": "h"},
         "tolerance": {"value": 1e-9, "unit": "rad"},
     }
-    return Ensemble.sample(Scene.model_validate(document | changes), 40, 7, moments="2 %")
+    return Ensemble.sample(Scene.model_validate(document), 40, 7, moments="2 %")
 
 
 def test_body_that_cannot_be_followed_stops_an_ensemble_by_its_name():
