@@ -38,6 +38,7 @@ class Costs:
     part : of a thread, for each part besides
     task : of client and scheduler, for each task
     result : of client and scheduler, for each byte of a result
+    start : of client and scheduler, once: to connect, and to send the work
     """
 
     body: float = 7.0e-6
@@ -46,16 +47,21 @@ class Costs:
     part: float = 0.5e-3
     task: float = 5e-3
     result: float = 1e-9
+    start: float = 0.3
 
 
 @dataclass(frozen=True)
 class Cluster:
-    """machines with threads each; disk : bytes/s that one machine writes, shared : that all do together."""
+    """machines with threads each; disk : bytes/s that one machine writes, shared : that all do together.
+
+    crowded : client and scheduler have no processor of their own, as in a check on one machine
+    """
 
     machines: int
     threads: int
     disk: float = np.inf
     shared: float = np.inf
+    crowded: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,7 @@ def simulate(job: Job, cluster: Cluster, costs: Costs) -> Outcome:
     left, pending, tasks = job.parts, 0, 0
     free = [0.0] * threads  # when each thread has done what it was given
     done: list[tuple[float, int]] = []  # (when, parts) of tasks under way
-    now = worked = taken = 0.0
+    now, worked, taken = costs.start, 0.0, costs.start
     while left or pending:
         while left and pending < engine.AHEAD * threads:
             together = min(max(left // (engine.SHARES * threads), 1), engine.MOST_TOGETHER, left)
@@ -106,6 +112,8 @@ def simulate(job: Job, cluster: Cluster, costs: Costs) -> Outcome:
         when, together = heapq.heappop(done)
         own = costs.task + together * result
         now, taken, pending = max(now, when) + own, taken + own, pending - 1
+    if cluster.crowded:  # what a task costs the client, it costs the worker too
+        now = max(now, (worked + 2.0 * taken) / threads)
     return Outcome(now, tasks, worked / (threads * now), taken / now)
 
 
@@ -146,11 +154,12 @@ def drained(work, parts, address):
 
 
 def measured(address: str, bodies: int = 200_000) -> Costs:
-    """Of one thread; and of a cluster's client and scheduler, by tasks that do nothing."""
+    """Of workers, side by side, by long parts; of client and scheduler, by tasks that do nothing."""
     some = ensemble(bodies)
+    long = [(a, min(a + 10_000, bodies)) for a in range(0, bodies, 10_000)]
 
-    def of(count, workers=1):
-        return timed(lambda: some.statistics(GRID[:count], workers=workers))
+    def of(count):
+        return 2.0 * timed(partial(drained, _gathering(some, GRID[:count]), long, address))
 
     of(10)
     few, many = of(10), of(1000)
@@ -159,20 +168,30 @@ def measured(address: str, bodies: int = 200_000) -> Costs:
         place = Path(folder) / "a.zarr"
         stored = [timed(lambda n=n: some.run(GRID[:n], place, overwrite=True, workers=1)) for n in (10, 200)]
     parts = list(range(2000))
+    start = timed(partial(drained, nothing, parts[:2], address))
     plain = timed(partial(drained, nothing, parts, address)) / 2000
     heavy = timed(partial(drained, partial(nothing, size=1_000_000), parts[:400], address)) / 400
     return Costs(
         body=few / bodies - 10 * sample,
         sample=sample,
         stored=(stored[1] - stored[0]) / (190.0 * bodies),
-        part=0.0,
-        task=plain * 2000 / _tasks(2000, 2),
+        part=_of_a_part(some),
+        task=(plain * 2000 - start) / _tasks(2000, 2),
         result=max(heavy - plain, 0.0) / 1e6,
+        start=start,
     )
 
 
+def _of_a_part(some: Ensemble) -> float:
+    """What a part takes besides its bodies: many short ones beside one of as many bodies."""
+    work, bodies, size = _gathering(some, GRID[:10]), 16384, 64
+    whole = timed(lambda: work((0, bodies)))
+    short = timed(lambda: [work((a, a + size)) for a in range(0, bodies, size)])
+    return (short - whole) / (bodies / size)
+
+
 def _tasks(parts: int, threads: int) -> int:
-    return simulate(Job(parts, 0, 1), Cluster(1, threads), Costs(0, 0, 0, 0, 0, 0)).tasks
+    return simulate(Job(parts, 0, 1), Cluster(1, threads), Costs()).tasks
 
 
 def checked(address: str, costs: Costs) -> None:
@@ -188,7 +207,7 @@ def checked(address: str, costs: Costs) -> None:
         work = _gathering(some, GRID[:instants])
         parts = [(a, min(a + chunk, bodies)) for a in range(0, bodies, chunk)]
         seconds = timed(partial(drained, work, parts, address))
-        told = simulate(Job(bodies, instants, chunk), Cluster(1, 2), costs).seconds
+        told = simulate(Job(bodies, instants, chunk), Cluster(1, 2, crowded=True), costs).seconds
         print(f"{f'{bodies} x {instants}, {chunk}':<36} {seconds:7.2f} s {told:7.2f} s")
 
 
