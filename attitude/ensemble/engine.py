@@ -26,6 +26,7 @@ Part = TypeVar("Part")
 Result = TypeVar("Result")
 
 GRAPH = 4096  # tasks that Dask's threads are given at a time: it holds something for each
+CLUSTER = 64  # threads that a cluster may have
 AHEAD = 2  # tasks for each thread of a cluster: one at work, one that waits for it
 # A task of a cluster costs its scheduler and client some milliseconds, whatever it does: so it is of several
 # parts, fewer towards the end, where some thread would be the last to have many.
@@ -85,6 +86,11 @@ def mapped(
             yield result
             if progress is not None:
                 progress(done / len(parts))
+
+
+def threads(scheduler: str | None, workers: int | None) -> int:
+    """About how many compute at once: of a cluster nobody knows beforehand, and more may come."""
+    return CLUSTER if scheduler is not None else workers or _processors()
 
 
 def _processors() -> int:

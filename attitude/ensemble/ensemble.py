@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 Progress = Callable[[float], None]
 
 LOST_BODIES = ("stop", "leave out")
-TASKS = 64  # at least, of many bodies: none waits long for the last
+TASKS = 16  # for each thread, of many bodies: none waits long for the last
 # Of a task of free bodies, at least and at most: 1024, which take ten times as long as to hand out a task,
 # to 65536, after which nothing is gained by more.  Simulated bodies take longer: then one is enough.
 FEW_LEAVES, MOST_LEAVES = 4, 256
@@ -257,7 +257,9 @@ class Ensemble:
         choice = choice_of(self.scene, self.source, instants)
         work = Counting(self.source, self.scene, choice, instants, along, _leaves_out(lost_bodies))
         counts, lost = np.zeros((instants.seconds.size, ROWS * COLUMNS), np.int64), list[int]()
-        with closing(engine.mapped(work, self._tasks(), scheduler, workers, progress)) as parts:
+        with closing(
+            engine.mapped(work, self._tasks(scheduler, workers), scheduler, workers, progress)
+        ) as parts:
             for found, left_out in parts:
                 counts += found
                 lost += left_out
@@ -277,10 +279,11 @@ class Ensemble:
             raise InputError("count", count, "a whole number, at least 1")
         return flips(free_motion(self.states(first, last), first), count)
 
-    def _tasks(self) -> list[tuple[int, int]]:
+    def _tasks(self, scheduler: str | None, workers: int | None) -> list[tuple[int, int]]:
         """Bodies of each task: whole leaves, many enough that none waits long for the last."""
         least = FEW_LEAVES if is_free(self.scene) else 1
-        return cuts(self.size, LEAF * min(max(self.size // (LEAF * TASKS), least), MOST_LEAVES))
+        tasks = TASKS * engine.threads(scheduler, workers)
+        return cuts(self.size, LEAF * min(max(self.size // (LEAF * tasks), least), MOST_LEAVES))
 
     def _reference(self, instants: Instants, choice: Any, leave_out: bool) -> np.ndarray:
         """(m, 4): attitudes of the first body; none in particular where it cannot be followed."""
@@ -302,7 +305,9 @@ class Ensemble:
     ) -> Sums:
         """The sums over all bodies at the instants of one pass."""
         total = Sums(len(work.seconds))
-        with closing(engine.mapped(work, self._tasks(), scheduler, workers, progress)) as parts:
+        with closing(
+            engine.mapped(work, self._tasks(scheduler, workers), scheduler, workers, progress)
+        ) as parts:
             for sums in parts:
                 total.add(sums)
         return total
