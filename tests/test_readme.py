@@ -105,3 +105,22 @@ def test_console_examples_print_what_is_shown(command, shown, folder, request):
     assert NUMBER.sub("#", printed) == NUMBER.sub("#", shown)
     found, expected = ([float(x) for x in NUMBER.findall(text)] for text in (printed, shown))
     assert found == pytest.approx(expected, rel=PRINTED, abs=PRINTED)
+
+
+WORKED = re.findall(r"^attitude (ensemble docs/.*)$", README, flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize("command", WORKED, ids=[command.split()[1] for command in WORKED])
+def test_worked_examples_of_many_bodies_run_with_fewer(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(Path(__file__).parents[1])
+    given = command.split()
+    given[-1] = str(tmp_path / given[-1])
+    run = [sys.executable, "-m", "attitude.cli", *given, "--bodies", "60"]
+    answer = subprocess.run(run, capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
+    assert re.match(r"# \d\d bodies in ", answer.stdout)
+    assert Path(given[-1]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_there_are_worked_examples():
+    assert len(WORKED) == 2

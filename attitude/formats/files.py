@@ -58,7 +58,8 @@ def _beside(path: Path, blocks: Iterable[bytes], written: dict[str, Path]) -> No
         return
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
         written[file.name] = path
-        file.writelines(blocks)
+        for block in blocks:
+            file.write(block)
     os.chmod(file.name, 0o666 & ~_umask())
 
 

@@ -180,7 +180,7 @@ import sys, time
 import numpy as np
 from attitude.ensemble import running
 from tests.ensemble.standing_in import many
-slowly = lambda _: time.sleep(0.002)
+slowly = lambda _: time.sleep(0.02)
 running.run(many(20_000), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=100, progress=slowly)
 """
 
