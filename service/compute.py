@@ -81,6 +81,7 @@ class Compute:
         try:
             while (block := await ahead) is not None:
                 ahead = asyncio.ensure_future(self.run(next, blocks, None))
+                await asyncio.sleep(0)  # it begins before this one is copied into the socket
                 yield block
         finally:
             ahead.add_done_callback(_forget)

@@ -46,7 +46,8 @@ class Protocol(H11Protocol):
     # -- clients that send slowly -----------------------------------------------------------------
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        super().connection_made(Gathering(transport, self.loop))  # type: ignore[arg-type]
+        self._gathering = Gathering(transport, self.loop)
+        super().connection_made(self._gathering)  # type: ignore[arg-type]
         self._wait()
 
     def data_received(self, data: bytes) -> None:
@@ -69,6 +70,7 @@ class Protocol(H11Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._wait_no_more()
+        self._gathering.drop()
         self.resume_writing()
         super().connection_lost(exc)
 
@@ -95,7 +97,9 @@ class Protocol(H11Protocol):
         if self._stuck is not None:
             self._stuck.cancel()
             self._stuck = None
-        super().resume_writing()
+        self._gathering.push()
+        if not self._gathering.is_holding:
+            super().resume_writing()
 
     def _look_again(self) -> None:
         untaken = self.transport.get_write_buffer_size()

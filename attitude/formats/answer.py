@@ -19,7 +19,7 @@ from .samples import BLOCK, Samples
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
 
-PIECE = 1 << 22  # bytes; shorter blocks go out together
+PIECE = 1 << 21  # bytes; shorter blocks go out together
 
 
 class Answer(NamedTuple):
