@@ -59,13 +59,13 @@ def write(
 ) -> Written:
     """See `Ephemeris.write`; the path "-" is standard output, and then the format must be named."""
     known = find(path, format)
+    if known.has_companions and str(path) == STANDARD_STREAM:
+        raise FormatError(f"{known.name} is several files: it needs a name to go by", str(path))
     samples = ephemeris if isinstance(ephemeris, Samples) else Samples.of(ephemeris, progress)
     try:
         whole = encode(samples, known, interpolation_error, options)
     except FormatError as error:
         raise error if error.source else FormatError(str(error), str(path)) from None
-    if known.has_companions and str(path) == STANDARD_STREAM:
-        raise FormatError(f"{known.name} is several files: it needs a name to go by", str(path))
     if not known.has_companions:
         write_whole(whole.blocks, path)
         return whole.written
