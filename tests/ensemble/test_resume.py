@@ -176,7 +176,8 @@ def test_store_that_somebody_replaced_takes_no_more_chunks(to):
 
 
 SLOWLY = """
-import sys, time
+import signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
 import numpy as np
 from attitude.ensemble import running
 from tests.ensemble.standing_in import many
