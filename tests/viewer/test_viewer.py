@@ -229,8 +229,8 @@ def test_every_format_is_downloaded_under_the_name_that_the_service_gives(visit)
     page = visit.open("spinner")
     document = page.input_value("#document")
     for name in FORMATS:
-        # first, so that what the format needs is loaded: of a file that comes more than five seconds after the
-        # click a browser does not think that it was asked for
+        # first, so that what the format needs is loaded: a file that comes more than five seconds after the
+        # click is not one that was asked for, to a browser
         asked = httpx.post(
             f"{visit.address}/v1/ephemeris",
             params={"format": name},
