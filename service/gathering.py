@@ -25,29 +25,34 @@ class Gathering:
 
     def __init__(self, transport: asyncio.Transport, loop: asyncio.AbstractEventLoop):
         self._transport, self._loop = transport, loop
-        self._held: list[bytes] = []
+        self._held: list[memoryview] = []
         self._size = 0  # of what is held
         self._waiting: deque[memoryview] = deque()
         self._is_ending = False
         transport.set_write_buffer_limits(high=0)
 
     def write(self, data: Any) -> None:
-        if self._size + len(data) > MOST_BYTES:
+        """Bytes, or a list of them."""
+        for part in data if isinstance(data, list) else [data]:
+            self._write(memoryview(part).cast("B"))
+
+    def _write(self, part: memoryview) -> None:
+        if self._size + len(part) > MOST_BYTES:
             self.flush()
-            self._send(data)
+            self._send(part)
             return
         if not self._held:
             self._loop.call_soon(self.flush)
-        self._held.append(data)
-        self._size += len(data)
+        self._held.append(part)
+        self._size += len(part)
 
     def flush(self) -> None:
         held, self._held, self._size = self._held, [], 0
         if held:
-            self._send(b"".join(held))
+            self._send(memoryview(b"".join(held)))
 
-    def _send(self, data: Any) -> None:
-        self._waiting.append(memoryview(data))
+    def _send(self, part: memoryview) -> None:
+        self._waiting.append(part)
         self.push()
 
     def push(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
+import numpy as np
 import pytest
 
 from service.gathering import MOST_BYTES, SLICE, Gathering
@@ -66,6 +67,18 @@ def test_head_and_content_of_a_small_answer_go_out_together():
         await asyncio.sleep(0)
 
     assert told(scenario) == [b"head,content", b"next"]
+
+
+def test_pieces_of_one_event_go_out_as_if_they_were_joined():
+    numbers = memoryview(np.arange(4.0))
+
+    async def scenario(gathering, transport):
+        gathering.write([b"20\r\n", numbers, b"\r\n"])
+        gathering.write([])
+        assert gathering.get_write_buffer_size() == 4 + 32 + 2
+        await asyncio.sleep(0)
+
+    assert told(scenario) == [b"20\r\n" + bytes(numbers) + b"\r\n"]
 
 
 def test_large_pieces_are_not_held_and_come_after_what_was():

@@ -3,6 +3,8 @@
 import * as api from "./api.js";
 import { byId, make } from "./dom.js";
 
+let kept = null; // the address of the last file
+
 export async function offerDownloads(element, documentText) {
   const { formats } = await api.get("viewer/formats.json");
   element.replaceChildren(...formats.map((format) => make("li", {}, button(format, documentText))));
@@ -22,8 +24,10 @@ async function download(pressed, format, text) {
   try {
     const path = `v1/ephemeris?format=${encodeURIComponent(format.name)}`;
     const { blob, name } = await api.file(path, text, `ephemeris${format.endings[0]}`);
-    save(blob, name);
-    status.textContent = `${name}, ${blob.size.toLocaleString("en")} bytes`;
+    const link = saving(blob, name);
+    link.dataset.format = format.name;
+    status.replaceChildren(link, `, ${blob.size.toLocaleString("en")} bytes`);
+    link.click();
   } catch (error) {
     status.className = "bad";
     status.textContent = `${format.name}: ${error.message}`;
@@ -32,8 +36,9 @@ async function download(pressed, format, text) {
   }
 }
 
-function save(blob, name) {
-  const link = make("a", { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+// Stays on the page: a browser may not take a file that comes long after the click for one that was asked for.
+function saving(blob, name) {
+  if (kept) URL.revokeObjectURL(kept);
+  kept = URL.createObjectURL(blob);
+  return make("a", { href: kept, download: name }, name);
 }
