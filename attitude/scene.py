@@ -497,17 +497,21 @@ class Scene(Part):
 
 
 class _State(NamedTuple):
-    """What decides the motion: two scenes of the same body and state are one to whoever remembers by this."""
+    """What decides the motion, and nothing else of a scene: two of the same text are one to who remembers."""
 
     text: bytes
-    scene: Scene
+    body: Body
+    attitude: Attitude
+    angular_velocity: AngularVelocity
+    frame: str
 
     @classmethod
     def of(cls, scene: Scene) -> _State:
         try:
-            return cls(scene.__pydantic_serializer__.to_json(scene, include=STATE), scene)
+            text = scene.__pydantic_serializer__.to_json(scene, include=STATE)
         except ValueError:  # half a surrogate pair where a unit should be
-            return cls(ascii(scene).encode(), scene)
+            text = ascii([getattr(scene, name) for name in sorted(STATE)]).encode()
+        return cls(text, scene.body, scene.attitude, scene.angular_velocity, scene.frame)
 
     def __hash__(self) -> int:
         return hash(self.text)
@@ -519,9 +523,8 @@ class _State(NamedTuple):
 @lru_cache(maxsize=256)
 def _motion(state: _State) -> TorqueFreeMotion:
     """Remembered, with the constants of its motion: who asks where a body points soon asks again."""
-    scene = state.scene
-    body, attitude, rate = scene.body.build(), scene.attitude.build(), scene.angular_velocity.build()
-    return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=scene.frame)
+    body, attitude, rate = state.body.build(), state.attitude.build(), state.angular_velocity.build()
+    return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=state.frame)
 
 
 def _course(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> Course:

@@ -2,7 +2,9 @@
 
 import contextlib
 import copy
+import gc
 import json
+import weakref
 from fractions import Fraction
 from itertools import product
 
@@ -835,3 +837,13 @@ def test_unit_that_no_text_holds_is_refused_like_any_other():
     document["angular_velocity"]["unit"] = "\ud800"
     with pytest.raises(InputError, match=r"angular_velocity\.unit"):
         Scene.model_validate(document).motion()
+
+
+def test_scene_is_not_kept_by_who_remembers_its_motion():
+    """Of a document with a million dates only the body and its state are."""
+    scene = Scene.model_validate(Scene.builtin("toutatis").document())
+    scene.motion()
+    gone = weakref.ref(scene)
+    del scene
+    gc.collect()
+    assert gone() is None
