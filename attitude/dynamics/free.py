@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import orientation
+from ..body import RigidBody
 from ..elapsed import Instants
 from ..errors import InputError, ToleranceError
 from ..motion import TorqueFreeMotion
 from .acting import Kick
 from .bodies import Bodies, named
-from .legs import instants_within, legs
+from .legs import Leg, instants_within, legs
 from .momentum import inertial
 from .rows import turned
 from .situation import Situation
@@ -21,98 +22,76 @@ from .torqued import two_part
 
 
 def coast(situation: Situation, kicks: Sequence[Kick], instants: Instants) -> np.ndarray:
-    """(OUTPUTS, n): attitude, rate and momentum at the instants.
+    """(OUTPUTS, m): attitude, rate and momentum at the instants.
 
     The momentum is the sum of that at the epoch and of the impulses, and nothing else ever changes it.
     """
-    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-    rest = np.zeros_like(seconds) if instants.rest is None else instants.rest.reshape(-1)
-    rows = np.empty((OUTPUTS, seconds.size))
-    for stop, mine in ((situation.start, seconds < 0.0), (situation.stop, seconds >= 0.0)):
-        if mine.any():
-            _coast(situation, kicks, stop, seconds, rest, np.flatnonzero(mine), rows)
-    return rows
-
-
-def _coast(
-    situation: Situation,
-    kicks: Sequence[Kick],
-    stop: float,
-    seconds: np.ndarray,
-    rest: np.ndarray,
-    mine: np.ndarray,
-    rows: np.ndarray,
-) -> None:
-    """From the epoch in one direction, for the instants at the places `mine`."""
-    attitude, rate = situation.attitude, situation.rate
-    momentum = orientation.rotate(attitude, situation.body.tensor @ rate)
-    sign = 1.0 if stop >= 0.0 else -1.0
-    cut = legs(situation, (), kicks, stop)
-    for leg, place in zip(cut, instants_within(cut, seconds[mine], rest[mine]), strict=True):
-        for kick in leg.kicks:
-            momentum = momentum + sign * inertial(kick, attitude)
-        if leg.kicks:
-            body_momentum = orientation.rotate(orientation.conjugate(attitude), momentum)
-            rate = np.linalg.solve(situation.body.tensor, body_momentum)
-        motion = TorqueFreeMotion(situation.body, attitude, rate, order="wxyz", frame=situation.frame)
-        here = mine[place]
-        at = _since(leg.start, np.append(seconds[here], leg.stop), np.append(rest[here], 0.0))
-        answer = motion.ephemeris(at, rate=True)
-        quaternion = answer.quaternion("wxyz")
-        rows[:4, here], rows[4:7, here] = quaternion[:-1].T, answer.angular_velocity[:-1].T
-        rows[7:, here] = momentum[:, None]
-        attitude, rate = quaternion[-1], answer.angular_velocity[-1]
+    return _rows(situation, situation.body, situation.attitude, situation.rate, kicks, instants)
 
 
 def coast_each(like: Situation, bodies: Bodies, kicks: Sequence[Kick], instants: Instants) -> np.ndarray:
-    """(n, 7, m): attitude and rate of many bodies at the instants, `coast` of each side by side.
+    """(n, OUTPUTS, m): `coast` of many bodies, side by side.
 
     Raises
     ------
     InputError, ToleranceError : as `TorqueFreeMotion`, of the first body that it cannot take, named.
     """
-    seconds, rest = two_part(instants)
-    rows = np.empty((len(bodies), 7, seconds.size))
     try:
-        for stop, mine in ((like.start, seconds < 0.0), (like.stop, seconds >= 0.0)):
-            if mine.any():
-                _coast_each(like, bodies, kicks, stop, seconds, rest, np.flatnonzero(mine), rows)
+        return _rows(like, bodies.body, bodies.attitude, bodies.rate, kicks, instants)
     except (InputError, ToleranceError):
+        rows = np.empty((len(bodies), OUTPUTS, instants.seconds.size))
         for i in range(len(bodies)):
             with named(bodies, i):
-                rows[i] = coast(bodies.situation(like, i), kicks, instants)[:7]
+                rows[i] = coast(bodies.situation(like, i), kicks, instants)
+        return rows
+
+
+def _rows(
+    like: Situation,
+    body: RigidBody,
+    attitude: np.ndarray,
+    rate: np.ndarray,
+    kicks: Sequence[Kick],
+    instants: Instants,
+) -> np.ndarray:
+    """(..., OUTPUTS, m), of one body or of many."""
+    seconds, rest = two_part(instants)
+    rows = np.empty((*body.shape, OUTPUTS, seconds.size))
+    for stop, mine in ((like.start, seconds < 0.0), (like.stop, seconds >= 0.0)):
+        if mine.any():
+            cut = legs(like, (), kicks, stop)
+            _coast(body, attitude, rate, cut, (seconds, rest), np.flatnonzero(mine), rows)
     return rows
 
 
-def _coast_each(
-    like: Situation,
-    bodies: Bodies,
-    kicks: Sequence[Kick],
-    stop: float,
-    seconds: np.ndarray,
-    rest: np.ndarray,
+def _coast(
+    body: RigidBody,
+    attitude: np.ndarray,
+    rate: np.ndarray,
+    cut: list[Leg],
+    instants: tuple[np.ndarray, np.ndarray],
     mine: np.ndarray,
     rows: np.ndarray,
 ) -> None:
-    """`_coast` of each."""
-    attitude, rate, tensor = bodies.attitude, bodies.rate, bodies.body.tensor
+    """From the epoch in one direction, for the instants at the places `mine`."""
+    seconds, rest = instants
+    tensor, sign = body.tensor, 1.0 if cut[-1].stop >= 0.0 else -1.0
     momentum = orientation.rotate(attitude, turned(tensor, rate))
-    sign = 1.0 if stop >= 0.0 else -1.0
-    cut = legs(like, (), kicks, stop)
     for leg, place in zip(cut, instants_within(cut, seconds[mine], rest[mine]), strict=True):
         for kick in leg.kicks:
             momentum = momentum + sign * inertial(kick, attitude)
         if leg.kicks:
             body_momentum = orientation.rotate(orientation.conjugate(attitude), momentum)
-            rate = np.linalg.solve(tensor, body_momentum[:, :, None])[:, :, 0]
-        motion = TorqueFreeMotion(bodies.body, attitude, rate, order="wxyz", frame=like.frame)
+            rate = np.linalg.solve(tensor, body_momentum[..., None])[..., 0]
+        motion = TorqueFreeMotion(body, attitude, rate, order="wxyz")
         here = mine[place]
         at = _since(leg.start, np.append(seconds[here], leg.stop), np.append(rest[here], 0.0))
         answer = motion.ephemeris(at, rate=True)
         quaternion, turning = answer.quaternion("wxyz"), answer.angular_velocity
-        rows[:, :4, here] = np.swapaxes(quaternion[:, :-1], 1, 2)
-        rows[:, 4:, here] = np.swapaxes(turning[:, :-1], 1, 2)
-        attitude, rate = (np.ascontiguousarray(one[:, -1]) for one in (quaternion, turning))
+        rows[..., :4, here] = np.swapaxes(quaternion[..., :-1, :], -1, -2)
+        rows[..., 4:7, here] = np.swapaxes(turning[..., :-1, :], -1, -2)
+        rows[..., 7:, here] = momentum[..., None]
+        attitude, rate = (np.ascontiguousarray(one[..., -1, :]) for one in (quaternion, turning))
 
 
 def _since(start: float, seconds: np.ndarray, rest: np.ndarray) -> Instants:

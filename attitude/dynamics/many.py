@@ -302,9 +302,8 @@ class _Walk:
         well = (self.counts[2] == 0) & np.isfinite(states).all(axis=1)
         which = np.flatnonzero(well & prepared.can_be_taken_by(self._solver))
         part = Part(leg.start, leg.stop, *at, self._coarsely)
-        self.counts[:, which] += _followed(
-            self._solver, torques, prepared, which, states, part, self._settings, out
-        )
+        task = _Task(self._solver, prepared, which, states, part, self._settings, out)
+        self.counts[:, which] += _followed(task, torques)
         rows[:, :, place] = out[:, :, :-1]
         self._attitude, self._momentum = out[:, :4, -1], out[:, 7:, -1]
 
@@ -321,22 +320,32 @@ class _Walk:
         return self._prepared[key]
 
 
-def _followed(
-    solver: Solver,
-    torques: Sequence[Once],
-    prepared: Prepared,
-    which: np.ndarray,
-    states: np.ndarray,
-    part: Part,
-    settings: np.ndarray,
-    out: np.ndarray,
-) -> np.ndarray:
-    """(3, k): steps, torques and failures of the bodies `which`; changes their states, fills their rows.
+class _Task(NamedTuple):
+    """Bodies `which` of those prepared, to be marched over a part: it changes their states, and fills their
+    rows of `out`.
+    """
+
+    solver: Solver
+    prepared: Prepared
+    which: np.ndarray
+    states: np.ndarray
+    part: Part
+    settings: np.ndarray
+    out: np.ndarray
+
+    @property
+    def begins(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Which bodies, from which states, when."""
+        return self.which, self.states, np.array([self.part.start, 0.0])
+
+
+def _followed(task: _Task, torques: Sequence[Once]) -> np.ndarray:
+    """(3, k): steps, torques and failures of the bodies.
 
     What a function of the user's raised meanwhile is raised here, and Stopped.
     """
     try:
-        work = MARCHES[solver.kind](solver, prepared, which, states, part, settings, out)
+        work = MARCHES[task.solver.kind](task)
         stopping.current().check()
         return work
     finally:
@@ -344,82 +353,60 @@ def _followed(
             torque.raise_failure()
 
 
-def _collocate(
-    solver: Solver,
-    prepared: Prepared,
-    which: np.ndarray,
-    states: np.ndarray,
-    part: Part,
-    settings: np.ndarray,
-    out: np.ndarray,
-) -> np.ndarray:
-    steps, counts = _steps(part, settings), np.zeros((len(states), 2))
+def _collocate(task: _Task) -> np.ndarray:
+    steps, counts = _steps(task), np.zeros((len(task.states), 2))
     compiled.collocate_each(
-        *(which, states, np.array([part.start, 0.0]), part.stop, steps, prepared.body, prepared.symmetric),
-        *_asked(prepared, part, out),
+        *(*task.begins, task.part.stop, steps, task.prepared.body, task.prepared.symmetric),
+        *_asked(task),
         *(schemes.gauss().copy(), counts, stopping.current().flag),
     )
-    sweeps, failed = counts[which].astype(np.int64).T
-    return np.stack([steps[which], sweeps * layout.NODES, failed])
+    sweeps, failed = counts[task.which].astype(np.int64).T
+    return np.stack([steps[task.which], sweeps * layout.NODES, failed])
 
 
-def _split(
-    solver: Solver,
-    prepared: Prepared,
-    which: np.ndarray,
-    states: np.ndarray,
-    part: Part,
-    settings: np.ndarray,
-    out: np.ndarray,
-) -> np.ndarray:
-    steps, composition = _steps(part, settings), schemes.COMPOSITIONS[solver.name.partition(", ")[2]]
+def _split(task: _Task) -> np.ndarray:
+    steps = _steps(task)
+    composition = schemes.COMPOSITIONS[task.solver.name.partition(", ")[2]]
     compiled.split_each(
-        *(which, states, np.array([part.start, 0.0]), part.stop, steps),
-        *(composition.drifts, composition.kicks, prepared.body, prepared.symmetric),
-        *_asked(prepared, part, out),
+        *(*task.begins, task.part.stop, steps),
+        *(composition.drifts, composition.kicks, task.prepared.body, task.prepared.symmetric),
+        *_asked(task),
         *(np.empty((6, layout.NODES)), stopping.current().flag),
     )
-    return np.stack([steps, steps * len(composition.kicks), np.zeros_like(steps)])[:, which]
+    return np.stack([steps, steps * len(composition.kicks), np.zeros_like(steps)])[:, task.which]
 
 
-def _runge_kutta(
-    solver: Solver,
-    prepared: Prepared,
-    which: np.ndarray,
-    states: np.ndarray,
-    part: Part,
-    settings: np.ndarray,
-    out: np.ndarray,
-) -> np.ndarray:
-    counts, span = np.zeros((len(states), 3)), part.stop - part.start
-    inverses = prepared.body[:, layout.INVERSES : layout.INVERSES + 3]
-    rate = _length(inverses) * _length(states[:, layout.MOMENTUM : layout.MOMENTUM + 3])
+def _runge_kutta(task: _Task) -> np.ndarray:
+    counts, span = np.zeros((len(task.states), 3)), task.part.stop - task.part.start
+    inverses = task.prepared.body[:, layout.INVERSES : layout.INVERSES + 3]
+    rate = _length(inverses) * _length(task.states[:, layout.MOMENTUM : layout.MOMENTUM + 3])
     with np.errstate(divide="ignore"):
         first = np.copysign(np.minimum(abs(span), 0.1 / rate), span)
     compiled.runge_kutta_each(
-        *(which, states, np.array([part.start, 0.0]), np.array([part.stop, 0.0]), first),
-        settings * solver.coarser if part.coarsely else settings,
-        *(dormand_prince(), prepared.body),
-        *_asked(prepared, part, out, states=2),
-        *(np.empty(13 * 7), counts, part.most, stopping.current().flag),
+        *(*task.begins, np.array([task.part.stop, 0.0]), first),
+        task.settings * task.solver.coarser if task.part.coarsely else task.settings,
+        *(dormand_prince(), task.prepared.body),
+        *_asked(task, states=2),
+        *(np.empty(13 * 7), counts, task.part.most, stopping.current().flag),
     )
-    taken, refused, shrunk = counts[which].astype(np.int64).T
+    taken, refused, shrunk = counts[task.which].astype(np.int64).T
     return np.stack([taken, 12 * (taken + refused), shrunk])
 
 
-def _steps(part: Part, settings: np.ndarray) -> np.ndarray:
+def _steps(task: _Task) -> np.ndarray:
     """(n,): of each body, by its setting."""
-    different, of = np.unique(settings, return_inverse=True)
-    return np.array([steps_of(part, setting) for setting in different.tolist()])[of]
+    different, of = np.unique(task.settings, return_inverse=True)
+    return np.array([steps_of(task.part, setting) for setting in different.tolist()])[of]
 
 
-def _asked(prepared: Prepared, part: Part, out: np.ndarray, states: int = 1) -> tuple[np.ndarray, ...]:
+def _asked(task: _Task, states: int = 1) -> tuple[np.ndarray, ...]:
     """What every solver is told, and where it writes, as `solvers` hands it over."""
     spare = np.empty(states * layout.STATE)
-    return (prepared.effects, *prepared.world, part.seconds, part.rest, out, spare)
+    world = task.prepared.effects, *task.prepared.world
+    return (*world, task.part.seconds, task.part.rest, task.out, spare)
 
 
-MARCHES: dict[str, Callable[..., np.ndarray]] = {
+MARCHES: dict[str, Callable[[_Task], np.ndarray]] = {
     "gauss": _collocate,
     "splitting": _split,
     "dop853": _runge_kutta,

@@ -20,6 +20,7 @@ from ..body import RigidBody
 from ..dynamics import contact, free, many
 from ..dynamics.bodies import Bodies, named
 from ..dynamics.choice import Candidate
+from ..dynamics.solvers import OUTPUTS
 from ..elapsed import Instants
 from ..errors import RegimeError
 from ..scene import Scene, Times
@@ -115,7 +116,7 @@ def simulated(
     if way.torques:
         candidate = Candidate(many.SOLVERS[str(choice.solver)], choice.setting, 0.0, 0.0)
         return _told(many.solve(_problem(scene, way, instants), bodies, instants, candidate, lost))
-    like, parts = _over(way, instants), _parts(len(bodies), ROOM // (7 * max(1, instants.seconds.size)))
+    like, parts = _over(way, instants), _parts(len(bodies), ROOM // (OUTPUTS * max(1, instants.seconds.size)))
     return _told(
         np.concatenate([free.coast_each(like, bodies.some(part), way.kicks, instants) for part in parts])
     )
@@ -127,9 +128,9 @@ def _parts(count: int, size: int) -> Iterator[slice]:
 
 
 def _told(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of rows (n, 7, m)."""
+    """Of rows (n, 7 or more, m)."""
     each = np.swapaxes(rows, 1, 2)
-    return np.ascontiguousarray(each[:, :, :4]), np.ascontiguousarray(each[:, :, 4:])
+    return np.ascontiguousarray(each[:, :, :4]), np.ascontiguousarray(each[:, :, 4:7])
 
 
 def _bodies(states: HasStates, first: int) -> Bodies:
