@@ -1,7 +1,8 @@
-"""HTTP as the server speaks it, where no application is asked yet: uvicorn's, with two things changed.
+"""HTTP as the server speaks it, where no application is asked yet: uvicorn's, with three things changed.
 
-What is no HTTP, or has headers without end, is refused with a problem like everything else; and no client
-is waited for forever, neither for its headers nor for taking what it asked for.
+What is no HTTP, or has headers without end, is refused with a problem like everything else; no client is
+waited for forever, neither for its headers nor for taking what it asked for; and answers go out in the pieces
+that they are made of (service/gathering.py).
 """
 
 from __future__ import annotations
