@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from .body import RigidBody
     from .elapsed import Grid
     from .ephemeris import Ephemeris
-    from .errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
+    from .errors import AttitudeError, AttitudeWarning, FormatError, InputError, RegimeError, ToleranceError
     from .motion import TorqueFreeMotion
     from .scene import Scene
 
@@ -17,6 +17,7 @@ __version__ = "0.1.0"
 # once, and only those who use documents pay for pydantic.
 _WHERE = {
     "AttitudeError": "errors",
+    "AttitudeWarning": "errors",
     "Ephemeris": "ephemeris",
     "FormatError": "errors",
     "Grid": "elapsed",
@@ -30,6 +31,7 @@ _WHERE = {
 
 __all__ = [
     "AttitudeError",
+    "AttitudeWarning",
     "Ephemeris",
     "FormatError",
     "Grid",

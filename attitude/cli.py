@@ -12,12 +12,14 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import __version__
-from .errors import AttitudeError, FormatError, InputError
+from .errors import AttitudeError, AttitudeWarning, FormatError, InputError
 
 if TYPE_CHECKING:
     from .ephemeris import Ephemeris
@@ -199,7 +201,7 @@ def _add_cost(commands: Any) -> None:
 DRAWING = {
     "bodies": ("N", "how many bodies are drawn about the scene's"),
     "seed": ("S", "of the random numbers (0): the same seed, the same bodies"),
-    "moments": ("SPREAD", 'relative, of the principal moments, such as "2 %%"'),
+    "moments": ("SPREAD", 'relative, of the principal moments, such as "2 %%" or 0.02'),
     "angular-velocity": ("SPREAD", 'of its components, such as "0.1 deg/s"'),
     "attitude": ("SPREAD", 'of a small rotation about each of the body\'s axes, such as "1 deg"'),
 }
@@ -270,7 +272,25 @@ def _ensemble(options: argparse.Namespace) -> None:
     say = _silent if options.quiet else _to_terminal
     _announce_compilation(say)
     bar = command.Bar(sys.stderr) if sys.stderr.isatty() and not options.quiet else None
-    command.carry_out(options, *_text(options.document), bar, _to_standard_error)
+    with _warnings_on_one_line():
+        command.carry_out(options, *_text(options.document), bar, _to_standard_error)
+
+
+@contextmanager
+def _warnings_on_one_line() -> Iterator[None]:
+    """The library's own warnings, without the place in the source that Python puts before them."""
+    others = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if issubclass(category, AttitudeWarning):
+            _to_standard_error(str(message))
+        else:
+            others(message, category, *place, **more)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", AttitudeWarning)
+        warnings.showwarning = show
+        yield
 
 
 # What `attitude cost` writes, and the report's method that makes it.

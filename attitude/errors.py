@@ -5,6 +5,7 @@
     ├── RegimeError                 the question has no answer for this motion
     ├── ToleranceError              the answer would not have the accuracy that was promised
     └── FormatError                 a file or document that cannot be read or written
+    AttitudeWarning                 a value that is taken, but hardly meant (no error: a `UserWarning`)
 
 `InputError` is a `ValueError` too, so that callers who expect Python's own class find it.
 """
@@ -75,6 +76,10 @@ class FormatError(AttitudeError):
         self.line = line
         where = ", ".join(part for part in (source, f"line {line}" if line else "") if part)
         super().__init__(f"{where}: {message}" if where else message)
+
+
+class AttitudeWarning(UserWarning):
+    """A value that is taken, but hardly meant; one line that names the field."""
 
 
 def _rebuilt(kind: type[AttitudeError], args: tuple[Any, ...], state: dict[str, Any]) -> AttitudeError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,15 @@ from astropy import units as u
 
 from .. import compiled, units
 from ..body import RigidBody
-from ..errors import InputError
+from ..errors import AttitudeWarning, InputError
 from ..kernels.layout import MOST_ATTEMPTS
 from ..scene import Scene
 from .states import MOST_BODIES, States
 from .streams import check_seed, key_words
 
 GREATEST = 1e50
+BARE_LIMIT = 1.0  # of a ratio without "%": from here on it is a percentage that somebody forgot to say
+USUAL_RATIO = 0.5  # relative spreads above it are taken with a warning
 TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 # What each is spread by, and an example.
 KINDS = {
@@ -29,7 +32,8 @@ KINDS = {
 def spread(value: Any, field: str) -> np.ndarray:
     """(3,), SI: standard deviations along three axes, of a text, a Quantity, a number, or three of them.
 
-    Raises InputError with the field, or the one of three, that cannot be taken.
+    A ratio without "%" is below 1, for 2 might be meant as 2 %.  Raises InputError with the field, or the one
+    of three, that cannot be taken.
     """
     if value is None:
         return np.zeros(3)
@@ -44,22 +48,40 @@ def spread(value: Any, field: str) -> np.ndarray:
 def _one(value: Any, field: str, place: str) -> float:
     like, example = KINDS[field]
     expected = f"a spread from 0 to {GREATEST:g} in its unit, such as {example}"
-    if isinstance(value, str):
-        found = TEXT.fullmatch(value)
+    given: Any = value[()] if isinstance(value, np.ndarray) and np.ndim(value) == 0 else value
+    unit = ""
+    if isinstance(given, str):
+        found = TEXT.fullmatch(given)
         if found is None:
             raise InputError(place, value, expected)
-        number: Any = float(found[1]) * units.parse_unit(found[2], like, place)
-    elif isinstance(value, u.Quantity):
-        number = value.value * units.parse_unit(value.unit.to_string(), like, place)
+        given, unit = float(found[1]), found[2]
+        number: Any = given * units.parse_unit(unit, like, place)
+    elif isinstance(given, u.Quantity):
+        given, unit = given.value, given.unit.to_string()
+        number = given * units.parse_unit(unit, like, place)
     else:
-        number = value
-    plain = isinstance(number, (int, float, np.integer, np.floating)) and not isinstance(number, bool)
-    if (
-        not (plain or (np.ndim(number) == 0 and isinstance(number, np.ndarray)))
-        or not 0.0 <= number <= GREATEST
-    ):
+        number = given
+    number = number.item() if isinstance(number, np.generic) else number
+    plain = isinstance(number, (int, float)) and not isinstance(number, bool)
+    if not plain or not 0.0 <= number <= GREATEST:
         raise InputError(place, value, expected)
+    if like is units.RATIO and number >= BARE_LIMIT and not getattr(u.Unit(unit), "bases", True):
+        raise InputError(place, value, _with_percent(given, number))
     return float(number)
+
+
+def _with_percent(given: float, ratio: float) -> str:
+    """What would be right instead of a ratio without its unit."""
+    meant = f'"{given:g} %" if that is meant, or "{100.0 * ratio:g} %"'
+    return f'a percentage, such as "2 %", or a ratio below {BARE_LIMIT:g}, such as 0.02 ({meant})'
+
+
+def _warn_of_wide(ratios: np.ndarray) -> None:
+    """Of relative spreads so wide that they are hardly meant."""
+    if ratios.max() > USUAL_RATIO:
+        said = f"a relative standard deviation of {100.0 * ratios.max():g} %, above {100.0 * USUAL_RATIO:g} %"
+        message = f"moments: {said}: many draws are no body's moments, and are drawn again"
+        warnings.warn(message, AttitudeWarning, stacklevel=4)
 
 
 class Sampled:
@@ -100,6 +122,7 @@ class Sampled:
         self.body = scene.body.build()
         given = {"moments": moments, "angular_velocity": angular_velocity, "attitude": attitude}
         self.spread = np.concatenate([spread(value, field) for field, value in given.items()])
+        _warn_of_wide(self.spread[:3])
         state = scene.angular_velocity.build(), scene.attitude.build()
         self._nominal = np.concatenate([self.body.moments, *state])
 
@@ -113,8 +136,8 @@ class Sampled:
         attempts = np.empty(count, dtype=np.int64)
         key = key_words(self.seed)
         compiled.draw(*key, first, self._nominal, self.spread, moments, rates, attitudes, attempts)
-        if is_spread[0] and not attempts.all():
-            self._refuse(first + int(np.argmin(attempts)))
+        if is_spread[0]:
+            self._check(attempts, first)
         return States(
             self._bodies(moments) if is_spread[0] else self.body.broadcast_to((count,)),
             attitudes if is_spread[2] else np.broadcast_to(self._nominal[6:], (count, 4)),
@@ -130,10 +153,12 @@ class Sampled:
             "spread": self.spread.tolist(),
         }
 
-    def _refuse(self, body: int) -> None:
+    def _check(self, attempts: np.ndarray, first: int) -> None:
+        if attempts.all():
+            return
         expected = (
             f"a spread about {self.body.moments.tolist()} kg m2 that leaves physical moments likely "
-            f"(body {body} found none in {MOST_ATTEMPTS} attempts)"
+            f"(body {first + int(np.argmin(attempts))} found none in {MOST_ATTEMPTS} attempts)"
         )
         raise InputError("moments", self.spread[:3].tolist(), expected)
 

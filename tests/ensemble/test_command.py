@@ -144,6 +144,22 @@ def test_seed_is_zero_if_none_is_given(answer):
     assert answer(*drawn) == answer(*drawn, "--seed", 0) != answer(*drawn, "--seed", 1)
 
 
+@pytest.mark.parametrize("given", [["--moments", "60 %"], []], ids=["flag", "document"])
+def test_relative_spread_above_a_half_is_one_line_on_standard_error(answer, tmp_path, given):
+    path = document(tmp_path, moments="60 %", bodies=5)
+    code, out, err = answer(path, *given, "-q")
+    assert (code, out[:9]) == (0, "# 5 bodie")
+    assert err.startswith("attitude: moments: a relative standard deviation of 60 %, above 50 %: ")
+    assert sum("above 50 %" in line for line in err.splitlines()) == 1
+    assert all(line.startswith("attitude: moments ") for line in err.splitlines()[1:])
+
+
+@pytest.mark.parametrize("spread", ["2%", "2 %", "0.02"])
+def test_percentage_and_ratio_are_the_same(answer, spread):
+    given = ["toutatis", "--bodies", 20, "--moments"]
+    assert answer(*given, spread) == answer(*given, "2.0 %")
+
+
 # -- tables -----------------------------------------------------------------------------------------
 
 
@@ -275,6 +291,9 @@ def test_bar_tells_the_time_that_is_left(monkeypatch):
         (["nowhere.json"], "nowhere.json: no such file"),
         (["toutatis", "--bodies", 0], "bodies: a whole number of bodies, from 1"),
         (["toutatis", "--bodies", 5, "--moments", "2 kg"], "moments: "),
+        (["toutatis", "--bodies", 5, "--moments", "2"], 'moments: a percentage, such as "2 %", or a ratio'),
+        (["toutatis", "--bodies", 5, "--moments", "-2"], "moments: a spread from 0"),
+        (["toutatis", "--bodies", 5, "--moments", "nan"], "moments: a spread from 0"),
         (["toutatis", "--bodies", 5, "-o", "out.csv"], "to: a name that ends in .zarr or .parquet"),
         (["toutatis", "--bodies", 5, "--statistics", "x.csv"], "--statistics: a name that ends in .ecsv or"),
         (["toutatis", "--bodies", 5, "--overwrite"], "--overwrite: no --overwrite without --output"),
@@ -310,6 +329,8 @@ def test_what_is_wrong_is_one_line(answer, arguments, error):
         ({"seed": -1}, "seed: "),
         ({"color": "red"}, "color: no such key (unknown keys are refused)"),
         ({"attitude": "1 kg"}, "attitude: "),
+        ({"moments": 2}, 'moments: a percentage, such as "2 %", or a ratio below 1'),
+        ({"moments": ["2 %", 2, 0]}, "moments[1]: a percentage"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )

@@ -8,7 +8,7 @@ from astropy import units as u
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from attitude import InputError
+from attitude import AttitudeWarning, InputError
 from attitude.ensemble import Ensemble
 from attitude.ensemble.dispersion import Sampled, spread
 
@@ -118,6 +118,14 @@ def test_states_do_not_depend_on_how_many_bodies_there_are():
         ("moments", 0.02, [0.02] * 3),
         ("moments", 2 * u.percent, [0.02] * 3),
         ("moments", ("1 %", 0, "1e0 %"), [0.01, 0.0, 0.01]),
+        ("moments", "0.02", [0.02] * 3),
+        ("moments", "200%", [2.0] * 3),
+        ("moments", 200 * u.percent, [2.0] * 3),
+        ("moments", np.float32(0.5), [0.5] * 3),
+        ("moments", 0.99, [0.99] * 3),
+        ("moments", np.array("2 %"), [0.02] * 3),
+        ("moments", [1, 2, 3] * u.percent, [0.01, 0.02, 0.03]),
+        ("moments", 20 * u.g / u.kg, [0.02] * 3),
         ("angular_velocity", "0.1 deg/s", [np.radians(0.1)] * 3),
         ("angular_velocity", [1, 2, 3] * u.deg / u.s, np.radians([1, 2, 3])),
         ("attitude", "1 deg", [np.radians(1)] * 3),
@@ -138,6 +146,13 @@ def test_spread_is_taken(field, value, expected):
         ("moments", -0.1, "moments: a spread from 0"),
         ("moments", True, "moments: a spread from 0"),
         ("moments", float("nan"), "moments: a spread from 0"),
+        ("moments", "nan %", "moments: a spread from 0"),
+        ("moments", np.nan * u.percent, "moments: a spread from 0"),
+        ("moments", -2 * u.percent, "moments: a spread from 0"),
+        ("moments", "-2 %", "moments: a spread from 0"),
+        ("moments", np.array(True), "moments: a spread from 0"),
+        ("moments", np.array("two"), "moments: a spread from 0"),
+        ("moments", 10**400, "moments: a spread from 0"),
         ("moments", ["1 %", "2 %"], 'moments: one spread, such as "2 %", or three; got'),
         ("moments", ["1 %", "-2 %", "1 %"], r"moments\[1\]: a spread from 0 .*; got '-2 %'"),
         ("angular_velocity", "0.1", "angular_velocity: a unit of angular .*; got ''"),
@@ -150,6 +165,40 @@ def test_spread_is_taken(field, value, expected):
 def test_spread_that_cannot_be_taken_is_named(field, value, message):
     with pytest.raises(InputError, match=message):
         Sampled(scene(), 10, 1, **{field: value})
+
+
+@pytest.mark.parametrize(
+    "value",
+    [2, 2.0, "2", "2.0", "2e0", "2 1", np.float32(2), np.int8(2), np.array(2.0), 2 * u.one],
+    ids=repr,
+)
+def test_bare_ratio_that_might_be_a_percentage_is_refused_with_both(value):
+    words = r'moments: a percentage, such as "2 %", or a ratio below 1, such as 0\.02 \("2 %" .* or "200 %"\)'
+    with pytest.raises(InputError, match=words):
+        spread(value, "moments")
+    with pytest.raises(InputError, match=r"moments\[1\]: a percentage"):
+        Ensemble.sample(scene(), 10, 1, moments=["1 %", value, 0.01])
+
+
+def test_bare_ratio_of_one_is_refused_and_an_angle_of_two_radians_is_not():
+    with pytest.raises(
+        InputError, match=r'a ratio below 1, .* \("1 %" if that is meant, or "100 %"\); got 1'
+    ):
+        spread(1, "moments")
+    assert spread(2, "attitude").tolist() == spread("2 rad/s", "angular_velocity").tolist() == [2.0] * 3
+
+
+@pytest.mark.parametrize("value", ["50.1 %", 0.51, "200%", 200 * u.percent, ["1 %", "1 %", "60 %"]], ids=repr)
+def test_relative_spread_above_a_half_warns_where_it_is_asked_for(value):
+    with pytest.warns(
+        AttitudeWarning, match=r"moments: a relative standard deviation of .*, above 50 %"
+    ) as told:
+        Ensemble.sample(scene(), 10, 1, moments=value)
+    assert [each.filename for each in told] == [__file__]
+
+
+def test_relative_spread_of_a_half_and_absolute_ones_do_not_warn():
+    Ensemble.sample(scene(), 10, 1, moments="50 %", angular_velocity="60 rad/s", attitude="60 deg")
 
 
 def test_moments_that_hardly_any_body_has_are_refused_by_name():
