@@ -20,6 +20,8 @@ from . import engine, store
 from .bodies import is_free
 from .density import NAMED
 from .ensemble import LOST_BODIES, Ensemble
+from .redraws import note
+from .running import Run
 from .statistics import Statistics
 
 STATISTICS_KIND = "attitude-ensemble-statistics/1"
@@ -33,26 +35,29 @@ def carry_out(
 ) -> None:
     """Statistics printed, or written, or everything stored, as the options want it.
 
-    `text` is the document, `source` what it is called; `warn` is told of rows that are left out, and of a run
-    that is interrupted.
+    `text` is the document, `source` what it is called; `warn` is told of rows that are left out, of bodies
+    that were drawn again, and of a run that is interrupted.
     """
     _check(options)
     ensemble = ensemble_of(options, text, source)
     for line in str(ensemble.left_out).splitlines() if ensemble.left_out.count else ():
         warn(line)
     if options.output is not None:
-        _store(ensemble, options, bar, warn)
+        redraws = _store(ensemble, options, bar, warn).redraws
     if options.output is None or options.statistics is not None or options.plot is not None:
         with _shown(bar):
             found = ensemble.statistics(
                 None, options.scheduler, options.workers, bar, _of_lost(options.leave_out_lost_bodies)
             )
+        redraws = found.redraws
         if len(found.lost):
             warn(f"left out, for they cannot be followed: {len(found.lost)} bodies ({_some(found.lost)})")
         if options.output is None or options.statistics is not None:
             _write(found, options.statistics)
         if options.plot is not None:
             _draw(ensemble, found, options, bar)
+    if note(redraws):
+        warn(str(redraws))
 
 
 def _check(options: Namespace) -> None:
@@ -159,7 +164,7 @@ def _some(places: np.ndarray) -> str:
     return ", ".join(map(str, places[:TOLD].tolist())) + (" ..." if len(places) > TOLD else "")
 
 
-def _store(ensemble: Ensemble, options: Namespace, bar: Bar | None, warn: Callable[[str], None]) -> None:
+def _store(ensemble: Ensemble, options: Namespace, bar: Bar | None, warn: Callable[[str], None]) -> Run:
     try:
         with _shown(bar):
             result = ensemble.run(
@@ -176,6 +181,7 @@ def _store(ensemble: Ensemble, options: Namespace, bar: Bar | None, warn: Callab
         raise
     if not options.quiet and options.statistics != STANDARD_STREAM:
         print(result)
+    return result
 
 
 def _draw(ensemble: Ensemble, found: Statistics, options: Namespace, bar: Bar | None) -> None:
@@ -209,6 +215,7 @@ def table_text(found: Any) -> str:
     regimes = ", ".join(f"{name} {share:.4%}" for name, share in found.regimes.items() if share)
     head = [
         f"# {found.count} bodies in {found.frame}: {regimes}",
+        *([f"# {found.redraws}"] if note(found.redraws) else []),
         "# mean attitude, body to inertial; standard deviation about its axes; length of each axis's mean",
     ]
     names = ["elapsed_s", *(f"q_{c}" for c in "wxyz"), *(f"dev_{c}_deg" for c in "xyz")]

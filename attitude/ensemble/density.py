@@ -13,6 +13,7 @@ from ..elapsed import Instants
 from ..errors import InputError
 from ..scene import Scene
 from .bodies import motion_of
+from .redraws import Redraws, note
 from .states import Source
 
 ROWS, COLUMNS = 60, 120  # of equal steps in z, and in longitude
@@ -33,14 +34,21 @@ class Density:
     lost : places of bodies that could not be followed, and were left out
     counts : (m, ROWS, COLUMNS), int64: rows from the south pole up, equal steps of z; columns by longitude
         from -180 degrees on
+    redraws : of all bodies, whose moments were drawn again; None where moments are not spread
     """
 
     def __init__(
-        self, axis: np.ndarray, instants: Instants, frame: str, counts: np.ndarray, lost: Sequence[int] = ()
+        self,
+        axis: np.ndarray,
+        instants: Instants,
+        frame: str,
+        counts: np.ndarray,
+        lost: Sequence[int] = (),
+        redraws: Redraws | None = None,
     ):
         self.axis, self.instants, self.frame = axis, instants, frame
         self.counts, self.count = counts, int(counts[0].sum())
-        self.lost = np.array(sorted(lost), np.int64)
+        self.lost, self.redraws = np.array(sorted(lost), np.int64), redraws
 
     @property
     def relative(self) -> np.ndarray:
@@ -55,7 +63,8 @@ class Density:
         return needed / (ROWS * COLUMNS)
 
     def __repr__(self) -> str:
-        return f"<Density: {self.count} bodies at {len(self.counts)} instants, {self.frame}>"
+        said = f"{self.count} bodies at {len(self.counts)} instants, {self.frame}{note(self.redraws)}"
+        return f"<Density: {said}>"
 
 
 def axis_of(axis: Any, scene: Scene | None) -> np.ndarray:

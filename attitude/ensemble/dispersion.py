@@ -20,6 +20,8 @@ from .streams import check_seed, key_words
 GREATEST = 1e50
 BARE_LIMIT = 1.0  # of a ratio without "%": from here on it is a percentage that somebody forgot to say
 USUAL_RATIO = 0.5  # relative spreads above it are taken with a warning
+TALLIED = 2**16  # bodies at a time
+TALLY_UNIT = 2.0**-36  # of deviates in whole numbers
 TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 # What each is spread by, and an example.
 KINDS = {
@@ -143,6 +145,27 @@ class Sampled:
             attitudes if is_spread[2] else np.broadcast_to(self._nominal[6:], (count, 4)),
             rates if is_spread[1] else np.broadcast_to(self._nominal[3:6], (count, 3)),
         )
+
+    def tally(self, first: int, last: int) -> tuple[int, ...]:
+        """Of the moments of bodies from first to last: who was drawn again, how often, and sums of deviates.
+
+        Returns bodies drawn again, draws rejected, and the sum of (I / I0 - 1) / s of each moment in units of
+        2^-36: whole numbers, which add up to the same whatever the parts.  Raises what `part` does.
+        """
+        scale = np.where(self.spread[:3] > 0.0, self.spread[:3], np.inf)
+        total, none = [0] * 5, (np.empty((0, 3)), np.empty((0, 4)))
+        for begin in range(first, last, TALLIED):
+            count = min(TALLIED, last - begin)
+            moments, attempts = np.empty((count, 3)), np.empty(count, dtype=np.int64)
+            key = key_words(self.seed)
+            compiled.draw(*key, begin, self._nominal, self.spread, moments, *none, attempts)
+            self._check(attempts, begin)
+            with np.errstate(over="ignore", invalid="ignore"):  # moments beyond doubles move nobody
+                deviates = np.rint((moments / self._nominal[:3] - 1.0) / scale / TALLY_UNIT)
+                whole = deviates.astype(np.int64).sum(axis=0)
+            sums = (attempts > 1).sum(), (attempts - 1).sum(), *whole
+            total = [before + int(more) for before, more in zip(total, sums, strict=True)]
+        return tuple(total)
 
     def identity(self) -> dict[str, Any]:
         """Plain data that tells this source from others of the same scene."""

@@ -22,6 +22,7 @@ from .density import COLUMNS, ROWS, Counting, Density, axis_of
 from .dispersion import Sampled
 from .flips import flips
 from .gathered import Gathering, Sums, cuts
+from .redraws import PART, Redraws, note, redraws_of
 from .states import Source, States, check_part
 from .statistics import Statistics
 from .table import LeftOut, Tabled
@@ -77,7 +78,12 @@ class Ensemble:
         attitude : of the components of a small rotation along the body's axes, such as "1 deg"
 
         A spread is a text, a Quantity, a number in SI (a ratio, rad/s, rad), or three of them, one an axis;
-        None is none.  Moments that no body has are drawn again.
+        None is none.  A ratio without "%" is below 1: 2 % is "2 %" or 0.02.  Moments that no body has are
+        drawn again, which moves their mean: see `redraws`.
+
+        Warns
+        -----
+        AttitudeWarning : moments are spread by more than 50 %.
 
         Raises
         ------
@@ -140,6 +146,23 @@ class Ensemble:
     def states(self, first: int = 0, last: int | None = None) -> States:
         """Of the bodies from first to last, the last one excluded."""
         return self.source.part(*check_part(first, self.size if last is None else last, self.size))
+
+    def redraws(
+        self,
+        first: int = 0,
+        last: int | None = None,
+        scheduler: str | None = None,
+        workers: int | None = None,
+    ) -> Redraws | None:
+        """Of the bodies from first to last: whose moments were drawn again, and where their mean lies.
+
+        None where moments are not spread, or bodies are of a table.  Scheduler and workers, as for
+        `statistics`, count more than a million bodies.
+
+        Raises InputError for bodies that there are not, or whose moments find no value.
+        """
+        first, last = check_part(first, self.size if last is None else last, self.size)
+        return redraws_of(self.source, first, last, scheduler, workers)
 
     def to_table(self, first: int = 0, last: int | None = None) -> QTable:
         """The states of these bodies, as `from_table` takes them."""
@@ -229,7 +252,8 @@ class Ensemble:
         regimes = {name: int(n) / self.size for name, n in zip(REGIMES, sums.regimes, strict=True)}
         found = np.concatenate(products), np.concatenate(references)
         count, frame = self.size - len(lost), orientation.check_frame(self.frame)
-        return Statistics(*found, instants, count, regimes, frame, tuple(lost))
+        redraws = self.redraws(scheduler=scheduler, workers=workers)
+        return Statistics(*found, instants, count, regimes, frame, tuple(lost), redraws)
 
     def density(
         self,
@@ -264,7 +288,8 @@ class Ensemble:
                 counts += found
                 lost += left_out
         frame = orientation.check_frame(self.frame)
-        return Density(along, instants, frame, counts.reshape(-1, ROWS, COLUMNS), lost)
+        redraws = self.redraws(scheduler=scheduler, workers=workers)
+        return Density(along, instants, frame, counts.reshape(-1, ROWS, COLUMNS), lost, redraws)
 
     def flips(self, count: int = 1, first: int = 0, last: int | None = None) -> np.ndarray:
         """(n, count), s: when the bodies from first to last flip, the first times after the epoch.
@@ -316,7 +341,15 @@ class Ensemble:
         where = (
             "free" if is_free(self.scene) else f"with {len(self.scene.effects if self.scene else ())} effects"
         )
-        return f"<Ensemble: {self.size} bodies, {where}, {self.frame}>"
+        return f"<Ensemble: {self.size} bodies, {where}, {self.frame}{self._redraws_text()}>"
+
+    def _redraws_text(self) -> str:
+        """Of the first million bodies, where there are more: nobody waits for a name."""
+        try:
+            found = note(self.redraws(0, min(self.size, PART)))
+        except InputError as error:
+            return f"; {error}"
+        return f"; of the first {PART}{found}" if found and self.size > PART else found
 
 
 def _within(progress: Progress, number: int, passes: int) -> Progress:

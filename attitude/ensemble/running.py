@@ -17,6 +17,7 @@ from ..errors import FormatError
 from . import engine, store
 from .bodies import choice_of, is_free, motion_of
 from .chunks import Chunks, Part, chunked
+from .redraws import Redraws, note, redraws_of
 
 if TYPE_CHECKING:
     from ..elapsed import Instants
@@ -36,6 +37,7 @@ class Run:
     bodies, instants : int
     chunks : int, all of them; resumed : those that were there already
     bytes : written; seconds : taken
+    redraws : of bodies whose moments were drawn again, as `Ensemble.redraws`
     """
 
     path: Path
@@ -45,12 +47,13 @@ class Run:
     resumed: int
     bytes: int
     seconds: float
+    redraws: Redraws | None = None
 
     def __str__(self) -> str:
         already = f" ({self.resumed} of them there already)" if self.resumed else ""
         written = f"{self.bytes / 1e9:.3g} GB" if self.bytes >= 1e8 else f"{self.bytes / 1e6:.3g} MB"
         what = f"{self.bodies} bodies x {self.instants} instants in {self.chunks} chunks{already}"
-        return f"{self.path}: {what}, {written} written in {self.seconds:.3g} s"
+        return f"{self.path}: {what}, {written} written in {self.seconds:.3g} s{note(self.redraws)}"
 
 
 def run(
@@ -106,9 +109,10 @@ def run(
     with closing(engine.mapped(work, missing, scheduler, workers, told)) as sizes:
         for size in sizes:
             written += size
-    store.finish(place, work.head, chunks)
+    redraws = redraws_of(ensemble.source, 0, ensemble.size, scheduler, workers)
+    store.finish(place, work.head, chunks, redraws)
     counts = ensemble.size, work.instants.seconds.size, len(chunks), resumed
-    return Run(place.path, *counts, written, perf_counter() - begun)
+    return Run(place.path, *counts, written, perf_counter() - begun, redraws)
 
 
 @dataclass(frozen=True)

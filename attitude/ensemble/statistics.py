@@ -14,6 +14,7 @@ from astropy.table import QTable
 
 from .. import orientation
 from ..elapsed import Instants
+from .redraws import Redraws, note
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -39,6 +40,7 @@ class Statistics:
     spreads : (m, 3), rad: root mean square of each body axis's distance from its mean direction, as a chord
         of the unit sphere (of small spreads the angle), eq. (E7)
     regimes : fraction of the bodies by regime of the free motion from their states at the epoch
+    redraws : of all bodies, lost ones too, whose moments were drawn again; None where moments are not spread
     """
 
     def __init__(
@@ -50,9 +52,11 @@ class Statistics:
         regimes: dict[str, float],
         frame: str,
         lost: Sequence[int] = (),
+        redraws: Redraws | None = None,
     ):
         self.lost = np.array(sorted(set(lost)), np.int64)
         self.count, self.instants, self.regimes, self.frame = count, instants, regimes, frame
+        self.redraws = redraws
         offset = mean_departure(products)
         self.mean = orientation.product(reference, offset)
         self.covariance = covariance(products, offset)
@@ -78,7 +82,7 @@ class Statistics:
         return len(self.mean)
 
     def to_table(self) -> QTable:
-        """One row an instant; count, regimes, frame and who is lost are in meta.
+        """One row an instant; count, regimes, frame, who is lost and redraws are in meta.
 
         Columns time (with an epoch), elapsed [s], quaternion (w, x, y, z; the mean), covariance [rad2]
         (3, 3), directions (3, 3), resultants (3) and spreads [rad] (3).
@@ -88,6 +92,7 @@ class Statistics:
         )
         meta = {"count": self.count, "regimes": dict(self.regimes), "frame": self.frame}
         meta |= {"lost": self.lost.tolist()} if len(self.lost) else {}
+        meta |= {"redraws": self.redraws.document()} if self.redraws is not None else {}
         table = QTable(meta=meta | {"quaternion_order": "wxyz", "convention": said})
         if self.instants.time is not None:
             table["time"] = self.instants.time
@@ -99,8 +104,12 @@ class Statistics:
         table["spreads"] = self.spreads * u.rad
         return table
 
+    def __repr__(self) -> str:
+        return f"<Statistics: {self.count} bodies at {len(self)} instants, {self.frame}{note(self.redraws)}>"
+
     def __str__(self) -> str:
         lines = [f"{self.count} bodies at {len(self)} instants, {self.frame}"]
+        lines += [f"  {self.redraws}"] if note(self.redraws) else []
         lines += [f"  {name}: {fraction:.4%}" for name, fraction in self.regimes.items() if fraction]
         lines.append("      elapsed, s   deviation about x, y, z, deg   resultants of x, y, z")
         for i in sorted({0, len(self) // 2, len(self) - 1}):

@@ -19,13 +19,14 @@ import numpy as np
 
 from .. import __version__
 from ..errors import FormatError, InputError, shown
+from .redraws import Redraws, note
 
 if TYPE_CHECKING:
     from ..elapsed import Instants
     from .chunks import Chunks, Part
 
 KIND = "attitude-ensemble/1"
-COMPLETE = "complete"
+COMPLETE, REDRAWS = "complete", "redraws"  # what is only known at the end of a run
 QUATERNION, RATE, SECONDS, REST = "quaternion", "rate", "seconds", "seconds_rest"
 
 Head = dict[str, Any]
@@ -136,15 +137,16 @@ def begin(place: Target, head: Head, instants: Instants, overwrite: bool) -> Non
         place.prepare(head, instants)
 
 
-def finish(place: Target, head: Head, chunks: Chunks) -> None:
-    """Say that it is complete, after seeing that it is."""
+def finish(place: Target, head: Head, chunks: Chunks, redraws: Redraws | None = None) -> None:
+    """Say that it is complete, after seeing that it is, and what was drawn again."""
     absent = [part for part in chunks if not place.has(part, chunks, head["rate"])]
     if absent:
         message = f"{len(absent)} of {len(chunks)} chunks are gone, the first of body {absent[0].first}"
         raise FormatError(message, str(place.path))
     with named_in_errors(place.path):
         place.tidy()
-        place.put_head(head | {COMPLETE: True})
+        drawn = {} if redraws is None else {REDRAWS: redraws.document()}
+        place.put_head(head | drawn | {COMPLETE: True})
 
 
 def under_way(place: Target) -> Head | None:
@@ -175,7 +177,7 @@ def _clear(place: Target, head: Head) -> None:
         if not place.is_own(name):
             message = f"beside the store's own there is {shown(name)} in it: not replaced"
             raise FormatError(message, str(place.path))
-    place.put_head(head | {COMPLETE: False})
+    place.put_head({name: value for name, value in head.items() if name != REDRAWS} | {COMPLETE: False})
     for name in names:
         place.remove(name)
 
@@ -220,12 +222,14 @@ class Stored:
     head : dict, what it says of itself: `scene`, `source`, `frame`, `convention`, `version`, ...
     bodies, instants : int
     seconds : (m,), s since the epoch; rest : (m,), s, what rounding them left, or None
+    redraws : of bodies whose moments were drawn again; None where moments are not spread
     """
 
     def __init__(self, place: Target, head: Head):
         self._place, self.path, self.head = place, place.path, head
         self.bodies, self.instants = int(head["bodies"]), int(head["instants"])
         self.seconds, self.rest = place.seconds()
+        self.redraws = Redraws.of_document(head[REDRAWS]) if REDRAWS in head else None
 
     def part(self, first: int, last: int) -> Vectors:
         """Quaternions (n, m, 4) wxyz and rates (n, m, 3) rad/s (None if not stored) of bodies first to last.
@@ -237,7 +241,8 @@ class Stored:
         return self._place.load(self.head, first, last)
 
     def __repr__(self) -> str:
-        return f"<Stored: {self.bodies} bodies x {self.instants} instants in {self.path}>"
+        said = f"{self.bodies} bodies x {self.instants} instants in {self.path}{note(self.redraws)}"
+        return f"<Stored: {said}>"
 
 
 def read(path: str | os.PathLike[str]) -> Stored:

@@ -6,12 +6,13 @@ import signal
 import numpy as np
 import pytest
 
-from attitude.ensemble import engine
+from attitude.ensemble import engine, redraws
 from attitude.ensemble.engine import mapped
 from attitude.ensemble.running import run
 from attitude.errors import AttitudeError, FormatError, InputError
 
 from .standing_in import many
+from .test_redraws import disc
 from .test_store import assert_stored, entries
 
 TIMES = np.linspace(0.0, 60.0, 20)
@@ -71,6 +72,14 @@ def test_numbers_are_those_of_threads(address, tmp_path):
     run(ensemble, TIMES, tmp_path / "cluster.zarr", scheduler=address, chunk=100)
     run(ensemble, TIMES, tmp_path / "threads.zarr", workers=2, chunk=100)
     assert entries(tmp_path / "cluster.zarr") == entries(tmp_path / "threads.zarr")
+
+
+def test_redraws_are_those_of_threads(address, tmp_path, monkeypatch):
+    whole = disc().redraws()
+    monkeypatch.setattr(redraws, "PART", 100)
+    assert disc().redraws(scheduler=address) == whole
+    assert disc().statistics([0.0, 1.0], scheduler=address).redraws == whole
+    assert run(disc(), [0.0, 1.0], tmp_path / "out.zarr", scheduler=address, chunk=300).redraws == whole
 
 
 def test_run_is_gone_on_with_by_another_engine(address, tmp_path):
