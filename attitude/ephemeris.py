@@ -167,13 +167,14 @@ class Ephemeris:
     @property
     def angular_velocity(self) -> np.ndarray:
         """(..., 3), rad/s, relative to `frame`, body components; computed when first asked for."""
-        if callable(self._rate):
-            self._rate = self._rate(self.instants)
-        if self._rate is None:
+        rate = self._rate  # read once: another thread may put the rates in place of the function
+        if callable(rate):
+            rate = self._rate = rate(self.instants)
+        if rate is None:
             raise RegimeError(
                 "angular_velocity: this ephemeris was read from a file that holds attitudes only"
             )
-        return _read_only(self._rate)
+        return _read_only(rate)
 
     @property
     def angular_momentum(self) -> np.ndarray:
@@ -274,7 +275,8 @@ class Ephemeris:
             raise TypeError("an ephemeris of one instant cannot be indexed")
         key = key if isinstance(key, tuple) else (key,)
         of_samples = (*(slice(None),) * len(self.batch_shape), *key, *_rest_of(key))
-        rate = self._rate if callable(self._rate) or self._rate is None else self._rate[of_samples]
+        rate = self._rate
+        rate = rate if callable(rate) or rate is None else rate[of_samples]
         quaternion = self._quaternion[of_samples]
         plan = self.plan and replace(self.plan, samples=quaternion[..., 0].size)
         momentum = None if self._momentum is None else self._momentum[of_samples]

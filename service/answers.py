@@ -17,6 +17,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 import attitude
 
 from .compute import Compute
+from .headers import policy
 from .negotiation import accepts_gzip
 
 JSON = "application/json"
@@ -97,8 +98,9 @@ def sent(computed: Computed, compute: Compute) -> Response:
     return StreamingResponse(compute.blocks(computed.blocks), HTTPStatus.OK, headers)
 
 
-def unchanged(tag: str) -> Response:
-    return Response(b"", HTTPStatus.NOT_MODIFIED, {"etag": tag, "vary": "accept, accept-encoding"})
+def unchanged(tag: str, media: str = JSON, vary: str = "accept, accept-encoding") -> Response:
+    """In place of an answer of this media type, whose policy it repeats."""
+    return Response(b"", HTTPStatus.NOT_MODIFIED, {"etag": tag, "vary": vary, **policy(media)})
 
 
 def json_answer(document: bytes | dict[str, Any]) -> Response:
@@ -114,7 +116,7 @@ def fixed(request: Request, content: bytes | str, media: str = JSON) -> Response
     data = content.encode() if isinstance(content, str) else content
     tag, small = _ready(data)
     if is_seen(tag, request.headers.get("if-none-match", "")):
-        return unchanged(tag)
+        return unchanged(tag, media, "accept-encoding")
     headers = {"etag": tag, "vary": "accept-encoding", **VERSIONED}
     if small and media.startswith(TEXT) and accepts_gzip(request.headers.get("accept-encoding", "")):
         return Response(small, HTTPStatus.OK, headers | {"content-encoding": "gzip"}, media)

@@ -10,15 +10,15 @@ from fastapi import FastAPI
 
 import attitude
 
-from . import errors, metrics, pages
-from .auth import BearerToken
+from . import errors, metrics
+from .auth import Guard
 from .compute import Compute
 from .cors import CrossOrigin
 from .metrics import Metrics
 from .openapi import DescribedAPI
 from .readiness import Readiness
 from .requests import Requests
-from .routes import router
+from .routes import open_router, router
 from .settings import Settings
 
 
@@ -38,8 +38,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.compute = Compute(app.state.settings)
     app.state.metrics = Metrics(app.state.compute)
     app.include_router(router)
-    app.include_router(pages.router)
     app.include_router(metrics.router)
+    app.include_router(open_router)
     _add_layers(app)
     return app
 
@@ -47,8 +47,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 def _add_layers(app: FastAPI) -> None:
     """What a request passes on its way to a handler; the last one added is the first one passed."""
     settings: Settings = app.state.settings
-    if settings.token is not None:
-        app.add_middleware(BearerToken, token=settings.token)
+    if settings.token is not None:  # innermost, where the router itself was
+        app.router.middleware_stack = Guard(app.router.middleware_stack, open_router, settings.token)
     if settings.cors_origins:
         app.add_middleware(CrossOrigin, origins=settings.cors_origins)
     errors.install(app)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-PAGE = b"text/html"
+from http import HTTPStatus
+
+PAGE = "text/html"
 EVERYWHERE = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
@@ -25,11 +27,17 @@ def _raw(headers: dict[str, str]) -> RawHeaders:
     return [(name.encode(), value.encode()) for name, value in headers.items()]
 
 
-_OF_PAGES, _OF_OTHERS = _raw(EVERYWHERE | PAGES), _raw(EVERYWHERE | OTHERS)
+def policy(media: str) -> dict[str, str]:
+    """Of an answer of this media type, and of a 304 in its place, whose headers replace those kept."""
+    return PAGES if media.startswith(PAGE) else OTHERS
 
 
-def secured(given: RawHeaders) -> RawHeaders:
-    """With what a handler has not set itself."""
+_ALWAYS, _OF_PAGES, _OF_OTHERS = _raw(EVERYWHERE), _raw(PAGES), _raw(OTHERS)
+
+
+def secured(given: RawHeaders, status: int) -> RawHeaders:
+    """With what a handler has not set itself; a 304 is of no media type, and is given no policy here."""
     names = dict(given)
-    is_page = names.get(b"content-type", b"").startswith(PAGE)
-    return given + [pair for pair in (_OF_PAGES if is_page else _OF_OTHERS) if pair[0] not in names]
+    is_page = names.get(b"content-type", b"").startswith(PAGE.encode())
+    ours = _ALWAYS if status == HTTPStatus.NOT_MODIFIED else _ALWAYS + (_OF_PAGES if is_page else _OF_OTHERS)
+    return given + [pair for pair in ours if pair[0] not in names]

@@ -123,6 +123,10 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
         "content": {errors.MEDIA_TYPE: {"schema": {"$ref": SCHEMAS + "Problem"}}},
     }
 }
+# Where there is a token: what brings it, and which operations want it: all but those that say they are open.
+SECURITY_SCHEMES = {"token": {"type": "http", "scheme": "bearer"}}
+SECURITY: list[dict[str, list[str]]] = [{"token": []}]
+OPEN: dict[str, Any] = {"security": []}
 UNCHANGED = {"description": "The client has this answer: its tag is in If-None-Match"}
 
 
@@ -253,7 +257,11 @@ class DescribedAPI(FastAPI):
 
     def openapi(self) -> dict[str, Any]:
         description = super().openapi()
-        description.setdefault("components", {}).setdefault("schemas", {}).update(_schemas())
+        components = description.setdefault("components", {})
+        components.setdefault("schemas", {}).update(_schemas())
+        if self.state.settings.token is not None:
+            components["securitySchemes"] = SECURITY_SCHEMES
+            description["security"] = SECURITY
         for path, operations in description["paths"].items():
             for operation in operations.values():
                 _put_examples(operation, path)

@@ -15,6 +15,8 @@ from starlette.responses import Response
 
 from attitude.formats.known import KNOWN
 
+from .headers import policy
+
 BUNDLE = Path(__file__).parent / "viewer" / "dist"
 # What may be asked for; nothing else of the folder is served.
 MEDIA = {
@@ -57,7 +59,7 @@ def _answer(request: Request, name: str) -> Response:
     tag = f'"{file.digest}-gzip"' if zips else f'"{file.digest}"'
     headers = {**CACHED, "etag": tag}
     if tag in request.headers.get("if-none-match", ""):
-        return Response(status_code=304, headers=headers)
+        return Response(status_code=304, headers=headers | policy(MEDIA[name]))
     if zips:
         headers["content-encoding"] = "gzip"
     return Response(file.zipped if zips else file.content, headers=headers, media_type=MEDIA[name])

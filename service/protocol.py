@@ -151,7 +151,7 @@ class Protocol(H11Protocol):
 
     def _answer(self, status: HTTPStatus, detail: str, identity: str) -> bytes:
         answer = problem(status, detail, headers={"connection": "close", "x-request-id": identity})
-        raw = [*self.server_state.default_headers, *headers.secured(answer.raw_headers)]
+        raw = [*self.server_state.default_headers, *headers.secured(answer.raw_headers, status)]
         events = (
             h11.Response(status_code=status, headers=raw, reason=status.phrase.encode()),
             h11.Data(data=bytes(answer.body)),

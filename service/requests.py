@@ -78,15 +78,15 @@ class _Sent:
 
     async def send(self, message: Message) -> None:
         if message["type"] == "http.response.start":
-            self.status = message["status"]
-            message["headers"] = self._with_ours(message.get("headers", []))
+            self.status = status = message["status"]
+            message["headers"] = self._with_ours(message.get("headers", []), status)
         elif message["type"] == "http.response.body":
             self.bytes += len(message.get("body", b""))
         await self._send(message)
         self.whole = message["type"] == "http.response.body" and not message.get("more_body", False)
 
-    def _with_ours(self, given: Iterable[tuple[bytes, bytes]]) -> headers.RawHeaders:
-        all_of_them = headers.secured(list(given))
+    def _with_ours(self, given: Iterable[tuple[bytes, bytes]], status: int) -> headers.RawHeaders:
+        all_of_them = headers.secured(list(given), status)
         all_of_them.append((ID, self._identity.encode()))
         if self._readiness.stopping:  # the client is to ask elsewhere next
             all_of_them.append((b"connection", b"close"))

@@ -19,7 +19,7 @@ from attitude.errors import InputError
 from attitude.formats import json
 from attitude.scene import Scene, builtin_names
 
-from . import costs, docs, ephemerides, limits, openapi, query
+from . import costs, docs, ephemerides, limits, openapi, pages, query
 from .answers import JSON, fixed, json_answer, sent, unchanged
 from .errors import problem
 from .slight import is_slight
@@ -27,6 +27,7 @@ from .slight import is_slight
 PACKAGES = ("numpy", "numba", "astropy")
 
 router = APIRouter()
+open_router = APIRouter()  # of what is answered without a token too
 
 
 async def _document(request: Request) -> bytes:
@@ -154,14 +155,20 @@ def _scene(name: str) -> str:
 # -- the process: answered by the event loop, whatever is being computed --------------------------
 
 
-@router.get("/healthz", summary="The process is alive", responses=openapi.json_answer("It is"))
+@open_router.get(
+    "/healthz",
+    summary="The process is alive",
+    openapi_extra=openapi.OPEN,
+    responses=openapi.json_answer("It is"),
+)
 async def healthz() -> Response:
     return json_answer(orjson.dumps({"status": "alive"}))
 
 
-@router.get(
+@open_router.get(
     "/readyz",
     summary="Work may be sent: the kernel is compiled and a known case came out right",
+    openapi_extra=openapi.OPEN,
     responses=openapi.json_answer("It may"),
 )
 async def readyz(request: Request) -> Response:
@@ -190,9 +197,10 @@ def _versions() -> bytes:
 # -- the description ------------------------------------------------------------------------------
 
 
-@router.get("/openapi.json", include_in_schema=False)
+@open_router.get("/openapi.json", include_in_schema=False)
 async def description(request: Request) -> Response:
     return fixed(request, request.app.described)
 
 
-router.include_router(docs.router)  # last: routes are tried in turn
+open_router.include_router(docs.router)
+open_router.include_router(pages.router)

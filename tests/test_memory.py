@@ -1,6 +1,7 @@
 """Memory of dropped answers serves later ones, and never one that is still looked at."""
 
 import gc
+import sys
 import threading
 
 import numpy as np
@@ -62,7 +63,7 @@ def test_only_memory_of_about_the_size_is_taken():
 def test_no_more_is_kept_than_the_limit():
     arrays = [memory.empty((memory.LIMIT // 4,)) for _ in range(9)]
     del arrays
-    assert sum(each.size for each in memory._kept.values()) <= memory.LIMIT
+    assert sum(each.size for each in memory._kept) <= memory.LIMIT
     assert len(memory._kept) == 4
     one = memory.empty((memory.LIMIT + 1,))
     del one
@@ -102,9 +103,68 @@ def test_threads_never_share_an_array():
             if not (array == number).all():
                 wrong.append(number)
 
-    threads = [threading.Thread(target=use, args=(float(number),)) for number in range(4)]
+    together(use, range(4))
+    assert not wrong
+
+
+class Cycle:
+    """Something that only the garbage collector ends, and an answer with it."""
+
+    def __init__(self, size):
+        self.itself, self.answer = self, memory.empty((size,))
+
+
+def asked_while_the_collector_drops_answers(later):
+    """An array, in the making of which the collector runs after so many tuples and lists were made."""
+    before = gc.get_threshold()
+    gc.disable()
+    try:
+        kept = [memory.empty((2 * COUNT + 8 * i,)) for i in range(20)]
+        dropped = [Cycle(3 * COUNT) for _ in range(3)]
+        del kept, dropped
+        held = [(i, later) for i in range(3000)]  # no tuple is left over to be used again uncounted
+        gc.set_threshold(gc.get_count()[0] + later)
+        gc.enable()
+        return memory.empty((len(held) * 100 + later,))
+    finally:
+        gc.set_threshold(*before)
+        gc.enable()
+
+
+def test_answers_that_the_collector_drops_amid_a_search_disturb_nothing():
+    for later in range(60):
+        assert asked_while_the_collector_drops_answers(later).shape == (300_000 + later,)
+
+
+def test_threads_that_drop_answers_at_any_time_ask_and_are_answered():
+    wrong = []
+
+    def use(number):
+        try:
+            for turn in range(300):
+                Cycle(COUNT + 8 * (turn % 9))
+                array = memory.empty((COUNT + 8 * (turn % 7),))
+                array.fill(number)
+                if not (array == number).all():
+                    wrong.append(number)
+        except Exception as error:
+            wrong.append(error)
+
+    before = gc.get_threshold(), sys.getswitchinterval()
+    gc.set_threshold(5)
+    sys.setswitchinterval(1e-6)
+    try:
+        together(use, range(4))
+    finally:
+        gc.set_threshold(*before[0])
+        sys.setswitchinterval(before[1])
+    assert not wrong
+    assert sum(each.size for each in memory._kept) <= memory.LIMIT
+
+
+def together(work, given):
+    threads = [threading.Thread(target=work, args=(each,)) for each in given]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert not wrong

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ class UserTorque(Torque):
     _function: Function | None = PrivateAttr(default=None)
     _callback: Any = PrivateAttr(default=None)
     _address: int = PrivateAttr(default=0)
-    _failure: list[BaseException] = PrivateAttr(default_factory=list)
+    _failures: dict[int, BaseException] = PrivateAttr(default_factory=dict)  # by thread
 
     def __init__(self, name: str, function: Function | None = None, *, compiled: Any = None, size: float):
         if (function is None) == (compiled is None):
@@ -85,13 +86,14 @@ class UserTorque(Torque):
 
     @property
     def failure(self) -> BaseException | None:
-        """What the function raised when it was last called, if it did."""
-        return self._failure[0] if self._failure else None
+        """What the function raised when this thread last called it, if it did."""
+        return self._failures.get(get_ident())
 
     def raise_failure(self) -> None:
         """Raise what the function raised, once; nothing where it did not."""
-        if self._failure:
-            raise self._failure.pop()
+        failure = self._failures.pop(get_ident(), None)
+        if failure is not None:
+            raise failure
 
     def _call(self, t: float, attitude: Any, rate: Any, torque: Any) -> None:
         """What compiled code calls: nothing may leave it but through `torque`."""
@@ -101,7 +103,7 @@ class UserTorque(Torque):
                 t, np.ctypeslib.as_array(attitude, (4,)), np.ctypeslib.as_array(rate, (3,))
             )
         except BaseException as error:
-            self._failure[:] = [error]
+            self._failures[get_ident()] = error
             out[:] = math.nan
 
     def _checked(self, t: float, attitude: np.ndarray, rate: np.ndarray) -> np.ndarray:

@@ -50,9 +50,12 @@ class Block:
 
     def number_at(self, place: int) -> int:
         """Of the line that begins there; counted on from where it was last asked."""
-        known, number = self._known if place >= self._known[0] else (0, self.number)
-        self._known = place, number + line_ends(self.text, known, place)
-        return self._known[1]
+        known, number = self._known
+        if place < known:
+            known, number = 0, self.number
+        number += line_ends(self.text, known, place)
+        self._known = place, number
+        return number
 
     def numbers(self, part: Part) -> np.ndarray:
         """(n,): of the lines in which the rows of a part are; those between are empty."""

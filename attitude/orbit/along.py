@@ -52,13 +52,12 @@ class Along:
     def _course(self, t: np.ndarray) -> Course:
         """Over the scene's span; a longer one where instants are asked for beyond."""
         first, last = float(t.min(initial=0.0)), float(t.max(initial=0.0))
-        if self._made is None:
-            self._made = self._over(*self._scene_span())
-        start, stop, course = self._made
-        if start <= first and last <= stop:
-            return course
-        self._made = self._over(min(start, first), max(stop, last))
-        return self._made[2]
+        made = self._made or self._over(*self._scene_span())
+        start, stop, _ = made
+        if not (start <= first and last <= stop):
+            made = self._over(min(start, first), max(stop, last))
+        self._made = made  # written once, read once: threads may ask at the same time
+        return made[2]
 
     def _over(self, start: float, stop: float) -> tuple[float, float, Course]:
         return start, stop, self._course_over(start, stop)

@@ -38,6 +38,17 @@ def address() -> Iterator[str]:
         answer.headers["content-security-policy"] = POLICY
         return answer
 
+    yield from running(app)
+
+
+@pytest.fixture(scope="module")
+def address_as_served() -> Iterator[str]:
+    """Of a service whose answers have their own headers."""
+    yield from running(create_app(Settings()))
+
+
+def running(app: Any) -> Iterator[str]:
+    """The address of an application that is served, from when it is warm."""
     server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="warning", ws="none"))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
@@ -126,6 +137,15 @@ class Visit:
 def visit(browser: Any, address: str) -> Iterator[Visit]:
     """Anything the page complains about fails the test, but what the test takes off the list."""
     visit = Visit(browser, address)
+    yield visit
+    visit.context.close()
+    assert visit.complaints == []
+
+
+@pytest.fixture
+def visit_as_served(browser: Any, address_as_served: str) -> Iterator[Visit]:
+    """The same under the service's own policy."""
+    visit = Visit(browser, address_as_served)
     yield visit
     visit.context.close()
     assert visit.complaints == []
