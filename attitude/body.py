@@ -85,18 +85,22 @@ class RigidBody:
         self._finish()
 
     def _finish(self) -> None:
-        self.moments = self._two_part_moments[..., 0]
-        self.axes = self._two_part_axes[..., 0]
-        _check_moments(self.moments)
-        for array in (self.moments, self.axes):
-            array.flags.writeable = False
+        _check_moments(self._two_part_moments[..., 0])
+
+    @property
+    def moments(self) -> np.ndarray:
+        """(..., 3), kg m2: principal moments, the caller's own copy."""
+        return self._two_part_moments[..., 0].copy()
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(..., 3, 3): principal axes in its rows, the caller's own copy."""
+        return self._two_part_axes[..., 0].copy()
 
     @property
     def tensor(self) -> np.ndarray:
-        """(..., 3, 3), kg m2; where moments were given, made from them when asked for."""
-        tensor = self.moments[..., None] * np.eye(3) if self._tensor is None else self._tensor.view()
-        tensor.flags.writeable = False
-        return tensor
+        """(..., 3, 3), kg m2, the caller's own copy; where moments were given, made from them."""
+        return self.moments[..., None] * np.eye(3) if self._tensor is None else self._tensor.copy()
 
     def broadcast_to(self, shape: tuple[int, ...]) -> RigidBody:
         """The same bodies repeated to a batch of this shape, without copying."""
@@ -114,7 +118,7 @@ class RigidBody:
     def _each(self, change: Callable[[np.ndarray], np.ndarray], shape: tuple[int, ...]) -> RigidBody:
         part = copy(self)
         part.shape = shape
-        for name in ("_tensor", "moments", "axes", "_two_part_moments", "_two_part_axes"):
+        for name in ("_tensor", "_two_part_moments", "_two_part_axes"):
             array = getattr(self, name)
             setattr(part, name, None if array is None else change(array))
         return part

@@ -129,7 +129,8 @@ def _add_output(command: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         action="append",
         default=[],
-        help="an option of the format, such as object_id=1998-067A; repeatable",
+        help="an option of the format, such as object_id=1998-067A; of convert also one of the format "
+        "that is read, such as clock_id=-82; repeatable",
     )
     command.add_argument(
         "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
@@ -345,7 +346,7 @@ def _measured(options: argparse.Namespace, say: Callable[[str], None]) -> Any:
 def _run(options: argparse.Namespace) -> None:
     from . import formats
 
-    known, given = _asked_format(options)
+    known, given, _ = _asked_format(options)
     drop_below = _angle(options.drop_below, "--drop-below")
     error = _angle(options.interpolation_error, "--interpolation-error")
     scene = _scene(options.scene)
@@ -364,16 +365,21 @@ def _convert(options: argparse.Namespace) -> None:
     from . import formats
     from .ephemeris import Ephemeris
 
-    known, given = _asked_format(options)
+    known, given, reading = _asked_format(options, formats.find(options.file, options.given))
     say = _silent if options.quiet else _to_terminal
     _announce_compilation(say)
-    ephemeris = Ephemeris.read(options.file, options.given)
+    ephemeris = Ephemeris.read(options.file, options.given, **reading)
     ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
     _tell_written(formats.write(ephemeris, options.output, known.name, _progress(say), **given), say)
 
 
-def _asked_format(options: argparse.Namespace) -> tuple[Format, dict[str, Any]]:
-    """The format and its options; what is wrong with them is said before anything is computed."""
+def _asked_format(
+    options: argparse.Namespace, source: Format | None = None
+) -> tuple[Format, dict[str, Any], dict[str, Any]]:
+    """The format and its options, and those of the format that is read, which the writer does not have.
+
+    What is wrong with the writer's is said before anything is computed.
+    """
     from . import formats
     from .formats.answer import options_of
 
@@ -381,9 +387,14 @@ def _asked_format(options: argparse.Namespace) -> tuple[Format, dict[str, Any]]:
     known = formats.find(
         options.output, "csv" if to_standard_output and not options.format else options.format
     )
-    given = options_of(dict(_option(text) for text in options.set), known)
+    texts, reading = dict(_option(text) for text in options.set), {}
+    if source is not None:
+        ours = formats.option_names(formats.module_of(known).blocks)
+        theirs = formats.option_names(formats.module_of(source).parse)
+        reading = {name: texts.pop(name) for name in theirs if name in texts and name not in ours}
+    given = options_of(texts, known)
     formats.check_options(known, given)
-    return known, given
+    return known, given, {} if source is None else options_of(reading, source, reading=True)
 
 
 def _tell_written(written: Written, say: Callable[[str], None]) -> None:

@@ -68,8 +68,8 @@ class Ephemeris:
     """Attitude and body rate of one body, or of many, at instants.
 
     Shape is batch + instants, as in `TorqueFreeMotion.at`; `len`, indexing and slicing go along
-    the (first) dimension of the instants.  Arrays are read-only views; nothing here changes.  Copy one
-    for code that insists on writing (scipy's `Rotation.apply` does: `.apply(x.copy())`).
+    the (first) dimension of the instants.  Nothing here changes: arrays that are asked for are the caller's
+    own copies, but for `quaternion("wxyz")`, a read-only view (scipy's `Rotation.from_quat` takes it).
 
     Attributes
     ----------
@@ -79,7 +79,6 @@ class Ephemeris:
     instants : Instants, two-part seconds since the epoch
     name : str
     plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
-    translation : Translation or None: position and velocity of the centre of mass, where they were asked for
     events : what happened at an instant: impulses, contacts, the end where a body comes to rest
     along : the orbit of its scene, or None
     """
@@ -106,7 +105,7 @@ class Ephemeris:
         self.body = body
         self.name = name
         self.plan = plan
-        self.translation = translation
+        self._translation = translation
         self.events = events
         self._momentum = momentum
         self._resample = resample
@@ -131,7 +130,7 @@ class Ephemeris:
     @property
     def elapsed(self) -> np.ndarray:
         """(instants), s: SI seconds since the epoch, rounded to one double (`instants.rest` has the rest)."""
-        return _read_only(self.instants.seconds)
+        return _own(self.instants.seconds)
 
     @property
     def time(self) -> Time:
@@ -174,7 +173,7 @@ class Ephemeris:
             raise RegimeError(
                 "angular_velocity: this ephemeris was read from a file that holds attitudes only"
             )
-        return _read_only(rate)
+        return _own(rate)
 
     @property
     def angular_momentum(self) -> np.ndarray:
@@ -186,7 +185,7 @@ class Ephemeris:
         """
         self._refuse_turning("angular_momentum")
         if self._momentum is not None:
-            return _read_only(self._momentum)
+            return _own(self._momentum)
         return orientation.rotate(self._quaternion, self._body_momentum())
 
     @property
@@ -203,7 +202,12 @@ class Ephemeris:
     @property
     def own_momentum(self) -> np.ndarray | None:
         """(..., 3), kg m2 rad/s, inertial, along the axes of `frame`; None unless it `has_own_momentum`."""
-        return None if self._momentum is None else _read_only(self._momentum)
+        return None if self._momentum is None else _own(self._momentum)
+
+    @property
+    def translation(self) -> Translation | None:
+        """Position (..., 3), m, and velocity, m/s, of the centre of mass; None where it was not followed."""
+        return self._translation and Translation(*map(_own, self._translation))
 
     def _refuse_turning(self, what: str) -> None:
         if orientation.is_turning(self.frame):
@@ -280,7 +284,7 @@ class Ephemeris:
         quaternion = self._quaternion[of_samples]
         plan = self.plan and replace(self.plan, samples=quaternion[..., 0].size)
         momentum = None if self._momentum is None else self._momentum[of_samples]
-        translation = self.translation and self.translation.part(of_samples)
+        translation = self._translation and self._translation.part(of_samples)
         return Ephemeris(
             quaternion,
             self.instants[key],
@@ -396,7 +400,6 @@ def _rest_of(key: tuple[Any, ...]) -> tuple[slice, ...]:
     return (slice(None),) if any(part is Ellipsis for part in key) else ()
 
 
-def _read_only(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view
+def _own(array: np.ndarray) -> np.ndarray:
+    """The caller's own: SciPy refuses vectors that it must not write into (its issue 24751)."""
+    return array.copy(order="K")

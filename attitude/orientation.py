@@ -140,6 +140,20 @@ def conjugate(q: np.ndarray) -> np.ndarray:
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
+def sign_continuous(q: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+    """The same attitudes (n, 4), with signs by which none has a negative scalar product with the one before.
+
+    before : (4,), the attitude before the first, or None
+    """
+    flips = np.zeros(len(q), dtype=bool)
+    flips[1:] = np.einsum("ij,ij->i", q[1:], q[:-1]) < 0.0
+    if before is not None:
+        flips[:1] = q[:1] @ before < 0.0
+    if not flips.any():
+        return q
+    return q * np.where(np.logical_xor.accumulate(flips), -1.0, 1.0)[:, None]
+
+
 def angle_between(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """(...), rad: 2 asin |vec(conj(p) q)|, of the attitude error's definition."""
     difference = product(conjugate(p), q)

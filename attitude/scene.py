@@ -461,7 +461,7 @@ class Scene(Part):
         progress: Progress | None = None,
         **options: Any,
     ) -> Written:
-        """Run, and write to a file as `Ephemeris.write` does, at the memory of a piece however many instants.
+        """Run, and write to a file as `Ephemeris.write` does; without effects at the memory of a piece.
 
         frame : another than the scene's, as in `Ephemeris.in_frame`
         drop_below : as in `run`

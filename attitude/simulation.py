@@ -143,7 +143,7 @@ def _solved(scene: Described, way: Route, instants: Instants, check: Check | Non
     if way.kicks:
         return _coast(scene, way, instants, begun)
     ephemeris = scene.motion().ephemeris(instants, rate=True, name=scene.name)
-    ephemeris.translation = _translation(way, instants, np.empty((4, 0)))
+    ephemeris._translation = _translation(way, instants, np.empty((4, 0)))
     return ephemeris
 
 

@@ -207,8 +207,19 @@ def test_body_does_not_change_with_the_callers_array_nor_through_its_own():
     moments[0] = 9.0
     assert body.moments.tolist() == [1.0, 2.0, 2.5]
     for array in (body.moments, body.axes, body.tensor):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0.0
+        array[:] = 0.0
+    assert body.moments.tolist() == [1.0, 2.0, 2.5]
+    assert np.array_equal(body.axes, np.eye(3))
+    assert np.array_equal(body.tensor, np.diag([1.0, 2.0, 2.5]))
+
+
+@pytest.mark.parametrize("inertia", [(1.0, 2.0, 2.5), TENSORS["generic"]], ids=["moments", "tensor"])
+def test_arrays_of_a_body_go_into_scipys_rotation(inertia):
+    body = RigidBody(inertia)
+    turn = Rotation.from_matrix(body.axes * np.linalg.det(body.axes))
+    for vectors in (body.axes, body.moments, body.tensor):
+        assert np.allclose(turn.apply(vectors), vectors @ turn.as_matrix().T, rtol=1e-14, atol=1e-14)
+        Rotation.from_rotvec(vectors)
 
 
 @pytest.mark.parametrize(

@@ -155,10 +155,15 @@ def check_options(known: Format, options: dict[str, Any]) -> None:
     _refuse_unknown(module_of(known).blocks, options, known)
 
 
+def option_names(function: Callable[..., Any]) -> list[str]:
+    """Of a format's writer (`blocks`) or reader (`parse`)."""
+    return [name for name in inspect.signature(function).parameters if name not in _GIVEN]
+
+
 def _refuse_unknown(function: Any, options: dict[str, Any], known: Format) -> None:
     if not options:
         return
-    taken = [name for name in inspect.signature(function).parameters if name not in _GIVEN]
+    taken = option_names(function)
     for name, value in options.items():
         if name not in taken:
             raise InputError(name, value, f"for {known.name} an option of {', '.join(taken) or 'none'}")

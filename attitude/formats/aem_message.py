@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import orientation
 from ..ephemeris import Ephemeris
 from ..errors import FormatError, InputError
 from ..frames import OBLIQUITY_J2000
@@ -24,6 +25,7 @@ from .samples import Samples
 
 VERSION = "2.0"
 EPOCH_WIDTH = 29
+NEAR = 4e-10  # s; dates are written to the nanosecond
 
 OUTSIDE = {
     "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
@@ -94,6 +96,7 @@ class Message:
         _check_text("object_name", name)
         self.object_name = name
         self._last = b""
+        self._attitude: np.ndarray | None = None  # the last written
 
     def comments(self) -> list[str]:
         body, frame = self.options.body_frame, self.frame
@@ -115,7 +118,7 @@ class Message:
     def metadata(self, segment: Samples) -> Pairs:
         """In the order of table 4-3."""
         options, degree = self.options, min(self.options.degree, segment.count - 1)
-        start, stop = (_epochs(end)[0].decode() for end in (segment.head, segment.tail))
+        start, stop = _epochs(segment.head)[0].decode(), self._stop(segment).decode()
         center = [("CENTER_NAME", options.center_name)] if options.center_name else []
         rate = [("ANGVEL_FRAME", options.body_frame)] if self.has_rate else []
         method = [("INTERPOLATION_METHOD", "LAGRANGE"), ("INTERPOLATION_DEGREE", str(degree))]
@@ -136,21 +139,41 @@ class Message:
     def rows(self, segment: Samples, pieces: list[bytes]) -> Iterator[bytes]:
         """Their text, block by block; the pieces stand around and between epoch and numbers.
 
-        Refuses instants that do not increase, and such that are one to the nanosecond.
+        Refuses instants of a segment that do not increase by a nanosecond, and a segment that begins before
+        the one before it ends.
         """
+        left = segment.count
         for piece in segment.pieces():
-            epochs = _epochs(piece)
-            self._check_order(epochs)
+            epochs, begins = _epochs(piece).copy(), left == segment.count
+            left -= len(piece)
+            if left == 0:
+                epochs[-1] = self._stop(segment)
+            self._check_order(epochs, begins)
             columns = np.empty((7 if self.has_rate else 4, len(piece)))
+            q = piece.quaternion("xyzw")
+            if not piece.can_be_resampled:  # else the signs are those of the motion, continuous in time
+                q = orientation.sign_continuous(q, self._attitude)
+                self._attitude = q[-1]
             # The standard has no -0 (6.8.5).
-            np.add(piece.quaternion("xyzw").T, 0.0, out=columns[:4])
+            np.add(q.T, 0.0, out=columns[:4])
             if self.has_rate:
                 np.add(parts.degrees(piece).T, 0.0, out=columns[4:])
             yield from texts(columns, pieces, epochs)
 
-    def _check_order(self, epochs: np.ndarray) -> None:
+    def _stop(self, segment: Samples) -> bytes:
+        """The epoch at which it ends: that of the next one's beginning, where no date lies between them."""
+        following = self.nodes.segments[self.nodes.segments.index(segment) + 1 :][:1]
+        last = segment.tail.elapsed[0]
+        if following and following[0].head.elapsed[0] <= max(last + NEAR, np.nextafter(last, np.inf)):
+            return bytes(_epochs(following[0].head)[0])
+        return bytes(_epochs(segment.tail)[0])
+
+    def _check_order(self, epochs: np.ndarray, begins: bool) -> None:
+        """Each after the one before; that which begins a segment may be the last of the one before."""
         before = np.concatenate([[self._last], epochs[:-1]])
         late = epochs <= before
+        if begins:
+            late[0] = epochs[0] < before[0]
         if late.any():
             i = int(np.argmax(late))
             found, other = epochs[i].decode(), bytes(before[i]).decode()

@@ -291,9 +291,8 @@ class Segment:
             raise self.fields.error("USEABLE_START_TIME", "before USEABLE_STOP_TIME of the segment before")
         if self._span["START_TIME"] < other._span["STOP_TIME"]:
             raise self.fields.error("START_TIME", "before STOP_TIME of the segment before")
-        if self.stamps[0].first <= other.stamps[-1].last:
-            reason = "its first epoch is the last of the segment before; segment=k reads one of them"
-            raise self.fields.error("START_TIME", reason)
+        if self.stamps[0].first < other.stamps[-1].last:
+            raise self.fields.error("START_TIME", "its first epoch is before the last of the segment before")
 
 
 class Skipped:
@@ -523,25 +522,35 @@ class Message:
         columns = zip(*(stamps for part in segments for stamps in part.stamps), strict=True)
         whole = Stamps(*map(np.concatenate, columns))
         starts = np.cumsum([part.count for part in segments])[:-1].tolist()
+        shared = [
+            start
+            for start, (before, after) in zip(starts, pairwise(segments), strict=True)
+            if after.stamps[0].first == before.stamps[-1].last
+        ]
         for part in segments:
             part.stamps.clear()
         times = parts.check_dates(aem_epochs.instants(whole, first.system))
-        _check_steps(times, whole)
+        _check_steps(times, whole, shared)
+        for start in reversed(
+            shared
+        ):  # of an instant that two segments share, the first has the double before
+            times.seconds[start - 1] = np.nextafter(times.seconds[start], -np.inf)
         events = tuple(
             Event(float(times.seconds[start]), "segment", f"segment {k} of the file begins")
             for k, start in enumerate(starts, start=2)
         )
-        q = _gathered([part.attitudes for part in segments])
+        q = orientation.sign_continuous(_gathered([part.attitudes for part in segments]))
         rate = _gathered([part.rates for part in segments]) if first.rates else None
         name = first.fields.values["OBJECT_NAME"]
         return Ephemeris(q, times, first.turns.frame, None, rate, name, events=events)
 
 
-def _check_steps(times: Instants, stamps: Stamps) -> None:
-    """Refuses epochs that are one when they are written again, to the nanosecond."""
+def _check_steps(times: Instants, stamps: Stamps, shared: list[int]) -> None:
+    """Refuses epochs that are one when they are written again, to the nanosecond; `shared` ones may be."""
     steps = np.diff(times.seconds)
     if times.rest is not None:
         steps += np.diff(times.rest)
+    steps[np.array(shared, dtype=int) - 1] = np.inf
     if not steps.size or steps.min() > 2.1e-9:
         return
     least = 2e-9 if (stamps.atto % NANOSECOND).any() else 1e-9

@@ -113,14 +113,15 @@ def _archive(whole: Encoded, known: Format, stem: str) -> Iterator[Any]:
     yield from sink.take()
 
 
-def options_of(texts: Mapping[str, str], known: Format) -> dict[str, Any]:
-    """Options as a command line or a query has them.
+def options_of(texts: Mapping[str, str], known: Format, reading: bool = False) -> dict[str, Any]:
+    """Options of the writer, or of the reader, as a command line or a query has them.
 
     Text where the format's option is text; else a value that is JSON (a number, true, null) is that.
     """
     if not texts:
         return {}
-    parameters = inspect.signature(module_of(known).blocks).parameters
+    module = module_of(known)
+    parameters = inspect.signature(module.parse if reading else module.blocks).parameters
     kinds = {name: str(parameter.annotation) for name, parameter in parameters.items()}
     return {
         name: text if kinds.get(name, "").startswith("str") else _value(text) for name, text in texts.items()

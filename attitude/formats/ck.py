@@ -249,8 +249,9 @@ def _fill(path: str, nodes: Nodes, target: Target, origin: Origin, spice: Any) -
     try:
         with _calling(spice):
             spice.dafac(handle, comments)
-        for segment in nodes.segments:
-            _write_segment(handle, segment, target, origin, spice)
+        begins = [float(_ticks(segment.head, origin)[0]) for segment in nodes.segments[1:]]
+        for segment, following in zip(nodes.segments, [*begins, np.inf], strict=True):
+            _write_segment(handle, segment, following, target, origin, spice)
     finally:
         with _calling(spice):
             spice.dafcls(handle)
@@ -277,27 +278,30 @@ def _comments(nodes: Nodes, target: Target, origin: Origin) -> list[str]:
     ]
 
 
-def _write_segment(handle: int, segment: Samples, target: Target, origin: Origin, spice: Any) -> None:
+def _write_segment(
+    handle: int, segment: Samples, following: float, target: Target, origin: Origin, spice: Any
+) -> None:
+    """All of its ticks are before the one at which the following segment begins."""
     if target.type == 3:
-        for records in _batches(segment, target, origin):
+        for records in _batches(segment, following, target, origin):
             with _calling(spice):
                 _write_3(handle, records, target, spice)
         return
     if segment.count < 2:
         raise FormatError("type 2 holds intervals, and a segment of one instant has none; type 3 holds it")
     constant = _is_constant(segment)
-    for records in _batches(segment, target, origin, (1, 2)):
+    for records in _batches(segment, following, target, origin, (1, 2)):
         with _calling(spice):
             _write_2(handle, records, constant, target, spice)
 
 
 def _batches(
-    segment: Samples, target: Target, origin: Origin, turn: tuple[int, int] = (0, 1)
+    segment: Samples, following: float, target: Target, origin: Origin, turn: tuple[int, int] = (0, 1)
 ) -> Iterator[Records]:
     """In turn; each begins with the last record of the one before, so that no time is left out."""
     last: Records | None = None
     for piece in segment.pieces(*turn):
-        records = _records(piece, target, origin)
+        records = _records(piece, following, target, origin)
         dated.refuse_unordered(records.ticks, None if last is None else last.ticks[0], "A CK", "ticks")
         whole = records if last is None else _joined([last, records])
         last = records.part(slice(-1, None))
@@ -305,16 +309,22 @@ def _batches(
             yield whole
 
 
-def _records(piece: Ephemeris, target: Target, origin: Origin) -> Records:
-    """Ticks are whole powers of two in a second: nothing is rounded but the seconds."""
+def _ticks(piece: Ephemeris, origin: Origin) -> np.ndarray:
+    """They are whole powers of two in a second: nothing is rounded but the seconds."""
     seconds, _ = origin.seconds(piece.instants)
     if not seconds[-1] < spice_text.SECONDS:
         raise FormatError(f"{seconds[-1]:.3g} s are more than the clock of a CK counts")
+    return seconds * spice_text.TICKS
+
+
+def _records(piece: Ephemeris, following: float, target: Target, origin: Origin) -> Records:
+    """An instant just before the following segment may round to its first tick: it has the one before."""
+    ticks = np.minimum(_ticks(piece, origin), np.nextafter(following, -np.inf))
     q = piece.quaternion("wxyz")
     if target.turn is not None:
         q = orientation.product(target.turn, q)
     velocity = orientation.rotate(q, piece.angular_velocity) if target.rates else None
-    return Records(seconds * spice_text.TICKS, q, velocity)
+    return Records(ticks, q, velocity)
 
 
 def _joined(several: list[Records]) -> Records:
@@ -430,7 +440,12 @@ class Run(NamedTuple):
 
 
 def parse(
-    stream: BinaryIO, source: str, *, sclk: str | Path | None = None, structure_id: int | None = None
+    stream: BinaryIO,
+    source: str,
+    *,
+    sclk: str | Path | None = None,
+    structure_id: int | None = None,
+    clock_id: int | None = None,
 ) -> Ephemeris:
     """Attitudes of one structure, dated in TT.
 
@@ -440,15 +455,18 @@ def parse(
 
     sclk : SCLK kernel of the clock that counted the ticks; else that of the same name, ending in .tsc
     structure_id : which, where the file has several
+    clock_id : number of the spacecraft whose clock it is (-82), where the structure's number does not tell
     """
+    if clock_id is not None:
+        _check_id(clock_id, "clock_id")
     arrays = daf.arrays(daf.content(stream, b"DAF/CK", source), 2, 6, source)
     structure = _structure(arrays, structure_id, source)
     chosen = [array for array in arrays if array.integers[0] == structure]
     run = _in_order([_run(array, source) for array in chosen], source)
-    clock = _clock(sclk, structure, source)
+    frame, clock = _frame(chosen, source), _clock(sclk, structure, clock_id, source)
     anchor, seconds, rest = clock.tt(run.records.ticks, source)
     instants = Instants(seconds, rest if rest.any() else None, dated.tt_time(anchor))
-    return _ephemeris(run, instants, _frame(chosen, source), chosen[0].name, source)
+    return _ephemeris(run, instants, frame, chosen[0].name, source)
 
 
 def _structure(arrays: list[daf.Array], wanted: int | None, source: str) -> int:
@@ -471,7 +489,7 @@ def _frame(arrays: list[daf.Array], source: str) -> str:
     return NUMBERS[numbers.pop()]
 
 
-def _clock(sclk: str | Path | None, structure: int, source: str) -> spice_text.Clock:
+def _clock(sclk: str | Path | None, structure: int, clock_id: int | None, source: str) -> spice_text.Clock:
     path = Path(source).with_suffix(".tsc") if sclk is None else Path(sclk)
     try:
         text = path.read_bytes().decode("latin-1")
@@ -482,7 +500,7 @@ def _clock(sclk: str | Path | None, structure: int, source: str) -> spice_text.C
             "sclk= names another",
             source,
         ) from None
-    return spice_text.clock_from(text, structure, str(path))
+    return spice_text.clock_from(text, structure, str(path), clock_id)
 
 
 def _run(array: daf.Array, source: str) -> Run:
@@ -600,6 +618,7 @@ def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str)
     at = instants.seconds[1:][run.begins[1:]]
     text = "a new interval begins: not to be interpolated into from before"
     happened = tuple(Event(float(seconds), "segment", text) for seconds in at)
+    q = orientation.sign_continuous(q)
     found = Ephemeris(q, instants, frame, None, rate, name, events=happened)
     _check_written(found, source)
     return found

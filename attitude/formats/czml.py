@@ -251,12 +251,22 @@ def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = 
     orientation.check_any_frame(frame)
     try:
         packet = _packet(_packets(stream, source), id)
-        found = _ephemeris(packet)
-        return found.in_frame(frame)
+        found = _ephemeris(packet).in_frame(frame)
     except FormatError as error:
         raise FormatError(str(error), source) if not error.source else error from None
     except AttitudeError as error:
         raise FormatError(str(error), source) from None
+    if not _states_polynomials(packet):  # slerp does not mind the signs
+        return found
+    q = orientation.sign_continuous(found.quaternion("wxyz"))
+    return Ephemeris(q, found.instants, frame, name=found.name, events=found.events)
+
+
+def _states_polynomials(packet: dict[str, Any]) -> bool:
+    """Whether any interval of its orientation is to be interpolated by Lagrange's or Hermite's."""
+    given = packet["orientation"]
+    intervals = given if isinstance(given, list) else [given]
+    return any(part.get("interpolationAlgorithm") in ("LAGRANGE", "HERMITE") for part in intervals)
 
 
 def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:

@@ -24,6 +24,8 @@ PLACES = 64  # where a spacing is tried before it is checked everywhere
 ROUNDS = 30
 CHECKED = 1 << 16  # intervals at a time
 CHECKED_AT_ONCE = 1 << 20
+CONTACT_WITHIN = 1e-11  # s: how well the instant of a contact is known, on either side of which rates differ
+LAST_SHORT = 1e-3  # of a step: where less would be left, the last one is so much longer
 
 
 class Written(NamedTuple):
@@ -110,7 +112,7 @@ def _spaced(samples: Samples, interpolant: Interpolant, tolerance: float, most: 
     """Evenly, as far apart in each span between events as the tolerance lets them be."""
     segments: list[Samples] = []
     worst = 0.0
-    for start, stop in pairwise(_edges(samples)):
+    for start, stop in _spans(samples):
         left = most - sum(segment.count for segment in segments)
         segment, found = _kept(samples, interpolant, tolerance, start, stop, left)
         segments.append(segment)
@@ -135,31 +137,41 @@ def _kept(
     raise InputError("interpolation_error", tolerance, f"an angle above {found:.1e} rad")
 
 
-def _edges(samples: Samples) -> list[float]:
-    """First and last instant, and what happens between them; one instant is its own first and last."""
+def _spans(samples: Samples) -> list[tuple[float, float]]:
+    """First and last instant of each span between events; one instant is its own first and last.
+
+    A span ends just before its event, for what that changes comes after.
+    """
     first, last = float(samples.head.elapsed[0]), float(samples.tail.elapsed[0])
     if last < first:
         raise FormatError("the last instant is before the first")
-    between = {event.seconds for event in samples.head.events if first < event.seconds < last}
-    return [first, *sorted(between), last]
+    between = {event.seconds: event.kind for event in samples.head.events if first < event.seconds < last}
+    starts, stops = [first], []
+    for at, kind in sorted(between.items()):
+        room = CONTACT_WITHIN if kind == "contact" else 0.0
+        stops.append(max(starts[-1], min(at - room, float(np.nextafter(at, -np.inf)))))
+        starts.append(min(at + room, last))
+    return list(zip(starts, [*stops, last], strict=True))
 
 
 def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
-    """Nodes at start, every step, and at stop; just before an event, for what it changes comes after."""
-    last = float(samples.tail.elapsed[0])
-    stop = stop if stop == last else float(np.nextafter(stop, start))
+    """Nodes at start, every step, and at stop.
+
+    The last one is at stop itself: none is beyond an event, nor two of them closer than a reader can tell.
+    """
     grid = Grid(start, stop, step=step) if step < stop - start else Grid(start, start, 1)
-    ends = 1 if float(grid.part(grid.count - 1, grid.count).seconds[0]) < stop else 0
+    behind = float(grid.part(grid.count - 1, grid.count).seconds[0])
+    intervals = grid.count if behind < stop - LAST_SHORT * step else grid.count - 1
     head = samples.head
 
     def cut(first: int, until: int) -> Ephemeris:
-        inside = grid.part(first, min(until, grid.count)).seconds if first < grid.count else np.empty(0)
-        seconds = np.append(inside, stop) if until > grid.count else inside
+        inside = grid.part(first, min(until, intervals)).seconds if first < intervals else np.empty(0)
+        seconds = np.append(inside, stop) if until > intervals else inside
         return head.resampled(Instants(seconds, None, head.epoch, scale=head.instants.scale))
 
     if _is_run_as_a_whole(head):
-        return Samples.of(cut(0, grid.count + ends), samples.progress)
-    return Samples(grid.count + ends, cut, samples.progress)
+        return Samples.of(cut(0, intervals + 1), samples.progress)
+    return Samples(intervals + 1, cut, samples.progress)
 
 
 def _is_run_as_a_whole(ephemeris: Ephemeris) -> bool:
@@ -180,7 +192,7 @@ def _tried(
     at = np.random.default_rng(0).uniform(0.0, 1.0, PLACES)
     at[:2] = 0.0, 1.0
     for _ in range(ROUNDS):
-        begins = start + at * (span - width * step)
+        begins = start + at * max(0.0, span - width * step)
         errors = _error_at(head, interpolant, begins, step)
         found = float(errors.max())
         if found <= tolerance and (step == longest or found > 0.2 * tolerance):

@@ -120,9 +120,10 @@ def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]
     momentum = ephemeris.own_momentum
     if momentum is not None:
         yield MOMENTUM, momentum
-    if ephemeris.translation is not None:
-        yield POSITION, ephemeris.translation.position
-        yield VELOCITY, ephemeris.translation.velocity
+    translation = ephemeris.translation
+    if translation is not None:
+        yield POSITION, translation.position
+        yield VELOCITY, translation.velocity
 
 
 def ephemeris_from(

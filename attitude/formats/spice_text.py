@@ -207,17 +207,38 @@ def tdb_minus_tt(tdb: np.ndarray) -> np.ndarray:
     return K * np.sin(mean + EB * np.sin(mean))
 
 
-def clock_from(text: str, structure: int, source: str) -> Clock:
-    """The only clock of a kernel, or that of the spacecraft which a structure is on."""
+def clock_from(text: str, structure: int, source: str, clock_id: int | None = None) -> Clock:
+    """The clock of a kernel that is `clock_id`'s, or else of the spacecraft that the structure is on.
+
+    SPICE's rule: a structure's number is a thousand times that of its spacecraft, and less than a thousand
+    more; a variable of a clock ends in the negative of the spacecraft's number.
+    """
     found = variables(text, source)
-    ids = [name.removeprefix("SCLK_DATA_TYPE_") for name in found if name.startswith("SCLK_DATA_TYPE_")]
-    wanted = ids[0] if len(ids) == 1 else str(int(-structure / 1000))
-    if wanted not in ids:
-        raise FormatError(f"no SCLK_DATA_TYPE_{wanted}, the clock of structure {structure}", source)
+    endings = [name.removeprefix("SCLK_DATA_TYPE_") for name in found if name.startswith("SCLK_DATA_TYPE_")]
+    spacecraft = int(structure / 1000) if clock_id is None else clock_id
+    wanted = str(-spacecraft)
+    if wanted not in endings:
+        raise FormatError(_another_clock(endings, structure, spacecraft, clock_id), source)
     try:
         return _clock({key: found.get(f"{key}_{wanted}") for key in _NEEDED})
     except (TypeError, ValueError, IndexError, OverflowError):
         raise FormatError(f"clock {wanted} is none of type 1, in TT or TDB", source) from None
+
+
+def _another_clock(endings: list[str], structure: int, spacecraft: int, clock_id: int | None) -> str:
+    """What is wrong with a kernel whose clocks have these endings, and what would take it all the same."""
+    there = [-int(ending) for ending in endings if re.fullmatch(r"-?\d{1,10}", ending)]
+    clocks = ", ".join(f"clock {-number} of spacecraft {number}" for number in there[:10]) or "no clock"
+    if clock_id is not None:
+        asked = f"no SCLK_DATA_TYPE_{-clock_id}, which clock_id={clock_id} names"
+    elif spacecraft == 0:
+        asked = f"the number of structure {structure} does not tell its spacecraft"
+    else:
+        asked = (
+            f"no SCLK_DATA_TYPE_{-spacecraft}, the clock of structure {structure} on spacecraft {spacecraft}"
+        )
+    insist = f"; clock_id={there[0]} takes that clock" if there else ""
+    return f"{asked}; this kernel has {clocks}{insist}"
 
 
 _NEEDED = ("SCLK_DATA_TYPE", "SCLK01_TIME_SYSTEM", "SCLK01_MODULI", "SCLK01_COEFFICIENTS")

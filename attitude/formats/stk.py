@@ -171,7 +171,7 @@ def _utcg(time: Time) -> str:
 def _rows(
     nodes: Nodes, origin: Origin, shared: list[bool], rates: bool, turn: np.ndarray | None
 ) -> Iterator[bytes]:
-    before = None
+    before, last = None, None
     for segment, ends_shared in zip(nodes.segments, shared, strict=True):
         left = segment.count - ends_shared
         for piece in segment.pieces():
@@ -179,6 +179,9 @@ def _rows(
             left -= taken
             if taken:
                 table = _table(piece[:taken], origin, rates, turn)
+                if not piece.can_be_resampled:  # else the signs are those of the motion, continuous in time
+                    table[:, 1:5] = orientation.sign_continuous(table[:, 1:5], last)
+                    last = table[-1, 1:5]
                 dated.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
                 before = float(table[-1, 0])
                 yield from texts(table.T, [b"", b"", *[b" "] * (table.shape[1] - 1), b"\n"])
@@ -352,6 +355,7 @@ class _Reader:
         epoch, frame = self._epoch(), self._frame()
         quaternion = table[:, 1:5][:, ROWS[self.kind][1]]
         self._check(quaternion, numbers)
+        quaternion = orientation.sign_continuous(quaternion)
         rate = np.deg2rad(table[:, 5:8]) if table.shape[1] == 8 else None
         found = Ephemeris(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
         self._check_instants(found, numbers)

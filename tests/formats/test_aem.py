@@ -709,11 +709,6 @@ BAD = {
     "not ASCII": (file(GOOD, OBJECT_NAME="é"), "characters that are not ASCII", 5),
     "segment that differs": (two(TIME_SYSTEM="TAI"), "TIME_SYSTEM = TAI: the segment before has UTC", 23),
     "segment before": (two(START_TIME="2020-01-01T00:00:59"), "before STOP_TIME of the segment before", 24),
-    "segment at the same instant": (
-        two().replace("01:30", "01:00"),
-        "its first epoch is the last of the segment before; segment=k",
-        24,
-    ),
 }
 
 

@@ -11,6 +11,7 @@ import pytest
 from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
+from attitude.cli import main
 from attitude.dynamics.event import Event
 from attitude.elapsed import Instants
 from attitude.formats import ck, nodes, samples, spice_text
@@ -432,6 +433,90 @@ def test_kernel_of_another_place_is_taken_where_named(tmp_path):
     with pytest.raises(FormatError, match=r"SCLK kernel .*c\.tsc cannot be read .*sclk= names another"):
         Ephemeris.read(path)
     assert len(Ephemeris.read(path, sclk=tmp_path / "clock.tsc")) == 5
+
+
+ANOTHER = {
+    "of another spacecraft": (
+        -900000,
+        "_900, the clock of structure -900000 .*; this kernel has clock 82 of ",
+    ),
+    "of a neighbour": (-81999, "_81, the clock of structure -81999 on spacecraft -81; .*clock_id=-82 takes"),
+    "of a body of positive number": (82000, "_-82, the clock of structure 82000 on spacecraft 82; "),
+    "of a number that tells none": (-82, "structure -82 does not tell its spacecraft; .*clock_id=-82 takes"),
+}
+
+
+@pytest.mark.parametrize(("structure", "words"), ANOTHER.values(), ids=ANOTHER)
+def test_clock_of_another_spacecraft_is_refused_unless_it_is_named(structure, words, tmp_path):
+    path, ticks, _ = other(tmp_path, system=2, inst=structure)
+    with pytest.raises(FormatError, match=words) as caught:
+        Ephemeris.read(path)
+    assert caught.value.source == str(tmp_path / "c.tsc")
+    back = Ephemeris.read(path, clock_id=-82)
+    assert len(back) == len(ticks)
+    since = (back.time[0].tt - Time("2000-01-01T12:00:00", scale="tt")).sec
+    assert since == pytest.approx(1.2600000012345e8 + 100 / 256, abs=1e-5)
+    with pytest.raises(FormatError, match="_-82, which clock_id=82 names; this kernel has clock 82"):
+        Ephemeris.read(path, clock_id=82)
+
+
+@pytest.mark.parametrize("structure", [-82000, -82001, -82999])
+def test_any_structure_of_a_spacecraft_is_dated_by_its_clock(structure, tmp_path):
+    path, ticks, _ = other(tmp_path, inst=structure)
+    assert len(Ephemeris.read(path)) == len(ticks)
+
+
+def test_of_several_clocks_that_of_the_structure_or_the_one_named_is_taken(tmp_path):
+    path, _, _ = other(tmp_path, system=2)
+    later = OTHER_CLOCK.format(system=2).replace("_82", "_83").replace("1.2600", "2.2600")
+    (tmp_path / "c.tsc").write_text((tmp_path / "c.tsc").read_text() + later.partition("KPL/SCLK")[2])
+    mine, named = Ephemeris.read(path), Ephemeris.read(path, clock_id=-83)
+    assert (named.time[0] - mine.time[0]).sec == pytest.approx(1e8, abs=1e-3)
+    with pytest.raises(FormatError, match=r"_84, which clock_id=-84 names; .* clock 82 .*, clock 83 "):
+        Ephemeris.read(path, clock_id=-84)
+
+
+@pytest.mark.parametrize("clock_id", [0, True, "x", 1.5])
+def test_clock_id_is_a_whole_number(clock_id, tmp_path):
+    path, _, _ = other(tmp_path)
+    with pytest.raises(InputError, match="clock_id: a whole number other than 0"):
+        Ephemeris.read(path, clock_id=clock_id)
+
+
+@pytest.mark.parametrize("naif_id", [-999, -1, 2000433, -2_000_000])
+def test_own_files_need_no_name_of_the_clock_where_the_structure_tells_it(naif_id, tmp_path):
+    path, ephemeris = written(tmp_path, naif_id=naif_id)
+    assert len(Ephemeris.read(path)) == len(ephemeris)
+    path, _ = written(tmp_path, naif_id=naif_id, structure_id=naif_id * 1000 + (7 if naif_id > 0 else -7))
+    assert len(Ephemeris.read(path)) == len(ephemeris)
+    path, _ = written(tmp_path, naif_id=naif_id, structure_id=-12345)
+    with pytest.raises(
+        FormatError, match=f"_12, the clock of structure -12345 .*clock_id={naif_id} takes that clock"
+    ):
+        Ephemeris.read(path)
+    back = Ephemeris.read(path, clock_id=naif_id)
+    assert np.abs((back.time - ephemeris.time).sec).max() < 1e-6
+
+
+def test_convert_takes_options_of_the_format_that_is_read(tmp_path, capsys):
+    path, _, _ = other(tmp_path, inst=-900000)
+    assert main(["convert", str(path), "-o", str(tmp_path / "c.csv")]) == 2
+    assert "clock_id=-82 takes that clock" in capsys.readouterr().err
+    assert main(["convert", str(path), "-q", "-o", str(tmp_path / "c.csv"), "--set", "clock_id=-82"]) == 0
+    assert np.array_equal(
+        Ephemeris.read(tmp_path / "c.csv").elapsed, Ephemeris.read(path, clock_id=-82).elapsed
+    )
+    both = [
+        "--set",
+        "clock_id=-82",
+        "--set",
+        "structure_id=-5",
+        "--set",
+        "naif_id=-5",
+    ]  # the latter are the writer's
+    assert main(["convert", str(path), "-q", "-o", str(tmp_path / "d.bc"), *both]) == 0
+    assert len(Ephemeris.read(tmp_path / "d.bc", clock_id=-5)) == 5
+    assert main(["convert", str(path), "-o", str(tmp_path / "c.csv"), "--set", "clock=1"]) == 2
 
 
 def test_structures_are_read_one_at_a_time(tmp_path):
