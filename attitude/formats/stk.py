@@ -57,7 +57,7 @@ def interpolant(
     interpolation_order: int = 1,
 ) -> Interpolant:
     """STK interpolates as the file asks it to: by Lagrange's polynomial of this order."""
-    return lagrange(interpolation_order, "interpolation_order")
+    return lagrange(interpolation_order, "interpolation_order")._replace(crosses=True)
 
 
 def blocks(
