@@ -50,8 +50,8 @@ class Interpolant(NamedTuple):
         wanted = _by_component(true)
 
         def interpolate(share: tuple[int, int]) -> None:
-            work = np.empty((6, len(places)))
-            compiled.interpolate(*given, *share, width, places, wanted, work, size)
+            work, shared = np.empty((5, len(places))), np.empty((3, width + 1))
+            compiled.interpolate(*given, *share, width, places, wanted, work, shared, size)
 
         run(interpolate, cut(size.size, min(cores(), max(1, size.size // WORTH_SHARING))))
         return 2.0 * np.arcsin(np.minimum(size, 1.0))

@@ -27,15 +27,15 @@ LEAST_TOLERANCE, GREATEST_TOLERANCE = 1e-13, 1.0  # rad
 MOST_NODES = 100_000_000  # in a file
 TRIED = 64  # windows in which a spacing is tried before it is checked everywhere
 ROUNDS = 30
-CHECKED = 1 << 14  # intervals at a time
+CHECKED = 1 << 13  # intervals at a time
 CHECKED_AT_ONCE = 1 << 18
 
 # Errors are looked for at these fractions of every interval.  They are zero at its ends and, between, the
 # nodal polynomial times a smooth factor.  For factors linear in time, in every interval of the windows of
-# degrees 1 to 15, the greatest error is at most 1.03 times the greatest at these eight, which were placed
-# to make that ratio least; tests/formats/test_nodes.py repeats this and compares with many motions.
-PLACES = np.array([0.166, 0.244, 0.336, 0.438, 0.562, 0.664, 0.756, 0.834])
-MARGIN = 1.05
+# degrees 1 to 15, the greatest error is at most 1.05 times the greatest at these six, which were placed to
+# make that ratio least; tests/formats/test_nodes.py repeats this and compares with many motions.
+PLACES = np.array([0.175, 0.285, 0.422, 0.578, 0.715, 0.825])
+MARGIN = 1.07
 # rad; chosen nodes are no further apart at the greatest rate.  Slerp takes the wrong way round beyond pi, and
 # of polynomials, whose quaternions turn half as fast, none resolves a turn from node to node.
 MOST_TURNED = 0.5 * np.pi
@@ -232,7 +232,7 @@ def _is_run_as_a_whole(ephemeris: Ephemeris) -> bool:
 def _longest(head: Ephemeris, interpolant: Interpolant, start: float, stop: float) -> float:
     """s: what makes one window of the span, and turns by no more than `MOST_TURNED` at the greatest rate."""
     at = Instants(start + _fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
-    rate = float(_rates(head.resampled(at)).max())
+    rate = math.sqrt(_squared_rates(head.resampled(at)).max())
     return _rounded(min((stop - start) / interpolant.degree, MOST_TURNED / max(rate, 1e-300)))
 
 
@@ -322,7 +322,7 @@ def _errors(
     at = _between(instants, intervals, places)
     found = piece.resampled(at)
     errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, places, found.quaternion("wxyz"))
-    rates = _rates(found).reshape(-1, places.size).max(axis=1)
+    rates = np.sqrt(_squared_rates(found).reshape(-1, places.size).max(axis=1))
     return errors, rates * (t[intervals + 1] - t[intervals])
 
 
@@ -335,10 +335,10 @@ def _is_uneven(t: np.ndarray, interpolant: Interpolant) -> np.ndarray:
     return np.asarray(around.max(axis=1) > 2.0 * around.min(axis=1))
 
 
-def _rates(ephemeris: Ephemeris) -> np.ndarray:
-    """(n,) rad/s."""
+def _squared_rates(ephemeris: Ephemeris) -> np.ndarray:
+    """(n,) (rad/s)^2."""
     x, y, z = ephemeris.angular_velocity.T
-    return np.sqrt(x * x + y * y + z * z)
+    return np.asarray(x * x + y * y + z * z)
 
 
 def _refuse_disorder(piece: Ephemeris, first: int) -> None:
