@@ -398,8 +398,10 @@ def _asked_format(
 
 
 def _tell_written(written: Written, say: Callable[[str], None]) -> None:
+    from .formats.nodes import upwards
+
     if written.interpolation_error is not None:
-        between = f"interpolation between them errs by at most {written.interpolation_error:.1e} rad"
+        between = f"interpolation between them errs by at most {upwards(written.interpolation_error)} rad"
         say(f"{written.nodes} attitudes; {between}")
 
 

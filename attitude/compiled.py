@@ -141,7 +141,7 @@ TEXT = [
     [
         ("text_rows", "take_rows", "c1.i.i.i.i.i.i1.i1.d2.i1"),
         ("text_rows", "count_lines", "c1.i.i.i1"),
-        ("interpolation", "interpolate", "d1.d2.i.i.i.i.d2.d1"),
+        ("interpolation", "interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1"),
     ],
 ]
 # What only ensembles need.

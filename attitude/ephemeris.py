@@ -370,7 +370,7 @@ class Ephemeris:
 
         Returns
         -------
-        Written : how many instants, and the greatest error of interpolation found between them
+        Written : how many instants, and a bound on the error of interpolation between them
 
         Raises
         ------

@@ -150,10 +150,8 @@ class Message:
                 epochs[-1] = self._stop(segment)
             self._check_order(epochs, begins)
             columns = np.empty((7 if self.has_rate else 4, len(piece)))
-            q = piece.quaternion("xyzw")
-            if not piece.can_be_resampled:  # else the signs are those of the motion, continuous in time
-                q = orientation.sign_continuous(q, self._attitude)
-                self._attitude = q[-1]
+            q = orientation.sign_continuous(piece.quaternion("xyzw"), self._attitude)
+            self._attitude = q[-1]
             # The standard has no -0 (6.8.5).
             np.add(q.T, 0.0, out=columns[:4])
             if self.has_rate:

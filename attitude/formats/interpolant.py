@@ -19,10 +19,14 @@ MOST_DEGREE = 15
 
 
 class Interpolant(NamedTuple):
-    """`kind` is "slerp" or "lagrange", then of polynomials of the `degree`."""
+    """`kind` is "slerp" or "lagrange", then of polynomials of the `degree`.
+
+    crosses : whether its readers know no segments, and interpolate from the last node of one to the next
+    """
 
     kind: str
     degree: int = 1
+    crosses: bool = False
 
     def __str__(self) -> str:
         return "slerp" if self.kind == "slerp" else f"Lagrange, degree {self.degree}"
@@ -32,23 +36,25 @@ class Interpolant(NamedTuple):
         """Power of the spacing that errors fall with."""
         return self.degree + 1
 
-    def errors(self, t: np.ndarray, nodes: np.ndarray, true: np.ndarray, first: int = 0) -> np.ndarray:
-        """(m,) rad: at the midpoints of the m intervals that begin with the node `first`.
+    def errors(
+        self, t: np.ndarray, nodes: np.ndarray, intervals: np.ndarray, places: np.ndarray, true: np.ndarray
+    ) -> np.ndarray:
+        """(m,) rad: of each interval the greatest error at these places of it.
 
-        t : (n,) s, increasing; nodes : (n, 4) wxyz; true : (m, 4), the attitudes there
+        t : (n,) s, increasing; nodes : (n, 4) wxyz; intervals : (m,) int, the node that each begins with;
+        places : (p,), fractions of an interval; true : (m * p, 4), the attitudes there
         """
-        if self.kind == "slerp":
-            found = _slerp_middle(nodes[first : first + len(true)], nodes[first + 1 : first + len(true) + 1])
-            return np.asarray(orientation.angle_between(found, true))
-        size = np.empty(len(true))
-        parts, width = _by_component(nodes), min(self.degree, len(t) - 1)
-        given = np.ascontiguousarray(t), parts, first, width
+        size = np.empty(len(intervals))
+        width = 0 if self.kind == "slerp" else min(self.degree, len(t) - 1)
+        signed = orientation.sign_continuous(nodes)  # as writers of polynomials have them
+        given = np.ascontiguousarray(t), _by_component(signed), np.ascontiguousarray(intervals, dtype=np.int64)
         wanted = _by_component(true)
 
         def interpolate(share: tuple[int, int]) -> None:
-            compiled.interpolate(*given, *share, wanted, size)
+            work, shared = np.empty((5, len(places))), np.empty((3, width + 1))
+            compiled.interpolate(*given, *share, width, places, wanted, work, shared, size)
 
-        run(interpolate, cut(len(true), min(cores(), max(1, len(true) // WORTH_SHARING))))
+        run(interpolate, cut(size.size, min(cores(), max(1, size.size // WORTH_SHARING))))
         return 2.0 * np.arcsin(np.minimum(size, 1.0))
 
 
@@ -62,14 +68,3 @@ def lagrange(degree: int, field: str) -> Interpolant:
 def _by_component(q: np.ndarray) -> np.ndarray:
     """(4, n) of (n, 4)."""
     return np.ascontiguousarray(q.T)
-
-
-def _slerp_middle(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Half-way along the shorter arc: the sum, brought to unit length."""
-    return _unit(p + np.where((p * q).sum(axis=-1, keepdims=True) < 0.0, -q, q))
-
-
-def _unit(q: np.ndarray) -> np.ndarray:
-    """A sum of attitudes half a turn apart has no direction; one of them is as wrong as any."""
-    length = np.sqrt((q * q).sum(axis=-1, keepdims=True))
-    return np.where(length > 0.0, q / np.where(length > 0.0, length, 1.0), [1.0, 0.0, 0.0, 0.0])

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from decimal import ROUND_CEILING, Context
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,20 +24,33 @@ if TYPE_CHECKING:
 CUTS = ("impulse", "contact", "segment")
 LEAST_TOLERANCE, GREATEST_TOLERANCE = 1e-13, 1.0  # rad
 MOST_NODES = 100_000_000  # in a file
-PLACES = 64  # where a spacing is tried before it is checked everywhere
+TRIED = 64  # windows in which a spacing is tried before it is checked everywhere
 ROUNDS = 30
-CHECKED = 1 << 16  # intervals at a time
-CHECKED_AT_ONCE = 1 << 20
 CONTACT_WITHIN = 1e-11  # s: how well the instant of a contact is known, on either side of which rates differ
-LAST_SHORT = 1e-3  # of a step: where less would be left, the last one is so much longer
+CHECKED = 1 << 13  # intervals at a time
+CHECKED_AT_ONCE = 1 << 18
+
+# Errors are looked for at these fractions of every interval.  They are zero at its ends and, between, the
+# nodal polynomial times a smooth factor.  For factors linear in time, in every interval of the windows of
+# degrees 1 to 15, the greatest error is at most 1.05 times the greatest at these six, which were placed to
+# make that ratio least; tests/formats/test_nodes.py repeats this and compares with many motions.
+PLACES = np.array([0.175, 0.285, 0.422, 0.578, 0.715, 0.825])
+MARGIN = 1.07
+# rad; chosen nodes are no further apart at the greatest rate.  Slerp takes the wrong way round beyond pi, and
+# of polynomials, whose quaternions turn half as fast, none resolves a turn from node to node.
+MOST_TURNED = 0.5 * np.pi
+# Given instants further apart than that, or unevenly, are looked at in more places; in two turns and more
+# from one to the next readers see another motion than this one, and are off by up to half a turn.
+MANY_PLACES = (np.arange(128) + 0.5) / 128
+LOST = 4.0 * np.pi
 
 
 class Written(NamedTuple):
     """What became of an ephemeris on its way to a file.
 
     nodes : instants written
-    interpolation_error : rad; the greatest found between them, where the format's readers interpolate and
-        the motion is there to compare with; else None
+    interpolation_error : rad; what the format's readers are off by between them at most, where they
+        interpolate and the motion is there to compare with; else None
     """
 
     nodes: int
@@ -61,7 +78,12 @@ class Nodes(NamedTuple):
         """For people who read the file."""
         if self.worst is None:
             return "Error of interpolation between these attitudes is not known"
-        return f"Error of interpolation ({self.interpolant}) at the midpoints is at most {self.worst:.1e} rad"
+        return f"Error of interpolation ({self.interpolant}) is at most {upwards(self.worst)} rad"
+
+
+def upwards(angle: float) -> str:
+    """To two digits, never below."""
+    return f"{float(Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(angle)):.1e}"
 
 
 def chosen(
@@ -73,7 +95,8 @@ def chosen(
     if tolerance is None:
         segments = given(samples)
         known = samples.head.can_be_resampled
-        return Nodes(tuple(segments), interpolant, _worst(segments, interpolant) if known else None)
+        read = [samples] if interpolant.crosses else segments
+        return Nodes(tuple(segments), interpolant, _worst(read, interpolant) if known else None)
     return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.head), most)
 
 
@@ -124,17 +147,48 @@ def _kept(
     samples: Samples, interpolant: Interpolant, tolerance: float, start: float, stop: float, most: int
 ) -> tuple[Samples, float]:
     """Even nodes of a span that keep the tolerance everywhere, and what they err by."""
-    step = _tried(samples.head, interpolant, tolerance, start, stop, most)
-    for _ in range(ROUNDS):
-        if (stop - start) / step > most - 1:
+    if start == stop:
+        return _even(samples, start, stop, 1.0), 0.0
+    head, least = samples.head, (stop - start) / max(most - 1, 0.5)
+    longest = _longest(head, interpolant, start, stop)
+    even = cache(lambda step: _even(samples, start, stop, step))
+    step = longest
+    for error in (
+        lambda step: _worst_tried(head, interpolant, start, stop, step),
+        lambda step: _worst([even(step)], interpolant),
+    ):
+        step, found = _searched(error, step, longest, least, tolerance, interpolant.order)
+        if step < least:
             expected = f"an angle that no more than {most} nodes can keep to"
             raise InputError("interpolation_error", tolerance, expected)
-        segment = _even(samples, start, stop, step)
-        found = _worst([segment], interpolant)
-        if found <= tolerance:
-            return segment, found
-        step = _rounded(step * min(0.98, 0.97 * (tolerance / found) ** (1.0 / interpolant.order)))
-    raise InputError("interpolation_error", tolerance, f"an angle above {found:.1e} rad")
+        if found > tolerance:
+            raise InputError("interpolation_error", tolerance, f"an angle above {upwards(found)} rad")
+    return even(step), found
+
+
+def _searched(
+    error: Callable[[float], float], step: float, longest: float, least: float, tolerance: float, order: int
+) -> tuple[float, float]:
+    """A spacing, s, that keeps the tolerance, and its error: the longest, or one that errs by half the
+    tolerance or more, or as near to that as there is one.  Where none was found, the last that was tried.
+    """
+    kept, kept_error, failed, found = 0.0, 0.0, np.inf, np.inf
+    for _ in range(ROUNDS):
+        if step < least:
+            break
+        found = error(step)
+        if found > tolerance:
+            failed = step
+        else:
+            kept, kept_error = step, found
+            if step >= longest or found > 0.5 * tolerance:
+                break
+        gain = max(0.01, (0.8 * tolerance / max(found, 1e-300)) ** (1.0 / order))
+        wanted = step * gain if kept < step * gain < failed else math.sqrt(kept * failed)
+        step = min(longest, _rounded(wanted))
+        if step in (kept, failed):
+            break
+    return (kept, kept_error) if kept else (step, found)
 
 
 def _spans(samples: Samples) -> list[tuple[float, float]]:
@@ -155,23 +209,24 @@ def _spans(samples: Samples) -> list[tuple[float, float]]:
 
 
 def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
-    """Nodes at start, every step, and at stop.
-
-    The last one is at stop itself: none is beyond an event, nor two of them closer than a reader can tell.
-    """
-    grid = Grid(start, stop, step=step) if step < stop - start else Grid(start, start, 1)
-    behind = float(grid.part(grid.count - 1, grid.count).seconds[0])
-    intervals = grid.count if behind < stop - LAST_SHORT * step else grid.count - 1
-    head = samples.head
+    """Nodes at start, every step, and at stop; the last but one half-way where it would be close to that."""
+    intervals = max(1, math.ceil((stop - start) / step - 1e-9)) if start < stop else 0
+    grid = Grid(start, stop, step=step) if intervals > 2 else Grid(start, start, 1)
+    ends = [stop] if intervals else []
+    if intervals > 1:
+        before, last = (start + k * step for k in (intervals - 2, intervals - 1))
+        ends = [last if stop - last >= 0.5 * step else 0.5 * (before + stop), stop]
+    count, head = intervals + 1, samples.head
+    regular = count - len(ends)
 
     def cut(first: int, until: int) -> Ephemeris:
-        inside = grid.part(first, min(until, intervals)).seconds if first < intervals else np.empty(0)
-        seconds = np.append(inside, stop) if until > intervals else inside
-        return head.resampled(Instants(seconds, None, head.epoch, scale=head.instants.scale))
+        inside = grid.part(first, min(until, regular)).seconds if first < regular else np.empty(0)
+        after = ends[max(0, first - regular) : max(0, until - regular)]
+        return head.resampled(Instants(np.append(inside, after), None, head.epoch, scale=head.instants.scale))
 
     if _is_run_as_a_whole(head):
-        return Samples.of(cut(0, intervals + 1), samples.progress)
-    return Samples(intervals + 1, cut, samples.progress)
+        return Samples.of(cut(0, count), samples.progress)
+    return Samples(count, cut, samples.progress)
 
 
 def _is_run_as_a_whole(ephemeris: Ephemeris) -> bool:
@@ -179,47 +234,38 @@ def _is_run_as_a_whole(ephemeris: Ephemeris) -> bool:
     return ephemeris.plan is not None and bool(ephemeris.plan.simulated)
 
 
-def _tried(
-    head: Ephemeris, interpolant: Interpolant, tolerance: float, start: float, stop: float, most: int
-) -> float:
-    """s: a spacing that keeps the tolerance at some places of the span, both ends among them."""
-    span = stop - start
-    if span == 0.0:
-        return 1.0
-    width = interpolant.degree
-    longest = span / width
-    step = longest
-    at = np.random.default_rng(0).uniform(0.0, 1.0, PLACES)
-    at[:2] = 0.0, 1.0
-    for _ in range(ROUNDS):
-        begins = start + at * max(0.0, span - width * step)
-        errors = _error_at(head, interpolant, begins, step)
-        found = float(errors.max())
-        if found <= tolerance and (step == longest or found > 0.2 * tolerance):
-            return _rounded(step)
-        gain = np.clip((0.7 * tolerance / max(found, 1e-300)) ** (1.0 / interpolant.order), 0.02, 3.0)
-        step = min(longest, step * float(gain))
-        if step < 0.1 * span / max(most, 1):
-            break
-    return _rounded(step)
+def _longest(head: Ephemeris, interpolant: Interpolant, start: float, stop: float) -> float:
+    """s: what makes one window of the span, and turns by no more than `MOST_TURNED` at the greatest rate."""
+    at = Instants(start + _fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
+    rate = math.sqrt(_squared_rates(head.resampled(at)).max())
+    return _rounded(min((stop - start) / interpolant.degree, MOST_TURNED / max(rate, 1e-300)))
 
 
-def _error_at(head: Ephemeris, interpolant: Interpolant, begins: np.ndarray, step: float) -> np.ndarray:
-    """rad: in windows that begin there, at the midpoints of all their intervals that readers would use."""
+def _fractions() -> np.ndarray:
+    """Of a span, in increasing order, both ends among them."""
+    return np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, TRIED - 2)))
+
+
+def _worst_tried(head: Ephemeris, interpolant: Interpolant, start: float, stop: float, step: float) -> float:
+    """rad: the greatest error in windows of some nodes here and there, at both ends among them.
+
+    Elsewhere than at the ends readers use the middle interval of a window alone.
+    """
     width = interpolant.degree
-    offsets = step * np.arange(2 * width + 1) / 2.0
-    t = (begins[:, None] + offsets).reshape(-1)
-    order = np.argsort(t, kind="stable")
+    begins = start + _fractions() * max(0.0, stop - start - width * step)
+    nodes = step * np.arange(width + 1.0)
+    between = (nodes[:-1, None] + step * PLACES).reshape(-1)
+    t = begins[:, None] + np.append(nodes, between)
+    order = np.argsort(t, axis=None, kind="stable")
     q = np.empty((t.size, 4))
-    q[order] = _at(head, t[order])
-    windows = q.reshape(len(begins), 2 * width + 1, 4)
-    nodes, between = windows[:, ::2], windows[:, 1::2]
-    errors = [
-        interpolant.errors(step * np.arange(width + 1.0), part, middle)
-        for part, middle in zip(nodes, between, strict=True)
-    ]
-    middle = (width - 1) // 2  # elsewhere than at the ends a window is used in its middle alone
-    return np.array([e.max() if i < 2 else e[middle] for i, e in enumerate(errors)])
+    q[order] = _at(head, t.reshape(-1)[order])
+    windows = q.reshape(TRIED, -1, 4)
+    errors = np.array(
+        [interpolant.errors(nodes, w[: width + 1], np.arange(width), PLACES, w[width + 1 :]) for w in windows]
+    )
+    middle = (width - 1) // 2
+    inside = errors[1:-1, middle]
+    return _with_margin(max(float(inside.max()), float(errors[0].max()), float(errors[-1].max())))
 
 
 def _rounded(step: float) -> float:
@@ -232,11 +278,17 @@ def _rounded(step: float) -> float:
 
 
 def _worst(segments: list[Samples], interpolant: Interpolant) -> float:
-    """rad: the greatest error at the midpoints of all intervals, against the motion itself."""
-    return max((_worst_of(segment, interpolant) for segment in segments), default=0.0)
+    """rad: what readers are off by at most, from the motion itself, in all intervals."""
+    intervals = [segment for segment in segments if segment.count > 1]
+    return max((_with_margin(_worst_of(segment, interpolant)) for segment in intervals), default=0.0)
+
+
+def _with_margin(found: float) -> float:
+    return min(MARGIN * found, np.pi)
 
 
 def _worst_of(samples: Samples, interpolant: Interpolant) -> float:
+    """rad: the greatest error found."""
     worst, around = 0.0, interpolant.degree
     size = CHECKED_AT_ONCE if _is_run_as_a_whole(samples.head) else CHECKED
     for first in range(0, samples.count - 1, size):
@@ -244,13 +296,54 @@ def _worst_of(samples: Samples, interpolant: Interpolant) -> float:
         low, high = max(0, first - around), min(samples.count, last + 1 + around)
         piece = samples.cut(low, high)
         _refuse_disorder(piece, low)
-        q = piece.quaternion("wxyz")
-        begin, end = first - low, last - low
-        middle = _midpoints(piece.instants, begin, end)
-        true = piece.resampled(middle).quaternion("wxyz")
-        errors = interpolant.errors(piece.elapsed - piece.elapsed[0], q, true, begin)
+        errors, turned = _errors(piece, interpolant, np.arange(first - low, last - low), PLACES)
+        if turned.max() > LOST:
+            return np.pi
+        far = (
+            first
+            - low
+            + np.flatnonzero(
+                (turned > MOST_TURNED * (1.0 + 1e-9))
+                | _is_uneven(piece.elapsed, interpolant)[first - low : last - low]
+            )
+        )
+        some = size * PLACES.size // MANY_PLACES.size + 1
+        for i in range(0, far.size, some):
+            more, _ = _errors(piece, interpolant, far[i : i + some], MANY_PLACES)
+            worst = max(worst, float(more.max()))
         worst = max(worst, float(errors.max()))
     return worst
+
+
+def _errors(
+    piece: Ephemeris, interpolant: Interpolant, intervals: np.ndarray, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of intervals, by the node that each begins with: the greatest error at places of it, and how far the
+    body turns in it at the greatest rate there; rad.
+    """
+    instants = piece.instants
+    t = instants.seconds - instants.seconds[0]
+    t = t if instants.rest is None else t + (instants.rest - instants.rest[0])
+    at = _between(instants, intervals, places)
+    found = piece.resampled(at)
+    errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, places, found.quaternion("wxyz"))
+    rates = np.sqrt(_squared_rates(found).reshape(-1, places.size).max(axis=1))
+    return errors, rates * (t[intervals + 1] - t[intervals])
+
+
+def _is_uneven(t: np.ndarray, interpolant: Interpolant) -> np.ndarray:
+    """(n - 1,): which intervals are in a window with others that differ by more than a factor of 2."""
+    lengths, width = np.diff(t), interpolant.degree
+    if width == 1 or lengths.max() <= 2.0 * lengths.min():
+        return np.zeros(lengths.size, dtype=bool)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(lengths, width, mode="edge"), 2 * width + 1)
+    return np.asarray(around.max(axis=1) > 2.0 * around.min(axis=1))
+
+
+def _squared_rates(ephemeris: Ephemeris) -> np.ndarray:
+    """(n,) (rad/s)^2."""
+    x, y, z = ephemeris.angular_velocity.T
+    return np.asarray(x * x + y * y + z * z)
 
 
 def _refuse_disorder(piece: Ephemeris, first: int) -> None:
@@ -263,15 +356,16 @@ def _refuse_disorder(piece: Ephemeris, first: int) -> None:
         )
 
 
-def _midpoints(instants: Instants, first: int, last: int) -> Instants:
-    """Between each from first to last and the next, in two parts."""
-    seconds = instants.seconds[first : last + 1]
-    half = 0.5 * np.diff(seconds)
-    middle = seconds[:-1] + half
-    rest = half - (middle - seconds[:-1])
+def _between(instants: Instants, intervals: np.ndarray, places: np.ndarray) -> Instants:
+    """At these fractions of intervals, by the node that each begins with, in two parts."""
+    before, after = intervals[:, None], intervals[:, None] + 1
+    seconds = instants.seconds[before]
+    ahead = places * (instants.seconds[after] - seconds)
+    at = seconds + ahead
+    rest = ahead - (at - seconds)
     if instants.rest is not None:
-        rest = rest + 0.5 * (instants.rest[first:last] + instants.rest[first + 1 : last + 1])
-    return Instants(middle, rest, instants.epoch, scale=instants.scale)
+        rest = rest + instants.rest[before] + places * (instants.rest[after] - instants.rest[before])
+    return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
 
 
 def _at(head: Ephemeris, seconds: np.ndarray) -> np.ndarray:

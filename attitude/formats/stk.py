@@ -57,7 +57,7 @@ def interpolant(
     interpolation_order: int = 1,
 ) -> Interpolant:
     """STK interpolates as the file asks it to: by Lagrange's polynomial of this order."""
-    return lagrange(interpolation_order, "interpolation_order")
+    return lagrange(interpolation_order, "interpolation_order")._replace(crosses=True)
 
 
 def blocks(
@@ -179,9 +179,8 @@ def _rows(
             left -= taken
             if taken:
                 table = _table(piece[:taken], origin, rates, turn)
-                if not piece.can_be_resampled:  # else the signs are those of the motion, continuous in time
-                    table[:, 1:5] = orientation.sign_continuous(table[:, 1:5], last)
-                    last = table[-1, 1:5]
+                table[:, 1:5] = orientation.sign_continuous(table[:, 1:5], last)
+                last = table[-1, 1:5]
                 dated.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
                 before = float(table[-1, 0])
                 yield from texts(table.T, [b"", b"", *[b" "] * (table.shape[1] - 1), b"\n"])

@@ -288,13 +288,15 @@ def test_dates_beyond_four_digits_are_left_to_astropy(far):
 def test_errors_are_those_of_the_polynomials(degree):
     generator = np.random.default_rng(degree)
     t = np.cumsum(generator.uniform(0.5, 1.5, 40))
-    nodes, true = generator.normal(size=(40, 4)), generator.normal(size=(30, 4))
+    nodes, true = generator.normal(size=(40, 4)), generator.normal(size=(60, 4))
+    places = np.array([0.3, 0.9])
     nodes /= np.linalg.norm(nodes, axis=1)[:, None]
     true /= np.linalg.norm(true, axis=1)[:, None]
-    found = lagrange(degree, "degree").errors(t, nodes, true, 5)
+    found = lagrange(degree, "degree").errors(t, nodes, np.arange(5, 35), places, true)
     for i, error in enumerate(found):
         begin = min(max(5 + i - (degree - 1) // 2, 0), 39 - degree)
         window = slice(begin, begin + degree + 1)
-        q = BarycentricInterpolator(t[window], nodes[window])(0.5 * (t[5 + i] + t[6 + i]))
-        expected = orientation.angle_between(q / np.linalg.norm(q), true[i])
+        q = BarycentricInterpolator(t[window], nodes[window])(t[5 + i] + places * (t[6 + i] - t[5 + i]))
+        q /= np.linalg.norm(q, axis=1)[:, None]
+        expected = orientation.angle_between(q, true[2 * i : 2 * i + 2]).max()
         assert error == pytest.approx(float(expected), abs=1e-7 if expected > 3.1 else 1e-9)

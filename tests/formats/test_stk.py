@@ -94,8 +94,8 @@ def test_options_are_written_as_they_stand(tmp_path):
     assert text.startswith("stk.v.12.2\n")
     assert keywords(text)["CentralBody"] == "Sun"
     assert keywords(text)["InterpolationOrder"] == "7"
-    assert stk.interpolant(**options) == nodes.Interpolant("lagrange", 7)
-    assert stk.interpolant() == nodes.Interpolant("lagrange", 1)
+    assert stk.interpolant(**options) == nodes.Interpolant("lagrange", 7, crosses=True)
+    assert stk.interpolant() == nodes.Interpolant("lagrange", 1, crosses=True)
 
 
 def test_comments_say_convention_and_error_in_ascii(tmp_path):
