@@ -1,4 +1,4 @@
-"""The settings as a table: `python -m service.settings_table README.md docs/service.md` renews it there.
+"""The settings as a table: `python -m service.settings_table docs/service.md` renews it there.
 
 Without files it is printed.  In a file it stands between two marks, each on a line of its own.
 """

@@ -17,7 +17,8 @@ ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text()
 NGINX = (ROOT / "docs" / "deploy" / "nginx.conf").read_text()
 SETTINGS = {variable(each.name): each.default for each in fields(Settings)}
-NAMED = [*ROOT.glob("docs/deploy/*"), ROOT / "Dockerfile", ROOT / "README.md", ROOT / "docs" / "service.md"]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs" / name for name in ("service.md", "http.md", "installation.md"))]
+NAMED = [*ROOT.glob("docs/deploy/*"), ROOT / "Dockerfile", *PAGES]
 OTHERS = {"ATTITUDE_CACHE_DIR"}  # the library's own
 
 
@@ -38,10 +39,9 @@ def container(pod):
     return container
 
 
-@pytest.mark.parametrize("path", ["README.md", "docs/service.md"])
-def test_settings_table_is_that_of_the_settings(path):
-    """Renewed by: python -m service.settings_table README.md docs/service.md"""
-    text = (ROOT / path).read_text(encoding="utf-8")
+def test_settings_table_is_that_of_the_settings():
+    """Renewed by: python -m service.settings_table docs/service.md"""
+    text = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
     assert settings_table.renewed(text) == text
 
 
@@ -50,7 +50,7 @@ def test_text_without_a_place_for_the_table_is_left_alone():
         settings_table.renewed("no marks")
 
 
-@pytest.mark.parametrize("path", NAMED, ids=[path.name for path in NAMED])
+@pytest.mark.parametrize("path", NAMED, ids=[str(path.relative_to(ROOT)) for path in NAMED])
 def test_variables_that_are_named_are_settings(path):
     named = set(re.findall(r"ATTITUDE_[A-Z_]+[A-Z]", path.read_text(encoding="utf-8")))
     assert named <= SETTINGS.keys() | OTHERS

@@ -1,0 +1,169 @@
+"""Examples of the README and of docs/ run and print what the page shows; links lead to files."""
+
+import doctest
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = {
+    str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
+    for path in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), ROOT / "service" / "viewer" / "README.md"]
+}
+TAKEN = re.compile(r"(?<=_s\":)[\d.e-]+(?=,\"sample_s|}})")  # what an answer cost, in seconds
+NUMBER = re.compile(r"(?<![\w.-])-?\d+\.\d+(?:e[+-]?\d+)?")
+# The last place of a sine differs between mathematical libraries; an attitude follows it.
+PRINTED = 1e-12
+# What `curl -s -H NAME:VALUE -d DATA URL` does, for a machine that has none.
+CURL = """#!{python}
+import sys, urllib.error, urllib.request
+_, _, _, header, _, data, url = sys.argv
+body = open(data[1:], "rb").read() if data.startswith("@") else data.encode()
+request = urllib.request.Request(url, body, dict([header.split(": ")]))
+try:
+    answer = urllib.request.urlopen(request)
+except urllib.error.HTTPError as error:
+    answer = error
+sys.stdout.buffer.write(answer.read())
+"""
+READY_WITHIN = 240.0  # seconds; the kernels may have to be compiled first
+PYTHON_BLOCKS, COMMANDS = 9, 10  # examples in all pages, at least
+
+
+def blocks(page, language):
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGES[page], flags=re.MULTILINE | re.DOTALL)
+
+
+def pages_with(language, mark):
+    return [page for page in PAGES if any(mark in block for block in blocks(page, language))]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Where a page's examples run: its own, with the README's document in it."""
+    (document,) = blocks("README.md", "json")
+    (tmp_path / "toutatis.json").write_text(document)
+    if shutil.which("curl") is None:
+        (tmp_path / "curl").write_text(CURL.format(python=sys.executable))
+        (tmp_path / "curl").chmod(0o755)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def port(tmp_path_factory):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        number = free.getsockname()[1]
+    command = [sys.executable, "-m", "attitude.cli", "serve", "--port", str(number)]
+    with open(tmp_path_factory.mktemp("serve") / "log", "w") as log:
+        server = subprocess.Popen(command, stdout=log, stderr=log)
+        try:
+            wait_until_ready(number, server)
+            yield number
+        finally:
+            server.terminate()
+            server.wait(timeout=30)
+
+
+def wait_until_ready(number, server):
+    end = time.monotonic() + READY_WITHIN
+    while time.monotonic() < end and server.poll() is None:
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{number}/readyz", timeout=5):
+                return
+        except (urllib.error.URLError, OSError):
+            time.sleep(0.2)
+    pytest.fail("the service did not become ready")
+
+
+@pytest.mark.parametrize("page", pages_with("python", ">>>"))
+def test_python_examples_print_what_is_shown(page, folder, request, monkeypatch):
+    monkeypatch.chdir(folder)
+    parser, runner = doctest.DocTestParser(), doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    for number, text in enumerate(blocks(page, "python")):
+        if "http://" in text:
+            text = text.replace(":8000", f":{request.getfixturevalue('port')}")
+        runner.run(parser.get_doctest(text, {}, f"{page} block {number}", page, 0))
+    assert runner.summarize(verbose=False).failed == 0
+    assert runner.tries > 0
+
+
+def console_examples(page):
+    """Commands and what they print, in the order of the page: later ones may need files of earlier ones."""
+    for block in blocks(page, "console"):
+        for example in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+            command, _, shown = example.partition("\n")
+            yield command, shown
+
+
+def run_in_shell(command, folder):
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"], str(folder)])
+    answer = subprocess.run(
+        command, shell=True, cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
+    )
+    return answer.stdout + answer.stderr
+
+
+@pytest.mark.parametrize("page", pages_with("console", "$ "))
+def test_console_examples_print_what_is_shown(page, folder, request):
+    for command, shown in console_examples(page):
+        if "http://" in command:
+            command = command.replace(":8000", f":{request.getfixturevalue('port')}")
+        printed = TAKEN.sub("", run_in_shell(command, folder).rstrip("\n"))
+        shown = TAKEN.sub("", shown.rstrip("\n"))
+        assert NUMBER.sub("#", printed) == NUMBER.sub("#", shown), command
+        found, expected = ([float(x) for x in NUMBER.findall(text)] for text in (printed, shown))
+        assert found == pytest.approx(expected, rel=PRINTED, abs=PRINTED), command
+
+
+WORKED = [
+    command
+    for text in PAGES.values()
+    for command in re.findall(r"^attitude (ensemble docs/.*)$", text, flags=re.MULTILINE)
+]
+
+
+@pytest.mark.parametrize("command", WORKED, ids=[command.split()[1] for command in WORKED])
+def test_worked_examples_of_many_bodies_run_with_fewer(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    given = command.split()
+    given[-1] = str(tmp_path / given[-1])
+    run = [sys.executable, "-m", "attitude.cli", *given, "--bodies", "60"]
+    answer = subprocess.run(run, capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
+    assert re.match(r"# \d\d bodies in ", answer.stdout)
+    assert Path(given[-1]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_no_example_is_lost_to_the_tests():
+    python = [block for page in PAGES for block in blocks(page, "python") if ">>>" in block]
+    console = [command for page in PAGES for command, _ in console_examples(page)]
+    assert len(python) >= PYTHON_BLOCKS
+    assert len(console) >= COMMANDS
+    assert len(WORKED) == 2
+
+
+def anchors(page):
+    """Fragments of a page's headings, as they are made on code hosts."""
+    headings = re.findall(r"^#+ (.*)$", PAGES[page], flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_to_files_and_headings_that_exist(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", PAGES[page]):
+        if target.startswith(("http:", "https:")):
+            continue
+        path, _, heading = target.partition("#")
+        file = ((ROOT / page).parent / path).resolve() if path else ROOT / page
+        assert file.exists(), target
+        assert not heading or heading in anchors(str(file.relative_to(ROOT))), target
