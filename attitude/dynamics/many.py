@@ -69,7 +69,7 @@ class Problem:
 
 class Marches(NamedTuple):
     """Of n bodies: rows (n, OUTPUTS, m), steps, torques and failures (n,), and whether each was symmetric;
-    whether every torque was smooth; and the angles (n,), rad, that rounding is a part of, as `Marched.drift`.
+    whether every torque was smooth; and drift and growth (n,), as `Marched` has them.
     """
 
     rows: np.ndarray
@@ -79,10 +79,12 @@ class Marches(NamedTuple):
     symmetric: np.ndarray
     smooth: bool
     drift: np.ndarray
+    growth: np.ndarray
 
     def of(self, i: int) -> Marched:
         work = Work(int(self.steps[i]), int(self.torques[i]), int(self.failed[i]))
-        return Marched(self.rows[i], work, self.smooth, bool(self.symmetric[i]), float(self.drift[i]))
+        told = bool(self.symmetric[i]), float(self.drift[i]), float(self.growth[i])
+        return Marched(self.rows[i], work, self.smooth, *told)
 
 
 def choose(problem: Problem, instants: Instants, probes: Bodies | None = None) -> Candidate:
@@ -209,8 +211,10 @@ def _compared(
         coarse.symmetric & (candidate.solver is not RUNGE_KUTTA),
         np.asarray(part.body.moments).min(axis=1),
     )
-    rates = torqued.drifts(coarse.rows[:, :, some.size :], carried, coarse.steps, least, problem.kicks)
-    return fine._replace(drift=_span(problem.like) * rates), apart
+    kicked = torqued.inertial_kicks(problem.kicks)
+    rates = torqued.drifts(coarse.rows[:, :, some.size :], carried, coarse.steps, least, kicked)
+    span = _span(problem.like)
+    return fine._replace(drift=span * rates, growth=span * kicked / least), apart
 
 
 def _farthest(p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -282,7 +286,7 @@ def march(
         counts += walk.counts
         symmetric &= walk.symmetric
         smooth = smooth and walk.smooth
-    return Marches(rows, counts[0], counts[1], counts[2], symmetric, smooth, np.zeros(n))
+    return Marches(rows, counts[0], counts[1], counts[2], symmetric, smooth, np.zeros(n), np.zeros(n))
 
 
 class _Walk:

@@ -37,6 +37,8 @@ SPREAD = 16
 # since the rates are doubles; and where the rate is read off the attitude or off a plain sum, which remember
 # every rounding, that angle times the root of the number of stages (and ten times this on bad days).
 OF_ANGLE = 3e-16
+# Of the attitude, times the root of the number of steps.
+OF_STEPS = 4e-16
 OF_WANDERING = {"gauss": 7e-17, "dop853": 2e-16, "splitting": 7e-16}
 # Motion near an unstable one makes rounding grow to this, or more: less than it is not divided by anything.
 GROWN = 3e-11
@@ -44,13 +46,15 @@ GROWN = 3e-11
 
 class Marched(NamedTuple):
     """Rows at the instants (at some of them), the work, whether every torque was smooth, whether the body is
-    symmetric for the solver; and the angle (rad) that rounding is a part of, as a coarser solution has it."""
+    symmetric for the solver; and, told by a coarser solution, the angle (rad) that rounding is a part of, and
+    what impulses may multiply it by."""
 
     rows: np.ndarray
     work: Work
     smooth: bool
     symmetric: bool
     drift: float = 0.0
+    growth: float = 0.0
 
 
 class Estimate(NamedTuple):
@@ -265,7 +269,7 @@ def _estimated(march: March, candidate: Candidate, angle: float, count: int) -> 
     if any(answer.work.failed or not np.isfinite(answer.rows).all() for answer in (fine, coarse)):
         return Estimate(fine, np.inf, 0.0)
     apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
-    return estimate(candidate.solver, fine._replace(drift=coarse.drift), apart, angle)
+    return estimate(candidate.solver, fine._replace(drift=coarse.drift, growth=coarse.growth), apart, angle)
 
 
 def checked(count: int) -> np.ndarray:
@@ -277,7 +281,7 @@ def estimate(solver: Solver, fine: Marched, apart: float, angle: float) -> Estim
     """How far a solution may be off that is `apart` (rad) from a coarser one, over an angle turned (rad)."""
     drift = max(angle, fine.drift)
     wandering = _wandering(solver, fine, drift)
-    rounding = wandering + _rounding(fine.work, drift)
+    rounding = wandering + OF_ANGLE * drift + OF_STEPS * float(np.sqrt(fine.work.steps)) * (1.0 + fine.growth)
     better = solver.gain(fine.smooth, apart, angle / max(1, fine.work.steps))
     error = max(apart / better, min(apart, max(GROWN, 10.0 * wandering)))
     return Estimate(fine, error + rounding, rounding)
@@ -289,9 +293,12 @@ def spread(directions: Sequence[Sequence[Leg]]) -> np.ndarray:
     return np.concatenate([[0.0], *(np.linspace(0.0, end, SPREAD + 1)[1:] for end in ends)])
 
 
-def drifts(
-    rows: np.ndarray, symmetric: Flags, steps: Numbers, least: Numbers, kicks: Sequence[Kick]
-) -> np.ndarray:
+def inertial_kicks(kicks: Sequence[Kick]) -> float:
+    """N m s, of all impulses that are fixed in space: an error of the attitude tilts them in the body."""
+    return sum(float(np.linalg.norm(kick.angular)) for kick in kicks if kick.inertial)
+
+
+def drifts(rows: np.ndarray, symmetric: Flags, steps: Numbers, least: Numbers, kicked: float) -> np.ndarray:
     """(...), rad/s: what rounding makes of a rate is a part of this.
 
     A rate that is read off the momentum L is as good as L over the least moment, however slowly the body
@@ -302,12 +309,12 @@ def drifts(
     ----------
     rows : (..., OUTPUTS, k), the first of them at the epoch
     symmetric : (...), whether that momentum is carried; steps : (...); least : (...), kg m2
+    kicked : N m s, `inertial_kicks`
     """
-    given = sum(float(np.linalg.norm(kick.angular)) for kick in kicks if kick.inertial)
     with np.errstate(over="ignore", invalid="ignore"):  # a solution that has run away, and is not taken
         turning, momentum = _length(rows[..., 4:7, :]), _length(rows[..., 7:10, :])
         change = _length(rows[..., 7:10, :] - rows[..., 7:10, :1])
-        carried = turning + (given + change / np.sqrt(np.maximum(steps, 1))) / least
+        carried = turning + (kicked + change / np.sqrt(np.maximum(steps, 1))) / least
         found: np.ndarray = np.where(symmetric, carried, np.maximum(turning, momentum / least))
     return found
 
@@ -325,10 +332,6 @@ def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
         return 0.0
     stages = marched.work.torques if solver.kind == "splitting" else marched.work.steps
     return OF_WANDERING[solver.kind] * float(np.sqrt(stages)) * angle
-
-
-def _rounding(work: Work, angle: float) -> float:
-    return 4e-16 * float(np.sqrt(work.steps)) + OF_ANGLE * angle
 
 
 def _march(
@@ -358,13 +361,15 @@ def _march(
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
         smooth = smooth and all(stepped.is_smooth for stepped in met)
         symmetric = symmetric and all(stepped.symmetric for stepped in met)
-    drift = 0.0
+    drift, growth = 0.0, 0.0
     if coarsely:
-        kicks = [kick for cut in directions for leg in cut for kick in leg.kicks]
+        kicked = inertial_kicks([kick for cut in directions for leg in cut for kick in leg.kicks])
         carried = symmetric and candidate.solver is not RUNGE_KUTTA
         least = float(situation.moments.min())
-        drift = float(np.abs(others).max() * drifts(rows[:, asked:], carried, total.steps, least, kicks))
-    return Marched(rows[:, :asked], total, smooth, symmetric, drift)
+        span = float(np.abs(others).max())
+        drift = span * float(drifts(rows[:, asked:], carried, total.steps, least, kicked))
+        growth = span * kicked / least
+    return Marched(rows[:, :asked], total, smooth, symmetric, drift, growth)
 
 
 def _march_legs(
