@@ -170,11 +170,12 @@ def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
             work[(STAGE + row) * NODES + i] = 0.0
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
     last, ratio = 1.0, 1.0
-    for _ in range(MOST_SWEEPS):
+    for sweep in range(MOST_SWEEPS):
         counts[0] += 1
         _slopes(state, L, axial, across, body, symmetric, world, work)
-        greatest = max(size, _gained(work))
-        change = _stages(h, 1.0 / greatest if greatest > 0.0 else 1.0, work)
+        change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
+        if sweep == 0:
+            size = max(size, _gained(work))
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
         gain = max(ratio, change / last)
         if not change <= 1e300:
@@ -187,7 +188,7 @@ def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
 
 @inlined
 def _gained(work):
-    """Momentum that the last sweep has found to be added in the step: a body at rest has no other."""
+    """Momentum that the first sweep has found to be added in the step: a body at rest has no other."""
     greatest = 0.0
     for row in range(4, 7):
         for i in range(NODES):

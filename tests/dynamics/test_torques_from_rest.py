@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from attitude import Scene, ToleranceError
+from attitude.dynamics import many
+from attitude.dynamics.choice import pace
 from attitude.dynamics.spin import reached_spin
 from attitude.effects import UserTorque
 from attitude.simulation import route
 
 from .at_rest import EFFECTS, differences, random_scene
+from .test_many import bodies_of
 from .test_torques_effects import orbit, plate, quantity, scene
 
 EDDIES = {"type": "eddy_damping", "coefficient": 0.05, "unit": "N m s"}
@@ -220,3 +223,16 @@ def test_bound_counts_the_turns_that_a_torque_makes(moments):
     error = 2.0 * np.arcsin(abs(q[0] * half[3] - q[3] * half[0]))
     assert error <= run.plan.error_bound
     assert run.plan.error_bound >= 1e-16 * 2.5e5
+
+
+@pytest.mark.parametrize("frame", ["body", "inertial"])
+def test_paces_of_many_count_impulses_as_that_of_one_does(frame):
+    kicks = [impulse(10.0, [3.0, 1.0, 0.0], frame), impulse(20.0, [-3.0, -1.0, 0.0], frame)]
+    kicks.append(impulse(-10.0, [0.0, 1.0, 1.0], frame))
+    made = [at_rest(EDDIES, *kicks, moments=moments) for moments in ((10, 14, 17), (9, 9, 3), (17, 10, 14))]
+    ways = [route(one) for one in made]
+    problem = many.Problem(ways[0].situation, ways[0].torques, ways[0].kicks, 1e-9)
+    each = [pace(way.situation, way.torques, way.kicks) for way in ways]
+    assert np.allclose(many.paces(problem, bodies_of(*(way.situation for way in ways))), each, rtol=1e-14)
+    if frame == "body":  # after the first
+        assert each[0] == pytest.approx(np.hypot(3.0 / 10.0, 1.0 / 14.0), rel=1e-12)
