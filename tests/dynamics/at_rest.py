@@ -101,7 +101,7 @@ def random_scene(rng, names):
         "angular_velocity": quantity([0.0, 0.0, 0.0], "rad/s"),
         "times": {"elapsed": np.linspace(-0.2 * SPAN, SPAN, 7).tolist(), "unit": "s"},
         "effects": [EFFECTS[name](rng) for name in names],
-        "tolerance": quantity(1e-10 if BROKEN.isdisjoint(names) else 1e-6, "rad"),
+        "tolerance": quantity(1e-10 if BROKEN.isdisjoint(names) else 1e-5, "rad"),
     }
     angles = {name: quantity(rng.uniform(0, 90), "deg") for name in ("inclination", "raan", "mean_anomaly")}
     return document | {"orbit": {"semi_major_axis": quantity(7e6, "m"), **angles}}
