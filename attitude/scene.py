@@ -342,7 +342,7 @@ class Scene(Part):
         epoch = self.epoch.build() if self.epoch is not None else None
         start, stop = self.times.span(epoch)
         course = None
-        if self.orbit is not None and any(effect.needs_orbit for effect in self.effects):
+        if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
             course = _course(self.orbit, self.frame, epoch, start, stop)
         situation = Situation(
             self.body.build(),

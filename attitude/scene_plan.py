@@ -11,6 +11,7 @@ import numpy as np
 
 from .dynamics.choice import SAMPLE, Candidate
 from .dynamics.situation import Situation
+from .dynamics.spin import Spin
 from .plan import FORMS, form_of
 
 if TYPE_CHECKING:
@@ -177,13 +178,14 @@ def of_effect(
     situation: Situation,
     tolerance: float,
     drop_below: float | None,
+    spin: Spin,
 ) -> EffectPlan:
-    """What becomes of an effect in its scene."""
+    """What becomes of an effect in its scene, whose body never turns faster than `spin`."""
     if effect.ACTS_ON == "translation":
         return _of_gravity(effect, field, scene, situation)
     if effect.ACTS_ON == "instants":
         return EffectPlan(field, effect.label, True, "instants", _INSTANTS[effect.type])
-    return _of_torque(effect, field, situation, tolerance, drop_below)
+    return _of_torque(effect, field, situation, tolerance, drop_below, spin)
 
 
 _INSTANTS = {
@@ -205,9 +207,9 @@ def _of_gravity(effect: Effect, field: str, scene: Described, situation: Situati
 
 
 def _of_torque(
-    effect: Any, field: str, situation: Situation, tolerance: float, drop_below: float | None
+    effect: Any, field: str, situation: Situation, tolerance: float, drop_below: float | None, spin: Spin
 ) -> EffectPlan:
-    size = float(effect.size(situation))
+    size = float(effect.size(situation, spin) if hasattr(effect, "sizes") else effect.size(situation))
     numbers = (size, *_against(size, situation, tolerance))
 
     def make(simulated: bool, reason: str) -> EffectPlan:

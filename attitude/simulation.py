@@ -20,8 +20,9 @@ from .dynamics import free, torqued
 from .dynamics.acting import Acting, Kick, Once
 from .dynamics.event import Event
 from .dynamics.situation import Situation
+from .dynamics.spin import reached_spin
 from .dynamics.translation import Translation, pushed
-from .effects.effect import BodysTorque
+from .effects.effect import BodysTorque, Effect, Torque
 from .effects.ground import Ground
 from .effects.impulse import Impulse
 from .effects.uniform_gravity import UniformGravity
@@ -71,8 +72,10 @@ def route(scene: Described, drop_below: float | None = None, any_body: bool = Fa
     """
     situation = scene.situation()
     tolerance = scene.asked_tolerance
+    acting = [effect for effect in scene.effects if isinstance(effect, Torque)]
+    spin = reached_spin(situation, acting, _kicks(scene.effects, situation))
     told = [
-        scene_plan.of_effect(effect, f"effects[{i}]", scene, situation, tolerance, drop_below)
+        scene_plan.of_effect(effect, f"effects[{i}]", scene, situation, tolerance, drop_below, spin)
         for i, effect in enumerate(scene.effects)
     ]
     used = [
@@ -82,10 +85,16 @@ def route(scene: Described, drop_below: float | None = None, any_body: bool = Fa
     ]
     ground = next((effect for effect in used if isinstance(effect, Ground)), None)
     gravity = sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3))
-    kicks = tuple(kick for effect in used if isinstance(effect, Impulse) for kick in effect.kicks(situation))
+    kicks = _kicks(used, situation)
     torques = tuple(Once(effect, situation) for effect in used if effect.ACTS_ON == "attitude")
     moves = situation.position is not None
     return Route(situation, torques, kicks, ground, gravity, moves, tuple(told))
+
+
+def _kicks(effects: Sequence[Effect], situation: Situation) -> tuple[Kick, ...]:
+    return tuple(
+        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.kicks(situation)
+    )
 
 
 def plan(scene: Described, drop_below: float | None = None) -> ScenePlan:

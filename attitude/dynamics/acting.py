@@ -9,6 +9,7 @@ import numpy as np
 
 from . import rows
 from .situation import Pieces, Situation
+from .spin import Spin
 
 
 class Acting(Protocol):
@@ -24,7 +25,7 @@ class Acting(Protocol):
 
 
 class Once:
-    """A torque asked for its spans, its Sun and its size once: the order of the axes changes none of them.
+    """A torque asked for its spans and its Sun once, and for its size where no body changes it.
 
     To find every passage through the shadow in a year takes longer than to follow the body meanwhile.
     """
@@ -45,7 +46,8 @@ class Once:
         return self._sun
 
     def size(self, situation: Situation) -> float:
-        return self._size
+        """That of a torque which depends on the body, for the body and state of the situation."""
+        return float(self.effect.size(situation)) if hasattr(self.effect, "sizes") else self._size
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]] | None:
@@ -67,10 +69,10 @@ class Once:
         other.__dict__.update(_spans=self._spans, _sun=self._sun)
         return other
 
-    def sizes(self, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """(n,), N m: its size for bodies by moments and rates along their principal axes, (n, 3)."""
+    def sizes(self, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """(n,), N m: its size for bodies by moments, (n, 3), and the bounds of their spin, (n,)."""
         if hasattr(self.effect, "sizes"):
-            found: np.ndarray = self.effect.sizes(self._situation, moments, rates)
+            found: np.ndarray = self.effect.sizes(self._situation, moments, spin)
             return found
         return np.full(len(moments), self._size)
 

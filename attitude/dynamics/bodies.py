@@ -13,8 +13,8 @@ from .. import orientation
 from ..body import RigidBody
 from ..errors import InputError, RegimeError, ToleranceError
 from ..kernels import layout
-from .acting import Once
-from .momentum import IN_TURNS, SINK_ITERATIONS, initial_momentum
+from .acting import Kick, Once
+from .momentum import IN_TURNS, SINK_ITERATIONS, inertial, initial_momentum
 from .rows import turned, turned_rows
 from .situation import Situation
 from .solvers import Solver, can_take
@@ -49,9 +49,9 @@ class Bodies:
         """That of one of them, in the surroundings and span of another."""
         return replace(like, body=self.body[i], attitude=self.attitude[i], rate=self.rate[i])
 
-    def along_axes(self) -> np.ndarray:
-        """(n, 3), rad/s: rates along the principal axes, in the order of the body's moments."""
-        return turned(_right_handed(np.array(self.body.axes)), self.rate)
+    def along_axes(self, vectors: np.ndarray) -> np.ndarray:
+        """(n, 3): vectors of the body's frame along its principal axes, in the order of its moments."""
+        return turned(_right_handed(np.array(self.body.axes)), vectors)
 
 
 @contextmanager
@@ -95,14 +95,30 @@ class Prepared(NamedTuple):
         able = {int(kind): can_take(solver, replace(one, symmetric=bool(kind))) for kind in differ}
         return np.array([able[kind] for kind in self.symmetric.tolist()])
 
-    def states(self, attitude: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """(n, STATE): of attitudes (n, 4) of the body's own frame and momenta (n, 3), both inertial."""
+    def states(
+        self, attitude: np.ndarray, momentum: np.ndarray, rate: np.ndarray | None = None
+    ) -> np.ndarray:
+        """(n, STATE): of attitudes (n, 4) of the body's own frame and momenta (n, 3), both inertial.
+
+        rate : (n, 3), rad/s, body frame, as `Stepped.state` takes it
+        """
         states = np.zeros((len(self.body), layout.STATE))
         own = orientation.product(attitude, orientation.conjugate(self.to_axes))
         states[:, layout.ATTITUDE : layout.ATTITUDE + 4] = own
         states[:, layout.MOMENTUM : layout.MOMENTUM + 3] = momentum
         states[:, layout.AXIAL] = orientation.rotate(orientation.conjugate(own), momentum)[:, 2]
+        if rate is not None:
+            along = orientation.rotate(self.to_axes, rate)[:, 2]
+            axial = self.body[:, layout.MOMENTS + 2] * along + self.body[:, layout.ROTORS + 2]
+            states[:, layout.AXIAL] = np.where(self.symmetric == 1, axial, states[:, layout.AXIAL])
         return states
+
+    def push(self, states: np.ndarray, attitude: np.ndarray, kick: Kick, sign: float) -> None:
+        """Change states by an impulse, as `Stepped.push`; attitude : (n, 4), those of the states."""
+        states[:, layout.MOMENTUM : layout.MOMENTUM + 3] += sign * inertial(kick, attitude)
+        angular = np.broadcast_to(kick.angular, (len(states), 3))
+        own = orientation.rotate(orientation.conjugate(attitude), angular) if kick.inertial else angular
+        states[:, layout.AXIAL] += sign * orientation.rotate(self.to_axes, own)[:, 2]
 
 
 # -- axes and rows ------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ solution, say what it would need over the whole span, and what that would cost b
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -16,9 +16,9 @@ import numpy as np
 from .. import orientation
 from ..errors import ToleranceError
 from ..kernels import layout
-from .acting import Acting
+from .acting import Acting, Kick
 from .legs import Leg
-from .momentum import initial_momentum
+from .momentum import gained, initial_momentum
 from .situation import Situation
 from .solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part, Solver, Work, can_take
 from .stepped import Stepped
@@ -64,19 +64,55 @@ class Candidate:
     seconds: float
 
 
-def pace(situation: Situation, torques: Sequence[Acting]) -> float:
-    """rad/s of the fastest motion there is: the spin, what the torques could make of it, and the orbit."""
-    size = sum(torque.size(situation) for torque in torques)
+def pace(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick] = ()) -> float:
+    """rad/s of the fastest motion there is: the spin at the epoch and after the impulses, what the torques
+    could make of it, and the orbit.
+    """
+    rates = situation.rate + _rates(situation, np.array(gained(kicks, situation.attitude)))
+    fastest = rates[np.argmax(np.linalg.norm(rates, axis=1))]
+    size = sum(torque.size(replace(situation, rate=fastest)) for torque in torques)
     orbit = 2.0 * np.pi / situation.course.period if situation.course is not None else 0.0
-    own = float(np.linalg.norm(situation.rate))
-    momentum = float(np.linalg.norm(situation.body.tensor @ situation.rate))
+    own = float(np.linalg.norm(fastest))
+    momentum = float(np.linalg.norm(rates @ situation.body.tensor, axis=1).max())
     with np.errstate(over="ignore"):  # infinite for a body that is thin enough
         swung = float(np.sqrt(size / situation.moments.min()))
     return max(own, momentum / float(situation.moments.max()), swung, orbit)
 
 
+def _rates(situation: Situation, momenta: np.ndarray) -> np.ndarray:
+    """(k, 3) rad/s, body: of inertial momenta (k, 3) at the epoch's attitude."""
+    back = orientation.rotate(orientation.conjugate(situation.attitude), momenta)
+    rates: np.ndarray = np.linalg.solve(situation.body.tensor, back.T).T
+    return rates
+
+
+def tried_leg(situation: Situation, directions: Sequence[Sequence[Leg]]) -> tuple[Leg, np.ndarray]:
+    """The leg that solvers are tried on, and the momentum (3,), inertial, that impulses add by its start.
+
+    That in which the body turns fastest, of these that with the most torques, of these the longest.
+    """
+    starts = []
+    for legs in directions:
+        met = [kick for leg in legs for kick in leg.kicks]
+        sums, count = gained(met, situation.attitude), 0
+        for leg in legs:
+            count += len(leg.kicks)
+            starts.append((leg, sums[count]))
+    rates = situation.rate + _rates(situation, np.array([added for _, added in starts]))
+    torques = max((leg.torques for leg, _ in starts), key=len)
+    slow = pace(replace(situation, rate=np.zeros(3)), torques)
+    speeds = np.maximum(np.linalg.norm(rates, axis=1), slow).tolist()
+    places = range(len(starts))
+    return starts[max(places, key=lambda i: (speeds[i], len(starts[i][0].torques), starts[i][0].length))]
+
+
 def candidates(
-    situation: Situation, leg: Leg, span: float, tolerance: float, kind: str | None
+    situation: Situation,
+    leg: Leg,
+    span: float,
+    tolerance: float,
+    kind: str | None,
+    added: np.ndarray | None = None,
 ) -> list[Candidate]:
     """All that can be used, cheapest first; `kind` names one sort of solver, None asks for any.
 
@@ -84,15 +120,17 @@ def candidates(
     ----------
     leg : whose torques are tried, from the state at the epoch
     span : s, of the whole; tolerance : rad at its end
+    added : (3,), N m s, inertial: momentum that the body has besides, from impulses
     """
-    rate = pace(situation, leg.torques)
+    added = np.zeros(3) if added is None else added
+    rate = pace(replace(situation, rate=situation.rate + _rates(situation, added[None])[0]), leg.torques)
     if rate == 0.0 or span == 0.0:
         return [Candidate(COLLOCATION, max(span, 1.0), 0.0, 0.0)]
     if not PILOT / rate > 0.0:
         raise ToleranceError(
             f"effects: this body turns at {rate:.3g} rad/s, which no step through time follows"
         )
-    pilot = _Pilot(situation, leg, rate, span, tolerance)
+    pilot = _Pilot(situation, leg, rate, span, tolerance, added)
     found: list[Candidate] = []
     for solver in (COLLOCATION, *reversed(SPLITTINGS), RUNGE_KUTTA):
         if kind in (None, solver.kind):
@@ -119,13 +157,21 @@ def _merit(tolerance: float) -> Callable[[Candidate], tuple[bool, float]]:
 class _Pilot:
     """The first few turns, and a fine solution of them."""
 
-    def __init__(self, situation: Situation, leg: Leg, rate: float, span: float, tolerance: float):
+    def __init__(
+        self,
+        situation: Situation,
+        leg: Leg,
+        rate: float,
+        span: float,
+        tolerance: float,
+        added: np.ndarray,
+    ):
         self.situation, self.leg, self.rate = situation, leg, rate
         self.span = min(span, leg.length or span, PILOT / rate)
         self.growth = max(1.0, span / self.span)
         self.tolerance = tolerance
         self.wanted = SHARE * tolerance / self.growth**GROWTH
-        self.momentum = initial_momentum(situation, leg.torques)
+        self.momentum = initial_momentum(situation, leg.torques) + added
         self._prepared: dict[object, Stepped] = {}
         self.truth = self._truth()
 

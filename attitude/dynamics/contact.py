@@ -92,7 +92,7 @@ class Ground(NamedTuple):
     normal : (3,), inertial, away from the ground, of any length
     height : m, of the plane along the normal
     shape : Shape of the body
-    restitution : 0 to 1, of the normal impulse (Poisson)
+    restitution : 0 to 1, the normal impulse after compression over that of compression (Poisson)
     friction : Coulomb's coefficient, from 0
     """
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled, stopping
+from .. import compiled, orientation, stopping
 from ..elapsed import Instants
 from ..kernels import layout
 from . import bodies as arrays
@@ -22,7 +22,7 @@ from .acting import Kick, Once
 from .bodies import Bodies, Prepared, named
 from .choice import Candidate
 from .legs import Leg, instants_within
-from .momentum import inertial
+from .momentum import gained
 from .situation import Situation
 from .solvers import (
     COLLOCATION,
@@ -35,6 +35,7 @@ from .solvers import (
     dormand_prince,
     steps_of,
 )
+from .spin import free_spin
 from .torqued import Marched
 
 SOLVERS = {solver.name: solver for solver in (COLLOCATION, RUNGE_KUTTA, *SPLITTINGS)}
@@ -68,7 +69,7 @@ class Problem:
 
 class Marches(NamedTuple):
     """Of n bodies: rows (n, OUTPUTS, m), steps, torques and failures (n,), and whether each was symmetric;
-    whether every torque was smooth.
+    whether every torque was smooth; and drift and growth (n,), as `Marched` has them.
     """
 
     rows: np.ndarray
@@ -77,10 +78,13 @@ class Marches(NamedTuple):
     failed: np.ndarray
     symmetric: np.ndarray
     smooth: bool
+    drift: np.ndarray
+    growth: np.ndarray
 
     def of(self, i: int) -> Marched:
         work = Work(int(self.steps[i]), int(self.torques[i]), int(self.failed[i]))
-        return Marched(self.rows[i], work, self.smooth, bool(self.symmetric[i]))
+        told = bool(self.symmetric[i]), float(self.drift[i]), float(self.growth[i])
+        return Marched(self.rows[i], work, self.smooth, *told)
 
 
 def choose(problem: Problem, instants: Instants, probes: Bodies | None = None) -> Candidate:
@@ -176,7 +180,9 @@ def _solve_block(
                 out[i] = fine.rows[k, :TOLD]
             else:
                 mine = replace(candidate, setting=setting)
-                settings[i] = torqued.finer(mine, problem.tolerance / error, fine.smooth).setting
+                settings[i] = torqued.finer(
+                    mine, problem.tolerance / error, fine.smooth, int(fine.steps[k])
+                ).setting
     return sorted(settings)
 
 
@@ -192,13 +198,23 @@ def _compared(
     part = bodies if len(which) == len(bodies) else bodies.some(which)
     seconds, rest = instants
     some = torqued.checked(seconds.size)
+    others = torqued.spread(torqued.by_direction(problem.like, problem.torques, problem.kicks))
+    also = np.append(seconds[some], others), np.append(rest[some], np.zeros(others.size))
     fine = march(problem, part, (seconds, rest), candidate.solver, settings, False)
-    coarse = march(problem, part, (seconds[some], rest[some]), candidate.solver, settings, True)
-    greatest = _farthest(fine.rows[:, :4, some], coarse.rows[:, :4])
+    coarse = march(problem, part, also, candidate.solver, settings, True)
+    greatest = _farthest(fine.rows[:, :4, some], coarse.rows[:, :4, : some.size])
     well = (fine.failed == 0) & (coarse.failed == 0)
     well &= np.isfinite(fine.rows).all(axis=(1, 2)) & np.isfinite(coarse.rows).all(axis=(1, 2))
     pairs = zip(greatest.tolist(), well.tolist(), strict=True)
-    return fine, [2.0 * math.asin(min(1.0, math.sqrt(size))) if good else np.inf for size, good in pairs]
+    apart = [2.0 * math.asin(min(1.0, math.sqrt(size))) if good else np.inf for size, good in pairs]
+    carried, least = (
+        coarse.symmetric & (candidate.solver is not RUNGE_KUTTA),
+        np.asarray(part.body.moments).min(axis=1),
+    )
+    kicked = torqued.inertial_kicks(problem.kicks)
+    rates = torqued.drifts(coarse.rows[:, :, some.size :], carried, coarse.steps, least, kicked)
+    span = _span(problem.like)
+    return fine._replace(drift=span * rates, growth=span * kicked / least), apart
 
 
 def _farthest(p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -217,15 +233,24 @@ def _span(situation: Situation) -> float:
 
 def paces(problem: Problem, bodies: Bodies) -> np.ndarray:
     """(n,), rad/s: `choice.pace` of each."""
-    moments, along = np.asarray(bodies.body.moments), bodies.along_axes()
-    size = sum((torque.sizes(moments, along) for torque in problem.torques), np.zeros(len(bodies)))
+    moments = np.asarray(bodies.body.moments)
+    along = bodies.along_axes(bodies.rate)
+    fastest, own, momentum = along, np.zeros(len(bodies)), np.zeros(len(bodies))
+    for added in gained(problem.kicks, bodies.attitude):
+        back = orientation.rotate(orientation.conjugate(bodies.attitude), added)
+        rates = along + bodies.along_axes(back) / moments
+        speed = _length(rates)
+        fastest = np.where((speed > own)[:, None], rates, fastest)
+        own, momentum = np.maximum(own, speed), np.maximum(momentum, _length(moments * rates))
+    spin = free_spin(moments, fastest)
+    size = sum((torque.sizes(moments, spin) for torque in problem.torques), np.zeros(len(bodies)))
     course = problem.like.course
     orbit = 2.0 * np.pi / course.period if course is not None else 0.0
     with np.errstate(over="ignore"):
         swung = np.sqrt(size / moments.min(axis=1))
-    turning = np.maximum(_length(bodies.rate), _length(moments * along) / moments.max(axis=1))
-    fastest: np.ndarray = np.maximum(np.maximum(turning, swung), orbit)
-    return fastest
+    turning = np.maximum(own, momentum / moments.max(axis=1))
+    greatest: np.ndarray = np.maximum(np.maximum(turning, swung), orbit)
+    return greatest
 
 
 def _length(vectors: np.ndarray) -> np.ndarray:
@@ -261,7 +286,7 @@ def march(
         counts += walk.counts
         symmetric &= walk.symmetric
         smooth = smooth and walk.smooth
-    return Marches(rows, counts[0], counts[1], counts[2], symmetric, smooth)
+    return Marches(rows, counts[0], counts[1], counts[2], symmetric, smooth, np.zeros(n), np.zeros(n))
 
 
 class _Walk:
@@ -283,10 +308,12 @@ class _Walk:
         length = np.sqrt((squares[0] + squares[1]) + (squares[2] + squares[3]))
         self._attitude = bodies.attitude / length[:, None]
         self._known = {id(torque): torque for torque in problem.torques}
-        self._momentum = arrays.initial_momenta(problem.like, bodies, self._torques(cut[0]))
-        self._prepared: dict[tuple[int, ...], Prepared] = {}
         self.counts = np.zeros((3, len(bodies)), np.int64)  # steps, torques, failures
         self.symmetric, self.smooth = np.ones(len(bodies), np.bool_), True
+        self._prepared: dict[tuple[int, ...], Prepared] = {}
+        torques = self._torques(cut[0])
+        momenta = arrays.initial_momenta(problem.like, bodies, torques)
+        self._states = self._under(torques).states(self._attitude, momenta, bodies.rate)
 
     def on(self, seconds: np.ndarray, rest: np.ndarray, place: np.ndarray, rows: np.ndarray) -> None:
         """The next leg; fills the rows at those places of the instants."""
@@ -294,18 +321,17 @@ class _Walk:
         torques = self._torques(leg)
         prepared = self._under(torques)
         for kick in leg.kicks:
-            self._momentum = self._momentum + self._sign * inertial(kick, self._attitude)
+            prepared.push(self._states, self._attitude, kick, self._sign)
         # the last column is the end of the leg
         at = np.append(seconds[place], leg.stop), np.append(rest[place], 0.0)
         out = np.full((len(self._bodies), OUTPUTS, place.size + 1), np.nan)
-        states = prepared.states(self._attitude, self._momentum)
-        well = (self.counts[2] == 0) & np.isfinite(states).all(axis=1)
+        well = (self.counts[2] == 0) & np.isfinite(self._states).all(axis=1)
         which = np.flatnonzero(well & prepared.can_be_taken_by(self._solver))
         part = Part(leg.start, leg.stop, *at, self._coarsely)
-        task = _Task(self._solver, prepared, which, states, part, self._settings, out)
+        task = _Task(self._solver, prepared, which, self._states, part, self._settings, out)
         self.counts[:, which] += _followed(task, torques)
         rows[:, :, place] = out[:, :, :-1]
-        self._attitude, self._momentum = out[:, :4, -1], out[:, 7:, -1]
+        self._attitude = out[:, :4, -1]
 
     def _torques(self, leg: Leg) -> list[Once]:
         return [self._known[id(torque)] for torque in leg.torques]

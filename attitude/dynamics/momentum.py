@@ -46,6 +46,23 @@ def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndar
     return orientation.rotate(situation.attitude, tensor @ rate + rotors)
 
 
+def gained(kicks: Sequence[Kick], attitude: np.ndarray) -> list[np.ndarray]:
+    """(..., 3) each, N m s, inertial: what impulses have added, at the epoch and after each outwards from it.
+
+    attitude : (..., 4) wxyz, the body's at the epoch: as if it did not turn
+    """
+    sums = [np.zeros((*attitude.shape[:-1], 3))]
+    for sign, met in (
+        (1.0, [k for k in kicks if k.seconds >= 0.0]),
+        (-1.0, [k for k in kicks if k.seconds < 0.0]),
+    ):
+        total = sums[0]
+        for kick in sorted(met, key=lambda kick: sign * kick.seconds):
+            total = total + sign * inertial(kick, attitude)
+            sums.append(total)
+    return sums
+
+
 def inertial(kick: Kick, attitude: np.ndarray) -> np.ndarray:
     """(3,), N m s, inertial components of the angular impulse."""
     return kick.angular if kick.inertial else orientation.rotate(attitude, kick.angular)

@@ -9,7 +9,8 @@ import numpy as np
 
 from .. import orientation
 from ..kernels import layout
-from .acting import Acting
+from .acting import Acting, Kick
+from .momentum import inertial
 from .situation import Situation
 
 # Moments that differ by less are those of a symmetric body: this is rounding of the inertia given.
@@ -52,15 +53,33 @@ class Stepped:
     def is_smooth(self) -> bool:
         return is_smooth(self.codes)
 
-    def state(self, attitude: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """(STATE,) of a body of that attitude (of its own frame, to inertial) and momentum (inertial)."""
+    def state(self, attitude: np.ndarray, momentum: np.ndarray, rate: np.ndarray | None = None) -> np.ndarray:
+        """(STATE,) of a body of that attitude (of its own frame, to inertial) and momentum (inertial).
+
+        rate : (3,) rad/s, body frame, from which the momentum along an axis of symmetry is good to its own
+            rounding; read off the whole momentum it would be good to that of the whole
+        """
         state = np.zeros(layout.STATE)
         state[layout.ATTITUDE : layout.ATTITUDE + 4] = orientation.product(
             attitude, orientation.conjugate(self.to_axes)
         )
         state[layout.MOMENTUM : layout.MOMENTUM + 3] = momentum
-        state[layout.AXIAL] = orientation.rotate(orientation.conjugate(state[:4]), momentum)[2]
+        if rate is None or not self.symmetric:
+            state[layout.AXIAL] = orientation.rotate(orientation.conjugate(state[:4]), momentum)[2]
+        else:
+            along = orientation.rotate(self.to_axes, rate)[2]
+            state[layout.AXIAL] = self.body[layout.MOMENTS + 2] * along + self.body[layout.ROTORS + 2]
         return state
+
+    def push(self, state: np.ndarray, attitude: np.ndarray, kick: Kick, sign: float) -> None:
+        """Change a state by an impulse, or take it back (sign -1); attitude : (4,), that of the state."""
+        state[layout.MOMENTUM : layout.MOMENTUM + 3] += sign * inertial(kick, attitude)
+        own = (
+            orientation.rotate(orientation.conjugate(attitude), kick.angular)
+            if kick.inertial
+            else kick.angular
+        )
+        state[layout.AXIAL] += sign * orientation.rotate(self.to_axes, own)[2]
 
 
 def is_smooth(codes: set[int]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from .. import orientation, threads
 from ..elapsed import Instants
 from ..errors import InputError, ToleranceError
 from .acting import Acting, Kick
-from .choice import Candidate, candidates, pace
+from .choice import Candidate, candidates, pace, tried_leg
 from .legs import Leg, instants_within, legs
-from .momentum import inertial, initial_momentum
+from .momentum import initial_momentum
 from .situation import Situation
-from .solvers import OUTPUTS, RUNGE_KUTTA, Part, Solver, Work
+from .solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part, Solver, Work
 from .stepped import Stepped
 
 CHECKED = 64  # instants at which a coarser solution is compared
@@ -30,23 +30,31 @@ NEXT = 0.9
 # Of the first attempt's steps, what a later one takes at most: where torques break, more is of little use.
 MOST = 30.0
 
+# Instants, evenly over the span, at which the coarser solution tells how fast the body has come to turn.
+SPREAD = 16
+
 # Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned,
 # since the rates are doubles; and where the rate is read off the attitude or off a plain sum, which remember
 # every rounding, that angle times the root of the number of stages (and ten times this on bad days).
 OF_ANGLE = 3e-16
+# Of the attitude, times the root of the number of steps.
+OF_STEPS = 4e-16
 OF_WANDERING = {"gauss": 7e-17, "dop853": 2e-16, "splitting": 7e-16}
 # Motion near an unstable one makes rounding grow to this, or more: less than it is not divided by anything.
 GROWN = 3e-11
 
 
 class Marched(NamedTuple):
-    """Rows at the instants (at some of them), the work, whether every torque was smooth, and whether the
-    body is symmetric for the solver."""
+    """Rows at the instants (at some of them), the work, whether every torque was smooth, whether the body is
+    symmetric for the solver; and, told by a coarser solution, the angle (rad) that rounding is a part of, and
+    what impulses may multiply it by."""
 
     rows: np.ndarray
     work: Work
     smooth: bool
     symmetric: bool
+    drift: float = 0.0
+    growth: float = 0.0
 
 
 class Estimate(NamedTuple):
@@ -57,6 +65,8 @@ class Estimate(NamedTuple):
     rounding: float
 
 
+Flags: TypeAlias = bool | np.ndarray
+Numbers: TypeAlias = float | np.ndarray
 March = Callable[[Candidate, bool, "np.ndarray | None"], Marched]
 
 
@@ -86,10 +96,9 @@ def choose(
     kind: str | None = None,
 ) -> list[Candidate]:
     """Solvers and settings for the situation's span, cheapest first."""
-    cut = _all_legs(situation, torques, kicks)
-    busiest = max(cut, key=lambda leg: (len(leg.torques), leg.length))
+    leg, added = tried_leg(situation, by_direction(situation, torques, kicks))
     span = max(abs(situation.start), abs(situation.stop))
-    found = candidates(situation, busiest, span, tolerance, kind)
+    found = candidates(situation, leg, span, tolerance, kind, added)
     if not found:
         raise InputError("solver", kind, "a solver that takes these effects: automatic, gauss or dop853")
     return found
@@ -113,7 +122,7 @@ def solve(
     """
     seconds, rest = two_part(instants)
     march = partial(_march, situation, by_direction(situation, torques, kicks), seconds, rest)
-    angle = pace(situation, torques) * max(abs(situation.start), abs(situation.stop))
+    angle = pace(situation, torques, kicks) * max(abs(situation.start), abs(situation.stop))
     nearest, tried = np.inf, found[0].solver
     for candidate in _worth_trying(found, situation, torques):
         candidate = _rehearsed(situation, torques, kicks, candidate, tolerance, angle)
@@ -145,7 +154,7 @@ def settled(
     """
     seconds, rest = two_part(instants)
     march = partial(_march, situation, by_direction(situation, torques, kicks), seconds, rest)
-    angle = pace(situation, torques) * max(abs(situation.start), abs(situation.stop))
+    angle = pace(situation, torques, kicks) * max(abs(situation.start), abs(situation.stop))
     for aim in (AIM * tolerance, tolerance):
         begun = _rehearsed(situation, torques, kicks, candidate, aim, angle)
         one, found = _refined(march, begun, aim, angle, seconds.size)
@@ -165,10 +174,13 @@ def two_part(instants: Instants) -> tuple[np.ndarray, np.ndarray]:
 def _worth_trying(
     found: Sequence[Candidate], situation: Situation, torques: Sequence[Acting]
 ) -> list[Candidate]:
-    """The cheapest; and where torques are not smooth, that which finds for itself where they break."""
-    if RUNGE_KUTTA.prepare(situation, torques).is_smooth:
-        return [found[0]]
-    return [found[0], *(one for one in found[1:] if one.solver is RUNGE_KUTTA)]
+    """The cheapest; where torques are not smooth, that which finds for itself where they break; and after a
+    splitting collocation, for a pilot on which errors do not show: a body at rest spun up about one axis.
+    """
+    smooth = RUNGE_KUTTA.prepare(situation, torques).is_smooth
+    other = COLLOCATION if found[0].solver in SPLITTINGS else found[0].solver
+    other = other if smooth else RUNGE_KUTTA
+    return [found[0], *(one for one in found[1:] if one.solver is other)]
 
 
 def _rehearsed(
@@ -199,7 +211,7 @@ def _rehearsed(
         one = _estimated(march, candidate, angle / PARTS, REHEARSED)
         if one.error <= share or one.rounding > share:
             break
-        candidate = finer(candidate, share / one.error, one.marched.smooth)
+        candidate = finer(candidate, share / one.error, one.marched.smooth, one.marched.work.steps)
     return candidate
 
 
@@ -216,7 +228,7 @@ def _refined(
             vain += 1  # of few steps, a setting somewhat finer may make as many again
         steps = one.marched.work.steps
         best = one if best is None or one.error < best.error else best
-        candidate = finer(candidate, tolerance / one.error, one.marched.smooth)
+        candidate = finer(candidate, tolerance / one.error, one.marched.smooth, steps)
         enough = not one.marched.smooth and candidate.setting * MOST < first.setting
         if vain == 2 or one.rounding > tolerance or (enough and candidate.solver is not RUNGE_KUTTA):
             break
@@ -224,18 +236,14 @@ def _refined(
     return best, candidate
 
 
-def finer(candidate: Candidate, ratio: float, smooth: bool) -> Candidate:
-    """A setting whose error is smaller by a ratio, and a little more."""
+def finer(candidate: Candidate, ratio: float, smooth: bool, steps: int) -> Candidate:
+    """A setting whose error is smaller by a ratio, and a little more; of few steps, one that makes others."""
     order = min(candidate.solver.order, 14 if smooth else 2)
     share = (0.5 * ratio) ** (1.0 / order) if ratio > 0.0 else 0.5  # nothing known: it did not settle
-    setting = candidate.setting * min(NEXT, max(0.02, share))
+    setting = candidate.setting * min(NEXT, 1.0 - 1.0 / max(2, steps), max(0.02, share))
     if candidate.solver is RUNGE_KUTTA:
         setting = max(setting, 1e-15)
     return replace(candidate, setting=setting)
-
-
-def _all_legs(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[Leg]:
-    return [leg for direction in by_direction(situation, torques, kicks) for leg in direction]
 
 
 def by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[list[Leg]]:
@@ -261,7 +269,7 @@ def _estimated(march: March, candidate: Candidate, angle: float, count: int) -> 
     if any(answer.work.failed or not np.isfinite(answer.rows).all() for answer in (fine, coarse)):
         return Estimate(fine, np.inf, 0.0)
     apart = float(orientation.angle_between(fine.rows[:4, some].T, coarse.rows[:4].T).max())
-    return estimate(candidate.solver, fine, apart, angle)
+    return estimate(candidate.solver, fine._replace(drift=coarse.drift, growth=coarse.growth), apart, angle)
 
 
 def checked(count: int) -> np.ndarray:
@@ -271,11 +279,51 @@ def checked(count: int) -> np.ndarray:
 
 def estimate(solver: Solver, fine: Marched, apart: float, angle: float) -> Estimate:
     """How far a solution may be off that is `apart` (rad) from a coarser one, over an angle turned (rad)."""
-    wandering = _wandering(solver, fine, angle)
-    rounding = wandering + _rounding(fine.work, angle)
+    drift = max(angle, fine.drift)
+    wandering = _wandering(solver, fine, drift)
+    rounding = wandering + OF_ANGLE * drift + OF_STEPS * float(np.sqrt(fine.work.steps)) * (1.0 + fine.growth)
     better = solver.gain(fine.smooth, apart, angle / max(1, fine.work.steps))
     error = max(apart / better, min(apart, max(GROWN, 10.0 * wandering)))
     return Estimate(fine, error + rounding, rounding)
+
+
+def spread(directions: Sequence[Sequence[Leg]]) -> np.ndarray:
+    """(k,) s: the epoch, and SPREAD instants evenly over each direction."""
+    ends = [cut[-1].stop for cut in directions if cut[-1].stop != 0.0]
+    return np.concatenate([[0.0], *(np.linspace(0.0, end, SPREAD + 1)[1:] for end in ends)])
+
+
+def inertial_kicks(kicks: Sequence[Kick]) -> float:
+    """N m s, of all impulses that are fixed in space: an error of the attitude tilts them in the body."""
+    return sum(float(np.linalg.norm(kick.angular)) for kick in kicks if kick.inertial)
+
+
+def drifts(rows: np.ndarray, symmetric: Flags, steps: Numbers, least: Numbers, kicked: float) -> np.ndarray:
+    """(...), rad/s: what rounding makes of a rate is a part of this.
+
+    A rate that is read off the momentum L is as good as L over the least moment, however slowly the body
+    turns about that axis.  The momentum carried along an axis of symmetry is as good as the rate, but for
+    what inertial impulses add, whose rounding stays, and torques, whose rounding is of either sign.
+
+    Parameters
+    ----------
+    rows : (..., OUTPUTS, k), the first of them at the epoch
+    symmetric : (...), whether that momentum is carried; steps : (...); least : (...), kg m2
+    kicked : N m s, `inertial_kicks`
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # a solution that has run away, and is not taken
+        turning, momentum = _length(rows[..., 4:7, :]), _length(rows[..., 7:10, :])
+        change = _length(rows[..., 7:10, :] - rows[..., 7:10, :1])
+        carried = turning + (kicked + change / np.sqrt(np.maximum(steps, 1))) / least
+        found: np.ndarray = np.where(symmetric, carried, np.maximum(turning, momentum / least))
+    return found
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    """(...): the greatest of (..., 3, k)."""
+    x, y, z = np.moveaxis(vectors * vectors, -2, 0)
+    greatest: np.ndarray = np.sqrt((x + y) + z).max(axis=-1)
+    return greatest
 
 
 def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
@@ -284,10 +332,6 @@ def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
         return 0.0
     stages = marched.work.torques if solver.kind == "splitting" else marched.work.steps
     return OF_WANDERING[solver.kind] * float(np.sqrt(stages)) * angle
-
-
-def _rounding(work: Work, angle: float) -> float:
-    return 4e-16 * float(np.sqrt(work.steps)) + OF_ANGLE * angle
 
 
 def _march(
@@ -302,6 +346,8 @@ def _march(
     """All directions, for the instants or some of them."""
     if some is not None:
         seconds, rest = seconds[some], rest[some]
+    asked, others = seconds.size, spread(directions) if coarsely else np.zeros(0)
+    seconds, rest = np.append(seconds, others), np.append(rest, np.zeros(others.size))
     rows, total = np.empty((OUTPUTS, seconds.size)), Work(0, 0, 0)
     smooth, symmetric = True, True
     before = seconds < 0.0
@@ -315,7 +361,15 @@ def _march(
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
         smooth = smooth and all(stepped.is_smooth for stepped in met)
         symmetric = symmetric and all(stepped.symmetric for stepped in met)
-    return Marched(rows, total, smooth, symmetric)
+    drift, growth = 0.0, 0.0
+    if coarsely:
+        kicked = inertial_kicks([kick for cut in directions for leg in cut for kick in leg.kicks])
+        carried = symmetric and candidate.solver is not RUNGE_KUTTA
+        least = float(situation.moments.min())
+        span = float(np.abs(others).max())
+        drift = span * float(drifts(rows[:, asked:], carried, total.steps, least, kicked))
+        growth = span * kicked / least
+    return Marched(rows[:, :asked], total, smooth, symmetric, drift, growth)
 
 
 def _march_legs(
@@ -332,21 +386,21 @@ def _march_legs(
     sign = 1.0 if cut[-1].stop >= 0.0 else -1.0
     attitude = situation.attitude / np.linalg.norm(situation.attitude)
     momentum = initial_momentum(situation, cut[0].torques)
-    total = Work(0, 0, 0)
+    total, state = Work(0, 0, 0), None
     prepared: dict[tuple[int, ...], Stepped] = {}
     for leg, place in zip(cut, places, strict=True):
         key = tuple(id(torque) for torque in leg.torques)
         if key not in prepared:
             prepared[key] = candidate.solver.prepare(situation, leg.torques)
+        state = prepared[key].state(attitude, momentum, situation.rate) if state is None else state
         for kick in leg.kicks:
-            momentum = momentum + sign * inertial(kick, attitude)
+            prepared[key].push(state, attitude, kick, sign)
         # the last column is the end of the leg
         at = np.append(seconds[place], leg.stop), np.append(rest[place], 0.0)
         out = np.full((OUTPUTS, place.size + 1), np.nan)  # which a solver that stops leaves there
-        state = prepared[key].state(attitude, momentum)
         part = Part(leg.start, leg.stop, *at, coarsely)
         work = candidate.solver.follow(leg.torques, prepared[key], state, part, candidate.setting, out)
         rows[:, place] = out[:, :-1]
-        attitude, momentum = out[:4, -1], out[7:, -1]
+        attitude = out[:4, -1]
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
     return total, list(prepared.values())

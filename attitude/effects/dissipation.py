@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import model_validator
 
 from ..dynamics.situation import Situation
+from ..dynamics.spin import Spin
 from ..kernels import layout
 from ..quantities import DissipationCoefficient, check_not_negative
 from .effect import BodysTorque, row
-from .spin import momentum
 
 
 class Dissipation(BodysTorque):
@@ -33,7 +33,11 @@ class Dissipation(BodysTorque):
     def rows(self, situation: Situation) -> np.ndarray:
         return row(layout.DISSIPATION, self.coefficient.si)[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """alpha L abs(m x w), at most alpha L^3 (1/I_min - 1/I_max) / 2: reached halfway between the axes."""
+    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """alpha abs(m) abs(m x w): without rotors at most alpha L^3 (1/I_min - 1/I_max) / 2, reached halfway
+        between the axes; rotors of momentum h add h to m and h w to m x w.
+        """
         spread = 1.0 / moments.min(axis=-1) - 1.0 / moments.max(axis=-1)
-        return 0.5 * self.coefficient.si * momentum(moments, rates) ** 3 * spread
+        across = 0.5 * spin.momentum**2 * spread + spin.rotors * spin.rate
+        size: np.ndarray = self.coefficient.si * (spin.momentum + spin.rotors) * across
+        return size

@@ -10,11 +10,11 @@ from pydantic import Field, model_validator
 from .. import units
 from ..document import Matrix, Number, exactly_one
 from ..dynamics.situation import Situation
+from ..dynamics.spin import Spin
 from ..errors import InputError
 from ..kernels import layout
 from ..quantities import GREATEST
 from .effect import BodysTorque, row
-from .spin import greatest_rate
 
 # Rounding in the caller's own arithmetic that is forgiven, as in a body's tensor.
 SYMMETRY_TOLERANCE = 1e-12
@@ -58,9 +58,10 @@ class EddyDamping(BodysTorque):
         C = situation.axes @ self.C @ situation.axes.T
         return row(layout.EDDY, 0.5 * (C + C.T))[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """Greatest eigenvalue of C times the greatest rate of free rotation: the spin only falls by it."""
-        return float(np.linalg.eigvalsh(self.C)[-1]) * greatest_rate(moments, rates)
+    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """Greatest eigenvalue of C times the greatest rate."""
+        size: np.ndarray = float(np.linalg.eigvalsh(self.C)[-1]) * spin.rate
+        return size
 
 
 def _check_symmetric(C: np.ndarray, tensor: list[list[float]] | None) -> None:

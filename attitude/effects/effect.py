@@ -8,6 +8,7 @@ import numpy as np
 
 from ..document import Part
 from ..dynamics.situation import Pieces, Situation
+from ..dynamics.spin import Spin, free_spin
 from ..kernels import layout
 
 
@@ -32,6 +33,11 @@ class Effect(Part):
     def needs_orbit(self) -> bool:
         """Whether this one does, as it is set."""
         return self.NEEDS_ORBIT
+
+    @property
+    def uses_orbit(self) -> bool:
+        """Whether the place on the orbit counts where there is one."""
+        return self.needs_orbit
 
     @property
     def needs_epoch(self) -> bool:
@@ -67,14 +73,17 @@ class Torque(Effect):
 
 
 class BodysTorque(Torque):
-    """A torque whose size depends on the body's moments or rate; that of any other is the same for all."""
+    """A torque whose size depends on the body's moments or spin; that of any other is the same for all."""
 
-    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """(...), N m: `size` of bodies by their moments and rates along the principal axes, (..., 3)."""
+    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """(...), N m: `size` of bodies by their moments, (..., 3), and the bounds of their spin, (...)."""
         raise NotImplementedError
 
-    def size(self, situation: Situation) -> float:
-        return float(self.sizes(situation, situation.moments, situation.axes @ situation.rate))
+    def size(self, situation: Situation, spin: Spin | None = None) -> float:
+        """`Torque.size` for a body that turns no faster than `spin`, or that turns freely from the epoch."""
+        moments = situation.moments
+        spin = free_spin(moments, situation.axes @ situation.rate) if spin is None else spin
+        return float(self.sizes(situation, moments, spin))
 
 
 def row(code: int, *numbers: object) -> np.ndarray:

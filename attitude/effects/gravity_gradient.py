@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..dynamics.situation import Situation
+from ..dynamics.spin import Spin
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.position import least_distance
@@ -26,7 +27,7 @@ class GravityGradient(BodysTorque):
     def rows(self, situation: Situation) -> np.ndarray:
         return row(layout.GRAVITY_GRADIENT, _mu(situation))[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Reached at the nearest point of the orbit, 45 degrees between least and greatest moment."""
         if situation.course is None:
             raise InputError("orbit", None, "an orbit")

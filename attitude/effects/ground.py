@@ -23,8 +23,10 @@ DEEPEST = 1e-12
 class Ground(Effect):
     """`{"type": "ground", "normal": [0, 0, 1], "height": {"value": 0, "unit": "m"}, "shape": {...}, ...}`.
 
-    `normal`: upwards, inertial; `height`: of the plane along it from the origin; `restitution`: the part of
-    the approaching normal speed that a touching point leaves with, 0 to 1; `friction`: Coulomb's coefficient.
+    `normal`: upwards, inertial; `height`: of the plane along it from the origin; `friction`: Coulomb's
+    coefficient.  `restitution`: Poisson's, 0 to 1: the normal impulse that pushes a touching point off, over
+    the one that stopped it.  A single point without friction leaves with that part of the normal speed it
+    approached with; with friction, or where several touch, it may leave faster or slower.
     """
 
     ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]] = "instants"

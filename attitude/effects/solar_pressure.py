@@ -21,7 +21,8 @@ from .shadow import sunlit
 class SolarPressure(Torque):
     """`{"type": "solar_pressure", "plates": [...], "sun": "astropy"}`.
 
-    `sun`: "astropy" (about the Earth; needs an epoch) or `{"direction": [..3]}`.  `shadow`: whether the
+    `sun`: "astropy" (about the Earth; needs an epoch) or `{"direction": [..3]}`, from the central body, 1 au
+    away; where the scene has an orbit, the light comes from there to the body on it.  `shadow`: whether the
     central body's cylindrical shadow takes the light away; left out, it does.
     """
 
@@ -33,6 +34,11 @@ class SolarPressure(Torque):
     @property
     def needs_orbit(self) -> bool:
         return self.shadow
+
+    @property
+    def uses_orbit(self) -> bool:
+        """The light comes from the Sun to the body, wherever on its orbit that is."""
+        return True
 
     @property
     def needs_epoch(self) -> bool:

@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 
 from ..dynamics.situation import Situation
+from ..dynamics.spin import Spin
 from ..kernels import layout
 from ..quantities import AngularImpulseVector
 from .effect import BodysTorque, row
-from .spin import fastest_by_energy
 
 
 class Wheels(BodysTorque):
@@ -26,6 +26,7 @@ class Wheels(BodysTorque):
     def rows(self, situation: Situation) -> np.ndarray:
         return row(layout.WHEELS, situation.axes @ self.momentum.si)[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """abs(h x omega) at most: h times sqrt(2E / I_min), as the energy of a gyrostat's body stays."""
-        return float(np.linalg.norm(self.momentum.si)) * fastest_by_energy(moments, rates)
+    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """abs(h x omega) at most: h times the greatest rate."""
+        size: np.ndarray = float(np.linalg.norm(self.momentum.si)) * spin.rate
+        return size

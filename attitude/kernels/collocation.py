@@ -169,12 +169,13 @@ def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
         for i in range(NODES):
             work[(STAGE + row) * NODES + i] = 0.0
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
-    scale = 1.0 / size if size > 0.0 else 1.0
     last, ratio = 1.0, 1.0
-    for _ in range(MOST_SWEEPS):
+    for sweep in range(MOST_SWEEPS):
         counts[0] += 1
         _slopes(state, L, axial, across, body, symmetric, world, work)
-        change = _stages(h, scale, work)
+        change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
+        if sweep == 0:
+            size = max(size, _gained(work))
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
         gain = max(ratio, change / last)
         if not change <= 1e300:
@@ -183,6 +184,16 @@ def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
             return True
         last, ratio = max(change, 1e-300), change / last
     return False
+
+
+@inlined
+def _gained(work):
+    """Momentum that the first sweep has found to be added in the step: a body at rest has no other."""
+    greatest = 0.0
+    for row in range(4, 7):
+        for i in range(NODES):
+            greatest = max(greatest, abs(work[(STAGE + row) * NODES + i]))
+    return greatest
 
 
 @inlined

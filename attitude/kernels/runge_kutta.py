@@ -59,8 +59,7 @@ def runge_kutta(
     world = effects, orbit, pieces, sun, sun_pieces
     ahead, aside = spare[:STATE], spare[STATE:]
     size = math.sqrt(dot(momentum_of(state), momentum_of(state)))
-    scale = 1.0 / size if size > 0.0 else 1.0
-    arguments = table, body, world, work, tolerance, scale
+    arguments = table, body, world, work, tolerance, size
     instants, written = (seconds, rest), 0
     t, t_low, left = start[0], start[1], _between(start[0], start[1], stop)
     while True:
@@ -96,7 +95,7 @@ def _between(t, t_low, stop):
 
 
 @routine
-def _step(state, t, t_low, h, table, body, world, work, tolerance, scale):
+def _step(state, t, t_low, h, table, body, world, work, tolerance, size):
     """One step, in place; returns its error over the tolerance."""
     y = STAGES * UNKNOWNS
     for stage in range(STAGES):
@@ -107,7 +106,7 @@ def _step(state, t, t_low, h, table, body, world, work, tolerance, scale):
             work[y + j] = fma(h, total, _unknown(state, j))
         now, now_low = later(t, t_low, table[STAGES + 1, stage] * h)
         _slope(work, y, stage * UNKNOWNS, now, now_low, body, world)
-    return _advance(state, h, table, work, tolerance, scale)
+    return _advance(state, h, table, work, tolerance, size)
 
 
 @routine
@@ -129,22 +128,35 @@ def _slope(work, y, at, t, t_low, body, world):
 
 
 @routine
-def _advance(state, h, table, work, tolerance, scale):
-    """To the end of the step; the error estimates of orders 5 and 3, joined as the source does."""
-    fifth, third = 0.0, 0.0
+def _advance(state, h, table, work, tolerance, size):
+    """To the end of the step; the error estimates of orders 5 and 3, joined as the source does.
+
+    Errors of the momentum are relative to `size`, or to what it is before or after the step where that is
+    more: a body at rest has none to begin with.
+    """
+    size = max(size, math.sqrt(dot(momentum_of(state), momentum_of(state))))
+    fifth, third, fifth_of_momentum, third_of_momentum = 0.0, 0.0, 0.0, 0.0
     for j in range(UNKNOWNS):
         total, e5, e3 = 0.0, 0.0, 0.0
         for k in range(STAGES):
             slope = work[k * UNKNOWNS + j]
             total = fma(table[STAGES, k], slope, total)
             e3, e5 = fma(table[STAGES + 2, k], slope, e3), fma(table[STAGES + 3, k], slope, e5)
-        unit = 1.0 if j < 4 else scale
-        third, fifth = fma(unit * e3, unit * e3, third), fma(unit * e5, unit * e5, fifth)
+        if j < 4:
+            third, fifth = fma(e3, e3, third), fma(e5, e5, fifth)
+        else:
+            third_of_momentum, fifth_of_momentum = (
+                fma(e3, e3, third_of_momentum),
+                fma(e5, e5, fifth_of_momentum),
+            )
         place = ATTITUDE + j if j < 4 else MOMENTUM + j - 4
         state[place] = fma(h, total, state[place])
     q = normalised((state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]))
     for j in range(4):
         state[ATTITUDE + j] = q[j]
+    size = max(size, math.sqrt(dot(momentum_of(state), momentum_of(state))))
+    scale = 1.0 / (size * size) if size > 0.0 else 1.0
+    third, fifth = fma(scale, third_of_momentum, third), fma(scale, fifth_of_momentum, fifth)
     if fifth == 0.0 and third == 0.0:
         return 0.0
     return abs(h) * fifth / (math.sqrt(fma(0.01, third, fifth) * UNKNOWNS) * tolerance)

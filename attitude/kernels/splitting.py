@@ -113,6 +113,8 @@ def _push(state, body, symmetric, time, t, t_low, world):
     change = torque(world, body, t, t_low, q, (0.0, 0.0, 0.0))
     if body[EDDIES] != 0.0 or body[EDDIES + 4] != 0.0 or body[EDDIES + 8] != 0.0:
         m = rotated_back(q, momentum_of(state))
+        if symmetric:
+            m = m[0], m[1], state[AXIAL]
         change = _damped(body, m, change, time)
     else:
         change = change[0] * time, change[1] * time, change[2] * time

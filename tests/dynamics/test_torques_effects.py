@@ -245,6 +245,35 @@ def agrees_in_pieces(run, torque, cuts, within=AGREEMENT):
     assert angle(run.quaternion("wxyz")[-1:].T, q[:, None]) < within
 
 
+@pytest.mark.parametrize("a", [7e6, 4.2164e7], ids=["low orbit", "geostationary"])
+@pytest.mark.parametrize("shadow", [True, False])
+@pytest.mark.parametrize("sun", ["astropy", {"direction": [0.1, -0.9, -0.4]}], ids=["astropy", "fixed"])
+def test_light_comes_from_the_sun_to_the_body_with_and_without_a_shadow(a, shadow, sun):
+    """r x F on a plate that absorbs all, at the body's distance from the Sun; a fixed Sun is 1 au away."""
+    from astropy.coordinates import get_body_barycentric
+    from astropy.time import Time
+
+    arm, area = np.array([0.3, -0.7, 0.5]), 2.0
+    if sun == "astropy":
+        when = Time("2026-03-20T12:00:00", scale="utc")
+        place_of = {name: get_body_barycentric(name, when).xyz.to_value("m") for name in ("sun", "earth")}
+        towards = place_of["sun"] - place_of["earth"]
+    else:
+        towards = AU * np.array(sun["direction"]) / np.linalg.norm(sun["direction"])
+    # on the side of the orbit that has the Sun abeam, where the parallax is greatest, and never in the shadow
+    abeam = np.degrees(np.arctan2(towards[1], towards[0])) + 90.0
+    around = orbit(a, true_anomaly=quantity(abeam, "deg"))
+    to_sun = towards - a * np.array([np.cos(np.radians(abeam)), np.sin(np.radians(abeam)), 0.0])
+    d = np.linalg.norm(to_sun)
+    normal = towards / np.linalg.norm(towards)
+    lit = plate(area, normal.tolist(), arm.tolist())
+    effect = {"type": "solar_pressure", "plates": [lit], "sun": sun, "shadow": shadow}
+    epoch = {"time": "2026-03-20T12:00:00", "scale": "utc"}
+    torque = instant_torque(effect, orbit=around, epoch=epoch, frame="GCRF")
+    force = -SOLAR_CONSTANT / C * (AU / d) ** 2 * area * (normal @ to_sun / d) * to_sun / d
+    assert np.abs(torque - np.cross(arm, force)).max() < 1e-7 * np.linalg.norm(np.cross(arm, force))
+
+
 # Drag
 
 
