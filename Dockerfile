@@ -27,7 +27,7 @@ RUN ["python", "-m", "pip", "--python", "/opt/attitude/bin/python", "install", "
 
 # Kernels as libraries, for every processor of this architecture; then nothing needs the compiler.
 WORKDIR /
-RUN ["/opt/attitude/bin/python", "-m", "attitude.build_kernels"]
+RUN ["/opt/attitude/bin/python", "-m", "attitude.runtime.build"]
 RUN ["python", "-m", "pip", "--python", "/opt/attitude/bin/python", "uninstall", "--yes", "numba", "llvmlite"]
 
 # What the service never opens goes; what is left computes the known case and writes every format,

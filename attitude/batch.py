@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from . import compiled, units
+from . import units
 from .body import RigidBody
 from .horizon import pace
 from .kernels import layout
 from .plan import form_of, solution
+from .runtime import compiled
 
 KEPT = 2**17  # bodies whose records, 100 MiB, are kept
 BLOCK = 2**12  # bodies whose records, 3 MiB, stay in a processor's cache until their samples are made

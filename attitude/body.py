@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from . import compiled, units
+from . import units
 from .errors import InputError
+from .runtime import compiled
 
 # Rounding in the caller's own arithmetic that is forgiven; anything larger is refused.
 TRIANGLE_TOLERANCE = 1e-12

@@ -525,9 +525,9 @@ def _to_standard_error(text: str) -> None:
 
 def _announce_compilation(say: Callable[[str], None]) -> None:
     """On a new machine the first run compiles: without a word it would look hung."""
-    from . import compiled
+    from .runtime import kernel_cache
 
-    compiled.on_compilation[:] = [
+    kernel_cache.on_compilation[:] = [
         lambda count: say(f"compiling {count} kernels for this processor, once: about ten seconds")
     ]
 

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from . import compiled, units
+from . import units
 from .horizon import pace, refuse_too_far
 from .kernels import layout
+from .runtime import compiled
 
 
 @dataclass(frozen=True)

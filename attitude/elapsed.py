@@ -17,9 +17,10 @@ from astropy import units as u
 from astropy.time import ScaleValueError, Time, TimeDelta
 from erfa import ErfaError
 
-from . import compiled, memory, units
+from . import memory, units
 from .errors import InputError
-from .threads import cut, run
+from .runtime import compiled
+from .runtime.threads import cut, run
 
 WORTH_SHARING = 500_000  # instants; fewer are copied before a thread has begun
 BEYOND = "instants that a double can hold in seconds"

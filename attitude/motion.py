@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from astropy.time import Time
 
-from . import compiled, elapsed, memory, orientation, units
+from . import elapsed, memory, orientation, units
 from .batch import Batch
 from .body import RigidBody
 from .constants import PaperConstants
@@ -20,7 +20,8 @@ from .errors import InputError, RegimeError
 from .horizon import refuse_too_far
 from .kernels import layout
 from .plan import Plan
-from .threads import check, cut, run
+from .runtime import compiled
+from .runtime.threads import check, cut, run
 
 
 class TorqueFreeMotion:

@@ -12,8 +12,8 @@ import time
 from collections.abc import Iterator
 from typing import Any, Protocol
 
-from attitude import compiled
 from attitude.formats import json
+from attitude.runtime import compiled
 from attitude.scene import Scene, builtin_names
 
 log = logging.getLogger(__name__)

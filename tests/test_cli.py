@@ -11,9 +11,10 @@ import sys
 import numpy as np
 import pytest
 
-from attitude import Ephemeris, Scene, __version__, compiled
+from attitude import Ephemeris, Scene, __version__
 from attitude.cli import main
 from attitude.formats import FORMATS, parts, samples
+from attitude.runtime import compiled, kernel_cache
 from attitude.scene import builtin_names
 
 TOUTATIS = Scene.builtin("toutatis")
@@ -109,17 +110,18 @@ def test_named_pipe_is_written_to_and_stays_a_pipe(answer, written, tmp_path):
 
 def test_person_at_a_terminal_is_told_of_a_compilation(answer, tmp_path, monkeypatch):
     """As on a new machine: no code is kept, until the compilers have run."""
-    kept = compiled._kept
-    monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein", "sample"))
-    monkeypatch.setattr(compiled, "_kept", lambda name: None)
-    monkeypatch.setattr(compiled, "run_compilers", lambda *_: monkeypatch.setattr(compiled, "_kept", kept))
+    answer("run", "toutatis", "-o", tmp_path / "out.csv")  # whatever is missing is compiled
+    is_kept = kernel_cache.is_kept
+    monkeypatch.setattr(
+        kernel_cache, "run_compilers", lambda *_: monkeypatch.setattr(kernel_cache, "is_kept", is_kept)
+    )
     for _ in range(2):
+        monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein.sample"))
+        monkeypatch.setattr(kernel_cache, "is_kept", lambda signature: False)
         code, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
         assert code == 0
         told = [line for line in err.splitlines() if "compiling" in line]
         assert told == ["attitude: compiling 16 kernels for this processor, once: about ten seconds"]
-        monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein", "sample"))
-        monkeypatch.setattr(compiled, "_kept", lambda name: None)
 
 
 def test_person_at_a_terminal_is_told_what_is_run(answer, tmp_path):

@@ -9,10 +9,10 @@ import pytest
 from mpmath import mp, mpf
 from numba import njit
 
-from attitude import compiled
 from attitude.kernels import doubledouble as dd
 from attitude.kernels import elliptic, expansion
 from attitude.kernels.layout import workspace
+from attitude.runtime import compiled
 
 # u^2 = 2^-106, 1.2e-32: the unit of Joldes, Muller & Popescu's theorems, whose bounds these are.
 UNIT = 2.0**-106

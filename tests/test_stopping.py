@@ -6,7 +6,8 @@ from functools import partial
 
 import pytest
 
-from attitude import Scene, cost, stopping, threads
+from attitude import Scene, cost, stopping
+from attitude.runtime import threads
 
 # Each of an hour or more, by a solver of its own.
 SOLVERS = {"gauss": 1e10, "splitting": 1e9, "dop853": 1e8}

@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled, orientation
+from .. import orientation
 from ..errors import InputError
 from ..horizon import pace, refuse_too_far
 from ..kernels import layout
+from ..runtime import compiled
 from .acting import Kick
 from .event import Event
 from .situation import Situation

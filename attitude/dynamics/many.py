@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled, orientation, stopping
+from .. import orientation, stopping
 from ..elapsed import Instants
 from ..kernels import layout
+from ..runtime import compiled
 from . import bodies as arrays
 from . import schemes, torqued
 from .acting import Kick, Once

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import compiled, stopping
+from .. import stopping
 from ..errors import ToleranceError
 from ..kernels import layout
+from ..runtime import compiled
 from . import schemes
 from .acting import Acting
 from .situation import Situation

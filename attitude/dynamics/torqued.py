@@ -9,9 +9,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from .. import orientation, threads
+from .. import orientation
 from ..elapsed import Instants
 from ..errors import InputError, ToleranceError
+from ..runtime import threads
 from .acting import Acting, Kick
 from .choice import Candidate, candidates, pace, tried_leg
 from .legs import Leg, instants_within, legs

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from astropy import units as u
 
-from .. import compiled, units
+from .. import units
 from ..body import RigidBody
 from ..errors import AttitudeWarning, InputError
 from ..kernels.layout import MOST_ATTEMPTS
+from ..runtime import compiled
 from ..scene import Scene
 from .states import MOST_BODIES, States
 from .streams import check_seed, key_words

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import compiled, memory
+from .. import memory
 from ..elapsed import Instants
 from ..horizon import refuse_too_far
 from ..kernels.layout import LEAF, LIMB_BITS, LIMB_FIRST, PITCH, REGIMES
 from ..motion import TorqueFreeMotion
+from ..runtime import compiled
 from ..scene import Scene
 from .bodies import Block, free_motion, is_free, motion_of, naming, regimes
 from .states import Source, States

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from astropy.time import Time
 
-from .. import compiled, memory
+from .. import memory
 from ..elapsed import Instants
+from ..runtime import compiled
 from . import parts
 from .samples import Samples
 

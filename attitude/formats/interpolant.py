@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled, orientation
+from .. import orientation
 from ..errors import InputError
-from ..threads import cut, run
+from ..runtime import compiled
+from ..runtime.threads import cut, run
 from .rows import WORTH_SHARING, cores
 
 MOST_DEGREE = 15

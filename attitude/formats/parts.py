@@ -11,12 +11,13 @@ import erfa
 import numpy as np
 from astropy.time import Time
 
-from .. import compiled, orientation, units
+from .. import orientation, units
 from ..body import RigidBody
 from ..dynamics.translation import Translation
 from ..elapsed import Instants, check_epoch
 from ..ephemeris import Ephemeris, convention
 from ..errors import AttitudeError, FormatError, InputError, shown
+from ..runtime import compiled
 from . import events, leap_seconds
 from .rows import texts
 

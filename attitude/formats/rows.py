@@ -9,13 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import compiled, memory, threads
+from .. import memory
 from ..errors import FormatError
 from ..kernels.layout import LEAD_DATE as DATE
 from ..kernels.layout import LEAD_NOTHING as NOTHING
 from ..kernels.layout import LEAD_WORD as WORD
 from ..kernels.layout import TEXT_MARGIN as MARGIN
 from ..kernels.layout import WIDEST_NUMBER
+from ..runtime import compiled, threads
 
 __all__ = ["DATE", "MARGIN", "NOTHING", "WORD", "Form", "Part", "line_ends", "read", "texts"]
 

@@ -37,5 +37,4 @@ imports from the modules above it.  Read downwards it is the calculation:
     powers         of ten, to 128 bits
     decimals       doubles to the shortest text that gives them back, and text to doubles
     text_rows      dates and numbers as rows of text, and back
-    compiler       all of this into machine code, in a process of its own
 """

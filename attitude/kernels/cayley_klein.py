@@ -15,7 +15,7 @@ import numpy as np
 
 from . import doubledouble
 from .doubledouble import two_product, two_sum
-from .intrinsics import bits_of, double_of, fma, kernel, prefer_widest_vectors, routine
+from .intrinsics import bits_of, double_of, fma, kernel, routine
 from .layout import THETA
 from .phase import ROUND, TURN, argument, phase, sine_cosine
 
@@ -207,7 +207,6 @@ def _outputs(body):
 
 @routine
 def _sample_theta(body, b, first, last, t, t_low, quaternions, rates, plain):
-    prefer_widest_vectors()
     lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
     v_hi, v_lo = body.argument[0], _low(body.argument, plain)
     v0, v0_lo = body.argument0[0], body.argument0[1]
@@ -230,7 +229,6 @@ def _sample_theta(body, b, first, last, t, t_low, quaternions, rates, plain):
 
 @routine
 def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates, plain):
-    prefer_widest_vectors()
     lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
     y_hi, y_lo = body.argument[0], _low(body.argument, plain)
     y0, y0_lo = body.argument0[0], body.argument0[1]

@@ -14,7 +14,7 @@ import math
 from .course import along_pieces, position_and_velocity
 from .doubledouble import two_product, two_sum
 from .free_rotation import turned_about_third
-from .intrinsics import fma, inlined, kernel, prefer_widest_vectors, routine
+from .intrinsics import fma, inlined, kernel, routine
 from .layout import (
     ABOUT,
     ALPHA,
@@ -98,7 +98,6 @@ def collocate(
         nothing more is written)
     the rest : as in `splitting.split`
     """
-    prefer_widest_vectors()
     world = effects, orbit, pieces, sun, sun_pieces
     arguments = body, symmetric, world, work, counts
     instants, written = (seconds, rest), 0
@@ -117,7 +116,6 @@ def collocate(
 
 @routine
 def _step(state, t, t_low, h, body, symmetric, world, work, counts):
-    prefer_widest_vectors()
     L = momentum_of(state)
     axial = state[AXIAL]
     if not symmetric:
@@ -164,7 +162,6 @@ def _along_nodes(state, t, t_low, h, across, spin, world, work):
 @routine
 def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
     """Sweep until the stages stand still: they are found to rounding, so that no step remembers a guess."""
-    prefer_widest_vectors()
     for row in range(UNKNOWNS):
         for i in range(NODES):
             work[(STAGE + row) * NODES + i] = 0.0

@@ -6,7 +6,7 @@ numbers, in any order.
 
 import numpy as np
 
-from .intrinsics import fma, inlined, kernel, prefer_widest_vectors
+from .intrinsics import fma, inlined, kernel
 from .layout import LIMB_BITS, LIMB_FIRST, PITCH
 from .phase import ROUND
 
@@ -37,7 +37,6 @@ def gather(quaternions, reference, sums):
     reference : (4 PITCH,), of which each PITCH has k numbers
     sums : (10 PITCH,), as many added to: ww, wx, wy, wz, xx, xy, xz, yy, yz, zz
     """
-    prefer_widest_vectors()
     for b in range(quaternions.shape[1]):
         for i in range(np.uint64(quaternions.shape[2])):  # unsigned: no test for negative indices
             r = reference[i], reference[i + P], reference[i + P2], reference[i + P2 + P]

@@ -7,7 +7,7 @@ from numba.extending import intrinsic
 # error_model="numpy": a division is a division, with no test that would stop vectorisation.
 # No fastmath anywhere: reassociation and contraction would break the two-part arithmetic.
 # Neither allocates: what is compiled needs nothing of numba's when it runs.
-# `kernel` is what callers of this room call (through attitude/compiled.py), `routine` what kernels do.
+# `kernel` is what attitude/runtime/compiled.py calls, `routine` what kernels call.
 OPTIONS = {"error_model": "numpy", "nogil": True, "_nrt": False}
 routine = kernel = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 # For what stands in loops over nodes: a call that is left there keeps the loop from becoming vectors.
@@ -46,23 +46,6 @@ def double_of(typingctx, bits):
         return builder.bitcast(args[0], ir.DoubleType())
 
     return types.float64(types.int64), codegen
-
-
-@intrinsic
-def prefer_widest_vectors(typingctx):
-    """Ask for the processor's widest vectors in the function where this stands.
-
-    LLVM takes half of AVX-512 by default, for the sake of code that is mostly scalar; the loop
-    over samples is vectors from end to end, and a third faster in whole ones (measured by
-    tests/benchmarks/figures.py speed).  No effect on other processors.
-    """
-
-    def codegen(context, builder, signature, args):
-        # llvmlite's own list of attributes knows no target-dependent ones; they print the same
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
-        return context.get_dummy_value()
-
-    return types.void(), codegen
 
 
 @intrinsic

@@ -3,45 +3,17 @@
 Plain numpy: who only calls kernels needs no compiler.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
 REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
 THETA, TRANSFORMED = range(2)
 
-# What every file of machine code calls its one function, of the address of its arguments' words.
-ENTRY = "attitude_entry"
-
 # Rows of text: what they may begin with; bytes that may be read, or written, behind the end of a text; bytes
 # of the widest number, -1.2345678901234567e-308.
 LEAD_NOTHING, LEAD_DATE, LEAD_WORD = range(3)
 TEXT_MARGIN = 32
 WIDEST_NUMBER = 24
-
-
-class CompiledName(NamedTuple):
-    """Which kernel, for arguments of which kinds, and the digest of all that its machine code depends on.
-
-    A kind is "f" (float), "i" (int), "n" (None), or element and dimensions of a C-ordered array:
-    "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS.
-    """
-
-    module: str
-    kernel: str
-    kinds: tuple[str, ...]
-    digest: str
-
-    def __str__(self) -> str:
-        return f"{self.module}.{self.kernel}-{'.'.join(self.kinds)}-{self.digest}.o"
-
-    @classmethod
-    def parse(cls, text: str) -> "CompiledName":
-        function, kinds, digest = text.removesuffix(".o").split("-")
-        module, kernel = function.split(".")
-        return cls(module, kernel, tuple(kinds.split(".")), digest)
-
 
 # An effect is a row of numbers, or several; the first is its code, vectors of the body are components
 # along its principal axes, all is SI.  Rows are padded with zeros to EFFECT_WIDTH.

@@ -6,7 +6,7 @@ the instants are the same for all.
 """
 
 from .collocation import collocate
-from .intrinsics import kernel, prefer_widest_vectors
+from .intrinsics import kernel
 from .runge_kutta import runge_kutta
 from .splitting import split
 
@@ -44,7 +44,6 @@ def collocate_each(
     out : (n, 10, instants), counts : (n, 2), as the solver has them; spare, work : scratch of one body
     halted : as the solver has it; the rest of the bodies are not marched then
     """
-    prefer_widest_vectors()
     for i in which:
         if halted[0] != 0.0:
             return
@@ -95,7 +94,6 @@ def split_each(
     halted,
 ):
     """`splitting.split` for some bodies; arguments as in `collocate_each`, drifts and kicks as there."""
-    prefer_widest_vectors()
     for i in which:
         if halted[0] != 0.0:
             return

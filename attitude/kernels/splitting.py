@@ -5,7 +5,7 @@ The error is proportional to the torque, whatever the spin.  docs/torques.md, se
 
 from .doubledouble import two_sum
 from .free_rotation import attitude_of, drift, drift_symmetric
-from .intrinsics import inlined, kernel, prefer_widest_vectors, routine
+from .intrinsics import inlined, kernel, routine
 from .layout import ATTITUDE, AXIAL, AXIAL_LOW, EDDIES, INVERSES, MOMENTUM, MOMENTUM_LOW, ROTORS
 from .rotation import about, normalised, product, rotated, rotated_back
 from .stepping import later, momentum_of, time_of, write_until
@@ -50,7 +50,6 @@ def split(
     spare : (STATE,), work : (6, 8), scratch
     halted : (1,), set to another number than 0 by another thread to end it: nothing more is written
     """
-    prefer_widest_vectors()
     world = effects, orbit, pieces, sun, sun_pieces
     arguments = (drifts, kicks), body, symmetric, world, work
     instants, written = (seconds, rest), 0

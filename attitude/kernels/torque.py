@@ -7,7 +7,6 @@ import math
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
 from .course import along_pieces, position_and_velocity
@@ -244,7 +243,8 @@ def called(typingctx, address, t, q, rate):
         pointer = double.as_pointer()
         arrays = []
         for values, size in ((args[2], 4), (args[3], 3), (None, 3)):
-            array = cgutils.alloca_once(builder, double, size=size)
+            with builder.goto_entry_block():  # once, whatever loop this stands in
+                array = builder.alloca(double, size=size)
             for i in range(size if values is not None else 0):
                 value = builder.extract_value(values, i)
                 builder.store(value, builder.gep(array, [ir.Constant(ir.IntType(32), i)]))

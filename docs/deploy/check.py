@@ -11,8 +11,9 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from attitude import Ephemeris, Scene, compiled
+from attitude import Ephemeris, Scene
 from attitude.formats.known import KNOWN
+from attitude.runtime import kernel_cache
 from service import readiness
 
 COMPILERS = ("numba", "llvmlite")
@@ -22,7 +23,7 @@ ABSENT = ("ck",)  # SPICE's own format and library: attitude[spice] is not part 
 def check() -> None:
     present = [name for name in COMPILERS if find_spec(name)]
     assert not present, f"no compiler belongs into the image: {present}"
-    compiled.on_compilation.append(_refuse)
+    kernel_cache.on_compilation.append(_refuse)
     print(readiness.warm_up())
     ephemeris = Scene.builtin("toutatis").run()
     with tempfile.TemporaryDirectory() as folder:

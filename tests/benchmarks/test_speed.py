@@ -17,9 +17,10 @@ import numpy as np
 import pytest
 from astropy.time import Time, TimeDelta
 
-from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion, compiled
+from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion
 from attitude.batch import Batch
 from attitude.elapsed import instants
+from attitude.runtime import compiled
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 BRANCHES = {"theta": (0.3, 0.4, 0.5), "beside the separatrix": (1e-6, 1.0, 1e-6)}
@@ -233,7 +234,8 @@ STREAM = """
 import re, sys
 from pathlib import Path
 import numpy as np
-from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion, compiled
+from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion
+from attitude.runtime import compiled
 
 def resident(which):
     return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1]) / 1024

@@ -57,7 +57,7 @@ from attitude import Scene
 made = Scene.from_json(sys.stdin.read())
 made.plan()
 made.run().quaternion("wxyz")
-from attitude import compiled
+from attitude.runtime import compiled
 used = [name for name in ("split", "collocate", "runge_kutta") if getattr(compiled, name)._functions]
 print(json.dumps([sorted(sys.modules), used]))
 """

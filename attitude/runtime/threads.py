@@ -10,7 +10,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, TypeVar
 
-from .errors import InputError
+from ..errors import InputError
 
 Share = TypeVar("Share")
 

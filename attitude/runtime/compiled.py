@@ -1,0 +1,160 @@
+"""The kernels as Python calls them: `compiled.sample(bodies, t, ...)` and the others.
+
+How a kernel gets from its source to here is told in attitude/runtime/__init__.py.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from threading import RLock
+from typing import Any
+
+import numpy as np
+
+from . import kernel_cache
+from .signature import ELEMENTS, Signature
+
+LETTERS = {dtype: letter for letter, dtype in ELEMENTS.items()}
+DOUBLES = ELEMENTS["d"]
+SCALARS = {"f": ctypes.c_double, "i": ctypes.c_int64, "n": ctypes.c_void_p}
+
+_lock = RLock()  # one thread at a time finds, compiles and loads
+_unread = ctypes.create_string_buffer(8)  # results and exceptions, of which kernels have none
+_UNREAD = ctypes.addressof(_unread)
+
+
+class Kernel:
+    """One compiled function; called with C-ordered arrays, floats, ints and Nones.
+
+    For each combination of kinds of arguments there is machine code of its own; that for `kinds`
+    (signature.Signature) is compiled together with others.  Releases the interpreter's lock.
+    """
+
+    def __init__(self, name: str, *kinds: str):
+        self.module, self.name = name.split(".")
+        self.signatures = [Signature(self.module, self.name, each) for each in kinds]
+        self._functions: dict[tuple[str, ...], Any] = {}
+
+    def __call__(self, *arguments: Any) -> None:
+        values: list[Any] = [_UNREAD, _UNREAD]
+        kinds = tuple([flatten(argument, values) for argument in arguments])
+        function = self._functions.get(kinds)
+        if function is None:
+            function = self._functions[kinds] = self._function(kinds)
+        if function(*values):
+            raise RuntimeError(f"{self.module}.{self.name} raised an exception")
+
+    def signature(self, kinds: tuple[str, ...]) -> Signature:
+        return Signature(self.module, self.name, ".".join(kinds))
+
+    def _function(self, kinds: tuple[str, ...]) -> Any:
+        wanted = self.signature(kinds)
+        with _lock:
+            if not kernel_cache.is_kept(wanted):
+                kernel_cache.compile_missing(compiled_with(wanted))
+            return prototype(kinds)(kernel_cache.address(wanted))
+
+
+def flatten(argument: Any, values: list[Any]) -> str:
+    """The argument's kind; what numba's calling convention makes of it is appended to the values.
+
+    An array is: its owner (two numbers, none here), size, bytes of an element, address, shape, strides.
+    """
+    if isinstance(argument, np.ndarray):
+        if not argument.flags.c_contiguous:
+            raise TypeError("kernels take arrays in C order")
+        values += (None, None, argument.size, argument.itemsize, _address(argument))
+        values += argument.shape
+        values += argument.strides
+        return f"{LETTERS[argument.dtype]}{argument.ndim}"
+    values.append(argument)
+    if argument is None:
+        return "n"
+    return "f" if isinstance(argument, float) else "i"
+
+
+def _address(array: np.ndarray) -> int:
+    """Where it begins: `array.ctypes` knows for any, but takes five times as long to say so."""
+    if array.dtype is DOUBLES and array.size and array.flags.writeable:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
+    return array.ctypes.data
+
+
+def prototype(kinds: tuple[str, ...]) -> Any:
+    """The C type of a kernel for arguments of these kinds: result, exception, and what `flatten` makes."""
+    types: list[Any] = [ctypes.c_void_p] * 2
+    for kind in kinds:
+        if kind in SCALARS:
+            types.append(SCALARS[kind])
+        else:
+            types += [ctypes.c_void_p] * 2 + [ctypes.c_int64] * 2 + [ctypes.c_void_p]
+            types += [ctypes.c_int64] * (2 * int(kind[1:]))
+    return ctypes.CFUNCTYPE(ctypes.c_int, *types)
+
+
+# -- the kernels, and what the library calls them with ------------------------------------------------
+
+SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
+WORLD = "d2.d1.d3.d1.d3"  # effects, orbit, its pieces, sun, its pieces
+WORLDS = "d3.d1.d3.d1.d3"  # effects of each body, and the world of all
+
+invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")
+sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
+azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
+principal_axes = Kernel("principal.principal_axes", "d3.d3.d4.d3")
+rate_is_constant = Kernel("principal.rate_is_constant", "d3.d2.b1.d1.d2.d2.d2")
+farthest = Kernel("clock.farthest", "d1.i.i.d1")
+seconds_from_days = Kernel("clock.seconds_from_days", "d1.d1.f.f.d1.d1")
+days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
+nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
+grid = Kernel("clock.grid", "f.f.f.f.f.f.f.d1.d1")
+scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
+collocate = Kernel("collocation.collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")
+split = Kernel("splitting.split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1")
+runge_kutta = Kernel("runge_kutta.runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1")
+collocate_each = Kernel("many.collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")
+split_each = Kernel("many.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1")
+runge_kutta_each = Kernel("many.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1")
+bounce = Kernel("contact.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
+put_rows = Kernel("text_rows.put_rows", "c1.i.d2.i.i.c1.i1.c1.i1")
+put_dates = Kernel("text_rows.put_dates", "d1.d1.i.i.f.i1.i1.c1.i1")
+take_rows = Kernel("text_rows.take_rows", "c1.i.i.i.i.i.i1.i1.d2.i1")
+count_lines = Kernel("text_rows.count_lines", "c1.i.i.i1")
+interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
+draw = Kernel("dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
+gather = Kernel("gathering.gather", "d3.d1.d1")
+settle = Kernel("gathering.settle", "d1.i3")
+
+# What is compiled together, each group in a process of its own, when any of it is missing and called.
+ALWAYS = [
+    [invariants],
+    [
+        *(sample, azimuth, principal_axes, rate_is_constant),
+        *(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
+    ],
+]
+TORQUES = [[collocate], [split, runge_kutta]]
+MANY = [[collocate_each], [split_each, runge_kutta_each]]
+CONTACT = [[bounce]]
+TEXT = [[put_rows, put_dates], [take_rows, count_lines, interpolate]]
+ENSEMBLES = [[draw], [gather, settle]]
+WINGS = [
+    [[signature for kernel in group for signature in kernel.signatures] for group in wing]
+    for wing in (ALWAYS, TORQUES, MANY, CONTACT, TEXT, ENSEMBLES)
+]
+
+
+def compiled_with(wanted: Signature) -> list[list[Signature]]:
+    return next((wing for wing in WINGS if any(wanted in group for group in wing)), [[wanted]])
+
+
+def compile_all() -> int:
+    """Compile what the library calls and is not kept yet; returns how many kernels that was."""
+    with _lock:
+        return sum(map(kernel_cache.compile_missing, WINGS))
+
+
+def loaded() -> set[Signature]:
+    """What this process has called."""
+    kernels = [value for value in globals().values() if isinstance(value, Kernel)]
+    return {kernel.signature(kinds) for kernel in kernels for kinds in kernel._functions}

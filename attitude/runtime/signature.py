@@ -1,0 +1,66 @@
+"""Signatures of kernels: which kernel, for arguments of which kinds, made of which sources."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from ..kernels.layout import INVARIANTS
+
+SOURCES = Path(kernels.__file__).parent
+COMPILER = Path(__file__).with_name("compiler.py")
+ELEMENTS = {
+    "d": np.dtype(np.float64),
+    "b": np.dtype(np.bool_),
+    "c": np.dtype(np.uint8),
+    "i": np.dtype(np.int64),
+    "r": INVARIANTS,
+}
+
+
+class Signature(NamedTuple):
+    """A kernel, and the kinds of its arguments with points between them.
+
+    A kind is "f" (float), "i" (int), "n" (None), or element and dimensions of a C-ordered array:
+    "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS.
+    """
+
+    module: str
+    kernel: str
+    kinds: str
+
+    @property
+    def symbol(self) -> str:
+        """Name of the machine code, in its file and of it: "clock.grid-f.d1-0123456789abcdef"."""
+        return f"{self.module}.{self.kernel}-{self.kinds}-{source_digest(self.module)}"
+
+    @classmethod
+    def of_symbol(cls, symbol: str) -> Signature:
+        function, kinds, _ = symbol.split("-")
+        module, kernel = function.split(".")
+        return cls(module, kernel, kinds)
+
+
+@cache
+def source_digest(module: str) -> str:
+    """Of what a module's machine code is made of: its source, those it imports, and the compiler's."""
+    digest = sha256(COMPILER.read_bytes())
+    for name in sorted(modules_of(module)):
+        digest.update((SOURCES / f"{name}.py").read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def modules_of(module: str) -> frozenset[str]:
+    """The module, the modules of kernels that it imports, and those that they import."""
+    source = (SOURCES / f"{module}.py").read_text()
+    imported = re.findall(r"^from \.(\w+) import", source, re.MULTILINE)
+    for names in re.findall(r"^from \. import (.+)", source, re.MULTILINE):
+        imported += names.split(", ")
+    return frozenset([module]).union(*map(modules_of, imported))
