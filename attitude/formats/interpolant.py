@@ -48,7 +48,11 @@ class Interpolant(NamedTuple):
         size = np.empty(len(intervals))
         width = 0 if self.kind == "slerp" else min(self.degree, len(t) - 1)
         signed = orientation.sign_continuous(nodes)  # as writers of polynomials have them
-        given = np.ascontiguousarray(t), _by_component(signed), np.ascontiguousarray(intervals, dtype=np.int64)
+        given = (
+            np.ascontiguousarray(t),
+            _by_component(signed),
+            np.ascontiguousarray(intervals, dtype=np.int64),
+        )
         wanted = _by_component(true)
 
         def interpolate(share: tuple[int, int]) -> None:
