@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 ELEMENTS = {
     np.dtype(np.float64): "d",
     np.dtype(np.bool_): "b",
-    np.dtype(np.uint8): "c",
     np.dtype(np.int64): "i",
     INVARIANTS: "r",
 }
@@ -87,10 +86,6 @@ split_each = Kernel("many", "split_each")
 collocate_each = Kernel("many", "collocate_each")
 runge_kutta_each = Kernel("many", "runge_kutta_each")
 bounce = Kernel("contact", "bounce")
-put_rows = Kernel("text_rows", "put_rows")
-put_dates = Kernel("text_rows", "put_dates")
-take_rows = Kernel("text_rows", "take_rows")
-count_lines = Kernel("text_rows", "count_lines")
 interpolate = Kernel("interpolation", "interpolate")
 draw = Kernel("dispersion", "draw")
 gather = Kernel("gathering", "gather")
@@ -132,24 +127,14 @@ MANY = [
     ],
 ]
 CONTACT = [[("contact", "bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")]]
-# What only formats that are text, or whose readers interpolate, need.
-TEXT = [
-    [
-        ("text_rows", "put_rows", "c1.i.d2.i.i.c1.i1.c1.i1"),
-        ("text_rows", "put_dates", "d1.d1.i.i.f.i1.i1.c1.i1"),
-    ],
-    [
-        ("text_rows", "take_rows", "c1.i.i.i.i.i.i1.i1.d2.i1"),
-        ("text_rows", "count_lines", "c1.i.i.i1"),
-        ("interpolation", "interpolate", "d1.d2.i.i.i.i.d2.d1"),
-    ],
-]
+# What only formats whose readers interpolate need.
+INTERPOLATION = [[("interpolation", "interpolate", "d1.d2.i.i.i.i.d2.d1")]]
 # What only ensembles need.
 ENSEMBLES = [
     [("dispersion", "draw", "i.i.i.d1.d1.d2.d2.d2.i1")],
     [("gathering", "gather", "d3.d1.d1"), ("gathering", "settle", "d1.i3")],
 ]
-SETS = [STANDARD, TORQUES, MANY, CONTACT, TEXT, ENSEMBLES]
+SETS = [STANDARD, TORQUES, MANY, CONTACT, INTERPOLATION, ENSEMBLES]
 
 
 def compile_all() -> int:

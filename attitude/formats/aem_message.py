@@ -146,7 +146,7 @@ class Message:
             np.add(piece.quaternion("xyzw").T, 0.0, out=columns[:4])
             if self.has_rate:
                 np.add(parts.degrees(piece).T, 0.0, out=columns[4:])
-            yield from texts(columns, pieces, epochs)
+            yield texts(columns, pieces, epochs)
 
     def _check_order(self, epochs: np.ndarray) -> None:
         before = np.concatenate([[self._last], epochs[:-1]])

@@ -33,7 +33,6 @@ SCALARS = {"f": types.float64, "i": types.int64, "n": types.none}
 ELEMENTS = {
     "d": types.float64,
     "b": types.boolean,
-    "c": types.uint8,
     "i": types.int64,
     "r": from_dtype(INVARIANTS),
 }

@@ -14,18 +14,12 @@ THETA, TRANSFORMED = range(2)
 # What every file of machine code calls its one function, of the address of its arguments' words.
 ENTRY = "attitude_entry"
 
-# Rows of text: what they may begin with; bytes that may be read, or written, behind the end of a text; bytes
-# of the widest number, -1.2345678901234567e-308.
-LEAD_NOTHING, LEAD_DATE, LEAD_WORD = range(3)
-TEXT_MARGIN = 32
-WIDEST_NUMBER = 24
-
 
 class CompiledName(NamedTuple):
     """Which kernel, for arguments of which kinds, and the digest of all that its machine code depends on.
 
     A kind is "f" (float), "i" (int), "n" (None), or element and dimensions of a C-ordered array:
-    "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS.
+    "d2" doubles, "b1" booleans, "i1" 64-bit integers, "r1" records of INVARIANTS.
     """
 
     module: str

@@ -27,7 +27,8 @@ from attitude.formats.samples import Samples
 
 COUNT, REPEATS = 100_000, 5
 MODULES = {"kvn": aem, "xml": aem_xml}
-LEAST_RATE = 100_000  # records a second
+LEAST_RATE = 500_000  # records a second
+LEAST_RATES = {"read xml": 50_000}  # what expat and Python's calls from it leave
 LEAST_RATIO = 5.0
 READ_RATIOS = {"kvn": {"ccsds-ndm-py, arrays": 5.0, "brahe, arrays": 5.0}, "xml": {}}
 WRITE_RATIOS = {"kvn": {}, "xml": {}}
@@ -108,7 +109,7 @@ def report(what, seconds):
     ours = seconds["attitude"]
     for name, taken in seconds.items():
         print(f"\n    {what}: {name:24} {COUNT / taken:12,.0f} records/s {taken / ours:8.2f} x", end="")
-    assert COUNT / ours >= LEAST_RATE
+    assert COUNT / ours >= LEAST_RATES.get(what, LEAST_RATE)
     return {name: taken / ours for name, taken in seconds.items()}
 
 
