@@ -218,10 +218,11 @@ class Reader:
         self.parser.EndElementHandler = self._end_in_data
 
     def _start_in_data(self, name: str, attributes: dict[str, str]) -> None:
-        name = name.rpartition(":")[2]
+        name, parent = name.rpartition(":")[2], self.stack[-1]
         if self.text:
-            self._no_text()
-        parent = self.stack[-1]
+            if not "".join(self.text).isspace():
+                self._no_text()
+            self.text.clear()
         self.stack.append(name)
         if name not in self.names or parent not in self.elements:
             self._start_part(name)
@@ -259,9 +260,8 @@ class Reader:
         return text.strip()
 
     def _no_text(self) -> None:
-        if len(self.text) == 1 and self.text[0].isspace():
-            self.text.clear()  # nearly always
-        elif text := self._taken_text():
+        text = self._taken_text()
+        if text:
             raise self._error(f"text {text[:40]!r} where an element belongs")
 
     def _end(self, name: str) -> None:
@@ -298,7 +298,8 @@ class Reader:
     def _end_in_data(self, name: str) -> None:
         name = self.stack[-1]
         if name in self.names:
-            self.state[name] = self._taken_text()
+            self.state[name] = "".join(self.text)
+            self.text.clear()
         elif len(self.stack) == 4:
             self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
             self._end(name)
@@ -325,7 +326,7 @@ class Reader:
 
     def _error_in_state(self) -> FormatError:
         wrong = next(name for name in self.names if len(self.state.get(name, "").split()) != 1)
-        found = self.state.get(wrong)
+        found = self.state.get(wrong, "").strip()
         return self._error(f"{wrong} is {found[:40]!r}" if found else f"no {wrong} in an attitudeState")
 
     def _flush(self) -> None:
