@@ -126,7 +126,7 @@ class Reader:
         self.state_line = 0
         self.rows: list[bytes] = []
         self.lines: list[int] = []
-        self.fed = 0  # bytes
+        self.fed = self.last = 0  # bytes, and of them those in front of the last element that began
         self.parser = self._parser()
 
     def _parser(self) -> expat.XMLParserType:
@@ -145,7 +145,12 @@ class Reader:
         raise self._error("a document type or entity declaration, which an AEM has not")
 
     def _comment(self, *_: object) -> None:
-        self.message.remark(self._now())
+        """As long as elements come, there may be any number."""
+        self._refuse_idle(self.parser.CurrentByteIndex - self.last)
+
+    def _refuse_idle(self, passed: int) -> None:
+        if passed > LONGEST:
+            raise self._error(f"more than {LONGEST} bytes without an element or text")
 
     def _error(self, reason: str) -> FormatError:
         return FormatError(reason, self.source, self._now())
@@ -164,12 +169,12 @@ class Reader:
         if sum(map(len, self.text)) > LONGEST:
             raise self._error(f"a text of more than {LONGEST} characters")
         self.fed += len(data)
-        if self.fed - self.parser.CurrentByteIndex > LONGEST:
-            raise self._error(f"more than {LONGEST} bytes without an element or text")
+        self._refuse_idle(self.fed - self.parser.CurrentByteIndex)
 
     # -- elements -----------------------------------------------------------------------------
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
+        self.last = self.parser.CurrentByteIndex
         name = name.rpartition(":")[2]
         self._no_text()
         self.stack.append(name)
@@ -236,6 +241,7 @@ class Reader:
 
     def _start_part(self, name: str) -> None:
         """Of what holds no value of a state."""
+        self.last = self.parser.CurrentByteIndex
         depth = len(self.stack)
         if depth > DEEPEST:
             raise self._error(f"elements more than {DEEPEST} deep")

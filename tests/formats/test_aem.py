@@ -860,7 +860,9 @@ class Endless(io.RawIOBase):
 
 
 @pytest.mark.parametrize("beginning", ["", "CCSDS_AEM_VERS = 2.0\n", "<?xml version='1.0'?>", "<aem>"])
-@pytest.mark.parametrize("pattern", [b"\0", b"a", b"a=b\n", b"<a>", b"<a", b"1.0 2.0 3.0\n"])
+@pytest.mark.parametrize(
+    "pattern", [b"\0", b"a", b"a=b\n", b"<a>", b"<a", b"1.0 2.0 3.0\n", b"<!-- a -->", b"<?a b?>", b"<!-- "]
+)
 def test_endless_garbage_is_refused_at_once(beginning, pattern):
     with pytest.raises(FormatError):
         aem.parse(Endless(beginning.encode(), pattern), "given")
