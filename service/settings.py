@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from attitude.errors import InputError
+from attitude.runtime.threads import processors
 
 PREFIX = "ATTITUDE_"
 GREATEST_PORT = 65535
@@ -19,9 +19,6 @@ SHORTEST_TOKEN = 16
 ORIGINS = "origins such as https://example.org, by commas, or * for all"
 TOKEN = f"at least {SHORTEST_TOKEN} letters, digits or any of -._~+/="
 TOKEN_MARKS = "-._~+/="
-
-# Where containers are told how much of the processors they may use: "quota period", or "max period".
-CPU_SHARE = Path("/sys/fs/cgroup/cpu.max")
 
 
 def _text(name: str, value: str) -> str:
@@ -175,16 +172,6 @@ class Settings:
     def requests_in_flight(self) -> int:
         """Of each worker: computing, or waiting for a thread."""
         return self.max_requests or 16 * self.computing_threads
-
-
-def processors() -> int:
-    """Those that this process may run on, fewer where a container is given only a share of them."""
-    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    try:
-        quota, period = CPU_SHARE.read_text().split()
-        return max(1, min(count, -(-int(quota) // int(period))))
-    except (OSError, ValueError):  # no such file, or no such limit
-        return count
 
 
 def variable(field_name: str) -> str:

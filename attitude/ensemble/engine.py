@@ -6,7 +6,6 @@ Results come as they are ready, in no certain order; what is computed of a part 
 from __future__ import annotations
 
 import asyncio
-import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
@@ -20,6 +19,7 @@ from uuid import uuid4
 from .. import __version__
 from ..errors import AttitudeError, InputError
 from ..formats.optional import needed
+from ..runtime.threads import processors
 from ..stopping import Stop, stoppable
 
 Part = TypeVar("Part")
@@ -78,7 +78,7 @@ def mapped(
     if not parts:
         return
     if scheduler is None:
-        results = _by_threads(work, parts, workers or _processors())
+        results = _by_threads(work, parts, workers or processors())
     else:
         results = _by_cluster(work, parts, scheduler)
     with closing(results):  # now, whatever is raised, and not when nobody holds its traceback any more
@@ -90,12 +90,7 @@ def mapped(
 
 def threads(scheduler: str | None, workers: int | None) -> int:
     """About how many compute at once: of a cluster nobody knows beforehand, and more may come."""
-    return CLUSTER if scheduler is not None else workers or _processors()
-
-
-def _processors() -> int:
-    """That this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return CLUSTER if scheduler is not None else workers or processors()
 
 
 # -- threads ----------------------------------------------------------------------------------------

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 from uuid import uuid4
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
-from ..formats.optional import needed
 from ..formats.parts import ELAPSED, QUATERNION, RATE
 from ..formats.parts import REST as ELAPSED_REST
 from .store import COMPLETE, REST, SECONDS, Head, Vectors, checked
@@ -36,10 +37,6 @@ PART = re.compile(r"part-\d{6,}\.parquet")
 UNFINISHED = re.compile(r"\._?\w+(-\d+)?\.(json|npz|parquet)\.\w+\.partial")
 
 
-def pyarrow(module: str = "pyarrow") -> Any:
-    return needed(module, "Parquet", "ensemble")
-
-
 @dataclass(frozen=True)
 class ParquetTarget:
     path: Path
@@ -55,7 +52,6 @@ class ParquetTarget:
         _whole(self.path / HEAD, lambda file: file.write(text.encode()))
 
     def prepare(self, head: Head, instants: Instants) -> None:
-        pyarrow("pyarrow.parquet")  # said before anything is computed
         times = {SECONDS: instants.seconds, REST: instants.rest}
         arrays: dict[str, Any] = {name: values for name, values in times.items() if values is not None}
         _whole(self.path / TIMES, lambda file: np.savez(file, **arrays))
@@ -70,7 +66,7 @@ class ParquetTarget:
 
     def put(self, part: Part, head: Head, instants: Instants, block: Vectors) -> int:
         table = _table(part, head, instants, block)
-        write, path = pyarrow("pyarrow.parquet").write_table, self._file(part.number)
+        write, path = pq.write_table, self._file(part.number)
         # numbers that hardly repeat: a dictionary of them, or packing, takes time and gains nothing
         few = [name for name in (BODY, ELAPSED, ELAPSED_REST) if name in table.column_names]
         _whole(path, lambda file: write(table, file, compression="none", use_dictionary=few))
@@ -104,7 +100,7 @@ class ParquetTarget:
 
     def _load_part(self, part: Part, first: int, quaternion: np.ndarray, rate: np.ndarray | None) -> None:
         """Those of its bodies that are wanted, into their places in arrays that begin at body `first`."""
-        table = pyarrow("pyarrow.parquet").ParquetFile(self._file(part.number)).read()
+        table = pq.ParquetFile(self._file(part.number)).read()
         begin, end = max(part.first, first), min(part.last, first + len(quaternion))
         shape = part.last - part.first, part.stop - part.start
         for array, names in ((quaternion, QUATERNION), (rate, RATE)):
@@ -121,7 +117,6 @@ class ParquetTarget:
 
 def _table(part: Part, head: Head, instants: Instants, block: Vectors) -> Any:
     """Rows of a chunk, body by body, with units and the head as metadata."""
-    pa = pyarrow()
     bodies, seconds = part.last - part.first, part.stop - part.start
     columns = {BODY: np.repeat(np.arange(part.first, part.last, dtype=np.int64), seconds)}
     for name, values in ((ELAPSED, instants.seconds), (ELAPSED_REST, instants.rest)):

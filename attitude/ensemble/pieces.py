@@ -15,7 +15,6 @@ from astropy import units as u
 from astropy.table import Table
 
 from ..errors import FormatError, InputError
-from ..formats.optional import needed
 
 KEPT = 4  # pieces in memory: tasks side by side read neighbours
 KINDS = "a QTable, a pandas or dask DataFrame, or the path of a Parquet file or a directory of them"
@@ -134,9 +133,10 @@ class ParquetFiles(Pieces):
         super().__init__(list(schema.names), units | _units_of(schema), lengths)
 
     def _open(self, file: Path) -> Any:
-        module = needed("pyarrow.parquet", "Parquet", "ensemble")
+        from pyarrow import parquet
+
         try:
-            return module.ParquetFile(file)
+            return parquet.ParquetFile(file)
         except OSError as error:
             why = error.strerror or str(error)
             raise FormatError(f"cannot be read ({why})", str(file)) from None

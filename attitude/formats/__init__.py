@@ -8,6 +8,7 @@ parts     what the formats of this library say: metadata and columns, with their
 events    what happened at instants, as plain data
 files     whole or not at all
 lines     text in blocks of lines
+rows      numbers as rows of text, and back
 whole     contents that are read at once, within measure
 
 Each format is a module with

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from ..errors import FormatError
-from . import lines, rows
+from . import lines
 from .aem_message import VERSION, Message, Options, Pairs
 from .aem_segment import Fields, Segment, Skipped
 from .aem_segment import Message as Read
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 
 FIRST_BYTES = 1 << 12
 STOP = b"DATA_STOP"
-STOP_LINE = re.compile(rb"^[ \t]*DATA_STOP[ \t]*\r?$", re.MULTILINE)
 
 
 def interpolant(*, degree: int = 7, **_: Any) -> Interpolant:
@@ -100,6 +98,18 @@ class Content:
             chunk = b"\n"
         self._last = chunk[-1:] or self._last
         return chunk
+
+
+def _stop(block: lines.Block, at: int) -> int:
+    """Where the line begins at which rows stop; the block's size where it has none."""
+    found = block.text.find(STOP, at)
+    while found >= 0:
+        begin = block.text.rfind(b"\n", at, found) + 1 or at
+        line, behind = block.line(begin)
+        if line.split() == [STOP]:
+            return begin
+        found = block.text.find(STOP, behind)
+    return block.size
 
 
 class Reader:
@@ -197,41 +207,12 @@ class Reader:
                 self.message.remark(block.number_at(at))
                 return behind
             self.is_first_row = False
-        if isinstance(segment, Skipped):
-            found = STOP_LINE.search(block.text, at)
-            return self._closed(segment, block, found.start()) if found else block.size
-
-        taken = 0
-
-        def take(part: rows.Part) -> None:
-            nonlocal taken
-            taken += part.columns.shape[1]
-            segment.take_part(part, lambda i: int(block.numbers(part)[i]))
-
-        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
-            nonlocal taken
-            texts: list[bytes] = []
-            numbers: list[int] = []
-            number = block.number_at(place)
-            while place < stop and len(texts) < most:
-                line, behind = block.line(place)
-                if words := line.split():
-                    if words == [STOP]:
-                        break
-                    texts.append(b" ".join(words))
-                    numbers.append(number)
-                place, number = behind, number + 1
-            if texts:
-                taken += len(texts)
-                segment.take_odd(texts, numbers.__getitem__)
-            return place, len(texts) == most or place == stop
-
-        begun = block.number_at(at)
-        end = rows.read(block.text, at, block.size, segment.form, take, odd)
-        passed = block.number_at(end)
-        if passed - begun > taken:  # empty lines
-            self.message.remark(passed - 1, passed - begun - taken)
-        return self._closed(segment, block, end) if end < block.size else end
+        stop = _stop(block, at)
+        if stop > at and isinstance(segment, Segment):
+            number = block.number_at(at)
+            empty = segment.take_text(block.text[at:stop], number)
+            self.message.remark(block.number_at(stop) - 1, empty)
+        return self._closed(segment, block, stop) if stop < block.size else stop
 
     def _closed(self, segment: Segment | Skipped, block: lines.Block, at: int) -> int:
         """Past the line at which its rows stop."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from datetime import date
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import erfa
 import numpy as np
@@ -18,6 +18,7 @@ from .. import elapsed
 from ..elapsed import Instants
 from .leap_seconds import MJD_ORDINAL
 from .leap_seconds import tai_minus_utc as tai_minus_utc
+from .rows import contents
 
 SYSTEMS = {
     "UTC": "utc",
@@ -70,12 +71,27 @@ def one(text: bytes, system: str) -> tuple[int, int]:
     return each([text], system).first
 
 
-def each(texts: list[bytes], system: str) -> Stamps:
-    """Of epochs in whatever form each is."""
+def each(texts: Any, system: str) -> Stamps:
+    """Of epochs in whatever form each is, a list or an Arrow array of texts."""
+    if not isinstance(texts, list):
+        found = alike(_characters(texts), system)
+        if found is not None:
+            return found
+        texts = texts.to_pylist()
     calendar = [_calendar(text, i, system) for i, text in enumerate(texts)]
     found = alike(np.frombuffer(b"".join(calendar), dtype=np.uint8).reshape(len(texts), -1), system)
     assert found is not None
     return found
+
+
+def _characters(texts: Any) -> np.ndarray:
+    """(n, width) of an Arrow array of texts; (n, 0) where they are not all of one width."""
+    from pyarrow import compute
+
+    widths = compute.binary_length(texts).to_numpy()
+    width = int(widths[0]) if (widths == widths[0]).all() else 0
+    characters = np.frombuffer(contents(texts), dtype=np.uint8)
+    return characters[: width * len(widths)].reshape(len(widths), width)
 
 
 def _calendar(text: bytes, index: int, system: str) -> bytes:

@@ -156,7 +156,7 @@ class Message:
             np.add(q.T, 0.0, out=columns[:4])
             if self.has_rate:
                 np.add(parts.degrees(piece).T, 0.0, out=columns[4:])
-            yield from texts(columns, pieces, epochs)
+            yield texts(columns, pieces, epochs)
 
     def _stop(self, segment: Samples) -> bytes:
         """The epoch at which it ends: that of the next one's beginning, where no date lies between them."""

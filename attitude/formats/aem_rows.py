@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,8 +38,13 @@ def careful(rows: list[bytes], columns: tuple[str, ...], system: str) -> Rows:
         if len(words) != len(columns):
             _refuse_count(i, epoch, len(words), columns)
         numbers[:, i] = [_number(word, name, i) for word, name in zip(words, columns, strict=True)]
+    return Rows(stamps(epochs, system), numbers)
+
+
+def stamps(epochs: Any, system: str) -> Stamps:
+    """Of a list of texts, or an Arrow array of them; RowError for the first that is no epoch."""
     try:
-        return Rows(aem_epochs.each(epochs, system), numbers)
+        return aem_epochs.each(epochs, system)
     except EpochError as error:
         raise RowError(error.index, error.reason) from None
 

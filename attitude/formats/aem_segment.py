@@ -8,7 +8,7 @@ B the body it is the quaternion of this library, number by number, and the conju
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -23,7 +23,6 @@ from ..errors import AttitudeError, FormatError, InputError
 from . import aem_epochs, aem_rows, parts, rows
 from .aem_epochs import EpochError, Stamps
 from .aem_rows import RowError, Rows
-from .rows import Form, Part
 
 VERSIONS = ("1.0", "2.0")
 ALIASES = {"J2000": "EME2000", "EME_2000": "EME2000"}
@@ -171,6 +170,7 @@ class Segment:
         self.system = self._system()
         self.turns = turns(fields)
         self.columns = self.turns.columns
+        self.kinds = "t" + "n" * len(self.columns)  # an epoch and numbers
         self._check_interpolation()
         self._span = self._spans()
         self.stamps: list[Stamps] = []
@@ -211,43 +211,28 @@ class Segment:
 
     # -- attitudes ------------------------------------------------------------------------------
 
-    @property
-    def form(self) -> Form:
-        """Of rows as nearly all writers give them."""
-        return Form(len(self.columns), rows.DATE, zulu=self.system == "UTC")
+    def take_text(self, text: bytes, number: int) -> int:
+        """Whole lines, of which the first has this number; how many of them are empty."""
+        table, numbers = rows.read_spaced(text, number, self.kinds)
+        if numbers:
+            self._take(table, numbers)
+        return text.count(b"\n") - len(numbers)
 
-    def take_part(self, part: Part, line: Callable[[int], int]) -> None:
-        """Rows in that form; FormatError for the first that is wrong, at the line that its index has."""
+    def take(self, texts: list[bytes], numbers: Sequence[int]) -> None:
+        """Rows, one blank between their words, and the numbers of the lines that they stand in."""
+        if texts:
+            table = rows.read(b"\n".join(texts) + b"\n", self.kinds)
+            self._take(texts if table is None else table, numbers)
+
+    def _take(self, table: rows.Table | list[bytes], numbers: Sequence[int]) -> None:
+        """FormatError for the first row that is wrong, with the number of its line."""
         try:
-            self._keep(Rows(Stamps(part.second, part.atto), part.columns))
+            if isinstance(table, list):
+                self._keep(aem_rows.careful(table, self.columns, self.system))
+            else:
+                self._keep(Rows(aem_rows.stamps(table.texts[0], self.system), table.columns))
         except RowError as error:
-            raise FormatError(error.reason, self.source, line(error.index)) from None
-
-    def take_odd(self, texts: list[bytes], line: Callable[[int], int]) -> None:
-        """Rows in any form."""
-        try:
-            self._keep(aem_rows.careful(texts, self.columns, self.system))
-        except RowError as error:
-            raise FormatError(error.reason, self.source, line(error.index)) from None
-
-    def take(self, texts: list[bytes], line: Callable[[int], int]) -> None:
-        """Rows that stand apart, each without the end of a line."""
-        text = b"".join([b"\n".join(texts), b"\n", bytes(rows.MARGIN)])
-        done = 0
-
-        def plain(part: Part) -> None:
-            nonlocal done
-            first, done = done, done + len(part.second)
-            self.take_part(part, lambda i: line(first + i))
-
-        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
-            nonlocal done
-            taken = texts[done : done + min(most, rows.line_ends(text, place, stop))]
-            first, done = done, done + len(taken)
-            self.take_odd(taken, lambda i: line(first + i))
-            return place + sum(map(len, taken)) + len(taken), True
-
-        rows.read(text, 0, len(text) - rows.MARGIN, self.form, plain, odd)
+            raise FormatError(error.reason, self.source, numbers[error.index]) from None
 
     def _keep(self, read: Rows) -> None:
         self._check_order(read.stamps)
@@ -300,7 +285,7 @@ class Skipped:
 
     columns: tuple[str, ...] = ()
 
-    def take(self, texts: list[bytes], line: Callable[[int], int]) -> None:
+    def take(self, texts: list[bytes], numbers: Sequence[int]) -> None:
         pass
 
     def close(self, line: int) -> None:

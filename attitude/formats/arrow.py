@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, BinaryIO
 
+from pyarrow import ipc
+
 from . import arrow_batches
-from .arrow_batches import pyarrow
 from .binary import seekable
 from .samples import Samples
 
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    return arrow_batches.blocks(samples, pyarrow("pyarrow.ipc").new_file)
+    return arrow_batches.blocks(samples, ipc.new_file)
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    return arrow_batches.parse(pyarrow("pyarrow.ipc").open_file, seekable(stream, source), source)
+    return arrow_batches.parse(ipc.open_file, seekable(stream, source), source)

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import orjson
+import pyarrow as pa
 
 from ..errors import FormatError
 from . import columnar, parts
 from .binary import Sink, refuse_rest, told_by
-from .optional import needed
+from .rows import array
 from .samples import Samples
 
 if TYPE_CHECKING:
@@ -23,10 +24,6 @@ if TYPE_CHECKING:
 METADATA = b"attitude"  # the key, in the schema's metadata, of ours as JSON
 NUMBERS = (parts.ELAPSED, parts.REST, *parts.QUATERNION, *parts.RATE, *parts.MOMENTUM)
 KNOWN = (columnar.TIME_TAI, *NUMBERS, *parts.POSITION, *parts.VELOCITY)
-
-
-def pyarrow(module: str = "pyarrow") -> Any:
-    return needed(module, "Arrow", "arrow")
 
 
 def blocks(samples: Samples, begin: Callable[[Sink, Any], Any]) -> Iterator[bytes]:
@@ -45,7 +42,7 @@ def blocks(samples: Samples, begin: Callable[[Sink, Any], Any]) -> Iterator[byte
 
 
 def _schema(samples: Samples, names: list[str]) -> Any:
-    pa, meta = pyarrow(), parts.metadata(samples)
+    meta = parts.metadata(samples)
     types = {columnar.TIME_TAI: pa.timestamp("ns")}
     fields = [pa.field(name, types.get(name, pa.float64()), nullable=False) for name in names]
     said = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
@@ -56,20 +53,12 @@ def _schema(samples: Samples, names: list[str]) -> Any:
 
 
 def _batch(table: dict[str, np.ndarray], schema: Any) -> Any:
-    arrays = [_array(table[name], kind) for name, kind in zip(schema.names, schema.types, strict=True)]
-    return pyarrow().record_batch(arrays, schema=schema)
-
-
-def _array(values: np.ndarray, kind: Any) -> Any:
-    """On the memory of the numbers; of dates too, which `pyarrow.array` copies in search of missing ones."""
-    pa = pyarrow()
-    numbers = np.ascontiguousarray(values).view(np.uint8)
-    return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(numbers)])
+    arrays = [array(table[name], kind) for name, kind in zip(schema.names, schema.types, strict=True)]
+    return pa.record_batch(arrays, schema=schema)
 
 
 def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ephemeris:
     """`begin` is pyarrow's: the reader, of the stream."""
-    pyarrow()
     try:
         reader = begin(stream)
         _check(reader.schema, source)
@@ -103,12 +92,11 @@ def _table(reader: Any, source: str) -> Any:
         batches.append(batch)
         found += max(1, batch.num_rows)
         parts.refuse_more(found, stated, source)
-    return pyarrow().Table.from_batches(batches, reader.schema)
+    return pa.Table.from_batches(batches, reader.schema)
 
 
 def _check(schema: Any, source: str) -> None:
     """Before anything is read: the columns are ours, each once, each of its type."""
-    pa = pyarrow()
     for name, kind in zip(schema.names, schema.types, strict=True):
         if name not in KNOWN or schema.names.count(name) > 1:
             raise FormatError(f"column {name!r:.40}, unknown or there twice", source)

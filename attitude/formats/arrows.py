@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, BinaryIO
 
+from pyarrow import ipc
+
 from . import arrow_batches
-from .arrow_batches import pyarrow
 from .samples import Samples
 
 if TYPE_CHECKING:
@@ -14,8 +15,8 @@ if TYPE_CHECKING:
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    return arrow_batches.blocks(samples, pyarrow("pyarrow.ipc").new_stream)
+    return arrow_batches.blocks(samples, ipc.new_stream)
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    return arrow_batches.parse(pyarrow("pyarrow.ipc").open_stream, stream, source)
+    return arrow_batches.parse(ipc.open_stream, stream, source)

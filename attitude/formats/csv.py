@@ -30,7 +30,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), MARK, orjson.dumps(meta), header)
     pieces = [b"", *[b","] * (len(names) - 1), b"\n"]
     for piece in samples.pieces():
-        yield from parts.rows(parts.columns(piece, names), names, pieces)
+        yield parts.rows(parts.columns(piece, names), names, pieces)
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
@@ -61,24 +61,15 @@ class Reader:
             self._rows(block, at)
 
     def _rows(self, block: lines.Block, at: int) -> None:
-        """From there on; numbers that are not plain, or in another order than ours, are left to numpy."""
-
-        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
-            taken: list[str] = []
-            number = block.number_at(place)
-            while place < stop and len(taken) < most:
-                line, place = block.line(place)
-                taken.append(line.decode("utf-8", errors="replace"))
-            wanted = [i for i, name in enumerate(self.names) if name != parts.TIME]
-            self._keep(_numbers(taken, wanted, len(self.names), self.source, number).T)
-            return place, True
-
-        if parts.TIME in self.names[1:]:
-            odd(at, block.size, block.count)
-            return
-        dated = self.names[0] == parts.TIME
-        form = rows.Form(len(self.names) - dated, rows.WORD if dated else rows.NOTHING, b",")
-        rows.read(block.text, at, block.size, form, lambda part: self._keep(part.columns), odd)
+        """From there on; what is no plain row is left to numpy, which reads it or tells what is wrong."""
+        wanted = [i for i, name in enumerate(self.names) if name != parts.TIME]
+        kinds = "".join("-" if name == parts.TIME else "n" for name in self.names)
+        table = rows.read(block.text[at:], kinds, b",")
+        if table is None:
+            texts = block.text[at:-1].decode("utf-8", errors="replace").split("\n")
+            self._keep(_numbers(texts, wanted, len(self.names), self.source, block.number_at(at)).T)
+        else:
+            self._keep(table.columns)
 
     def _keep(self, columns: np.ndarray) -> None:
         self.numbers.append(columns)

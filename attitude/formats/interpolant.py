@@ -13,10 +13,11 @@ import numpy as np
 from .. import orientation
 from ..errors import InputError
 from ..runtime import compiled
-from ..runtime.threads import cut, run
-from .rows import WORTH_SHARING, cores
+from ..runtime.threads import cut, processors, run
 
 MOST_DEGREE = 15
+MIN_INTERVALS_PER_THREAD = 4096
+MAX_THREADS = 4
 
 
 class Interpolant(NamedTuple):
@@ -59,7 +60,8 @@ class Interpolant(NamedTuple):
             work, shared = np.empty((5, len(places))), np.empty((3, width + 1))
             compiled.interpolate(*given, *share, width, places, wanted, work, shared, size)
 
-        run(interpolate, cut(size.size, min(cores(), max(1, size.size // WORTH_SHARING))))
+        threads = min(processors(), MAX_THREADS, max(1, size.size // MIN_INTERVALS_PER_THREAD))
+        run(interpolate, cut(size.size, threads))
         return 2.0 * np.arcsin(np.minimum(size, 1.0))
 
 

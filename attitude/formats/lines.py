@@ -6,10 +6,7 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import BinaryIO
 
-import numpy as np
-
 from ..errors import FormatError
-from .rows import MARGIN, Part, line_ends
 
 BLOCK = 1 << 22  # bytes
 LONGEST = 1 << 20  # bytes of a line: no format has longer ones, and a file of zeros is one line
@@ -23,14 +20,14 @@ class Block:
     Attributes
     ----------
     number : int, of the first line
-    text : bytes, the lines with their ends, then MARGIN zeros
-    size : int, of the text without these
+    text : bytes, the lines with their ends
+    size : int, of the text
     """
 
-    def __init__(self, number: int, pieces: list[bytes | memoryview]):
+    def __init__(self, number: int, text: bytes):
         self.number = number
-        self.text = b"".join([*pieces, bytes(MARGIN)])
-        self.size = len(self.text) - MARGIN
+        self.text = text
+        self.size = len(text)
         self._known = 0, number  # a place, and the number of the line that begins there
 
     @property
@@ -40,7 +37,7 @@ class Block:
     @cached_property
     def lines(self) -> list[bytes]:
         """Without their ends."""
-        lines = self.text[: self.size - 1].split(b"\n")
+        lines = self.text[:-1].split(b"\n")
         return [line.removesuffix(b"\r") for line in lines] if b"\r" in self.text else lines
 
     def line(self, place: int) -> tuple[bytes, int]:
@@ -53,18 +50,9 @@ class Block:
         known, number = self._known
         if place < known:
             known, number = 0, self.number
-        number += line_ends(self.text, known, place)
+        number += self.text.count(b"\n", known, place)
         self._known = place, number
         return number
-
-    def numbers(self, part: Part) -> np.ndarray:
-        """(n,): of the lines in which the rows of a part are; those between are empty."""
-        count = line_ends(self.text, part.first, part.end)
-        found = self.number_at(part.first) + np.arange(count)
-        if count == part.columns.shape[1]:
-            return found
-        lines = self.text[part.first : part.end].split(b"\n")[:-1]
-        return found[[bool(line.strip()) for line in lines]]
 
 
 def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:
@@ -72,7 +60,7 @@ def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:
     number, rest = 1, b""
     while chunk := stream.read(BLOCK):
         cut = chunk.rfind(b"\n") + 1
-        block = Block(number, [rest, memoryview(chunk)[:cut]] if cut else [])
+        block = Block(number, b"".join([rest, memoryview(chunk)[:cut]]) if cut else b"")
         rest = chunk[cut:] if cut else rest + chunk
         if len(rest) > LONGEST:
             raise FormatError(f"a line of more than {LONGEST} bytes", source, number + block.count)

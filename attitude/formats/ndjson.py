@@ -10,11 +10,16 @@ import numpy as np
 import orjson
 
 from ..errors import FormatError
-from . import lines, parts
+from . import lines, parts, rows
 from .samples import Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
+
+
+MARKS = b'{}:,"\n'
+NO_MARKS = bytes(set(range(256)) - set(MARKS))
+BLANKS = bytes.maketrans(b"{}:,", b"    ")
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
@@ -26,7 +31,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     names = parts.names(samples)
     pieces = _pieces(names)
     for piece in samples.pieces():
-        yield from parts.rows(parts.columns(piece, names), names, pieces)
+        yield parts.rows(parts.columns(piece, names), names, pieces)
 
 
 def _pieces(names: list[str]) -> list[bytes]:
@@ -49,39 +54,61 @@ class Reader:
     def __init__(self, source: str):
         self.source = source
         self.meta: Any = None
-        self.names: list[str] | None = None
+        self.names: list[str] | None = None  # of the first row
+        self.marks = b""
         self.numbers: list[np.ndarray] = []
         self.count = self.found = 0
 
     def take(self, block: lines.Block) -> None:
-        rows, number = block.lines, block.number
+        at, number = 0, block.number
         if self.meta is None:
-            self.meta, rows, number = _object(rows[0], self.source, number), rows[1:], number + 1
+            line, at = block.line(0)
+            self.meta, number = _object(line, self.source, number), number + 1
             self.count = parts.stated_count(self.meta, self.source, 1)
-        if rows:
-            self._add(_objects(rows, self.source, number), number)
-            self.found += len(rows)
+        if at < block.size:
+            self._begin(block.line(at)[0], number)
+            columns = self._plain(block.text[at:])
+            self.numbers.append(self._careful(block.text[at:], number) if columns is None else columns)
+            self.found += self.numbers[-1].shape[1]
             parts.refuse_more(self.found, self.count, self.source, self.count + 2)
 
-    def _add(self, rows: list[dict[str, Any]], number: int) -> None:
-        names = self._names(rows, number)
-        values = [row[name] for name in names for row in rows]
-        if set(map(type, values)) <= {float, int}:
-            try:
-                self.numbers.append(np.array(values, dtype=float).reshape(len(names), len(rows)))
-                return
-            except OverflowError:
-                pass
-        self._refuse_what_is_no_number(rows, number)
+    def _begin(self, line: bytes, number: int) -> None:
+        """The names and the marks between them that a row has: those of the first."""
+        if self.names is None:
+            self.names = list(_object(line, self.source, number))
+            self.marks = line.translate(None, NO_MARKS) + b"\n"
+
+    def _plain(self, text: bytes) -> np.ndarray | None:
+        """(c, n) numbers of rows with the names in the same order and the same marks between; else None."""
+        from pyarrow import compute
+
+        if text.translate(None, NO_MARKS) != self.marks * text.count(b"\n"):
+            return None
+        # Between quotes: what is in front, then each name and its number, or its colon, date and comma.
+        names = self.names or []
+        kinds = "-" + "".join("t---" if name == parts.TIME else "tn" for name in names)
+        table = rows.read(text.translate(BLANKS), kinds, b'"')
+        if table is None:
+            return None
+        pairs = zip(table.texts, names, strict=True)
+        same = all(compute.all(compute.equal(found, name.encode())).as_py() for found, name in pairs)
+        return table.columns if same else None
+
+    def _careful(self, text: bytes, number: int) -> np.ndarray:
+        """(c, n) numbers of any rows; FormatError for the first that is none."""
+        texts = text[:-1].split(b"\n")
+        found = [_object(line, self.source, place) for place, line in enumerate(texts, number)]
+        names = self._names(found, number)
+        self._refuse_what_is_no_number(found, number)
+        return np.array([[float(row[name]) for row in found] for name in names]).reshape(-1, len(found))
 
     def _names(self, rows: list[dict[str, Any]], number: int) -> list[str]:
         """Of the numbers; the same in every row."""
-        self.names = list(rows[0]) if self.names is None else self.names
-        keys = dict.fromkeys(self.names).keys()
+        keys = dict.fromkeys(self.names or []).keys()
         for place, row in enumerate(rows, number):
             if row.keys() != keys:
                 raise FormatError("other names than in the line before", self.source, place)
-        return [name for name in self.names if name != parts.TIME]
+        return [name for name in keys if name != parts.TIME]
 
     def _refuse_what_is_no_number(self, rows: list[dict[str, Any]], number: int) -> None:
         for place, row in enumerate(rows, number):
@@ -96,18 +123,6 @@ class Reader:
         names = [name for name in self.names if name != parts.TIME]
         table = dict(zip(names, np.concatenate(self.numbers, axis=1), strict=True))
         return parts.ephemeris_from(self.meta, table, self.source, 2)
-
-
-def _objects(rows: list[bytes], source: str, number: int) -> list[dict[str, Any]]:
-    """One a line: all at once where each is plainly one object, with its braces around it and none inside."""
-    text = b",\n".join(rows)
-    braces = text.count(b"{") == text.count(b"}") == len(rows) == text.count(b"},\n{") + 1
-    if braces and text.startswith(b"{") and text.endswith(b"}"):
-        try:
-            return orjson.loads(b"[" + text + b"]")
-        except orjson.JSONDecodeError:
-            pass  # it is told below in which line
-    return [_object(line, source, place) for place, line in enumerate(rows, number)]
 
 
 def _object(line: bytes, source: str, number: int) -> dict[str, Any]:

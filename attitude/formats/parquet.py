@@ -9,12 +9,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 from astropy.table import QTable, Table
 
 from ..errors import FormatError
 from . import parts
 from .binary import Sink, refuse_inflated, seekable, told_by
-from .optional import needed
 from .samples import Samples
 from .table import VECTORS, refuse_unfolding, to_table
 
@@ -27,17 +28,13 @@ DATES = ("time.jd1", "time.jd2")  # not read: the seconds are exact
 UNITS = {"elapsed": "s", "elapsed_rest": "s", **{name: unit and str(unit) for name, _, unit in VECTORS}}
 
 
-def pyarrow(module: str = "pyarrow") -> Any:
-    return needed(module, "Parquet", "arrow")
-
-
 def blocks(samples: Samples) -> Iterator[bytes]:
     if not samples.is_list:
         # astropy's tables come back from Parquet with the dimensions of a cell run together
         raise FormatError(
             f"Parquet holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
         )
-    pq, sink = pyarrow("pyarrow.parquet"), Sink()
+    sink = Sink()
     schema = _schema(_plain(to_table(samples.head, samples.shape, samples.has_rest)))
     # numbers that hardly repeat: a dictionary of them, or packing, takes time and gains nothing
     with pq.ParquetWriter(sink, schema, version="2.4", use_dictionary=False, compression="none") as writer:
@@ -59,28 +56,24 @@ def _plain(table: QTable) -> Table:
 def _schema(table: Table) -> Any:
     from astropy.table import meta
 
-    pa = pyarrow()
     said = {ASTROPYS: "\n".join(meta.get_yaml_from_table(table))}
     return pa.schema([(name, _type(table[name].shape[1:])) for name in table.colnames], metadata=said)
 
 
 def _type(shape: tuple[int, ...]) -> Any:
-    pa = pyarrow()
     return pa.list_(pa.float64(), shape[0]) if shape else pa.float64()
 
 
 def _batch(table: Table, schema: Any) -> Any:
-    return pyarrow().record_batch([_array(np.asarray(table[name])) for name in table.colnames], schema=schema)
+    return pa.record_batch([_array(np.asarray(table[name])) for name in table.colnames], schema=schema)
 
 
 def _array(column: np.ndarray) -> Any:
-    pa = pyarrow()
     numbers = pa.array(np.ascontiguousarray(column).reshape(-1))
     return numbers if column.ndim == 1 else pa.FixedSizeListArray.from_arrays(numbers, column.shape[1])
 
 
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    pq = pyarrow("pyarrow.parquet")
     stream = seekable(stream, source)
     try:
         file = pq.ParquetFile(stream)

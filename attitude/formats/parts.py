@@ -17,9 +17,8 @@ from ..dynamics.translation import Translation
 from ..elapsed import Instants, check_epoch
 from ..ephemeris import Ephemeris, convention
 from ..errors import AttitudeError, FormatError, InputError, shown
-from ..runtime import compiled
 from . import events, leap_seconds
-from .rows import texts
+from .rows import array, contents, texts
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -39,7 +38,11 @@ FEW = 64  # dates
 ISO_WIDTH = 29
 MJD = Fraction(4800001, 2)  # Julian date of modified Julian day 0
 DAY_NANOSECONDS = 86_400_000_000_000
-NO_STEPS = np.zeros(0, dtype=np.int64)
+BILLION = 1_000_000_000
+DAY = 86_400  # s
+MOST_SECONDS = 1e12  # ten thousand years are less
+UNIX, YEAR_0, YEAR_10000 = (day * DAY for day in (40587, -678941, 2973484))  # s from modified Julian day 0
+NEVER = 2**40  # a day after which TAI - UTC is not known to change
 
 
 def metadata(samples: Samples) -> dict[str, Any]:
@@ -102,12 +105,10 @@ def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarr
     return table
 
 
-def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes]) -> list[bytes]:
+def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes]) -> bytes:
     """Text of all columns, a row an instant; a time, where there is one, stands between the first pieces."""
     columns = np.stack([table[name] for name in names if name != TIME])
-    if TIME in names:
-        return texts(columns, pieces, table[TIME])
-    return texts(columns, [b"", *pieces])
+    return texts(columns, pieces, table.get(TIME))
 
 
 def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
@@ -282,14 +283,47 @@ def dates(instants: Instants) -> np.ndarray:
     epoch, scale = instants.epoch, instants.scale
     if epoch is None or scale not in ("tai", "tt", "utc"):
         return iso_text(instants.time)
+    seconds = np.asarray(instants.seconds, dtype=np.float64)
+    if not instants.farthest < MOST_SECONDS:
+        return iso_text(instants.time)
+    second, nanosecond = _whole_seconds(seconds, instants.rest, epoch, scale)
+    leap = np.zeros(second.shape, dtype=bool)
+    if scale == "utc":
+        begins, offsets = leap_seconds.steps()
+        at = np.searchsorted(begins * DAY + offsets, second, side="right") - 1
+        second -= offsets[at]
+        leap = second >= np.append(begins[1:], NEVER)[at] * DAY
+        second -= leap
+        if np.min(at, initial=0) < 0:
+            return iso_text(instants.time)
+    if not ((second >= YEAR_0) & (second < YEAR_10000)).all():
+        return iso_text(instants.time)
+    return _dates(second, nanosecond, leap)
+
+
+def _whole_seconds(
+    seconds: np.ndarray, rest: np.ndarray | None, epoch: Time, scale: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Seconds from modified Julian day 0 of TT or TAI, rounded to nanoseconds, and the nanoseconds."""
     day, nanosecond, below = _since_mjd(float(epoch.jd1), float(epoch.jd2), epoch.scale, scale)
-    begins, offsets = leap_seconds.steps() if scale == "utc" else (NO_STEPS, NO_STEPS)
-    seconds = np.ascontiguousarray(instants.seconds, dtype=np.float64).reshape(-1)
-    rest = np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest)
-    text, beyond = np.empty(seconds.size * ISO_WIDTH, dtype=np.uint8), np.zeros(1, dtype=np.int64)
-    where = day, nanosecond, below, begins, offsets
-    compiled.put_dates(seconds, rest.reshape(-1), *where, text, beyond)
-    return iso_text(instants.time) if beyond[0] else text.view(f"S{ISO_WIDTH}").reshape(instants.shape)
+    whole = np.floor(seconds)
+    left = (seconds - whole) * 1e9 + ((0.0 if rest is None else rest * 1e9) + below)
+    carried, nano = np.divmod(np.rint(left).astype(np.int64) + nanosecond, BILLION)
+    return whole.astype(np.int64) + carried + day * DAY, nano
+
+
+def _dates(second: np.ndarray, nanosecond: np.ndarray, leap: np.ndarray) -> np.ndarray:
+    """Text of seconds from modified Julian day 0, of days without leap seconds; second 60 where `leap`."""
+    import pyarrow as pa
+
+    text = np.empty((second.size, ISO_WIDTH), dtype=np.uint8)
+    unix = array((second - UNIX).ravel(), pa.timestamp("s"))
+    text[:, :19] = np.frombuffer(contents(unix.cast(pa.string())), np.uint8).reshape(-1, 19)
+    decimals = array((nanosecond + BILLION).ravel(), pa.int64())
+    text[:, 19:] = np.frombuffer(contents(decimals.cast(pa.string())), np.uint8).reshape(-1, 10)
+    text[:, [10, 19]] = ord("T"), ord(".")
+    text[leap.ravel(), 17:19] = ord("6"), ord("0")
+    return text.view(f"S{ISO_WIDTH}").reshape(second.shape)
 
 
 @lru_cache(maxsize=256)

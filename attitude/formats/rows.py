@@ -1,182 +1,135 @@
-"""Rows of numbers as text, and back: the kernels that do it, shared among threads."""
+"""Rows of numbers as text, and back, by Arrow: every double comes back to the same bits."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
-from itertools import pairwise
-from typing import NamedTuple
+from collections.abc import Sequence
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import memory
 from ..errors import FormatError
-from ..kernels.layout import LEAD_DATE as DATE
-from ..kernels.layout import LEAD_NOTHING as NOTHING
-from ..kernels.layout import LEAD_WORD as WORD
-from ..kernels.layout import TEXT_MARGIN as MARGIN
-from ..kernels.layout import WIDEST_NUMBER
-from ..runtime import compiled, threads
 
-__all__ = ["DATE", "MARGIN", "NOTHING", "WORD", "Form", "Part", "line_ends", "read", "texts"]
+__all__ = ["Table", "contents", "read", "read_spaced", "texts"]
 
-WORTH_SHARING = 4096  # rows to a thread; with fewer it begins too late
-WORTH_BYTES = 1 << 18
-MOST_THREADS = 4
-MOST_ODD = 1024  # lines at a time
-FIRST_SPAN = 1 << 12  # bytes
+WIDEST_NUMBER = 26  # bytes: -1.2345678901234567e-308, and a point that is put in
+MOST_BYTES = 1 << 30  # of a text; Arrow counts them in 32 bits
 
 
-def cores() -> int:
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(available, MOST_THREADS)
-
-
-def texts(columns: np.ndarray, pieces: list[bytes], leads: np.ndarray | None = None) -> list[bytes]:
-    """The rows, in order, as a text or several.
+def texts(columns: np.ndarray, pieces: list[bytes], leads: np.ndarray | None = None) -> bytes:
+    """The rows, in order: piece, lead, piece, number, piece, number, ..., piece.
 
     columns : (c, n) finite doubles, written with the fewest digits that read back to the same bits, with a
         decimal point and a digit on either side of it; FormatError for one that is not finite
-    pieces : c + 2, what stands around and between the lead and the numbers
-    leads : (n,) bytes of one width, or None for no lead
+    pieces : c + 2, what stands around and between the lead and the numbers; c + 1 without a lead
+    leads : (n,) bytes, or None for no lead
     """
-    count = columns.shape[1]
-    shares = threads.cut(count, min(cores(), max(1, count // WORTH_SHARING)))
-    found: dict[int, bytes] = {}
-    width = 0 if leads is None else leads.dtype.itemsize
-    lead = np.zeros(0, dtype=np.uint8) if leads is None else np.ascontiguousarray(leads).view(np.uint8)
-    between = np.frombuffer(b"".join(pieces), dtype=np.uint8)
-    ends = np.cumsum([len(piece) for piece in pieces])
-    most = width + len(columns) * WIDEST_NUMBER + len(between)
-    numbers = np.ascontiguousarray(columns)
+    import pyarrow as pa
+    from pyarrow import compute
 
-    def write(share: tuple[int, int]) -> None:
-        first, last = share
-        room = ((last - first) * most + MARGIN) // 8 + 1
-        text, size = memory.empty((room,)).view(np.uint8), np.zeros(1, dtype=np.int64)
-        compiled.put_rows(lead.reshape(-1), width, numbers, first, last, between, ends, text, size)
-        if size[0] < 0:
-            raise FormatError(f"a number that is not finite, in row {-1 - int(size[0])}, is not written")
-        found[first] = text[: size[0]].tobytes()
-
-    threads.run(write, shares)
-    return [found[first] for first, _ in shares]
+    finite = np.isfinite(columns).all(axis=0)
+    if not finite.all():
+        raise FormatError(f"a number that is not finite, in row {int(np.argmin(finite))}, is not written")
+    widest = len(columns) * WIDEST_NUMBER + sum(map(len, pieces)) + (0 if leads is None else leads.itemsize)
+    if len(finite) * widest > MOST_BYTES and len(finite) > 1:
+        halves = [slice(len(finite) // 2), slice(len(finite) // 2, None)]
+        return b"".join(texts(columns[:, h], pieces, leads if leads is None else leads[h]) for h in halves)
+    cells = [] if leads is None else [_words(leads.tolist())]
+    cells += [_decimals(array(column, pa.float64())) for column in columns]
+    first, *others, nothing = _words([*pieces, b""])
+    row = chain([first], *zip(cells, others, strict=True), [nothing])
+    return contents(compute.binary_join_element_wise(*row)).tobytes()
 
 
-class Part(NamedTuple):
-    """Rows read from a text.
+def contents(words: Any) -> memoryview:
+    """The texts of an Arrow array, one after another."""
+    _, offsets, data = words.buffers()
+    ends = np.frombuffer(offsets, np.int32, len(words) + 1, 4 * words.offset)
+    return memoryview(data)[ends[0] : ends[-1]]
 
-    first, stop : where in the text they were looked for
-    end : where the first line begins that is not a plain row; `stop` where all are
-    second, atto : (n,) integers of dates, as aem_epochs.Stamps
-    columns : (c, n)
+
+def array(values: np.ndarray, kind: Any) -> Any:
+    """Arrow's, on the memory of the numbers: `pyarrow.array` looks for missing ones, and imports pandas."""
+    import pyarrow as pa
+
+    numbers = np.ascontiguousarray(values).view(np.uint8)
+    return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(numbers)])
+
+
+def _words(words: list[bytes]) -> Any:
+    """Arrow's of texts."""
+    import pyarrow as pa
+
+    ends = np.cumsum([0, *map(len, words)]).astype(np.int32)
+    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(words))]
+    return pa.Array.from_buffers(pa.string(), len(words), buffers)
+
+
+def _decimals(numbers: Any) -> Any:
+    """Arrow writes 1 and 5e-8 for what CCSDS wants as 1.0 and 5.0e-8, and JSON needs as -0.0."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    text = numbers.cast(pa.string())
+    whole = compute.invert(compute.match_substring(text, "."))
+    with_point = compute.replace_substring_regex(text.filter(whole), r"^(-?\d+)", r"\1.0", max_replacements=1)
+    return compute.replace_with_mask(text, whole, with_point)
+
+
+class Table(NamedTuple):
+    """What was read of n rows.
+
+    texts : Arrow arrays, of the columns of text
+    columns : (c, n) finite doubles, of the columns of numbers
     """
 
-    first: int
-    stop: int
-    end: int
-    second: np.ndarray
-    atto: np.ndarray
+    texts: list[Any]
     columns: np.ndarray
 
 
-class Form(NamedTuple):
-    """Of rows to be read.
+def read(text: bytes, kinds: str, separator: bytes = b" ") -> Table | None:
+    """Each line as a row, or None where any line is not plainly one: who calls finds out which, and why.
 
-    width : numbers in a row
-    lead : NOTHING, a DATE (with a Z where `zulu`), or a WORD that is passed over
-    separator : between values; a blank stands for any blanks and tabs, which are then passed over in front
-        of rows and behind them, as empty lines are
+    text : whole lines
+    kinds : a letter for each column: t of text, n of numbers, - for one that is passed over
+    separator : one byte, which stands once between two values
     """
+    import pyarrow as pa
+    from pyarrow import csv
 
-    width: int
-    lead: int = NOTHING
-    separator: bytes = b" "
-    zulu: bool = False
+    names = [str(i) for i in range(len(kinds))]
+    types = {"t": pa.binary(), "n": pa.float64()}
+    wanted = {name: types[kind] for name, kind in zip(names, kinds, strict=True) if kind in types}
+    try:
+        table = csv.read_csv(
+            pa.BufferReader(text),
+            csv.ReadOptions(use_threads=False, column_names=names, block_size=len(text) + 1),
+            csv.ParseOptions(delimiter=separator.decode(), quote_char=False, ignore_empty_lines=False),
+            csv.ConvertOptions(column_types=wanted, include_columns=list(wanted), null_values=[]),
+        )
+    except pa.ArrowInvalid:
+        return None
+    found = [column.combine_chunks() for column in table.columns]
+    numbers = [each for each in found if each.type == types["n"]]
+    columns = np.empty((len(numbers), table.num_rows))
+    for column, each in zip(columns, numbers, strict=True):
+        column[:] = np.frombuffer(each.buffers()[1], np.float64, len(each), 8 * each.offset)
+    if table.num_rows != text.count(b"\n") or not np.isfinite(columns).all():
+        return None
+    return Table([each for each in found if each.type == types["t"]], columns)
 
 
-# Of lines that are not plain rows: from a place on, before another, so many at most; where it stopped, and
-# whether rows may follow.
-Odd = Callable[[int, int, int], tuple[int, bool]]
+def read_spaced(text: bytes, number: int, kinds: str) -> tuple[Table | list[bytes], Sequence[int]]:
+    """Rows with any blanks and tabs between their values, and the numbers of the lines that they stand in.
 
-
-def read(text: bytes, first: int, stop: int, form: Form, take: Callable[[Part], None], odd: Odd) -> int:
-    """Rows in whole lines from `first` on; where they end, at `stop` at the latest.
-
-    text : with MARGIN bytes more
-    take : is given the rows in order, part by part
-    odd : is given what is not a plain row of this form
+    text : whole lines, of which the first has this number; empty ones are passed over
+    Returns a list of the lines, with one blank between words, where any of them is no row.
     """
-    for part in _plain(text, _shares(text, first, stop), form):
-        at, goes_on = _past_odd(text, _taken(part, take), part.stop, form, take, odd)
-        if not goes_on:
-            return at
-    return stop
-
-
-def _past_odd(
-    text: bytes, at: int, stop: int, form: Form, take: Callable[[Part], None], odd: Odd
-) -> tuple[int, bool]:
-    """Past lines that are not plain, the more at once the more there are, and the rows that follow."""
-    most = 1
-    while at < stop:
-        at, goes_on = odd(at, stop, most)
-        if not goes_on or at == stop:
-            return at, goes_on
-        before, at = at, _plain_from(text, at, stop, form, take)
-        most = 1 if at > before else min(2 * most, MOST_ODD)
-    return at, True
-
-
-def _plain_from(text: bytes, at: int, stop: int, form: Form, take: Callable[[Part], None]) -> int:
-    """Past the plain rows from there on: looked for in spans that grow, for there may be few."""
-    span = FIRST_SPAN
-    while at < stop:
-        until = text.find(b"\n", at + span, stop) + 1 or stop
-        (part,) = _plain(text, [(at, until)], form)
-        at, span = _taken(part, take), 4 * span
-        if at < until:
-            break
-    return at
-
-
-def _taken(part: Part, take: Callable[[Part], None]) -> int:
-    if part.columns.shape[1]:
-        take(part)
-    return part.end
-
-
-def _plain(text: bytes, shares: list[tuple[int, int]], form: Form) -> list[Part]:
-    """As many rows of each share as are plain."""
-    characters = np.frombuffer(text, dtype=np.uint8)
-    parts: dict[int, Part] = {}
-
-    def take(share: tuple[int, int]) -> None:
-        begin, until = share
-        room = line_ends(text, begin, until)
-        second, atto = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
-        columns, found = np.empty((form.width, room)), np.zeros(2, dtype=np.int64)
-        how = form.lead, int(form.zulu), form.separator[0]
-        compiled.take_rows(characters, begin, until, *how, second, atto, columns, found)
-        count, end = found.tolist()
-        parts[begin] = Part(begin, until, end, second[:count], atto[:count], columns[:, :count])
-
-    threads.run(take, shares)
-    return [parts[begin] for begin, _ in shares]
-
-
-def line_ends(text: bytes, first: int, stop: int) -> int:
-    """How many there are from one place to another; in a tenth of the time that bytes.count takes."""
-    found = np.zeros(1, dtype=np.int64)
-    compiled.count_lines(np.frombuffer(text, dtype=np.uint8), first, stop, found)
-    return int(found[0])
-
-
-def _shares(text: bytes, first: int, stop: int) -> list[tuple[int, int]]:
-    """Cut at the ends of lines."""
-    edges = [first]
-    for _, last in threads.cut(stop - first, min(cores(), max(1, (stop - first) // WORTH_BYTES))):
-        edge = text.find(b"\n", first + last - 1, stop) + 1
-        if edge > edges[-1]:
-            edges.append(edge)
-    return list(pairwise(edges))
+    table = read(text, kinds)
+    if table is not None:
+        return table, range(number, number + table.columns.shape[1])
+    lines = [b" ".join(line.split()) for line in text.split(b"\n")[:-1]]
+    numbers = [i for i, line in enumerate(lines, number) if line]
+    lines = [line for line in lines if line]
+    table = read(b"".join(line + b"\n" for line in lines), kinds)
+    return lines if table is None else table, numbers

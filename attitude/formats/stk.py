@@ -27,7 +27,6 @@ from ..units import finite_array
 from . import dated, lines, parts, rows
 from .interpolant import Interpolant, lagrange
 from .nodes import Nodes
-from .rows import texts
 from .samples import Samples
 
 if TYPE_CHECKING:
@@ -46,6 +45,7 @@ ROWS = {
 }
 GREATEST_RATE = 1e306  # rad/s: in deg/s it is still a number
 MOST_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
+ODD = re.compile(rb"[^-+.\deE \t\r\n]")  # what no row of numbers has
 SAME_ATTITUDE = 1e-9  # rad; more between the end of one segment and the beginning of the next is a jump
 
 
@@ -183,7 +183,7 @@ def _rows(
                 last = table[-1, 1:5]
                 dated.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
                 before = float(table[-1, 0])
-                yield from texts(table.T, [b"", b"", *[b" "] * (table.shape[1] - 1), b"\n"])
+                yield rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
 
 
 def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
@@ -271,24 +271,26 @@ class _Reader:
             raise self.refuse(f"NumberOfAttitudePoints is {value}, and there are more", number)
 
     def _rows(self, block: lines.Block, at: int) -> int:
-        """From there on; where something else begins."""
-
-        begun, other, known = block.number_at(at), self.remarks, sum(map(len, self.tables))
-
-        def take(part: rows.Part) -> None:
-            self.tables.append(part.columns.T)
-            self.numbers.append(block.numbers(part))
-            self.number = block.number_at(part.end) - 1
-
-        def odd(place: int, stop: int, most: int) -> tuple[int, bool]:
-            self.number = block.number_at(place) - 1
-            return self._line(block, place), not self.ended
-
-        end = rows.read(block.text, at, block.size, rows.Form(1 + ROWS[self.kind][0]), take, odd)
-        self.number = block.number_at(end) - 1
-        counted = sum(map(len, self.tables)) - known + self.remarks - other
-        self._remark(self.number + 1 - begun - counted - self.ended)  # empty lines
+        """From there on; where the line begins that is no row of numbers."""
+        odd = ODD.search(block.text, at)
+        end = (block.text.rfind(b"\n", at, odd.start()) + 1 or at) if odd else block.size
+        if end > at:
+            number, self.number = block.number_at(at), block.number_at(end) - 1
+            self._take(block.text[at:end], number)
         return end
+
+    def _take(self, text: bytes, number: int) -> None:
+        width = 1 + ROWS[self.kind][0]
+        table, numbers = rows.read_spaced(text, number, "n" * width)
+        self._remark(text.count(b"\n") - len(numbers))
+        if isinstance(table, list):
+            each = zip(table, numbers, strict=True)
+            self.tables.append(
+                np.concatenate([_numbers(line.decode(), i, width, self.source) for line, i in each])
+            )
+        elif numbers:
+            self.tables.append(table.columns.T)
+        self.numbers += [np.array(numbers)] if numbers else []
 
     def _line(self, block: lines.Block, at: int) -> int:
         self.number += 1

@@ -34,7 +34,4 @@ imports from the modules above it.  Read downwards it is the calculation:
     normal         random words to normal deviates
     dispersion     states of bodies drawn about a nominal one
     gathering      sums over bodies of what statistics are made of, the same in any order
-    powers         of ten, to 128 bits
-    decimals       doubles to the shortest text that gives them back, and text to doubles
-    text_rows      dates and numbers as rows of text, and back
 """

@@ -9,11 +9,6 @@ CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
 REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
 THETA, TRANSFORMED = range(2)
 
-# Rows of text: what they may begin with; bytes that may be read, or written, behind the end of a text; bytes
-# of the widest number, -1.2345678901234567e-308.
-LEAD_NOTHING, LEAD_DATE, LEAD_WORD = range(3)
-TEXT_MARGIN = 32
-WIDEST_NUMBER = 24
 
 # An effect is a row of numbers, or several; the first is its code, vectors of the body are components
 # along its principal axes, all is SI.  Rows are padded with zeros to EFFECT_WIDTH.

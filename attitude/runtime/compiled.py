@@ -116,10 +116,6 @@ collocate_each = Kernel("many.collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1
 split_each = Kernel("many.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1")
 runge_kutta_each = Kernel("many.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1")
 bounce = Kernel("contact.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
-put_rows = Kernel("text_rows.put_rows", "c1.i.d2.i.i.c1.i1.c1.i1")
-put_dates = Kernel("text_rows.put_dates", "d1.d1.i.i.f.i1.i1.c1.i1")
-take_rows = Kernel("text_rows.take_rows", "c1.i.i.i.i.i.i1.i1.d2.i1")
-count_lines = Kernel("text_rows.count_lines", "c1.i.i.i1")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
 draw = Kernel("dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
 gather = Kernel("gathering.gather", "d3.d1.d1")
@@ -136,11 +132,11 @@ ALWAYS = [
 TORQUES = [[collocate], [split, runge_kutta]]
 MANY = [[collocate_each], [split_each, runge_kutta_each]]
 CONTACT = [[bounce]]
-TEXT = [[put_rows, put_dates], [take_rows, count_lines, interpolate]]
+INTERPOLATION = [[interpolate]]
 ENSEMBLES = [[draw], [gather, settle]]
 WINGS = [
     [[signature for kernel in group for signature in kernel.signatures] for group in wing]
-    for wing in (ALWAYS, TORQUES, MANY, CONTACT, TEXT, ENSEMBLES)
+    for wing in (ALWAYS, TORQUES, MANY, CONTACT, INTERPOLATION, ENSEMBLES)
 ]
 
 

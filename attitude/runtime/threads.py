@@ -8,17 +8,31 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextvars import copy_context
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, TypeVar
 
 from ..errors import InputError
 
 Share = TypeVar("Share")
 
+# Where containers are told how much of the processors they may use: "quota period", or "max period".
+CPU_SHARE = Path("/sys/fs/cgroup/cpu.max")
+
 
 def check(threads: Any) -> int:
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
         raise InputError("threads", threads, "a whole number, at least 1")
     return threads
+
+
+def processors() -> int:
+    """How many this process may use; fewer than it may run on where a container has only a share of them."""
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    try:
+        quota, period = CPU_SHARE.read_text().split()
+        return max(1, min(count, -(-int(quota) // int(period))))
+    except (OSError, ValueError):  # no such file, or no such limit
+        return count
 
 
 def cut(length: int, parts: int) -> list[tuple[int, int]]:

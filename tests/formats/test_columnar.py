@@ -20,7 +20,7 @@ from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, Scene
 from attitude.ephemeris import CONVENTION
-from attitude.formats import arrow_batches, binary, columnar, find, lines, module_of, parts, samples
+from attitude.formats import binary, columnar, find, lines, module_of, parts, rows, samples
 
 from ..test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, assert_refused_or_sound, batch, motion
 
@@ -100,18 +100,6 @@ def test_file_goes_through_pipes(format, capsysbinary):
     assert np.array_equal(back.quaternion("wxyz"), motion().at(T).quaternion("wxyz"))
 
 
-@pytest.mark.parametrize("format", ["arrow", "arrows", "parquet"])
-def test_missing_package_is_named_with_its_cure(format, monkeypatch, tmp_path):
-    content = written(motion().at(T), format)
-    for name in [name for name in sys.modules if name.partition(".")[0] == "pyarrow"]:
-        monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(FormatError, match=r"needs pyarrow: pip install 'attitude\[arrow\]'"):
-        motion().at(T).write(tmp_path / "a", format)
-    with pytest.raises(FormatError, match=r"needs pyarrow: pip install 'attitude\[arrow\]'"):
-        read(content, format)
-    assert list(tmp_path.iterdir()) == []
-
-
 # -- dates --------------------------------------------------------------------------------------
 
 
@@ -183,7 +171,7 @@ def test_feather_is_a_frame_for_pandas(tmp_path):
 def test_batches_stand_on_the_memory_of_the_ephemeris():
     ephemeris = motion().at(np.arange(100_000.0))
     table = columnar.columns(ephemeris, ["q_x"])
-    _, numbers = arrow_batches._array(table["q_x"], pa.float64()).buffers()
+    _, numbers = rows.array(table["q_x"], pa.float64()).buffers()
     assert numbers.address == ephemeris.quaternion("wxyz")[:, 1].__array_interface__["data"][0]
 
 

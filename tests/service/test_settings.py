@@ -8,8 +8,9 @@ import os
 import pytest
 
 from attitude import InputError
+from attitude.runtime.threads import processors
 from service import create_app
-from service.settings import Settings, processors
+from service.settings import Settings
 
 
 def test_environment_that_says_nothing_gives_the_defaults():
@@ -80,7 +81,7 @@ def test_threads_and_requests_follow_the_processors_and_workers(monkeypatch):
 def test_processors_are_those_of_the_containers_share(monkeypatch, tmp_path, text, count):
     path = tmp_path / "cpu.max"
     path.write_text(text)
-    monkeypatch.setattr("service.settings.CPU_SHARE", path)
+    monkeypatch.setattr("attitude.runtime.threads.CPU_SHARE", path)
     assert processors() == (count or len(os.sched_getaffinity(0)))
 
 
