@@ -401,7 +401,7 @@ def test_errors_are_those_of_the_polynomials(degree):
     t = np.cumsum(generator.uniform(0.5, 1.5, 40))
     nodes, true = generator.normal(size=(40, 4)), generator.normal(size=(60, 4))
     places = np.array([0.3, 0.9])
-    nodes /= np.linalg.norm(nodes, axis=1)[:, None]
+    nodes = orientation.sign_continuous(nodes / np.linalg.norm(nodes, axis=1)[:, None])
     true /= np.linalg.norm(true, axis=1)[:, None]
     found = lagrange(degree, "degree").errors(t, nodes, np.arange(5, 35), places, true)
     for i, error in enumerate(found):

@@ -19,7 +19,7 @@ NGINX = (ROOT / "docs" / "deploy" / "nginx.conf").read_text()
 SETTINGS = {variable(each.name): each.default for each in fields(Settings)}
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs" / name for name in ("service.md", "http.md", "installation.md"))]
 NAMED = [*ROOT.glob("docs/deploy/*"), ROOT / "Dockerfile", *PAGES]
-OTHERS = {"ATTITUDE_CACHE_DIR"}  # the library's own
+OTHERS = {"ATTITUDE_CACHE_DIR", "ATTITUDE_PLAIN_NUMBA"}  # the library's own
 
 
 @pytest.fixture(scope="module")
