@@ -147,13 +147,12 @@ def sources(tmp_path, monkeypatch):
 
 EVERY_MODULE = {each.module for wing in compiled.WINGS for group in wing for each in group}
 TORQUES = {"collocation", "splitting", "runge_kutta", "many"}
-TEXT = {"text_rows"}
 
 
 @pytest.mark.parametrize(
     ("changed", "recompiled"),
     [
-        ("decimals", TEXT),
+        ("interpolation", {"interpolation"}),
         ("torque", TORQUES),
         ("rubbing", {"contact"}),
         ("normal", {"dispersion"}),
