@@ -116,7 +116,7 @@ def test_number_of_a_line():
     def asking(place):
         return lambda lines: lines.number_at(place)
 
-    answers = list(interrupted(asking(19), lambda: Block(1, [text]), asking(6), Block.number_at))
+    answers = list(interrupted(asking(19), lambda: Block(1, text), asking(6), Block.number_at))
     assert len(answers) > 10
     assert set(answers) == {1 + text[:19].count(b"\n")}
 

@@ -283,14 +283,16 @@ class _Reader:
         width = 1 + ROWS[self.kind][0]
         table, numbers = rows.read_spaced(text, number, "n" * width)
         self._remark(text.count(b"\n") - len(numbers))
+        if not numbers:  # blank lines alone
+            return
         if isinstance(table, list):
             each = zip(table, numbers, strict=True)
             self.tables.append(
                 np.concatenate([_numbers(line.decode(), i, width, self.source) for line, i in each])
             )
-        elif numbers:
+        else:
             self.tables.append(table.columns.T)
-        self.numbers += [np.array(numbers)] if numbers else []
+        self.numbers.append(np.array(numbers))
 
     def _line(self, block: lines.Block, at: int) -> int:
         self.number += 1
