@@ -4,12 +4,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .body import RigidBody
-    from .elapsed import Grid
     from .ephemeris import Ephemeris
     from .errors import AttitudeError, AttitudeWarning, FormatError, InputError, RegimeError, ToleranceError
     from .motion import TorqueFreeMotion
-    from .scene import Scene
+    from .rigid_body.body import RigidBody
+    from .scene.document import Scene
+    from .times.instants import Grid
 
 __version__ = "0.1.0"
 
@@ -20,11 +20,11 @@ _WHERE = {
     "AttitudeWarning": "errors",
     "Ephemeris": "ephemeris",
     "FormatError": "errors",
-    "Grid": "elapsed",
+    "Grid": "times.instants",
     "InputError": "errors",
     "RegimeError": "errors",
-    "RigidBody": "body",
-    "Scene": "scene",
+    "RigidBody": "rigid_body.body",
+    "Scene": "scene.document",
     "ToleranceError": "errors",
     "TorqueFreeMotion": "motion",
 }

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from astropy.time import Time
 
-from . import orientation
-from .body import RigidBody
-from .dynamics.event import Event
-from .dynamics.translation import Translation
-from .elapsed import Instants, instants
 from .errors import InputError, RegimeError
-from .plan import Plan
+from .frames import rotations
+from .rigid_body.body import RigidBody
+from .samples.event import Event
+from .samples.provenance import Plan
+from .samples.translation import Translation
+from .times.instants import Instants, as_instants
 
 if TYPE_CHECKING:
     import pandas
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from astropy.table import QTable
     from scipy.spatial.transform import Rotation
 
-    from .formats.nodes import Written
-    from .frames import Turn
+    from .formats.interpolation_nodes import Written
+    from .frames.inertial import Turn
 
 CONVENTION = (
     "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
@@ -42,9 +42,9 @@ TURNING_CONVENTION = (
 
 def convention(frame: str) -> str:
     """What the numbers of an ephemeris in this frame mean, for files and people."""
-    if not orientation.is_turning(frame):
+    if not rotations.is_turning(frame):
         return CONVENTION
-    return TURNING_CONVENTION.format(frame=frame, meaning=orientation.TURNING_FRAMES[frame])
+    return TURNING_CONVENTION.format(frame=frame, meaning=rotations.TURNING_FRAMES[frame])
 
 
 class Along(Protocol):
@@ -149,7 +149,7 @@ class Ephemeris:
 
     def quaternion(self, order: str) -> np.ndarray:
         """(..., 4) unit quaternions, body to `frame`, in the named order: "wxyz" or "xyzw"."""
-        return orientation.in_order(self._quaternion, order)
+        return rotations.in_order(self._quaternion, order)
 
     @property
     def rotation(self) -> Rotation:
@@ -186,7 +186,7 @@ class Ephemeris:
         self._refuse_turning("angular_momentum")
         if self._momentum is not None:
             return _own(self._momentum)
-        return orientation.rotate(self._quaternion, self._body_momentum())
+        return rotations.rotate(self._quaternion, self._body_momentum())
 
     @property
     def has_own_momentum(self) -> bool:
@@ -210,7 +210,7 @@ class Ephemeris:
         return self._translation and Translation(*map(_own, self._translation))
 
     def _refuse_turning(self, what: str) -> None:
-        if orientation.is_turning(self.frame):
+        if rotations.is_turning(self.frame):
             raise RegimeError(f"{what}: {self.frame} turns; ask it of the ephemeris in an inertial frame")
 
     def _body_momentum(self) -> np.ndarray:
@@ -236,7 +236,7 @@ class Ephemeris:
         """
         if self._resample is None:
             raise RegimeError("resampled: only these samples are known, not the motion they are of")
-        found = self._resample(t if isinstance(t, Instants) else instants(t, self.epoch))
+        found = self._resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
         found.along = self.along
         return found
 
@@ -262,7 +262,7 @@ class Ephemeris:
             epoch, or ITRF beyond the tables of the Earth's rotation that come with astropy.
         RegimeError : axes along an orbit where there is none; from such axes to others.
         """
-        from .framed import in_frame
+        from .samples.transform import in_frame
 
         return in_frame(self, frame)
 
@@ -314,7 +314,7 @@ class Ephemeris:
         velocity [m/s] where the centre of mass was followed.  A batch's dimensions follow the row.  meta
         names frame, order and convention, and has the events where there were any.
         """
-        from .formats.table import to_table
+        from .formats.tables.qtable import to_table
 
         return to_table(self)
 
@@ -331,7 +331,7 @@ class Ephemeris:
 
         Raises FormatError where xarray is not installed.
         """
-        from .formats.labelled import to_xarray
+        from .formats.tables.xarray_pandas import to_xarray
 
         return to_xarray(self)
 
@@ -345,7 +345,7 @@ class Ephemeris:
         Raises InputError for more than one body at a list of instants, FormatError where pandas is not
         installed.
         """
-        from .formats.labelled import to_pandas
+        from .formats.tables.xarray_pandas import to_pandas
 
         return to_pandas(self)
 

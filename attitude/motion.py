@@ -11,17 +11,20 @@ from typing import Any
 import numpy as np
 from astropy.time import Time
 
-from . import elapsed, memory, orientation, units
-from .batch import Batch
-from .body import RigidBody
-from .constants import PaperConstants
+from . import memory, units
 from .ephemeris import Ephemeris
 from .errors import InputError, RegimeError
-from .horizon import refuse_too_far
+from .frames import rotations
 from .kernels import layout
-from .plan import Plan
+from .rigid_body.body import RigidBody
+from .rigid_body.constants_of_motion import Batch
+from .rigid_body.paper_constants import PaperConstants
+from .rigid_body.phase_limit import refuse_too_far
 from .runtime import compiled
 from .runtime.threads import check, cut, run
+from .samples.provenance import Plan
+from .times import instants
+from .times.instants import as_instants
 
 
 class TorqueFreeMotion:
@@ -69,9 +72,9 @@ class TorqueFreeMotion:
         if not isinstance(body, RigidBody):
             raise InputError("body", body, "a RigidBody")
         self.body = body
-        self.epoch = elapsed.check_epoch(epoch)
-        self.frame = orientation.check_frame(frame)
-        attitudes = orientation.attitude_quaternion(attitude, order)
+        self.epoch = instants.check_epoch(epoch)
+        self.frame = rotations.check_frame(frame)
+        attitudes = rotations.attitude_quaternion(attitude, order)
         rates = _check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
         self.shape = _batch_shape(body.shape, attitudes.shape[:-1], rates.shape[:-1])
         self._batch = Batch(body, attitudes, rates, self.shape)
@@ -98,10 +101,10 @@ class TorqueFreeMotion:
         ToleranceError : t is so far off that two-part phases would not give 4e-15 rad.
         """
         check(threads)
-        return self.ephemeris(elapsed.instants(t, self.epoch, threads=threads), threads=threads)
+        return self.ephemeris(as_instants(t, self.epoch, threads=threads), threads=threads)
 
     def ephemeris(
-        self, instants: elapsed.Instants, rate: bool = False, name: str = "", threads: int = 1
+        self, instants: instants.Instants, rate: bool = False, name: str = "", threads: int = 1
     ) -> Ephemeris:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
         check(threads)
@@ -133,15 +136,15 @@ class TorqueFreeMotion:
         """
         if isinstance(size, bool) or not isinstance(size, int) or size < 1:
             raise InputError("size", size, "a whole number, at least 1")
-        part, count = elapsed.parts(times, self.epoch)
+        part, count = instants.parts(times, self.epoch)
         pieces = (part(first, min(first + size, count)) for first in range(0, count, size))
         return (self.ephemeris(instants, rate, name, threads) for instants in pieces)
 
-    def _rates(self, instants: elapsed.Instants, threads: int) -> Any:
+    def _rates(self, instants: instants.Instants, threads: int) -> Any:
         return self._sample(instants, quaternion=False, rate=True, threads=threads)[1]
 
     def _sample(
-        self, instants: elapsed.Instants, quaternion: bool, rate: bool, threads: int
+        self, instants: instants.Instants, quaternion: bool, rate: bool, threads: int
     ) -> tuple[Any, Any]:
         """(quaternions (..., 4), rates (..., 3)), None for what was not asked for.
 
@@ -205,7 +208,7 @@ class TorqueFreeMotion:
         """(..., 3), kg m2 rad/s, inertial components; constant."""
         with np.errstate(over="ignore", invalid="ignore"):
             momentum = np.einsum("...ij,...j->...i", self.body.tensor, self._batch.rates)
-            return _representable(orientation.rotate(self._batch.attitudes, momentum), "angular_momentum")
+            return _representable(rotations.rotate(self._batch.attitudes, momentum), "angular_momentum")
 
     @property
     def kinetic_energy(self) -> np.ndarray:

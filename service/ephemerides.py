@@ -9,14 +9,14 @@ from typing import Any
 import orjson
 from starlette.requests import ClientDisconnect, Request
 
-from attitude.document import parse_json
+from attitude.documents.fields import parse_json
 from attitude.errors import AttitudeError, InputError
-from attitude.formats import json as columns_as_json
 from attitude.formats.answer import answer, gathered
-from attitude.formats.known import FORMATS, Format
-from attitude.formats.samples import Samples
-from attitude.orientation import check_any_frame
-from attitude.scene import Scene
+from attitude.formats.registry import FORMATS, Format
+from attitude.formats.tables import json as columns_as_json
+from attitude.frames.rotations import check_any_frame
+from attitude.samples.chunks import Samples
+from attitude.scene.document import Scene
 
 from . import jobs, limits
 from .answers import COST, JSON, PLAN, VERSIONED, Computed, is_seen, packed, tag_of

@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from attitude.errors import InputError
-from attitude.scene import Scene
+from attitude.scene.document import Scene
 
 from . import jobs
 from .settings import Settings, variable

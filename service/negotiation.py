@@ -8,7 +8,7 @@ from http import HTTPStatus
 from starlette.exceptions import HTTPException
 
 from attitude.errors import InputError
-from attitude.formats.known import FORMATS, KNOWN, Format
+from attitude.formats.registry import FORMATS, KNOWN, Format
 
 USUAL = FORMATS["json"]
 

@@ -13,8 +13,8 @@ from typing import Any
 import orjson
 from fastapi import FastAPI
 
-from attitude.formats.known import KNOWN
-from attitude.scene import Scene, builtin_names
+from attitude.formats.registry import KNOWN
+from attitude.scene.document import Scene, builtin_names
 
 from . import errors
 from .answers import HeadAsGet

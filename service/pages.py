@@ -13,7 +13,7 @@ from fastapi import APIRouter, Request
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from attitude.formats.known import KNOWN
+from attitude.formats.registry import KNOWN
 
 from .headers import policy
 

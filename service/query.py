@@ -11,7 +11,7 @@ from starlette.requests import Request
 
 from attitude.errors import InputError
 from attitude.formats.answer import options_of
-from attitude.formats.known import Format
+from attitude.formats.registry import Format
 
 from .negotiation import accepts_gzip, wanted
 

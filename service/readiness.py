@@ -12,9 +12,9 @@ import time
 from collections.abc import Iterator
 from typing import Any, Protocol
 
-from attitude.formats import json
+from attitude.formats.tables import json
 from attitude.runtime import compiled
-from attitude.scene import Scene, builtin_names
+from attitude.scene.document import Scene, builtin_names
 
 log = logging.getLogger(__name__)
 

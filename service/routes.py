@@ -16,8 +16,8 @@ from starlette.responses import Response
 
 import attitude
 from attitude.errors import InputError
-from attitude.formats import json
-from attitude.scene import Scene, builtin_names
+from attitude.formats.tables import json
+from attitude.scene.document import Scene, builtin_names
 
 from . import costs, docs, ephemerides, limits, openapi, pages, query
 from .answers import JSON, fixed, json_answer, sent, unchanged

@@ -11,7 +11,7 @@ from typing import Any
 
 import orjson
 
-from attitude.formats.known import FORMATS
+from attitude.formats.registry import FORMATS
 
 from .query import Asked
 

@@ -9,8 +9,7 @@ from astropy import units as u
 from astropy.time import Time, TimeDelta
 
 from attitude import Grid, InputError, Scene
-
-from . import bodies
+from tests import bodies
 
 EPOCH = Time("2016-12-31T23:00:00", scale="utc")  # an hour before a leap second
 

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from attitude import Ephemeris, Scene, __version__
-from attitude.cli import main
-from attitude.formats import FORMATS, parts, samples
+from attitude.cli.main import main
+from attitude.formats import FORMATS, schema
 from attitude.runtime import compiled, kernel_cache
-from attitude.scene import builtin_names
+from attitude.samples import chunks
+from attitude.scene.document import builtin_names
 
 TOUTATIS = Scene.builtin("toutatis")
 
@@ -132,7 +133,7 @@ def test_person_at_a_terminal_is_told_what_is_run(answer, tmp_path):
 
 
 def test_progress_of_a_long_run_is_told_by_tenths(answer, monkeypatch, tmp_path):
-    monkeypatch.setattr(samples, "BLOCK", 4)
+    monkeypatch.setattr(chunks, "BLOCK", 4)
     _, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
     told = [line for line in err.splitlines() if "written" in line]
     assert told == [f"attitude: written {done} %" for done in range(10, 101, 10)]
@@ -381,7 +382,7 @@ def test_interruption_by_the_user_is_quiet_and_leaves_no_file(answer, monkeypatc
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(parts, "rows", interrupted)
+    monkeypatch.setattr(schema, "rows", interrupted)
     assert answer("run", "toutatis", "-o", tmp_path / "out.csv") == (130, b"", "")
     assert list(tmp_path.iterdir()) == []
 
@@ -538,7 +539,7 @@ def test_bad_flag_of_the_service_is_one_line(answer):
 
 # -- in a process of its own --------------------------------------------------------------------
 
-COMMAND = [sys.executable, "-m", "attitude.cli"]
+COMMAND = [sys.executable, "-m", "attitude.cli.main"]
 
 
 def test_command_runs_as_a_process(tmp_path):
@@ -640,7 +641,7 @@ def peak_of_a_run(count, folder):
     times = {"start": 0, "stop": 40, "count": count, "unit": "d"}
     (folder / "many.json").write_text(json.dumps(TOUTATIS.document() | {"times": times}))
     program = (
-        "import resource; from attitude.cli import main; main(['run', 'many.json', '-o', 'many.npz']);"
+        "import resource; from attitude.cli.main import main; main(['run', 'many.json', '-o', 'many.npz']);"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
     command = [sys.executable, "-c", program]

@@ -9,8 +9,7 @@ from mpmath import mp, mpf, workdps
 
 from attitude import RegimeError, RigidBody, TorqueFreeMotion
 from attitude.oracle import truth
-
-from .bodies import (
+from tests.bodies import (
     ATTITUDE,
     CONSTANT_RATE,
     GENERIC,
@@ -26,7 +25,7 @@ from .bodies import (
     sample,
     speed,
 )
-from .oracles.published import PublishedMotion
+from tests.oracles.published import PublishedMotion
 
 # Kept in two parts, each is rounded once or twice: an ulp or two.
 TOLERANCE = 1e-15

@@ -12,8 +12,7 @@ from astropy.time import Time, TimeDelta
 from astropy.utils import iers
 
 from attitude import InputError, RigidBody, TorqueFreeMotion
-
-from .bodies import ATTITUDE, ATTITUDE_TOLERANCE, angle_between
+from tests.bodies import ATTITUDE, ATTITUDE_TOLERANCE, angle_between
 
 # A Time is whole days and a fraction of one, so each step from text or scale to another rounds by at most
 # 2^-54 d = 4.8 ps; text to UTC and UTC to TAI, for instant and epoch, are four.

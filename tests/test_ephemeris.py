@@ -12,10 +12,9 @@ from astropy.time import Time
 from scipy.spatial.transform import Rotation
 
 from attitude import Ephemeris, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
-from attitude.elapsed import Instants
 from attitude.runtime import compiled
-
-from .bodies import (
+from attitude.times.instants import Instants
+from tests.bodies import (
     ATTITUDE,
     ATTITUDE_TOLERANCE,
     CONSTANT_RATE,

@@ -22,28 +22,20 @@ from astropy.time import Time, TimeDelta
 from astropy.utils import iers
 from scipy.spatial.transform import Rotation
 
-from attitude import (
-    Ephemeris,
-    InputError,
-    RegimeError,
-    RigidBody,
-    Scene,
-    TorqueFreeMotion,
-    earth_orientation,
-    elapsed,
-)
+from attitude import Ephemeris, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
 from attitude.cost import AbsentError
 from attitude.cost.methods import orekit
-from attitude.dynamics.event import Event
-from attitude.dynamics.translation import Translation
-from attitude.frames import from_gcrf, turn_from_gcrf
-from attitude.frames_of_date import itrf, teme
-from attitude.orbit.local import qsw
-from attitude.orbit.position import as_pieces, position, velocity
-from attitude.orientation import conjugate
-
-from .effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
-from .effects.test_orbit import TLES, course, start_of, tle_course
+from attitude.frames import earth_orientation
+from attitude.frames.earth_fixed import itrf, teme
+from attitude.frames.inertial import from_gcrf, turn_from_gcrf
+from attitude.frames.rotations import conjugate
+from attitude.orbit.local_frames import qsw
+from attitude.orbit.path_states import as_pieces, position, velocity
+from attitude.samples.event import Event
+from attitude.samples.translation import Translation
+from attitude.times.instants import as_instants
+from tests.effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
+from tests.effects.test_orbit import TLES, course, start_of, tle_course
 
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
 INERTIAL = ("ICRF", "GCRF", "EME2000", "ECLIPJ2000")
@@ -172,14 +164,14 @@ def spread():
 
 
 def test_earth_fixed_axes_are_those_of_astropy():
-    instants = elapsed.instants(spread(), EPOCH)
+    instants = as_instants(spread(), EPOCH)
     expected = matrices.cirs_to_itrs_mat(instants.time) @ matrices.gcrs_to_cirs_mat(instants.time)
     # the Earth rotation angle of erfa, of 1e4 days, is good to 3e-14
     assert np.abs(matrix(itrf(instants)) - expected).max() < 1e-13
 
 
 def test_axes_of_sgp4_are_those_of_astropy():
-    instants = elapsed.instants(spread(), EPOCH)
+    instants = as_instants(spread(), EPOCH)
     time = instants.time
     found = matrix(itrf(instants)) @ np.swapaxes(matrix(teme(instants)), -1, -2)
     # astropy leaves out the locator of the crust's pole there, 47 microarcseconds a century
@@ -202,7 +194,7 @@ def test_vectors_go_where_astropy_takes_them():
 
 def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
     """A body that turns as the Earth does, about its pole of 2026-03-20: the sidereal day."""
-    still = itrf(elapsed.instants([0.0], EPOCH))
+    still = itrf(as_instants([0.0], EPOCH))
     rate = still.rate[0]
     assert np.linalg.norm(rate) == pytest.approx(2 * math.pi / 86164.0989, rel=1e-7)
     at_rest = TorqueFreeMotion(
@@ -216,7 +208,7 @@ def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
 
 def test_turn_between_computed_poles_is_that_at_the_instant():
     """The polynomial against the series themselves, at instants it does not go through."""
-    instants = elapsed.instants(np.linspace(-2e7, 2e7, 500) + 3333.0, EPOCH)
+    instants = as_instants(np.linspace(-2e7, 2e7, 500) + 3333.0, EPOCH)
     time = instants.time
     expected = erfa.pnm06a(time.tt.jd1, time.tt.jd2)
     found = matrix(teme(instants))
@@ -559,7 +551,7 @@ def test_users_own_frame_has_axes_along_its_orbit():
 def test_centre_of_mass_moves_relative_to_the_frame():
     """Against differences of the positions there."""
     t, h = np.array([0.0, 40000.0]), 8.0
-    instants = elapsed.instants(np.concatenate([t, *(t + k * h for k in (-2, -1, 1, 2))]), EPOCH)
+    instants = as_instants(np.concatenate([t, *(t + k * h for k in (-2, -1, 1, 2))]), EPOCH)
     r0, v0 = np.array([7e6, 1e6, -2e6]), np.array([100.0, 7e3, 1e3])
     moved = Translation(r0 + v0 * instants.seconds[:, None], np.broadcast_to(v0, (10, 3)))
     given = motion().at(instants.seconds)
@@ -696,7 +688,7 @@ def test_axes_along_an_ellipse_are_those_of_orekit(java, name, theirs):
 
 def test_turns_one_after_another():
     """`then` and `back`, by matrices and by the rate that two turning frames have to each other."""
-    instants = elapsed.instants([0.0, 5e4], EPOCH)
+    instants = as_instants([0.0, 5e4], EPOCH)
     there, ecliptic = itrf(instants), turn_from_gcrf("ECLIPJ2000", "a test")
     both = ecliptic.back().then(there)
     assert np.abs(matrix(both) - matrix(there) @ matrix(ecliptic).T).max() < 1e-15

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from attitude import RigidBody, TorqueFreeMotion
 from attitude.oracle import truth
-
-from .bodies import (
+from tests.bodies import (
     ATTITUDE_TOLERANCE,
     GENERIC,
     RATE_TOLERANCE,
@@ -22,7 +21,7 @@ from .bodies import (
     sample,
     times,
 )
-from .oracles import published
+from tests.oracles import published
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 DEGREE = math.pi / 180

@@ -24,10 +24,9 @@ from attitude import (
     ToleranceError,
     TorqueFreeMotion,
 )
-from attitude.elapsed import Instants
-from attitude.scene import builtin_names
-
-from .bodies import ATTITUDE, ATTITUDE_TOLERANCE
+from attitude.scene.document import builtin_names
+from attitude.times.instants import Instants
+from tests.bodies import ATTITUDE, ATTITUDE_TOLERANCE
 
 DOCUMENT = {
     "name": "debris",

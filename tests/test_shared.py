@@ -13,8 +13,8 @@ import pytest
 from attitude import RigidBody, TorqueFreeMotion
 from attitude.effects.user import DOUBLES, UserTorque
 from attitude.ephemeris import Ephemeris
-from attitude.formats.lines import Block
-from attitude.orbit.along import Along
+from attitude.formats.line_blocks import Block
+from attitude.orbit.ephemeris_orbit import Along
 
 
 def interrupted(ask, made, other, *functions):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from attitude import Scene
-from attitude.orbit.position import position, velocity
+from attitude.orbit.path_states import position, velocity
 
 
 def angle(a, b):

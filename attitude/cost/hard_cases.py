@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..body import RigidBody
 from ..motion import TorqueFreeMotion
+from ..rigid_body.body import RigidBody
 from .problem import Problem
 
 Vector = tuple[float, float, float]

@@ -21,22 +21,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import stopping
-from ..body import RigidBody
-from ..elapsed import instants
 from ..errors import AttitudeError, InputError
 from ..motion import TorqueFreeMotion
-from . import followed
+from ..rigid_body.body import RigidBody
+from ..times.instants import as_instants
+from . import torque_truth
 from .cell import ABSENT, FAILED, LOST, MEASURED, NOT_RUN, Cell
-from .followed import Followed
 from .machine import machine, versions
 from .method import AbsentError, Method, Solve
 from .methods import FAMILIES, UNDER_TORQUES, ladder, stepping
 from .problem import Problem, counted
 from .report import Report
+from .torque_truth import Followed
 from .truth import Conserved, Truth
 
 if TYPE_CHECKING:
-    from ..scene import Scene
+    from ..scene.document import Scene
 
 BUDGET = 60.0  # s
 SAMPLES, SAMPLES_UNDER_TORQUES = 100_000, 101
@@ -139,7 +139,7 @@ def _horizons(problem: Problem, asked: Sequence[float] | None, budget: float) ->
     """Those asked for; else all that a free body has, or of a scene's span what there is a truth for."""
     if problem.world is None:
         return HORIZONS if asked is None else asked
-    reach = followed.reach(problem, problem.world, budget)
+    reach = torque_truth.reach(problem, problem.world, budget)
     if asked is None:
         whole = 10.0 ** math.floor(math.log10(reach) + 1e-12)
         return [part * whole for part in PARTS]
@@ -153,16 +153,16 @@ def _load_kernels(problem: Problem) -> None:
     """Have them compiled, or read from disk: what a process does once."""
     if problem.world is not None:
         stepping.load(problem)
-        followed.load(problem, problem.world)
+        torque_truth.load(problem, problem.world)
         return
     body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
     motion = TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")
-    motion.ephemeris(instants([0.0], None), rate=True)
+    motion.ephemeris(as_instants([0.0], None), rate=True)
 
 
 def _truths(problem: Problem, grids: list[np.ndarray], seed: int) -> list[Truth]:
     if problem.world is not None:
-        return followed.truths(problem, problem.world, grids, seed)
+        return torque_truth.truths(problem, problem.world, grids, seed)
     return [Truth.at_some(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
 
 

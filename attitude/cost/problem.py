@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics.acting import Once
-from ..dynamics.choice import pace
-from ..dynamics.legs import Leg, legs
-from ..dynamics.situation import Situation
+from ..dynamics.arcs import Leg, legs
+from ..dynamics.solver_selection import pace
 from ..errors import InputError
+from ..problem.initial_state import Situation
+from ..problem.torque_model import Once
 
 if TYPE_CHECKING:
     from ..effects.effect import Effect, Torque
     from ..motion import TorqueFreeMotion
     from ..orbit.orbit import Orbit
-    from ..scene import Scene
+    from ..scene.document import Scene
 
 SPANS = "spans of the scene"
 
@@ -90,7 +90,7 @@ class Problem:
         InputError : an effect at instants, or the user's own; torques, and no span after the epoch.
         """
         from ..effects.effect import Torque
-        from ..simulation import route
+        from ..scene.simulation import route
 
         for i, effect in enumerate(scene.effects):
             _check_effect(effect, f"effects[{i}].type")

@@ -206,7 +206,7 @@ class Report:
         Raises FormatError for another ending than svg and png, or where the file cannot be written;
         AttitudeError where matplotlib is missing.
         """
-        from ..output import check_picture, write
+        from ..runtime.output_paths import check_picture, write
 
         format = check_picture(path)
         write(path, self.picture(format))

@@ -14,15 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import orientation
 from ..errors import InputError
-from ..horizon import pace, refuse_too_far
+from ..frames import rotations
 from ..kernels import layout
+from ..problem.initial_state import Situation
+from ..problem.torque_model import Kick
+from ..rigid_body.phase_limit import pace, refuse_too_far
 from ..runtime import compiled
-from .acting import Kick
-from .event import Event
-from .situation import Situation
-from .translation import parabola
+from ..samples.event import Event
+from ..samples.translation import parabola
 
 # A body may be given this deep in the ground, in parts of its size: the rounding of who put it there.
 SUNK = 1e-12
@@ -111,7 +111,7 @@ class Ground(NamedTuple):
         """(...), m: height of the body's lowest point over the plane; (..., 4) wxyz and (..., 3) m."""
         up, shape = self.up, self.shape
         inverse = quaternion * (1.0, -1.0, -1.0, -1.0)
-        normal = orientation.rotate(inverse, np.broadcast_to(up, position.shape))
+        normal = rotations.rotate(inverse, np.broadcast_to(up, position.shape))
         depth = np.full(position.shape[:-1], shape.radius)
         if shape.axis is not None:
             depth *= np.linalg.norm(np.cross(normal, shape.axis), axis=-1)
@@ -303,9 +303,9 @@ class _Course:
         position, velocity = parabola(start[9:12], start[12:15], self.gravity, time[0])
         angular, linear = np.asarray(kick.angular, dtype=float), np.asarray(kick.linear, dtype=float)
         if kick.inertial:
-            angular = orientation.rotate(attitude * (1.0, -1.0, -1.0, -1.0), angular)
+            angular = rotations.rotate(attitude * (1.0, -1.0, -1.0, -1.0), angular)
         else:
-            linear = orientation.rotate(attitude, linear)
+            linear = rotations.rotate(attitude, linear)
         rate = rate + np.linalg.solve(self.tensor, angular)
         self._start = np.concatenate([(hi, lo), attitude, rate, position, velocity + linear / self.mass])
         self._state[1] = 0.0

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .. import orientation
 from ..errors import InputError
+from ..frames import rotations
 from ..kernels import layout
-from .acting import Acting, Kick
-from .situation import Situation
+from ..problem.initial_state import Situation
+from ..problem.torque_model import Acting, Kick
 
 SINK_ITERATIONS = 100
 # Neighbouring doubles may take turns for ever: found, if they differ by no more than this part of the rate.
@@ -43,7 +43,7 @@ def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndar
     else:
         if alpha and not np.abs(rate - before).max() <= IN_TURNS * np.abs(rate).max():
             raise InputError("dissipation", alpha, TOO_STRONG)
-    return orientation.rotate(situation.attitude, tensor @ rate + rotors)
+    return rotations.rotate(situation.attitude, tensor @ rate + rotors)
 
 
 def gained(kicks: Sequence[Kick], attitude: np.ndarray) -> list[np.ndarray]:
@@ -65,4 +65,4 @@ def gained(kicks: Sequence[Kick], attitude: np.ndarray) -> list[np.ndarray]:
 
 def inertial(kick: Kick, attitude: np.ndarray) -> np.ndarray:
     """(3,), N m s, inertial components of the angular impulse."""
-    return kick.angular if kick.inertial else orientation.rotate(attitude, kick.angular)
+    return kick.angular if kick.inertial else rotations.rotate(attitude, kick.angular)

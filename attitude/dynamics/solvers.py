@@ -15,11 +15,11 @@ import numpy as np
 from .. import stopping
 from ..errors import ToleranceError
 from ..kernels import layout
+from ..problem.initial_state import Situation
+from ..problem.torque_model import Acting
 from ..runtime import compiled
 from . import schemes
-from .acting import Acting
-from .situation import Situation
-from .stepped import Stepped, ascending, most_symmetric
+from .solver_arguments import Stepped, ascending, most_symmetric
 
 OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
 STRIDE = 1.5  # steps of the coarser solution over those of the answer

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Annotated, Any
 
-from ..document import Chosen, Part
+from ..documents.fields import Chosen, Part
 from ..errors import InputError
 from .effect import Effect
 

@@ -6,12 +6,12 @@ from typing import Literal
 
 import numpy as np
 
-from ..dynamics.situation import Situation
+from ..documents.quantities import Instant, TorqueVector
 from ..errors import InputError
 from ..kernels import layout
-from ..quantities import Instant, TorqueVector
+from ..problem.initial_state import Situation
 from .effect import Torque, row
-from .instants import seconds, span_text
+from .time_span import seconds, span_text
 
 
 class ConstantTorque(Torque):

@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
+from ..documents.quantities import DissipationCoefficient, check_not_negative
 from ..kernels import layout
-from ..quantities import DissipationCoefficient, check_not_negative
+from ..problem.initial_state import Situation
+from ..problem.spin_bound import Spin
 from .effect import BodysTorque, row
 
 

@@ -8,12 +8,12 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..dynamics.situation import Course, Situation
+from ..documents.quantities import Density, Length, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import position, samples, velocity
-from ..quantities import Density, Length, Rate, check_positive
-from . import rotation as turning
+from ..orbit.path_states import position, samples, velocity
+from ..problem.initial_state import Course, Situation
+from . import central_body_rotation as turning
 from .effect import Torque, row
 from .plates import DragPlate, Surfaces
 

@@ -8,12 +8,12 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from .. import units
-from ..document import Matrix, Number, exactly_one
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
+from ..documents.fields import Matrix, Number, exactly_one
+from ..documents.quantities import GREATEST
 from ..errors import InputError
 from ..kernels import layout
-from ..quantities import GREATEST
+from ..problem.initial_state import Situation
+from ..problem.spin_bound import Spin
 from .effect import BodysTorque, row
 
 # Rounding in the caller's own arithmetic that is forgiven, as in a body's tensor.

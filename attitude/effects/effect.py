@@ -6,10 +6,10 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ..document import Part
-from ..dynamics.situation import Pieces, Situation
-from ..dynamics.spin import Spin, free_spin
+from ..documents.fields import Part
 from ..kernels import layout
+from ..problem.initial_state import Pieces, Situation
+from ..problem.spin_bound import Spin, free_spin
 
 
 class Effect(Part):

@@ -6,11 +6,11 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import least_distance
+from ..orbit.path_states import least_distance
+from ..problem.initial_state import Situation
+from ..problem.spin_bound import Spin
 from .effect import BodysTorque, row
 
 

@@ -7,14 +7,14 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from .. import orientation
-from ..document import Number, Vector
+from ..documents.fields import Number, Vector
+from ..documents.quantities import Length, unit_vector
 from ..dynamics import contact
-from ..dynamics.situation import Situation
 from ..errors import InputError
-from ..quantities import Length, unit_vector
+from ..frames import rotations
+from ..problem.initial_state import Situation
+from .contact_shape import Shape, Solid
 from .effect import Effect
-from .shape import Shape, Solid
 
 # Of the body's size: how far its lowest point may be below the plane, by rounding of what is given.
 DEEPEST = 1e-12
@@ -66,7 +66,7 @@ class Ground(Effect):
         if situation.position is None:
             raise InputError("position", None, "a position of the body")
         inverse = situation.attitude * np.array([1.0, -1.0, -1.0, -1.0])
-        downwards = orientation.rotate(inverse, -self.direction)
+        downwards = rotations.rotate(inverse, -self.direction)
         return float(self.direction @ situation.position) - self.solid().reach(downwards) - self.height.si
 
     def check(self, situation: Situation) -> None:

@@ -7,13 +7,13 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..document import Part, exactly_one
-from ..dynamics.acting import Kick
-from ..dynamics.situation import Situation
+from ..documents.fields import Part, exactly_one
+from ..documents.quantities import AngularImpulseVector, ImpulseVector, Instant, LengthVector
 from ..errors import InputError
-from ..quantities import AngularImpulseVector, ImpulseVector, Instant, LengthVector
+from ..problem.initial_state import Situation
+from ..problem.torque_model import Kick
 from .effect import Effect
-from .instants import check_in_span, seconds
+from .time_span import check_in_span, seconds
 
 
 class Firing(Part):

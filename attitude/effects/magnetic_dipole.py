@@ -8,14 +8,14 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import model_validator
 
-from .. import twopart
-from ..document import Part
-from ..dynamics.situation import Situation
+from ..documents.fields import Part
+from ..documents.quantities import Angle, DipoleVector, FieldStrength, Length, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import least_distance, normals
-from ..quantities import Angle, DipoleVector, FieldStrength, Length, Rate, check_positive
-from . import rotation
+from ..orbit.path_states import least_distance, normals
+from ..problem.initial_state import Situation
+from ..times import turn_rates
+from . import central_body_rotation
 from .effect import Torque, row
 
 # The Earth's dipole for 2025.0: g10, g11, h11 in T and the radius they belong to in m (IGRF-14, IAGA 2024).
@@ -63,7 +63,11 @@ class DipoleField(Part):
         inwards = np.array(
             [equatorial * math.cos(longitude), equatorial * math.sin(longitude), math.cos(tilt)]
         )
-        turns = rotation.earth_turns() if self.rotation is None else twopart.turns(self.rotation.si)
+        turns = (
+            central_body_rotation.earth_turns()
+            if self.rotation is None
+            else turn_rates.turns(self.rotation.si)
+        )
         return Source(self.strength.si * self.radius.si**3, -inwards, turns)
 
 
@@ -96,12 +100,12 @@ class MagneticDipole(Torque):
             return self.field.source()
         gauss = np.array([G11, H11, G10])
         size = float(np.linalg.norm(gauss))
-        return Source(size * RADIUS**3, gauss / size, rotation.earth_turns())
+        return Source(size * RADIUS**3, gauss / size, central_body_rotation.earth_turns())
 
     def rows(self, situation: Situation) -> np.ndarray:
         strength, direction, turns = self.source()
-        x, y, pole = rotation.equator(situation)
-        angle = rotation.longitude_of_x(situation)
+        x, y, pole = central_body_rotation.equator(situation)
+        angle = central_body_rotation.longitude_of_x(situation)
         c, s = math.cos(angle), math.sin(angle)
         at_epoch = np.array([c * direction[0] - s * direction[1], s * direction[0] + c * direction[1]])
         a = direction[2] * pole
@@ -114,7 +118,9 @@ class MagneticDipole(Torque):
         if situation.course is None:
             raise InputError("orbit", None, "an orbit")
         strength, direction, _ = self.source()
-        highest = _highest_latitude(normals(situation.course) @ rotation.equator(situation)[2], direction)
+        highest = _highest_latitude(
+            normals(situation.course) @ central_body_rotation.equator(situation)[2], direction
+        )
         field = (
             strength / least_distance(situation.course) ** 3 * math.sqrt(1.0 + 3.0 * math.sin(highest) ** 2)
         )

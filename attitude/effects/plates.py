@@ -8,9 +8,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..document import Number, Part, Vector
+from ..documents.fields import Number, Part, Vector
+from ..documents.quantities import Area, LengthVector, check_positive, unit_vector
 from ..errors import InputError
-from ..quantities import Area, LengthVector, check_positive, unit_vector
 
 DIRECTIONS = 20_000
 Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]

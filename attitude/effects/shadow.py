@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..dynamics.situation import Course, Pieces
-from ..orbit.position import evaluate, position, samples, velocity
+from ..orbit.path_states import evaluate, position, samples, velocity
+from ..problem.initial_state import Course, Pieces
 
 # Samples of a revolution; the height over the shadow has one lowest point in each, or few.
 STEPS = 360

@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from ..document import Chosen
-from ..dynamics.situation import Pieces, Situation
+from ..documents.fields import Chosen
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import evaluate
+from ..orbit.path_states import evaluate
+from ..problem.initial_state import Pieces, Situation
 from . import sun as sunlight
 from .effect import Torque, row
 from .plates import OpticalPlate, Surfaces

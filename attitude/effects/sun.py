@@ -10,12 +10,12 @@ import numpy as np
 from erfa import ErfaWarning
 from pydantic import model_validator
 
-from ..document import Part, Vector
-from ..dynamics.situation import Pieces
+from ..documents.fields import Part, Vector
+from ..documents.quantities import unit_vector
 from ..errors import InputError
-from ..frames import from_gcrf
-from ..orbit.pieces import sampled
-from ..quantities import unit_vector
+from ..frames.inertial import from_gcrf
+from ..orbit.piecewise_polynomial import sampled
+from ..problem.initial_state import Pieces
 
 if TYPE_CHECKING:
     from astropy.time import Time

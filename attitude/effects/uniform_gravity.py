@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ..quantities import AccelerationVector
+from ..documents.quantities import AccelerationVector
 from .effect import Effect
 
 

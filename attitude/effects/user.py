@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from pydantic import PrivateAttr
 
-from ..dynamics.situation import Situation
 from ..errors import InputError
 from ..kernels import layout
+from ..problem.initial_state import Situation
 from .effect import Torque, row
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
+from ..documents.quantities import AngularImpulseVector
 from ..kernels import layout
-from ..quantities import AngularImpulseVector
+from ..problem.initial_state import Situation
+from ..problem.spin_bound import Spin
 from .effect import BodysTorque, row
 
 

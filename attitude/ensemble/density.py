@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import orientation
-from ..elapsed import Instants
 from ..errors import InputError
-from ..scene import Scene
-from .bodies import motion_of
+from ..frames import rotations
+from ..scene.document import Scene
+from ..times.instants import Instants
+from .motion import motion_of
 from .redraws import Redraws, note
-from .states import Source
+from .sources.states import Source
 
 ROWS, COLUMNS = 60, 120  # of equal steps in z, and in longitude
 HELD = 2**18  # attitudes at a time: 8 MiB
@@ -112,7 +112,7 @@ class Counting:
             states = self.source.part(first, min(first + size, part[1]))
             block = motion_of(self.scene, states, self.instants, first, False, self.choice, self.leave_out)
             lost += block.lost
-            cells = cell_of(orientation.rotate(block.quaternion, self.axis))
+            cells = cell_of(rotations.rotate(block.quaternion, self.axis))
             for found, row in zip(cells.T, counts, strict=True):
                 row += np.bincount(found, minlength=ROWS * COLUMNS)
         return counts, lost

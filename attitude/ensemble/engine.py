@@ -18,7 +18,7 @@ from uuid import uuid4
 
 from .. import __version__
 from ..errors import AttitudeError, InputError
-from ..formats.optional import needed
+from ..runtime.optional_imports import needed
 from ..runtime.threads import processors
 from ..stopping import Stop, stoppable
 

@@ -11,24 +11,25 @@ import numpy as np
 from astropy.table import QTable
 from astropy.time import Time
 
-from .. import elapsed, orientation
-from ..elapsed import Instants
 from ..errors import InputError, RegimeError
+from ..frames import rotations
 from ..kernels.layout import LEAF, PITCH, REGIMES
-from ..scene import Scene
+from ..scene.document import Scene
+from ..times import instants
+from ..times.instants import Instants
 from . import engine
-from .bodies import choice_of, free_motion, is_free, motion_of
+from .accumulation import Gathering, Sums, cuts
 from .density import COLUMNS, ROWS, Counting, Density, axis_of
-from .dispersion import Sampled
 from .flips import flips
-from .gathered import Gathering, Sums, cuts
+from .motion import choice_of, free_motion, is_free, motion_of
 from .redraws import PART, Redraws, note, redraws_of
-from .states import Source, States, check_part
+from .sources.dispersion import Sampled
+from .sources.states import Source, States, check_part
+from .sources.table import LeftOut, Tabled
 from .statistics import Statistics
-from .table import LeftOut, Tabled
 
 if TYPE_CHECKING:
-    from .running import Run
+    from .execution import Run
 
 Progress = Callable[[float], None]
 
@@ -181,7 +182,7 @@ class Ensemble:
             if self.scene is None:
                 raise InputError("times", None, "instants, for an ensemble without a scene")
             times = self.scene.times.lazily(self.epoch)
-        part, count = elapsed.parts(times, self.epoch)
+        part, count = instants.parts(times, self.epoch)
         if count < 1:
             raise InputError("times", f"{count} instants", "at least one")
         return part(0, count)
@@ -200,7 +201,7 @@ class Ensemble:
         chunk: int | None = None,
     ) -> Run:
         """Compute attitudes and rates of all bodies, and store them; see `running.run`."""
-        from .running import run
+        from .execution import run
 
         return run(self, times, to, overwrite, scheduler, workers, progress, rate, chunk)
 
@@ -251,7 +252,7 @@ class Ensemble:
             lost.update(sums.lost)
         regimes = {name: int(n) / self.size for name, n in zip(REGIMES, sums.regimes, strict=True)}
         found = np.concatenate(products), np.concatenate(references)
-        count, frame = self.size - len(lost), orientation.check_frame(self.frame)
+        count, frame = self.size - len(lost), rotations.check_frame(self.frame)
         redraws = self.redraws(scheduler=scheduler, workers=workers)
         return Statistics(*found, instants, count, regimes, frame, tuple(lost), redraws)
 
@@ -287,7 +288,7 @@ class Ensemble:
             for found, left_out in parts:
                 counts += found
                 lost += left_out
-        frame = orientation.check_frame(self.frame)
+        frame = rotations.check_frame(self.frame)
         redraws = self.redraws(scheduler=scheduler, workers=workers)
         return Density(along, instants, frame, counts.reshape(-1, ROWS, COLUMNS), lost, redraws)
 

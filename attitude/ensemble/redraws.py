@@ -9,8 +9,8 @@ from functools import partial
 from typing import Any
 
 from . import engine
-from .dispersion import TALLY_UNIT, Sampled
-from .states import Source
+from .sources.dispersion import TALLY_UNIT, Sampled
+from .sources.states import Source
 
 PART = 2**20  # bodies of a task: 0.03 to 0.3 s
 

@@ -12,8 +12,8 @@ import numpy as np
 from astropy import units as u
 from astropy.table import QTable
 
-from .. import orientation
-from ..elapsed import Instants
+from ..frames import rotations
+from ..times.instants import Instants
 from .redraws import Redraws, note
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Statistics:
         self.count, self.instants, self.regimes, self.frame = count, instants, regimes, frame
         self.redraws = redraws
         offset = mean_departure(products)
-        self.mean = orientation.product(reference, offset)
+        self.mean = rotations.product(reference, offset)
         self.covariance = covariance(products, offset)
         self.directions, self.resultants, self.spreads = axes(products, reference)
 
@@ -147,7 +147,7 @@ def axes(products: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.nd
     turned = np.swapaxes(np.eye(3) - short, 1, 2)  # rows are the axes
     lengths = np.linalg.norm(turned, axis=-1)
     spreads = np.sqrt(np.maximum(2.0 * left_out / (1.0 + lengths), 0.0))
-    inertial = orientation.rotate(reference[:, None], turned)
+    inertial = rotations.rotate(reference[:, None], turned)
     inertial /= np.maximum(np.linalg.norm(inertial, axis=-1, keepdims=True), ROUNDING)
     return np.where(lengths[..., None] > ROUNDING, inertial, 0.0), lengths, spreads
 

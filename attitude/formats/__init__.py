@@ -32,15 +32,15 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import FormatError, InputError
-from . import nodes
-from .files import STANDARD_STREAM as STANDARD_STREAM
-from .files import write_together
-from .files import write_whole as write_whole
-from .known import BY_ENDING, FORMATS
-from .known import Format as Format
-from .nodes import Written
-from .parts import is_utf8
-from .samples import Progress, Samples
+from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
+from ..runtime.atomic_files import write_together
+from ..runtime.atomic_files import write_whole as write_whole
+from ..samples.chunks import Progress, Samples
+from . import interpolation_nodes
+from .interpolation_nodes import Written
+from .registry import BY_ENDING, FORMATS
+from .registry import Format as Format
+from .schema import is_utf8
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -95,7 +95,7 @@ def encode(
     known: Format,
     interpolation_error: Any = None,
     options: dict[str, Any] | None = None,
-    most_nodes: int = nodes.MOST_NODES,
+    most_nodes: int = interpolation_nodes.MOST_NODES,
 ) -> Encoded:
     """The file of a format; refuses what it cannot hold before the first block is taken."""
     module, options = module_of(known), options or {}
@@ -107,13 +107,17 @@ def encode(
     if hasattr(module, "interpolant"):
         if hasattr(module, "prepared"):  # interpolated in another frame than the ephemeris is in
             samples = module.prepared(samples)
-        given = nodes.chosen(samples, module.interpolant(**options), interpolation_error, most_nodes)
+        given = interpolation_nodes.chosen(
+            samples, module.interpolant(**options), interpolation_error, most_nodes
+        )
         beside = partial(module.beside, given, **options) if known.has_companions else _alone
         return Encoded(module.blocks(given, **options), given.written, beside)
     if interpolation_error is not None:
         expected = f"none for {known.name}, whose readers are given every attitude"
         raise InputError("interpolation_error", interpolation_error, expected)
-    return Encoded(module.blocks(samples, **options), nodes.Written(math.prod(samples.shape)), _alone)
+    return Encoded(
+        module.blocks(samples, **options), interpolation_nodes.Written(math.prod(samples.shape)), _alone
+    )
 
 
 def _alone(name: str) -> dict[str, bytes]:

@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import FormatError, InputError
-from . import Encoded, encode, module_of, nodes
-from . import json as columns_as_json
+from ..samples.chunks import BLOCK, Samples
+from . import Encoded, encode, interpolation_nodes, module_of
 from .binary import Sink
-from .known import FORMATS, Format
-from .samples import BLOCK, Samples
+from .registry import FORMATS, Format
+from .tables import json as columns_as_json
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -39,7 +39,7 @@ def answer(
     ephemeris: Ephemeris | Samples,
     known: Format,
     interpolation_error: Any = None,
-    most_nodes: int = nodes.MOST_NODES,
+    most_nodes: int = interpolation_nodes.MOST_NODES,
     options: dict[str, Any] | None = None,
 ) -> Answer:
     """The file of a format; where other files go with it, a zip archive of all.

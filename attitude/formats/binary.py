@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import Any, BinaryIO
 
 from ..errors import FormatError
-from . import whole
+from . import bounded_read
 
 # A file may tell of more bytes than it has (packed ones): of so many more, or of so many in all.
 MOST_TIMES = 100
@@ -53,7 +53,7 @@ class Sink:
 
 def seekable(stream: BinaryIO, source: str) -> BinaryIO:
     """The same bytes, in memory if they come through a pipe."""
-    return stream if stream.seekable() else io.BytesIO(whole.untold(stream, source))
+    return stream if stream.seekable() else io.BytesIO(bounded_read.untold(stream, source))
 
 
 def size(stream: BinaryIO) -> int:

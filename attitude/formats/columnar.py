@@ -12,10 +12,10 @@ import numpy as np
 from astropy.time import Time
 
 from .. import memory
-from ..elapsed import Instants
 from ..runtime import compiled
-from . import parts
-from .samples import Samples
+from ..samples.chunks import Samples
+from ..times.instants import Instants
+from . import schema
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
@@ -31,7 +31,7 @@ BEYOND = 9_200_000_000 * 10**9  # ns; the greatest of 64 bits is 0.25 % further
 
 def names(samples: Samples) -> list[str]:
     """Of the columns: the same for every piece; the dates first, if they can be held."""
-    plain = [name for name in parts.names(samples) if name != parts.TIME]
+    plain = [name for name in schema.names(samples) if name != schema.TIME]
     return [TIME_TAI, *plain] if has_dates(samples) else plain
 
 
@@ -48,7 +48,7 @@ def can_hold(epoch: Time, least: float, greatest: float) -> bool:
 
 def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarray]:
     """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
-    table = parts.columns(ephemeris, wanted)
+    table = schema.columns(ephemeris, wanted)
     if TIME_TAI in wanted and ephemeris.epoch is not None:
         table[TIME_TAI] = nanoseconds(ephemeris.instants, ephemeris.epoch)
     return table

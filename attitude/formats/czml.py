@@ -19,17 +19,17 @@ import numpy as np
 import orjson
 from astropy.time import Time
 
-from .. import elapsed, orientation
-from ..dates import parse_time, parse_times
-from ..dynamics.event import Event
-from ..elapsed import Instants
 from ..ephemeris import Along, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
-from ..frames import turn_from_gcrf
-from ..frames_of_date import itrf
-from . import parts, whole
-from .nodes import Interpolant, Nodes
-from .samples import BLOCK, Samples
+from ..frames import rotations
+from ..frames.earth_fixed import itrf
+from ..frames.inertial import turn_from_gcrf
+from ..samples.chunks import BLOCK, Samples
+from ..samples.event import Event
+from ..times.instants import Instants, as_instants
+from ..times.iso8601 import parse_time, parse_times
+from . import bounded_read, schema
+from .interpolation_nodes import Interpolant, Nodes
 
 FRAME = "ITRF"
 MOST_BYTES = 1 << 30  # the whole text is read at once
@@ -157,7 +157,7 @@ def _positions(along: Along, head: Ephemeris, first: float, last: float) -> Iter
 def _place(along: Along, instants: Instants) -> np.ndarray:
     """(n, 3) m, Earth-fixed."""
     turn = turn_from_gcrf(along.frame, "an Earth-fixed position").back().then(itrf(instants))
-    return orientation.rotate(turn.quaternion, along.state(instants)[0])
+    return rotations.rotate(turn.quaternion, along.state(instants)[0])
 
 
 def _earth_fixed(ephemeris: Ephemeris) -> Ephemeris:
@@ -202,7 +202,7 @@ def _date(time: Time | None) -> str:
     """ISO 8601, UTC to the nanosecond, without zeros at its end."""
     if time is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
-    text = parts.iso_text(time.utc).item().decode()
+    text = schema.iso_text(time.utc).item().decode()
     return text.rstrip("0").rstrip(".") + "Z"
 
 
@@ -248,7 +248,7 @@ def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = 
     id : of the packet, where several have an orientation
     frame : "ITRF" for the very numbers of the file
     """
-    orientation.check_any_frame(frame)
+    rotations.check_any_frame(frame)
     try:
         packet = _packet(_packets(stream, source), id)
         found = _ephemeris(packet).in_frame(frame)
@@ -258,7 +258,7 @@ def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = 
         raise FormatError(str(error), source) from None
     if not _states_polynomials(packet):  # slerp does not mind the signs
         return found
-    q = orientation.sign_continuous(found.quaternion("wxyz"))
+    q = rotations.sign_continuous(found.quaternion("wxyz"))
     return Ephemeris(q, found.instants, frame, name=found.name, events=found.events)
 
 
@@ -270,7 +270,7 @@ def _states_polynomials(packet: dict[str, Any]) -> bool:
 
 
 def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
-    text = whole.text(stream, source, MOST_BYTES)
+    text = bounded_read.text(stream, source, MOST_BYTES)
     try:
         packets = orjson.loads(text)
     except orjson.JSONDecodeError as error:
@@ -317,12 +317,12 @@ def _ephemeris(packet: dict[str, Any]) -> Ephemeris:
         if not before < after:
             raise FormatError(f"orientation: {after!r} s is not after {before!r} s")
     quaternion = np.concatenate([q for _, _, q in read])
-    orientation.attitude_quaternion(quaternion, "wxyz", "unitQuaternion")
+    rotations.attitude_quaternion(quaternion, "wxyz", "unitQuaternion")
     events = tuple(Event(float(t[0]), "segment", "a new interval of the file") for t in seconds[1:])
     name = packet.get("name", packet.get("id", ""))
     return Ephemeris(
         quaternion,
-        parts.check_dates(
+        schema.check_dates(
             Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion")
         ),
         FRAME,
@@ -355,7 +355,7 @@ def _times(part: dict[str, Any], times: Sequence[Any], field: str) -> tuple[Time
     """Numbers since the epoch, or dates."""
     if all(isinstance(time, str) for time in times):
         dates = parse_times([_plain_date(time, field) for time in times], "utc")
-        return dates[0], np.asarray(elapsed.instants(dates, dates[0]).seconds)
+        return dates[0], np.asarray(as_instants(dates, dates[0]).seconds)
     if not all(type(time) in (int, float) for time in times):
         raise FormatError(f"{field}: times that are neither all numbers nor all dates")
     if "epoch" not in part:
@@ -377,7 +377,7 @@ def _check_interval(interval: Any, epoch: Time, seconds: np.ndarray, field: str)
 
 def _between(time: Time, epoch: Time) -> float:
     """s, from the epoch to the time."""
-    return float(elapsed.instants(time, epoch).seconds)
+    return float(as_instants(time, epoch).seconds)
 
 
 def _read_date(text: Any, field: str) -> Time:

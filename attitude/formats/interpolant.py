@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import orientation
 from ..errors import InputError
+from ..frames import rotations
 from ..runtime import compiled
 from ..runtime.threads import cut, processors, run
 
@@ -48,7 +48,7 @@ class Interpolant(NamedTuple):
         """
         size = np.empty(len(intervals))
         width = 0 if self.kind == "slerp" else min(self.degree, len(t) - 1)
-        signed = orientation.sign_continuous(nodes)  # as writers of polynomials have them
+        signed = rotations.sign_continuous(nodes)  # as writers of polynomials have them
         given = (
             np.ascontiguousarray(t),
             _by_component(signed),

@@ -17,16 +17,16 @@ import orjson
 from numpy.lib import format as npy
 
 from ..errors import FormatError
-from . import columnar, parts
+from ..samples.chunks import Samples
+from . import columnar, schema
 from .binary import Sink, refuse_inflated, seekable, told_by
-from .samples import Samples
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
 
 METADATA = "metadata"
-OF_TIME = (columnar.TIME_TAI, parts.ELAPSED, parts.REST)
-KNOWN = (*OF_TIME, *parts.QUATERNION, *parts.RATE, *parts.MOMENTUM, *parts.POSITION, *parts.VELOCITY)
+OF_TIME = (columnar.TIME_TAI, schema.ELAPSED, schema.REST)
+KNOWN = (*OF_TIME, *schema.QUATERNION, *schema.RATE, *schema.MOMENTUM, *schema.POSITION, *schema.VELOCITY)
 NS, DOUBLE = np.dtype("<M8[ns]"), np.dtype("<f8")
 LONGEST_HEADER = 1 << 12  # bytes, of an array
 
@@ -35,7 +35,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     sink, names = Sink(), columnar.names(samples)
     with zipfile.ZipFile(sink, "w") as archive:
         with _member(archive, METADATA) as member:
-            npy.write_array(member, np.array(orjson.dumps(parts.metadata(samples)).decode()))
+            npy.write_array(member, np.array(orjson.dumps(schema.metadata(samples)).decode()))
         for i, name in enumerate(names):
             with _member(archive, name) as member:
                 member.write(_header(samples, name))
@@ -85,7 +85,7 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
     except Exception as error:  # of zip and of numpy: a dozen kinds
         raise FormatError(f"not NPZ: {told_by(error)}", source) from None
     table.pop(columnar.TIME_TAI, None)  # the seconds are exact
-    return parts.ephemeris_from(meta, table, source)
+    return schema.ephemeris_from(meta, table, source)
 
 
 def _refuse_tail(stream: BinaryIO, source: str) -> None:

@@ -17,22 +17,22 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 import numpy as np
 from erfa import ErfaWarning
 
-from .. import orientation
-from ..dates import parse_time
-from ..elapsed import Instants
 from ..ephemeris import CONVENTION, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
-from ..frames import from_gcrf
+from ..frames import rotations
+from ..frames.inertial import from_gcrf
+from ..samples.chunks import Samples
+from ..times.instants import Instants
+from ..times.iso8601 import parse_time
 from ..units import finite_array
-from . import dated, lines, parts, rows
+from . import line_blocks, schema, text_rows, time_origin
 from .interpolant import Interpolant, lagrange
-from .nodes import Nodes
-from .samples import Samples
+from .interpolation_nodes import Nodes
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
-    from .dated import Origin
+    from .time_origin import Origin
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 # What this library's frames are called there; others are turned into the ICRF.
@@ -75,7 +75,7 @@ def blocks(
     version : of STK, the least that is to read it: "stk.v.<major>.<minor>"
     interpolation_order : of STK's polynomial between the instants; above 1 only where nothing jumps
     """
-    head = dated.first_head(nodes, "An STK attitude file")
+    head = time_origin.first_head(nodes, "An STK attitude file")
     lagrange(interpolation_order, "interpolation_order")
     if not re.fullmatch(r"stk\.v\.\d+\.\d+", version):
         raise InputError("version", version, "a version of STK, such as stk.v.11.0")
@@ -87,7 +87,7 @@ def blocks(
         raise FormatError(
             "STK attitude files have no segments: where rates jump, interpolation_order is 1 and no other"
         )
-    origin, turn = dated.whole_utc_second(head), _turn(head.frame)
+    origin, turn = time_origin.whole_utc_second(head), _turn(head.frame)
     shared = _shared_instants(nodes, origin)
     header = _header(nodes, head, origin, sum(shared), rates, central_body, version, interpolation_order)
     return chain([header], _rows(nodes, origin, shared, rates, turn), [b"END Attitude\n"])
@@ -97,7 +97,7 @@ def _turn(frame: str) -> np.ndarray | None:
     """(4,) wxyz by which attitudes are turned into the axes that the file names, or None."""
     if frame in AXES:
         return None
-    return orientation.from_matrix(from_gcrf(frame, "an STK attitude file").T)
+    return rotations.from_matrix(from_gcrf(frame, "an STK attitude file").T)
 
 
 def _shared_instants(nodes: Nodes, origin: Origin) -> list[bool]:
@@ -106,7 +106,7 @@ def _shared_instants(nodes: Nodes, origin: Origin) -> list[bool]:
     for before, after in pairwise(nodes.segments):
         last, first = before.tail, after.head
         same = origin.seconds(last.instants)[0][0] == origin.seconds(first.instants)[0][0]
-        apart = orientation.angle_between(last.quaternion("wxyz"), first.quaternion("wxyz"))[0]
+        apart = rotations.angle_between(last.quaternion("wxyz"), first.quaternion("wxyz"))[0]
         if same and apart > SAME_ATTITUDE:
             raise FormatError(f"STK takes an instant once; two attitudes {apart:.1e} rad apart have the same")
         shared.append(bool(same))
@@ -160,7 +160,7 @@ def _plain(text: str) -> str:
 
 
 def _utcg(time: Time) -> str:
-    text = parts.iso_text(time).item().decode()
+    text = schema.iso_text(time).item().decode()
     date = re.fullmatch(r"(\d{4})-(\d\d)-(\d\d)T(.+)", text)
     if date is None:
         raise FormatError(f"STK has years of four digits, not {text}")
@@ -179,21 +179,21 @@ def _rows(
             left -= taken
             if taken:
                 table = _table(piece[:taken], origin, rates, turn)
-                table[:, 1:5] = orientation.sign_continuous(table[:, 1:5], last)
+                table[:, 1:5] = rotations.sign_continuous(table[:, 1:5], last)
                 last = table[-1, 1:5]
-                dated.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
+                time_origin.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
                 before = float(table[-1, 0])
-                yield rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
+                yield text_rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
 
 
 def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
     """(n, 5) or (n, 8): seconds, quaternion, deg/s."""
     q = piece.quaternion("wxyz")
     if turn is not None:
-        q = orientation.product(turn, q)
-    columns = [origin.seconds(piece.instants)[0][:, None], orientation.in_order(q, "xyzw")]
+        q = rotations.product(turn, q)
+    columns = [origin.seconds(piece.instants)[0][:, None], rotations.in_order(q, "xyzw")]
     if rates:
-        columns.append(parts.degrees(piece))
+        columns.append(schema.degrees(piece))
     return np.concatenate(columns, axis=1)
 
 
@@ -203,7 +203,7 @@ def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | Non
 def parse(stream: BinaryIO, source: str) -> Ephemeris:
     """Quaternions, with angular velocities or without, relative to inertial axes."""
     read = _Reader(source)
-    for block in lines.blocks(stream, source):
+    for block in line_blocks.blocks(stream, source):
         read.take(block)
     return read.ephemeris()
 
@@ -250,7 +250,7 @@ class _Reader:
     def refuse(self, message: str, line: int | None = None) -> FormatError:
         return FormatError(message, self.source, line)
 
-    def take(self, block: lines.Block) -> None:
+    def take(self, block: line_blocks.Block) -> None:
         at, self.number = 0, block.number - 1
         while at < block.size:
             if self.kind and not self.ended:
@@ -270,7 +270,7 @@ class _Reader:
         if value is not None and self.count > int(value):
             raise self.refuse(f"NumberOfAttitudePoints is {value}, and there are more", number)
 
-    def _rows(self, block: lines.Block, at: int) -> int:
+    def _rows(self, block: line_blocks.Block, at: int) -> int:
         """From there on; where the line begins that is no row of numbers."""
         odd = ODD.search(block.text, at)
         end = (block.text.rfind(b"\n", at, odd.start()) + 1 or at) if odd else block.size
@@ -281,7 +281,7 @@ class _Reader:
 
     def _take(self, text: bytes, number: int) -> None:
         width = 1 + ROWS[self.kind][0]
-        table, numbers = rows.read_spaced(text, number, "n" * width)
+        table, numbers = text_rows.read_spaced(text, number, "n" * width)
         self._remark(text.count(b"\n") - len(numbers))
         if isinstance(table, list):
             each = zip(table, numbers, strict=True)
@@ -292,7 +292,7 @@ class _Reader:
             self.tables.append(table.columns.T)
         self.numbers += [np.array(numbers)] if numbers else []
 
-    def _line(self, block: lines.Block, at: int) -> int:
+    def _line(self, block: line_blocks.Block, at: int) -> int:
         self.number += 1
         line, at = block.line(at)
         text = line.decode("utf-8", errors="replace").strip()
@@ -356,7 +356,7 @@ class _Reader:
         epoch, frame = self._epoch(), self._frame()
         quaternion = table[:, 1:5][:, ROWS[self.kind][1]]
         self._check(quaternion, numbers)
-        quaternion = orientation.sign_continuous(quaternion)
+        quaternion = rotations.sign_continuous(quaternion)
         rate = np.deg2rad(table[:, 5:8]) if table.shape[1] == 8 else None
         found = Ephemeris(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
         self._check_instants(found, numbers)
@@ -366,10 +366,10 @@ class _Reader:
     def _check_instants(self, found: Ephemeris, numbers: np.ndarray) -> None:
         """They have dates, and are apart when they are counted from the first, as they are written."""
         try:
-            parts.check_dates(found.instants)
+            schema.check_dates(found.instants)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ErfaWarning)  # of years whose leap seconds nobody knows
-                origin = dated.whole_utc_second(found[:1])
+                origin = time_origin.whole_utc_second(found[:1])
                 _utcg(origin.time)
         except AttitudeError as error:
             raise self.refuse(str(error), int(numbers[0])) from None
@@ -394,7 +394,7 @@ class _Reader:
 
     def _check(self, quaternion: np.ndarray, numbers: np.ndarray) -> None:
         try:
-            orientation.attitude_quaternion(quaternion, "wxyz", "quaternion")
+            rotations.attitude_quaternion(quaternion, "wxyz", "quaternion")
         except InputError as error:
             row = error.steps[1] if len(error.steps) > 1 else 0
             raise self.refuse(str(error), int(numbers[int(row)])) from None

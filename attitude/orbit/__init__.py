@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from ..document import Chosen, Part
+from ..documents.fields import Chosen, Part
 from ..errors import InputError
 from .orbit import Orbit
 
@@ -27,7 +27,7 @@ def _pick(value: Any) -> Orbit:
 
 def _kinds() -> tuple[type[Orbit], type[Orbit], type[Orbit]]:
     from .kepler import Kepler
-    from .table import Table
+    from .tabulated import Table
     from .tle import TwoLine
 
     return Kepler, TwoLine, Table

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from .. import twopart
-from ..document import Number, exactly_one
-from ..dynamics.situation import Central, Course
+from ..documents.fields import Number, exactly_one
+from ..documents.quantities import Angle, Length, check_positive
 from ..errors import InputError
 from ..kernels import layout
-from ..quantities import Angle, Length, check_positive
+from ..problem.initial_state import Central, Course
+from ..times import turn_rates
 from .orbit import AboutABody
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Kepler(AboutABody):
     def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
         central, e = self.central(), self.eccentricity
         a = self._semi_major_axis(central)
-        high, low, rate = twopart.mean_motion(central.mu, a)
+        high, low, rate = turn_rates.mean_motion(central.mu, a)
         numbers = np.zeros(layout.ORBIT_WIDTH)
         numbers[:7] = layout.KEPLER, a, e, self._mean_anomaly(), high, low, rate
         numbers[7:10], numbers[10:13] = self._directions()

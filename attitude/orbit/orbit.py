@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..document import Part
-from ..dynamics.situation import Central, Course
-from ..quantities import GravitationalParameter, Length, check_positive
+from ..documents.fields import Part
+from ..documents.quantities import GravitationalParameter, Length, check_positive
+from ..problem.initial_state import Central, Course
 
 if TYPE_CHECKING:
     from astropy.time import Time

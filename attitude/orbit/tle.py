@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
-from .. import elapsed, frames, orientation
-from ..dynamics.situation import Course
 from ..errors import InputError
-from ..frames_of_date import teme
+from ..frames import inertial, rotations
+from ..frames.earth_fixed import teme
+from ..problem.initial_state import Course
+from ..times import instants
+from ..times.instants import as_instants
 from .orbit import Orbit, earth
-from .pieces import sampled
-from .table import course_of
+from .piecewise_polynomial import sampled
+from .tabulated import course_of
 
 if TYPE_CHECKING:
     from astropy.time import Time
@@ -45,17 +47,17 @@ class TwoLine(Orbit):
     def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
         if epoch is None:
             raise InputError("epoch", None, "an epoch, from which the times of a TLE are counted")
-        turn = frames.from_gcrf(frame, "the positions of a TLE")
+        turn = inertial.from_gcrf(frame, "the positions of a TLE")
         satellite = self._satellite()
         period = 2.0 * np.pi / satellite.no_kozai * 60.0
         step = period / 12.0
         first, last = start - step, stop + step
-        offset = float(elapsed.instants(_epoch_of(satellite), epoch, "epoch").seconds)
+        offset = float(as_instants(_epoch_of(satellite), epoch, "epoch").seconds)
 
         def position(t: np.ndarray) -> np.ndarray:
             found = _teme(satellite, t - offset)
-            to_gcrf = teme(elapsed.Instants(t, None, epoch)).back()
-            return orientation.rotate(to_gcrf.quaternion, found) @ turn.T
+            to_gcrf = teme(instants.Instants(t, None, epoch)).back()
+            return rotations.rotate(to_gcrf.quaternion, found) @ turn.T
 
         pieces = sampled(position, first, last, step, TOLERANCE, "tle")
         return course_of(pieces, period, earth())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dynamics.drop import Curve, Drop
+from ..dynamics.drop_comparison import Curve, Drop
 from .style import BLUE, DASHED, GREEN, RED, drawn
 
 if TYPE_CHECKING:

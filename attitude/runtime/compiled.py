@@ -31,7 +31,7 @@ class Kernel:
     """
 
     def __init__(self, name: str, *kinds: str):
-        self.module, self.name = name.split(".")
+        self.module, _, self.name = name.rpartition(".")
         self.signatures = [Signature(self.module, self.name, each) for each in kinds]
         self._functions: dict[tuple[str, ...], Any] = {}
 
@@ -109,17 +109,19 @@ days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
 nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "f.f.f.f.f.f.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
-collocate = Kernel("collocation.collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")
-split = Kernel("splitting.split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1")
-runge_kutta = Kernel("runge_kutta.runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1")
-collocate_each = Kernel("many.collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")
-split_each = Kernel("many.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1")
-runge_kutta_each = Kernel("many.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1")
-bounce = Kernel("contact.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
+collocate = Kernel("solvers.collocation.collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")
+split = Kernel("solvers.splitting.split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1")
+runge_kutta = Kernel("solvers.runge_kutta.runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1")
+collocate_each = Kernel("solvers.batch.collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")
+split_each = Kernel("solvers.batch.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1")
+runge_kutta_each = Kernel(
+    "solvers.batch.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1"
+)
+bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
-draw = Kernel("dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
-gather = Kernel("gathering.gather", "d3.d1.d1")
-settle = Kernel("gathering.settle", "d1.i3")
+draw = Kernel("statistics.dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
+gather = Kernel("statistics.moment_sums.gather", "d3.d1.d1")
+settle = Kernel("statistics.moment_sums.settle", "d1.i3")
 
 # What is compiled together, each group in a process of its own, when any of it is missing and called.
 ALWAYS = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import ast
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -43,24 +43,30 @@ class Signature(NamedTuple):
     @classmethod
     def of_symbol(cls, symbol: str) -> Signature:
         function, kinds, _ = symbol.split("-")
-        module, kernel = function.split(".")
+        module, _, kernel = function.rpartition(".")
         return cls(module, kernel, kinds)
 
 
 @cache
 def source_digest(module: str) -> str:
-    """Of what a module's machine code is made of: its source, those it imports, and the compiler's."""
+    """Digest of what a module's machine code is made of: its source, those it imports, and the compiler's."""
     digest = sha256(COMPILER.read_bytes())
     for name in sorted(modules_of(module)):
-        digest.update((SOURCES / f"{name}.py").read_bytes())
+        digest.update(source_of(name).read_bytes())
     return digest.hexdigest()[:16]
+
+
+def source_of(module: str) -> Path:
+    return SOURCES.joinpath(*module.split(".")).with_suffix(".py")
 
 
 @cache
 def modules_of(module: str) -> frozenset[str]:
     """The module, the modules of kernels that it imports, and those that they import."""
-    source = (SOURCES / f"{module}.py").read_text()
-    imported = re.findall(r"^from \.(\w+) import", source, re.MULTILINE)
-    for names in re.findall(r"^from \. import (.+)", source, re.MULTILINE):
-        imported += names.split(", ")
+    package, imported = module.split(".")[:-1], []
+    for node in ast.walk(ast.parse(source_of(module).read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = package[: len(package) + 1 - node.level]
+            names = [node.module] if node.module else [alias.name for alias in node.names]
+            imported += [".".join([*base, name]) for name in names]
     return frozenset([module]).union(*map(modules_of, imported))

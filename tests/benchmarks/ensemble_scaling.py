@@ -212,7 +212,7 @@ def checked(address: str, costs: Costs) -> None:
 
 
 def _gathering(some: Ensemble, times: np.ndarray):
-    from attitude.ensemble.gathered import Gathering
+    from attitude.ensemble.accumulation import Gathering
 
     instants = some.instants(times)
     reference = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (len(times), 4)).copy()

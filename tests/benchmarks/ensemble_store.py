@@ -28,7 +28,7 @@ from zarr.codecs import TransposeCodec
 
 from attitude import Scene
 from attitude.ensemble import Ensemble
-from attitude.ensemble.chunks import chunked
+from attitude.ensemble.storage.chunks import chunked
 
 THREADS = 2
 OURS = {"filters": [TransposeCodec(order=(2, 0, 1))], "compressors": None}

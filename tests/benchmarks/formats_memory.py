@@ -25,7 +25,7 @@ def lazy(count):
     from astropy.time import Time
 
     from attitude import Grid, RigidBody, TorqueFreeMotion
-    from attitude.formats.samples import Samples
+    from attitude.samples.chunks import Samples
 
     epoch = Time("2020-01-01T00:00:00", scale="utc")
     body, identity = RigidBody((1.0, 2.0, 3.0)), (1.0, 0.0, 0.0, 0.0)
@@ -44,7 +44,7 @@ def resident(field):
 def measure(format, count):
     """(MiB that the process grew by, seconds) of writing so many instants."""
     from attitude import formats
-    from attitude.formats.samples import BLOCK
+    from attitude.samples.chunks import BLOCK
 
     formats.write(lazy(10), "/dev/null", format)  # what the format rests on is imported
     samples = lazy(count)

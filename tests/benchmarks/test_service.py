@@ -30,8 +30,9 @@ from serving import (
 )
 
 from attitude import Scene
-from attitude.formats import columnar, json
-from attitude.formats.samples import BLOCK, Samples
+from attitude.formats import columnar
+from attitude.formats.tables import json
+from attitude.samples.chunks import BLOCK, Samples
 
 REPEATS = 15
 CONNECTIONS = 8

@@ -18,9 +18,9 @@ import pytest
 from astropy.time import Time, TimeDelta
 
 from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion
-from attitude.batch import Batch
-from attitude.elapsed import instants
+from attitude.rigid_body.constants_of_motion import Batch
 from attitude.runtime import compiled
+from attitude.times.instants import as_instants
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 BRANCHES = {"theta": (0.3, 0.4, 0.5), "beside the separatrix": (1e-6, 1.0, 1e-6)}
@@ -59,7 +59,7 @@ def motion_of(omega, epoch=None):
 def test_samples_against_filling_their_output(benchmark, omega, rate):
     """A call as users make it against allocating and filling arrays like its own, 128 MB of quaternions."""
     count, motion = 4_000_000, motion_of(omega)
-    given = instants(np.linspace(0.0, 1e6, count), None)
+    given = as_instants(np.linspace(0.0, 1e6, count), None)
     every = motion.at(given.seconds[::1000])
     assert np.array_equal(motion.ephemeris(given, rate).quaternion("wxyz")[::1000], every.quaternion("wxyz"))
 
@@ -124,7 +124,7 @@ def test_times_against_astropys_own_difference(benchmark, scale):
 def test_storage_by_components_is_not_paid_back(benchmark, tmp_path, name):
     """What is made of an ephemeris, against the same of one whose quaternions are stored row by row."""
     count = 1_000_000 if name == "rotation" else 20_000
-    ours = motion_of(BRANCHES["theta"]).ephemeris(instants(np.linspace(0.0, 1e6, count), None), rate=True)
+    ours = motion_of(BRANCHES["theta"]).ephemeris(as_instants(np.linspace(0.0, 1e6, count), None), rate=True)
     quaternion, rate = (np.ascontiguousarray(x) for x in (ours.quaternion("wxyz"), ours.angular_velocity))
     rows = Ephemeris(quaternion, ours.instants, ours.frame, ours.body, rate)
 
@@ -213,14 +213,14 @@ def command(*arguments, **environment):
 
 def test_first_run_on_a_new_machine(benchmark, tmp_path):
     place = str(tmp_path / "cache")
-    run = command("-m", "attitude.cli", "run", "toutatis", "-q", ATTITUDE_CACHE_DIR=place)
+    run = command("-m", "attitude.cli.main", "run", "toutatis", "-q", ATTITUDE_CACHE_DIR=place)
     seconds = benchmark.pedantic(lambda: seconds_of(run), rounds=1)
     report(benchmark, seconds, "<= 10 s, with the compilation")
     assert seconds <= 10.0
 
 
 def test_warm_run_against_imports(benchmark):
-    run = command("-m", "attitude.cli", "run", "toutatis", "-q")
+    run = command("-m", "attitude.cli.main", "run", "toutatis", "-q")
     imports = command("-c", "import numpy, numba, astropy.time")
     ours, theirs = in_turns(run, imports, repeats=9)
     benchmark.pedantic(run, rounds=3)

@@ -20,8 +20,8 @@ from attitude.cost import Problem
 from attitude.cost.machine import processor, versions
 from attitude.cost.methods import stepping
 from attitude.cost.problem import of_world
-from attitude.dynamics import torqued
-from attitude.elapsed import instants
+from attitude.dynamics import integration
+from attitude.times.instants import as_instants
 
 
 class Row(NamedTuple):
@@ -57,8 +57,10 @@ def ours(problem, tolerance, repeats):
     answer = peers.repeated(whole, repeats)
     posed, t = Problem.of_scene(scene), np.array([problem.seconds])
     world = of_world(posed)
-    found = torqued.choose(world.situation, world.torques, (), tolerance)
-    used = torqued.solve(world.situation, world.torques, (), instants(t, None), tolerance, found).candidate
+    found = integration.choose(world.situation, world.torques, (), tolerance)
+    used = integration.solve(
+        world.situation, world.torques, (), as_instants(t, None), tolerance, found
+    ).candidate
 
     def alone():
         return tuple(stepping.march(posed, used.solver, used.setting, t)[0][0].tolist())

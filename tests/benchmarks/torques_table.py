@@ -1,6 +1,6 @@
 """What the solvers under torques cost, and whether the planner takes the right one.
 
-    python tests/benchmarks/torques_table.py costs     what attitude/dynamics/choice.py reckons with: a minute
+    python tests/benchmarks/torques_table.py costs     what attitude/dynamics/solver_selection.py reckons with: a minute
     python tests/benchmarks/torques_table.py choices   torque x tolerance x body: five minutes
 
 Times are of this thread alone, the least of several: what other programs take of the machine is in them as
@@ -24,10 +24,10 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from torque_peers import Point, seconds_at
 
 from attitude import Scene
-from attitude.cost import Problem, followed
+from attitude.cost import Problem, torque_truth
 from attitude.cost.machine import processor, versions
 from attitude.cost.problem import of_world
-from attitude.dynamics import torqued
+from attitude.dynamics import integration
 from attitude.dynamics.momentum import initial_momentum
 from attitude.dynamics.solvers import (
     COLLOCATION,
@@ -265,7 +265,7 @@ def choices() -> None:
         for size in SIZES:
             posed = pulled(moments, size)
             world, t = of_world(posed), np.linspace(0.0, posed.unit, 4)[1:]
-            exact = followed._taylor(posed, world, t)[0]
+            exact = torque_truth._taylor(posed, world, t)[0]
             times = _times(posed, exact, t)
             for wanted in WANTED:
                 line, ratio = _judged(world, times, wanted)
@@ -290,7 +290,7 @@ def _judged(world: Any, times: dict[str, list[Point]], wanted: float) -> tuple[s
     """The rest of a row, and how much longer the solver that is taken takes than the fastest."""
     needed = {name: seconds_at(points, wanted) for name, points in times.items() if points}
     fastest = min(needed, key=lambda name: needed[name])
-    taken = torqued.choose(world.situation, world.torques, (), wanted)[0].solver.name
+    taken = integration.choose(world.situation, world.torques, (), wanted)[0].solver.name
     if math.isinf(needed[fastest]):
         return f"none | | {taken} | | ", 1.0
     ratio = needed[taken] / needed[fastest]

@@ -4,8 +4,7 @@ import numpy as np
 
 from attitude.cost import Problem
 from attitude.oracle import truth
-
-from ..bodies import ATTITUDE, TRUTH_DIGITS, Body, motion, speed
+from tests.bodies import ATTITUDE, TRUTH_DIGITS, Body, motion, speed
 
 RADIANS = (0.0, 0.3, 1.7, 11.0, 53.0)
 

@@ -12,8 +12,7 @@ from attitude.cost import AbsentError, Method
 from attitude.cost.hard_cases import cases
 from attitude.cost.hard_ladders import COMPARED, KIND, HardCell, error_figure, hard, scientific
 from attitude.cost.methods import ours, published
-
-from ..bodies import ATTITUDE_TOLERANCE
+from tests.bodies import ATTITUDE_TOLERANCE
 
 SEED = 0
 CASES = cases(SEED)

@@ -10,9 +10,8 @@ import pytest
 from attitude.cost import AbsentError
 from attitude.cost.methods import heyoka, orekit
 from attitude.cost.methods.euler import Equations
-
-from ..bodies import GENERIC, Body, each
-from .answers import FULL_TENSOR, errors, instants, problem
+from tests.bodies import GENERIC, Body, each
+from tests.cost.answers import FULL_TENSOR, errors, instants, problem
 
 RIGHT = 1e-11  # rad, and relative for the rate: what three generic bodies keep over ten periods
 THREE = {"short axis": GENERIC["short axis"], "Toutatis": GENERIC["Toutatis"], "full tensor": FULL_TENSOR}

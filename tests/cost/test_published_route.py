@@ -9,10 +9,9 @@ from attitude import RigidBody, TorqueFreeMotion
 from attitude.cost import Problem
 from attitude.cost.methods import published as route
 from attitude.oracle import truth
-
-from ..bodies import ATTITUDE, GENERIC, Body, each, random_bodies
-from ..oracles import published
-from .answers import FULL_TENSOR, errors, instants, problem
+from tests.bodies import ATTITUDE, GENERIC, Body, each, random_bodies
+from tests.cost.answers import FULL_TENSOR, errors, instants, problem
+from tests.oracles import published
 
 (METHOD,) = route.ladder()
 # Beside the separatrix and an axis the formulas lose digits; Dzhanibekov is a case of its own, below.

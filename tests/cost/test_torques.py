@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from attitude import InputError, Scene, cli
-from attitude.cost import AbsentError, Method, Problem, followed, measure, plot
+from attitude import InputError, Scene
+from attitude.cli import main
+from attitude.cost import AbsentError, Method, Problem, measure, plot, torque_truth
 from attitude.cost.methods import UNDER_TORQUES, ladder, stepping
 from attitude.cost.report import Report
 from attitude.effects import UserTorque
 from attitude.oracle import truth
-
-from ..effects.scenes import effect, quantity, scene
+from tests.effects.scenes import effect, quantity, scene
 
 SPAN = 400.0  # s: fifteen radians of the scenes' body
 TIMES = {"start": 0, "stop": SPAN, "count": 5, "unit": "s"}
@@ -74,8 +74,8 @@ def exact():
         key = tuple(names)
         if key not in kept:
             posed = problem(*names)
-            assert followed._is_known(posed.world)
-            kept[key] = (posed, *followed._taylor(posed, posed.world, GRID)[:2])
+            assert torque_truth._is_known(posed.world)
+            kept[key] = (posed, *torque_truth._taylor(posed, posed.world, GRID)[:2])
         return kept[key]
 
     return of
@@ -84,9 +84,9 @@ def exact():
 @pytest.mark.parametrize("names", BY_ORACLE, ids="+".join)
 def test_extrapolation_and_oracle_share_nothing_and_agree(names, exact):
     posed, attitudes, rates = exact(names)
-    q, w, route, off = followed._extrapolated(posed, posed.world, GRID)
+    q, w, route, off = torque_truth._extrapolated(posed, posed.world, GRID)
     angle, rate = apart((q, w), attitudes, rates)
-    assert route == followed.EXTRAPOLATED
+    assert route == torque_truth.EXTRAPOLATED
     assert angle < 2e-14
     assert rate < 2e-14
     assert off < 1e-13
@@ -104,8 +104,8 @@ def test_truth_without_oracle_is_what_the_librarys_own_formulas_give(name):
     given = [effect("constant_torque", **WEAK["constant_torque"], **SWITCHED)] if name == "switched" else []
     given += [effect(each) for each in ELSEWISE[name]]
     posed = Problem.of_scene(scene(*given, times=TIMES))
-    assert not followed._is_known(posed.world)
-    attitudes, rates, _, off = followed._extrapolated(posed, posed.world, GRID)
+    assert not torque_truth._is_known(posed.world)
+    attitudes, rates, _, off = torque_truth._extrapolated(posed, posed.world, GRID)
     ours = answers(method("compiled", "tol 1e-15").prepare(posed)(GRID), GRID)
     angle, rate = apart(ours, attitudes, rates)
     assert off < 1e-12
@@ -120,8 +120,8 @@ def test_orbit_by_table_is_followed_by_both():
         "positions": {"value": places.tolist(), "unit": "m"},
     }
     posed = problem("gravity_gradient", orbit=orbit)
-    assert not followed._is_known(posed.world)
-    attitudes, rates, _, _ = followed._extrapolated(posed, posed.world, GRID)
+    assert not torque_truth._is_known(posed.world)
+    attitudes, rates, _, _ = torque_truth._extrapolated(posed, posed.world, GRID)
     ours = answers(method("gauss", "1 rad").prepare(posed)(GRID), GRID)
     assert max(apart(ours, attitudes, rates)) < 1e-12
     pytest.importorskip("heyoka")
@@ -238,18 +238,18 @@ def test_horizons_are_parts_of_the_span():
     assert report.horizons == pytest.approx((0.01, 0.1, 1.0))
     assert (report.unit_s, report.unit_name, report.samples) == (SPAN, "spans of the scene", 101)
     assert report.effects == ("gravity_gradient",)
-    assert report.truths == ((30, followed.TAYLOR),) * 3
+    assert report.truths == ((30, torque_truth.TAYLOR),) * 3
     assert {cell.status for cell in report.cells} == {"measured"}
 
 
 def test_no_horizon_is_longer_than_there_is_time_for_its_truth():
     times = {"start": 0, "stop": 1e6, "count": 5, "unit": "s"}
     turning, pushed = problem("gravity_gradient", times=times), problem("constant_torque", times=times)
-    reach = followed.reach(turning, turning.world, 60.0)
+    reach = torque_truth.reach(turning, turning.world, 60.0)
     assert reach < 0.1
-    assert followed.reach(turning, turning.world, 30.0) == pytest.approx(0.5 * reach, rel=0.1)
+    assert torque_truth.reach(turning, turning.world, 30.0) == pytest.approx(0.5 * reach, rel=0.1)
     # a constant torque makes it spin ever faster: few radians by the rate at the epoch, many in truth
-    assert followed.reach(pushed, pushed.world, 60.0) < 0.1 * reach
+    assert torque_truth.reach(pushed, pushed.world, 60.0) < 0.1 * reach
     with pytest.raises(InputError, match=r"horizons: at most 0\.0\d+ spans of the scene, as far as .* truth"):
         measure(under("gravity_gradient", times=times), methods=["gauss"], horizons=(0.01, 1.0))
 
@@ -343,7 +343,7 @@ def test_picture_names_every_family_that_was_measured(report):
 def test_command_measures_a_scene_with_torques(tmp_path, capsys):
     path = tmp_path / "scene.json"
     path.write_text(under("gravity_gradient").to_json())
-    assert cli.main(["cost", str(path), "--method", "gauss", "--samples", "5", "--json", "-", "-q"]) == 0
+    assert main.main(["cost", str(path), "--method", "gauss", "--samples", "5", "--json", "-", "-q"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert {cell["family"] for cell in document["cells"]} == {"gauss, order 16"}
     assert [cell["status"] for cell in document["cells"]] == ["measured"] * 12

@@ -3,13 +3,14 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from attitude import RigidBody, twopart
+from attitude import RigidBody
 from attitude.dynamics.momentum import initial_momentum
-from attitude.dynamics.situation import Central, Course, Situation
 from attitude.dynamics.solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part
 from attitude.effects.effect import row
 from attitude.kernels import layout
 from attitude.orbit.kepler import Kepler
+from attitude.problem.initial_state import Central, Course, Situation
+from attitude.times import turn_rates
 
 SOLVERS = {solver.name: solver for solver in (COLLOCATION, RUNGE_KUTTA, *SPLITTINGS)}
 # Where the numbers of a row are vectors along the body's axes: the place of each one's first.
@@ -158,4 +159,6 @@ def acting(name, *numbers):
     pole = np.array(turning) / rate
     still = pole * (axis @ pole)
     around = axis - still
-    return Rows(layout.MAGNETIC, dipole, strength, still, around, np.cross(pole, around), twopart.turns(rate))
+    return Rows(
+        layout.MAGNETIC, dipole, strength, still, around, np.cross(pole, around), turn_rates.turns(rate)
+    )

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from attitude import InputError, RigidBody, TorqueFreeMotion
 from attitude.dynamics import contact
-from attitude.dynamics.acting import Kick
 from attitude.dynamics.contact import Ground, Shape, box, cylinder, fly, sphere
-from attitude.dynamics.situation import Situation
+from attitude.problem.initial_state import Situation
+from attitude.problem.torque_model import Kick
 
 UP = np.array([0.0, 0.0, 1.0])
 FALLING = np.array([0.0, 0.0, -9.81])

@@ -7,10 +7,10 @@ import pytest
 
 from attitude import RegimeError, RigidBody
 from attitude.dynamics.contact import Ground, box
-from attitude.dynamics.drop import compare
-from attitude.dynamics.situation import Situation
-from attitude.dynamics.translation import parabola
+from attitude.dynamics.drop_comparison import compare
 from attitude.plot.drop import picture
+from attitude.problem.initial_state import Situation
+from attitude.samples.translation import parabola
 
 GROUND = Ground(np.array([0.0, 0.0, 1.0]), 0.0, box((1, 0.6, 0.3)), 0.5, 0.2)
 FALLING = np.array([0.0, 0.0, -9.81])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from attitude import RigidBody
-from attitude.dynamics.acting import Kick
-from attitude.dynamics.legs import instants_within, legs
-from attitude.dynamics.situation import Situation
+from attitude.dynamics.arcs import instants_within, legs
+from attitude.problem.initial_state import Situation
+from attitude.problem.torque_model import Kick
 
 SITUATION = Situation(RigidBody((1, 2, 2.5)), np.array([1.0, 0, 0, 0]), np.zeros(3), -20.0, 20.0)
 

@@ -6,25 +6,26 @@ import numpy as np
 import pytest
 
 from attitude import RigidBody
-from attitude.dynamics import bodies as arrays
-from attitude.dynamics import many, stepped, torqued
-from attitude.dynamics.acting import Once
-from attitude.dynamics.bodies import Bodies
-from attitude.dynamics.choice import pace
+from attitude.dynamics import batch_integration, integration, solver_arguments
+from attitude.dynamics import batch_states as arrays
+from attitude.dynamics.batch_states import Bodies
 from attitude.dynamics.momentum import initial_momentum
-from attitude.dynamics.rows import follows_axes
-from attitude.elapsed import instants
+from attitude.dynamics.solver_selection import pace
 from attitude.kernels import layout
+from attitude.problem.torque_model import Once
+from attitude.problem.torque_rows import follows_axes
+from attitude.times.instants import as_instants
+from tests.dynamics.marching import Rows, angle, integrated, kepler
+from tests.dynamics.test_torques_truth import prepared, whole_rate
 from tests.effects.scenes import TORQUES, effect, quantity, scene
 from tests.oracles.torqued_cases import CASES, EXPECTED
-
-from .marching import Rows, angle, integrated, kepler
-from .test_torques_truth import prepared, whole_rate
 
 
 def problem_of(situation, torques, seconds, tolerance, kind=None):
     like = replace(situation, start=min(0.0, *seconds), stop=max(0.0, *seconds))
-    return many.Problem(like, tuple(Once(torque, like) for torque in torques), (), tolerance, kind)
+    return batch_integration.Problem(
+        like, tuple(Once(torque, like) for torque in torques), (), tolerance, kind
+    )
 
 
 def bodies_of(*situations):
@@ -57,10 +58,10 @@ def test_one_of_many_ends_where_24_digits_end(name, kind):
     seconds, tolerance = np.array([state.seconds for state in EXPECTED[name]]), 1e-9
     problem = problem_of(start, torques, seconds, tolerance, kind)
     others = list(near(start, 2, np.random.default_rng(3)))
-    at = instants(seconds, None)
-    chosen = many.choose(problem, at)
+    at = as_instants(seconds, None)
+    chosen = batch_integration.choose(problem, at)
     assert chosen.solver.kind == kind
-    rows = many.solve(problem, bodies_of(others[0], start, others[1]), at, chosen)[1]
+    rows = batch_integration.solve(problem, bodies_of(others[0], start, others[1]), at, chosen)[1]
     expected = np.array([[float(x) for x in state.attitude] for state in EXPECTED[name]]).T
     rates = [whole_rate(CASES[name], [float(x) for x in state.rate]) for state in EXPECTED[name]]
     assert angle(rows[:4], expected) < tolerance
@@ -86,8 +87,10 @@ def test_each_of_many_moves_as_scipy_has_it():
         return torque
 
     problem = problem_of(start, [Rows(layout.GRAVITY_GRADIENT, mu)], seconds, 1e-10)
-    at = instants(seconds, None)
-    found = many.solve(problem, bodies_of(*situations), at, many.choose(problem, at))
+    at = as_instants(seconds, None)
+    found = batch_integration.solve(
+        problem, bodies_of(*situations), at, batch_integration.choose(problem, at)
+    )
     for one, rows in zip(situations, found, strict=True):
         q, w = integrated(one, torque_on(one.body.tensor), seconds)
         assert angle(rows[:4], q) < 1e-9
@@ -123,7 +126,7 @@ def test_arrays_of_many_are_those_of_each(name, prepare):
     states = together.states(bodies.attitude, momenta)
     assert torque.follows_axes
     for i, one in enumerate(situations):
-        each = getattr(stepped, prepare)(one, [torque])
+        each = getattr(solver_arguments, prepare)(one, [torque])
         assert np.allclose(together.body[i], each.body, rtol=1e-13, atol=1e-14)
         assert together.symmetric[i] == each.symmetric
         assert together.smooth == each.is_smooth
@@ -143,9 +146,9 @@ def test_paces_and_momenta_of_many_are_those_of_each(name):
         replace(situation, body=body, rate=spin * rng.normal(size=3)) for body in kinds_of_bodies(rng)
     ]
     bodies = bodies_of(*situations)
-    problem = many.Problem(situation, (torque,), (), 1e-9)
+    problem = batch_integration.Problem(situation, (torque,), (), 1e-9)
     each = [pace(one, [torque.of(one)]) for one in situations]
-    assert np.allclose(many.paces(problem, bodies), each, rtol=1e-14)
+    assert np.allclose(batch_integration.paces(problem, bodies), each, rtol=1e-14)
     momenta = arrays.initial_momenta(situation, bodies, [torque])
     expected = [initial_momentum(one, [torque]) for one in situations]
     assert np.allclose(momenta, expected, rtol=1e-13, atol=1e-15)
@@ -193,14 +196,20 @@ def test_body_found_unfit_for_a_scheme_is_solved_alone(monkeypatch):
     made = scene(effect("wheels", momentum=quantity([0, 0, 0.05], "N m s")), effect("gravity_gradient"))
     situation, seconds = made.situation(), np.array([0.0, 200.0])
     torques = tuple(Once(one, situation) for one in made.effects)
-    problem = many.Problem(replace(situation, stop=200.0), torques, (), 1e-9)
-    solver = many.SOLVERS["splitting, order (8, 6, 4)"]
-    candidate = replace(many.choose(problem, instants(seconds, None)), solver=solver, setting=1.0)
+    problem = batch_integration.Problem(replace(situation, stop=200.0), torques, (), 1e-9)
+    solver = batch_integration.SOLVERS["splitting, order (8, 6, 4)"]
+    candidate = replace(
+        batch_integration.choose(problem, as_instants(seconds, None)), solver=solver, setting=1.0
+    )
     symmetric = replace(situation, body=RigidBody(np.diag([3.0, 3.0, 1.0])))
     alone = []
-    solve_alone = many._alone
-    monkeypatch.setattr(many, "_alone", lambda *a: alone.append(a[1].moments.tolist()) or solve_alone(*a))
-    rows = many.solve(problem, bodies_of(symmetric, situation), instants(seconds, None), candidate)
+    solve_alone = batch_integration._alone
+    monkeypatch.setattr(
+        batch_integration, "_alone", lambda *a: alone.append(a[1].moments.tolist()) or solve_alone(*a)
+    )
+    rows = batch_integration.solve(
+        problem, bodies_of(symmetric, situation), as_instants(seconds, None), candidate
+    )
     assert alone == [[2.0, 3.0, 4.0]]
     assert np.isfinite(rows).all()
 
@@ -209,16 +218,21 @@ def test_error_estimated_of_one_of_many_is_what_it_is_alone():
     start, torques = prepared("gravity gradient, tensor, eccentric orbit")
     seconds = np.linspace(0.0, 2000.0, 5)
     problem = problem_of(start, torques, seconds, 1e-9, "gauss")
-    at = instants(seconds, None)
+    at = as_instants(seconds, None)
     setting, angles = 0.8 / np.linalg.norm(start.rate), 2000.0 * pace(start, problem.torques)
-    solver = many.SOLVERS["gauss, order 16"]
-    candidate = torqued.Candidate(solver, setting, 0.0, 0.0)
-    fine, apart = many._compared(
-        problem, bodies_of(start, start), np.arange(2), torqued.two_part(at), candidate, np.full(2, setting)
+    solver = batch_integration.SOLVERS["gauss, order 16"]
+    candidate = integration.Candidate(solver, setting, 0.0, 0.0)
+    fine, apart = batch_integration._compared(
+        problem,
+        bodies_of(start, start),
+        np.arange(2),
+        integration.two_part(at),
+        candidate,
+        np.full(2, setting),
     )
-    cut = torqued.by_direction(problem.like, problem.torques, ())
-    rows = torqued._march(problem.like, cut, seconds, np.zeros(5), candidate, False, None)
-    coarse = torqued._march(problem.like, cut, seconds, np.zeros(5), candidate, True, np.arange(5))
+    cut = integration.by_direction(problem.like, problem.torques, ())
+    rows = integration._march(problem.like, cut, seconds, np.zeros(5), candidate, False, None)
+    coarse = integration._march(problem.like, cut, seconds, np.zeros(5), candidate, True, np.arange(5))
     assert apart[0] == apart[1] == pytest.approx(angle(rows.rows[:4], coarse.rows[:4]), rel=0.1)
     assert fine.of(0).work == rows.work
-    assert torqued.estimate(solver, fine.of(0), apart[0], angles).error > 0.0
+    assert integration.estimate(solver, fine.of(0), apart[0], angles).error > 0.0

@@ -5,11 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics import torqued
-from attitude.simulation import route
-
-from .marching import SOLVERS, angle
-from .test_torques_effects import orbit, plate, quantity
+from attitude.dynamics import integration
+from attitude.scene.simulation import route
+from tests.dynamics.marching import SOLVERS, angle
+from tests.dynamics.test_torques_effects import orbit, plate, quantity
 
 # By Runge-Kutta at 1e-15 a step, which shares with the others nothing but the torques: what it is off by
 # after these turns (against collocation in short steps, and SciPy).
@@ -74,10 +73,10 @@ def random_scene(rng, kind, symmetric, tolerance, solver, turns):
 def truth(made):
     """(4, n), by the solver of no cleverness, as finely as doubles allow."""
     way = route(made)
-    directions = torqued.by_direction(way.situation, way.torques, way.kicks)
+    directions = integration.by_direction(way.situation, way.torques, way.kicks)
     seconds = made.times.build(None).seconds
-    tight = torqued.Candidate(SOLVERS["dop853"], 1e-15, 0.0, 0.0)
-    return torqued._march(
+    tight = integration.Candidate(SOLVERS["dop853"], 1e-15, 0.0, 0.0)
+    return integration._march(
         way.situation, directions, seconds, np.zeros_like(seconds), tight, False, None
     ).rows[:4]
 

@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics import many
-from attitude.dynamics.choice import pace
-from attitude.dynamics.spin import reached_spin
+from attitude.dynamics import batch_integration
+from attitude.dynamics.solver_selection import pace
 from attitude.effects import UserTorque
-from attitude.simulation import route
-
-from .at_rest import EFFECTS, differences, random_scene
-from .test_many import bodies_of
-from .test_torques_effects import orbit, plate, quantity, scene
+from attitude.problem.spin_bound import reached_spin
+from attitude.scene.simulation import route
+from tests.dynamics.at_rest import EFFECTS, differences, random_scene
+from tests.dynamics.test_many import bodies_of
+from tests.dynamics.test_torques_effects import orbit, plate, quantity, scene
 
 EDDIES = {"type": "eddy_damping", "coefficient": 0.05, "unit": "N m s"}
 WHEELS = {"type": "wheels", "momentum": quantity([0.0, 0.3, 0.4], "N m s")}
@@ -231,8 +230,10 @@ def test_paces_of_many_count_impulses_as_that_of_one_does(frame):
     kicks.append(impulse(-10.0, [0.0, 1.0, 1.0], frame))
     made = [at_rest(EDDIES, *kicks, moments=moments) for moments in ((10, 14, 17), (9, 9, 3), (17, 10, 14))]
     ways = [route(one) for one in made]
-    problem = many.Problem(ways[0].situation, ways[0].torques, ways[0].kicks, 1e-9)
+    problem = batch_integration.Problem(ways[0].situation, ways[0].torques, ways[0].kicks, 1e-9)
     each = [pace(way.situation, way.torques, way.kicks) for way in ways]
-    assert np.allclose(many.paces(problem, bodies_of(*(way.situation for way in ways))), each, rtol=1e-14)
+    assert np.allclose(
+        batch_integration.paces(problem, bodies_of(*(way.situation for way in ways))), each, rtol=1e-14
+    )
     if frame == "body":  # after the first
         assert each[0] == pytest.approx(np.hypot(3.0 / 10.0, 1.0 / 14.0), rel=1e-12)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from attitude.simulation import route
-
-from .marching import angle, matrix
-from .test_torques_effects import MOMENTS, quantity, scene
+from attitude.scene.simulation import route
+from tests.dynamics.marching import angle, matrix
+from tests.dynamics.test_torques_effects import MOMENTS, quantity, scene
 
 RATE = (0.3, -0.5, 0.4)
 FIRINGS = (
@@ -41,7 +40,7 @@ def test_momentum_is_the_sum_of_the_firings():
 
 def test_book_of_inertial_firings_is_exact_to_the_bit():
     """The momentum that the solver carries, with numbers that doubles add without rounding."""
-    from attitude.dynamics.free import coast
+    from attitude.dynamics.coasting import coast
 
     inertial = [(t, H, "inertial") for t, H, _ in FIRINGS]
     made = scene(plan_of(inertial), rate=RATE, elapsed=[0.0, 30.0], moments=(2.0, 4.0, 3.0))

@@ -8,8 +8,7 @@ import pytest
 from attitude import TorqueFreeMotion
 from attitude.dynamics import schemes
 from attitude.dynamics.solvers import SPLITTINGS
-
-from .marching import SOLVERS, Rows, angle, kepler, layout, march, situation
+from tests.dynamics.marching import SOLVERS, Rows, angle, kepler, layout, march, situation
 
 RATE, ATTITUDE = np.array([0.3, -0.5, 0.6]), (0.1, -0.7, 0.5, 0.5)
 SYMMETRIC, TRIAXIAL = (2.0, 2.0, 1.2), (2.0, 3.0, 4.0)

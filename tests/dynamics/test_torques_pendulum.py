@@ -5,9 +5,8 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from attitude import orientation
-
-from .marching import SOLVERS, Rows, kepler, layout, march, matrix, situation
+from attitude.frames import rotations
+from tests.dynamics.marching import SOLVERS, Rows, kepler, layout, march, matrix, situation
 
 GAUSS = SOLVERS["gauss, order 16"]
 MU, RADIUS = 3.986004418e14, 6978136.3
@@ -20,13 +19,13 @@ LEVEL = np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 
 def product(p, q):
-    return orientation.product(np.asarray(p), np.asarray(q))
+    return rotations.product(np.asarray(p), np.asarray(q))
 
 
 def level(t):
     """Attitude of the orbit's frame, wxyz."""
     half = 0.5 * N * t
-    return product((np.cos(half), 0.0, 0.0, np.sin(half)), orientation.from_matrix(LEVEL))
+    return product((np.cos(half), 0.0, 0.0, np.sin(half)), rotations.from_matrix(LEVEL))
 
 
 def turned(vector):
@@ -44,7 +43,7 @@ def released(moments, offset, relative_rate=(0.0, 0.0, 0.0), stop=0.0):
 
 def relative(rows, t):
     """(n, 4): attitude relative to the orbit's frame."""
-    return np.array([product(orientation.conjugate(level(s)), q) for s, q in zip(t, rows[:4].T, strict=True)])
+    return np.array([product(rotations.conjugate(level(s)), q) for s, q in zip(t, rows[:4].T, strict=True)])
 
 
 def pitch(rows, t):

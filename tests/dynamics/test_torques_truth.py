@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from attitude.dynamics.solvers import can_take
+from tests.dynamics.marching import SOLVERS, acting, angle, kepler, march, situation
 from tests.oracles.torqued_cases import CASES, EXPECTED
-
-from .marching import SOLVERS, acting, angle, kepler, march, situation
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
 # thousands of steps in plain doubles; splitting of a triaxial body reads its rate off the attitude, whose

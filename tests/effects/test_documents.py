@@ -12,9 +12,8 @@ from attitude import AttitudeError, InputError, Scene
 from attitude.effects import KNOWN_EFFECTS, UserTorque, effect_class
 from attitude.effects.magnetic_dipole import G10, G11, H11
 from attitude.kernels import layout
-from attitude.orbit.position import position, velocity
-
-from .scenes import (
+from attitude.orbit.path_states import position, velocity
+from tests.effects.scenes import (
     DOCUMENT,
     EFFECTS,
     FALLING,

@@ -15,14 +15,14 @@ from astropy.utils import iers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from attitude import InputError, twopart
-from attitude.dynamics.situation import Pieces
+from attitude import InputError
 from attitude.effects.shadow import Height, sunlit
 from attitude.effects.sun import from_earth
 from attitude.orbit.orbit import earth
-from attitude.orbit.position import eccentric_anomaly, evaluate, position, velocity
-
-from .scenes import DOCUMENT, GONE, KEPLER, built, document, effect, quantity, scene
+from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, velocity
+from attitude.problem.initial_state import Pieces
+from attitude.times import turn_rates
+from tests.effects.scenes import DOCUMENT, GONE, KEPLER, built, document, effect, quantity, scene
 
 MU, RADIUS = 3.986004e14, 6378100.0
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
@@ -114,16 +114,16 @@ def test_keplers_equation_is_solved_everywhere(e):
 
 
 def test_phase_keeps_its_digits_over_a_million_revolutions():
-    high, low, _ = twopart.mean_motion(MU, 7e6)
+    high, low, _ = turn_rates.mean_motion(MU, 7e6)
     t = np.array([1e6, 5.8e9, -123456789.25])
     exact = [Decimal(x) * (Decimal(high) + Decimal(low)) for x in t.tolist()]
-    found = twopart.fraction_of_turn(t, high, low)
+    found = turn_rates.fraction_of_turn(t, high, low)
     for value, whole in zip(found.tolist(), exact, strict=True):
         assert abs(float(whole - round(whole)) - value) < 2e-16
 
 
 def test_mean_motion_is_good_to_32_digits():
-    high, low, rate = twopart.mean_motion(MU, 7e6)
+    high, low, rate = turn_rates.mean_motion(MU, 7e6)
     with localcontext(prec=60):
         two_pi = Decimal("6.28318530717958647692528676655900576839433879875")
         turning = two_pi * (Decimal(high) + Decimal(low))

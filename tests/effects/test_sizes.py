@@ -6,9 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from attitude import TorqueFreeMotion
 from attitude.effects.plates import COVERING, _directions
-from attitude.orbit.position import evaluate, position, samples, velocity
-
-from .scenes import EFFECTS, TORQUES, built, effect, quantity, scene, torque
+from attitude.orbit.path_states import evaluate, position, samples, velocity
+from tests.effects.scenes import EFFECTS, TORQUES, built, effect, quantity, scene, torque
 
 TENSOR = {"body": {"tensor": [[3, 0.3, -0.1], [0.3, 2, 0.2], [-0.1, 0.2, 4]], "unit": "kg m2"}}
 # How much of an estimate the greatest torque of thousands of attitudes and instants must reach: all but what

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from attitude import RigidBody, elapsed
-from attitude.ensemble.states import States
+from attitude import RigidBody
+from attitude.ensemble.sources.states import States
+from attitude.times.instants import as_instants
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Many:
         return self.source.size
 
     def instants(self, times):
-        return elapsed.instants(times, None)
+        return as_instants(times, None)
 
 
 def many(size: int, seed: int = 7) -> Many:

@@ -8,12 +8,11 @@ import pytest
 
 from attitude.ensemble import engine, redraws
 from attitude.ensemble.engine import mapped
-from attitude.ensemble.running import run
+from attitude.ensemble.execution import run
 from attitude.errors import AttitudeError, FormatError, InputError
-
-from .standing_in import many
-from .test_redraws import disc
-from .test_store import assert_stored, entries
+from tests.ensemble.standing_in import many
+from tests.ensemble.test_redraws import disc
+from tests.ensemble.test_store import assert_stored, entries
 
 TIMES = np.linspace(0.0, 60.0, 20)
 # Dask's servers, as they are closed, now and then leave a socket to the collector.

@@ -10,8 +10,10 @@ import pytest
 from astropy.table import QTable
 
 from attitude import Scene, TorqueFreeMotion
-from attitude.cli import main
-from attitude.ensemble import Ensemble, command, store
+from attitude.cli import ensemble
+from attitude.cli.main import main
+from attitude.ensemble import Ensemble
+from attitude.ensemble.storage import store
 
 TOUTATIS = Scene.builtin("toutatis")
 SPREADS = {"moments": "2 %", "angular_velocity": "0.1 deg/d", "attitude": "1 deg"}
@@ -227,7 +229,7 @@ def test_interrupted_run_says_how_to_go_on_and_does(answer, tmp_path, monkeypatc
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(command.Bar, "__call__", interrupt)
+        patch.setattr(ensemble.Bar, "__call__", interrupt)
         code, _, err = answer("toutatis", *FLAGS, "-o", to, "--chunk", 30, "--workers", 1, terminal=True)
     assert code == 130
     assert err.endswith(f"attitude: {to}: interrupted; the same command goes on from there\n")
@@ -259,7 +261,7 @@ def test_stored_and_statistics_at_once(answer, tmp_path):
 
 
 def test_bar_is_for_terminals(answer, tmp_path, monkeypatch):
-    monkeypatch.setattr(command.Bar, "EVERY", 0.0)
+    monkeypatch.setattr(ensemble.Bar, "EVERY", 0.0)
     _, _, err = answer(
         "toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--chunk", 30, "--workers", 1, terminal=True
     )
@@ -272,9 +274,9 @@ def test_bar_is_for_terminals(answer, tmp_path, monkeypatch):
 
 def test_bar_tells_the_time_that_is_left(monkeypatch):
     now = iter([0.0, 0.0, 10.0, 20.0])
-    monkeypatch.setattr(command, "monotonic", lambda: next(now))
+    monkeypatch.setattr(ensemble, "monotonic", lambda: next(now))
     stream = io.StringIO()
-    bar = command.Bar(stream)
+    bar = ensemble.Bar(stream)
     bar.begin()
     bar(0.5)  # there already
     bar(0.75)

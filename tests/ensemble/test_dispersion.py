@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeWarning, InputError
 from attitude.ensemble import Ensemble
-from attitude.ensemble.dispersion import Sampled, spread
-
-from .scenes import PLATE, SPREADS, TENSOR, scene
+from attitude.ensemble.sources.dispersion import Sampled, spread
+from tests.ensemble.scenes import PLATE, SPREADS, TENSOR, scene
 
 COUNT = 20_000
 

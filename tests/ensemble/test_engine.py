@@ -127,9 +127,8 @@ def test_extra_that_is_not_installed_is_named(monkeypatch):
 
 
 def test_extra_of_a_store_is_named(monkeypatch, tmp_path):
-    from attitude.ensemble.running import run
-
-    from .standing_in import many
+    from attitude.ensemble.execution import run
+    from tests.ensemble.standing_in import many
 
     for name in [name for name in sys.modules if name.partition(".")[0] == "zarr"]:
         monkeypatch.setitem(sys.modules, name, None)

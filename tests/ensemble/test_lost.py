@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import InputError, RegimeError, Scene, ToleranceError
-from attitude.cli import main
+from attitude.cli.main import main
 from attitude.ensemble import Ensemble
-from attitude.ensemble.bodies import choice_of, motion_of
+from attitude.ensemble.motion import choice_of, motion_of
 
 
 def hopeless():

@@ -8,10 +8,10 @@ from astropy.table import QTable
 from scipy.special import ndtri
 
 from attitude import InputError
-from attitude.cli import main
-from attitude.ensemble import Ensemble, redraws, store
-
-from .scenes import PLATE, TENSOR, scene
+from attitude.cli.main import main
+from attitude.ensemble import Ensemble, redraws
+from attitude.ensemble.storage import store
+from tests.ensemble.scenes import PLATE, TENSOR, scene
 
 TIMES = [0.0, 10.0]
 NOMINAL = np.array([1.0, 1.0, 2.0])
@@ -175,7 +175,7 @@ def test_command_says_nothing_where_nothing_is_drawn_again(capfd):
 def test_they_do_not_depend_on_parts_and_workers(monkeypatch, part, workers):
     whole = disc().redraws()
     monkeypatch.setattr(redraws, "PART", part)
-    monkeypatch.setattr("attitude.ensemble.dispersion.TALLIED", 13)
+    monkeypatch.setattr("attitude.ensemble.sources.dispersion.TALLIED", 13)
     assert disc().redraws(workers=workers) == whole
     assert disc().statistics(TIMES, workers=workers).redraws == whole
 

@@ -10,12 +10,12 @@ import time
 import numpy as np
 import pytest
 
-from attitude.ensemble import running, store
-from attitude.ensemble.running import run
+from attitude.ensemble import execution
+from attitude.ensemble.execution import run
+from attitude.ensemble.storage import store
 from attitude.errors import FormatError
-
-from .standing_in import Many, many
-from .test_store import TIMES, assert_stored, entries
+from tests.ensemble.standing_in import Many, many
+from tests.ensemble.test_store import TIMES, assert_stored, entries
 
 
 class Stop(Exception):  # noqa: N818
@@ -40,13 +40,13 @@ def interrupted(to, ensemble=None, at=0.5, **options):
 def test_only_missing_chunks_are_computed(to, monkeypatch):
     interrupted(to)
     there = entries(to)
-    computed, motion_of = [], running.motion_of
+    computed, motion_of = [], execution.motion_of
 
     def counted(scene, states, instants, first, *rest):
         computed.append(first)
         return motion_of(scene, states, instants, first, *rest)
 
-    monkeypatch.setattr(running, "motion_of", counted)
+    monkeypatch.setattr(execution, "motion_of", counted)
     told = []
     result = run(many(100), TIMES, to, chunk=10, progress=told.append)
     assert 5 <= result.resumed < 10
@@ -165,7 +165,7 @@ def test_chunk_that_somebody_removed_is_missed_at_the_end(to, monkeypatch):
 
 
 def test_store_that_somebody_replaced_takes_no_more_chunks(to):
-    work = running._work(many(100), many(100).instants(TIMES), store.target(to), False, True, 10)
+    work = execution._work(many(100), many(100).instants(TIMES), store.target(to), False, True, 10)
     store.begin(work.target, work.head, work.instants, overwrite=False)
     assert work(work.chunks[0]) >= 10 * len(TIMES) * 7 * 8
     run(many(20, seed=9), TIMES, to, chunk=10, overwrite=True)

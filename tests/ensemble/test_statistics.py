@@ -8,14 +8,13 @@ from mpmath import mp
 from scipy.spatial.transform import Rotation
 
 from attitude import InputError, ToleranceError, TorqueFreeMotion
-from attitude.elapsed import Instants
-from attitude.ensemble import Ensemble, gathered
-from attitude.ensemble.bodies import choice_of, motion_of
-from attitude.ensemble.gathered import Gathering, Sums
+from attitude.ensemble import Ensemble, accumulation
+from attitude.ensemble.accumulation import Gathering, Sums
+from attitude.ensemble.motion import choice_of, motion_of
 from attitude.kernels.layout import LEAF, PITCH
-
-from ..bodies import angle_between, conjugate, product
-from .scenes import SPREADS, TENSOR, scene
+from attitude.times.instants import Instants
+from tests.bodies import angle_between, conjugate, product
+from tests.ensemble.scenes import SPREADS, TENSOR, scene
 
 TIMES = np.array([0.0, 1.0, 7.5, 1e3])
 
@@ -193,7 +192,7 @@ def bits(statistics):
 def test_bits_do_not_depend_on_blocks(monkeypatch, name, value):
     bodies = ensemble(n=2 * LEAF + 7)
     expected = bits(bodies.statistics(TIMES))
-    monkeypatch.setattr(gathered, name, value)
+    monkeypatch.setattr(accumulation, name, value)
     assert bits(bodies.statistics(TIMES)) == expected
 
 
@@ -270,7 +269,7 @@ def test_statistics_of_turned_bodies_are_those_of_their_attitudes():
 def test_bits_of_turned_bodies_do_not_depend_on_blocks_nor_workers(monkeypatch):
     bodies = ensemble(n=LEAF + 20, effects=[TORQUE])
     expected = bits(bodies.statistics(TURNED, workers=1))
-    monkeypatch.setattr(gathered, "HELD", 300)
+    monkeypatch.setattr(accumulation, "HELD", 300)
     assert bits(bodies.statistics(TURNED, workers=2)) == expected
 
 

@@ -12,14 +12,14 @@ import pytest
 import zarr
 
 from attitude import Scene, TorqueFreeMotion
-from attitude.elapsed import instants
-from attitude.ensemble import Ensemble, store
-from attitude.ensemble.chunks import Chunks, chunked
-from attitude.ensemble.running import run
+from attitude.ensemble import Ensemble
+from attitude.ensemble.execution import run
+from attitude.ensemble.storage import store
+from attitude.ensemble.storage.chunks import Chunks, chunked
 from attitude.errors import AttitudeError, FormatError, InputError
-from attitude.formats.parts import ELAPSED, QUATERNION, RATE
-
-from .standing_in import many
+from attitude.formats.schema import ELAPSED, QUATERNION, RATE
+from attitude.times.instants import as_instants
+from tests.ensemble.standing_in import many
 
 ENDINGS = ["zarr", "parquet"]
 TIMES = np.linspace(0.0, 60.0, 7)
@@ -68,7 +68,7 @@ def test_two_part_instants_are_kept(to):
 
     days = np.array([0.1, 0.2, 3e5]) * u.d
     run(many(3), days, to)
-    kept, stored = instants(days, None), store.read(to)
+    kept, stored = as_instants(days, None), store.read(to)
     np.testing.assert_array_equal(stored.seconds, kept.seconds)
     assert kept.rest.any()
     np.testing.assert_array_equal(stored.rest, kept.rest)
@@ -82,7 +82,7 @@ def test_rates_are_left_out_where_they_are_not_wanted(to):
 
 
 def test_instants_are_cut_too_where_one_body_is_too_large_for_a_chunk(to, monkeypatch):
-    monkeypatch.setattr("attitude.ensemble.chunks.USUAL_BYTES", 3 * 56)
+    monkeypatch.setattr("attitude.ensemble.storage.chunks.USUAL_BYTES", 3 * 56)
     result = run(many(5), TIMES, to)
     assert result.chunks == 5 * 3
     assert store.read(to).head["chunk"] == [1, 3]
@@ -219,7 +219,7 @@ def test_target_is_known_by_its_ending(to):
 LIMITED = """
 import resource, sys
 import numpy as np
-from attitude.ensemble.running import run
+from attitude.ensemble.execution import run
 from attitude.errors import FormatError
 from tests.ensemble.standing_in import many
 run(many(10), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=5, overwrite=True)  # everything is loaded
@@ -356,7 +356,7 @@ def test_bits_of_a_scene_do_not_depend_on_chunks(name, tmp_path, monkeypatch):
     times = np.linspace(0.0, 30.0, 9)
     run(ensemble, times, tmp_path / "whole.zarr")
     run(ensemble, times, tmp_path / "parts.parquet", chunk=5)
-    monkeypatch.setattr("attitude.ensemble.chunks.USUAL_BYTES", 4 * 56)
+    monkeypatch.setattr("attitude.ensemble.storage.chunks.USUAL_BYTES", 4 * 56)
     run(ensemble, times, tmp_path / "instants.zarr")
     cut = 9 if ensemble.scene.effects else 4  # instants of bodies that effects turn stay together
     assert store.read(tmp_path / "instants.zarr").head["chunk"] == [1, cut]

@@ -6,9 +6,8 @@ from mpmath import mp
 from scipy.special import ndtri
 
 from attitude import InputError
-from attitude.ensemble.dispersion import Sampled
-
-from .scenes import PLATE, scene
+from attitude.ensemble.sources.dispersion import Sampled
+from tests.ensemble.scenes import PLATE, scene
 
 # Deviates about zero, of a spread of one, come out as they are; moments of one part in a million as
 # 1 + 1e-6 n, whose rounding is 1.1e-16 of one.

@@ -9,9 +9,8 @@ from astropy.table import MaskedColumn, QTable, Table
 
 from attitude import FormatError, InputError
 from attitude.ensemble import Ensemble
-from attitude.ensemble.table import BadRowsError, Tabled
-
-from .scenes import SPREADS, TENSOR, scene
+from attitude.ensemble.sources.table import BadRowsError, Tabled
+from tests.ensemble.scenes import SPREADS, TENSOR, scene
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
@@ -225,7 +224,7 @@ def test_neighbouring_bad_rows_and_bad_ends_are_passed_over():
 
 
 def test_list_of_bad_rows_is_bounded_and_their_count_is_not(monkeypatch):
-    from attitude.ensemble import table as module
+    from attitude.ensemble.sources import table as module
 
     monkeypatch.setattr(module, "LISTED", 3)
     monkeypatch.setattr(module, "CHECKED", 4)

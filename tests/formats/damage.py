@@ -22,10 +22,10 @@ from astropy.time import Time
 from hypothesis import strategies as st
 
 from attitude import AttitudeError, Ephemeris, FormatError, RigidBody, Scene, TorqueFreeMotion
-from attitude.dynamics.event import Event
 from attitude.formats import encode, module_of
-from attitude.formats.known import FORMATS
-from attitude.formats.samples import Samples
+from attitude.formats.registry import FORMATS
+from attitude.samples.chunks import Samples
+from attitude.samples.event import Event
 
 EXACT = ("ecsv", "csv", "json", "ndjson", "arrow", "arrows", "parquet", "fits", "npz")
 TEXT = ("ecsv", "csv", "json", "ndjson", "aem", "aem-xml", "stk", "czml")

@@ -11,10 +11,12 @@ import pytest
 from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
-from attitude.cli import main
-from attitude.dynamics.event import Event
-from attitude.elapsed import Instants
-from attitude.formats import ck, nodes, samples, spice_text
+from attitude.cli.main import main
+from attitude.formats import interpolation_nodes
+from attitude.formats.spice import ck, text_kernels
+from attitude.samples import chunks
+from attitude.samples.event import Event
+from attitude.times.instants import Instants
 
 spice = pytest.importorskip("spiceypy")
 
@@ -258,7 +260,7 @@ def test_an_attitude_alone_between_impulses_is_kept(tmp_path):
 
 @pytest.mark.parametrize("type", [2, 3])
 def test_blocks_share_their_boundary_so_that_no_time_is_left_out(type, tmp_path, monkeypatch):
-    monkeypatch.setattr(samples, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "BLOCK", 7)
     path, ephemeris = written(tmp_path, type=type)
     assert len(segments_of(path)) == 9
     load(path)
@@ -417,7 +419,7 @@ def other(folder, system=1, **changes):
 def test_clock_of_another_dates_records_as_spice_does(system, tmp_path):
     path, ticks, q = other(tmp_path, system)
     back = Ephemeris.read(path)
-    (tmp_path / "a.tls").write_text(spice_text.leap_seconds())
+    (tmp_path / "a.tls").write_text(text_kernels.leap_seconds())
     spice.furnsh([str(tmp_path / "a.tls"), str(tmp_path / "c.tsc")])
     expected = [spice.unitim(spice.sct2e(-82, tick), "ET", "TDT") for tick in ticks]
     found = (back.epoch.tt - Time("2000-01-01T12:00:00", scale="tt")).sec + back.elapsed
@@ -575,7 +577,7 @@ def swapped(data):
 
 
 def test_pool_of_the_user_stays_as_it_was(tmp_path):
-    (tmp_path / "mine.tls").write_text(spice_text.leap_seconds())
+    (tmp_path / "mine.tls").write_text(text_kernels.leap_seconds())
     spice.furnsh(str(tmp_path / "mine.tls"))
     spice.pdpool("MINE", [1.0, 2.0])
     path, _ = written(tmp_path)
@@ -607,7 +609,7 @@ class Interruption(BaseException):
 
 
 def test_interrupted_write_leaves_no_ck_and_no_open_file(tmp_path, monkeypatch):
-    monkeypatch.setattr(samples, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "BLOCK", 7)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(ck.tempfile, "tempdir", None)
 
@@ -801,8 +803,8 @@ def test_memory_does_not_grow_with_the_number_of_records(tmp_path):
 import resource, time, numpy as np
 from astropy.time import Time
 from attitude import RigidBody, TorqueFreeMotion, formats
-from attitude.elapsed import Grid
-from attitude.formats.samples import Samples
+from attitude.times.instants import Grid
+from attitude.samples.chunks import Samples
 epoch = Time("2000-01-01T12:00:00", scale="tt")
 motion = TorqueFreeMotion(RigidBody((1, 1.6, 2.1)), {Q0}, {OMEGA}, epoch, order="wxyz")
 def of(n):
@@ -819,4 +821,4 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 
 def test_readers_are_told_that_they_turn_evenly():
-    assert ck.interpolant() == ck.interpolant(type=2) == nodes.Interpolant("slerp")
+    assert ck.interpolant() == ck.interpolant(type=2) == interpolation_nodes.Interpolant("slerp")

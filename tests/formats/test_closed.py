@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from attitude import Ephemeris, FormatError, InputError
-from attitude.elapsed import Instants
-from attitude.formats.known import FORMATS
-
-from .damage import EDITS, check_same, edited, motion, originals, outcome, read, written
+from attitude.formats.registry import FORMATS
+from attitude.times.instants import Instants
+from tests.formats.damage import EDITS, check_same, edited, motion, originals, outcome, read, written
 
 each_format = pytest.mark.parametrize("format", FORMATS)
 # ECSV is fifty times slower to read than the others.

@@ -20,9 +20,19 @@ from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, Scene
 from attitude.ephemeris import CONVENTION
-from attitude.formats import binary, columnar, find, lines, module_of, parts, rows, samples
-
-from ..test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, assert_refused_or_sound, batch, motion
+from attitude.formats import binary, columnar, find, line_blocks, module_of, schema, text_rows
+from attitude.samples import chunks
+from tests.test_formats import (
+    EFFECTS,
+    EPOCH,
+    MANY,
+    OTHER,
+    SINGLE,
+    T,
+    assert_refused_or_sound,
+    batch,
+    motion,
+)
 
 COLUMNAR = ("arrow", "arrows", "parquet", "fits", "npz")
 ASTROPYS = {"parquet": {}, "fits": {"astropy_native": True}, "ecsv": {}}
@@ -30,12 +40,12 @@ each_format = pytest.mark.parametrize("format", COLUMNAR)
 
 
 def metadata(ephemeris):
-    return parts.metadata(samples.Samples.of(ephemeris))
+    return schema.metadata(chunks.Samples.of(ephemeris))
 
 
 def written(ephemeris, format):
     """The file's bytes."""
-    return b"".join(module_of(find("", format)).blocks(samples.Samples.of(ephemeris)))
+    return b"".join(module_of(find("", format)).blocks(chunks.Samples.of(ephemeris)))
 
 
 def read(content, format):
@@ -76,7 +86,7 @@ def test_what_a_format_cannot_hold_is_refused_and_told_what_can(make, format, tm
 def test_batches_hold_the_same_whatever_their_size(format, block, monkeypatch):
     ephemeris = SINGLE["two-part seconds and dates"]()
     whole = frame_of(written(ephemeris, format), format)
-    monkeypatch.setattr(samples, "BLOCK", block)
+    monkeypatch.setattr(chunks, "BLOCK", block)
     assert frame_of(written(ephemeris, format), format).equals(whole)
 
 
@@ -152,7 +162,7 @@ def test_dates_that_64_bits_cannot_hold_are_left_out_and_it_is_said(year, years,
 def test_arrow_is_columns_for_any_reader(format):
     ephemeris = motion(epoch=EPOCH).at(T)
     table = frame_of(written(ephemeris, format), format)
-    assert table.column_names == ["time_tai", "elapsed_s", *parts.QUATERNION, *parts.RATE]
+    assert table.column_names == ["time_tai", "elapsed_s", *schema.QUATERNION, *schema.RATE]
     assert table["q_y"].to_pylist() == ephemeris.quaternion("wxyz")[:, 2].tolist()
     assert table.schema.field("time_tai").type == pa.timestamp("ns")
     assert np.array_equal(table["time_tai"].to_numpy(), nanoseconds(ephemeris.time))
@@ -171,7 +181,7 @@ def test_feather_is_a_frame_for_pandas(tmp_path):
 def test_batches_stand_on_the_memory_of_the_ephemeris():
     ephemeris = motion().at(np.arange(100_000.0))
     table = columnar.columns(ephemeris, ["q_x"])
-    _, numbers = rows.array(table["q_x"], pa.float64()).buffers()
+    _, numbers = text_rows.array(table["q_x"], pa.float64()).buffers()
     assert numbers.address == ephemeris.quaternion("wxyz")[:, 1].__array_interface__["data"][0]
 
 
@@ -239,7 +249,7 @@ def test_npz_is_arrays_for_numpy(tmp_path):
     ephemeris = motion(epoch=EPOCH).at(T)
     ephemeris.write(tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
-        assert list(found) == ["metadata", "time_tai", "elapsed_s", *parts.QUATERNION, *parts.RATE]
+        assert list(found) == ["metadata", "time_tai", "elapsed_s", *schema.QUATERNION, *schema.RATE]
         assert np.array_equal(found["q_z"], ephemeris.quaternion("wxyz")[:, 3])
         assert np.array_equal(found["time_tai"], nanoseconds(ephemeris.time))
         assert json.loads(found["metadata"].item()) == metadata(ephemeris)
@@ -247,7 +257,7 @@ def test_npz_is_arrays_for_numpy(tmp_path):
 
 @pytest.mark.parametrize("make", [*MANY.values(), *OTHER.values()], ids=[*MANY, *OTHER])
 def test_npz_of_any_shape_is_arrays_for_numpy(make, tmp_path, monkeypatch):
-    monkeypatch.setattr(samples, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "BLOCK", 7)
     make().write(tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
         assert np.array_equal(found["q_z"], make().quaternion("wxyz")[..., 3])
@@ -322,7 +332,7 @@ def test_dataset_holds_the_path_the_momentum_and_the_second_part_of_seconds():
 def test_frame_is_columns_at_dates():
     ephemeris = motion(epoch=EPOCH).at(T)
     frame = ephemeris.to_pandas()
-    assert list(frame.columns) == ["elapsed_s", *parts.QUATERNION, *parts.RATE]
+    assert list(frame.columns) == ["elapsed_s", *schema.QUATERNION, *schema.RATE]
     assert isinstance(frame.index, pd.DatetimeIndex)
     assert frame.index.name == "time_tai"
     assert np.array_equal(frame.index.to_numpy(), nanoseconds(ephemeris.time))
@@ -333,7 +343,7 @@ def test_frame_is_columns_at_dates():
 def test_frame_without_dates_is_at_seconds():
     frame = SINGLE["two-part seconds"]().to_pandas()
     assert frame.index.name == "elapsed_s"
-    assert list(frame.columns) == ["elapsed_rest_s", *parts.QUATERNION, *parts.RATE]
+    assert list(frame.columns) == ["elapsed_rest_s", *schema.QUATERNION, *schema.RATE]
     assert np.array_equal(frame.index, SINGLE["two-part seconds"]().elapsed)
 
 
@@ -388,7 +398,7 @@ def test_any_damage_is_refused_or_gives_attitudes(format, valid):
 
 def arrow(columns, metadata=None):
     """An Arrow stream of such columns, of our metadata unless others are given."""
-    meta = parts.metadata(samples.Samples.of(motion().at(T[:3]))) if metadata is None else metadata
+    meta = schema.metadata(chunks.Samples.of(motion().at(T[:3]))) if metadata is None else metadata
     table = pa.table(columns).replace_schema_metadata({"attitude": json.dumps(meta)} if meta else None)
     sink = io.BytesIO()
     with pa.ipc.new_stream(sink, table.schema) as writer:
@@ -561,7 +571,7 @@ def test_value_of_ndjson_that_is_no_number_is_named(value, valid):
 
 
 def test_ndjson_is_the_same_in_small_blocks(valid, monkeypatch):
-    monkeypatch.setattr(lines, "BLOCK", 100)
+    monkeypatch.setattr(line_blocks, "BLOCK", 100)
     back = read(valid["ndjson"], "ndjson")
     assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
 

@@ -17,12 +17,13 @@ from hypothesis import given, settings
 from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation
 
-from attitude import Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion, elapsed
-from attitude.formats import czml, nodes, samples
-
-from ..effects.scenes import KEPLER, effect, quantity, scene
-from ..test_frames import orbiting
-from .damage import EDITS, edited
+from attitude import Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
+from attitude.formats import czml, interpolation_nodes
+from attitude.samples import chunks
+from attitude.times.instants import as_instants
+from tests.effects.scenes import KEPLER, effect, quantity, scene
+from tests.formats.damage import EDITS, edited
+from tests.test_frames import orbiting
 
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
 HALF = math.sqrt(0.5)
@@ -42,11 +43,11 @@ def motion(epoch=EPOCH, frame="GCRF", rate=(0.02, -0.01, 0.03)):
 
 def earth_fixed(quaternion, seconds, epoch=EPOCH, name=""):
     q = np.tile(np.array(quaternion, dtype=float), (len(seconds), 1))
-    return Ephemeris(q, elapsed.instants(np.array(seconds, dtype=float), epoch), "ITRF", name=name)
+    return Ephemeris(q, as_instants(np.array(seconds, dtype=float), epoch), "ITRF", name=name)
 
 
 def text_of(ephemeris, **options):
-    given = nodes.chosen(samples.Samples.of(ephemeris), czml.interpolant(**options), None)
+    given = interpolation_nodes.chosen(chunks.Samples.of(ephemeris), czml.interpolant(**options), None)
     return b"".join(czml.blocks(given, **options)).decode()
 
 
@@ -218,7 +219,7 @@ def test_leap_second_is_second_sixty():
 def test_pieces_make_no_difference(monkeypatch):
     given = orbiting(count=40).run()
     whole = text_of(given)
-    monkeypatch.setattr(samples, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "BLOCK", 7)
     monkeypatch.setattr(czml, "BLOCK", 7)
     assert text_of(given) == whole
 
@@ -226,9 +227,9 @@ def test_pieces_make_no_difference(monkeypatch):
 def test_samples_prepared_in_the_earth_fixed_frame_give_the_same_file():
     """For who judges interpolation where Cesium does it."""
     given = orbiting().run()
-    fixed = czml.prepared(samples.Samples.of(given))
+    fixed = czml.prepared(chunks.Samples.of(given))
     assert fixed.head.frame == "ITRF"
-    chosen = nodes.chosen(fixed, czml.interpolant(), None)
+    chosen = interpolation_nodes.chosen(fixed, czml.interpolant(), None)
     assert b"".join(czml.blocks(chosen)).decode() == text_of(given)
     assert fixed.whole().resampled([3.0]).frame == "ITRF"
 
@@ -254,7 +255,7 @@ def test_body_on_an_orbit_is_drawn_along_it():
     assert rows[-1, 0] == 6000.0
     middle = rows[40:46, 0].mean()
     at = BarycentricInterpolator(rows[40:46, 0], rows[40:46, 1:])(middle)
-    instants = elapsed.instants([middle], EPOCH)
+    instants = as_instants([middle], EPOCH)
     position, _ = given.along.state(instants)
     gcrs = GCRS(CartesianRepresentation(position.T * u.m), obstime=instants.time)
     itrs = gcrs.transform_to(ITRS(obstime=instants.time)).cartesian.xyz.to_value(u.m).T

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from attitude import AttitudeError, Ephemeris, FormatError
-from attitude.elapsed import Instants
-from attitude.formats.known import FORMATS, KNOWN
-
-from .damage import EXACT, T, clock, motion, originals, read, written
+from attitude.formats.registry import FORMATS, KNOWN
+from attitude.times.instants import Instants
+from tests.formats.damage import EXACT, T, clock, motion, originals, read, written
 
 each_format = pytest.mark.parametrize("format", FORMATS)
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from attitude import Ephemeris, FormatError, Scene
-from attitude.formats.nodes import Interpolant
-
-from .test_nodes import angle, between
+from attitude.formats.interpolation_nodes import Interpolant
+from tests.formats.test_nodes import angle, between
 
 SCENE = {
     "body": {"moments": [1, 2, 2.5], "unit": "kg m2", "mass": {"value": 3, "unit": "kg"}},

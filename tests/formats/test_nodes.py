@@ -9,8 +9,8 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from attitude import Ephemeris, FormatError, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
-from attitude.formats.nodes import MARGIN, PLACES, Interpolant, chosen, upwards
-from attitude.formats.samples import Samples
+from attitude.formats.interpolation_nodes import MARGIN, PLACES, Interpolant, chosen, upwards
+from attitude.samples.chunks import Samples
 
 SLERP, LAGRANGE = Interpolant("slerp"), Interpolant("lagrange", 7)
 each_interpolant = pytest.mark.parametrize(
@@ -202,12 +202,13 @@ def test_chosen_nodes_cover_the_span_and_no_more(interpolant):
 
 @pytest.mark.parametrize("block", [1, 10, 1000])
 def test_nodes_do_not_depend_on_the_pieces_they_come_in(block, monkeypatch):
-    from attitude.formats import nodes, samples
+    from attitude.formats import interpolation_nodes
+    from attitude.samples import chunks
 
     ephemeris = MOTION.at(np.linspace(0.0, 20.0, 50))
     whole = [chosen(Samples.of(ephemeris), each, 1e-4) for each in (SLERP, LAGRANGE)]
-    monkeypatch.setattr(samples, "BLOCK", block)
-    monkeypatch.setattr(nodes, "CHECKED", block)
+    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(interpolation_nodes, "CHECKED", block)
     for expected in whole:
         found = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)
         assert found.worst == expected.worst

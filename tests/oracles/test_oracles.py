@@ -10,8 +10,7 @@ import pytest
 from mpmath import mp, mpf
 
 from attitude.oracle import exact, taylor, theta, truth
-
-from . import published
+from tests.oracles import published
 
 # Ten digits below the fifty that each route promises.
 AGREEMENT = 1e-40

@@ -12,8 +12,17 @@ from scipy.spatial.transform import Rotation
 from attitude.oracle import exact, truth
 from attitude.oracle.series import Tape
 from attitude.oracle.torqued import Orbit, Torqued
-
-from .torqued_cases import ATTITUDE, CASES, CIRCULAR, CYLINDER, DAMPING, ECCENTRIC, EXPECTED, GRAVITY, TENSOR
+from tests.oracles.torqued_cases import (
+    ATTITUDE,
+    CASES,
+    CIRCULAR,
+    CYLINDER,
+    DAMPING,
+    ECCENTRIC,
+    EXPECTED,
+    GRAVITY,
+    TENSOR,
+)
 
 # Thirty digits are promised; the working precision has twelve more, and spans here are short.
 AGREEMENT = 1e-36

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from attitude import Scene
-from attitude.formats import json
+from attitude.formats.tables import json
 
 # Limits of the service that the tests ask.
 MAX_SAMPLES = 10_000

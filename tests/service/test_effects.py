@@ -7,7 +7,7 @@ import pytest
 from asking import assert_problem, library_json, without_cost
 
 from attitude import InputError, Scene
-from attitude.scene import builtin_names
+from attitude.scene.document import builtin_names
 from service import limits
 from service.settings import Settings
 

@@ -11,7 +11,7 @@ from asking import MAX_SAMPLES, assert_problem
 
 from attitude import Ephemeris, Scene
 from attitude.formats.answer import answer
-from attitude.formats.known import FORMATS, KNOWN
+from attitude.formats.registry import FORMATS, KNOWN
 
 SMALL = Scene.builtin("toutatis").document()
 FILES = [name for name in FORMATS if name != "json"]

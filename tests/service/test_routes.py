@@ -13,8 +13,8 @@ from asking import library_json, without_cost
 
 import attitude
 from attitude import Scene
-from attitude.formats import json
-from attitude.scene import builtin_names
+from attitude.formats.tables import json
+from attitude.scene.document import builtin_names
 from service import ephemerides
 from service.answers import Computed
 

@@ -7,7 +7,7 @@ import pytest
 from asking import library_json, without_cost
 
 from attitude import Scene
-from attitude.formats.known import FORMATS
+from attitude.formats.registry import FORMATS
 from service.compute import Compute
 from service.query import NO_QUERY, Asked
 from service.slight import MOST_SAMPLES, is_slight

@@ -14,8 +14,8 @@ from starlette.testclient import TestClient
 import attitude
 from attitude import Scene
 from attitude.formats.answer import answer
-from attitude.formats.known import FORMATS
-from attitude.formats.samples import BLOCK
+from attitude.formats.registry import FORMATS
+from attitude.samples.chunks import BLOCK
 from service import answers, create_app
 from service.errors import UNEXPECTED
 from service.settings import Settings
@@ -26,7 +26,7 @@ LONG = BLOCK + 1000
 @pytest.fixture(autouse=True)
 def little_is_held(monkeypatch):
     """More than a block is computed piece by piece: sooner than usual, for the tests' sake."""
-    monkeypatch.setattr("attitude.scene.AT_ONCE", BLOCK)
+    monkeypatch.setattr("attitude.scene.document.AT_ONCE", BLOCK)
 
 
 def long(document, count=LONG):

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from starlette.testclient import TestClient
 
-from attitude.formats.known import FORMATS
+from attitude.formats.registry import FORMATS
 from service import create_app
 from service.pages import BUNDLE, MEDIA
 from service.settings import Settings

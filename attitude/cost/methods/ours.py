@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ... import elapsed
-from ...body import RigidBody
 from ...motion import TorqueFreeMotion
+from ...rigid_body.body import RigidBody
+from ...times.instants import as_instants
 from ..method import Method, Solve
 from ..problem import Problem
 
@@ -32,7 +32,7 @@ def _plain_phases(problem: Problem) -> Solve:
 
 def _samples(motion: TorqueFreeMotion) -> Solve:
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        ephemeris = motion.ephemeris(elapsed.instants(t, None), rate=True)
+        ephemeris = motion.ephemeris(as_instants(t, None), rate=True)
         return ephemeris.quaternion("wxyz"), ephemeris.angular_velocity
 
     return solve

@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 
-from ...dynamics import torqued
-from ...dynamics.acting import Once
-from ...dynamics.choice import Candidate
+from ...dynamics import integration
+from ...dynamics.solver_selection import Candidate
 from ...dynamics.solvers import COLLOCATION, RUNGE_KUTTA, SPLITTINGS, Solver, can_take
-from ...elapsed import instants
+from ...problem.torque_model import Once
+from ...times.instants import as_instants
 from ..method import AbsentError, Method, Solve
 from ..problem import Problem, of_world
 
@@ -70,8 +70,8 @@ def _chosen(problem: Problem, tolerance: float) -> Solve:
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         situation = replace(world.situation, start=0.0, stop=float(t[-1]))
         torques = [Once(effect, situation) for effect in world.effects]
-        found = torqued.choose(situation, torques, (), tolerance, world.solver)
-        answer = torqued.solve(situation, torques, (), instants(t, None), tolerance, found)
+        found = integration.choose(situation, torques, (), tolerance, world.solver)
+        answer = integration.solve(situation, torques, (), as_instants(t, None), tolerance, found)
         return _columns(answer.rows)
 
     return solve
@@ -87,7 +87,7 @@ def march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tu
     """Quaternions and rates at ascending instants, by a solver at a setting of its own kind."""
     world = of_world(problem)
     cut, candidate = world.legs(float(t[-1])), Candidate(solver, setting, 0.0, 0.0)
-    marched = torqued._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
+    marched = integration._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
     rows, work = marched.rows, marched.work
     if work.failed:
         raise ArithmeticError(f"{work.failed} of {work.steps} steps did not settle")

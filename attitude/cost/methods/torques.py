@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...dynamics.legs import Leg, instants_within
+from ...dynamics.arcs import Leg, instants_within
 from ...kernels import layout
 from ..problem import Problem, World, of_world
 from .euler import kernel, routine

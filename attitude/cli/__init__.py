@@ -1,0 +1,5 @@
+"""The command `attitude`."""
+
+from .main import main
+
+__all__ = ["main"]

@@ -1,0 +1,69 @@
+"""The same body thrown at the ground with gravity, thrown without, and turning freely.
+
+Gravity makes no torque about the centre of mass: a body that meets the ground at the same instant,
+with the same attitude, rate and velocity, turns as it does without gravity, through the collision
+and up to the next one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import RegimeError
+from ..motion import TorqueFreeMotion
+from ..problem.initial_state import Situation
+from .contact import Flight, Ground, fly
+
+
+class Curve(NamedTuple):
+    """Attitudes in time.
+
+    Attributes
+    ----------
+    seconds : (n,), s; quaternion : (n, 4) wxyz
+    contacts : s, when the ground was touched
+    """
+
+    seconds: np.ndarray
+    quaternion: np.ndarray
+    contacts: list[float]
+
+
+class Drop(NamedTuple):
+    """What the figure of a drop shows."""
+
+    weightless: Curve
+    falling: Curve
+    model: Curve
+
+
+def compare(situation: Situation, ground: Ground, gravity: np.ndarray, seconds: np.ndarray) -> Drop:
+    """Simulations with and without gravity, and the closed form that knows no ground.
+
+    The weightless body starts where it must to arrive at the first contact when the falling one does,
+    at the velocity that the latter has there.
+
+    Raises
+    ------
+    RegimeError : the body does not touch the ground in this time.
+    InputError : as `contact.fly`.
+    """
+    falling = fly(situation, ground, gravity, seconds)
+    first = next((event for event in falling.events if event.kind == "contact"), None)
+    if first is None:
+        raise RegimeError(
+            "times: the body does not touch the ground in this time; there is nothing to compare"
+        )
+    velocity, position = first.details["velocity_before"], falling.starts[1, 9:12]
+    thrown = replace(situation, position=position - velocity * first.seconds, velocity=velocity)
+    weightless = fly(thrown, ground, np.zeros(3), seconds)
+    free = TorqueFreeMotion(situation.body, situation.attitude, situation.rate, order="wxyz").at(seconds)
+    return Drop(_curve(weightless), _curve(falling), Curve(seconds, free.quaternion("wxyz"), []))
+
+
+def _curve(flight: Flight) -> Curve:
+    contacts = [event.seconds for event in flight.events if event.kind == "contact"]
+    return Curve(flight.seconds, flight.quaternion, contacts)

@@ -1,0 +1,23 @@
+"""An Arrow IPC file (Feather, version 2): batches of columns, and at the end where each of them is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, BinaryIO
+
+from pyarrow import ipc
+
+from ...samples.chunks import Samples
+from ..binary import seekable
+from . import record_batches
+
+if TYPE_CHECKING:
+    from ...ephemeris import Ephemeris
+
+
+def blocks(samples: Samples) -> Iterator[bytes]:
+    return record_batches.blocks(samples, ipc.new_file)
+
+
+def parse(stream: BinaryIO, source: str) -> Ephemeris:
+    return record_batches.parse(ipc.open_file, seekable(stream, source), source)

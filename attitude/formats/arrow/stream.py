@@ -1,0 +1,22 @@
+"""An Arrow IPC stream: batches of columns one after the other, for pipes and sockets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, BinaryIO
+
+from pyarrow import ipc
+
+from ...samples.chunks import Samples
+from . import record_batches
+
+if TYPE_CHECKING:
+    from ...ephemeris import Ephemeris
+
+
+def blocks(samples: Samples) -> Iterator[bytes]:
+    return record_batches.blocks(samples, ipc.new_stream)
+
+
+def parse(stream: BinaryIO, source: str) -> Ephemeris:
+    return record_batches.parse(ipc.open_stream, stream, source)

@@ -1,0 +1,380 @@
+"""What every format says: metadata, and columns with their units in the names."""
+
+from __future__ import annotations
+
+import warnings
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import erfa
+import numpy as np
+from astropy.time import Time
+
+from .. import units
+from ..ephemeris import Ephemeris, convention
+from ..errors import AttitudeError, FormatError, InputError, shown
+from ..frames import rotations
+from ..rigid_body.body import RigidBody
+from ..samples import event_records
+from ..samples.translation import Translation
+from ..times import leap_seconds
+from ..times.instants import Instants, check_epoch
+from .text_rows import array, contents, texts
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from ..samples.chunks import Samples
+
+KIND = "attitude-ephemeris/1"
+QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+RATE = ("omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s")
+POSITION = ("position_x_m", "position_y_m", "position_z_m")
+VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
+MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
+BEYOND_CALENDARS = 1e15  # s; 30 million years
+ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
+FEW = 64  # dates
+
+ISO_WIDTH = 29
+MJD = Fraction(4800001, 2)  # Julian date of modified Julian day 0
+DAY_NANOSECONDS = 86_400_000_000_000
+BILLION = 1_000_000_000
+DAY = 86_400  # s
+MOST_SECONDS = 1e12  # ten thousand years are less
+UNIX, YEAR_0, YEAR_10000 = (day * DAY for day in (40587, -678941, 2973484))  # s from modified Julian day 0
+NEVER = 2**40  # a day after which TAI - UTC is not known to change
+
+
+def metadata(samples: Samples) -> dict[str, Any]:
+    """Everything but the columns, as plain data; events where there were any."""
+    head = samples.head
+    happened = {"events": event_records.to_plain(head.events)} if head.events else {}
+    return {
+        "kind": KIND,
+        "name": head.name,
+        "convention": convention(head.frame),
+        "quaternion_order": "wxyz",
+        "frame": head.frame,
+        "epoch": None if head.epoch is None else _epoch(head.epoch),
+        "time_scale": head.instants.scale,
+        "body": None if head.body is None else _body(head.body),
+        "shape": list(samples.shape),
+        **happened,
+    }
+
+
+def _epoch(epoch: Time) -> dict[str, Any]:
+    """The two Julian dates are the epoch exactly; the text is for people."""
+    days = float(epoch.jd1), float(epoch.jd2)
+    text = _epoch_text(*days, epoch.scale)
+    return {"time": text, "scale": epoch.scale, "jd1": days[0], "jd2": days[1]}
+
+
+@lru_cache(maxsize=256)
+def _epoch_text(jd1: float, jd2: float, scale: str) -> str:
+    text: bytes = _iso_text(np.float64(jd1), np.float64(jd2), scale).item()
+    return text.decode()
+
+
+def _body(body: RigidBody) -> dict[str, Any]:
+    if body._tensor is None or (body.axes == np.eye(3)).all():
+        return {"moments": body.moments.tolist(), "unit": "kg m2"}
+    return {"tensor": body.tensor.tolist(), "unit": "kg m2"}
+
+
+def names(samples: Samples) -> list[str]:
+    """Of the columns: the same for every piece."""
+    head = samples.head
+    time = [TIME] if head.epoch is not None else []
+    rest = [REST] if samples.has_rest else []
+    return [*time, ELAPSED, *rest, *(name for group, _ in vectors(head) for name in group)]
+
+
+def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarray]:
+    """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
+    table: dict[str, np.ndarray] = {}
+    if TIME in wanted:
+        table[TIME] = dates(ephemeris.instants)
+    if ELAPSED in wanted:
+        table[ELAPSED] = ephemeris.elapsed
+    if REST in wanted:
+        rest = ephemeris.instants.rest
+        table[REST] = np.zeros(ephemeris.instants.shape) if rest is None else rest
+    for group, vector in vectors(ephemeris):
+        table.update((name, vector[..., i]) for i, name in enumerate(group) if name in wanted)
+    return table
+
+
+def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes]) -> bytes:
+    """Text of all columns, a row an instant; a time, where there is one, stands between the first pieces."""
+    columns = np.stack([table[name] for name in names if name != TIME])
+    return texts(columns, pieces, table.get(TIME))
+
+
+def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
+    """The names of a vector's columns, and the vector; of all that the ephemeris holds.
+
+    The momentum only where it is more than inertia times rate.
+    """
+    yield QUATERNION, ephemeris.quaternion("wxyz")
+    if ephemeris.has_rate:
+        yield RATE, ephemeris.angular_velocity
+    momentum = ephemeris.own_momentum
+    if momentum is not None:
+        yield MOMENTUM, momentum
+    translation = ephemeris.translation
+    if translation is not None:
+        yield POSITION, translation.position
+        yield VELOCITY, translation.velocity
+
+
+def ephemeris_from(
+    meta: Any, table: Mapping[str, Any], source: str, first_line: int | None = None
+) -> Ephemeris:
+    """The ephemeris that these metadata and columns describe; refuses what `columns` would not have made.
+
+    `first_line` is the line of the first row, where a row is a line: a bad value is then named by its own.
+    """
+    _check_kind(meta, source)
+    if meta.get("quaternion_order") != "wxyz":
+        raise FormatError(f"quaternion_order is {shown(meta.get('quaternion_order'))}, not 'wxyz'", source)
+    groups = (RATE, MOMENTUM, POSITION + VELOCITY)
+    whole = [name for names in groups if any(name in table for name in names) for name in names]
+    needed = (ELAPSED, *QUATERNION, *whole)
+    missing = [name for name in needed if name not in table]
+    if missing:
+        raise FormatError(f"no column {missing[0]}", source)
+    unknown = [name for name in table if name not in (*needed, REST)]
+    if unknown:
+        raise FormatError(f"column {shown(unknown[0])} is not known here", source)
+    try:
+        return _ephemeris(meta, {name: units.finite_array(values, name) for name, values in table.items()})
+    except InputError as error:
+        row = error.steps[-1] if error.steps else None
+        line = first_line + row if first_line is not None and isinstance(row, int) else None
+        raise FormatError(str(error), source, line) from None
+    except AttitudeError as error:
+        raise FormatError(str(error), source) from None
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        reason = " ".join(str(error).split())
+        raise FormatError(f"metadata or columns that do not fit together ({reason})", source) from None
+
+
+def _check_kind(meta: Any, source: str) -> None:
+    kind = meta.get("kind") if isinstance(meta, dict) else None
+    if kind != KIND:
+        raise FormatError(f"not an ephemeris of this library ({KIND}): kind is {shown(kind)}", source)
+
+
+def stated_count(meta: Any, source: str, line: int | None = None) -> int:
+    """Of instants, by the metadata of a format that holds one list of them: a reader stops after these."""
+    _check_kind(meta, source)
+    shape = meta.get("shape")
+    if not isinstance(shape, list) or len(shape) != 1 or type(shape[0]) is not int or shape[0] < 1:
+        raise FormatError(f"shape is {shown(shape)}, not that of a list of instants", source, line)
+    return shape[0]
+
+
+def refuse_more(found: int, stated: int, source: str, line: int | None = None) -> None:
+    if found > stated:
+        raise FormatError(f"more instants than the {stated} that its metadata state", source, line)
+
+
+def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephemeris:
+    shape, instants = table[QUATERNION[0]].shape, table[ELAPSED].shape
+    if list(shape) != list(meta["shape"]) or shape[len(shape) - len(instants) :] != instants:
+        raise ValueError(f"shape {shape}, {instants} instants, {shown(meta['shape'])} stated")
+    if not all(shape):
+        raise ValueError("no instants")
+    for name, values in table.items():
+        if values.shape != (instants if name in (ELAPSED, REST) else shape):
+            raise ValueError(f"column {name} of shape {values.shape}")
+    quaternion = _vector(table, QUATERNION)
+    rotations.attitude_quaternion(quaternion, "wxyz", "quaternion")
+    rate, momentum, position, velocity = (
+        _vector(table, names) if names[0] in table else None for names in (RATE, MOMENTUM, POSITION, VELOCITY)
+    )
+    epoch = _read_epoch(meta.get("epoch"))
+    scale = None if epoch is None else _check_scale(meta["time_scale"])
+    times = check_dates(Instants(table[ELAPSED], table.get(REST), epoch, scale=scale))
+    frame, body = rotations.check_any_frame(meta["frame"]), _read_body(meta.get("body"))
+    batch = shape[: len(shape) - len(instants)]
+    if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
+        raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")
+    moved = None if position is None or velocity is None else Translation(position, velocity)
+    happened = event_records.from_plain(meta.get("events", []))
+    name = _read_text(meta.get("name", ""))
+    return Ephemeris(quaternion, times, frame, body, rate, name, None, moved, happened, momentum)
+
+
+def _read_text(text: Any) -> str:
+    """What UTF-8 holds: escapes of JSON and YAML may stand for half of a character."""
+    if not isinstance(text, str) or not is_utf8(text):
+        raise ValueError(f"name {shown(text)}")
+    return text
+
+
+def is_utf8(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def check_dates(times: Instants) -> Instants:
+    """The same; InputError where the first or the last of dated instants is beyond any calendar."""
+    if times.epoch is None:
+        return times
+    seconds = np.ravel(times.seconds)
+    ends = [int(np.argmin(seconds)), int(np.argmax(seconds))]
+    rest = None if times.rest is None else np.ravel(times.rest)[ends]
+    try:
+        if times.farthest > BEYOND_CALENDARS:
+            raise ValueError(f"{times.farthest:.3g} s from the epoch")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", erfa.ErfaWarning)  # of years whose leap seconds nobody knows
+            iso_text(Instants(seconds[ends], rest, times.epoch, scale=times.scale).time)
+    except (erfa.ErfaError, ValueError) as error:
+        expected = f"instants that a calendar has ({error})"
+        raise InputError("instants", f"scale {times.scale!r}", expected) from None
+    return times
+
+
+def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+    """Columns side by side along a last dimension, stored by component."""
+    return np.moveaxis(np.stack([table[name] for name in names]), 0, -1)
+
+
+def _check_scale(scale: Any) -> str:
+    if scale not in Time.SCALES or scale == "local":
+        raise ValueError(f"time scale {shown(scale)}")
+    return str(scale)
+
+
+def _read_epoch(epoch: Mapping[str, Any] | None) -> Time | None:
+    if epoch is None:
+        return None
+    days = units.finite_array([epoch["jd1"], epoch["jd2"]], "epoch")
+    time = Time(days[0], days[1], format="jd", scale=_check_scale(epoch["scale"]))
+    time.format = "isot"
+    try:
+        iso_text(time)
+    except erfa.ErfaError as error:
+        raise ValueError(f"epoch beyond any calendar: {error}") from None
+    return check_epoch(time)
+
+
+def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
+    if body is None:
+        return None
+    if body["unit"] != "kg m2":
+        raise ValueError(f"body in {shown(body['unit'])}, not 'kg m2'")
+    if "moments" in body:
+        return RigidBody.from_moments(body["moments"])
+    return RigidBody(body["tensor"])
+
+
+def dates(instants: Instants) -> np.ndarray:
+    """As `iso_text` of instants that have an epoch; of their two parts of seconds, rounded once.
+
+    In TAI, TT, and UTC since 1972, it takes a tenth of the time of building a Time.
+    """
+    epoch, scale = instants.epoch, instants.scale
+    if epoch is None or scale not in ("tai", "tt", "utc"):
+        return iso_text(instants.time)
+    seconds = np.asarray(instants.seconds, dtype=np.float64)
+    if not instants.farthest < MOST_SECONDS:
+        return iso_text(instants.time)
+    second, nanosecond = _whole_seconds(seconds, instants.rest, epoch, scale)
+    leap = np.zeros(second.shape, dtype=bool)
+    if scale == "utc":
+        begins, offsets = leap_seconds.steps()
+        at = np.searchsorted(begins * DAY + offsets, second, side="right") - 1
+        second -= offsets[at]
+        leap = second >= np.append(begins[1:], NEVER)[at] * DAY
+        second -= leap
+        if np.min(at, initial=0) < 0:
+            return iso_text(instants.time)
+    if not ((second >= YEAR_0) & (second < YEAR_10000)).all():
+        return iso_text(instants.time)
+    return _dates(second, nanosecond, leap)
+
+
+def _whole_seconds(
+    seconds: np.ndarray, rest: np.ndarray | None, epoch: Time, scale: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Seconds from modified Julian day 0 of TT or TAI, rounded to nanoseconds, and the nanoseconds."""
+    day, nanosecond, below = _since_mjd(float(epoch.jd1), float(epoch.jd2), epoch.scale, scale)
+    whole = np.floor(seconds)
+    left = (seconds - whole) * 1e9 + ((0.0 if rest is None else rest * 1e9) + below)
+    carried, nano = np.divmod(np.rint(left).astype(np.int64) + nanosecond, BILLION)
+    return whole.astype(np.int64) + carried + day * DAY, nano
+
+
+def _dates(second: np.ndarray, nanosecond: np.ndarray, leap: np.ndarray) -> np.ndarray:
+    """Text of seconds from modified Julian day 0, of days without leap seconds; second 60 where `leap`."""
+    import pyarrow as pa
+
+    text = np.empty((second.size, ISO_WIDTH), dtype=np.uint8)
+    unix = array((second - UNIX).ravel(), pa.timestamp("s"))
+    text[:, :19] = np.frombuffer(contents(unix.cast(pa.string())), np.uint8).reshape(-1, 19)
+    decimals = array((nanosecond + BILLION).ravel(), pa.int64())
+    text[:, 19:] = np.frombuffer(contents(decimals.cast(pa.string())), np.uint8).reshape(-1, 10)
+    text[:, [10, 19]] = ord("T"), ord(".")
+    text[leap.ravel(), 17:19] = ord("6"), ord("0")
+    return text.view(f"S{ISO_WIDTH}").reshape(second.shape)
+
+
+@lru_cache(maxsize=256)
+def _since_mjd(jd1: float, jd2: float, scale: str, to: str) -> tuple[int, int, float]:
+    """(days, nanoseconds, what is left of one) from modified Julian day 0 of TT or TAI to an epoch."""
+    epoch = Time(jd1, jd2, format="jd", scale=scale)
+    start = epoch.tt if to == "tt" else epoch.tai
+    since = (Fraction(float(start.jd1)) - MJD + Fraction(float(start.jd2))) * DAY_NANOSECONDS
+    day, nanosecond = divmod(since.__floor__(), DAY_NANOSECONDS)
+    return day, nanosecond, float(since - since.__floor__())
+
+
+def degrees(piece: Ephemeris) -> np.ndarray:
+    """(n, 3), deg/s: the body rate; refuses what is no number in that unit."""
+    with np.errstate(over="ignore"):
+        rate = np.rad2deg(piece.angular_velocity)
+    if not np.isfinite(units.extremes(rate)).all():
+        raise FormatError("a rate that in deg/s is more than a double holds")
+    return rate
+
+
+def _few_texts(year: Any, month: Any, day: Any, clock: Any) -> np.ndarray:
+    """Row by row, where the calls for all rows together would take longer."""
+    parts = (year, month, day, *(clock[name] for name in "hmsf"))
+    rows = zip(*(np.reshape(part, -1).tolist() for part in parts), strict=True)
+    texts = [b"%04d-%02d-%02dT%02d:%02d:%02d.%09d" % row for row in rows]
+    return np.array(texts, dtype="S29").reshape(np.shape(year))
+
+
+def iso_text(time: Time) -> np.ndarray:
+    """ISO 8601 text to the nanosecond, leap seconds as second 60; bytes of shape time.shape.
+
+    astropy's own formatting takes 6 us an instant, more than everything else in an answer.
+    """
+    return _iso_text(time.jd1, time.jd2, time.scale)
+
+
+def _iso_text(jd1: Any, jd2: Any, scale: str) -> np.ndarray:
+    year, month, day, clock = erfa.d2dtf(scale.upper(), 9, jd1, jd2)
+    if np.min(year, initial=0) < 0 or np.max(year, initial=0) > 9999:
+        named = Time(jd1, jd2, format="jd", scale=scale).copy(format="isot")
+        named.precision = 9
+        return np.asarray(named.value).astype("S")
+    if np.size(year) <= FEW:
+        return _few_texts(year, month, day, clock)
+    text = np.empty((*np.shape(year), 29), dtype=np.uint8)
+    text[..., :] = np.frombuffer(b"0000-00-00T00:00:00.000000000", dtype=np.uint8)
+    fields = ((year, 0, 4), (month, 5, 2), (day, 8, 2), (clock["h"], 11, 2), (clock["m"], 14, 2))
+    for value, start, width in (*fields, (clock["s"], 17, 2), (clock["f"], 20, 9)):
+        for place in range(width):
+            text[..., start + place] += (value // 10 ** (width - 1 - place) % 10).astype(np.uint8)
+    return text.view("S29")[..., 0]

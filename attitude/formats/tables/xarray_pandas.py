@@ -1,0 +1,109 @@
+"""Ephemerides as other libraries' labelled arrays: xarray's Dataset, pandas' DataFrame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import orjson
+
+from ... import units
+from ...errors import InputError
+from ...runtime.optional_imports import needed
+from ...samples.chunks import Samples
+from .. import columnar, schema
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    from ...ephemeris import Ephemeris
+
+AXES = ["x", "y", "z"]
+# A Dataset's variables: what their components are called elsewhere, their unit, and in which axes they are.
+VARIABLES = (
+    ("quaternion", schema.QUATERNION, "1", "body to inertial"),
+    ("angular_velocity", schema.RATE, "rad/s", "body axes"),
+    ("angular_momentum", schema.MOMENTUM, "N m s", "inertial axes"),
+    ("position", schema.POSITION, "m", "inertial axes"),
+    ("velocity", schema.VELOCITY, "m/s", "inertial axes"),
+)
+
+
+def to_xarray(ephemeris: Ephemeris) -> xr.Dataset:
+    """See `Ephemeris.to_xarray`."""
+    xarray = needed("xarray", "to_xarray", "tables")
+    bodies, times = _dimensions(ephemeris)
+    vectors = dict(schema.vectors(ephemeris))
+    variables = {
+        name: ((*bodies, *times, _last(names)), vectors[names], {"units": unit, "axes": axes})
+        for name, names, unit, axes in VARIABLES
+        if names in vectors
+    }
+    components = {_last(names): list("wxyz" if names is schema.QUATERNION else AXES) for names in vectors}
+    return xarray.Dataset(variables, {**_times(ephemeris, times), **components}, _attributes(ephemeris))
+
+
+def _attributes(ephemeris: Ephemeris) -> dict[str, Any]:
+    """The metadata as netCDF holds them, text and numbers: what is nested is JSON, what is None left out."""
+    meta = schema.metadata(Samples.of(ephemeris))
+    del meta["shape"]
+    epoch = meta.pop("epoch")
+    if epoch is not None:
+        days = [epoch["jd1"], epoch["jd2"]]
+        meta |= {"epoch": epoch["time"], "epoch_scale": epoch["scale"], "epoch_jd": days}
+    nested = {name: orjson.dumps(meta[name]).decode() for name in ("body", "events") if meta.get(name)}
+    return {name: value for name, value in (meta | nested).items() if value is not None}
+
+
+def _dimensions(ephemeris: Ephemeris) -> tuple[list[str], list[str]]:
+    """Names of those of the bodies, and of the instants; one of several "time" has a number behind it."""
+    bodies = ["body" if i == 0 else f"body_{i}" for i in range(len(ephemeris.batch_shape))]
+    dimensions = len(ephemeris.instants.shape)
+    return bodies, ["time"] if dimensions == 1 else [f"time_{i}" for i in range(dimensions)]
+
+
+def _last(names: tuple[str, ...]) -> str:
+    return "quaternion_component" if names is schema.QUATERNION else "axis"
+
+
+def _times(ephemeris: Ephemeris, dimensions: list[str]) -> dict[str, Any]:
+    """Seconds since the epoch, in one part or two; and the dates, if they can be held."""
+    instants = ephemeris.instants
+    said = {"units": "s", "long_name": "SI seconds since the epoch"}
+    found: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, said)}
+    if instants.rest is not None:
+        said = {"units": "s", "long_name": "what elapsed, in one double, leaves of the seconds"}
+        found["elapsed_rest"] = (dimensions, instants.rest, said)
+    if _has_dates(ephemeris):
+        found["time"] = (dimensions, _dates(ephemeris), {"long_name": columnar.MEANING, "scale": "tai"})
+    return found
+
+
+def _has_dates(ephemeris: Ephemeris) -> bool:
+    if ephemeris.epoch is None:
+        return False
+    return not ephemeris.elapsed.size or columnar.can_hold(
+        ephemeris.epoch, *units.extremes(ephemeris.elapsed)
+    )
+
+
+def _dates(ephemeris: Ephemeris) -> np.ndarray:
+    return columnar.columns(ephemeris, (columnar.TIME_TAI,))[columnar.TIME_TAI]
+
+
+def to_pandas(ephemeris: Ephemeris) -> pd.DataFrame:
+    """See `Ephemeris.to_pandas`."""
+    pandas = needed("pandas", "to_pandas", "tables")
+    if ephemeris.batch_shape or len(ephemeris.instants.shape) != 1:
+        expected = "one body at a list of instants, for the rows of a frame; to_xarray takes any"
+        raise InputError("ephemeris", f"shape {ephemeris.shape}", expected)
+    names = [name for name in schema.names(Samples.of(ephemeris)) if name != schema.TIME]
+    table = schema.columns(ephemeris, names)
+    if _has_dates(ephemeris):
+        index = pandas.DatetimeIndex(_dates(ephemeris), name=columnar.TIME_TAI)
+    else:
+        index = pandas.Index(table.pop(schema.ELAPSED), name=schema.ELAPSED)
+    frame = pandas.DataFrame(table, index)
+    frame.attrs = schema.metadata(Samples.of(ephemeris))
+    return frame

@@ -1,0 +1,68 @@
+"""Where the axes of frames that keep their directions lie, and what frames that turn add to that."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import erfa
+import numpy as np
+
+from ..errors import InputError
+from .rotations import conjugate, from_matrix, product, rotate
+
+# The obliquity that ECLIPJ2000 is defined by, in arcseconds (IAU 1976; NAIF, frames required reading).
+OBLIQUITY_J2000 = 84381.448
+STILL = np.zeros(3)
+
+
+class Turn(NamedTuple):
+    """From one frame to another, at one instant or many.
+
+    Attributes
+    ----------
+    quaternion : (..., 4) wxyz: components along the axes of the second are q v conj(q)
+    rate : (..., 3), rad/s: of the second relative to the first, components along the axes of the second
+    """
+
+    quaternion: np.ndarray
+    rate: np.ndarray
+
+    def then(self, other: Turn) -> Turn:
+        """This turn, and the other after it."""
+        quaternion = product(other.quaternion, self.quaternion)
+        return Turn(quaternion, rotate(other.quaternion, self.rate) + other.rate)
+
+    def back(self) -> Turn:
+        quaternion = conjugate(self.quaternion)
+        return Turn(quaternion, -rotate(quaternion, self.rate))
+
+
+def from_gcrf(frame: str, purpose: str) -> np.ndarray:
+    """(3, 3): components in GCRF to components in `frame`.
+
+    Raises InputError for a frame whose axes nobody knows but its user; `purpose` says what needs them.
+
+    Notes
+    -----
+    GCRF and ICRF have the same axes.  EME2000 is the mean equator and equinox of J2000.0, off them by
+    the frame bias (IAU 2006, 23 mas).  ECLIPJ2000 is the ICRF turned by the obliquity about its x axis,
+    without that bias, as SPICE, JPL Horizons and astropy's HeliocentricEclipticIAU76 have it.
+    """
+    if frame in ("ICRF", "GCRF"):
+        return np.eye(3)
+    if frame == "EME2000":
+        return np.asarray(erfa.bp06(2451545.0, 0.0)[0])
+    if frame == "ECLIPJ2000":
+        return _about_x(np.deg2rad(OBLIQUITY_J2000 / 3600.0))
+    raise InputError("frame", frame, f"ICRF, GCRF, EME2000 or ECLIPJ2000, for {purpose}")
+
+
+def turn_from_gcrf(frame: str, purpose: str) -> Turn:
+    """The same as a turn."""
+    return Turn(from_matrix(from_gcrf(frame, purpose)), STILL)
+
+
+def _about_x(angle: float) -> np.ndarray:
+    """Components after the axes are turned about x by the angle."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])

@@ -1,0 +1,152 @@
+"""The constants of the motion of many bodies: what decides the regime once and hands kernels their records.
+
+A record takes 790 bytes a body.  A batch of ordinary size makes its records once and keeps them;
+for a larger one they are made again, a block of bodies at a time, whenever they are wanted, so that
+memory does not grow with the number of bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from .. import units
+from ..kernels import layout
+from ..runtime import compiled
+from ..samples.provenance import form_of, solution
+from .body import RigidBody
+from .phase_limit import pace
+
+KEPT = 2**17  # bodies whose records, 100 MiB, are kept
+BLOCK = 2**12  # bodies whose records, 3 MiB, stay in a processor's cache until their samples are made
+
+
+class Batch:
+    """Bodies with their states at the epoch, and the records that the kernels sample.
+
+    Parameters
+    ----------
+    body : RigidBody, whose shape broadcasts to `shape`
+    attitudes : (..., 4) wxyz; rates : (..., 3) rad/s; both broadcast to `shape`
+    shape : batch shape
+
+    Attributes
+    ----------
+    seconds : wall-clock time in which kept records were made (of the whole, for a part of a batch)
+
+    Raises
+    ------
+    InputError : a rate that no body so thin can have; for a batch whose records are not kept, when
+        they are made.
+    """
+
+    def __init__(self, body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]):
+        self.body = body
+        self.attitudes = _repeated(attitudes, (*shape, 4))
+        self.rates = _repeated(rates, (*shape, 3))
+        self.shape = shape
+        self.size = int(np.prod(shape))
+        self._forms = np.zeros(self.size, np.int8)
+        begun = perf_counter()
+        self._kept = self._records(0, self.size) if self.size <= KEPT else None
+        self.seconds = perf_counter() - begun
+
+    @property
+    def is_kept(self) -> bool:
+        return self._kept is not None
+
+    @cached_property
+    def solution(self) -> tuple[str, float]:
+        """Which closed forms, and the bound on their error, rad; known once all records were made."""
+        return solution(self._forms)
+
+    def blocks(self, first: int, last: int) -> Iterator[tuple[int, np.ndarray]]:
+        """(index of the first, records) of the bodies from first to last, in blocks."""
+        if self._kept is not None:
+            yield first, self._kept[first:last]
+            return
+        for start in range(first, last, BLOCK):
+            yield start, self._records(start, min(start + BLOCK, last))
+
+    def pace(self, records: np.ndarray) -> float:
+        """Turns/s of the fastest phase of a block: of all bodies, once, where their records are kept."""
+        return pace(records) if self._kept is None else self._kept_pace
+
+    @cached_property
+    def _kept_pace(self) -> float:
+        return 0.0 if self._kept is None else pace(self._kept)
+
+    def fields(self, *names: str) -> np.ndarray:
+        """Some fields of all records, as a structured array of the batch's shape."""
+        if self._kept is not None:
+            return self._kept[list(names)].reshape(self.shape)
+        out = np.empty(self.size, [(name, layout.INVARIANTS[name]) for name in names])
+        for start, records in self.blocks(0, self.size):
+            for name in names:
+                out[name][start : start + len(records)] = records[name]
+        return out.reshape(self.shape)
+
+    def __getitem__(self, key: Any) -> Batch:
+        """Some of the bodies, by index or slice of the batch dimensions."""
+        part = object.__new__(Batch)
+        part.body = self.body.broadcast_to(self.shape)[key]
+        part.shape = part.body.shape
+        part.attitudes, part.rates = self.attitudes[key], self.rates[key]
+        part.size = int(np.prod(part.shape))
+        part._kept, part.seconds = None, self.seconds
+        part._forms = np.ascontiguousarray(self._forms.reshape(self.shape)[key]).reshape(-1)
+        if self._kept is not None:
+            part._kept = np.ascontiguousarray(self._kept.reshape(self.shape)[key]).reshape(-1)
+        elif part.size <= KEPT:
+            part._kept = part._records(0, part.size)
+        return part
+
+    def _records(self, first: int, last: int) -> np.ndarray:
+        """The records of bodies by their flat index; the one place where they are made."""
+        body = self.body if self.body.shape == self.shape else self.body.broadcast_to(self.shape)
+        moments, axes, rates, attitudes = (
+            _flat(array, self.shape, first, last)
+            for array in (body._two_part_moments, body._two_part_axes, self.rates, self.attitudes)
+        )
+        if body._tensor is None:
+            tensors = moments[:, :, :1] * np.eye(3)
+        else:
+            tensors = _flat(body._tensor, self.shape, first, last)
+        constant, space = np.empty(last - first, dtype=np.bool_), layout.workspace()
+        compiled.rate_is_constant(tensors, rates, constant, *space)
+        out = np.zeros(last - first, layout.INVARIANTS)
+        compiled.invariants(tensors, moments, axes, rates, attitudes, constant, out, *space)
+        self._refuse_out_of_range(out, first)
+        self._forms[first:last] = form_of(out["regime"], out["route"])
+        return out
+
+    def _refuse_out_of_range(self, records: np.ndarray, first: int) -> None:
+        finite = np.isfinite(records["rate"]).all(axis=(-1, -2)) & np.isfinite(records["frame"]).all(
+            axis=(-1, -2)
+        )
+        if finite.all():
+            return
+        place = np.unravel_index(first + int(np.argmin(finite)), self.shape)
+        beyond = np.zeros(self.shape, dtype=np.bool_)
+        beyond[place] = True
+        expected = "a rate that a body so thin can have without leaving the range of a double"
+        units.refuse_where(beyond, self.rates, "angular_velocity", expected)
+
+
+def _repeated(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    return array if array.shape == shape else np.broadcast_to(array, shape)
+
+
+def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> np.ndarray:
+    """Elements first to last of the leading dimensions `shape` taken as one; in C order, no others copied."""
+    if len(shape) == 1:
+        part = array[first:last]
+    elif array.flags.c_contiguous:
+        part = array.reshape(-1, *array.shape[len(shape) :])[first:last]
+    else:
+        part = array[np.unravel_index(np.arange(first, last), shape)] if shape else array[None]
+    return np.ascontiguousarray(part)

@@ -1,0 +1,51 @@
+"""Where reports and pictures go: whether that can be written is found out before anything is computed."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from ..errors import AttitudeError, FormatError
+from ..formats import STANDARD_STREAM as STANDARD_STREAM
+from ..formats import write_whole
+
+PICTURES = ("svg", "png")
+
+
+def check(path: str | Path) -> None:
+    """Raises FormatError where a file could not be written."""
+    if str(path) == STANDARD_STREAM:
+        return
+    target = Path(path)
+    try:
+        if target.is_dir():
+            raise IsADirectoryError(21, os.strerror(21))
+        if target.exists() and not target.is_file():  # a pipe or device, written to as it is
+            if not os.access(target, os.W_OK):
+                raise PermissionError(13, os.strerror(13))
+            return
+        with tempfile.TemporaryFile(dir=target.parent):
+            return
+    except (OSError, ValueError) as error:
+        raise FormatError(f"cannot be written ({getattr(error, 'strerror', error)})", str(path)) from None
+
+
+def check_picture(path: str | Path) -> str:
+    """The format of a picture's file, by its ending.
+
+    Raises FormatError for another ending than svg and png, AttitudeError where matplotlib is missing.
+    """
+    format = Path(path).suffix.removeprefix(".").lower()
+    if format not in PICTURES:
+        raise FormatError(f"a picture's ending is {' or '.join(PICTURES)}", str(path))
+    try:
+        import matplotlib  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise AttitudeError(f"the picture needs {error.name}: pip install 'attitude[plot]'") from None
+    check(path)
+    return format
+
+
+def write(path: str | Path, content: bytes) -> None:
+    write_whole([content], path)
