@@ -3,6 +3,8 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .version import __version__ as __version__
+
 if TYPE_CHECKING:
     from .ephemeris import Ephemeris
     from .errors import AttitudeError, AttitudeWarning, FormatError, InputError, RegimeError, ToleranceError
@@ -11,7 +13,6 @@ if TYPE_CHECKING:
     from .scene.document import Scene
     from .times.instants import Grid
 
-__version__ = "0.1.0"
 
 # Each is imported when first asked for: the command answers `--version` or a mistyped argument at
 # once, and only those who use documents pay for pydantic.

@@ -11,17 +11,15 @@ from typing import Any
 import numpy as np
 from astropy.time import Time
 
-from . import memory, units
+from . import units
 from .ephemeris import Ephemeris
 from .errors import InputError, RegimeError
 from .frames import rotations
 from .kernels import layout
 from .rigid_body.body import RigidBody
-from .rigid_body.constants_of_motion import Batch
+from .rigid_body.constants_of_motion import Batch, check_rates
 from .rigid_body.paper_constants import PaperConstants
-from .rigid_body.phase_limit import refuse_too_far
-from .runtime import compiled
-from .runtime.threads import check, cut, run
+from .runtime.threads import check
 from .samples.provenance import Plan
 from .times import instants
 from .times.instants import as_instants
@@ -58,8 +56,6 @@ class TorqueFreeMotion:
     regime (tests/test_against_truth.py).
     """
 
-    _plain: int | None = None  # 1 for phases in plain doubles: what exact ones cost (attitude.cost)
-
     def __init__(
         self,
         body: RigidBody,
@@ -75,7 +71,7 @@ class TorqueFreeMotion:
         self.epoch = instants.check_epoch(epoch)
         self.frame = rotations.check_frame(frame)
         attitudes = rotations.attitude_quaternion(attitude, order)
-        rates = _check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
+        rates = check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
         self.shape = _batch_shape(body.shape, attitudes.shape[:-1], rates.shape[:-1])
         self._batch = Batch(body, attitudes, rates, self.shape)
 
@@ -109,7 +105,7 @@ class TorqueFreeMotion:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
         check(threads)
         begun = perf_counter()
-        quaternion, computed = self._sample(instants, quaternion=True, rate=rate, threads=threads)
+        quaternion, computed = self._batch.sample(instants, quaternion=True, rate=rate, threads=threads)
         solver, bound = self._batch.solution
         samples = self._batch.size * instants.seconds.size
         plan = Plan(solver, samples, self._batch.seconds, perf_counter() - begun, bound)
@@ -141,55 +137,7 @@ class TorqueFreeMotion:
         return (self.ephemeris(instants, rate, name, threads) for instants in pieces)
 
     def _rates(self, instants: instants.Instants, threads: int) -> Any:
-        return self._sample(instants, quaternion=False, rate=True, threads=threads)[1]
-
-    def _sample(
-        self, instants: instants.Instants, quaternion: bool, rate: bool, threads: int
-    ) -> tuple[Any, Any]:
-        """(quaternions (..., 4), rates (..., 3)), None for what was not asked for.
-
-        Stored by component and viewed transposed: the compiled loop writes whole vectors.
-        """
-        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-        rest = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
-        q = memory.empty((4, self._batch.size, seconds.size)) if quaternion else None
-        w = memory.empty((3, self._batch.size, seconds.size)) if rate else None
-        work = partial(self._sample_part, seconds, rest, instants.farthest, q, w)
-        run(work, self._shares(seconds.size, threads))
-        shape = self.shape + instants.shape
-        rows = (*range(1, len(shape) + 1), 0)
-        return (
-            None if q is None else q.reshape(4, *shape).transpose(rows),
-            None if w is None else w.reshape(3, *shape).transpose(rows),
-        )
-
-    def _sample_part(
-        self,
-        seconds: np.ndarray,
-        rest: np.ndarray | None,
-        farthest: float,
-        q: Any,
-        w: Any,
-        part: tuple[int, int, int, int],
-    ) -> None:
-        """One thread's share: from first to last body, from first to last instant."""
-        first_body, last_body, first, last = part
-        for place, bodies in self._batch.blocks(first_body, last_body):
-            refuse_too_far(self._batch.pace(bodies), farthest)
-            compiled.sample(bodies, seconds, rest, q, w, self._plain, place, first, last)
-
-    def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
-        """The block of bodies and instants cut into equal shares, along whichever is longer.
-
-        Fewer than `threads` of so few samples that a thread would hardly have begun before they are done.
-        Records that are not kept are made by each thread for bodies of its own.
-        """
-        bodies = self._batch.size
-        threads = min(threads, bodies * instants // WORTH_A_THREAD + 1)
-        by_bodies = bodies > instants or not self._batch.is_kept
-        if by_bodies:
-            return [(a, b, 0, instants) for a, b in cut(bodies, threads)]
-        return [(0, bodies, a, b) for a, b in cut(instants, threads)]
+        return self._batch.sample(instants, quaternion=False, rate=True, threads=threads)[1]
 
     # -- constants of the motion ----------------------------------------------------------
 
@@ -291,25 +239,6 @@ class TorqueFreeMotion:
         if self.shape:
             return f"<TorqueFreeMotion: {self.shape} bodies in {self.frame}>"
         return f"<TorqueFreeMotion: {self.regime}, polhode period {self.polhode_period:.9g} s, {self.frame}>"
-
-
-WORTH_A_THREAD = 20_000  # samples
-# Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
-SLOWEST, FASTEST = 1e-200, 1e200
-RATES = f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s"
-
-
-def _check_rates(rates: np.ndarray) -> np.ndarray:
-    if rates.ndim < 1 or rates.shape[-1] != 3:
-        raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
-    units.refuse_where(beyond_rates(rates), rates, "angular_velocity", RATES)
-    return rates
-
-
-def beyond_rates(rates: np.ndarray) -> np.ndarray:
-    """Which of (..., 3) are too fast or too slow; (...)."""
-    size = np.abs(rates).max(axis=-1)
-    return (size > FASTEST) | ((size > 0.0) & (size < SLOWEST))
 
 
 def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:

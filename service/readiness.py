@@ -15,6 +15,7 @@ from typing import Any, Protocol
 from attitude.formats.tables import json
 from attitude.runtime import compiled
 from attitude.scene.document import Scene, builtin_names
+from attitude.scene.motion_summary import motion_summary
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +100,7 @@ def warm_up() -> str:
     for document in request_forms():
         scene = Scene.model_validate(document)
         json.dumps(scene.run())
-        json.motion_summary(scene.motion(), scene.name)
+        motion_summary(scene.motion(), scene.name)
     gc.freeze()  # what was loaded stays: to look through it for garbage takes longer than most requests
     return f"known case right, {count} kernels compiled, {time.monotonic() - begun:.2f} s"
 

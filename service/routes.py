@@ -16,8 +16,8 @@ from starlette.responses import Response
 
 import attitude
 from attitude.errors import InputError
-from attitude.formats.tables import json
 from attitude.scene.document import Scene, builtin_names
+from attitude.scene.motion_summary import motion_summary
 
 from . import costs, docs, ephemerides, limits, openapi, pages, query
 from .answers import JSON, fixed, json_answer, sent, unchanged
@@ -93,7 +93,7 @@ async def motion(request: Request) -> Response:
 
 def _motion(document: bytes) -> bytes:
     scene = Scene.from_json(document)
-    return json.motion_summary(scene.motion(), scene.name)
+    return motion_summary(scene.motion(), scene.name)
 
 
 @router.post(

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from attitude import Ephemeris, Scene, __version__
-from attitude.cli.main import main
+from attitude.cli import main
 from attitude.formats import FORMATS, schema
 from attitude.runtime import compiled, kernel_cache
 from attitude.samples import chunks
@@ -539,7 +539,7 @@ def test_bad_flag_of_the_service_is_one_line(answer):
 
 # -- in a process of its own --------------------------------------------------------------------
 
-COMMAND = [sys.executable, "-m", "attitude.cli.main"]
+COMMAND = [sys.executable, "-m", "attitude.cli"]
 
 
 def test_command_runs_as_a_process(tmp_path):
@@ -641,7 +641,7 @@ def peak_of_a_run(count, folder):
     times = {"start": 0, "stop": 40, "count": count, "unit": "d"}
     (folder / "many.json").write_text(json.dumps(TOUTATIS.document() | {"times": times}))
     program = (
-        "import resource; from attitude.cli.main import main; main(['run', 'many.json', '-o', 'many.npz']);"
+        "import resource; from attitude.cli import main; main(['run', 'many.json', '-o', 'many.npz']);"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
     command = [sys.executable, "-c", program]

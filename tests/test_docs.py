@@ -63,7 +63,7 @@ def port(tmp_path_factory):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         number = free.getsockname()[1]
-    command = [sys.executable, "-m", "attitude.cli.main", "serve", "--port", str(number)]
+    command = [sys.executable, "-m", "attitude.cli", "serve", "--port", str(number)]
     with open(tmp_path_factory.mktemp("serve") / "log", "w") as log:
         server = subprocess.Popen(command, stdout=log, stderr=log)
         try:
@@ -137,7 +137,7 @@ def test_worked_examples_of_many_bodies_run_with_fewer(command, tmp_path, monkey
     monkeypatch.chdir(ROOT)
     given = command.split()
     given[-1] = str(tmp_path / given[-1])
-    run = [sys.executable, "-m", "attitude.cli.main", *given, "--bodies", "60"]
+    run = [sys.executable, "-m", "attitude.cli", *given, "--bodies", "60"]
     answer = subprocess.run(run, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stderr
     assert re.match(r"# \d\d bodies in ", answer.stdout)

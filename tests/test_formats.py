@@ -6,6 +6,7 @@ import json
 import os
 import re
 import stat
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,9 +16,9 @@ from astropy.time import Time, TimeDelta
 from hypothesis import given, settings
 
 from attitude import AttitudeError, Ephemeris, FormatError, RigidBody, Scene, TorqueFreeMotion
-from attitude.ephemeris import CONVENTION
 from attitude.formats import find, module_of, schema
 from attitude.samples import chunks
+from attitude.samples.ephemeris_data import CONVENTION
 from tests.bodies import ATTITUDE
 from tests.effects.scenes import FALLING, effect, quantity, scene
 from tests.formats.damage import EDITS, edited
@@ -47,8 +48,7 @@ def batch(shape, epoch=None):
 
 
 def named(ephemeris, name='tumbling "debris", å\n'):
-    ephemeris.name = name
-    return ephemeris
+    return replace(ephemeris, name=name)
 
 
 def exact(instants):

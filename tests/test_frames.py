@@ -555,7 +555,7 @@ def test_centre_of_mass_moves_relative_to_the_frame():
     r0, v0 = np.array([7e6, 1e6, -2e6]), np.array([100.0, 7e3, 1e3])
     moved = Translation(r0 + v0 * instants.seconds[:, None], np.broadcast_to(v0, (10, 3)))
     given = motion().at(instants.seconds)
-    whole = Ephemeris(given.quaternion("wxyz").copy(), instants, "GCRF", translation=moved)
+    whole = Ephemeris(given.quaternion("wxyz").copy(), instants, "GCRF", centre_of_mass=moved)
     told = whole.in_frame("ITRF").translation
     r = told.position.reshape(5, 2, 3)
     found = (8 * (r[3] - r[2]) - (r[4] - r[1])) / (12 * h)

@@ -7,8 +7,7 @@ import pytest
 
 from attitude import Ephemeris, RigidBody, TorqueFreeMotion
 from attitude.oracle import truth
-from attitude.rigid_body import constants_of_motion
-from attitude.samples import provenance
+from attitude.rigid_body import constants_of_motion, error_bounds
 from tests import bodies
 
 INSTANTS = 40
@@ -80,7 +79,7 @@ def test_batch_says_how_many_bodies_each_solution_took(many):
     counts = [int(part.split()[-2]) for part in made.solver.split("; ")]
     assert sum(counts) == 300
     assert counts[0] == 1
-    assert made.error_bound == max(bound for _, bound in provenance.FORMS)
+    assert made.error_bound == max(bound for _, bound in error_bounds.FORMS)
 
 
 def test_batch_in_blocks_gives_the_same_bits(many, monkeypatch):

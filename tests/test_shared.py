@@ -14,7 +14,8 @@ from attitude import RigidBody, TorqueFreeMotion
 from attitude.effects.user import DOUBLES, UserTorque
 from attitude.ephemeris import Ephemeris
 from attitude.formats.line_blocks import Block
-from attitude.orbit.ephemeris_orbit import Along
+from attitude.orbit.ephemeris_orbit import EphemerisOrbit
+from attitude.samples.ephemeris_data import EphemerisData
 
 
 def interrupted(ask, made, other, *functions):
@@ -70,7 +71,8 @@ def test_rates_of_one_ephemeris(plain, part):
     def ask(ephemeris):
         return (ephemeris if part is None else ephemeris[part]).angular_velocity
 
-    functions = Ephemeris.angular_velocity.fget, Ephemeris.__getitem__
+    computed = EphemerisData.__dict__["_computed_rate"].func
+    functions = Ephemeris.angular_velocity.fget, computed, Ephemeris.__getitem__
     answers = list(interrupted(ask, made, lambda ephemeris: ephemeris.angular_velocity, *functions))
     expected = rates if part is None else rates[part]
     assert len(answers) > 10
@@ -90,7 +92,7 @@ def test_course_of_one_orbit(span):
                 assert may_end.wait(10)
             return start, stop
 
-        along = Along(course, lambda: (0.0, 1.0), "ICRF")
+        along = EphemerisOrbit(course, lambda: (0.0, 1.0), "ICRF")
         late = pool.submit(along._course, np.array([span]))
         assert begun.wait(10)
         return along, may_end, late
@@ -105,7 +107,7 @@ def test_course_of_one_orbit(span):
         asked[2].result()
 
     with ThreadPoolExecutor(1) as pool:
-        answers = list(interrupted(ask, made, other, Along._course))
+        answers = list(interrupted(ask, made, other, EphemerisOrbit._course))
     assert len(answers) > 30
     assert all(start <= 0.0 and stop >= 1000.0 for start, stop in answers)
 
@@ -116,7 +118,7 @@ def test_number_of_a_line():
     def asking(place):
         return lambda lines: lines.number_at(place)
 
-    answers = list(interrupted(asking(19), lambda: Block(1, [text]), asking(6), Block.number_at))
+    answers = list(interrupted(asking(19), lambda: Block(1, text), asking(6), Block.number_at))
     assert len(answers) > 10
     assert set(answers) == {1 + text[:19].count(b"\n")}
 

@@ -1,5 +1,3 @@
 """The command `attitude`."""
 
-from .main import main
-
-__all__ = ["main"]
+from .command import main as main

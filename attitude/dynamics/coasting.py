@@ -8,11 +8,11 @@ import numpy as np
 
 from ..errors import InputError, ToleranceError
 from ..frames import rotations
-from ..motion import TorqueFreeMotion
 from ..problem.initial_state import Situation
 from ..problem.torque_model import Kick
 from ..problem.torque_rows import turned
 from ..rigid_body.body import RigidBody
+from ..rigid_body.constants_of_motion import Batch, check_rates
 from ..times.instants import Instants
 from .arcs import Leg, instants_within, legs
 from .batch_states import Bodies, named
@@ -83,11 +83,10 @@ def _coast(
         if leg.kicks:
             body_momentum = rotations.rotate(rotations.conjugate(attitude), momentum)
             rate = np.linalg.solve(tensor, body_momentum[..., None])[..., 0]
-        motion = TorqueFreeMotion(body, attitude, rate, order="wxyz")
+        motion = Batch(body, attitude, check_rates(rate), body.shape)
         here = mine[place]
         at = _since(leg.start, np.append(seconds[here], leg.stop), np.append(rest[here], 0.0))
-        answer = motion.ephemeris(at, rate=True)
-        quaternion, turning = answer.quaternion("wxyz"), answer.angular_velocity
+        quaternion, turning = motion.sample(at, quaternion=True, rate=True)
         rows[..., :4, here] = np.swapaxes(quaternion[..., :-1, :], -1, -2)
         rows[..., 4:7, here] = np.swapaxes(turning[..., :-1, :], -1, -2)
         rows[..., 7:, here] = momentum[..., None]

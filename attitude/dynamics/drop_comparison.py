@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import RegimeError
-from ..motion import TorqueFreeMotion
 from ..problem.initial_state import Situation
+from ..rigid_body.constants_of_motion import Batch, check_rates
+from ..times.instants import Instants
 from .contact import Flight, Ground, fly
 
 
@@ -60,8 +61,9 @@ def compare(situation: Situation, ground: Ground, gravity: np.ndarray, seconds: 
     velocity, position = first.details["velocity_before"], falling.starts[1, 9:12]
     thrown = replace(situation, position=position - velocity * first.seconds, velocity=velocity)
     weightless = fly(thrown, ground, np.zeros(3), seconds)
-    free = TorqueFreeMotion(situation.body, situation.attitude, situation.rate, order="wxyz").at(seconds)
-    return Drop(_curve(weightless), _curve(falling), Curve(seconds, free.quaternion("wxyz"), []))
+    free = Batch(situation.body, situation.attitude, check_rates(situation.rate), ())
+    quaternion, _ = free.sample(Instants(seconds, None, None), quaternion=True, rate=False)
+    return Drop(_curve(weightless), _curve(falling), Curve(seconds, quaternion, []))
 
 
 def _curve(flight: Flight) -> Curve:

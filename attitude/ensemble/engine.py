@@ -16,11 +16,11 @@ from threading import Thread
 from typing import Any, TypeVar
 from uuid import uuid4
 
-from .. import __version__
 from ..errors import AttitudeError, InputError
 from ..runtime.optional_imports import needed
 from ..runtime.threads import processors
 from ..stopping import Stop, stoppable
+from ..version import __version__
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")

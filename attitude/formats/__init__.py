@@ -14,7 +14,7 @@ whole     contents that are read at once, within measure
 Each format is a module with
 
     blocks(samples, **options) -> Iterator[bytes]          the file, at the memory of one piece
-    parse(stream, source, **options) -> Ephemeris          and back
+    parse(stream, source, **options) -> EphemerisData          and back
 
 or, where readers interpolate, `blocks(nodes, ...)` and `interpolant(**options)`; where they do so in a frame
 of the format's own, `prepared(samples)` turns to it; where other files go with it, `beside(nodes, name)`.
@@ -43,7 +43,7 @@ from .registry import Format as Format
 from .schema import is_utf8
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
 
 # What the ways in and out say about every format, and no format has as an option of its own.
@@ -51,7 +51,7 @@ _GIVEN = ("samples", "nodes", "name", "stream", "source")
 
 
 def write(
-    ephemeris: Ephemeris | Samples,
+    ephemeris: EphemerisData | Samples,
     path: str | Path,
     format: str | None = None,
     progress: Progress | None = None,
@@ -124,7 +124,7 @@ def _alone(name: str) -> dict[str, bytes]:
     return {}
 
 
-def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:
+def read(path: str | Path, format: str | None = None, **options: Any) -> EphemerisData:
     """See `Ephemeris.read`."""
     known = find(path, format)
     module = module_of(known)

@@ -17,7 +17,7 @@ from .registry import FORMATS, Format
 from .tables import json as columns_as_json
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
 PIECE = 1 << 21  # bytes; shorter blocks go out together
 
@@ -36,7 +36,7 @@ class Answer(NamedTuple):
 
 
 def answer(
-    ephemeris: Ephemeris | Samples,
+    ephemeris: EphemerisData | Samples,
     known: Format,
     interpolation_error: Any = None,
     most_nodes: int = interpolation_nodes.MOST_NODES,

@@ -18,7 +18,7 @@ from ..times.instants import Instants
 from . import schema
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
 TIME_TAI = "time_tai"
 MEANING = "TAI, nanoseconds since 1970-01-01T00:00:00 TAI"
@@ -46,7 +46,7 @@ def can_hold(epoch: Time, least: float, greatest: float) -> bool:
     return start + least * 1e9 > -BEYOND and start + greatest * 1e9 < BEYOND
 
 
-def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarray]:
+def columns(ephemeris: EphemerisData, wanted: Collection[str]) -> dict[str, np.ndarray]:
     """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
     table = schema.columns(ephemeris, wanted)
     if TIME_TAI in wanted and ephemeris.epoch is not None:

@@ -19,13 +19,14 @@ import numpy as np
 import orjson
 from astropy.time import Time
 
-from ..ephemeris import Along, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
 from ..frames import rotations
 from ..frames.earth_fixed import itrf
 from ..frames.inertial import turn_from_gcrf
 from ..samples.chunks import BLOCK, Samples
+from ..samples.ephemeris_data import EphemerisData, OrbitStates
 from ..samples.event import Event
+from ..samples.transform import in_frame
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time, parse_times
 from . import bounded_read, schema
@@ -98,7 +99,7 @@ def blocks(
     yield b"}]\n"
 
 
-def _document(head: Ephemeris, tail: Ephemeris, span: str, name: str) -> dict[str, Any]:
+def _document(head: EphemerisData, tail: EphemerisData, span: str, name: str) -> dict[str, Any]:
     seconds = _last(tail) - _first(head)
     clock = {
         "interval": span,
@@ -132,8 +133,8 @@ def _orientation(segments: tuple[Samples, ...]) -> Iterator[bytes]:
     yield b"]" if several else b""
 
 
-def _position(head: Ephemeris, tail: Ephemeris, place: list[float] | None) -> Iterator[bytes]:
-    along = head.along
+def _position(head: EphemerisData, tail: EphemerisData, place: list[float] | None) -> Iterator[bytes]:
+    along = head.orbit
     if place is None and along is not None and along.frame != "INERTIAL" and along.is_about_the_earth:
         first, last = _first(head), _last(tail)
         if last > first:
@@ -145,7 +146,7 @@ def _position(head: Ephemeris, tail: Ephemeris, place: list[float] | None) -> It
     yield orjson.dumps({"cartesian": list(PLACE) if place is None else place})
 
 
-def _positions(along: Along, head: Ephemeris, first: float, last: float) -> Iterator[bytes]:
+def _positions(along: OrbitStates, head: EphemerisData, first: float, last: float) -> Iterator[bytes]:
     """Rows of positions at even instants, close enough for a polynomial between them."""
     intervals = max(POSITION_DEGREE, math.ceil((last - first) / POSITION_STEP))
     for k in range(0, intervals + 1, BLOCK):
@@ -154,20 +155,20 @@ def _positions(along: Along, head: Ephemeris, first: float, last: float) -> Iter
         yield (b"," if k else b"") + _rows(t, _place(along, Instants(t, None, head.epoch)))
 
 
-def _place(along: Along, instants: Instants) -> np.ndarray:
+def _place(along: OrbitStates, instants: Instants) -> np.ndarray:
     """(n, 3) m, Earth-fixed."""
     turn = turn_from_gcrf(along.frame, "an Earth-fixed position").back().then(itrf(instants))
     return rotations.rotate(turn.quaternion, along.state(instants)[0])
 
 
-def _earth_fixed(ephemeris: Ephemeris) -> Ephemeris:
+def _earth_fixed(ephemeris: EphemerisData) -> EphemerisData:
     try:
-        return ephemeris.in_frame(FRAME)
+        return in_frame(ephemeris, FRAME)
     except AttitudeError as error:
         raise FormatError(f"CZML is relative to the Earth-fixed frame ({error})") from None
 
 
-def _sampled(ephemeris: Ephemeris, algorithm: str, degree: int) -> dict[str, Any]:
+def _sampled(ephemeris: EphemerisData, algorithm: str, degree: int) -> dict[str, Any]:
     return {
         "epoch": _date(ephemeris.epoch),
         "interpolationAlgorithm": algorithm,
@@ -181,7 +182,7 @@ def _rows(seconds: np.ndarray, values: np.ndarray) -> bytes:
     return orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1]
 
 
-def _refuse_disorder(piece: Ephemeris, last: float | None) -> float:
+def _refuse_disorder(piece: EphemerisData, last: float | None) -> float:
     """The last instant of a piece; refuses one that is not after the one before it, `last` at first."""
     seconds = piece.elapsed
     before = np.concatenate([[-np.inf if last is None else last], seconds[:-1]])
@@ -194,7 +195,7 @@ def _refuse_disorder(piece: Ephemeris, last: float | None) -> float:
     return float(seconds[-1])
 
 
-def _interval(head: Ephemeris, tail: Ephemeris) -> str:
+def _interval(head: EphemerisData, tail: EphemerisData) -> str:
     return f"{_date(head.time[0])}/{_date(tail.time[-1])}"
 
 
@@ -206,11 +207,11 @@ def _date(time: Time | None) -> str:
     return text.rstrip("0").rstrip(".") + "Z"
 
 
-def _first(ephemeris: Ephemeris) -> float:
+def _first(ephemeris: EphemerisData) -> float:
     return float(ephemeris.elapsed[0])
 
 
-def _last(ephemeris: Ephemeris) -> float:
+def _last(ephemeris: EphemerisData) -> float:
     return float(ephemeris.elapsed[-1])
 
 
@@ -242,7 +243,7 @@ SAMPLED = {
 WITHIN = 1e-9  # s: dates are written to the nanosecond
 
 
-def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = "GCRF") -> Ephemeris:
+def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = "GCRF") -> EphemerisData:
     """The attitudes of one packet, turned from the Earth-fixed frame to `frame`; they have no rates.
 
     id : of the packet, where several have an orientation
@@ -251,7 +252,7 @@ def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = 
     rotations.check_any_frame(frame)
     try:
         packet = _packet(_packets(stream, source), id)
-        found = _ephemeris(packet).in_frame(frame)
+        found = in_frame(_ephemeris(packet), frame)
     except FormatError as error:
         raise FormatError(str(error), source) if not error.source else error from None
     except AttitudeError as error:
@@ -259,7 +260,7 @@ def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = 
     if not _states_polynomials(packet):  # slerp does not mind the signs
         return found
     q = rotations.sign_continuous(found.quaternion("wxyz"))
-    return Ephemeris(q, found.instants, frame, name=found.name, events=found.events)
+    return EphemerisData(q, found.instants, frame, name=found.name, events=found.events)
 
 
 def _states_polynomials(packet: dict[str, Any]) -> bool:
@@ -302,7 +303,7 @@ def _packet(packets: list[dict[str, Any]], id: str | None) -> dict[str, Any]:
     return turning[0]
 
 
-def _ephemeris(packet: dict[str, Any]) -> Ephemeris:
+def _ephemeris(packet: dict[str, Any]) -> EphemerisData:
     given = packet["orientation"]
     intervals = given if isinstance(given, list) else [given]
     if not intervals:
@@ -320,7 +321,7 @@ def _ephemeris(packet: dict[str, Any]) -> Ephemeris:
     rotations.attitude_quaternion(quaternion, "wxyz", "unitQuaternion")
     events = tuple(Event(float(t[0]), "segment", "a new interval of the file") for t in seconds[1:])
     name = packet.get("name", packet.get("id", ""))
-    return Ephemeris(
+    return EphemerisData(
         quaternion,
         schema.check_dates(
             Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion")

@@ -18,7 +18,7 @@ from ..times.instants import Grid, Instants
 from .interpolant import Interpolant as Interpolant
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
 # Where the rate jumps, or a reader of somebody's file was told not to interpolate across.
 CUTS = ("impulse", "contact", "segment")
@@ -100,7 +100,7 @@ def chosen(
     return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.head), most)
 
 
-def _check_tolerance(tolerance: Any, head: Ephemeris) -> float:
+def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
     angle = float(units.si_array(tolerance, units.ANGLE, "interpolation_error"))
     if not LEAST_TOLERANCE <= angle <= GREATEST_TOLERANCE:
         expected = f"an angle from {LEAST_TOLERANCE:g} to {GREATEST_TOLERANCE:g} rad"
@@ -219,7 +219,7 @@ def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
     count, head = intervals + 1, samples.head
     regular = count - len(ends)
 
-    def cut(first: int, until: int) -> Ephemeris:
+    def cut(first: int, until: int) -> EphemerisData:
         inside = grid.part(first, min(until, regular)).seconds if first < regular else np.empty(0)
         after = ends[max(0, first - regular) : max(0, until - regular)]
         return head.resampled(Instants(np.append(inside, after), None, head.epoch, scale=head.instants.scale))
@@ -229,12 +229,12 @@ def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
     return Samples(count, cut, samples.progress)
 
 
-def _is_run_as_a_whole(ephemeris: Ephemeris) -> bool:
+def _is_run_as_a_whole(ephemeris: EphemerisData) -> bool:
     """A scene with effects is run from its beginning, however few instants are asked for."""
     return ephemeris.plan is not None and bool(ephemeris.plan.simulated)
 
 
-def _longest(head: Ephemeris, interpolant: Interpolant, start: float, stop: float) -> float:
+def _longest(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
     """s: what makes one window of the span, and turns by no more than `MOST_TURNED` at the greatest rate."""
     at = Instants(start + _fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
     rate = math.sqrt(_squared_rates(head.resampled(at)).max())
@@ -246,7 +246,9 @@ def _fractions() -> np.ndarray:
     return np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, TRIED - 2)))
 
 
-def _worst_tried(head: Ephemeris, interpolant: Interpolant, start: float, stop: float, step: float) -> float:
+def _worst_tried(
+    head: EphemerisData, interpolant: Interpolant, start: float, stop: float, step: float
+) -> float:
     """rad: the greatest error in windows of some nodes here and there, at both ends among them.
 
     Elsewhere than at the ends readers use the middle interval of a window alone.
@@ -316,7 +318,7 @@ def _worst_of(samples: Samples, interpolant: Interpolant) -> float:
 
 
 def _errors(
-    piece: Ephemeris, interpolant: Interpolant, intervals: np.ndarray, places: np.ndarray
+    piece: EphemerisData, interpolant: Interpolant, intervals: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Of intervals, by the node that each begins with: the greatest error at places of it, and how far the
     body turns in it at the greatest rate there; rad.
@@ -340,13 +342,13 @@ def _is_uneven(t: np.ndarray, interpolant: Interpolant) -> np.ndarray:
     return np.asarray(around.max(axis=1) > 2.0 * around.min(axis=1))
 
 
-def _squared_rates(ephemeris: Ephemeris) -> np.ndarray:
+def _squared_rates(ephemeris: EphemerisData) -> np.ndarray:
     """(n,) (rad/s)^2."""
     x, y, z = ephemeris.angular_velocity.T
     return np.asarray(x * x + y * y + z * z)
 
 
-def _refuse_disorder(piece: Ephemeris, first: int) -> None:
+def _refuse_disorder(piece: EphemerisData, first: int) -> None:
     back = np.flatnonzero(~(np.diff(piece.elapsed) > 0.0))
     if back.size:
         i = int(back[0])
@@ -368,6 +370,6 @@ def _between(instants: Instants, intervals: np.ndarray, places: np.ndarray) -> I
     return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
 
 
-def _at(head: Ephemeris, seconds: np.ndarray) -> np.ndarray:
+def _at(head: EphemerisData, seconds: np.ndarray) -> np.ndarray:
     instants = Instants(seconds, None, head.epoch, scale=head.instants.scale)
     return head.resampled(instants).quaternion("wxyz")

@@ -22,7 +22,7 @@ from . import columnar, schema
 from .binary import Sink, refuse_inflated, seekable, told_by
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
 METADATA = "metadata"
 OF_TIME = (columnar.TIME_TAI, schema.ELAPSED, schema.REST)
@@ -62,7 +62,7 @@ def _header(samples: Samples, name: str) -> bytes:
     return b"".join(sink.take())
 
 
-def _pieces(samples: Samples, part: int, of: int) -> Iterator[Ephemeris]:
+def _pieces(samples: Samples, part: int, of: int) -> Iterator[EphemerisData]:
     """Of instants along one dimension; of others all at once, whose order no pieces have."""
     if len(samples.head.instants.shape) == 1:
         yield from samples.pieces(part, of)
@@ -71,7 +71,7 @@ def _pieces(samples: Samples, part: int, of: int) -> Iterator[Ephemeris]:
     samples.progress((part + 1) / of)
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     stream = seekable(stream, source)
     try:
         with zipfile.ZipFile(stream) as archive:

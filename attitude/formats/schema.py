@@ -12,11 +12,11 @@ import numpy as np
 from astropy.time import Time
 
 from .. import units
-from ..ephemeris import Ephemeris, convention
 from ..errors import AttitudeError, FormatError, InputError, shown
 from ..frames import rotations
 from ..rigid_body.body import RigidBody
 from ..samples import event_records
+from ..samples.ephemeris_data import EphemerisData, convention
 from ..samples.translation import Translation
 from ..times import leap_seconds
 from ..times.instants import Instants, check_epoch
@@ -92,7 +92,7 @@ def names(samples: Samples) -> list[str]:
     return [*time, ELAPSED, *rest, *(name for group, _ in vectors(head) for name in group)]
 
 
-def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarray]:
+def columns(ephemeris: EphemerisData, wanted: Collection[str]) -> dict[str, np.ndarray]:
     """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
     table: dict[str, np.ndarray] = {}
     if TIME in wanted:
@@ -113,7 +113,7 @@ def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes])
     return texts(columns, pieces, table.get(TIME))
 
 
-def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
+def vectors(ephemeris: EphemerisData) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
     """The names of a vector's columns, and the vector; of all that the ephemeris holds.
 
     The momentum only where it is more than inertia times rate.
@@ -132,7 +132,7 @@ def vectors(ephemeris: Ephemeris) -> Iterator[tuple[tuple[str, ...], np.ndarray]
 
 def ephemeris_from(
     meta: Any, table: Mapping[str, Any], source: str, first_line: int | None = None
-) -> Ephemeris:
+) -> EphemerisData:
     """The ephemeris that these metadata and columns describe; refuses what `columns` would not have made.
 
     `first_line` is the line of the first row, where a row is a line: a bad value is then named by its own.
@@ -182,7 +182,7 @@ def refuse_more(found: int, stated: int, source: str, line: int | None = None) -
         raise FormatError(f"more instants than the {stated} that its metadata state", source, line)
 
 
-def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephemeris:
+def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> EphemerisData:
     shape, instants = table[QUATERNION[0]].shape, table[ELAPSED].shape
     if list(shape) != list(meta["shape"]) or shape[len(shape) - len(instants) :] != instants:
         raise ValueError(f"shape {shape}, {instants} instants, {shown(meta['shape'])} stated")
@@ -206,7 +206,7 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
     moved = None if position is None or velocity is None else Translation(position, velocity)
     happened = event_records.from_plain(meta.get("events", []))
     name = _read_text(meta.get("name", ""))
-    return Ephemeris(quaternion, times, frame, body, rate, name, None, moved, happened, momentum)
+    return EphemerisData(quaternion, times, frame, body, rate, name, None, moved, happened, momentum)
 
 
 def _read_text(text: Any) -> str:
@@ -338,7 +338,7 @@ def _since_mjd(jd1: float, jd2: float, scale: str, to: str) -> tuple[int, int, f
     return day, nanosecond, float(since - since.__floor__())
 
 
-def degrees(piece: Ephemeris) -> np.ndarray:
+def degrees(piece: EphemerisData) -> np.ndarray:
     """(n, 3), deg/s: the body rate; refuses what is no number in that unit."""
     with np.errstate(over="ignore"):
         rate = np.rad2deg(piece.angular_velocity)

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 import numpy as np
 from erfa import ErfaWarning
 
-from ..ephemeris import CONVENTION, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
 from ..frames import rotations
 from ..frames.inertial import from_gcrf
 from ..samples.chunks import Samples
+from ..samples.ephemeris_data import CONVENTION, EphemerisData
 from ..times.instants import Instants
 from ..times.iso8601 import parse_time
 from ..units import finite_array
@@ -115,7 +115,7 @@ def _shared_instants(nodes: Nodes, origin: Origin) -> list[bool]:
 
 def _header(
     nodes: Nodes,
-    head: Ephemeris,
+    head: EphemerisData,
     origin: Origin,
     shared: int,
     rates: bool,
@@ -123,7 +123,7 @@ def _header(
     version: str,
     order: int,
 ) -> bytes:
-    from .. import __version__
+    from ..version import __version__
 
     comments = [
         f"Written by attitude {__version__}" + (f": {_plain(head.name)}" if head.name else ""),
@@ -186,7 +186,7 @@ def _rows(
                 yield text_rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
 
 
-def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
+def _table(piece: EphemerisData, origin: Origin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
     """(n, 5) or (n, 8): seconds, quaternion, deg/s."""
     q = piece.quaternion("wxyz")
     if turn is not None:
@@ -200,7 +200,7 @@ def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | Non
 # -- and back -----------------------------------------------------------------------------------
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """Quaternions, with angular velocities or without, relative to inertial axes."""
     read = _Reader(source)
     for block in line_blocks.blocks(stream, source):
@@ -283,14 +283,16 @@ class _Reader:
         width = 1 + ROWS[self.kind][0]
         table, numbers = text_rows.read_spaced(text, number, "n" * width)
         self._remark(text.count(b"\n") - len(numbers))
+        if not numbers:  # blank lines alone
+            return
         if isinstance(table, list):
             each = zip(table, numbers, strict=True)
             self.tables.append(
                 np.concatenate([_numbers(line.decode(), i, width, self.source) for line, i in each])
             )
-        elif numbers:
+        else:
             self.tables.append(table.columns.T)
-        self.numbers += [np.array(numbers)] if numbers else []
+        self.numbers.append(np.array(numbers))
 
     def _line(self, block: line_blocks.Block, at: int) -> int:
         self.number += 1
@@ -346,7 +348,7 @@ class _Reader:
             raise self.refuse(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
         self.ended = True
 
-    def ephemeris(self) -> Ephemeris:
+    def ephemeris(self) -> EphemerisData:
         if not self.ended:
             raise self.refuse("ends before END Attitude", self.number or None)
         if not self.tables:
@@ -358,12 +360,12 @@ class _Reader:
         self._check(quaternion, numbers)
         quaternion = rotations.sign_continuous(quaternion)
         rate = np.deg2rad(table[:, 5:8]) if table.shape[1] == 8 else None
-        found = Ephemeris(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
+        found = EphemerisData(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
         self._check_instants(found, numbers)
         self._check_rate(rate, numbers)
         return found
 
-    def _check_instants(self, found: Ephemeris, numbers: np.ndarray) -> None:
+    def _check_instants(self, found: EphemerisData, numbers: np.ndarray) -> None:
         """They have dates, and are apart when they are counted from the first, as they are written."""
         try:
             schema.check_dates(found.instants)

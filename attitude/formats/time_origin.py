@@ -9,8 +9,8 @@ import erfa
 import numpy as np
 from astropy.time import Time
 
-from ..ephemeris import Ephemeris
 from ..errors import FormatError
+from ..samples.ephemeris_data import EphemerisData
 from ..times.instants import Instants
 from .interpolation_nodes import Nodes
 
@@ -45,7 +45,7 @@ def _two_sum(a: float | np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return total, (a - (total - part)) + (b - part)
 
 
-def first_head(nodes: Nodes, format: str) -> Ephemeris:
+def first_head(nodes: Nodes, format: str) -> EphemerisData:
     """At the first instant; refuses an ephemeris without an epoch, or of many bodies."""
     head = nodes.segments[0].head
     if head.epoch is None:
@@ -55,12 +55,12 @@ def first_head(nodes: Nodes, format: str) -> Ephemeris:
     return head
 
 
-def whole_tt_second(head: Ephemeris) -> Origin:
+def whole_tt_second(head: EphemerisData) -> Origin:
     """The last whole second of TT that is not after the first instant."""
     return _origin(tt_time(first_tt(head).__floor__()), head)
 
 
-def whole_utc_second(head: Ephemeris) -> Origin:
+def whole_utc_second(head: EphemerisData) -> Origin:
     """The whole second of UTC that the first instant is in; never second 60, which few readers know."""
     year, month, day, clock = erfa.d2dtf("UTC", 9, *_days(head.time.utc))
     second = min(int(clock["s"]), 59)
@@ -72,13 +72,13 @@ def _days(time: Time) -> tuple[float, float]:
     return float(np.ravel(time.jd1)[0]), float(np.ravel(time.jd2)[0])
 
 
-def _origin(time: Time, head: Ephemeris) -> Origin:
+def _origin(time: Time, head: EphemerisData) -> Origin:
     ahead = tt_of(head.epoch) - tt_of(time)
     rounded = float(ahead)
     return Origin(time, tt_of(time), rounded, float(ahead - Fraction(rounded)))
 
 
-def first_tt(head: Ephemeris) -> Fraction:
+def first_tt(head: EphemerisData) -> Fraction:
     """s past J2000 in TT of the first instant."""
     first = head.instants
     rest = 0.0 if first.rest is None else float(first.rest.reshape(-1)[0])

@@ -13,8 +13,8 @@ from .local_frames import qsw
 from .path_states import position, velocity
 
 
-class Along:
-    """Where the body is, and axes along its orbit (`attitude.ephemeris.Along` says what is asked for).
+class EphemerisOrbit:
+    """The orbit of an ephemeris, evaluated on demand (`samples.ephemeris_data.OrbitStates`).
 
     Parameters
     ----------

@@ -14,15 +14,23 @@ from typing import Any
 
 import numpy as np
 
-from .. import units
+from .. import memory, units
+from ..errors import InputError
 from ..kernels import layout
 from ..runtime import compiled
-from ..samples.provenance import form_of, solution
+from ..runtime.threads import cut, run
+from ..times.instants import Instants
 from .body import RigidBody
-from .phase_limit import pace
+from .error_bounds import form_of, solution
+from .phase_limit import pace, refuse_too_far
 
+MIN_SAMPLES_PER_THREAD = 20_000
 KEPT = 2**17  # bodies whose records, 100 MiB, are kept
 BLOCK = 2**12  # bodies whose records, 3 MiB, stay in a processor's cache until their samples are made
+
+# Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
+SLOWEST, FASTEST = 1e-200, 1e200
+RATES = f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s"
 
 
 class Batch:
@@ -43,6 +51,8 @@ class Batch:
     InputError : a rate that no body so thin can have; for a batch whose records are not kept, when
         they are made.
     """
+
+    plain_phases: int | None = None  # 1 for phases in plain doubles: what exact ones cost (attitude.cost)
 
     def __init__(self, body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]):
         self.body = body
@@ -89,6 +99,43 @@ class Batch:
             for name in names:
                 out[name][start : start + len(records)] = records[name]
         return out.reshape(self.shape)
+
+    def sample(self, instants: Instants, quaternion: bool, rate: bool, threads: int = 1) -> tuple[Any, Any]:
+        """(quaternions (..., 4) wxyz, rates (..., 3) rad/s, body frame), None for what was not asked for.
+
+        The shape is that of the batch, then that of the instants.  Stored by component and viewed transposed:
+        the compiled loop writes whole vectors.
+
+        Raises ToleranceError where an instant is too far from the epoch (`phase_limit`).
+        """
+        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+        low = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
+        q = memory.empty((4, self.size, seconds.size)) if quaternion else None
+        w = memory.empty((3, self.size, seconds.size)) if rate else None
+
+        def sample_share(share: tuple[int, int, int, int]) -> None:
+            first_body, last_body, first, last = share
+            for index, records in self.blocks(first_body, last_body):
+                refuse_too_far(self.pace(records), instants.farthest)
+                compiled.sample(records, seconds, low, q, w, self.plain_phases, index, first, last)
+
+        run(sample_share, self._shares(seconds.size, threads))
+        shape = self.shape + instants.shape
+        axes = (*range(1, len(shape) + 1), 0)
+        return (
+            None if q is None else q.reshape(4, *shape).transpose(axes),
+            None if w is None else w.reshape(3, *shape).transpose(axes),
+        )
+
+    def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
+        """(first body, last body, first instant, last instant) for each thread, along whichever is longer.
+
+        Records that are not kept are computed by each thread for bodies of its own.
+        """
+        threads = min(threads, self.size * instants // MIN_SAMPLES_PER_THREAD + 1)
+        if self.size > instants or not self.is_kept:
+            return [(a, b, 0, instants) for a, b in cut(self.size, threads)]
+        return [(0, self.size, a, b) for a, b in cut(instants, threads)]
 
     def __getitem__(self, key: Any) -> Batch:
         """Some of the bodies, by index or slice of the batch dimensions."""
@@ -150,3 +197,17 @@ def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> n
     else:
         part = array[np.unravel_index(np.arange(first, last), shape)] if shape else array[None]
     return np.ascontiguousarray(part)
+
+
+def check_rates(rates: np.ndarray) -> np.ndarray:
+    """These rates, (..., 3) rad/s; InputError for another shape, or a rate that is out of range."""
+    if rates.ndim < 1 or rates.shape[-1] != 3:
+        raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
+    units.refuse_where(beyond_rates(rates), rates, "angular_velocity", RATES)
+    return rates
+
+
+def beyond_rates(rates: np.ndarray) -> np.ndarray:
+    """Which of (..., 3) are too fast or too slow; (...)."""
+    size = np.abs(rates).max(axis=-1)
+    return (size > FASTEST) | ((size > 0.0) & (size < SLOWEST))

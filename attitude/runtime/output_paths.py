@@ -7,8 +7,8 @@ import tempfile
 from pathlib import Path
 
 from ..errors import AttitudeError, FormatError
-from ..formats import STANDARD_STREAM as STANDARD_STREAM
-from ..formats import write_whole
+from .atomic_files import STANDARD_STREAM as STANDARD_STREAM
+from .atomic_files import write_whole
 
 PICTURES = ("svg", "png")
 

@@ -8,8 +8,8 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
     from ..times.instants import Instants
+    from .ephemeris_data import EphemerisData
 
 BLOCK = 1 << 16  # instants in a piece
 
@@ -36,16 +36,16 @@ class Samples:
     Attributes
     ----------
     count : int, instants along the first of their dimensions
-    cut : from a first instant to a last, excluded: the Ephemeris of these
+    cut : from a first instant to a last, excluded: the EphemerisData of these
     progress : called with the fraction that is done
-    instants : as `cut`, the instants alone, where they cost less than the Ephemeris
+    instants : as `cut`, the instants alone, where they cost less than the EphemerisData
     is_held : whether pieces are cut from an ephemeris in memory, and cost nothing to take again
     """
 
     def __init__(
         self,
         count: int,
-        cut: Callable[[int, int], Ephemeris],
+        cut: Callable[[int, int], EphemerisData],
         progress: Progress | None = None,
         instants: Callable[[int, int], Instants] | None = None,
         is_held: bool = True,
@@ -55,24 +55,24 @@ class Samples:
         self.instants = instants or (lambda first, last: cut(first, last).instants)
 
     @classmethod
-    def of(cls, ephemeris: Ephemeris, progress: Progress | None = None) -> Samples:
+    def of(cls, ephemeris: EphemerisData, progress: Progress | None = None) -> Samples:
         """Of an ephemeris in memory; one of a single instant is a piece on its own."""
         if not ephemeris.instants.shape:
             return cls(1, lambda first, last: ephemeris, progress)
         count, instants = len(ephemeris), ephemeris.instants
 
-        def cut(first: int, last: int) -> Ephemeris:
+        def cut(first: int, last: int) -> EphemerisData:
             return ephemeris if last - first == count else ephemeris[first:last]
 
         return cls(count, cut, progress, lambda first, last: instants[first:last])
 
     @cached_property
-    def head(self) -> Ephemeris:
+    def head(self) -> EphemerisData:
         """At the first instant: what all instants share is read off it."""
         return self.cut(0, 1)
 
     @cached_property
-    def tail(self) -> Ephemeris:
+    def tail(self) -> EphemerisData:
         """At the last instant."""
         return self.cut(self.count - 1, self.count)
 
@@ -94,18 +94,18 @@ class Samples:
         """Whether this is one body at a list of instants, all that most formats hold."""
         return len(self.shape) == 1 and not self.head.batch_shape
 
-    def whole(self) -> Ephemeris:
+    def whole(self) -> EphemerisData:
         """All of it at once."""
         return self.cut(0, self.count)
 
-    def pieces(self, part: int = 0, of: int = 1) -> Iterator[Ephemeris]:
+    def pieces(self, part: int = 0, of: int = 1) -> Iterator[EphemerisData]:
         """In turn, at most `BLOCK` instants each; of a writer that needs several turns, `part` of so many."""
         for first in range(0, self.count, BLOCK):
             last = min(first + BLOCK, self.count)
             yield self.cut(first, last)
             self.progress((part + last / self.count) / of)
 
-    def turned(self, turn: Callable[[Ephemeris], Ephemeris]) -> Samples:
+    def turned(self, turn: Callable[[EphemerisData], EphemerisData]) -> Samples:
         """The same, each piece as `turn` makes it."""
         return Samples(
             self.count,
@@ -123,7 +123,7 @@ class Samples:
         )
         return least, greatest
 
-    def _at(self, place: int, first: int, last: int) -> Ephemeris:
+    def _at(self, place: int, first: int, last: int) -> EphemerisData:
         return self.cut(place + first, place + last)
 
     @property

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial, reduce
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ..ephemeris import Along, Ephemeris
 from ..errors import InputError, RegimeError
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..frames.inertial import STILL, Turn, turn_from_gcrf
 from ..frames.rotations import ORBITAL_FRAMES, is_turning, rotate
 from ..times.instants import Instants
+from .ephemeris_data import EphemerisData, OrbitStates
 from .event import Event
 from .translation import Translation
+
+Data = TypeVar("Data", bound=EphemerisData)
 
 OF_DATE: dict[str, Callable[[Instants], Turn]] = {"TEME": teme, "ITRF": itrf}
 # QSW to LVLH, the other way to tell the same axes: x is the old y, y against the old z, z against the old x.
@@ -27,51 +30,42 @@ ALONG_THE_FRAME = ("impulse", "point", "velocity_before", "velocity_after")
 ALONG_THE_BODY = ("rate_before", "rate_after")
 
 
-def in_frame(ephemeris: Ephemeris, frame: str) -> Ephemeris:
+def in_frame(ephemeris: Data, frame: str) -> Data:
     """See `Ephemeris.in_frame`."""
     rotations.check_any_frame(frame)
     if frame == ephemeris.frame:
         return ephemeris
     turn = _between(ephemeris, frame)
-    quaternion, rate, momentum = ephemeris._quaternion, ephemeris._rate, ephemeris._momentum
-    translation, events = ephemeris.translation, ephemeris.events
-    if turn is not None:
-        turns = is_turning(frame) or is_turning(ephemeris.frame)
-        quaternion = rotations.product(turn.quaternion, quaternion)
-        rate = _relative(ephemeris, quaternion, turn) if turns else rate
-        translation = None if frame in ORBITAL_FRAMES else _moving(translation, turn)
-        events = tuple(_event(event, None if turns else turn) for event in events)
-        momentum = None if momentum is None else rotate(turn.quaternion, momentum)
-    again = ephemeris._resample
-    return Ephemeris(
-        quaternion,
-        ephemeris.instants,
-        frame,
-        ephemeris.body,
-        rate,
-        ephemeris.name,
-        ephemeris.plan,
-        translation,
-        events,
-        momentum,
-        None if again is None else partial(_again, again, ephemeris.along, frame),
-        ephemeris.along,
+    again = ephemeris.resample
+    resample = None if again is None else partial(_again, again, ephemeris.orbit, frame)
+    if turn is None:
+        return replace(ephemeris, frame=frame, resample=resample)
+    turns = is_turning(frame) or is_turning(ephemeris.frame)
+    attitude = rotations.product(turn.quaternion, ephemeris.attitude)
+    momentum = ephemeris.momentum
+    return replace(
+        ephemeris,
+        attitude=attitude,
+        frame=frame,
+        rate=_relative(ephemeris, attitude, turn) if turns else ephemeris.rate,
+        centre_of_mass=None if frame in ORBITAL_FRAMES else _moving(ephemeris.centre_of_mass, turn),
+        events=tuple(_event(event, None if turns else turn) for event in ephemeris.events),
+        momentum=None if momentum is None else rotate(turn.quaternion, momentum),
+        resample=resample,
     )
 
 
 def _again(
-    resample: Callable[[Any], Ephemeris], along: Along | None, frame: str, instants: Instants
-) -> Ephemeris:
-    """The motion at other instants, as the frame it was computed in has it, and then in this one."""
-    found = resample(instants)
-    found.along = along
-    return in_frame(found, frame)
+    resample: Callable[[Any], EphemerisData], orbit: OrbitStates | None, frame: str, instants: Instants
+) -> EphemerisData:
+    """The motion at other instants, first in the frame it is computed in, then in this one."""
+    return in_frame(replace(resample(instants), orbit=orbit), frame)
 
 
 # -- which turns --------------------------------------------------------------------------------
 
 
-def _between(ephemeris: Ephemeris, frame: str) -> Turn | None:
+def _between(ephemeris: EphemerisData, frame: str) -> Turn | None:
     """From the ephemeris's frame to another; None where only the name changes.
 
     By way of GCRF, whose axes are those of ICRF; to axes along an orbit, by way of the frame of that.
@@ -81,14 +75,14 @@ def _between(ephemeris: Ephemeris, frame: str) -> Turn | None:
         raise RegimeError(
             f"in_frame: nothing leads back from {source}; ask it of the ephemeris in another frame"
         )
-    along = _along(ephemeris, frame) if frame in ORBITAL_FRAMES else None
-    named = frame if along is None else along.frame
+    orbit = _orbit_of(ephemeris, frame) if frame in ORBITAL_FRAMES else None
+    named = frame if orbit is None else orbit.frame
     if _axes(source) != _axes(named):
         _refuse_unknown(source, frame)
         steps += [_from_gcrf(source, instants).back()] if _axes(source) != "GCRF" else []
         steps += [_from_gcrf(named, instants)] if _axes(named) != "GCRF" else []
-    if along is not None:
-        steps += [along.axes(instants)] + ([QSW_TO_LVLH] if frame == "LVLH" else [])
+    if orbit is not None:
+        steps += [orbit.axes(instants)] + ([QSW_TO_LVLH] if frame == "LVLH" else [])
     if not steps:
         return None
     turn = reduce(Turn.then, steps)
@@ -108,12 +102,12 @@ def _refuse_unknown(source: str, frame: str) -> None:
         raise InputError("frame", f"{source} to {frame}", expected)
 
 
-def _along(ephemeris: Ephemeris, frame: str) -> Along:
-    if ephemeris.along is None:
+def _orbit_of(ephemeris: EphemerisData, frame: str) -> OrbitStates:
+    if ephemeris.orbit is None:
         raise RegimeError(
             f"in_frame: {frame} lies along an orbit, and this ephemeris is of no scene that has one"
         )
-    return ephemeris.along
+    return ephemeris.orbit
 
 
 def _from_gcrf(frame: str, instants: Instants) -> Turn:
@@ -125,7 +119,7 @@ def _from_gcrf(frame: str, instants: Instants) -> Turn:
 # -- what turns with the axes ---------------------------------------------------------------------
 
 
-def _relative(ephemeris: Ephemeris, quaternion: np.ndarray, turn: Turn) -> np.ndarray | None:
+def _relative(ephemeris: EphemerisData, quaternion: np.ndarray, turn: Turn) -> np.ndarray | None:
     """The body's rate relative to axes that turn; `quaternion` is body to these."""
     if not ephemeris.has_rate:
         return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from copy import copy
+from dataclasses import replace
 from functools import lru_cache, partial
 from importlib import resources
 from pathlib import Path
@@ -36,11 +37,12 @@ from ..errors import FormatError, InputError
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
-from ..orbit.ephemeris_orbit import Along
+from ..orbit.ephemeris_orbit import EphemerisOrbit
 from ..orbit.orbit import Orbit
 from ..problem.initial_state import Course, Situation
 from ..rigid_body.body import RigidBody
 from ..samples.chunks import Progress, Samples
+from ..samples.transform import in_frame
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
@@ -413,8 +415,7 @@ class Scene(Part):
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
-        ephemeris.along = self._along()
-        return ephemeris
+        return replace(ephemeris, orbit=self._ephemeris_orbit())
 
     def samples(
         self,
@@ -437,14 +438,14 @@ class Scene(Part):
             samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
         if frame in (None, self.frame):
             return samples
-        return samples.turned(lambda piece: piece.in_frame(frame))
+        return samples.turned(lambda piece: in_frame(piece, frame))
 
     def _lazily(self, progress: Progress | None) -> Samples:
-        motion, along = self.motion(), self._along()
+        motion, orbit = self.motion(), self._ephemeris_orbit()
         part, count = instants.parts(self.times.lazily(motion.epoch), motion.epoch)
 
         def cut(first: int, last: int) -> Ephemeris:
-            return _with(along, motion.ephemeris(part(first, last), rate=True, name=self.name))
+            return replace(motion.ephemeris(part(first, last), rate=True, name=self.name), orbit=orbit)
 
         return Samples(count, cut, progress, part, is_held=False)
 
@@ -482,18 +483,18 @@ class Scene(Part):
         if not self._is_plain:
             whole = self.run()
             return (whole[first : first + size] for first in range(0, len(whole), size))
-        motion, along = self.motion(), self._along()
+        motion, orbit = self.motion(), self._ephemeris_orbit()
         chunks = motion.chunks(
             self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
         )
-        return (_with(along, chunk) for chunk in chunks)
+        return (replace(chunk, orbit=orbit) for chunk in chunks)
 
-    def _along(self) -> Along | None:
+    def _ephemeris_orbit(self) -> EphemerisOrbit | None:
         """The orbit, for who asks an ephemeris for frames along it; nothing is computed before."""
         if self.orbit is None:
             return None
         epoch = self.epoch.build() if self.epoch is not None else None
-        return Along(
+        return EphemerisOrbit(
             partial(_course, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
         )
 
@@ -532,11 +533,6 @@ def _motion(state: _State) -> TorqueFreeMotion:
 def _course(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> Course:
     with field_within("orbit"):
         return orbit.course(start, stop, epoch, frame)
-
-
-def _with(along: Along | None, ephemeris: Ephemeris) -> Ephemeris:
-    ephemeris.along = along
-    return ephemeris
 
 
 def _checked_drop(drop_below: float | None) -> float | None:

@@ -12,7 +12,7 @@ import numpy as np
 from ..dynamics.solver_selection import SAMPLE, Candidate
 from ..problem.initial_state import Situation
 from ..problem.spin_bound import Spin
-from ..samples.provenance import FORMS, form_of
+from ..rigid_body.error_bounds import FORMS, form_of
 
 if TYPE_CHECKING:
     from ..effects.effect import Effect

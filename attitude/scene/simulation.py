@@ -123,12 +123,13 @@ def run(
     way = route(scene, drop_below)
     instants = scene.times.build(way.situation.epoch) if instants is None else instants
     ephemeris = _solved(scene, way, instants, check, begun)
-    ephemeris._resample = lambda others: run(scene, drop_below, check, others)
-    if ephemeris.plan is not None:
-        used = tuple(effect.type for effect in way.effects if effect.simulated)
-        unused = tuple(f"{effect.type}: {effect.reason}" for effect in way.effects if not effect.simulated)
-        ephemeris.plan = replace(ephemeris.plan, simulated=used, left_out=unused)
-    return ephemeris
+    used = tuple(effect.type for effect in way.effects if effect.simulated)
+    unused = tuple(f"{effect.type}: {effect.reason}" for effect in way.effects if not effect.simulated)
+    return replace(
+        ephemeris,
+        resample=lambda others: run(scene, drop_below, check, others),
+        plan=ephemeris.plan and replace(ephemeris.plan, simulated=used, left_out=unused),
+    )
 
 
 def compared(scene: Described) -> Drop | None:
@@ -153,8 +154,7 @@ def _solved(scene: Described, way: Route, instants: Instants, check: Check | Non
     if way.kicks:
         return _coast(scene, way, instants, begun)
     ephemeris = scene.motion().ephemeris(instants, rate=True, name=scene.name)
-    ephemeris._translation = _translation(way, instants, np.empty((4, 0)))
-    return ephemeris
+    return replace(ephemeris, centre_of_mass=_translation(way, instants, np.empty((4, 0))))
 
 
 def _under_torques(

@@ -1,6 +1,6 @@
 """What the solvers under torques cost, and whether the planner takes the right one.
 
-    python tests/benchmarks/torques_table.py costs     what attitude/dynamics/solver_selection.py reckons with: a minute
+    python tests/benchmarks/torques_table.py costs     the table of dynamics/solver_selection.py: a minute
     python tests/benchmarks/torques_table.py choices   torque x tolerance x body: five minutes
 
 Times are of this thread alone, the least of several: what other programs take of the machine is in them as

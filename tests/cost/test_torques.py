@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import InputError, Scene
-from attitude.cli import main
+from attitude.cli import command
 from attitude.cost import AbsentError, Method, Problem, measure, plot, torque_truth
 from attitude.cost.methods import UNDER_TORQUES, ladder, stepping
 from attitude.cost.report import Report
@@ -343,7 +343,7 @@ def test_picture_names_every_family_that_was_measured(report):
 def test_command_measures_a_scene_with_torques(tmp_path, capsys):
     path = tmp_path / "scene.json"
     path.write_text(under("gravity_gradient").to_json())
-    assert main.main(["cost", str(path), "--method", "gauss", "--samples", "5", "--json", "-", "-q"]) == 0
+    assert command.main(["cost", str(path), "--method", "gauss", "--samples", "5", "--json", "-", "-q"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert {cell["family"] for cell in document["cells"]} == {"gauss, order 16"}
     assert [cell["status"] for cell in document["cells"]] == ["measured"] * 12

@@ -10,8 +10,7 @@ import pytest
 from astropy.table import QTable
 
 from attitude import Scene, TorqueFreeMotion
-from attitude.cli import ensemble
-from attitude.cli.main import main
+from attitude.cli import ensemble, main
 from attitude.ensemble import Ensemble
 from attitude.ensemble.storage import store
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import InputError, RegimeError, Scene, ToleranceError
-from attitude.cli.main import main
+from attitude.cli import main
 from attitude.ensemble import Ensemble
 from attitude.ensemble.motion import choice_of, motion_of
 

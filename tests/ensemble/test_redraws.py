@@ -8,7 +8,7 @@ from astropy.table import QTable
 from scipy.special import ndtri
 
 from attitude import InputError
-from attitude.cli.main import main
+from attitude.cli import main
 from attitude.ensemble import Ensemble, redraws
 from attitude.ensemble.storage import store
 from tests.ensemble.scenes import PLATE, TENSOR, scene

@@ -179,10 +179,10 @@ SLOWLY = """
 import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
 import numpy as np
-from attitude.ensemble import running
+from attitude.ensemble import execution
 from tests.ensemble.standing_in import many
 slowly = lambda _: time.sleep(0.02)
-running.run(many(20_000), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=100, progress=slowly)
+execution.run(many(20_000), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=100, progress=slowly)
 """
 
 

@@ -292,7 +292,7 @@ def _is_line(error):
 def check_same_ck(found):
     """A CK has its clock beside it."""
     with TemporaryDirectory() as folder:
-        found.write(Path(folder) / "a.bc")
+        Ephemeris.of(found).write(Path(folder) / "a.bc")
         check_same("ck", found, Ephemeris.read(Path(folder) / "a.bc"))
 
 

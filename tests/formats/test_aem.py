@@ -12,7 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.formats import interpolation_nodes
-from attitude.formats.ccsds import epochs, kvn, xml
+from attitude.formats.ccsds import epochs
+from attitude.formats.ccsds import kvn as kvn_format
+from attitude.formats.ccsds import xml as xml_format
 from attitude.samples.chunks import Samples
 from attitude.samples.event import Event
 from attitude.times.instants import as_instants
@@ -20,7 +22,7 @@ from tests.bodies import ATTITUDE
 from tests.formats import aem_oracles
 from tests.formats.damage import EDITS, edited
 
-MODULES = {"kvn": kvn, "xml": xml}
+MODULES = {"kvn": kvn_format, "xml": xml_format}
 FORMATS = {"kvn": "aem", "xml": "aem-xml"}
 both = pytest.mark.parametrize("syntax", MODULES)
 EPOCH = Time("2016-12-31T23:59:50.123456789", scale="utc")
@@ -41,7 +43,7 @@ def text_of(ephemeris, syntax="kvn", **options):
     return b"".join(module.blocks(given, **options)).decode()
 
 
-def read(text, module=kvn, **options):
+def read(text, module=kvn_format, **options):
     return module.parse(io.BytesIO(text.encode() if isinstance(text, str) else text), "given", **options)
 
 
@@ -561,7 +563,7 @@ def test_xml_in_other_forms_is_read_as_well():
     }
     for name, variant in variants.items():
         assert variant != text, name
-        back = read(variant, xml)
+        back = read(variant, xml_format)
         assert_same(back, written)
         assert_same_rate(back, written)
 
@@ -821,7 +823,7 @@ def xml():
 def test_malformed_xml_is_refused_by_file_and_line(change, message, line, xml):
     content = change(xml).encode("utf-8", "surrogateescape")
     with pytest.raises(FormatError, match=message) as caught:
-        xml.parse(io.BytesIO(content), "given")
+        xml_format.parse(io.BytesIO(content), "given")
     assert caught.value.source == "given"
     assert "\n" not in str(caught.value)
     assert caught.value.line == line or line is None
@@ -860,7 +862,7 @@ class Endless(io.RawIOBase):
 )
 def test_endless_garbage_is_refused_at_once(beginning, pattern):
     with pytest.raises(FormatError):
-        kvn.parse(Endless(beginning.encode(), pattern), "given")
+        kvn_format.parse(Endless(beginning.encode(), pattern), "given")
 
 
 # -- what is not written ---------------------------------------------------------------------------
@@ -930,8 +932,8 @@ def test_name_that_a_line_cannot_hold_is_refused():
 
 
 def test_degree_is_told_and_is_what_nodes_are_chosen_by():
-    assert kvn.interpolant(degree=3, object_id="X") == interpolation_nodes.Interpolant("lagrange", 3)
-    assert xml.interpolant() == interpolation_nodes.Interpolant("lagrange", 7)
+    assert kvn_format.interpolant(degree=3, object_id="X") == interpolation_nodes.Interpolant("lagrange", 3)
+    assert xml_format.interpolant() == interpolation_nodes.Interpolant("lagrange", 7)
     assert "INTERPOLATION_DEGREE = 3\n" in text_of(motion().at(T), degree=3)
     cut = rebuilt(motion().at(T), events=(Event(T[2], "impulse", ""), Event(T[3], "contact", "")))
     assert re.findall("DEGREE = (.*)", text_of(cut)) == ["1", "7"]

@@ -5,13 +5,14 @@ import struct
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
-from attitude.cli.main import main
+from attitude.cli import main
 from attitude.formats import interpolation_nodes
 from attitude.formats.spice import ck, text_kernels
 from attitude.samples import chunks
@@ -278,7 +279,7 @@ def test_blocks_share_their_boundary_so_that_no_time_is_left_out(type, tmp_path,
 @pytest.mark.parametrize("frame", ["ICRF", "ECLIPJ2000"])
 def test_bits_of_quaternions_and_instants_come_back(frame, tmp_path):
     ephemeris = motion(frame).at(T)
-    ephemeris.name = "4179 Toutatis"
+    ephemeris = replace(ephemeris, name="4179 Toutatis")
     path, _ = written(tmp_path, ephemeris)
     back = Ephemeris.read(path)
     assert np.array_equal(back.quaternion("wxyz"), ephemeris.quaternion("wxyz"))
@@ -355,7 +356,7 @@ NAMES = {
 @pytest.mark.parametrize(("name", "frame"), NAMES.items(), ids=["accents", "long", "other letters"])
 def test_frame_is_called_as_the_ephemeris_if_spice_can(name, frame, tmp_path):
     ephemeris = motion().at(T)
-    ephemeris.name = name
+    ephemeris = replace(ephemeris, name=name)
     path, _ = written(tmp_path, ephemeris)
     load(path)
     assert spice.namfrm(frame) == STRUCTURE

@@ -1,5 +1,7 @@
 """A reader never accepts what its own writer would refuse: damaged files are refused, or written again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -131,7 +133,7 @@ def test_rate_that_is_no_number_in_degrees_is_not_written(format):
 @each_format
 def test_name_with_half_of_a_character_is_not_written(format):
     ephemeris = motion().at([0.0, 1.0])
-    ephemeris.name = "a\ud800"
+    ephemeris = replace(ephemeris, name="a\ud800")
     with pytest.raises(FormatError, match="half of a character"):
         written(format, ephemeris)
 

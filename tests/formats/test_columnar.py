@@ -6,6 +6,7 @@ import os
 import random
 import sys
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -19,9 +20,9 @@ from astropy.table import QTable
 from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, Scene
-from attitude.ephemeris import CONVENTION
 from attitude.formats import binary, columnar, find, line_blocks, module_of, schema, text_rows
 from attitude.samples import chunks
+from attitude.samples.ephemeris_data import CONVENTION
 from tests.test_formats import (
     EFFECTS,
     EPOCH,
@@ -237,7 +238,7 @@ def test_tables_that_astropy_writes_are_read_too(tmp_path):
 )
 def test_fits_holds_any_name_in_any_length(name, tmp_path):
     ephemeris = motion().at(T)
-    ephemeris.name = name
+    ephemeris = replace(ephemeris, name=name)
     ephemeris.write(tmp_path / "a.fits")
     with fits.open(tmp_path / "a.fits") as file:
         file.verify("exception")

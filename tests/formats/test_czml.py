@@ -5,6 +5,7 @@ import io
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -112,7 +113,7 @@ def test_czml3_builds_the_same_document():
     from czml3 import properties, types
 
     given = motion().at(np.arange(5.0) * 10)
-    given.name = "a body"
+    given = replace(given, name="a body")
     document, packet = packets(given, id="body-1", position=(7e6, 1.0, -2.0), box=(1, 2, 3))
     rows = np.column_stack([given.elapsed, given.in_frame("ITRF").quaternion("xyzw")])
     span = types.TimeInterval(start="2026-03-20T12:00:00Z", end="2026-03-20T12:00:40Z")
@@ -191,7 +192,7 @@ def test_what_is_written_comes_back(name):
 
 def test_files_by_their_ending(tmp_path):
     given = motion().at([0.0, 1.0])
-    given.name = "a <body>"
+    given = replace(given, name="a <body>")
     given.write(tmp_path / "a.czml")
     found = Ephemeris.read(tmp_path / "a.czml")
     assert found.name == "a <body>"
@@ -256,7 +257,7 @@ def test_body_on_an_orbit_is_drawn_along_it():
     middle = rows[40:46, 0].mean()
     at = BarycentricInterpolator(rows[40:46, 0], rows[40:46, 1:])(middle)
     instants = as_instants([middle], EPOCH)
-    position, _ = given.along.state(instants)
+    position, _ = given.orbit.state(instants)
     gcrs = GCRS(CartesianRepresentation(position.T * u.m), obstime=instants.time)
     itrs = gcrs.transform_to(ITRS(obstime=instants.time)).cartesian.xyz.to_value(u.m).T
     assert np.abs(at - itrs).max() < 0.05

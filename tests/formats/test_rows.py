@@ -97,7 +97,7 @@ def test_formats_give_back_every_bit_of_any_double(format):
     count = values.shape[1]
     moved = Translation(values[:3].T, values[3:].T)
     q = np.tile([0.5, -0.5, 0.5, -0.5], (count, 1))
-    written = Ephemeris(q, Instants(np.arange(count) / 8, None, None), "ICRF", translation=moved)
+    written = Ephemeris(q, Instants(np.arange(count) / 8, None, None), "ICRF", centre_of_mass=moved)
     content = b"".join(encode(Samples.of(written), FORMATS[format]).blocks)
     back = module_of(FORMATS[format]).parse(io.BytesIO(content), "given").translation
     for found, true in ((back.position, moved.position), (back.velocity, moved.velocity)):

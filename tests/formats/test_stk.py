@@ -1,6 +1,7 @@
 """STK attitude files: literal ones read, bits that come back, and what is refused with its line."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -101,7 +102,7 @@ def test_options_are_written_as_they_stand(tmp_path):
 
 def test_comments_say_convention_and_error_in_ascii(tmp_path):
     ephemeris = motion().at(T)
-    ephemeris.name = "Å\nBEGIN Attitude\r"
+    ephemeris = replace(ephemeris, name="Å\nBEGIN Attitude\r")
     text = text_of(tmp_path, ephemeris)
     assert text.isascii()
     assert "# q rotates body to inertial" in text

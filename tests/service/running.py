@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 
 from asking import READY_WITHIN_S, wait_until_ready
 
-COMMAND = (sys.executable, "-m", "attitude.cli.main", "serve", "--port", "0")
+COMMAND = (sys.executable, "-m", "attitude.cli", "serve", "--port", "0")
 
 
 class Running:

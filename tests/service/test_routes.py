@@ -13,8 +13,8 @@ from asking import library_json, without_cost
 
 import attitude
 from attitude import Scene
-from attitude.formats.tables import json
 from attitude.scene.document import builtin_names
+from attitude.scene.motion_summary import motion_summary
 from service import ephemerides
 from service.answers import Computed
 
@@ -75,7 +75,7 @@ def test_motion_answer_is_the_librarys_own_bytes(client, name):
     answer = client.post("/v1/motion", json=scene.document())
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "application/json"
-    assert answer.content == json.motion_summary(scene.motion(), scene.name)
+    assert answer.content == motion_summary(scene.motion(), scene.name)
 
 
 def test_motion_of_the_nasa_brick_has_the_published_periods(client):

@@ -14,7 +14,7 @@ import pytest
 from asking import wait_until_ready
 from running import Running, everything
 
-from attitude.cli import main
+from attitude.cli import command
 
 # Some tenths of a second of computing and sending on a slow machine.
 LONG = {"times": {"start": 0, "stop": 1_000, "step": 0.1, "unit": "s"}}
@@ -133,7 +133,7 @@ def test_connection_outlives_a_pause_longer_than_clients_may_take_for_a_request(
     ],
 )
 def test_bad_flag_is_one_line_and_exit_code_2(flags, words, capsys):
-    assert main.main(["serve", *flags]) == 2
+    assert command.main(["serve", *flags]) == 2
     told = capsys.readouterr().err
     assert words in told
     assert told.count("\n") == 1

@@ -26,7 +26,7 @@ def _exact_phases(problem: Problem) -> Solve:
 def _plain_phases(problem: Problem) -> Solve:
     """The same set-up, calls and loop, but for the second parts of phases: what they cost and buy."""
     motion = _motion(problem)
-    motion._plain = 1
+    motion._batch.plain_phases = 1
     return _samples(motion)
 
 

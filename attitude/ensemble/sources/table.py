@@ -10,8 +10,8 @@ import numpy as np
 from ... import units as si
 from ...errors import InputError
 from ...frames.rotations import UNIT, off_unit
-from ...motion import RATES, beyond_rates
 from ...rigid_body.body import RigidBody, asymmetry, principal_moments, unphysical
+from ...rigid_body.constants_of_motion import RATES, beyond_rates
 from ...units import MOMENT, RATE
 from .row_groups import pieces_of
 from .states import MOST_BODIES, States

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ... import __version__
 from ...errors import FormatError, InputError, shown
+from ...version import __version__
 from ..redraws import Redraws, note
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def target(to: str | os.PathLike[str]) -> Target:
 
 def head_of(document: Any, source: Any, frame: str, instants: Instants, chunks: Chunks, rate: bool) -> Head:
     """What makes a run be known: the same here, and the same numbers come out."""
-    from ...ephemeris import convention
+    from ...samples.ephemeris_data import convention
 
     head = {
         "kind": KIND,

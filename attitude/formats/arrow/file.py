@@ -12,12 +12,12 @@ from ..binary import seekable
 from . import record_batches
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
     return record_batches.blocks(samples, ipc.new_file)
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     return record_batches.parse(ipc.open_file, seekable(stream, source), source)

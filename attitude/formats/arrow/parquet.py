@@ -20,7 +20,7 @@ from ..binary import Sink, refuse_inflated, seekable, told_by
 from ..tables.qtable import VECTORS, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 ASTROPYS = "table_meta_yaml"  # the key, in the schema's metadata, of what astropy says of a table
 SCALARS = {"elapsed": schema.ELAPSED, "elapsed_rest": schema.REST}
@@ -73,7 +73,7 @@ def _array(column: np.ndarray) -> Any:
     return numbers if column.ndim == 1 else pa.FixedSizeListArray.from_arrays(numbers, column.shape[1])
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     stream = seekable(stream, source)
     try:
         file = pq.ParquetFile(stream)

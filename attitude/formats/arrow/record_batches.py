@@ -19,7 +19,7 @@ from ..binary import Sink, refuse_rest, told_by
 from ..text_rows import array
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 METADATA = b"attitude"  # the key, in the schema's metadata, of ours as JSON
 NUMBERS = (schema.ELAPSED, schema.REST, *schema.QUATERNION, *schema.RATE, *schema.MOMENTUM)
@@ -57,7 +57,7 @@ def _batch(table: dict[str, np.ndarray], schema: Any) -> Any:
     return pa.record_batch(arrays, schema=schema)
 
 
-def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ephemeris:
+def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> EphemerisData:
     """`begin` is pyarrow's: the reader, of the stream."""
     try:
         reader = begin(stream)

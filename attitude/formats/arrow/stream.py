@@ -11,12 +11,12 @@ from ...samples.chunks import Samples
 from . import record_batches
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
     return record_batches.blocks(samples, ipc.new_stream)
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     return record_batches.parse(ipc.open_stream, stream, source)

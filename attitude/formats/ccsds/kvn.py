@@ -14,7 +14,7 @@ from .reader import Message as Read
 from .writer import VERSION, Message, Options, Pairs
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 FIRST_BYTES = 1 << 12
 STOP = b"DATA_STOP"
@@ -58,7 +58,7 @@ def _text(pairs: Pairs) -> str:
 # -- reading ------------------------------------------------------------------------------------
 
 
-def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> Ephemeris:
+def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> EphemerisData:
     """segment : which of the file's to read, 1 for the first; None joins all to one ephemeris."""
     content = Content(stream)
     if content.is_xml:
@@ -68,7 +68,7 @@ def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> Ephem
     return read(content, source, segment)
 
 
-def read(content: Content, source: str, segment: int | None) -> Ephemeris:
+def read(content: Content, source: str, segment: int | None) -> EphemerisData:
     reader = Reader(source, segment)
     for block in line_blocks.blocks(content, source):  # type: ignore[arg-type]
         reader.take(block)
@@ -220,7 +220,7 @@ class Reader:
         self.segment, self.fields, self.line = None, None, self._after_data
         return block.line(at)[1]
 
-    def ephemeris(self) -> Ephemeris:
+    def ephemeris(self) -> EphemerisData:
         if self.line != self._after_data:
             raise FormatError("ends before DATA_STOP", self.source, self.number)
         return self.message.ephemeris()

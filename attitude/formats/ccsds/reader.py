@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...ephemeris import Ephemeris
 from ...errors import AttitudeError, FormatError, InputError
 from ...frames import rotations
+from ...samples.ephemeris_data import EphemerisData
 from ...samples.event import Event
 from ...times.instants import Instants
 from .. import schema, text_rows
@@ -493,7 +493,7 @@ class Message:
         self.segments.append(Segment(fields))
         return self.segments[-1]
 
-    def ephemeris(self) -> Ephemeris:
+    def ephemeris(self) -> EphemerisData:
         if not self.segments:
             raise FormatError(f"no segment {self.wanted or 1}, of {self.seen}", self.source)
         for before, after in pairwise(self.segments):
@@ -503,7 +503,7 @@ class Message:
         except AttitudeError as error:
             raise FormatError(str(error), self.source) from None
 
-    def _joined(self) -> Ephemeris:
+    def _joined(self) -> EphemerisData:
         segments, first = self.segments, self.segments[0]
         columns = zip(*(stamps for part in segments for stamps in part.stamps), strict=True)
         whole = Stamps(*map(np.concatenate, columns))
@@ -528,7 +528,7 @@ class Message:
         q = rotations.sign_continuous(_gathered([part.attitudes for part in segments]))
         rate = _gathered([part.rates for part in segments]) if first.rates else None
         name = first.fields.values["OBJECT_NAME"]
-        return Ephemeris(q, times, first.turns.frame, None, rate, name, events=events)
+        return EphemerisData(q, times, first.turns.frame, None, rate, name, events=events)
 
 
 def _check_steps(times: Instants, stamps: Stamps, shared: list[int]) -> None:

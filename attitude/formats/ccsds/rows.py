@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import epochs
-from .epochs import EpochError, Stamps
+from .epochs import EPOCH, EpochError, Stamps, each
 
 NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 
@@ -31,26 +30,26 @@ class Rows(NamedTuple):
 
 def careful(rows: list[bytes], columns: tuple[str, ...], system: str) -> Rows:
     """Any rows; RowError for the first that is none."""
-    epochs, numbers = [], np.empty((len(columns), len(rows)))
+    texts, numbers = [], np.empty((len(columns), len(rows)))
     for i, row in enumerate(rows):
         epoch, *words = row.split()
-        epochs.append(epoch)
+        texts.append(epoch)
         if len(words) != len(columns):
             _refuse_count(i, epoch, len(words), columns)
         numbers[:, i] = [_number(word, name, i) for word, name in zip(words, columns, strict=True)]
-    return Rows(stamps(epochs, system), numbers)
+    return Rows(stamps(texts, system), numbers)
 
 
-def stamps(epochs: Any, system: str) -> Stamps:
+def stamps(texts: Any, system: str) -> Stamps:
     """Of a list of texts, or an Arrow array of them; RowError for the first that is no epoch."""
     try:
-        return epochs.each(epochs, system)
+        return each(texts, system)
     except EpochError as error:
         raise RowError(error.index, error.reason) from None
 
 
 def _refuse_count(index: int, epoch: bytes, count: int, columns: tuple[str, ...]) -> None:
-    if epochs.EPOCH.fullmatch(epoch) is None:
+    if EPOCH.fullmatch(epoch) is None:
         raise RowError(
             index, f"{epoch[:40].decode('ascii', 'replace')!r} where an epoch or DATA_STOP belongs"
         )

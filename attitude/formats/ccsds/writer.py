@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...ephemeris import Ephemeris
 from ...errors import FormatError, InputError
 from ...frames import rotations
 from ...frames.inertial import OBLIQUITY_J2000
 from ...frames.rotations import INERTIAL_FRAMES, check_frame
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import schema
 from ..interpolant import lagrange
 from ..interpolation_nodes import Nodes
@@ -181,7 +181,7 @@ class Message:
         self._last = epochs[-1]
 
 
-def _scale(head: Ephemeris) -> str:
+def _scale(head: EphemerisData) -> str:
     """The TIME_SYSTEM; an ephemeris without an epoch has no dates to write."""
     scale = head.instants.scale
     if head.epoch is None or scale is None:
@@ -191,7 +191,7 @@ def _scale(head: Ephemeris) -> str:
     return scale.upper()
 
 
-def _epochs(piece: Ephemeris) -> np.ndarray:
+def _epochs(piece: EphemerisData) -> np.ndarray:
     epochs = schema.dates(piece.instants)
     if epochs.dtype.itemsize != EPOCH_WIDTH or epochs[0] < b"0001":
         raise FormatError("an AEM has dates of the years 1 to 9999")

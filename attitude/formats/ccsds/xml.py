@@ -18,7 +18,7 @@ from .reader import Message as Read
 from .writer import VERSION, Message, Options, Pairs
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 CHUNK = 1 << 22  # bytes
 LONGEST = 1 << 20  # bytes of one name, text or comment
@@ -91,7 +91,7 @@ def _places(names: tuple[str, ...]) -> str:
 # -- reading ------------------------------------------------------------------------------------
 
 
-def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> Ephemeris:
+def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> EphemerisData:
     """segment : which of the file's to read, 1 for the first; None joins all to one ephemeris."""
     content = Content(stream)
     if content.is_xml:
@@ -101,7 +101,7 @@ def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> Ephem
     return kvn.read(content, source, segment)
 
 
-def read(content: Content, source: str, segment: int | None) -> Ephemeris:
+def read(content: Content, source: str, segment: int | None) -> EphemerisData:
     reader = Reader(source, segment)
     while chunk := content.read(CHUNK):
         reader.feed(chunk)

@@ -27,11 +27,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from ...ephemeris import CONVENTION, Ephemeris
 from ...errors import FormatError, InputError
 from ...frames import rotations
 from ...frames.inertial import from_gcrf
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import CONVENTION, EphemerisData
 from ...samples.event import Event
 from ...times.instants import Instants
 from .. import schema, time_origin
@@ -263,7 +263,7 @@ def _cut(text: str, length: int) -> str:
 
 
 def _comments(nodes: Nodes, target: Target, origin: Origin) -> list[str]:
-    from ... import __version__
+    from ...version import __version__
 
     head = nodes.segments[0].head
     anchor = schema.iso_text(origin.time).item().decode()
@@ -310,7 +310,7 @@ def _batches(
             yield whole
 
 
-def _ticks(piece: Ephemeris, origin: Origin) -> np.ndarray:
+def _ticks(piece: EphemerisData, origin: Origin) -> np.ndarray:
     """They are whole powers of two in a second: nothing is rounded but the seconds."""
     seconds, _ = origin.seconds(piece.instants)
     if not seconds[-1] < text_kernels.SECONDS:
@@ -318,7 +318,7 @@ def _ticks(piece: Ephemeris, origin: Origin) -> np.ndarray:
     return seconds * text_kernels.TICKS
 
 
-def _records(piece: Ephemeris, following: float, target: Target, origin: Origin) -> Records:
+def _records(piece: EphemerisData, following: float, target: Target, origin: Origin) -> Records:
     """An instant just before the following segment may round to its first tick: it has the one before."""
     ticks = np.minimum(_ticks(piece, origin), np.nextafter(following, -np.inf))
     q = piece.quaternion("wxyz")
@@ -447,7 +447,7 @@ def parse(
     sclk: str | Path | None = None,
     structure_id: int | None = None,
     clock_id: int | None = None,
-) -> Ephemeris:
+) -> EphemerisData:
     """Attitudes of one structure, dated in TT.
 
     Of type 2, the attitudes at the ends of its intervals.  Of two records at one instant, one ending an
@@ -608,7 +608,7 @@ def _follows(before: Run, after: Run) -> bool:
     return one.velocity is None or other.velocity is None or np.array_equal(one.velocity, other.velocity)
 
 
-def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str) -> Ephemeris:
+def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str) -> EphemerisData:
     q, velocity = run.records.quaternion, run.records.velocity
     try:
         rotations.attitude_quaternion(q, "wxyz", "quaternion")
@@ -620,12 +620,12 @@ def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str)
     text = "a new interval begins: not to be interpolated into from before"
     happened = tuple(Event(float(seconds), "segment", text) for seconds in at)
     q = rotations.sign_continuous(q)
-    found = Ephemeris(q, instants, frame, None, rate, name, events=happened)
+    found = EphemerisData(q, instants, frame, None, rate, name, events=happened)
     _check_written(found, source)
     return found
 
 
-def _check_written(found: Ephemeris, source: str) -> None:
+def _check_written(found: EphemerisData, source: str) -> None:
     """Instants are apart, and the clock counts them, from the second that a CK of theirs would begin with."""
     seconds, _ = time_origin.whole_tt_second(found[:1]).seconds(found.instants)
     if not (np.diff(seconds) > 0.0).all() or not seconds[-1] < text_kernels.SECONDS:

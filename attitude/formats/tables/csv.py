@@ -14,7 +14,7 @@ from ...samples.chunks import Samples
 from .. import line_blocks, schema, text_rows
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 MARK = b"# metadata: "
 MOST_COMMENTS = 64
@@ -33,7 +33,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
         yield schema.rows(schema.columns(piece, names), names, pieces)
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     read = Reader(source)
     for block in line_blocks.blocks(stream, source):
         read.take(block)
@@ -86,7 +86,7 @@ class Reader:
             raise FormatError("a column name twice", self.source, number)
         self.names, self.first_line = names, number + 1
 
-    def ephemeris(self) -> Ephemeris:
+    def ephemeris(self) -> EphemerisData:
         meta = _metadata(self.comments, self.source)
         if not self.names:
             raise FormatError("ends before the column names", self.source, len(self.comments))

@@ -18,7 +18,7 @@ from ..text_rows import texts
 from .qtable import from_table, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 HEADER = re.compile(rb"(?:#[^\n]*\n)*(?:[^#\n]+\n)?")  # comments, and the names
 MOST_BYTES = 1 << 30  # astropy reads the whole text at once
@@ -55,7 +55,7 @@ def _rows(table: QTable) -> bytes:
     return texts(columns, row.split(b"0.0"))
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     text = bounded_read.text(stream, source, MOST_BYTES)
     _refuse_gaps(text, source)
     try:

@@ -24,7 +24,7 @@ from ..binary import refuse_rest, told_by
 from .qtable import VECTORS, from_table, to_table
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 BLOCK = 2880  # bytes; headers and data fill whole ones
 LONGEST_HEADER = 1 << 24  # bytes
@@ -87,7 +87,7 @@ def _rows(table: QTable, kind: np.dtype[Any]) -> bytes:
     return rows.tobytes()
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of cards that astropy mends; what is ours is looked at below
         try:

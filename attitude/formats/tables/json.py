@@ -11,11 +11,11 @@ import orjson
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
+from ...version import __version__
 from .. import bounded_read, schema
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
-    from ...motion import TorqueFreeMotion
+    from ...samples.ephemeris_data import EphemerisData
     from ...samples.provenance import Plan
 
 # Written at once: meanwhile no other thread goes on, be it one that has only to say that it is alive.
@@ -23,7 +23,7 @@ ROWS = 1 << 12
 MOST_BYTES = 1 << 30  # the whole text is read at once
 
 
-def dumps(ephemeris: Ephemeris) -> bytes:
+def dumps(ephemeris: EphemerisData) -> bytes:
     """The whole ephemeris as JSON text; floats in their shortest form that reads back to the same bits."""
     samples = Samples.of(ephemeris)
     table = {
@@ -39,22 +39,16 @@ def answer(samples: Samples) -> Iterator[bytes]:
     """
     plan, spent = samples.head.plan, [0.0]
 
-    def cut(first: int, last: int) -> Ephemeris:
+    def cut(first: int, last: int) -> EphemerisData:
         piece = samples.cut(first, last)
         spent[0] += piece.plan.sample_seconds if piece.plan else 0.0
         return piece
 
     counted = samples if samples.is_held else Samples(samples.count, cut, samples.progress, samples.instants)
-    said = {"version": version(), "plan": plan_of(plan, samples)}
+    said = {"version": __version__, "plan": plan_of(plan, samples)}
     yield from _members(counted, {**schema.metadata(samples), **said})
     cost = cost_of(plan, None if samples.is_held else spent[0])
     yield b',"cost":' + _dump(cost) + b"}\n"
-
-
-def version() -> str:
-    from ... import __version__
-
-    return __version__
 
 
 def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
@@ -120,7 +114,7 @@ def _column(values: Any) -> Iterator[bytes]:
         yield (b"," if first else b"") + _dump(plain[first : first + ROWS])[1:-1]
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     text = bounded_read.text(stream, source, MOST_BYTES)
     try:
         answer = orjson.loads(text)
@@ -132,41 +126,6 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
     return schema.ephemeris_from(answer, table, source)
 
 
-def motion_summary(motion: TorqueFreeMotion, name: str = "") -> bytes:
-    """Constants and periods of one motion as JSON; null for what it has not (a period without end)."""
-    summary: dict[str, Any] = {
-        "name": name,
-        "regime": motion.regime,
-        "frame": motion.frame,
-        "principal_moments_kg_m2": motion.body.moments,
-        "angular_momentum_kg_m2_rad_s": motion.angular_momentum,
-        "kinetic_energy_J": motion.kinetic_energy,
-        "polhode_period_s": _finite_or_null(motion.polhode_period),
-        "mean_precession_rate_rad_s": motion.mean_precession_rate,
-        "spin_axis_precession_rate_rad_s": motion.spin_axis_precession_rate,
-        "nutation_range_rad": motion.nutation_range,
-        "constants": _paper_constants(motion),
-    }
-    return _dump({key: _plain(value) for key, value in summary.items()})
-
-
-def _paper_constants(motion: TorqueFreeMotion) -> dict[str, Any] | None:
-    if motion.regime == "constant_rate":
-        return None
-    constants = motion.constants
-    return {
-        "m": _plain(constants.m),
-        "K": _finite_or_null(constants.K),
-        "K_prime": _plain(constants.K_prime),
-        "q": _plain(constants.q),
-        "omega_p_rad_s": _plain(constants.omega_p),
-        "epsilon": _plain(constants.epsilon),
-        "eta": _plain(constants.eta),
-        "A1_rad": _plain(constants.A1),
-        "A2_rad_s": _plain(constants.A2),
-    }
-
-
 def _plain(value: Any) -> Any:
     """What orjson writes directly: contiguous arrays, lists of text, plain scalars."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "S":
@@ -174,11 +133,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.ndim:
         return np.ascontiguousarray(value)
     return float(value) if isinstance(value, (np.floating, np.ndarray)) else value
-
-
-def _finite_or_null(value: Any) -> Any:
-    """For what may have no end: a period, and the quarter period it is made of."""
-    return _plain(value) if np.isfinite(value).all() else None
 
 
 def _dump(document: Any) -> bytes:

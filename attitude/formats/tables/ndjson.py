@@ -14,7 +14,7 @@ from ...samples.chunks import Samples
 from .. import line_blocks, schema, text_rows
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 
 MARKS = b'{}:,"\n'
@@ -41,7 +41,7 @@ def _pieces(names: list[str]) -> list[bytes]:
     return [b"{" + keys[0] + quote, quote + b"," + keys[1], *(b"," + key for key in keys[2:]), b"}\n"]
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
     read = Reader(source)
     for block in line_blocks.blocks(stream, source):
         read.take(block)
@@ -117,7 +117,7 @@ class Reader:
                 if name != schema.TIME and not is_number:
                     raise FormatError(f"{name}: a number; got {value!r:.40}", self.source, place)
 
-    def ephemeris(self) -> Ephemeris:
+    def ephemeris(self) -> EphemerisData:
         if self.names is None:
             raise FormatError("no instants", self.source)
         names = [name for name in self.names if name != schema.TIME]

@@ -14,7 +14,7 @@ from ...samples.chunks import Samples
 from .. import schema
 
 if TYPE_CHECKING:
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 # A table's columns of vectors, what their components are called in other formats, and units.
 VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
@@ -30,7 +30,7 @@ MOST_PARTS = 1_000_000  # of a header
 
 
 def to_table(
-    ephemeris: Ephemeris, shape: tuple[int, ...] | None = None, has_rest: bool | None = None
+    ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_rest: bool | None = None
 ) -> QTable:
     """See `Ephemeris.to_table`; of a piece, `shape` and `has_rest` are those of the whole."""
     rest = ephemeris.instants.rest
@@ -87,7 +87,7 @@ def refuse_unfolding(header: str) -> None:
         raise ValueError("a header whose aliases stand for more than memory holds")
 
 
-def from_table(table: QTable, source: str) -> Ephemeris:
+def from_table(table: QTable, source: str) -> EphemerisData:
     """The ephemeris that `to_table` made it of."""
     known = ("time", "elapsed", "elapsed_rest", *(name for name, _, _ in VECTORS))
     unknown = [name for name in table.colnames if name not in known]

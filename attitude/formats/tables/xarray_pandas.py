@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from ...ephemeris import Ephemeris
+    from ...samples.ephemeris_data import EphemerisData
 
 AXES = ["x", "y", "z"]
 # A Dataset's variables: what their components are called elsewhere, their unit, and in which axes they are.
@@ -30,7 +30,7 @@ VARIABLES = (
 )
 
 
-def to_xarray(ephemeris: Ephemeris) -> xr.Dataset:
+def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
     """See `Ephemeris.to_xarray`."""
     xarray = needed("xarray", "to_xarray", "tables")
     bodies, times = _dimensions(ephemeris)
@@ -44,7 +44,7 @@ def to_xarray(ephemeris: Ephemeris) -> xr.Dataset:
     return xarray.Dataset(variables, {**_times(ephemeris, times), **components}, _attributes(ephemeris))
 
 
-def _attributes(ephemeris: Ephemeris) -> dict[str, Any]:
+def _attributes(ephemeris: EphemerisData) -> dict[str, Any]:
     """The metadata as netCDF holds them, text and numbers: what is nested is JSON, what is None left out."""
     meta = schema.metadata(Samples.of(ephemeris))
     del meta["shape"]
@@ -56,7 +56,7 @@ def _attributes(ephemeris: Ephemeris) -> dict[str, Any]:
     return {name: value for name, value in (meta | nested).items() if value is not None}
 
 
-def _dimensions(ephemeris: Ephemeris) -> tuple[list[str], list[str]]:
+def _dimensions(ephemeris: EphemerisData) -> tuple[list[str], list[str]]:
     """Names of those of the bodies, and of the instants; one of several "time" has a number behind it."""
     bodies = ["body" if i == 0 else f"body_{i}" for i in range(len(ephemeris.batch_shape))]
     dimensions = len(ephemeris.instants.shape)
@@ -67,7 +67,7 @@ def _last(names: tuple[str, ...]) -> str:
     return "quaternion_component" if names is schema.QUATERNION else "axis"
 
 
-def _times(ephemeris: Ephemeris, dimensions: list[str]) -> dict[str, Any]:
+def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
     """Seconds since the epoch, in one part or two; and the dates, if they can be held."""
     instants = ephemeris.instants
     said = {"units": "s", "long_name": "SI seconds since the epoch"}
@@ -80,7 +80,7 @@ def _times(ephemeris: Ephemeris, dimensions: list[str]) -> dict[str, Any]:
     return found
 
 
-def _has_dates(ephemeris: Ephemeris) -> bool:
+def _has_dates(ephemeris: EphemerisData) -> bool:
     if ephemeris.epoch is None:
         return False
     return not ephemeris.elapsed.size or columnar.can_hold(
@@ -88,11 +88,11 @@ def _has_dates(ephemeris: Ephemeris) -> bool:
     )
 
 
-def _dates(ephemeris: Ephemeris) -> np.ndarray:
+def _dates(ephemeris: EphemerisData) -> np.ndarray:
     return columnar.columns(ephemeris, (columnar.TIME_TAI,))[columnar.TIME_TAI]
 
 
-def to_pandas(ephemeris: Ephemeris) -> pd.DataFrame:
+def to_pandas(ephemeris: EphemerisData) -> pd.DataFrame:
     """See `Ephemeris.to_pandas`."""
     pandas = needed("pandas", "to_pandas", "tables")
     if ephemeris.batch_shape or len(ephemeris.instants.shape) != 1:

@@ -18,13 +18,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from .. import __version__
 from ..errors import AttitudeError, AttitudeWarning, FormatError, InputError
+from ..version import __version__
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
     from ..formats.interpolation_nodes import Written
     from ..formats.registry import Format
+    from ..samples.ephemeris_data import EphemerisData
     from ..samples.provenance import Plan
     from ..scene.document import Scene
 
@@ -412,7 +412,7 @@ def _option(text: str) -> tuple[str, str]:
     return name, value
 
 
-def _tell(ephemeris: Ephemeris, say: Callable[[str], None], warn: Callable[[str], None]) -> None:
+def _tell(ephemeris: EphemerisData, say: Callable[[str], None], warn: Callable[[str], None]) -> None:
     """What became of a scene's effects; that an ephemeris ends early is told to whoever runs it."""
     plan = ephemeris.plan
     if plan is not None and (plan.simulated or plan.left_out):
