@@ -27,7 +27,7 @@ from attitude.cost import AbsentError
 from attitude.cost.methods import orekit
 from attitude.frames import earth_orientation
 from attitude.frames.earth_fixed import itrf, teme
-from attitude.frames.inertial import from_gcrf, turn_from_gcrf
+from attitude.frames.inertial import from_gcrf, rotation_from_gcrf
 from attitude.frames.rotations import conjugate
 from attitude.orbit.local_frames import qsw
 from attitude.orbit.path_states import as_pieces, position, velocity
@@ -689,7 +689,7 @@ def test_axes_along_an_ellipse_are_those_of_orekit(java, name, theirs):
 def test_turns_one_after_another():
     """`then` and `back`, by matrices and by the rate that two turning frames have to each other."""
     instants = as_instants([0.0, 5e4], EPOCH)
-    there, ecliptic = itrf(instants), turn_from_gcrf("ECLIPJ2000", "a test")
+    there, ecliptic = itrf(instants), rotation_from_gcrf("ECLIPJ2000", "a test")
     both = ecliptic.back().then(there)
     assert np.abs(matrix(both) - matrix(there) @ matrix(ecliptic).T).max() < 1e-15
     assert np.array_equal(both.rate, there.rate)

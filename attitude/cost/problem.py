@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics.arcs import Leg, legs
+from ..dynamics.arcs import Arc, legs
 from ..dynamics.solver_selection import pace
 from ..errors import InputError
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Once
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import CachedTorque
 
 if TYPE_CHECKING:
     from ..effects.effect import Effect, Torque
@@ -29,26 +29,26 @@ class World:
 
     Attributes
     ----------
-    situation : body, state, and the span that horizons are parts of
+    initial_state : body, state, and the span that horizons are parts of
     effects : those that are simulated; torques : the same, as solvers take them
     orbit : the document's, or None
     solver : the kind that the document names, or None
     """
 
-    situation: Situation
+    initial_state: InitialState
     effects: tuple[Torque, ...]
-    torques: tuple[Once, ...]
+    torques: tuple[CachedTorque, ...]
     orbit: Orbit | None
     solver: str | None
 
     @cached_property
     def pace(self) -> float:
         """rad/s of the fastest motion there is."""
-        return pace(self.situation, self.torques)
+        return pace(self.initial_state, self.torques)
 
-    def legs(self, stop: float) -> list[Leg]:
+    def legs(self, stop: float) -> list[Arc]:
         """From the epoch to an instant (s) within the span, cut where torques begin or end."""
-        return legs(self.situation, self.torques, (), stop)
+        return legs(self.initial_state, self.torques, (), stop)
 
 
 @dataclass(frozen=True)
@@ -97,17 +97,17 @@ class Problem:
         way = route(scene)
         if not way.torques:
             return cls.of_motion(scene.motion())
-        situation = way.situation
-        if not situation.stop > 0.0:
+        initial_state = way.initial_state
+        if not initial_state.stop > 0.0:
             raise InputError(
-                "times", f"until {situation.stop:g} s", "instants after the epoch, under torques"
+                "times", f"until {initial_state.stop:g} s", "instants after the epoch, under torques"
             )
-        tensor = np.asarray(situation.body.tensor)
-        attitude = situation.attitude / np.linalg.norm(situation.attitude)
+        tensor = np.asarray(initial_state.body.tensor)
+        attitude = initial_state.attitude / np.linalg.norm(initial_state.attitude)
         simulated = zip(scene.effects, way.effects, strict=True)
         effects = [e for e, plan in simulated if plan.simulated and isinstance(e, Torque)]
-        world = World(situation, tuple(effects), way.torques, scene.orbit, scene.wanted_solver)
-        return cls(tensor, _diagonal(tensor), attitude, situation.rate, situation.stop, SPANS, world)
+        world = World(initial_state, tuple(effects), way.torques, scene.orbit, scene.wanted_solver)
+        return cls(tensor, _diagonal(tensor), attitude, initial_state.rate, initial_state.stop, SPANS, world)
 
 
 def of_world(problem: Problem) -> World:

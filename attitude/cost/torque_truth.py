@@ -103,7 +103,7 @@ Found = tuple[list[Any], np.ndarray, str, float]
 def _is_known(world: World) -> bool:
     from ..orbit.kepler import Kepler
 
-    steady = all(torque.intervals(world.situation) is None for torque in world.torques)
+    steady = all(torque.intervals(world.initial_state) is None for torque in world.torques)
     two_body = world.orbit is None or isinstance(world.orbit, Kepler)
     return steady and two_body and all(torque.type in TOLD for torque in world.torques)
 
@@ -145,10 +145,10 @@ def _turning(state: Any, alpha: float) -> Any:
 def _orbit(world: World) -> Any:
     from ..oracle.torqued import Orbit
 
-    if world.orbit is None or world.situation.course is None:
+    if world.orbit is None or world.initial_state.course is None:
         return None
     orbit: Kepler = world.orbit  # type: ignore[assignment]
-    numbers, mu = world.situation.course.numbers, orbit.central().mu
+    numbers, mu = world.initial_state.course.numbers, orbit.central().mu
     anomaly = 2.0 * np.pi * float(numbers[3])
     angles = orbit.inclination.si, orbit.raan.si, orbit.argument_of_pericentre.si
     return Orbit(mu, float(numbers[1]), float(numbers[2]), *angles, anomaly)
@@ -176,7 +176,7 @@ def _wheels(torque: Any, world: World) -> tuple[Any, ...]:
 
 def _magnetic(torque: Any, world: World) -> tuple[Any, ...]:
     """The row holds the dipole's axis as a + b cos + c sin of its turning."""
-    row = torque.rows(world.situation)[0]
+    row = torque.rows(world.initial_state)[0]
     a, b, c = row[5:8], row[8:11], row[11:14]
     across = np.cross(b, c)
     size = float(np.linalg.norm(across))

@@ -10,12 +10,12 @@ from typing import Literal
 
 import numpy as np
 
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Acting, Kick
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, TorqueModel
 
 
 @dataclass(frozen=True)
-class Leg:
+class Arc:
     """A part of the span, in the direction in which it is marched: from the epoch outwards.
 
     Attributes
@@ -27,21 +27,23 @@ class Leg:
 
     start: float
     stop: float
-    torques: tuple[Acting, ...]
-    kicks: tuple[Kick, ...] = ()
+    torques: tuple[TorqueModel, ...]
+    kicks: tuple[AppliedImpulse, ...] = ()
 
     @property
     def length(self) -> float:
         return abs(self.stop - self.start)
 
 
-def legs(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick], stop: float) -> list[Leg]:
+def legs(
+    initial_state: InitialState, torques: Sequence[TorqueModel], kicks: Sequence[AppliedImpulse], stop: float
+) -> list[Arc]:
     """From the epoch to `stop` (s, of either sign).
 
     The state at the epoch is that before an impulse then.
     """
     sign = 1.0 if stop >= 0.0 else -1.0
-    spans = {id(torque): torque.intervals(situation) for torque in torques}
+    spans = {id(torque): torque.intervals(initial_state) for torque in torques}
     met = [kick for kick in kicks if _is_met(kick.seconds, stop)]
     edges = {0.0, stop} | {kick.seconds for kick in met}
     for span in spans.values():
@@ -60,13 +62,13 @@ def _is_met(seconds: float, stop: float) -> bool:
 def _leg(
     start: float,
     stop: float,
-    torques: Sequence[Acting],
+    torques: Sequence[TorqueModel],
     spans: dict[int, list[tuple[float, float]] | None],
-    kicks: list[Kick],
-) -> Leg:
+    kicks: list[AppliedImpulse],
+) -> Arc:
     middle = 0.5 * (start + stop)
     acting = tuple(torque for torque in torques if _acts(spans[id(torque)], middle))
-    return Leg(start, stop, acting, tuple(kick for kick in kicks if kick.seconds == start))
+    return Arc(start, stop, acting, tuple(kick for kick in kicks if kick.seconds == start))
 
 
 def _acts(span: list[tuple[float, float]] | None, seconds: float) -> bool:
@@ -77,7 +79,7 @@ def _acts(span: list[tuple[float, float]] | None, seconds: float) -> bool:
     return place >= 0 and seconds <= span[place][1]
 
 
-def instants_within(cut: Sequence[Leg], seconds: np.ndarray, rest: np.ndarray) -> list[np.ndarray]:
+def instants_within(cut: Sequence[Arc], seconds: np.ndarray, rest: np.ndarray) -> list[np.ndarray]:
     """Indices into the instants for each leg, in the order in which it meets them.
 
     One at a cut belongs to the later leg: the state then is the one after the impulse.

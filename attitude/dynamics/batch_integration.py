@@ -16,14 +16,14 @@ import numpy as np
 from .. import stopping
 from ..frames import rotations
 from ..kernels import layout
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..problem.spin_bound import free_spin
-from ..problem.torque_model import Kick, Once
+from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..runtime import compiled
 from ..times.instants import Instants
 from . import batch_states as arrays
 from . import integration, schemes
-from .arcs import Leg, instants_within
+from .arcs import Arc, instants_within
 from .batch_states import Bodies, Prepared, named
 from .integration import Marched
 from .momentum import gained
@@ -59,14 +59,14 @@ class Problem:
     tolerance : rad; kind : of solver that is asked for, or None
     """
 
-    like: Situation
-    torques: tuple[Once, ...]
-    kicks: tuple[Kick, ...]
+    like: InitialState
+    torques: tuple[CachedTorque, ...]
+    kicks: tuple[AppliedImpulse, ...]
     tolerance: float
     kind: str | None = None
 
-    def torques_on(self, situation: Situation) -> list[Once]:
-        return [torque.of(situation) for torque in self.torques]
+    def torques_on(self, initial_state: InitialState) -> list[CachedTorque]:
+        return [torque.of(initial_state) for torque in self.torques]
 
 
 class Marches(NamedTuple):
@@ -99,7 +99,7 @@ def choose(problem: Problem, instants: Instants, probes: Bodies | None = None) -
     """
     situations = [problem.like]
     if probes is not None and len(probes):
-        situations = [probes.situation(problem.like, i) for i in range(len(probes))]
+        situations = [probes.initial_state(problem.like, i) for i in range(len(probes))]
     best = [
         integration.choose(one, *_changes(problem, one), problem.tolerance, problem.kind)[0]
         for one in situations
@@ -114,8 +114,10 @@ def choose(problem: Problem, instants: Instants, probes: Bodies | None = None) -
     return integration.settled(situations[first], *changes, _checked(instants), problem.tolerance, finest)
 
 
-def _changes(problem: Problem, situation: Situation) -> tuple[list[Once], tuple[Kick, ...]]:
-    return problem.torques_on(situation), problem.kicks
+def _changes(
+    problem: Problem, initial_state: InitialState
+) -> tuple[list[CachedTorque], tuple[AppliedImpulse, ...]]:
+    return problem.torques_on(initial_state), problem.kicks
 
 
 def _checked(instants: Instants) -> Instants:
@@ -150,14 +152,14 @@ def solve(
         for i in _solve_block(problem, bodies.some(part), (seconds, rest), candidate, out[part]):
             with named(bodies, first + i, lost):
                 out[first + i] = np.nan
-                out[first + i] = _alone(problem, bodies.situation(problem.like, first + i), instants)
+                out[first + i] = _alone(problem, bodies.initial_state(problem.like, first + i), instants)
     return out
 
 
-def _alone(problem: Problem, situation: Situation, instants: Instants) -> np.ndarray:
-    changes = _changes(problem, situation)
-    found = integration.choose(situation, *changes, problem.tolerance, problem.kind)
-    return integration.solve(situation, *changes, instants, problem.tolerance, found).rows[:TOLD]
+def _alone(problem: Problem, initial_state: InitialState, instants: Instants) -> np.ndarray:
+    changes = _changes(problem, initial_state)
+    found = integration.choose(initial_state, *changes, problem.tolerance, problem.kind)
+    return integration.solve(initial_state, *changes, instants, problem.tolerance, found).rows[:TOLD]
 
 
 def _solve_block(
@@ -230,8 +232,8 @@ def _farthest(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     return greatest
 
 
-def _span(situation: Situation) -> float:
-    return max(abs(situation.start), abs(situation.stop))
+def _span(initial_state: InitialState) -> float:
+    return max(abs(initial_state.start), abs(initial_state.stop))
 
 
 def paces(problem: Problem, bodies: Bodies) -> np.ndarray:
@@ -302,7 +304,7 @@ class _Walk:
         solver: Solver,
         settings: np.ndarray,
         coarsely: bool,
-        cut: list[Leg],
+        cut: list[Arc],
     ):
         self._problem, self._bodies, self._solver = problem, bodies, solver
         self._settings, self._coarsely, self._cut = settings, coarsely, iter(cut)
@@ -336,10 +338,10 @@ class _Walk:
         rows[:, :, place] = out[:, :, :-1]
         self._attitude = out[:, :4, -1]
 
-    def _torques(self, leg: Leg) -> list[Once]:
+    def _torques(self, leg: Arc) -> list[CachedTorque]:
         return [self._known[id(torque)] for torque in leg.torques]
 
-    def _under(self, torques: Sequence[Once]) -> Prepared:
+    def _under(self, torques: Sequence[CachedTorque]) -> Prepared:
         key = tuple(id(torque) for torque in torques)
         if key not in self._prepared:
             prepare = arrays.most_symmetric if self._solver is COLLOCATION else arrays.ascending
@@ -368,7 +370,7 @@ class _Task(NamedTuple):
         return self.which, self.states, np.array([self.part.start, 0.0])
 
 
-def _followed(task: _Task, torques: Sequence[Once]) -> np.ndarray:
+def _followed(task: _Task, torques: Sequence[CachedTorque]) -> np.ndarray:
     """(3, k): steps, torques and failures of the bodies.
 
     What a function of the user's raised meanwhile is raised here, and Stopped.

@@ -12,15 +12,15 @@ import numpy as np
 from ..errors import InputError, RegimeError, ToleranceError
 from ..frames import rotations
 from ..kernels import layout
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Kick, Once
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned, turned_rows
 from ..rigid_body.body import RigidBody
 from .momentum import IN_TURNS, SINK_ITERATIONS, inertial, initial_momentum
-from .solver_arguments import ABSORBED, SAME, Stepped, course_of, is_smooth, sun_of
+from .solver_arguments import ABSORBED, SAME, SolverArguments, course_of, is_smooth, sun_of
 from .solvers import Solver, can_take
 
-Torques = Sequence[Once]
+Torques = Sequence[CachedTorque]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Bodies:
     def some(self, which: np.ndarray | slice) -> Bodies:
         return Bodies(self.body[which], self.attitude[which], self.rate[which], self.place[which])
 
-    def situation(self, like: Situation, i: int) -> Situation:
+    def initial_state(self, like: InitialState, i: int) -> InitialState:
         """That of one of them, in the surroundings and span of another."""
         return replace(like, body=self.body[i], attitude=self.attitude[i], rate=self.rate[i])
 
@@ -72,7 +72,7 @@ def named(bodies: Bodies, i: int, lost: list[int] | None = None) -> Iterator[Non
 
 
 class Prepared(NamedTuple):
-    """Arguments of the solvers, `stepped.Stepped` for each of n bodies.
+    """Arguments of the solvers, `stepped.SolverArguments` for each of n bodies.
 
     Attributes
     ----------
@@ -90,7 +90,9 @@ class Prepared(NamedTuple):
 
     def can_be_taken_by(self, solver: Solver) -> np.ndarray:
         """(n,): `solvers.can_take` of each."""
-        one = Stepped(self.body[0], bool(self.symmetric[0]), self.to_axes[0], (self.effects[0], *self.world))
+        one = SolverArguments(
+            self.body[0], bool(self.symmetric[0]), self.to_axes[0], (self.effects[0], *self.world)
+        )
         differ = np.unique(self.symmetric)
         able = {int(kind): can_take(solver, replace(one, symmetric=bool(kind))) for kind in differ}
         return np.array([able[kind] for kind in self.symmetric.tolist()])
@@ -100,7 +102,7 @@ class Prepared(NamedTuple):
     ) -> np.ndarray:
         """(n, STATE): of attitudes (n, 4) of the body's own frame and momenta (n, 3), both inertial.
 
-        rate : (n, 3), rad/s, body frame, as `Stepped.state` takes it
+        rate : (n, 3), rad/s, body frame, as `SolverArguments.state` takes it
         """
         states = np.zeros((len(self.body), layout.STATE))
         own = rotations.product(attitude, rotations.conjugate(self.to_axes))
@@ -113,8 +115,8 @@ class Prepared(NamedTuple):
             states[:, layout.AXIAL] = np.where(self.symmetric == 1, axial, states[:, layout.AXIAL])
         return states
 
-    def push(self, states: np.ndarray, attitude: np.ndarray, kick: Kick, sign: float) -> None:
-        """Change states by an impulse, as `Stepped.push`; attitude : (n, 4), those of the states."""
+    def push(self, states: np.ndarray, attitude: np.ndarray, kick: AppliedImpulse, sign: float) -> None:
+        """Change states by an impulse, as `SolverArguments.push`; attitude : (n, 4), those of the states."""
         states[:, layout.MOMENTUM : layout.MOMENTUM + 3] += sign * inertial(kick, attitude)
         angular = np.broadcast_to(kick.angular, (len(states), 3))
         own = rotations.rotate(rotations.conjugate(attitude), angular) if kick.inertial else angular
@@ -124,7 +126,7 @@ class Prepared(NamedTuple):
 # -- axes and rows ------------------------------------------------------------------------------------
 
 
-def ascending(like: Situation, bodies: Bodies, torques: Torques) -> Prepared:
+def ascending(like: InitialState, bodies: Bodies, torques: Torques) -> Prepared:
     """Each with axes as splitting needs them, `stepped.ascending`."""
     least, middle, greatest = _sorted(bodies)
     plain = prepared(like, bodies, torques, np.stack([least, middle, greatest], axis=1))
@@ -144,7 +146,7 @@ def ascending(like: Situation, bodies: Bodies, torques: Torques) -> Prepared:
     return Prepared(body, symmetric, to_axes, effects, plain.world, plain.smooth)
 
 
-def most_symmetric(like: Situation, bodies: Bodies, torques: Torques) -> Prepared:
+def most_symmetric(like: InitialState, bodies: Bodies, torques: Torques) -> Prepared:
     """Each with axes as collocation wants them, `stepped.most_symmetric`."""
     least, middle, greatest = _sorted(bodies)
     moments = np.asarray(bodies.body.moments)
@@ -176,7 +178,7 @@ def _right_handed(axes: np.ndarray) -> np.ndarray:
     return axes
 
 
-def prepared(like: Situation, bodies: Bodies, torques: Torques, order: np.ndarray) -> Prepared:
+def prepared(like: InitialState, bodies: Bodies, torques: Torques, order: np.ndarray) -> Prepared:
     """With the axes of each in an order, (n, 3)."""
     moments = np.take_along_axis(np.asarray(bodies.body.moments), order, axis=1)
     axes = _right_handed(np.take_along_axis(np.asarray(bodies.body.axes), order[:, :, None], axis=1))
@@ -219,7 +221,9 @@ def _stepped_bodies(
     return body
 
 
-def rows_of(like: Situation, bodies: Bodies, torque: Once, axes: np.ndarray, order: np.ndarray) -> np.ndarray:
+def rows_of(
+    like: InitialState, bodies: Bodies, torque: CachedTorque, axes: np.ndarray, order: np.ndarray
+) -> np.ndarray:
     """(n, k, EFFECT_WIDTH): the rows of a torque for each body, along axes (n, 3, 3).
 
     Those along the axes of the body's frame, turned; asked for body by body where the torque's numbers
@@ -230,14 +234,14 @@ def rows_of(like: Situation, bodies: Bodies, torque: Once, axes: np.ndarray, ord
     each = []
     for i in range(len(bodies)):
         places = order[i].tolist()
-        each.append(torque.rows(bodies.situation(like, i).ordered((places[0], places[1], places[2]))))
+        each.append(torque.rows(bodies.initial_state(like, i).ordered((places[0], places[1], places[2]))))
     return np.stack(each)
 
 
 # -- momentum -----------------------------------------------------------------------------------------
 
 
-def initial_momenta(like: Situation, bodies: Bodies, torques: Torques) -> np.ndarray:
+def initial_momenta(like: InitialState, bodies: Bodies, torques: Torques) -> np.ndarray:
     """(n, 3), inertial: `momentum.initial_momentum` of each.
 
     Raises InputError, naming the body by its place, where a sink is too strong for it.
@@ -251,9 +255,9 @@ def initial_momenta(like: Situation, bodies: Bodies, torques: Torques) -> np.nda
     return rotations.rotate(bodies.attitude, turned(bodies.body.tensor, rate) + rotors)
 
 
-def _initial_momentum(like: Situation, bodies: Bodies, i: int, torques: Torques) -> np.ndarray:
+def _initial_momentum(like: InitialState, bodies: Bodies, i: int, torques: Torques) -> np.ndarray:
     with named(bodies, i):
-        return initial_momentum(bodies.situation(like, i), torques)
+        return initial_momentum(bodies.initial_state(like, i), torques)
 
 
 def _inside(torques: Torques) -> tuple[np.ndarray, float]:

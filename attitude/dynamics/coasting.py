@@ -8,28 +8,32 @@ import numpy as np
 
 from ..errors import InputError, ToleranceError
 from ..frames import rotations
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Kick
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse
 from ..problem.torque_rows import turned
 from ..rigid_body.body import RigidBody
 from ..rigid_body.constants_of_motion import Batch, check_rates
 from ..times.instants import Instants
-from .arcs import Leg, instants_within, legs
+from .arcs import Arc, instants_within, legs
 from .batch_states import Bodies, named
 from .integration import two_part
 from .momentum import inertial
 from .solvers import OUTPUTS
 
 
-def coast(situation: Situation, kicks: Sequence[Kick], instants: Instants) -> np.ndarray:
+def coast(initial_state: InitialState, kicks: Sequence[AppliedImpulse], instants: Instants) -> np.ndarray:
     """(OUTPUTS, m): attitude, rate and momentum at the instants.
 
     The momentum is the sum of that at the epoch and of the impulses, and nothing else ever changes it.
     """
-    return _rows(situation, situation.body, situation.attitude, situation.rate, kicks, instants)
+    return _rows(
+        initial_state, initial_state.body, initial_state.attitude, initial_state.rate, kicks, instants
+    )
 
 
-def coast_each(like: Situation, bodies: Bodies, kicks: Sequence[Kick], instants: Instants) -> np.ndarray:
+def coast_each(
+    like: InitialState, bodies: Bodies, kicks: Sequence[AppliedImpulse], instants: Instants
+) -> np.ndarray:
     """(n, OUTPUTS, m): `coast` of many bodies, side by side.
 
     Raises
@@ -42,16 +46,16 @@ def coast_each(like: Situation, bodies: Bodies, kicks: Sequence[Kick], instants:
         rows = np.empty((len(bodies), OUTPUTS, instants.seconds.size))
         for i in range(len(bodies)):
             with named(bodies, i):
-                rows[i] = coast(bodies.situation(like, i), kicks, instants)
+                rows[i] = coast(bodies.initial_state(like, i), kicks, instants)
         return rows
 
 
 def _rows(
-    like: Situation,
+    like: InitialState,
     body: RigidBody,
     attitude: np.ndarray,
     rate: np.ndarray,
-    kicks: Sequence[Kick],
+    kicks: Sequence[AppliedImpulse],
     instants: Instants,
 ) -> np.ndarray:
     """(..., OUTPUTS, m), of one body or of many."""
@@ -68,7 +72,7 @@ def _coast(
     body: RigidBody,
     attitude: np.ndarray,
     rate: np.ndarray,
-    cut: list[Leg],
+    cut: list[Arc],
     instants: tuple[np.ndarray, np.ndarray],
     mine: np.ndarray,
     rows: np.ndarray,

@@ -17,8 +17,8 @@ import numpy as np
 from ..errors import InputError
 from ..frames import rotations
 from ..kernels import layout
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Kick
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse
 from ..rigid_body.phase_limit import pace, refuse_too_far
 from ..runtime import compiled
 from ..samples.event import Event
@@ -147,18 +147,18 @@ class Flight:
 
 
 def fly(
-    situation: Situation,
+    initial_state: InitialState,
     ground: Ground,
     gravity: np.ndarray,
     seconds: np.ndarray,
-    kicks: Sequence[Kick] = (),
+    kicks: Sequence[AppliedImpulse] = (),
     rest: np.ndarray | None = None,
 ) -> Flight:
     """Motion at some instants over a plane.
 
     Parameters
     ----------
-    situation : with mass, position and velocity
+    initial_state : with mass, position and velocity
     gravity : (3,), m/s2, inertial
     seconds : (n,), s since the epoch, ascending from 0 on; rest : their second part
     kicks : impulses in any order; those after the last instant change nothing
@@ -172,8 +172,8 @@ def fly(
         contacts than MAX_CONTACTS.
     ToleranceError : a flight so long that phases lose digits.
     """
-    _check(situation, ground, seconds)
-    course = _Course(situation, ground, np.asarray(gravity, dtype=float))
+    _check(initial_state, ground, seconds)
+    course = _Course(initial_state, ground, np.asarray(gravity, dtype=float))
     last = float(seconds[-1]), 0.0 if rest is None else float(rest[-1])
     for kick in sorted(kicks, key=lambda kick: kick.seconds):
         if kick.seconds < 0.0:
@@ -185,11 +185,11 @@ def fly(
     return course.sampled(np.asarray(seconds, dtype=float), rest)
 
 
-def _check(situation: Situation, ground: Ground, seconds: np.ndarray) -> None:
-    if situation.mass is None or not situation.mass > 0.0:
-        raise InputError("body.mass", situation.mass, "a positive mass, where there is a ground")
-    if situation.position is None or situation.velocity is None:
-        name = "position" if situation.position is None else "velocity"
+def _check(initial_state: InitialState, ground: Ground, seconds: np.ndarray) -> None:
+    if initial_state.mass is None or not initial_state.mass > 0.0:
+        raise InputError("body.mass", initial_state.mass, "a positive mass, where there is a ground")
+    if initial_state.position is None or initial_state.velocity is None:
+        name = "position" if initial_state.position is None else "velocity"
         raise InputError(name, None, f"a {name}, where there is a ground")
     if not 0.0 <= ground.restitution <= 1.0:
         raise InputError("restitution", ground.restitution, "a number from 0 to 1")
@@ -200,18 +200,18 @@ def _check(situation: Situation, ground: Ground, seconds: np.ndarray) -> None:
     if (np.diff(seconds) < 0.0).any():
         place = int(np.argmax(np.diff(seconds) < 0.0)) + 1
         raise InputError(f"times[{place}]", float(seconds[place]), "instants in ascending order")
-    height = float(ground.clearance(situation.attitude, situation.position))
+    height = float(ground.clearance(initial_state.attitude, initial_state.position))
     if height < -SUNK * ground.shape.size:
         expected = f"a body above the ground at t = 0 (its lowest point is {-height:.6g} m under it)"
-        raise InputError("position", np.asarray(situation.position).tolist(), expected)
+        raise InputError("position", np.asarray(initial_state.position).tolist(), expected)
 
 
 class _Course:
     """The flights so far, and what happened between them."""
 
-    def __init__(self, situation: Situation, ground: Ground, gravity: np.ndarray):
-        body = situation.body
-        self.mass, self.gravity, self.tensor = situation.mass or 0.0, gravity, np.array(body.tensor)
+    def __init__(self, initial_state: InitialState, ground: Ground, gravity: np.ndarray):
+        body = initial_state.body
+        self.mass, self.gravity, self.tensor = initial_state.mass or 0.0, gravity, np.array(body.tensor)
         self._body = self.tensor[None], body._two_part_moments[None].copy(), body._two_part_axes[None].copy()
         self._world = np.array(ground.shape.corners, dtype=float), _numbers(self.mass, ground, gravity)
         self._points = np.empty((len(ground.shape.corners) * layout.RIM_POINTS, layout.TOUCH_WIDTH))
@@ -221,7 +221,7 @@ class _Course:
             *(np.empty((1, 3)), np.empty((1, 4)), np.empty(1, np.bool_)),
             *(np.empty(1), np.empty((4, 1, 1)), np.empty((3, 1, 1))),
         )
-        state = situation.attitude, situation.rate, situation.position, situation.velocity
+        state = initial_state.attitude, initial_state.rate, initial_state.position, initial_state.velocity
         self._start = np.concatenate([(0.0, 0.0), *state])
         self._starts: list[np.ndarray] = []
         self._records: list[np.ndarray] = []
@@ -292,7 +292,7 @@ class _Course:
             expected = f"a shorter span (from {start[0]:.6g} s on the body turns beside the ground)"
             raise InputError("times", float(self._state[4]), expected)
 
-    def kick(self, kick: Kick) -> None:
+    def kick(self, kick: AppliedImpulse) -> None:
         """Change the momentum where the last flight has come to."""
         hi, lo = float(self._state[4]), float(self._state[5])
         start, record = self._starts[-1][-1], self._records[-1][-1:]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import RegimeError
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..rigid_body.constants_of_motion import Batch, check_rates
 from ..times.instants import Instants
 from .contact import Flight, Ground, fly
@@ -41,7 +41,7 @@ class Drop(NamedTuple):
     model: Curve
 
 
-def compare(situation: Situation, ground: Ground, gravity: np.ndarray, seconds: np.ndarray) -> Drop:
+def compare(initial_state: InitialState, ground: Ground, gravity: np.ndarray, seconds: np.ndarray) -> Drop:
     """Simulations with and without gravity, and the closed form that knows no ground.
 
     The weightless body starts where it must to arrive at the first contact when the falling one does,
@@ -52,16 +52,16 @@ def compare(situation: Situation, ground: Ground, gravity: np.ndarray, seconds: 
     RegimeError : the body does not touch the ground in this time.
     InputError : as `contact.fly`.
     """
-    falling = fly(situation, ground, gravity, seconds)
+    falling = fly(initial_state, ground, gravity, seconds)
     first = next((event for event in falling.events if event.kind == "contact"), None)
     if first is None:
         raise RegimeError(
             "times: the body does not touch the ground in this time; there is nothing to compare"
         )
     velocity, position = first.details["velocity_before"], falling.starts[1, 9:12]
-    thrown = replace(situation, position=position - velocity * first.seconds, velocity=velocity)
+    thrown = replace(initial_state, position=position - velocity * first.seconds, velocity=velocity)
     weightless = fly(thrown, ground, np.zeros(3), seconds)
-    free = Batch(situation.body, situation.attitude, check_rates(situation.rate), ())
+    free = Batch(initial_state.body, initial_state.attitude, check_rates(initial_state.rate), ())
     quaternion, _ = free.sample(Instants(seconds, None, None), quaternion=True, rate=False)
     return Drop(_curve(weightless), _curve(falling), Curve(seconds, quaternion, []))
 

@@ -11,13 +11,13 @@ import numpy as np
 
 from ..errors import InputError, ToleranceError
 from ..frames import rotations
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Acting, Kick
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, TorqueModel
 from ..runtime import threads
 from ..times.instants import Instants
-from .arcs import Leg, instants_within, legs
+from .arcs import Arc, instants_within, legs
 from .momentum import initial_momentum
-from .solver_arguments import Stepped
+from .solver_arguments import SolverArguments
 from .solver_selection import Candidate, candidates, pace, tried_leg
 from .solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part, Solver, Work
 
@@ -90,25 +90,25 @@ class Answer:
 
 
 def choose(
-    situation: Situation,
-    torques: Sequence[Acting],
-    kicks: Sequence[Kick],
+    initial_state: InitialState,
+    torques: Sequence[TorqueModel],
+    kicks: Sequence[AppliedImpulse],
     tolerance: float,
     kind: str | None = None,
 ) -> list[Candidate]:
     """Solvers and settings for the situation's span, cheapest first."""
-    leg, added = tried_leg(situation, by_direction(situation, torques, kicks))
-    span = max(abs(situation.start), abs(situation.stop))
-    found = candidates(situation, leg, span, tolerance, kind, added)
+    leg, added = tried_leg(initial_state, by_direction(initial_state, torques, kicks))
+    span = max(abs(initial_state.start), abs(initial_state.stop))
+    found = candidates(initial_state, leg, span, tolerance, kind, added)
     if not found:
         raise InputError("solver", kind, "a solver that takes these effects: automatic, gauss or dop853")
     return found
 
 
 def solve(
-    situation: Situation,
-    torques: Sequence[Acting],
-    kicks: Sequence[Kick],
+    initial_state: InitialState,
+    torques: Sequence[TorqueModel],
+    kicks: Sequence[AppliedImpulse],
     instants: Instants,
     tolerance: float,
     found: Sequence[Candidate],
@@ -122,11 +122,11 @@ def solve(
     ToleranceError : steps however small do not bring the estimate below the tolerance.
     """
     seconds, rest = two_part(instants)
-    march = partial(_march, situation, by_direction(situation, torques, kicks), seconds, rest)
-    angle = pace(situation, torques, kicks) * max(abs(situation.start), abs(situation.stop))
+    march = partial(_march, initial_state, by_direction(initial_state, torques, kicks), seconds, rest)
+    angle = pace(initial_state, torques, kicks) * max(abs(initial_state.start), abs(initial_state.stop))
     nearest, tried = np.inf, found[0].solver
-    for candidate in _worth_trying(found, situation, torques):
-        candidate = _rehearsed(situation, torques, kicks, candidate, tolerance, angle)
+    for candidate in _worth_trying(found, initial_state, torques):
+        candidate = _rehearsed(initial_state, torques, kicks, candidate, tolerance, angle)
         one, candidate = _refined(march, candidate, tolerance, angle, seconds.size)
         if one.error <= tolerance:
             return Answer(one.marched.rows, one.error, candidate, one.marched.work)
@@ -143,9 +143,9 @@ def solve(
 
 
 def settled(
-    situation: Situation,
-    torques: Sequence[Acting],
-    kicks: Sequence[Kick],
+    initial_state: InitialState,
+    torques: Sequence[TorqueModel],
+    kicks: Sequence[AppliedImpulse],
     instants: Instants,
     tolerance: float,
     candidate: Candidate,
@@ -154,10 +154,10 @@ def settled(
     to the tolerance where half of it cannot be had; as it is where neither can.
     """
     seconds, rest = two_part(instants)
-    march = partial(_march, situation, by_direction(situation, torques, kicks), seconds, rest)
-    angle = pace(situation, torques, kicks) * max(abs(situation.start), abs(situation.stop))
+    march = partial(_march, initial_state, by_direction(initial_state, torques, kicks), seconds, rest)
+    angle = pace(initial_state, torques, kicks) * max(abs(initial_state.start), abs(initial_state.stop))
     for aim in (AIM * tolerance, tolerance):
-        begun = _rehearsed(situation, torques, kicks, candidate, aim, angle)
+        begun = _rehearsed(initial_state, torques, kicks, candidate, aim, angle)
         one, found = _refined(march, begun, aim, angle, seconds.size)
         if one.error <= aim:
             return found
@@ -173,21 +173,21 @@ def two_part(instants: Instants) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _worth_trying(
-    found: Sequence[Candidate], situation: Situation, torques: Sequence[Acting]
+    found: Sequence[Candidate], initial_state: InitialState, torques: Sequence[TorqueModel]
 ) -> list[Candidate]:
     """The cheapest; where torques are not smooth, that which finds for itself where they break; and after a
     splitting collocation, for a pilot on which errors do not show: a body at rest spun up about one axis.
     """
-    smooth = RUNGE_KUTTA.prepare(situation, torques).is_smooth
+    smooth = RUNGE_KUTTA.prepare(initial_state, torques).is_smooth
     other = COLLOCATION if found[0].solver in SPLITTINGS else found[0].solver
     other = other if smooth else RUNGE_KUTTA
     return [found[0], *(one for one in found[1:] if one.solver is other)]
 
 
 def _rehearsed(
-    situation: Situation,
-    torques: Sequence[Acting],
-    kicks: Sequence[Kick],
+    initial_state: InitialState,
+    torques: Sequence[TorqueModel],
+    kicks: Sequence[AppliedImpulse],
     candidate: Candidate,
     tolerance: float,
     angle: float,
@@ -198,12 +198,12 @@ def _rehearsed(
     """
     if angle < WORTH_REHEARSING:
         return candidate
-    start, stop = situation.start / PARTS, situation.stop / PARTS
+    start, stop = initial_state.start / PARTS, initial_state.stop / PARTS
     seconds = np.linspace(start, stop, REHEARSED)
     march = partial(
         _march,
-        situation,
-        by_direction(replace(situation, start=start, stop=stop), torques, kicks),
+        initial_state,
+        by_direction(replace(initial_state, start=start, stop=stop), torques, kicks),
         seconds,
         np.zeros(REHEARSED),
     )
@@ -247,13 +247,15 @@ def finer(candidate: Candidate, ratio: float, smooth: bool, steps: int) -> Candi
     return replace(candidate, setting=setting)
 
 
-def by_direction(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick]) -> list[list[Leg]]:
+def by_direction(
+    initial_state: InitialState, torques: Sequence[TorqueModel], kicks: Sequence[AppliedImpulse]
+) -> list[list[Arc]]:
     """Legs forwards, and backwards where instants lie before the epoch."""
     cut = []
-    if situation.start < 0.0:
-        cut.append(legs(situation, torques, kicks, situation.start))
-    if situation.stop >= 0.0:
-        cut.append(legs(situation, torques, kicks, situation.stop))
+    if initial_state.start < 0.0:
+        cut.append(legs(initial_state, torques, kicks, initial_state.start))
+    if initial_state.stop >= 0.0:
+        cut.append(legs(initial_state, torques, kicks, initial_state.stop))
     return cut
 
 
@@ -288,13 +290,13 @@ def estimate(solver: Solver, fine: Marched, apart: float, angle: float) -> Estim
     return Estimate(fine, error + rounding, rounding)
 
 
-def spread(directions: Sequence[Sequence[Leg]]) -> np.ndarray:
+def spread(directions: Sequence[Sequence[Arc]]) -> np.ndarray:
     """(k,) s: the epoch, and SPREAD instants evenly over each direction."""
     ends = [cut[-1].stop for cut in directions if cut[-1].stop != 0.0]
     return np.concatenate([[0.0], *(np.linspace(0.0, end, SPREAD + 1)[1:] for end in ends)])
 
 
-def inertial_kicks(kicks: Sequence[Kick]) -> float:
+def inertial_kicks(kicks: Sequence[AppliedImpulse]) -> float:
     """N m s, of all impulses that are fixed in space: an error of the attitude tilts them in the body."""
     return sum(float(np.linalg.norm(kick.angular)) for kick in kicks if kick.inertial)
 
@@ -336,8 +338,8 @@ def _wandering(solver: Solver, marched: Marched, angle: float) -> float:
 
 
 def _march(
-    situation: Situation,
-    directions: list[list[Leg]],
+    initial_state: InitialState,
+    directions: list[list[Arc]],
     seconds: np.ndarray,
     rest: np.ndarray,
     candidate: Candidate,
@@ -358,7 +360,7 @@ def _march(
             continue
         places = instants_within(cut, seconds[mine], rest[mine])
         places = [mine[place] for place in places]
-        work, met = _march_legs(situation, cut, candidate, coarsely, (seconds, rest), places, rows)
+        work, met = _march_legs(initial_state, cut, candidate, coarsely, (seconds, rest), places, rows)
         total = Work(*(a + b for a, b in zip(total, work, strict=True)))
         smooth = smooth and all(stepped.is_smooth for stepped in met)
         symmetric = symmetric and all(stepped.symmetric for stepped in met)
@@ -366,7 +368,7 @@ def _march(
     if coarsely:
         kicked = inertial_kicks([kick for cut in directions for leg in cut for kick in leg.kicks])
         carried = symmetric and candidate.solver is not RUNGE_KUTTA
-        least = float(situation.moments.min())
+        least = float(initial_state.moments.min())
         span = float(np.abs(others).max())
         drift = span * float(drifts(rows[:, asked:], carried, total.steps, least, kicked))
         growth = span * kicked / least
@@ -374,26 +376,26 @@ def _march(
 
 
 def _march_legs(
-    situation: Situation,
-    cut: list[Leg],
+    initial_state: InitialState,
+    cut: list[Arc],
     candidate: Candidate,
     coarsely: bool,
     instants: tuple[np.ndarray, np.ndarray],
     places: list[np.ndarray],
     rows: np.ndarray,
-) -> tuple[Work, list[Stepped]]:
+) -> tuple[Work, list[SolverArguments]]:
     """Leg by leg from the epoch outwards; fills the rows at the places of each."""
     seconds, rest = instants
     sign = 1.0 if cut[-1].stop >= 0.0 else -1.0
-    attitude = situation.attitude / np.linalg.norm(situation.attitude)
-    momentum = initial_momentum(situation, cut[0].torques)
+    attitude = initial_state.attitude / np.linalg.norm(initial_state.attitude)
+    momentum = initial_momentum(initial_state, cut[0].torques)
     total, state = Work(0, 0, 0), None
-    prepared: dict[tuple[int, ...], Stepped] = {}
+    prepared: dict[tuple[int, ...], SolverArguments] = {}
     for leg, place in zip(cut, places, strict=True):
         key = tuple(id(torque) for torque in leg.torques)
         if key not in prepared:
-            prepared[key] = candidate.solver.prepare(situation, leg.torques)
-        state = prepared[key].state(attitude, momentum, situation.rate) if state is None else state
+            prepared[key] = candidate.solver.prepare(initial_state, leg.torques)
+        state = prepared[key].state(attitude, momentum, initial_state.rate) if state is None else state
         for kick in leg.kicks:
             prepared[key].push(state, attitude, kick, sign)
         # the last column is the end of the leg

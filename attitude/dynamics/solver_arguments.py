@@ -9,8 +9,8 @@ import numpy as np
 
 from ..frames import rotations
 from ..kernels import layout
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Acting, Kick
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, TorqueModel
 from .momentum import inertial
 
 # Moments that differ by less are those of a symmetric body: this is rounding of the inertia given.
@@ -22,7 +22,7 @@ BROKEN = (layout.SOLAR_PLATE, layout.DRAG_PLATE, layout.USER)
 
 
 @dataclass(frozen=True)
-class Stepped:
+class SolverArguments:
     """Arguments of the solvers.
 
     Attributes
@@ -71,7 +71,7 @@ class Stepped:
             state[layout.AXIAL] = self.body[layout.MOMENTS + 2] * along + self.body[layout.ROTORS + 2]
         return state
 
-    def push(self, state: np.ndarray, attitude: np.ndarray, kick: Kick, sign: float) -> None:
+    def push(self, state: np.ndarray, attitude: np.ndarray, kick: AppliedImpulse, sign: float) -> None:
         """Change a state by an impulse, or take it back (sign -1); attitude : (4,), that of the state."""
         state[layout.MOMENTUM : layout.MOMENTUM + 3] += sign * inertial(kick, attitude)
         own = rotations.rotate(rotations.conjugate(attitude), kick.angular) if kick.inertial else kick.angular
@@ -83,46 +83,50 @@ def is_smooth(codes: set[int]) -> bool:
     return not codes & set(BROKEN)
 
 
-def ascending(situation: Situation, torques: Sequence[Acting]) -> Stepped:
+def ascending(initial_state: InitialState, torques: Sequence[TorqueModel]) -> SolverArguments:
     """With axes as splitting needs them: that of symmetry last; without one, moments in ascending order."""
-    least, middle, greatest = np.argsort(situation.body.moments, kind="stable").tolist()
-    if _are_same(situation, middle, greatest):
-        around = stepped(situation, torques, (middle, greatest, least))
+    least, middle, greatest = np.argsort(initial_state.body.moments, kind="stable").tolist()
+    if _are_same(initial_state, middle, greatest):
+        around = stepped(initial_state, torques, (middle, greatest, least))
         if around.symmetric:
             return around
-    return stepped(situation, torques, (least, middle, greatest))
+    return stepped(initial_state, torques, (least, middle, greatest))
 
 
-def most_symmetric(situation: Situation, torques: Sequence[Acting]) -> Stepped:
+def most_symmetric(initial_state: InitialState, torques: Sequence[TorqueModel]) -> SolverArguments:
     """With axes as collocation wants them: the two of most similar moments first."""
-    return stepped(situation, torques, _most_symmetric(situation))
+    return stepped(initial_state, torques, _most_symmetric(initial_state))
 
 
-def _most_symmetric(situation: Situation) -> tuple[int, int, int]:
-    least, middle, greatest = np.argsort(situation.body.moments, kind="stable").tolist()
-    moments = np.asarray(situation.body.moments)
+def _most_symmetric(initial_state: InitialState) -> tuple[int, int, int]:
+    least, middle, greatest = np.argsort(initial_state.body.moments, kind="stable").tolist()
+    moments = np.asarray(initial_state.body.moments)
     inverses = 1.0 / moments[[least, middle, greatest]]
     if inverses[0] - inverses[1] < inverses[1] - inverses[2]:
         return least, middle, greatest
     return middle, greatest, least
 
 
-def _are_same(situation: Situation, i: int, j: int) -> bool:
-    moments = np.asarray(situation.body.moments)
+def _are_same(initial_state: InitialState, i: int, j: int) -> bool:
+    moments = np.asarray(initial_state.body.moments)
     return bool(abs(moments[i] - moments[j]) <= SAME * moments[j])
 
 
-def stepped(situation: Situation, torques: Sequence[Acting], order: tuple[int, int, int]) -> Stepped:
+def stepped(
+    initial_state: InitialState, torques: Sequence[TorqueModel], order: tuple[int, int, int]
+) -> SolverArguments:
     """Everything of a situation that a solver reads, with its axes in an order."""
-    situation = situation.ordered(order)
-    rows = [torque.rows(situation) for torque in torques]
+    initial_state = initial_state.ordered(order)
+    rows = [torque.rows(initial_state) for torque in torques]
     table = np.concatenate([np.zeros((0, layout.EFFECT_WIDTH)), *rows])
     absorbed = np.isin(table[:, 0], ABSORBED)
-    to_axes = rotations.from_matrix(situation.axes)
-    body = _body(situation, table[absorbed], to_axes)
-    symmetric = _are_same(situation, order[0], order[1]) and _keeps_axis(body)
+    to_axes = rotations.from_matrix(initial_state.axes)
+    body = _body(initial_state, table[absorbed], to_axes)
+    symmetric = _are_same(initial_state, order[0], order[1]) and _keeps_axis(body)
     effects = np.ascontiguousarray(table[~absorbed])
-    return Stepped(body, symmetric, to_axes, (effects, *course_of(situation), *sun_of(situation, torques)))
+    return SolverArguments(
+        body, symmetric, to_axes, (effects, *course_of(initial_state), *sun_of(initial_state, torques))
+    )
 
 
 def _keeps_axis(body: np.ndarray) -> bool:
@@ -131,10 +135,10 @@ def _keeps_axis(body: np.ndarray) -> bool:
     return not (body[layout.ROTORS : layout.ROTORS + 2].any() or body[layout.ALPHA])
 
 
-def _body(situation: Situation, absorbed: np.ndarray, to_axes: np.ndarray) -> np.ndarray:
+def _body(initial_state: InitialState, absorbed: np.ndarray, to_axes: np.ndarray) -> np.ndarray:
     body = np.zeros(layout.STEPPED_BODY)
-    moments = situation.moments
-    if _are_same(situation, situation.order[0], situation.order[1]):
+    moments = initial_state.moments
+    if _are_same(initial_state, initial_state.order[0], initial_state.order[1]):
         moments[:2] = moments[:2].mean()
     body[layout.MOMENTS : layout.MOMENTS + 3] = moments
     body[layout.INVERSES : layout.INVERSES + 3] = 1.0 / moments
@@ -149,16 +153,16 @@ def _body(situation: Situation, absorbed: np.ndarray, to_axes: np.ndarray) -> np
     return body
 
 
-def course_of(situation: Situation) -> tuple[np.ndarray, np.ndarray]:
-    if situation.course is None:
+def course_of(initial_state: InitialState) -> tuple[np.ndarray, np.ndarray]:
+    if initial_state.course is None:
         return np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
-    return situation.course.numbers, np.ascontiguousarray(situation.course.pieces)
+    return initial_state.course.numbers, np.ascontiguousarray(initial_state.course.pieces)
 
 
-def sun_of(situation: Situation, torques: Sequence[Acting]) -> tuple[np.ndarray, np.ndarray]:
+def sun_of(initial_state: InitialState, torques: Sequence[TorqueModel]) -> tuple[np.ndarray, np.ndarray]:
     """(start, length, whether there is one), pieces: one Sun for all, the effects ask for the same."""
     for torque in torques:
-        pieces = torque.sun(situation)
+        pieces = torque.sun(initial_state)
         if pieces is not None:
             return np.array([pieces.start, pieces.length, 1.0]), np.ascontiguousarray(pieces.coefficients)
     return np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))

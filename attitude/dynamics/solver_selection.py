@@ -16,11 +16,11 @@ import numpy as np
 from ..errors import ToleranceError
 from ..frames import rotations
 from ..kernels import layout
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Acting, Kick
-from .arcs import Leg
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, TorqueModel
+from .arcs import Arc
 from .momentum import gained, initial_momentum
-from .solver_arguments import Stepped
+from .solver_arguments import SolverArguments
 from .solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part, Solver, Work, can_take
 
 # Radians of the fastest motion: what the pilot follows, and the steps it tries.
@@ -64,29 +64,31 @@ class Candidate:
     seconds: float
 
 
-def pace(situation: Situation, torques: Sequence[Acting], kicks: Sequence[Kick] = ()) -> float:
+def pace(
+    initial_state: InitialState, torques: Sequence[TorqueModel], kicks: Sequence[AppliedImpulse] = ()
+) -> float:
     """rad/s of the fastest motion there is: the spin at the epoch and after the impulses, what the torques
     could make of it, and the orbit.
     """
-    rates = situation.rate + _rates(situation, np.array(gained(kicks, situation.attitude)))
+    rates = initial_state.rate + _rates(initial_state, np.array(gained(kicks, initial_state.attitude)))
     fastest = rates[np.argmax(np.linalg.norm(rates, axis=1))]
-    size = sum(torque.size(replace(situation, rate=fastest)) for torque in torques)
-    orbit = 2.0 * np.pi / situation.course.period if situation.course is not None else 0.0
+    size = sum(torque.size(replace(initial_state, rate=fastest)) for torque in torques)
+    orbit = 2.0 * np.pi / initial_state.course.period if initial_state.course is not None else 0.0
     own = float(np.linalg.norm(fastest))
-    momentum = float(np.linalg.norm(rates @ situation.body.tensor, axis=1).max())
+    momentum = float(np.linalg.norm(rates @ initial_state.body.tensor, axis=1).max())
     with np.errstate(over="ignore"):  # infinite for a body that is thin enough
-        swung = float(np.sqrt(size / situation.moments.min()))
-    return max(own, momentum / float(situation.moments.max()), swung, orbit)
+        swung = float(np.sqrt(size / initial_state.moments.min()))
+    return max(own, momentum / float(initial_state.moments.max()), swung, orbit)
 
 
-def _rates(situation: Situation, momenta: np.ndarray) -> np.ndarray:
+def _rates(initial_state: InitialState, momenta: np.ndarray) -> np.ndarray:
     """(k, 3) rad/s, body: of inertial momenta (k, 3) at the epoch's attitude."""
-    back = rotations.rotate(rotations.conjugate(situation.attitude), momenta)
-    rates: np.ndarray = np.linalg.solve(situation.body.tensor, back.T).T
+    back = rotations.rotate(rotations.conjugate(initial_state.attitude), momenta)
+    rates: np.ndarray = np.linalg.solve(initial_state.body.tensor, back.T).T
     return rates
 
 
-def tried_leg(situation: Situation, directions: Sequence[Sequence[Leg]]) -> tuple[Leg, np.ndarray]:
+def tried_leg(initial_state: InitialState, directions: Sequence[Sequence[Arc]]) -> tuple[Arc, np.ndarray]:
     """The leg that solvers are tried on, and the momentum (3,), inertial, that impulses add by its start.
 
     That in which the body turns fastest, of these that with the most torques, of these the longest.
@@ -94,21 +96,21 @@ def tried_leg(situation: Situation, directions: Sequence[Sequence[Leg]]) -> tupl
     starts = []
     for legs in directions:
         met = [kick for leg in legs for kick in leg.kicks]
-        sums, count = gained(met, situation.attitude), 0
+        sums, count = gained(met, initial_state.attitude), 0
         for leg in legs:
             count += len(leg.kicks)
             starts.append((leg, sums[count]))
-    rates = situation.rate + _rates(situation, np.array([added for _, added in starts]))
+    rates = initial_state.rate + _rates(initial_state, np.array([added for _, added in starts]))
     torques = max((leg.torques for leg, _ in starts), key=len)
-    slow = pace(replace(situation, rate=np.zeros(3)), torques)
+    slow = pace(replace(initial_state, rate=np.zeros(3)), torques)
     speeds = np.maximum(np.linalg.norm(rates, axis=1), slow).tolist()
     places = range(len(starts))
     return starts[max(places, key=lambda i: (speeds[i], len(starts[i][0].torques), starts[i][0].length))]
 
 
 def candidates(
-    situation: Situation,
-    leg: Leg,
+    initial_state: InitialState,
+    leg: Arc,
     span: float,
     tolerance: float,
     kind: str | None,
@@ -123,14 +125,16 @@ def candidates(
     added : (3,), N m s, inertial: momentum that the body has besides, from impulses
     """
     added = np.zeros(3) if added is None else added
-    rate = pace(replace(situation, rate=situation.rate + _rates(situation, added[None])[0]), leg.torques)
+    rate = pace(
+        replace(initial_state, rate=initial_state.rate + _rates(initial_state, added[None])[0]), leg.torques
+    )
     if rate == 0.0 or span == 0.0:
         return [Candidate(COLLOCATION, max(span, 1.0), 0.0, 0.0)]
     if not PILOT / rate > 0.0:
         raise ToleranceError(
             f"effects: this body turns at {rate:.3g} rad/s, which no step through time follows"
         )
-    pilot = _Pilot(situation, leg, rate, span, tolerance, added)
+    pilot = _Pilot(initial_state, leg, rate, span, tolerance, added)
     found: list[Candidate] = []
     for solver in (COLLOCATION, *reversed(SPLITTINGS), RUNGE_KUTTA):
         if kind in (None, solver.kind):
@@ -159,26 +163,26 @@ class _Pilot:
 
     def __init__(
         self,
-        situation: Situation,
-        leg: Leg,
+        initial_state: InitialState,
+        leg: Arc,
         rate: float,
         span: float,
         tolerance: float,
         added: np.ndarray,
     ):
-        self.situation, self.leg, self.rate = situation, leg, rate
+        self.initial_state, self.leg, self.rate = initial_state, leg, rate
         self.span = min(span, leg.length or span, PILOT / rate)
         self.growth = max(1.0, span / self.span)
         self.tolerance = tolerance
         self.wanted = SHARE * tolerance / self.growth**GROWTH
-        self.momentum = initial_momentum(situation, leg.torques) + added
-        self._prepared: dict[object, Stepped] = {}
+        self.momentum = initial_momentum(initial_state, leg.torques) + added
+        self._prepared: dict[object, SolverArguments] = {}
         self.truth = self._truth()
 
-    def prepared(self, solver: Solver) -> Stepped:
+    def prepared(self, solver: Solver) -> SolverArguments:
         """The arrays of a solver, which several share."""
         if solver.prepare not in self._prepared:
-            self._prepared[solver.prepare] = solver.prepare(self.situation, self.leg.torques)
+            self._prepared[solver.prepare] = solver.prepare(self.initial_state, self.leg.torques)
         return self._prepared[solver.prepare]
 
     def _truth(self) -> np.ndarray:
@@ -189,9 +193,9 @@ class _Pilot:
                 return truth
         return self.march(RUNGE_KUTTA, self.prepared(RUNGE_KUTTA), 1e-15)[0]
 
-    def march(self, solver: Solver, stepped: Stepped, setting: float) -> tuple[np.ndarray, Work]:
+    def march(self, solver: Solver, stepped: SolverArguments, setting: float) -> tuple[np.ndarray, Work]:
         stop = self.leg.start + np.copysign(self.span, self.leg.stop - self.leg.start)
-        state = stepped.state(self.situation.attitude, self.momentum)
+        state = stepped.state(self.initial_state.attitude, self.momentum)
         out = np.full((OUTPUTS, 1), np.nan)
         part = Part(self.leg.start, float(stop), np.array([stop]), np.zeros(1), most=MOST_STEPS)
         work = solver.follow(self.leg.torques, stepped, state, part, setting, out)
@@ -237,12 +241,12 @@ class _Pilot:
         error *= self.growth**GROWTH / solver.coarser**order
         return Candidate(solver, setting / solver.coarser, error, cost)
 
-    def _aim(self, solver: Solver, stepped: Stepped, setting: float) -> float:
+    def _aim(self, solver: Solver, stepped: SolverArguments, setting: float) -> float:
         """rad: what the coarser solution may be off, for the estimate to be what is wanted at the end."""
         stride = 0.0 if solver is RUNGE_KUTTA else setting * self.rate / solver.coarser
         return self.wanted * solver.gain(stepped.is_smooth, self.tolerance, stride)
 
-    def _ladder(self, solver: Solver, stepped: Stepped, best: float) -> tuple[float, ...]:
+    def _ladder(self, solver: Solver, stepped: SolverArguments, best: float) -> tuple[float, ...]:
         """From coarse to fine; where there is a best before, from what costs half as much on."""
         if solver is RUNGE_KUTTA:
             return TOLERANCES if best == np.inf else TOLERANCES[2:3]
@@ -269,7 +273,7 @@ def _reckoned(
     return wanted, error * (wanted / setting) ** order, order
 
 
-def _cost(solver: Solver, stepped: Stepped, work: Work) -> float:
+def _cost(solver: Solver, stepped: SolverArguments, work: Work) -> float:
     """s, by the table."""
     rows = ROW * max(0, len(stepped.world[0]) - 1)
     if solver is COLLOCATION:

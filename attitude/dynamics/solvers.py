@@ -15,11 +15,11 @@ import numpy as np
 from .. import stopping
 from ..errors import ToleranceError
 from ..kernels import layout
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Acting
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import TorqueModel
 from ..runtime import compiled
 from . import schemes
-from .solver_arguments import Stepped, ascending, most_symmetric
+from .solver_arguments import SolverArguments, ascending, most_symmetric
 
 OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
 STRIDE = 1.5  # steps of the coarser solution over those of the answer
@@ -68,8 +68,8 @@ class Solver:
     name: str
     order: int
     stages: int
-    prepare: Callable[[Situation, Sequence[Acting]], Stepped]
-    march: Callable[[Stepped, np.ndarray, Part, float, np.ndarray], Work]
+    prepare: Callable[[InitialState, Sequence[TorqueModel]], SolverArguments]
+    march: Callable[[SolverArguments, np.ndarray, Part, float, np.ndarray], Work]
 
     @property
     def coarser(self) -> float:
@@ -93,8 +93,8 @@ class Solver:
 
     def follow(
         self,
-        torques: Sequence[Acting],
-        stepped: Stepped,
+        torques: Sequence[TorqueModel],
+        stepped: SolverArguments,
         state: np.ndarray,
         part: Part,
         setting: float,
@@ -128,14 +128,14 @@ def _grid(part: Part, step: float) -> tuple[int, tuple[Any, ...]]:
     return steps, (np.array([part.start, 0.0]), (part.stop - part.start) / steps, steps)
 
 
-def _asked(stepped: Stepped, part: Part, out: np.ndarray, states: int = 1) -> tuple[Any, ...]:
+def _asked(stepped: SolverArguments, part: Part, out: np.ndarray, states: int = 1) -> tuple[Any, ...]:
     """What every solver is told, and where it writes: effects, instants, rows, room for so many states."""
     return (*stepped.world, part.seconds, part.rest, out, np.empty(states * layout.STATE))
 
 
 def _split(
     composition: schemes.Composition,
-    stepped: Stepped,
+    stepped: SolverArguments,
     state: np.ndarray,
     part: Part,
     setting: float,
@@ -148,7 +148,9 @@ def _split(
     return Work(steps, steps * len(composition.kicks), 0)
 
 
-def _collocate(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
+def _collocate(
+    stepped: SolverArguments, state: np.ndarray, part: Part, setting: float, out: np.ndarray
+) -> Work:
     (steps, grid), counts = _grid(part, setting), np.zeros(2)
     body, work = (stepped.body, int(stepped.symmetric)), schemes.gauss().copy()
     compiled.collocate(
@@ -165,7 +167,9 @@ def dormand_prince() -> np.ndarray:
     return np.concatenate([DOP853.A, [DOP853.B, DOP853.C, DOP853.E3[:12], DOP853.E5[:12]]])
 
 
-def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
+def _runge_kutta(
+    stepped: SolverArguments, state: np.ndarray, part: Part, setting: float, out: np.ndarray
+) -> Work:
     counts = np.zeros(3)
     rate = np.linalg.norm(stepped.body[layout.INVERSES : layout.INVERSES + 3]) * np.linalg.norm(state[4:7])
     first = min(abs(part.stop - part.start), 0.1 / rate if rate > 0.0 else np.inf)
@@ -194,7 +198,9 @@ def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float
 def _splitting(name: str) -> Solver:
     composition = schemes.COMPOSITIONS[name]
 
-    def march(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
+    def march(
+        stepped: SolverArguments, state: np.ndarray, part: Part, setting: float, out: np.ndarray
+    ) -> Work:
         return _split(composition, stepped, state, part, setting, out)
 
     return Solver(f"splitting, {name}", composition.order, len(composition.kicks), ascending, march)
@@ -205,7 +211,7 @@ RUNGE_KUTTA = Solver("dop853", 1, 0, ascending, _runge_kutta)
 SPLITTINGS = tuple(_splitting(name) for name in schemes.COMPOSITIONS)
 
 
-def can_take(solver: Solver, stepped: Stepped) -> bool:
+def can_take(solver: Solver, stepped: SolverArguments) -> bool:
     """Whether a solver's error has the order it is said to have.
 
     Splitting freezes the attitude under the torque: what depends on the rate otherwise than linearly, or

@@ -10,7 +10,7 @@ import numpy as np
 from erfa import ErfaWarning
 
 from ..frames.inertial import from_gcrf
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..times import turn_rates
 
 # Of the Earth rotation angle, turns for each day of UT1 (IERS Conventions 2010, eq. 5.15).
@@ -28,27 +28,27 @@ def earth_rate() -> float:
     return float(EARTH_TURNS_PER_DAY / DAY * turn_rates.TWO_PI)
 
 
-def equator(situation: Situation) -> np.ndarray:
+def equator(initial_state: InitialState) -> np.ndarray:
     """(3, 3): rows are the x and y axes of the central body's equator and its pole, in the scene's frame.
 
     Of the Earth the axes of GCRF: from today's pole of rotation they are off by less than 0.2 degrees
     until 2060.  Of another body, and in a frame of the user's own, the axes of the scene's frame.
     """
-    course = situation.course
+    course = initial_state.course
     is_earth = course is None or course.central is None or course.central.is_earth
-    if is_earth and situation.frame != "INERTIAL":
-        return from_gcrf(situation.frame, "the Earth's pole").T
+    if is_earth and initial_state.frame != "INERTIAL":
+        return from_gcrf(initial_state.frame, "the Earth's pole").T
     return np.eye(3)
 
 
-def longitude_of_x(situation: Situation) -> float:
+def longitude_of_x(initial_state: InitialState) -> float:
     """rad: how far the prime meridian is from the equator's x axis at the epoch; 0 where no epoch is given.
 
     The Earth rotation angle.  UTC stands for UT1, from which it is off by 0.9 s or 0.004 degrees at most.
     """
-    if situation.epoch is None:
+    if initial_state.epoch is None:
         return 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ErfaWarning)  # a year for which UTC is not defined
-        utc = situation.epoch.utc
+        utc = initial_state.epoch.utc
     return float(erfa.era00(utc.jd1, utc.jd2))

@@ -9,7 +9,7 @@ import numpy as np
 from ..documents.quantities import Instant, TorqueVector
 from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from .effect import Torque, row
 from .time_span import seconds, span_text
 
@@ -27,32 +27,35 @@ class ConstantTorque(Torque):
     start: Instant | None = None
     stop: Instant | None = None
 
-    def check(self, situation: Situation) -> None:
-        start, stop = self._start(situation), self._stop(situation)
+    def check(self, initial_state: InitialState) -> None:
+        start, stop = self._start(initial_state), self._stop(initial_state)
         if not start < stop:
             raise InputError("stop", stop, f"an instant after start ({start!r} s)")
-        if self.start is not None and start >= situation.stop > situation.start:
-            raise InputError("start", start, f"an instant before the end of {span_text(situation)}")
-        if self.stop is not None and stop <= situation.start < situation.stop:
-            raise InputError("stop", stop, f"an instant after the beginning of {span_text(situation)}")
+        if self.start is not None and start >= initial_state.stop > initial_state.start:
+            raise InputError("start", start, f"an instant before the end of {span_text(initial_state)}")
+        if self.stop is not None and stop <= initial_state.start < initial_state.stop:
+            raise InputError("stop", stop, f"an instant after the beginning of {span_text(initial_state)}")
 
-    def _start(self, situation: Situation) -> float:
-        return -np.inf if self.start is None else seconds(self.start, situation, "start")
+    def _start(self, initial_state: InitialState) -> float:
+        return -np.inf if self.start is None else seconds(self.start, initial_state, "start")
 
-    def _stop(self, situation: Situation) -> float:
-        return np.inf if self.stop is None else seconds(self.stop, situation, "stop")
+    def _stop(self, initial_state: InitialState) -> float:
+        return np.inf if self.stop is None else seconds(self.stop, initial_state, "stop")
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
         if self.frame == "inertial":
             return row(layout.CONSTANT_INERTIAL, self.torque.si)[None]
-        return row(layout.CONSTANT_BODY, situation.axes @ self.torque.si)[None]
+        return row(layout.CONSTANT_BODY, initial_state.axes @ self.torque.si)[None]
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """The one from start to stop, cut to the span."""
         if self.start is None and self.stop is None:
             return None
-        start, stop = max(self._start(situation), situation.start), min(self._stop(situation), situation.stop)
+        start, stop = (
+            max(self._start(initial_state), initial_state.start),
+            min(self._stop(initial_state), initial_state.stop),
+        )
         return [(float(start), float(stop))] if start < stop else []
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
         return float(np.linalg.norm(self.torque.si))

@@ -9,12 +9,12 @@ from pydantic import model_validator
 
 from ..documents.quantities import DissipationCoefficient, check_not_negative
 from ..kernels import layout
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..problem.spin_bound import Spin
-from .effect import BodysTorque, row
+from .effect import BodyDependentTorque, row
 
 
-class Dissipation(BodysTorque):
+class Dissipation(BodyDependentTorque):
     """`{"type": "dissipation", "coefficient": {"value": 1e-3, "unit": "1/(N m s)"}}`.
 
     The double bracket dm/dt = m x w + alpha m x (m x w), m the body's angular momentum, w = I^-1 m,
@@ -30,10 +30,10 @@ class Dissipation(BodysTorque):
         check_not_negative(self, "coefficient")
         return self
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
         return row(layout.DISSIPATION, self.coefficient.si)[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """alpha abs(m) abs(m x w): without rotors at most alpha L^3 (1/I_min - 1/I_max) / 2, reached halfway
         between the axes; rotors of momentum h add h to m and h w to m x w.
         """

@@ -12,7 +12,7 @@ from ..documents.quantities import Density, Length, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import position, samples, velocity
-from ..problem.initial_state import Course, Situation
+from ..problem.initial_state import InitialState, OrbitPath
 from . import central_body_rotation as turning
 from .effect import Torque, row
 from .plates import DragPlate, Surfaces
@@ -55,8 +55,8 @@ class Drag(Torque):
             )
         return self
 
-    def check(self, situation: Situation) -> None:
-        central = None if situation.course is None else situation.course.central
+    def check(self, initial_state: InitialState) -> None:
+        central = None if initial_state.course is None else initial_state.course.central
         if central is None:
             return
         if self.scale_height is not None and central.radius is None:
@@ -66,45 +66,50 @@ class Drag(Torque):
         if self.corotating and self.rotation is None and not central.is_earth:
             raise InputError("rotation", None, "the rotation of the central body, which is not the Earth")
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        radius, height = self._profile(situation)
-        air = self.density.si, radius, height, self._turning(situation)
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        radius, height = self._profile(initial_state)
+        air = self.density.si, radius, height, self._turning(initial_state)
         return np.stack(
             [
-                row(layout.DRAG_PLATE, *plate.along(situation.axes), plate.area.si * plate.coefficient, *air)
+                row(
+                    layout.DRAG_PLATE,
+                    *plate.along(initial_state.axes),
+                    plate.area.si * plate.coefficient,
+                    *air,
+                )
                 for plate in self.plates
             ]
         )
 
-    def _profile(self, situation: Situation) -> tuple[float, float]:
+    def _profile(self, initial_state: InitialState) -> tuple[float, float]:
         """m: radius at which the density is the one given, and scale height."""
         if self.scale_height is None or self.reference_altitude is None:
             return 0.0, math.inf
-        central = None if situation.course is None else situation.course.central
+        central = None if initial_state.course is None else initial_state.course.central
         if central is None or central.radius is None:
             raise InputError("reference_altitude", None, "an orbit about a body with a radius")
         return central.radius + self.reference_altitude.si, self.scale_height.si
 
-    def _turning(self, situation: Situation) -> np.ndarray:
+    def _turning(self, initial_state: InitialState) -> np.ndarray:
         """(3,) rad/s, of the air, inertial."""
         if not self.corotating:
             return np.zeros(3)
         rate = turning.earth_rate() if self.rotation is None else self.rotation.si
-        return rate * turning.equator(situation)[2]
+        return rate * turning.equator(initial_state)[2]
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
         """The greatest dynamic pressure of the orbit on the worst side of the body; a few percent above."""
-        if situation.course is None:
+        if initial_state.course is None:
             raise InputError("orbit", None, "an orbit")
-        pressure = 0.5 * self._greatest_flow(situation, situation.course)
+        pressure = 0.5 * self._greatest_flow(initial_state, initial_state.course)
         return BETWEEN_SAMPLES * pressure * Surfaces.facing_flow(self.plates).greatest_torque()
 
-    def _greatest_flow(self, situation: Situation, course: Course) -> float:
+    def _greatest_flow(self, initial_state: InitialState, course: OrbitPath) -> float:
         """kg/(m s2): greatest density times squared speed through the air."""
         t = samples(course)
         r = position(course, t)
-        v = velocity(course, t) - np.cross(self._turning(situation), r)
-        radius, height = self._profile(situation)
+        v = velocity(course, t) - np.cross(self._turning(initial_state), r)
+        radius, height = self._profile(initial_state)
         thinning = (
             (np.sqrt((r**2).sum(axis=1)) - radius) / height if math.isfinite(height) else np.zeros(len(t))
         )

@@ -12,15 +12,15 @@ from ..documents.fields import Matrix, Number, exactly_one
 from ..documents.quantities import GREATEST
 from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..problem.spin_bound import Spin
-from .effect import BodysTorque, row
+from .effect import BodyDependentTorque, row
 
 # Rounding in the caller's own arithmetic that is forgiven, as in a body's tensor.
 SYMMETRY_TOLERANCE = 1e-12
 
 
-class EddyDamping(BodysTorque):
+class EddyDamping(BodyDependentTorque):
     """`{"type": "eddy_damping", "coefficient": 1e-3, "unit": "N m s"}`: torque -C omega.
 
     C is `coefficient` in all directions, or a `tensor` in the body frame, symmetric and with no negative
@@ -54,11 +54,11 @@ class EddyDamping(BodysTorque):
         values = np.eye(3) * (self.coefficient or 0.0) if self.tensor is None else np.array(self.tensor)
         return values * units.parse_unit(self.unit, units.ANGULAR_IMPULSE, "unit")
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        C = situation.axes @ self.C @ situation.axes.T
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        C = initial_state.axes @ self.C @ initial_state.axes.T
         return row(layout.EDDY, 0.5 * (C + C.T))[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Greatest eigenvalue of C times the greatest rate."""
         size: np.ndarray = float(np.linalg.eigvalsh(self.C)[-1]) * spin.rate
         return size

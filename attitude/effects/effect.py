@@ -8,7 +8,7 @@ import numpy as np
 
 from ..documents.fields import Part
 from ..kernels import layout
-from ..problem.initial_state import Pieces, Situation
+from ..problem.initial_state import InitialState, PiecewisePolynomial
 from ..problem.spin_bound import Spin, free_spin
 
 
@@ -43,7 +43,7 @@ class Effect(Part):
     def needs_epoch(self) -> bool:
         return self.NEEDS_EPOCH
 
-    def check(self, situation: Situation) -> None:
+    def check(self, initial_state: InitialState) -> None:
         """Refuse what only the whole scene shows to be wrong.
 
         Raises InputError with the field relative to the effect (but "frame", "epoch", "orbit": the scene's).
@@ -55,35 +55,35 @@ class Torque(Effect):
 
     ACTS_ON = "attitude"
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
         """(n, EFFECT_WIDTH): the effect as kernels take it (`kernels.layout`)."""
         raise NotImplementedError
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """Spans (s) in which it acts, ascending, disjoint; None for always."""
         return None
 
-    def sun(self, situation: Situation) -> Pieces | None:
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
         """The vector from the central body to the Sun, m, inertial, where the effect needs it."""
         return None
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
         """N m: the greatest torque it can exert in the span, from above, close to what it reaches."""
         raise NotImplementedError
 
 
-class BodysTorque(Torque):
+class BodyDependentTorque(Torque):
     """A torque whose size depends on the body's moments or spin; that of any other is the same for all."""
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """(...), N m: `size` of bodies by their moments, (..., 3), and the bounds of their spin, (...)."""
         raise NotImplementedError
 
-    def size(self, situation: Situation, spin: Spin | None = None) -> float:
+    def size(self, initial_state: InitialState, spin: Spin | None = None) -> float:
         """`Torque.size` for a body that turns no faster than `spin`, or that turns freely from the epoch."""
-        moments = situation.moments
-        spin = free_spin(moments, situation.axes @ situation.rate) if spin is None else spin
-        return float(self.sizes(situation, moments, spin))
+        moments = initial_state.moments
+        spin = free_spin(moments, initial_state.axes @ initial_state.rate) if spin is None else spin
+        return float(self.sizes(initial_state, moments, spin))
 
 
 def row(code: int, *numbers: object) -> np.ndarray:

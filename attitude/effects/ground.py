@@ -12,7 +12,7 @@ from ..documents.quantities import Length, unit_vector
 from ..dynamics import contact
 from ..errors import InputError
 from ..frames import rotations
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from .contact_shape import Shape, Solid
 from .effect import Effect
 
@@ -61,16 +61,16 @@ class Ground(Effect):
             shape = contact.Shape(solid.points, solid.radius)
         return contact.Ground(self.direction, self.height.si, shape, self.restitution, self.friction)
 
-    def clearance(self, situation: Situation) -> float:
+    def clearance(self, initial_state: InitialState) -> float:
         """m: how high the body's lowest point is above the plane at the epoch."""
-        if situation.position is None:
+        if initial_state.position is None:
             raise InputError("position", None, "a position of the body")
-        inverse = situation.attitude * np.array([1.0, -1.0, -1.0, -1.0])
+        inverse = initial_state.attitude * np.array([1.0, -1.0, -1.0, -1.0])
         downwards = rotations.rotate(inverse, -self.direction)
-        return float(self.direction @ situation.position) - self.solid().reach(downwards) - self.height.si
+        return float(self.direction @ initial_state.position) - self.solid().reach(downwards) - self.height.si
 
-    def check(self, situation: Situation) -> None:
-        clearance = self.clearance(situation)
+    def check(self, initial_state: InitialState) -> None:
+        clearance = self.clearance(initial_state)
         if clearance < -DEEPEST * self.solid().size:
             above = f"a plane below the body at the epoch (its lowest point is {-clearance:.6g} m under it)"
             raise InputError("height.value", self.height.value, above)

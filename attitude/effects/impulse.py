@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from ..documents.fields import Part, exactly_one
 from ..documents.quantities import AngularImpulseVector, ImpulseVector, Instant, LengthVector
 from ..errors import InputError
-from ..problem.initial_state import Situation
-from ..problem.torque_model import Kick
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse
 from .effect import Effect
 from .time_span import check_in_span, seconds
 
@@ -33,13 +33,13 @@ class Firing(Part):
         _check_form(self)
         return self
 
-    def kick(self, situation: Situation, field: str) -> Kick:
-        at, inertial = seconds(self.time, situation, field), self.frame == "inertial"
+    def kick(self, initial_state: InitialState, field: str) -> AppliedImpulse:
+        at, inertial = seconds(self.time, initial_state, field), self.frame == "inertial"
         if self.angular_impulse is not None:
-            return Kick(at, self.angular_impulse.si, np.zeros(3), inertial)
+            return AppliedImpulse(at, self.angular_impulse.si, np.zeros(3), inertial)
         linear = np.zeros(3) if self.impulse is None else self.impulse.si
         arm = np.zeros(3) if self.arm is None else self.arm.si
-        return Kick(at, np.cross(arm, linear), linear, inertial)
+        return AppliedImpulse(at, np.cross(arm, linear), linear, inertial)
 
 
 class Impulse(Effect):
@@ -85,13 +85,13 @@ class Impulse(Effect):
         """Whether the centre of mass gets momentum too."""
         return any(firing.impulse is not None for _, firing in self._fields())
 
-    def check(self, situation: Situation) -> None:
+    def check(self, initial_state: InitialState) -> None:
         for field, firing in self._fields():
-            check_in_span(firing.time, situation, field)
+            check_in_span(firing.time, initial_state, field)
 
-    def kicks(self, situation: Situation) -> list[Kick]:
+    def kicks(self, initial_state: InitialState) -> list[AppliedImpulse]:
         """In the order of their instants; of one instant in that of the document."""
-        kicks = [firing.kick(situation, field) for field, firing in self._fields()]
+        kicks = [firing.kick(initial_state, field) for field, firing in self._fields()]
         return sorted(kicks, key=lambda kick: kick.seconds)
 
 

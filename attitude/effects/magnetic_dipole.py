@@ -13,7 +13,7 @@ from ..documents.quantities import Angle, DipoleVector, FieldStrength, Length, R
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import least_distance, normals
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..times import turn_rates
 from . import central_body_rotation
 from .effect import Torque, row
@@ -85,8 +85,8 @@ class MagneticDipole(Torque):
     dipole: DipoleVector
     field: DipoleField | None = None
 
-    def check(self, situation: Situation) -> None:
-        course = situation.course
+    def check(self, initial_state: InitialState) -> None:
+        course = initial_state.course
         if (
             self.field is None
             and course is not None
@@ -102,27 +102,29 @@ class MagneticDipole(Torque):
         size = float(np.linalg.norm(gauss))
         return Source(size * RADIUS**3, gauss / size, central_body_rotation.earth_turns())
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
         strength, direction, turns = self.source()
-        x, y, pole = central_body_rotation.equator(situation)
-        angle = central_body_rotation.longitude_of_x(situation)
+        x, y, pole = central_body_rotation.equator(initial_state)
+        angle = central_body_rotation.longitude_of_x(initial_state)
         c, s = math.cos(angle), math.sin(angle)
         at_epoch = np.array([c * direction[0] - s * direction[1], s * direction[0] + c * direction[1]])
         a = direction[2] * pole
         b = at_epoch[0] * x + at_epoch[1] * y
-        dipole = situation.axes @ self.dipole.si
+        dipole = initial_state.axes @ self.dipole.si
         return row(layout.MAGNETIC, dipole, strength, a, b, np.cross(pole, b), turns)[None]
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
         """m B at the nearest point of the orbit and the highest magnetic latitude that it reaches."""
-        if situation.course is None:
+        if initial_state.course is None:
             raise InputError("orbit", None, "an orbit")
         strength, direction, _ = self.source()
         highest = _highest_latitude(
-            normals(situation.course) @ central_body_rotation.equator(situation)[2], direction
+            normals(initial_state.course) @ central_body_rotation.equator(initial_state)[2], direction
         )
         field = (
-            strength / least_distance(situation.course) ** 3 * math.sqrt(1.0 + 3.0 * math.sin(highest) ** 2)
+            strength
+            / least_distance(initial_state.course) ** 3
+            * math.sqrt(1.0 + 3.0 * math.sin(highest) ** 2)
         )
         return float(np.linalg.norm(self.dipole.si)) * field
 

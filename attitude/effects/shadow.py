@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..orbit.path_states import evaluate, position, samples, velocity
-from ..problem.initial_state import Course, Pieces
+from ..problem.initial_state import OrbitPath, PiecewisePolynomial
 
 # Samples of a revolution; the height over the shadow has one lowest point in each, or few.
 STEPS = 360
@@ -17,7 +17,7 @@ ROUNDING = 4.5e-16  # of t: two of its last places, below which no interval can 
 
 
 def sunlit(
-    course: Course, sun: Pieces, radius: float, start: float, stop: float
+    course: OrbitPath, sun: PiecewisePolynomial, radius: float, start: float, stop: float
 ) -> list[tuple[float, float]]:
     """Spans (s) from start to stop outside the shadow, ascending, disjoint.
 
@@ -38,7 +38,7 @@ class Height:
     from the centre: one continuous function.
     """
 
-    def __init__(self, course: Course, sun: Pieces, radius: float):
+    def __init__(self, course: OrbitPath, sun: PiecewisePolynomial, radius: float):
         self.course, self.sun, self.radius = course, sun, radius
         speed = np.sqrt((velocity(course, samples(course)) ** 2).sum(axis=1)).max()
         self.steepest = 1.01 * float(speed)  # m/s
@@ -52,7 +52,7 @@ class Height:
         return (np.sqrt((out**2).sum(axis=1)) - self.radius).reshape(t.shape)
 
 
-def _blocks(course: Course, start: float, stop: float) -> Iterator[np.ndarray]:
+def _blocks(course: OrbitPath, start: float, stop: float) -> Iterator[np.ndarray]:
     """Instants even in time, in blocks that overlap by two so that no extreme falls between blocks."""
     step = course.period / STEPS
     count = max(4, int(np.ceil((stop - start) / step)) + 1)

@@ -11,7 +11,7 @@ from ..documents.fields import Chosen
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import evaluate
-from ..problem.initial_state import Pieces, Situation
+from ..problem.initial_state import InitialState, PiecewisePolynomial
 from . import sun as sunlight
 from .effect import Torque, row
 from .plates import OpticalPlate, Surfaces
@@ -44,8 +44,8 @@ class SolarPressure(Torque):
     def needs_epoch(self) -> bool:
         return bool(self.source == "astropy")
 
-    def check(self, situation: Situation) -> None:
-        course = situation.course
+    def check(self, initial_state: InitialState) -> None:
+        course = initial_state.course
         if course is None or course.central is None:
             return
         if self.shadow and course.central.radius is None:
@@ -57,13 +57,13 @@ class SolarPressure(Torque):
                 "sun", self.source, "the direction of the Sun, where the central body is not the Earth"
             )
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
         pressure = sunlight.pressure()
         return np.stack(
             [
                 row(
                     layout.SOLAR_PLATE,
-                    *plate.along(situation.axes),
+                    *plate.along(initial_state.axes),
                     plate.area.si,
                     plate.specular,
                     plate.diffuse,
@@ -73,28 +73,32 @@ class SolarPressure(Torque):
             ]
         )
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """The spans in sunlight."""
         if not self.shadow:
             return None
-        course = situation.course
+        course = initial_state.course
         if course is None or course.central is None or course.central.radius is None:
             raise InputError("orbit", None, "an orbit about a body with a radius")
-        return sunlit(course, self._place(situation), course.central.radius, situation.start, situation.stop)
+        return sunlit(
+            course, self._place(initial_state), course.central.radius, initial_state.start, initial_state.stop
+        )
 
-    def sun(self, situation: Situation) -> Pieces:
-        return self._place(situation)
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial:
+        return self._place(initial_state)
 
-    def _place(self, situation: Situation) -> Pieces:
+    def _place(self, initial_state: InitialState) -> PiecewisePolynomial:
         if isinstance(self.source, sunlight.FixedSun):
             return self.source.place()
-        if situation.epoch is None:
+        if initial_state.epoch is None:
             raise InputError("epoch", None, "an epoch, for the position of the Sun")
-        return sunlight.from_earth(situation.epoch, situation.frame, situation.start, situation.stop)
+        return sunlight.from_earth(
+            initial_state.epoch, initial_state.frame, initial_state.start, initial_state.stop
+        )
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
         """Light from the worst direction, the Sun at its nearest: a few percent above what that gives."""
-        sun = self._place(situation)
+        sun = self._place(initial_state)
         t = sun.start + sun.length * np.arange(len(sun.coefficients) + 1)
         nearest = float(np.sqrt((evaluate(sun, t) ** 2).sum(axis=1).min()))
         pressure = sunlight.pressure() * (sunlight.au() / nearest) ** 2

@@ -15,7 +15,7 @@ from ..documents.quantities import unit_vector
 from ..errors import InputError
 from ..frames.inertial import from_gcrf
 from ..orbit.piecewise_polynomial import sampled
-from ..problem.initial_state import Pieces
+from ..problem.initial_state import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from astropy.time import Time
@@ -35,8 +35,8 @@ class FixedSun(Part):
         unit_vector(self.direction, "direction")
         return self
 
-    def place(self) -> Pieces:
-        return Pieces(0.0, 1.0, (au() * unit_vector(self.direction, "direction"))[None, :, None])
+    def place(self) -> PiecewisePolynomial:
+        return PiecewisePolynomial(0.0, 1.0, (au() * unit_vector(self.direction, "direction"))[None, :, None])
 
 
 def pick(value: Any) -> Any:
@@ -65,7 +65,7 @@ def pressure() -> float:
     return SOLAR_CONSTANT / float(c.value)
 
 
-def from_earth(epoch: Time, frame: str, start: float, stop: float) -> Pieces:
+def from_earth(epoch: Time, frame: str, start: float, stop: float) -> PiecewisePolynomial:
     """The vector from the Earth to the Sun, m, in `frame`, within 1e-9 of its length.
 
     Where the Sun is, not where it is seen (20 arcseconds aside), by the series that astropy's built-in

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from ..documents.quantities import Instant
 from ..errors import InputError
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 
 
-def seconds(instant: Instant, situation: Situation, field: str) -> float:
+def seconds(instant: Instant, initial_state: InitialState, field: str) -> float:
     """s since the epoch; an error's field is that of the instant's own beside `field`."""
     try:
-        return instant.seconds(situation.epoch)
+        return instant.seconds(initial_state.epoch)
     except InputError as error:
         raise InputError(f"{field}.{error.field}", error.value, error.expected) from None
 
 
-def check_in_span(instant: Instant, situation: Situation, field: str) -> None:
-    at = seconds(instant, situation, field)
-    if not situation.start <= at <= situation.stop:
-        raise InputError(field, f"{at!r} s", f"an instant in {span_text(situation)}")
+def check_in_span(instant: Instant, initial_state: InitialState, field: str) -> None:
+    at = seconds(instant, initial_state, field)
+    if not initial_state.start <= at <= initial_state.stop:
+        raise InputError(field, f"{at!r} s", f"an instant in {span_text(initial_state)}")
 
 
-def span_text(situation: Situation) -> str:
+def span_text(initial_state: InitialState) -> str:
     return (
-        f"the span of the times with the epoch, {situation.start!r} s to {situation.stop!r} s since the epoch"
+        f"the span of the times with the epoch, {initial_state.start!r} s to {initial_state.stop!r} s since the epoch"
     )

@@ -13,7 +13,7 @@ from pydantic import PrivateAttr
 
 from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from .effect import Torque, row
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -70,10 +70,10 @@ class UserTorque(Torque):
         self._callback = SIGNATURE(self._call) if function is not None else compiled
         self._address = _address_of(self._callback)
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
         return row(layout.USER, np.int64(self._address).view(np.float64))[None]
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
         return self._size
 
     @property

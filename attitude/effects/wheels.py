@@ -8,12 +8,12 @@ import numpy as np
 
 from ..documents.quantities import AngularImpulseVector
 from ..kernels import layout
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..problem.spin_bound import Spin
-from .effect import BodysTorque, row
+from .effect import BodyDependentTorque, row
 
 
-class Wheels(BodysTorque):
+class Wheels(BodyDependentTorque):
     """`{"type": "wheels", "momentum": {"value": [0, 0, 5], "unit": "N m s"}}`.
 
     The angular momentum of all rotors together relative to the body, along the body's axes; constant, as
@@ -23,10 +23,10 @@ class Wheels(BodysTorque):
     type: Literal["wheels"]
     momentum: AngularImpulseVector
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        return row(layout.WHEELS, situation.axes @ self.momentum.si)[None]
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        return row(layout.WHEELS, initial_state.axes @ self.momentum.si)[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """abs(h x omega) at most: h times the greatest rate."""
         size: np.ndarray = float(np.linalg.norm(self.momentum.si)) * spin.rate
         return size

@@ -23,7 +23,7 @@ from ..errors import RegimeError
 from ..rigid_body.body import RigidBody
 from ..scene import simulation
 from ..scene.document import Scene, Times
-from ..scene.simulation import Route
+from ..scene.simulation import SimulationInputs
 from ..times.instants import Instants
 
 # Bodies whose motions between impulses are computed side by side: numbers of their rows.
@@ -143,7 +143,7 @@ def _bodies(states: HasStates, first: int) -> Bodies:
 
 
 def _bounced(
-    way: Route, bodies: Bodies, instants: Instants, lost: list[int] | None
+    way: SimulationInputs, bodies: Bodies, instants: Instants, lost: list[int] | None
 ) -> tuple[np.ndarray, np.ndarray]:
     assert way.ground is not None
     seconds, ground = instants.seconds.reshape(-1), way.ground.numbers()
@@ -153,7 +153,7 @@ def _bounced(
     for i in range(len(bodies)):
         with named(bodies, i, lost):
             flight = contact.fly(
-                bodies.situation(like, i), ground, way.gravity, seconds, way.kicks, instants.rest
+                bodies.initial_state(like, i), ground, way.gravity, seconds, way.kicks, instants.rest
             )
             told = len(flight.seconds)
             if told < seconds.size:
@@ -168,16 +168,16 @@ def _bounced(
 # -- what is the same for all bodies --------------------------------------------------------------------
 
 
-def _problem(scene: Scene, way: Route, instants: Instants) -> batch_integration.Problem:
+def _problem(scene: Scene, way: SimulationInputs, instants: Instants) -> batch_integration.Problem:
     like = _over(way, instants)
     return batch_integration.Problem(like, way.torques, way.kicks, scene.asked_tolerance, scene.wanted_solver)
 
 
-def _over(way: Route, instants: Instants) -> Any:
+def _over(way: SimulationInputs, instants: Instants) -> Any:
     """The scene's situation, over the span of these instants alone."""
     seconds = instants.seconds
     start, stop = min(0.0, float(seconds.min())), max(0.0, float(seconds.max()))
-    return replace(way.situation, start=start, stop=stop)
+    return replace(way.initial_state, start=start, stop=stop)
 
 
 class _Prepared:
@@ -193,12 +193,12 @@ class _Prepared:
         return isinstance(other, _Prepared) and self.choice.key == other.choice.key
 
 
-def _way(scene: Scene, choice: Choice) -> Route:
+def _way(scene: Scene, choice: Choice) -> SimulationInputs:
     return _route(_Prepared(scene, choice))
 
 
 @lru_cache(maxsize=4)
-def _route(prepared: _Prepared) -> Route:
+def _route(prepared: _Prepared) -> SimulationInputs:
     """To find every passage through the shadow in a year takes longer than to follow a body meanwhile."""
     span = [prepared.choice.start, prepared.choice.stop]
     times = Times.model_validate({"elapsed": span, "unit": "s"})

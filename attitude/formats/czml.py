@@ -22,7 +22,7 @@ from astropy.time import Time
 from ..errors import AttitudeError, FormatError, InputError
 from ..frames import rotations
 from ..frames.earth_fixed import itrf
-from ..frames.inertial import turn_from_gcrf
+from ..frames.inertial import rotation_from_gcrf
 from ..samples.chunks import BLOCK, Samples
 from ..samples.ephemeris_data import EphemerisData, OrbitStates
 from ..samples.event import Event
@@ -157,7 +157,7 @@ def _positions(along: OrbitStates, head: EphemerisData, first: float, last: floa
 
 def _place(along: OrbitStates, instants: Instants) -> np.ndarray:
     """(n, 3) m, Earth-fixed."""
-    turn = turn_from_gcrf(along.frame, "an Earth-fixed position").back().then(itrf(instants))
+    turn = rotation_from_gcrf(along.frame, "an Earth-fixed position").back().then(itrf(instants))
     return rotations.rotate(turn.quaternion, along.state(instants)[0])
 
 

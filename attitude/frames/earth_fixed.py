@@ -24,7 +24,7 @@ from ..errors import InputError
 from ..times import turn_rates
 from ..times.instants import Instants
 from . import earth_orientation
-from .inertial import Turn
+from .inertial import FrameRotation
 
 DAY = 86400.0
 TT_TAI = 32.184 / DAY  # days
@@ -80,7 +80,7 @@ def since_j2000(instants: Instants) -> Days:
 # -- the two frames -----------------------------------------------------------------------------
 
 
-def teme(instants: Instants) -> Turn:
+def teme(instants: Instants) -> FrameRotation:
     """GCRF to TEME at (n,) instants.
 
     The sidereal time of 1982 carries TEME to the Earth-fixed frame, so their difference from the Earth
@@ -98,7 +98,7 @@ def teme(instants: Instants) -> Turn:
     return to_pole.then(_about_z(0.5 * (angle - locator), rate - locator_rate))
 
 
-def itrf(instants: Instants) -> Turn:
+def itrf(instants: Instants) -> FrameRotation:
     """GCRF to ITRF at (n,) instants.
 
     IAU 2006/2000A without the observed offsets of the pole (1e-9 rad); UT1 and the pole of the crust from
@@ -141,7 +141,7 @@ def _half_turns(ut1: Days) -> np.ndarray:
 # -- the pole -----------------------------------------------------------------------------------
 
 
-def _pole(tai: Days) -> tuple[Turn, np.ndarray, np.ndarray]:
+def _pole(tai: Days) -> tuple[FrameRotation, np.ndarray, np.ndarray]:
     """S as a turn, and the locator s of the celestial intermediate origin, rad, with its rate a second."""
     values, rates = _followed(tai.later(TT_TAI))
     (X, Y, s), (dX, dY, ds) = values, rates
@@ -151,7 +151,7 @@ def _pole(tai: Days) -> tuple[Turn, np.ndarray, np.ndarray]:
     quaternion /= np.sqrt(2.0 * (1.0 + Z))[:, None]
     over = 1.0 / (1.0 + Z)
     rate = np.stack([dZ * Y * over - dY, dX - dZ * X * over, (dX * Y - dY * X) * over], axis=-1)
-    return Turn(quaternion, rate), s, ds
+    return FrameRotation(quaternion, rate), s, ds
 
 
 def _followed(tt: Days) -> tuple[np.ndarray, np.ndarray]:
@@ -201,17 +201,17 @@ _LAGRANGE = _lagrange()
 # -- turns about an axis ------------------------------------------------------------------------
 
 
-def _about_z(half: np.ndarray, rate: np.ndarray) -> Turn:
+def _about_z(half: np.ndarray, rate: np.ndarray) -> FrameRotation:
     """The axes turned about z by twice the angle `half`, at the rate."""
     zero = np.zeros_like(half)
     quaternion = np.stack([np.cos(half), zero, zero, -np.sin(half)], axis=-1)
-    return Turn(quaternion, np.stack([zero, zero, rate], axis=-1))
+    return FrameRotation(quaternion, np.stack([zero, zero, rate], axis=-1))
 
 
-def _about(axis: str, angle: np.ndarray, rate: np.ndarray) -> Turn:
+def _about(axis: str, angle: np.ndarray, rate: np.ndarray) -> FrameRotation:
     """The axes turned about one of them by a small angle."""
     i = "xyz".index(axis)
     quaternion, turning = np.zeros((angle.size, 4)), np.zeros((angle.size, 3))
     quaternion[:, 0], quaternion[:, 1 + i] = np.cos(0.5 * angle), -np.sin(0.5 * angle)
     turning[:, i] = rate
-    return Turn(quaternion, turning)
+    return FrameRotation(quaternion, turning)

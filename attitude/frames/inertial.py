@@ -15,7 +15,7 @@ OBLIQUITY_J2000 = 84381.448
 STILL = np.zeros(3)
 
 
-class Turn(NamedTuple):
+class FrameRotation(NamedTuple):
     """From one frame to another, at one instant or many.
 
     Attributes
@@ -27,14 +27,14 @@ class Turn(NamedTuple):
     quaternion: np.ndarray
     rate: np.ndarray
 
-    def then(self, other: Turn) -> Turn:
+    def then(self, other: FrameRotation) -> FrameRotation:
         """This turn, and the other after it."""
         quaternion = product(other.quaternion, self.quaternion)
-        return Turn(quaternion, rotate(other.quaternion, self.rate) + other.rate)
+        return FrameRotation(quaternion, rotate(other.quaternion, self.rate) + other.rate)
 
-    def back(self) -> Turn:
+    def back(self) -> FrameRotation:
         quaternion = conjugate(self.quaternion)
-        return Turn(quaternion, -rotate(quaternion, self.rate))
+        return FrameRotation(quaternion, -rotate(quaternion, self.rate))
 
 
 def from_gcrf(frame: str, purpose: str) -> np.ndarray:
@@ -57,9 +57,9 @@ def from_gcrf(frame: str, purpose: str) -> np.ndarray:
     raise InputError("frame", frame, f"ICRF, GCRF, EME2000 or ECLIPJ2000, for {purpose}")
 
 
-def turn_from_gcrf(frame: str, purpose: str) -> Turn:
+def rotation_from_gcrf(frame: str, purpose: str) -> FrameRotation:
     """The same as a turn."""
-    return Turn(from_matrix(from_gcrf(frame, purpose)), STILL)
+    return FrameRotation(from_matrix(from_gcrf(frame, purpose)), STILL)
 
 
 def _about_x(angle: float) -> np.ndarray:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..frames.inertial import Turn
-from ..problem.initial_state import Course
+from ..frames.inertial import FrameRotation
+from ..problem.initial_state import OrbitPath
 from ..times.instants import Instants
 from .local_frames import qsw
 from .path_states import position, velocity
@@ -25,13 +25,13 @@ class EphemerisOrbit:
 
     def __init__(
         self,
-        course: Callable[[float, float], Course],
+        course: Callable[[float, float], OrbitPath],
         span: Callable[[], tuple[float, float]],
         frame: str,
     ):
         self.frame = frame
         self._course_over, self._scene_span = course, span
-        self._made: tuple[float, float, Course] | None = None
+        self._made: tuple[float, float, OrbitPath] | None = None
 
     @property
     def is_about_the_earth(self) -> bool:
@@ -44,12 +44,12 @@ class EphemerisOrbit:
         course = self._course(t)
         return position(course, t), velocity(course, t)
 
-    def axes(self, instants: Instants) -> Turn:
+    def axes(self, instants: Instants) -> FrameRotation:
         """From `frame` to QSW, at (n,) instants."""
         t = instants.seconds.reshape(-1)
         return qsw(self._course(t), t, None if instants.rest is None else instants.rest.reshape(-1))
 
-    def _course(self, t: np.ndarray) -> Course:
+    def _course(self, t: np.ndarray) -> OrbitPath:
         """Over the scene's span; a longer one where instants are asked for beyond."""
         first, last = float(t.min(initial=0.0)), float(t.max(initial=0.0))
         made = self._made or self._over(*self._scene_span())
@@ -59,5 +59,5 @@ class EphemerisOrbit:
         self._made = made  # written once, read once: threads may ask at the same time
         return made[2]
 
-    def _over(self, start: float, stop: float) -> tuple[float, float, Course]:
+    def _over(self, start: float, stop: float) -> tuple[float, float, OrbitPath]:
         return start, stop, self._course_over(start, stop)

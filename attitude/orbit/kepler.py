@@ -12,7 +12,7 @@ from ..documents.fields import Number, exactly_one
 from ..documents.quantities import Angle, Length, check_positive
 from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import Central, Course
+from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import turn_rates
 from .orbit import AboutABody
 
@@ -54,21 +54,21 @@ class Kepler(AboutABody):
             raise InputError(f"{field}.value", getattr(self, field).value, above)
         return self
 
-    def _semi_major_axis(self, central: Central) -> float:
+    def _semi_major_axis(self, central: CentralBody) -> float:
         if self.semi_major_axis is not None:
             return self.semi_major_axis.si
         if central.radius is None:
             raise InputError("radius", None, "the radius of the central body, which altitude is above")
         return central.radius + (0.0 if self.altitude is None else self.altitude.si)
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
+    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
         central, e = self.central(), self.eccentricity
         a = self._semi_major_axis(central)
         high, low, rate = turn_rates.mean_motion(central.mu, a)
         numbers = np.zeros(layout.ORBIT_WIDTH)
         numbers[:7] = layout.KEPLER, a, e, self._mean_anomaly(), high, low, rate
         numbers[7:10], numbers[10:13] = self._directions()
-        return Course(numbers, np.zeros((1, 3, 1)), 1.0 / high, central)
+        return OrbitPath(numbers, np.zeros((1, 3, 1)), 1.0 / high, central)
 
     def _mean_anomaly(self) -> float:
         """At the epoch, in turns, from -0.5 to 0.5."""

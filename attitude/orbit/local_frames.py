@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import RegimeError
-from ..frames.inertial import Turn
+from ..frames.inertial import FrameRotation
 from ..frames.rotations import conjugate, from_matrix, product
 from ..kernels import layout
-from ..problem.initial_state import Course, Pieces
+from ..problem.initial_state import OrbitPath, PiecewisePolynomial
 from ..times import turn_rates
 from .path_states import TAU, as_pieces, eccentric_anomaly, evaluate
 
@@ -19,7 +19,7 @@ IN_A_PIECE = 8
 LEAST_SINE = 1e-9
 
 
-def qsw(course: Course, t: np.ndarray, rest: np.ndarray | None = None) -> Turn:
+def qsw(course: OrbitPath, t: np.ndarray, rest: np.ndarray | None = None) -> FrameRotation:
     """x radial outward, z along the orbital momentum; t (n,) s since the epoch, and what their rounding left.
 
     The sign is continuous over any span: it is that of half the true anomaly, or is carried along the pieces.
@@ -29,7 +29,7 @@ def qsw(course: Course, t: np.ndarray, rest: np.ndarray | None = None) -> Turn:
     return _of_pieces(as_pieces(course), t)
 
 
-def _of_ellipse(course: Course, t: np.ndarray, rest: np.ndarray) -> Turn:
+def _of_ellipse(course: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRotation:
     """The perifocal axes, turned about the normal by the true anomaly."""
     e, start, high, low, mean_motion = course.numbers[2:7]
     P, Q = course.numbers[7:10], course.numbers[10:13]
@@ -41,10 +41,10 @@ def _of_ellipse(course: Course, t: np.ndarray, rest: np.ndarray) -> Turn:
     zero = np.zeros_like(half)
     along = product(perifocal, np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1))
     rate = mean_motion * np.sqrt((1.0 - e) * (1.0 + e)) / (1.0 - e * np.cos(E)) ** 2
-    return Turn(conjugate(along), np.stack([zero, zero, rate], axis=-1))
+    return FrameRotation(conjugate(along), np.stack([zero, zero, rate], axis=-1))
 
 
-def _of_pieces(pieces: Pieces, t: np.ndarray) -> Turn:
+def _of_pieces(pieces: PiecewisePolynomial, t: np.ndarray) -> FrameRotation:
     """Axes of the osculating plane; it turns about the radius by what of the acceleration is across it."""
     r, v, a = (evaluate(pieces, t, derivative) for derivative in (0, 1, 2))
     axes, distance, momentum = _axes(r, v)
@@ -54,10 +54,10 @@ def _of_pieces(pieces: Pieces, t: np.ndarray) -> Turn:
     quaternion *= np.where((beside * quaternion).sum(axis=-1) < 0.0, -1.0, 1.0)[:, None]
     across = (a * axes[..., 2]).sum(axis=-1)
     rate = np.stack([distance * across / momentum, np.zeros_like(across), momentum / distance**2], axis=-1)
-    return Turn(conjugate(quaternion), rate)
+    return FrameRotation(conjugate(quaternion), rate)
 
 
-def _knots(pieces: Pieces) -> np.ndarray:
+def _knots(pieces: PiecewisePolynomial) -> np.ndarray:
     """(m, 4): attitudes of the axes along the pieces without a flip; at the epoch as `from_matrix` has it."""
     t = pieces.start + pieces.length / IN_A_PIECE * np.arange(IN_A_PIECE * len(pieces.coefficients) + 1)
     q = from_matrix(_axes(evaluate(pieces, t), evaluate(pieces, t, 1))[0])

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..documents.fields import Part
 from ..documents.quantities import GravitationalParameter, Length, check_positive
-from ..problem.initial_state import Central, Course
+from ..problem.initial_state import CentralBody, OrbitPath
 
 if TYPE_CHECKING:
     from astropy.time import Time
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class Orbit(Part):
     """The document's `orbit`."""
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
+    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
         """Positions as kernels take them, over the span from start to stop (s since the epoch).
 
         Raises InputError with the field relative to the orbit.
@@ -29,16 +29,16 @@ class AboutABody(Orbit):
     mu: GravitationalParameter | None = None
     radius: Length | None = None
 
-    def central(self) -> Central:
+    def central(self) -> CentralBody:
         check_positive(self, "mu", "radius")
         if self.mu is None and self.radius is None:
             return earth()
         mu = earth().mu if self.mu is None else self.mu.si
-        return Central(mu, None if self.radius is None else self.radius.si, is_earth=self.mu is None)
+        return CentralBody(mu, None if self.radius is None else self.radius.si, is_earth=self.mu is None)
 
 
-def earth() -> Central:
+def earth() -> CentralBody:
     """Of astropy.constants: the nominal values of IAU 2015 resolution B3 (radius at the equator)."""
     from astropy.constants import GM_earth, R_earth
 
-    return Central(float(GM_earth.value), float(R_earth.value), is_earth=True)
+    return CentralBody(float(GM_earth.value), float(R_earth.value), is_earth=True)

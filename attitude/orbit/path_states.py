@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..kernels import layout
-from ..problem.initial_state import Course, Pieces
+from ..problem.initial_state import OrbitPath, PiecewisePolynomial
 from ..times import turn_rates
 
 TAU = 2.0 * np.pi
@@ -15,17 +15,17 @@ TAU = 2.0 * np.pi
 MOST_STEPS = 100
 
 
-def position(course: Course, t: np.ndarray) -> np.ndarray:
+def position(course: OrbitPath, t: np.ndarray) -> np.ndarray:
     """(n, 3) m, inertial, from the central body; t (n,) s since the epoch."""
     return _state(course, np.asarray(t, dtype=float), 0)
 
 
-def velocity(course: Course, t: np.ndarray) -> np.ndarray:
+def velocity(course: OrbitPath, t: np.ndarray) -> np.ndarray:
     """(n, 3) m/s, inertial."""
     return _state(course, np.asarray(t, dtype=float), 1)
 
 
-def evaluate(pieces: Pieces, t: np.ndarray, derivative: int = 0) -> np.ndarray:
+def evaluate(pieces: PiecewisePolynomial, t: np.ndarray, derivative: int = 0) -> np.ndarray:
     """(n, 3): the vector, or a derivative by time, s; before and after, the outermost pieces hold."""
     count, degree = pieces.coefficients.shape[0], pieces.coefficients.shape[2] - 1
     place = (t - pieces.start) / pieces.length
@@ -55,14 +55,14 @@ def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
     return np.copysign(E, mean)
 
 
-def least_distance(course: Course) -> float:
+def least_distance(course: OrbitPath) -> float:
     """m: the nearest that the course comes to the central body; of pieces, at nine instants of each."""
     if course.numbers[0] == layout.KEPLER:
         return float(course.numbers[1] * (1.0 - course.numbers[2]))
     return float(np.sqrt((position(course, samples(course)) ** 2).sum(axis=1).min()))
 
 
-def normals(course: Course) -> np.ndarray:
+def normals(course: OrbitPath) -> np.ndarray:
     """(n, 3): unit normals of the plane of the orbit, along it where it turns."""
     if course.numbers[0] == layout.KEPLER:
         return np.cross(course.numbers[7:10], course.numbers[10:13])[None]
@@ -73,7 +73,7 @@ def normals(course: Course) -> np.ndarray:
     return normal[size > 0.0] / size[size > 0.0, None]  # a body falling straight down has none
 
 
-def samples(course: Course) -> np.ndarray:
+def samples(course: OrbitPath) -> np.ndarray:
     """(n,) s: close together, for what is greatest on the course: 720 of a revolution, 9 of a piece."""
     if course.numbers[0] == layout.KEPLER:
         E = TAU * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
@@ -83,11 +83,11 @@ def samples(course: Course) -> np.ndarray:
     return pieces.start + pieces.length * np.arange(8 * len(pieces.coefficients) + 1) / 8.0
 
 
-def as_pieces(course: Course) -> Pieces:
-    return Pieces(float(course.numbers[1]), float(course.numbers[2]), course.pieces)
+def as_pieces(course: OrbitPath) -> PiecewisePolynomial:
+    return PiecewisePolynomial(float(course.numbers[1]), float(course.numbers[2]), course.pieces)
 
 
-def _state(course: Course, t: np.ndarray, derivative: int) -> np.ndarray:
+def _state(course: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
     if course.numbers[0] == layout.TABLE:
         return evaluate(as_pieces(course), t, derivative)
     a, e, start, high, low, rate = course.numbers[1:7]

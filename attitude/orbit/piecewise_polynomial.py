@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from ..errors import InputError
-from ..problem.initial_state import Pieces
+from ..problem.initial_state import PiecewisePolynomial
 from .path_states import evaluate
 
 # Degree 9 over a twelfth of a revolution leaves 1e-12 of a circle; an ellipse takes more pieces.
@@ -24,7 +24,7 @@ def sampled(
     step: float,
     tolerance: float,
     field: str,
-) -> Pieces:
+) -> PiecewisePolynomial:
     """Polynomials through the function's values at the Chebyshev points of equal pieces.
 
     Parameters
@@ -52,14 +52,16 @@ def sampled(
 
 def _interpolated(
     function: Callable[[np.ndarray], np.ndarray], start: float, length: float, count: int
-) -> Pieces:
+) -> PiecewisePolynomial:
     nodes, to_powers = _chebyshev()
     t = start + length * (np.arange(count)[:, None] + nodes)
     values = function(t.reshape(-1)).reshape(count, DEGREE + 1, 3)
-    return Pieces(start, length, np.ascontiguousarray(np.einsum("kj,pji->pik", to_powers, values)))
+    return PiecewisePolynomial(
+        start, length, np.ascontiguousarray(np.einsum("kj,pji->pik", to_powers, values))
+    )
 
 
-def _error(function: Callable[[np.ndarray], np.ndarray], pieces: Pieces) -> float:
+def _error(function: Callable[[np.ndarray], np.ndarray], pieces: PiecewisePolynomial) -> float:
     """Greatest distance from the function, over its length."""
     k = np.arange(1, DEGREE + 1)
     between = 0.5 - 0.5 * np.cos(np.pi * k / (DEGREE + 1))

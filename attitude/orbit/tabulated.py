@@ -12,7 +12,7 @@ from ..documents.fields import Number, Vector
 from ..documents.quantities import Measured
 from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import Central, Course, Pieces
+from ..problem.initial_state import CentralBody, OrbitPath, PiecewisePolynomial
 from .orbit import AboutABody
 from .path_states import evaluate
 from .piecewise_polynomial import sampled
@@ -72,7 +72,7 @@ class Table(AboutABody):
     def _points(self) -> np.ndarray:
         return np.array(self.positions.value) * self.positions.factor
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
+    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
         times, points, central = self._times(), self._points(), self.central()
         if start < times[0] or stop > times[-1]:
             found = f"{times[0].item()!r} s to {times[-1].item()!r} s"
@@ -84,10 +84,10 @@ class Table(AboutABody):
         return course_of(pieces, _period(pieces, start, central.mu), central)
 
 
-def course_of(pieces: Pieces, period: float, central: Central) -> Course:
+def course_of(pieces: PiecewisePolynomial, period: float, central: CentralBody) -> OrbitPath:
     numbers = np.zeros(layout.ORBIT_WIDTH)
     numbers[:3] = layout.TABLE, pieces.start, pieces.length
-    return Course(numbers, pieces.coefficients, period, central)
+    return OrbitPath(numbers, pieces.coefficients, period, central)
 
 
 def _spline(times: np.ndarray, points: np.ndarray) -> Any:
@@ -110,7 +110,7 @@ def _spline(times: np.ndarray, points: np.ndarray) -> Any:
     return curve
 
 
-def _period(pieces: Pieces, t: float, mu: float) -> float:
+def _period(pieces: PiecewisePolynomial, t: float, mu: float) -> float:
     """s: of the ellipse on which the body is at t; without one, the whole table's span."""
     r, v = (evaluate(pieces, np.array([t]), derivative)[0] for derivative in (0, 1))
     inverse = 2.0 / float(np.sqrt(r @ r)) - float(v @ v) / mu

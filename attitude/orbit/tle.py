@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from ..errors import InputError
 from ..frames import inertial, rotations
 from ..frames.earth_fixed import teme
-from ..problem.initial_state import Course
+from ..problem.initial_state import OrbitPath
 from ..times import instants
 from ..times.instants import as_instants
 from .orbit import Orbit, earth
@@ -44,7 +44,7 @@ class TwoLine(Orbit):
             raise InputError("tle[1]", self.tle[1], f"the second line of satellite {self.tle[0][2:7]}")
         return self
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
+    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
         if epoch is None:
             raise InputError("epoch", None, "an epoch, from which the times of a TLE are counted")
         turn = inertial.from_gcrf(frame, "the positions of a TLE")

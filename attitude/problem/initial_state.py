@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from astropy.time import Time
 
 
-class Pieces(NamedTuple):
+class PiecewisePolynomial(NamedTuple):
     """A vector as a polynomial in time, piece by piece (`kernels.layout`, TABLE).
 
     Attributes
@@ -27,7 +27,7 @@ class Pieces(NamedTuple):
     coefficients: np.ndarray
 
 
-class Central(NamedTuple):
+class CentralBody(NamedTuple):
     """The body that is orbited.
 
     Attributes
@@ -42,7 +42,7 @@ class Central(NamedTuple):
     is_earth: bool
 
 
-class Course(NamedTuple):
+class OrbitPath(NamedTuple):
     """Where the centre of mass is on its orbit, as kernels take it.
 
     Attributes
@@ -56,11 +56,11 @@ class Course(NamedTuple):
     numbers: np.ndarray
     pieces: np.ndarray
     period: float
-    central: Central | None = None
+    central: CentralBody | None = None
 
 
 @dataclass(frozen=True)
-class Situation:
+class InitialState:
     """A body, its state at the epoch, and the span of time in question.
 
     Attributes
@@ -71,7 +71,7 @@ class Situation:
     epoch : Time or None; frame : str
     mass : kg, or None
     position, velocity : (3,), m and m/s, inertial, of the centre of mass at t = 0, or None
-    course : Course or None
+    course : OrbitPath or None
     order : which principal axis of the body stands first, second, third in `axes`
     """
 
@@ -85,7 +85,7 @@ class Situation:
     mass: float | None = None
     position: np.ndarray | None = None
     velocity: np.ndarray | None = None
-    course: Course | None = None
+    course: OrbitPath | None = None
     order: tuple[int, int, int] = (0, 1, 2)
 
     @property
@@ -100,6 +100,6 @@ class Situation:
         axes[2] = np.cross(axes[0], axes[1])
         return axes
 
-    def ordered(self, order: tuple[int, int, int]) -> Situation:
+    def ordered(self, order: tuple[int, int, int]) -> InitialState:
         """The same with its principal axes in another order."""
         return replace(self, order=order)

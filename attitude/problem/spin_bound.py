@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..kernels import layout
-from .initial_state import Situation
+from .initial_state import InitialState
 from .torque_rows import own_rows
 
 if TYPE_CHECKING:
-    from .torque_model import Kick
+    from .torque_model import AppliedImpulse
 
 # Rows whose torque is nothing on a body at rest: they need others to spin it up.
 BY_SPIN = (layout.WHEELS, layout.DISSIPATION, layout.EDDY)
@@ -45,38 +45,42 @@ def free_spin(moments: np.ndarray, rates: np.ndarray) -> Spin:
     return Spin(rate, np.sqrt(((moments * rates) ** 2).sum(axis=-1)))
 
 
-def reached_spin(situation: Situation, torques: Iterable[Any], kicks: Sequence[Kick]) -> Spin:
+def reached_spin(
+    initial_state: InitialState, torques: Iterable[Any], kicks: Sequence[AppliedImpulse]
+) -> Spin:
     """Bounds over the whole span of one body, with everything that acts on it.
 
     A torque T changes sqrt(2E) by at most T / sqrt(I) a second, I the least moment, and an impulse J by
     J / sqrt(I).  Torques with a potential add to E no more than that gives, in a field that turns with the
     orbit.  Eddies and a sink take energy forwards and give it backwards; rotors keep it.
     """
-    moments, span = situation.moments, max(abs(situation.start), abs(situation.stop))
+    moments, span = initial_state.moments, max(abs(initial_state.start), abs(initial_state.stop))
     least, greatest = float(moments.min()), float(moments.max())
-    free = free_spin(moments, situation.axes @ situation.rate)
+    free = free_spin(moments, initial_state.axes @ initial_state.rate)
     rotors, sink, damping = 0.0, 0.0, 0.0
     wound, swung, potential = sum(float(np.linalg.norm(kick.angular)) for kick in kicks), 0.0, 0.0
     for torque in torques:
-        rows = own_rows(torque, situation)
+        rows = own_rows(torque, initial_state)
         codes = {int(code) for code in rows[:, 0]}
         if codes <= set(BY_SPIN):
             rotors += float(np.linalg.norm(rows[rows[:, 0] == layout.WHEELS, 1:4], axis=1).sum())
             sink += float(rows[rows[:, 0] == layout.DISSIPATION, 1].sum())
             damping += sum(_greatest(row) for row in rows if row[0] == layout.EDDY)
         elif codes <= set(SWINGING):
-            size = float(torque.size(situation))
+            size = float(torque.size(initial_state))
             swung, potential = swung + size, potential + size * max(SWINGING[code] for code in codes)
         else:
-            wound += float(torque.size(situation)) * span
+            wound += float(torque.size(initial_state)) * span
     with np.errstate(over="ignore"):  # infinite where eddies are followed far back
         momentum = (free.momentum + wound + swung * span + 2.0 * rotors) * np.exp(damping / least * span)
         energy = (free.rate * np.sqrt(least) + wound / np.sqrt(least)) ** 2 + 2.0 * potential
-        if swung and situation.course is not None:
-            energy += least * (4.0 * np.pi / situation.course.period) ** 2
-        if situation.start < 0.0:
+        if swung and initial_state.course is not None:
+            energy += least * (4.0 * np.pi / initial_state.course.period) ** 2
+        if initial_state.start < 0.0:
             energy = (
-                np.inf if sink and energy > 0.0 else energy * np.exp(-2.0 * damping / least * situation.start)
+                np.inf
+                if sink and energy > 0.0
+                else energy * np.exp(-2.0 * damping / least * initial_state.start)
             )
     rate = min(float(np.sqrt(energy / least)), float(momentum / least))
     return Spin(rate, min(float(np.sqrt(energy * greatest)), float(momentum)), rotors)

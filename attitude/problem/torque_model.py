@@ -8,46 +8,46 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from . import torque_rows
-from .initial_state import Pieces, Situation
+from .initial_state import InitialState, PiecewisePolynomial
 from .spin_bound import Spin
 
 
-class Acting(Protocol):
+class TorqueModel(Protocol):
     """A torque; `attitude.effects.effect.Torque` says what each of these is."""
 
-    def rows(self, situation: Situation) -> np.ndarray: ...
+    def rows(self, initial_state: InitialState) -> np.ndarray: ...
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None: ...
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None: ...
 
-    def sun(self, situation: Situation) -> Pieces | None: ...
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None: ...
 
-    def size(self, situation: Situation) -> float: ...
+    def size(self, initial_state: InitialState) -> float: ...
 
 
-class Once:
+class CachedTorque:
     """A torque asked for its spans and its Sun once, and for its size where no body changes it.
 
     To find every passage through the shadow in a year takes longer than to follow the body meanwhile.
     """
 
-    def __init__(self, torque: Any, situation: Situation):
+    def __init__(self, torque: Any, initial_state: InitialState):
         self.type: str = torque.type
         self.effect = torque
-        self._situation = situation
+        self._situation = initial_state
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        found: np.ndarray = self.effect.rows(situation)
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        found: np.ndarray = self.effect.rows(initial_state)
         return found
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         return self._spans
 
-    def sun(self, situation: Situation) -> Pieces | None:
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
         return self._sun
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
         """That of a torque which depends on the body, for the body and state of the situation."""
-        return float(self.effect.size(situation)) if hasattr(self.effect, "sizes") else self._size
+        return float(self.effect.size(initial_state)) if hasattr(self.effect, "sizes") else self._size
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]] | None:
@@ -55,17 +55,17 @@ class Once:
         return spans
 
     @cached_property
-    def _sun(self) -> Pieces | None:
-        pieces: Pieces | None = self.effect.sun(self._situation)
+    def _sun(self) -> PiecewisePolynomial | None:
+        pieces: PiecewisePolynomial | None = self.effect.sun(self._situation)
         return pieces
 
     @cached_property
     def _size(self) -> float:
         return float(self.effect.size(self._situation))
 
-    def of(self, situation: Situation) -> Once:
+    def of(self, initial_state: InitialState) -> CachedTorque:
         """The same torque on another body over the same span: spans and Sun are those found already."""
-        other = Once(self.effect, situation)
+        other = CachedTorque(self.effect, initial_state)
         other.__dict__.update(_spans=self._spans, _sun=self._sun)
         return other
 
@@ -92,7 +92,7 @@ class Once:
             self.effect.raise_failure()
 
 
-class Kick(NamedTuple):
+class AppliedImpulse(NamedTuple):
     """An impulse.
 
     Attributes

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..kernels import layout
 from ..rigid_body.body import RigidBody
-from .initial_state import Situation
+from .initial_state import InitialState
 
 # A body and a state like nobody's, for torques to be asked about.
 SKEW = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
@@ -23,7 +23,7 @@ ROUNDING = 1e-12
 
 
 class HasRows(Protocol):
-    def rows(self, situation: Situation) -> np.ndarray: ...
+    def rows(self, initial_state: InitialState) -> np.ndarray: ...
 
 
 def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -33,9 +33,9 @@ def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return product
 
 
-def own_rows(torque: HasRows, situation: Situation) -> np.ndarray:
+def own_rows(torque: HasRows, initial_state: InitialState) -> np.ndarray:
     """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
-    return torque.rows(replace(situation, body=RigidBody.from_moments((1.0, 1.0, 1.0)), order=(0, 1, 2)))
+    return torque.rows(replace(initial_state, body=RigidBody.from_moments((1.0, 1.0, 1.0)), order=(0, 1, 2)))
 
 
 def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -51,20 +51,22 @@ def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return out
 
 
-def follows_axes(torque: HasRows, situation: Situation) -> bool:
+def follows_axes(torque: HasRows, initial_state: InitialState) -> bool:
     """Whether of a body only its axes reach the rows, as of every effect that documents know.
 
     Asked of two bodies and states: the situation's, and one like no other.
     """
     other = replace(
-        situation,
-        body=RigidBody(np.array(SKEW) * float(situation.moments.max())),
+        initial_state,
+        body=RigidBody(np.array(SKEW) * float(initial_state.moments.max())),
         attitude=np.array(TURNED),
-        rate=1.7 * np.asarray(situation.rate) + 0.1,
+        rate=1.7 * np.asarray(initial_state.rate) + 0.1,
         order=(2, 0, 1),
     )
-    own = own_rows(torque, situation)
-    return all(_agree(torque.rows(one), turned_rows(own, one.axes[None])[0]) for one in (situation, other))
+    own = own_rows(torque, initial_state)
+    return all(
+        _agree(torque.rows(one), turned_rows(own, one.axes[None])[0]) for one in (initial_state, other)
+    )
 
 
 def _agree(given: np.ndarray, expected: np.ndarray) -> bool:

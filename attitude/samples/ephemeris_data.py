@@ -21,7 +21,7 @@ from .translation import Translation
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-    from ..frames.inertial import Turn
+    from ..frames.inertial import FrameRotation
 
 CONVENTION = (
     "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
@@ -56,7 +56,7 @@ class OrbitStates(Protocol):
     def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""
 
-    def axes(self, instants: Instants) -> Turn:
+    def axes(self, instants: Instants) -> FrameRotation:
         """From `frame` to QSW, at (n,) instants."""
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InputError, RegimeError
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
-from ..frames.inertial import STILL, Turn, turn_from_gcrf
+from ..frames.inertial import STILL, FrameRotation, rotation_from_gcrf
 from ..frames.rotations import ORBITAL_FRAMES, is_turning, rotate
 from ..times.instants import Instants
 from .ephemeris_data import EphemerisData, OrbitStates
@@ -21,9 +21,9 @@ from .translation import Translation
 
 Data = TypeVar("Data", bound=EphemerisData)
 
-OF_DATE: dict[str, Callable[[Instants], Turn]] = {"TEME": teme, "ITRF": itrf}
+OF_DATE: dict[str, Callable[[Instants], FrameRotation]] = {"TEME": teme, "ITRF": itrf}
 # QSW to LVLH, the other way to tell the same axes: x is the old y, y against the old z, z against the old x.
-QSW_TO_LVLH = Turn(rotations.from_matrix(np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])), STILL)
+QSW_TO_LVLH = FrameRotation(rotations.from_matrix(np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])), STILL)
 # Of what events tell, the vectors along the axes of the frame, and those along the body's; an angular impulse
 # says itself which.
 ALONG_THE_FRAME = ("impulse", "point", "velocity_before", "velocity_after")
@@ -65,7 +65,7 @@ def _again(
 # -- which turns --------------------------------------------------------------------------------
 
 
-def _between(ephemeris: EphemerisData, frame: str) -> Turn | None:
+def _between(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
     """From the ephemeris's frame to another; None where only the name changes.
 
     By way of GCRF, whose axes are those of ICRF; to axes along an orbit, by way of the frame of that.
@@ -85,8 +85,8 @@ def _between(ephemeris: EphemerisData, frame: str) -> Turn | None:
         steps += [orbit.axes(instants)] + ([QSW_TO_LVLH] if frame == "LVLH" else [])
     if not steps:
         return None
-    turn = reduce(Turn.then, steps)
-    return Turn(
+    turn = reduce(FrameRotation.then, steps)
+    return FrameRotation(
         *(np.reshape(part, instants.shape + part.shape[-1:]) if part.ndim > 1 else part for part in turn)
     )
 
@@ -110,23 +110,23 @@ def _orbit_of(ephemeris: EphemerisData, frame: str) -> OrbitStates:
     return ephemeris.orbit
 
 
-def _from_gcrf(frame: str, instants: Instants) -> Turn:
+def _from_gcrf(frame: str, instants: Instants) -> FrameRotation:
     if frame in OF_DATE:
         return OF_DATE[frame](instants)
-    return turn_from_gcrf(frame, "an attitude in another frame")
+    return rotation_from_gcrf(frame, "an attitude in another frame")
 
 
 # -- what turns with the axes ---------------------------------------------------------------------
 
 
-def _relative(ephemeris: EphemerisData, quaternion: np.ndarray, turn: Turn) -> np.ndarray | None:
+def _relative(ephemeris: EphemerisData, quaternion: np.ndarray, turn: FrameRotation) -> np.ndarray | None:
     """The body's rate relative to axes that turn; `quaternion` is body to these."""
     if not ephemeris.has_rate:
         return None
     return ephemeris.angular_velocity - rotate(rotations.conjugate(quaternion), turn.rate)
 
 
-def _moving(translation: Translation | None, turn: Turn) -> Translation | None:
+def _moving(translation: Translation | None, turn: FrameRotation) -> Translation | None:
     """Position along the new axes, and velocity relative to them."""
     if translation is None:
         return None
@@ -134,7 +134,7 @@ def _moving(translation: Translation | None, turn: Turn) -> Translation | None:
     return Translation(position, velocity - np.cross(turn.rate, position))
 
 
-def _event(event: Event, turn: Turn | None) -> Event:
+def _event(event: Event, turn: FrameRotation | None) -> Event:
     """With its vectors turned; from or to axes that turn, only what does not depend on them."""
     details = {}
     for name, value in event.details.items():

@@ -39,7 +39,7 @@ from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
 from ..orbit.ephemeris_orbit import EphemerisOrbit
 from ..orbit.orbit import Orbit
-from ..problem.initial_state import Course, Situation
+from ..problem.initial_state import InitialState, OrbitPath
 from ..rigid_body.body import RigidBody
 from ..samples.chunks import Progress, Samples
 from ..samples.transform import in_frame
@@ -338,7 +338,7 @@ class Scene(Part):
         """rad: the document's `tolerance`, or what it is where left out."""
         return USUAL_TOLERANCE if self.tolerance is None else self.tolerance.si
 
-    def situation(self) -> Situation:
+    def initial_state(self) -> InitialState:
         """The numbers that effects and solvers share, in SI, with every effect checked against them.
 
         Raises InputError with the field's path for what only the whole scene shows to be wrong.
@@ -348,7 +348,7 @@ class Scene(Part):
         course = None
         if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
             course = _course(self.orbit, self.frame, epoch, start, stop)
-        situation = Situation(
+        initial_state = InitialState(
             self.body.build(),
             self.attitude.build(),
             self.angular_velocity.build(),
@@ -363,8 +363,8 @@ class Scene(Part):
         )
         for i, effect in enumerate(self.effects):
             with field_within(f"effects[{i}]"):
-                effect.check(situation)
-        return situation
+                effect.check(initial_state)
+        return initial_state
 
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
@@ -530,7 +530,7 @@ def _motion(state: _State) -> TorqueFreeMotion:
     return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=state.frame)
 
 
-def _course(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> Course:
+def _course(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> OrbitPath:
     with field_within("orbit"):
         return orbit.course(start, stop, epoch, frame)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..dynamics.solver_selection import SAMPLE, Candidate
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..problem.spin_bound import Spin
 from ..rigid_body.error_bounds import FORMS, form_of
 
@@ -34,7 +34,7 @@ class Described(Protocol):
     def asked_tolerance(self) -> float: ...
     @property
     def wanted_solver(self) -> str | None: ...
-    def situation(self) -> Situation: ...
+    def initial_state(self) -> InitialState: ...
     def motion(self) -> TorqueFreeMotion: ...
 
 
@@ -175,17 +175,17 @@ def of_effect(
     effect: Effect,
     field: str,
     scene: Described,
-    situation: Situation,
+    initial_state: InitialState,
     tolerance: float,
     drop_below: float | None,
     spin: Spin,
 ) -> EffectPlan:
     """What becomes of an effect in its scene, whose body never turns faster than `spin`."""
     if effect.ACTS_ON == "translation":
-        return _of_gravity(effect, field, scene, situation)
+        return _of_gravity(effect, field, scene, initial_state)
     if effect.ACTS_ON == "instants":
         return EffectPlan(field, effect.label, True, "instants", _INSTANTS[effect.type])
-    return _of_torque(effect, field, situation, tolerance, drop_below, spin)
+    return _of_torque(effect, field, initial_state, tolerance, drop_below, spin)
 
 
 _INSTANTS = {
@@ -194,12 +194,12 @@ _INSTANTS = {
 }
 
 
-def _of_gravity(effect: Effect, field: str, scene: Described, situation: Situation) -> EffectPlan:
+def _of_gravity(effect: Effect, field: str, scene: Described, initial_state: InitialState) -> EffectPlan:
     makes_none = "uniform gravity makes no torque about the centre of mass"
     if any(other.type == "ground" for other in scene.effects):
         reason = f"{makes_none}, but it brings the body to the ground: an exact parabola between contacts"
         return EffectPlan(field, effect.label, True, "translation", reason)
-    if situation.position is not None:
+    if initial_state.position is not None:
         reason = f"{makes_none}; the centre of mass follows an exact parabola"
         return EffectPlan(field, effect.label, True, "translation", reason)
     reason = f"{makes_none}; without ground it cannot reach the attitude, and no position is asked for"
@@ -207,10 +207,15 @@ def _of_gravity(effect: Effect, field: str, scene: Described, situation: Situati
 
 
 def _of_torque(
-    effect: Any, field: str, situation: Situation, tolerance: float, drop_below: float | None, spin: Spin
+    effect: Any,
+    field: str,
+    initial_state: InitialState,
+    tolerance: float,
+    drop_below: float | None,
+    spin: Spin,
 ) -> EffectPlan:
-    size = float(effect.size(situation, spin) if hasattr(effect, "sizes") else effect.size(situation))
-    numbers = (size, *_against(size, situation, tolerance))
+    size = float(effect.size(initial_state, spin) if hasattr(effect, "sizes") else effect.size(initial_state))
+    numbers = (size, *_against(size, initial_state, tolerance))
 
     def make(simulated: bool, reason: str) -> EffectPlan:
         return EffectPlan(field, effect.label, simulated, "attitude", reason, *numbers)
@@ -232,11 +237,13 @@ _ACTS = {
 }
 
 
-def _against(size: float, situation: Situation, tolerance: float) -> tuple[float | None, float | None, float]:
+def _against(
+    size: float, initial_state: InitialState, tolerance: float
+) -> tuple[float | None, float | None, float]:
     """(torque over L^2 / I, s to turn the body at rest by the tolerance, rad over the span)."""
-    momentum = float(np.linalg.norm(situation.body.tensor @ situation.rate))
-    least, greatest = float(situation.moments.min()), float(situation.moments.max())
-    span = max(abs(situation.start), abs(situation.stop))
+    momentum = float(np.linalg.norm(initial_state.body.tensor @ initial_state.rate))
+    least, greatest = float(initial_state.moments.min()), float(initial_state.moments.max())
+    span = max(abs(initial_state.start), abs(initial_state.stop))
     relative = size * greatest / momentum**2 if momentum > 0.0 else None
     needed = float(np.sqrt(2.0 * least * tolerance / size)) if size > 0.0 else None
     return relative, needed, 0.5 * size / least * span**2

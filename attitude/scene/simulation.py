@@ -16,16 +16,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..dynamics import coasting, integration
-from ..effects.effect import BodysTorque, Effect, Torque
+from ..effects.effect import BodyDependentTorque, Effect, Torque
 from ..effects.ground import Ground
 from ..effects.impulse import Impulse
 from ..effects.uniform_gravity import UniformGravity
 from ..ephemeris import Ephemeris
 from ..errors import RegimeError
 from ..frames import rotations
-from ..problem.initial_state import Situation
+from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
-from ..problem.torque_model import Acting, Kick, Once
+from ..problem.torque_model import AppliedImpulse, CachedTorque, TorqueModel
 from ..samples.event import Event
 from ..samples.provenance import Plan
 from ..samples.translation import Translation, pushed
@@ -45,56 +45,56 @@ BOUNCING = "closed form between contacts"
 
 
 @dataclass(frozen=True)
-class Route:
+class SimulationInputs:
     """A scene sorted by what its effects act on; those that cannot matter left out.
 
     Attributes
     ----------
-    situation : Situation
+    initial_state : InitialState
     torques, kicks : what changes the momentum, ground aside; ground : effect or None
     gravity : (3,), m/s2, of the centre of mass, zeros without
     moves : whether the centre of mass is followed
     effects : what the plan says of each
     """
 
-    situation: Situation
-    torques: tuple[Once, ...]
-    kicks: tuple[Kick, ...]
+    initial_state: InitialState
+    torques: tuple[CachedTorque, ...]
+    kicks: tuple[AppliedImpulse, ...]
     ground: Ground | None
     gravity: np.ndarray
     moves: bool
     effects: tuple[EffectPlan, ...]
 
 
-def route(scene: Described, drop_below: float | None = None, any_body: bool = False) -> Route:
+def route(scene: Described, drop_below: float | None = None, any_body: bool = False) -> SimulationInputs:
     """What of a scene is simulated; with `drop_below` (rad) not the torques that matter less.
 
     any_body : with the torques that are nothing for the scene's own body, but may be something for another
     """
-    situation = scene.situation()
+    initial_state = scene.initial_state()
     tolerance = scene.asked_tolerance
     acting = [effect for effect in scene.effects if isinstance(effect, Torque)]
-    spin = reached_spin(situation, acting, _kicks(scene.effects, situation))
+    spin = reached_spin(initial_state, acting, _kicks(scene.effects, initial_state))
     told = [
-        planning.of_effect(effect, f"effects[{i}]", scene, situation, tolerance, drop_below, spin)
+        planning.of_effect(effect, f"effects[{i}]", scene, initial_state, tolerance, drop_below, spin)
         for i, effect in enumerate(scene.effects)
     ]
     used = [
         effect
         for effect, plan in zip(scene.effects, told, strict=True)
-        if plan.simulated or (any_body and isinstance(effect, BodysTorque))
+        if plan.simulated or (any_body and isinstance(effect, BodyDependentTorque))
     ]
     ground = next((effect for effect in used if isinstance(effect, Ground)), None)
     gravity = sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3))
-    kicks = _kicks(used, situation)
-    torques = tuple(Once(effect, situation) for effect in used if effect.ACTS_ON == "attitude")
-    moves = situation.position is not None
-    return Route(situation, torques, kicks, ground, gravity, moves, tuple(told))
+    kicks = _kicks(used, initial_state)
+    torques = tuple(CachedTorque(effect, initial_state) for effect in used if effect.ACTS_ON == "attitude")
+    moves = initial_state.position is not None
+    return SimulationInputs(initial_state, torques, kicks, ground, gravity, moves, tuple(told))
 
 
-def _kicks(effects: Sequence[Effect], situation: Situation) -> tuple[Kick, ...]:
+def _kicks(effects: Sequence[Effect], initial_state: InitialState) -> tuple[AppliedImpulse, ...]:
     return tuple(
-        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.kicks(situation)
+        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.kicks(initial_state)
     )
 
 
@@ -103,7 +103,7 @@ def plan(scene: Described, drop_below: float | None = None) -> ScenePlan:
     way = route(scene, drop_below)
     samples, tolerance = scene.times.samples, scene.asked_tolerance
     if way.torques:
-        found = integration.choose(way.situation, way.torques, way.kicks, tolerance, scene.wanted_solver)
+        found = integration.choose(way.initial_state, way.torques, way.kicks, tolerance, scene.wanted_solver)
         return planning.torqued_plan(scene.name, way.effects, way.moves, found, samples, tolerance)
     solver = BOUNCING if way.ground is not None else COASTING if way.kicks else planning.form(scene)
     return planning.closed_plan(scene.name, way.effects, way.moves, solver, samples, tolerance)
@@ -121,7 +121,7 @@ def run(
     """
     begun = perf_counter()
     way = route(scene, drop_below)
-    instants = scene.times.build(way.situation.epoch) if instants is None else instants
+    instants = scene.times.build(way.initial_state.epoch) if instants is None else instants
     ephemeris = _solved(scene, way, instants, check, begun)
     used = tuple(effect.type for effect in way.effects if effect.simulated)
     unused = tuple(f"{effect.type}: {effect.reason}" for effect in way.effects if not effect.simulated)
@@ -139,14 +139,16 @@ def compared(scene: Described) -> Drop | None:
     way = route(scene)
     if way.ground is None or way.kicks:
         return None
-    seconds = scene.times.build(way.situation.epoch).seconds
+    seconds = scene.times.build(way.initial_state.epoch).seconds
     try:
-        return drop_comparison.compare(way.situation, way.ground.numbers(), way.gravity, seconds)
+        return drop_comparison.compare(way.initial_state, way.ground.numbers(), way.gravity, seconds)
     except RegimeError:  # it stays in the air
         return None
 
 
-def _solved(scene: Described, way: Route, instants: Instants, check: Check | None, begun: float) -> Ephemeris:
+def _solved(
+    scene: Described, way: SimulationInputs, instants: Instants, check: Check | None, begun: float
+) -> Ephemeris:
     if way.ground is not None:
         return _bounce(scene, way, way.ground, instants, begun)
     if way.torques:
@@ -158,9 +160,9 @@ def _solved(scene: Described, way: Route, instants: Instants, check: Check | Non
 
 
 def _under_torques(
-    scene: Described, way: Route, instants: Instants, check: Check | None, begun: float
+    scene: Described, way: SimulationInputs, instants: Instants, check: Check | None, begun: float
 ) -> Ephemeris:
-    changes, tolerance = (way.situation, way.torques, way.kicks), scene.asked_tolerance
+    changes, tolerance = (way.initial_state, way.torques, way.kicks), scene.asked_tolerance
     found = integration.choose(*changes, tolerance, scene.wanted_solver)
     if check is not None:
         check(planning.predicted(found, instants.seconds.size))
@@ -174,8 +176,8 @@ def _under_torques(
     return _ephemeris(scene, way, instants, answer.rows, plan, events, inside)
 
 
-def _coast(scene: Described, way: Route, instants: Instants, begun: float) -> Ephemeris:
-    rows = coasting.coast(way.situation, way.kicks, _with_pushes(way, instants))
+def _coast(scene: Described, way: SimulationInputs, instants: Instants, begun: float) -> Ephemeris:
+    rows = coasting.coast(way.initial_state, way.kicks, _with_pushes(way, instants))
     bound = planning.WORST_BOUND * (1 + len(way.kicks))
     plan = Plan(COASTING, instants.seconds.size, 0.0, perf_counter() - begun, bound, planning.CHAINED)
     return _ephemeris(scene, way, instants, rows, plan, _impulses(way.kicks), False)
@@ -183,7 +185,7 @@ def _coast(scene: Described, way: Route, instants: Instants, begun: float) -> Ep
 
 def _ephemeris(
     scene: Described,
-    way: Route,
+    way: SimulationInputs,
     instants: Instants,
     rows: np.ndarray,
     plan: Plan,
@@ -198,7 +200,7 @@ def _ephemeris(
         quaternion,
         instants,
         scene.frame,
-        way.situation.body,
+        way.initial_state.body,
         rate,
         scene.name,
         plan,
@@ -208,11 +210,13 @@ def _ephemeris(
     )
 
 
-def _bounce(scene: Described, way: Route, ground: Ground, instants: Instants, begun: float) -> Ephemeris:
+def _bounce(
+    scene: Described, way: SimulationInputs, ground: Ground, instants: Instants, begun: float
+) -> Ephemeris:
     from ..dynamics.contact import fly
 
     seconds = instants.seconds.reshape(-1)
-    flight = fly(way.situation, ground.numbers(), way.gravity, seconds, way.kicks, instants.rest)
+    flight = fly(way.initial_state, ground.numbers(), way.gravity, seconds, way.kicks, instants.rest)
     kept = instants[: len(flight.seconds)]
     bound = planning.WORST_BOUND * flight.segments
     plan = Plan(BOUNCING, len(flight.seconds), 0.0, perf_counter() - begun, bound, planning.CHAINED)
@@ -220,7 +224,7 @@ def _bounce(scene: Described, way: Route, ground: Ground, instants: Instants, be
         flight.quaternion,
         kept,
         scene.frame,
-        way.situation.body,
+        way.initial_state.body,
         flight.rate,
         scene.name,
         plan,
@@ -229,12 +233,12 @@ def _bounce(scene: Described, way: Route, ground: Ground, instants: Instants, be
     )
 
 
-def _pushes(way: Route) -> list[Kick]:
+def _pushes(way: SimulationInputs) -> list[AppliedImpulse]:
     """Impulses that move the centre of mass, where that is followed."""
     return [kick for kick in way.kicks if way.moves and kick.linear.any()]
 
 
-def _with_pushes(way: Route, instants: Instants) -> Instants:
+def _with_pushes(way: SimulationInputs, instants: Instants) -> Instants:
     """The instants, and after them those of the pushes: their direction may be the body's then."""
     pushes = np.array([kick.seconds for kick in _pushes(way)])
     if not pushes.size:
@@ -244,20 +248,20 @@ def _with_pushes(way: Route, instants: Instants) -> Instants:
     return Instants(seconds, np.append(rest, np.zeros(pushes.size)), None)
 
 
-def _translation(way: Route, instants: Instants, attitudes: np.ndarray) -> Translation | None:
+def _translation(way: SimulationInputs, instants: Instants, attitudes: np.ndarray) -> Translation | None:
     """The parabola, broken where an impulse changes the velocity; attitudes (4, n) at the pushes."""
-    situation = way.situation
-    if situation.position is None or situation.velocity is None:
+    initial_state = way.initial_state
+    if initial_state.position is None or initial_state.velocity is None:
         return None
     changes = []
     for kick, attitude in zip(_pushes(way), attitudes.T, strict=True):
         impulse = kick.linear if kick.inertial else rotations.rotate(attitude, kick.linear)
-        changes.append((kick.seconds, impulse / (situation.mass or np.inf)))
-    start = Translation(situation.position, situation.velocity)
+        changes.append((kick.seconds, impulse / (initial_state.mass or np.inf)))
+    start = Translation(initial_state.position, initial_state.velocity)
     return pushed(start, way.gravity, instants.seconds, changes)
 
 
-def _impulses(kicks: Sequence[Kick]) -> list[Event]:
+def _impulses(kicks: Sequence[AppliedImpulse]) -> list[Event]:
     return [
         Event(
             kick.seconds,
@@ -269,22 +273,22 @@ def _impulses(kicks: Sequence[Kick]) -> list[Event]:
     ]
 
 
-def _edges(way: Route) -> list[Event]:
+def _edges(way: SimulationInputs) -> list[Event]:
     """Where torques begin and end; for sunlight, where the shadow ends and begins."""
     events = []
-    low, high = min(way.situation.start, 0.0), max(way.situation.stop, 0.0)
+    low, high = min(way.initial_state.start, 0.0), max(way.initial_state.stop, 0.0)
     for torque in way.torques:
         names = (
             ("shadow exit", "shadow entry")
             if torque.type == "solar_pressure"
             else ("torque on", "torque off")
         )
-        for interval in _intervals(torque, way.situation):
+        for interval in _intervals(torque, way.initial_state):
             for seconds, kind in zip(interval, names, strict=True):
                 if low < seconds < high:
                     events.append(Event(seconds, kind, f"{kind}: {torque.type}"))
     return events
 
 
-def _intervals(torque: Acting, situation: Situation) -> list[tuple[float, float]]:
-    return torque.intervals(situation) or []
+def _intervals(torque: TorqueModel, initial_state: InitialState) -> list[tuple[float, float]]:
+    return torque.intervals(initial_state) or []

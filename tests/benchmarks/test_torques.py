@@ -57,9 +57,9 @@ def ours(problem, tolerance, repeats):
     answer = peers.repeated(whole, repeats)
     posed, t = Problem.of_scene(scene), np.array([problem.seconds])
     world = of_world(posed)
-    found = integration.choose(world.situation, world.torques, (), tolerance)
+    found = integration.choose(world.initial_state, world.torques, (), tolerance)
     used = integration.solve(
-        world.situation, world.torques, (), as_instants(t, None), tolerance, found
+        world.initial_state, world.torques, (), as_instants(t, None), tolerance, found
     ).candidate
 
     def alone():

@@ -130,16 +130,16 @@ def marched(
     Of the compiled solver alone; with `free` of a free body, without any effect.
     """
     world = of_world(posed)
-    situation = world.situation
-    stepped = solver.prepare(situation, world.torques)
+    initial_state = world.initial_state
+    stepped = solver.prepare(initial_state, world.torques)
     if free:
         stepped = replace(stepped, world=(np.zeros((0, layout.EFFECT_WIDTH)), *stepped.world[1:]))
-    momentum = initial_momentum(situation, world.torques)
+    momentum = initial_momentum(initial_state, world.torques)
     part = Part(0.0, float(t[-1]), t, np.zeros_like(t))
     out, found = np.full((OUTPUTS, t.size), np.nan), [Work(0, 0, 0)]
 
     def march() -> None:
-        state = stepped.state(situation.attitude / np.linalg.norm(situation.attitude), momentum)
+        state = stepped.state(initial_state.attitude / np.linalg.norm(initial_state.attitude), momentum)
         found[0] = solver.march(stepped, state, part, setting, out)
 
     seconds = least(march, repeats)
@@ -229,7 +229,7 @@ DIRECTION = np.array([0.48, -0.36, 0.8])
 def pulled(moments: tuple[float, ...], size: float) -> Problem:
     """The body under a gravity gradient of so much of L^2 / I, by the rate that it has."""
     unit = problem(moments, tuple(1e-3 * DIRECTION), [GRADIENT], 1.0)
-    torque = of_world(unit).torques[0].size(of_world(unit).situation)
+    torque = of_world(unit).torques[0].size(of_world(unit).initial_state)
     speed = math.sqrt(torque * max(moments) / size) / float(np.linalg.norm(np.array(moments) * DIRECTION))
     rate = tuple(float(component) for component in speed * DIRECTION)
     pace = of_world(problem(moments, rate, [GRADIENT], 1.0)).pace
@@ -281,7 +281,7 @@ def _times(posed: Problem, exact: list[Any], t: np.ndarray) -> dict[str, list[Po
     solvers = [
         solver
         for solver in (*SPLITTINGS, COLLOCATION, RUNGE_KUTTA)
-        if can_take(solver, solver.prepare(world.situation, world.torques))
+        if can_take(solver, solver.prepare(world.initial_state, world.torques))
     ]
     return {solver.name: ladder(posed, solver, exact, t) for solver in solvers}
 
@@ -290,7 +290,7 @@ def _judged(world: Any, times: dict[str, list[Point]], wanted: float) -> tuple[s
     """The rest of a row, and how much longer the solver that is taken takes than the fastest."""
     needed = {name: seconds_at(points, wanted) for name, points in times.items() if points}
     fastest = min(needed, key=lambda name: needed[name])
-    taken = integration.choose(world.situation, world.torques, (), wanted)[0].solver.name
+    taken = integration.choose(world.initial_state, world.torques, (), wanted)[0].solver.name
     if math.isinf(needed[fastest]):
         return f"none | | {taken} | | ", 1.0
     ratio = needed[taken] / needed[fastest]

@@ -9,7 +9,7 @@ from attitude.dynamics.solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTI
 from attitude.effects.effect import row
 from attitude.kernels import layout
 from attitude.orbit.kepler import Kepler
-from attitude.problem.initial_state import Central, Course, Situation
+from attitude.problem.initial_state import CentralBody, InitialState, OrbitPath
 from attitude.times import turn_rates
 
 SOLVERS = {solver.name: solver for solver in (COLLOCATION, RUNGE_KUTTA, *SPLITTINGS)}
@@ -31,30 +31,30 @@ class Rows:
     def __init__(self, code, *numbers, intervals=None, sun=None, size=0.0):
         self.row, self._intervals, self._sun, self._size = row(code, *numbers), intervals, sun, size
 
-    def rows(self, situation):
+    def rows(self, initial_state):
         out = self.row.copy()
         for place in BODY_VECTORS.get(int(out[0]), ()):
-            out[place : place + 3] = situation.axes @ out[place : place + 3]
+            out[place : place + 3] = initial_state.axes @ out[place : place + 3]
         if out[0] == layout.EDDY:
-            out[1:10] = (situation.axes @ out[1:10].reshape(3, 3) @ situation.axes.T).ravel()
+            out[1:10] = (initial_state.axes @ out[1:10].reshape(3, 3) @ initial_state.axes.T).ravel()
         return out[None]
 
-    def intervals(self, situation):
+    def intervals(self, initial_state):
         return self._intervals
 
-    def sun(self, situation):
+    def sun(self, initial_state):
         return self._sun
 
-    def size(self, situation):
+    def size(self, initial_state):
         return self._size
 
 
-def situation(inertia, rate, attitude=(1.0, 0.0, 0.0, 0.0), start=0.0, stop=0.0, course=None):
+def initial_state(inertia, rate, attitude=(1.0, 0.0, 0.0, 0.0), start=0.0, stop=0.0, course=None):
     """A body (moments along x, y, z, or a tensor) with its state at the epoch."""
     inertia = np.asarray(inertia, dtype=float)
     body = RigidBody.from_moments(inertia) if inertia.ndim == 1 else RigidBody(inertia)
     attitude = np.asarray(attitude, dtype=float)
-    return Situation(
+    return InitialState(
         body, attitude / np.linalg.norm(attitude), np.asarray(rate, dtype=float), start, stop, course=course
     )
 
@@ -74,10 +74,10 @@ def kepler(mu, a, e=0.0, inclination=0.0, node=0.0, pericentre=0.0, mean_anomaly
         **{name: {"value": angle, "unit": "rad"} for name, angle in angles.items()},
     )
     course = orbit.course(0.0, 0.0, None, "ICRF")
-    return Course(course.numbers, course.pieces, course.period, Central(mu, None, False))
+    return OrbitPath(course.numbers, course.pieces, course.period, CentralBody(mu, None, False))
 
 
-def march(solver, situation, torques, setting, seconds, state=None, start=0.0, stop=None, coarsely=False):
+def march(solver, initial_state, torques, setting, seconds, state=None, start=0.0, stop=None, coarsely=False):
     """Rows (OUTPUTS, n) at instants between start and stop, one leg; and the work.
 
     setting : steps, s, or the tolerance of a step
@@ -85,9 +85,9 @@ def march(solver, situation, torques, setting, seconds, state=None, start=0.0, s
     """
     seconds = np.atleast_1d(np.asarray(seconds, dtype=float))
     stop = seconds[-1] if stop is None else stop
-    stepped = solver.prepare(situation, torques)
+    stepped = solver.prepare(initial_state, torques)
     if state is None:
-        state = situation.attitude, initial_momentum(situation, torques)
+        state = initial_state.attitude, initial_momentum(initial_state, torques)
     part = Part(float(start), float(stop), seconds, np.zeros_like(seconds), coarsely)
     out = np.full((OUTPUTS, seconds.size), np.nan)
     work = solver.follow(torques, stepped, stepped.state(*state), part, setting, out)
@@ -109,15 +109,15 @@ def matrix(q):
     return np.eye(3) + 2.0 * (w * skew + skew @ skew)
 
 
-def integrated(situation, torque, seconds, rtol=1e-13, rotors=(0.0, 0.0, 0.0)):
+def integrated(initial_state, torque, seconds, rtol=1e-13, rotors=(0.0, 0.0, 0.0)):
     """(attitudes (4, n), rates (3, n)) by SciPy's DOP853 of Euler's equations; seconds ascend (or descend).
 
     torque : (t, R, w) -> N m along the body's axes, R (3, 3) body to inertial
     rotors : N m s, their momentum in the body
     """
-    tensor, inverse = situation.body.tensor, np.linalg.inv(situation.body.tensor)
+    tensor, inverse = initial_state.body.tensor, np.linalg.inv(initial_state.body.tensor)
     rotors = np.asarray(rotors)
-    unit = max(np.linalg.norm(situation.rate), 1e-3 * np.pi / max(np.abs(seconds)))
+    unit = max(np.linalg.norm(initial_state.rate), 1e-3 * np.pi / max(np.abs(seconds)))
 
     def slope(t, y):
         q, w = y[:4] / np.linalg.norm(y[:4]), y[4:] * unit
@@ -132,7 +132,7 @@ def integrated(situation, torque, seconds, rtol=1e-13, rotors=(0.0, 0.0, 0.0)):
         turn = inverse @ (np.cross(tensor @ w + rotors, w) + torque(t, matrix(q), w))
         return np.concatenate([spin, turn / unit])
 
-    start = np.concatenate([situation.attitude, situation.rate / unit])
+    start = np.concatenate([initial_state.attitude, initial_state.rate / unit])
     seconds = np.asarray(seconds, dtype=float)
     found = solve_ivp(slope, (0.0, seconds[-1]), start, "DOP853", t_eval=seconds, rtol=rtol, atol=rtol)
     assert found.success

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from attitude import InputError, RigidBody, TorqueFreeMotion
 from attitude.dynamics import contact
 from attitude.dynamics.contact import Ground, Shape, box, cylinder, fly, sphere
-from attitude.problem.initial_state import Situation
-from attitude.problem.torque_model import Kick
+from attitude.problem.initial_state import InitialState
+from attitude.problem.torque_model import AppliedImpulse
 
 UP = np.array([0.0, 0.0, 1.0])
 FALLING = np.array([0.0, 0.0, -9.81])
@@ -25,10 +25,10 @@ IMPACT_ROUNDING = 2e-14
 DEPTH = 1e-12
 
 
-def situation(inertia, attitude, rate, position, velocity, mass=1.0):
+def initial_state(inertia, attitude, rate, position, velocity, mass=1.0):
     numbers = (np.array(part, dtype=float) for part in (attitude, rate))
     place = {"position": np.array(position, dtype=float), "velocity": np.array(velocity, dtype=float)}
-    return Situation(RigidBody(inertia), *numbers, 0.0, 10.0, mass=mass, **place)
+    return InitialState(RigidBody(inertia), *numbers, 0.0, 10.0, mass=mass, **place)
 
 
 def random_attitude(rng):
@@ -59,7 +59,7 @@ def contacts(flight):
 
 def test_worked_case_of_a_cube_on_its_vertex():
     corner = Shape(np.array([[-0.5, -0.5, -0.5]]))
-    start = situation([1 / 6] * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 0.75], [0, 0, -1])
+    start = initial_state([1 / 6] * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 0.75], [0, 0, -1])
     flight = fly(start, Ground(UP, 0.0, corner, 1.0), WEIGHTLESS, np.array([0.2, 0.25, 0.3]))
     assert np.allclose(flight.velocity, [[0, 0, -1], [0, 0, -0.5], [0, 0, -0.5]], atol=IMPACT_ROUNDING)
     assert np.allclose(flight.rate, [[0, 0, 0], [-1.5, 1.5, 0], [-1.5, 1.5, 0]], atol=IMPACT_ROUNDING)
@@ -85,7 +85,7 @@ class Bounce:
         R = Rotation.from_quat(attitude, scalar_first=True).as_matrix()
         self.n, self.arm, self.I = n, R @ self.r, R @ self.tensor @ R.T
         velocity -= max(n @ (velocity + np.cross(R @ rate, self.arm)) + 0.1, 0.0) * n
-        start = situation(self.tensor, attitude, rate, -self.arm, velocity, self.mass)
+        start = initial_state(self.tensor, attitude, rate, -self.arm, velocity, self.mass)
         ground = Ground(n, 0.0, Shape(self.r[None]), self.e, friction)
         self.flight = fly(start, ground, WEIGHTLESS, np.array([0.0]))
         event = self.flight.events[0]
@@ -169,7 +169,7 @@ def test_without_restitution_coulombs_law_holds_at_the_end(friction):
 
 def test_a_sphere_sliding_gains_the_textbooks_spin():
     """Struck with friction mu while it slides: dv = mu (1+e) v_n across, I dw = r m dv."""
-    start = situation([0.4] * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 1], [5, 0, -1])
+    start = initial_state([0.4] * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 1], [5, 0, -1])
     flight = fly(start, Ground(UP, 0.0, sphere(1.0), 0.5, 0.1), WEIGHTLESS, np.array([0.0]))
     assert np.allclose(flight.velocity, [[5 - 0.15, 0, 0.5]], atol=IMPACT_ROUNDING)
     assert np.allclose(flight.rate, [[0, 0.15 / 0.4, 0]], atol=IMPACT_ROUNDING)
@@ -179,7 +179,7 @@ def test_a_sphere_sliding_gains_the_textbooks_spin():
 
 
 def landing(shape, inertia, attitude, height, restitution, friction=0.0, velocity=(0, 0, -2), rate=(0, 0, 0)):
-    start = situation(inertia, attitude, rate, [0, 0, height + 1.0], velocity)
+    start = initial_state(inertia, attitude, rate, [0, 0, height + 1.0], velocity)
     return fly(start, Ground(UP, 0.0, shape, restitution, friction), WEIGHTLESS, np.array([0.0, 0.6]))
 
 
@@ -290,7 +290,7 @@ def test_contact_is_found_to_1e_12_s(shape, inertia):
         n = unit(rng.normal(size=3))
         ground = Ground(3.0 * n, 0.3, shape, 0.5)
         place = (0.3 + shape.size * 1.01) * n + 0.5 * rng.normal() * unit(np.cross(n, rng.normal(size=3)))
-        start = situation(
+        start = initial_state(
             inertia, random_attitude(rng), 5.0 * rng.normal(size=3), place, 2.0 * n + rng.normal(size=3)
         )
         found = fly(start, ground, -9.81 * n, np.array([2.0])).events[0].seconds
@@ -302,20 +302,20 @@ def test_who_passes_over_the_ground_does_not_touch_it():
     """A long rod turns above the plane: its end comes within a micrometre, or a micrometre too deep."""
     shape = Shape(np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 0.01, 0.01], [0, -0.01, -0.01]]))
     for gap, expected in ((1e-6, []), (-1e-6, ["contact"])):
-        start = situation((0.01, 0.34, 0.34), [1, 0, 0, 0], [0, 1.0, 0], [0, 0, 1.0 + gap], [0.3, 0, 0])
+        start = initial_state((0.01, 0.34, 0.34), [1, 0, 0, 0], [0, 1.0, 0], [0, 0, 1.0 + gap], [0.3, 0, 0])
         flight = fly(start, Ground(UP, 0.0, shape, 1.0), WEIGHTLESS, np.array([0.0, 2.0]))
         assert [event.kind for event in flight.events] == expected
 
 
 def test_thrown_up_it_comes_down_after_the_parabolas_time():
-    start = situation((0.4,) * 3, [1, 0, 0, 0], [0, 0, 50], [0, 0, 1], [1, 0, 4.905])
+    start = initial_state((0.4,) * 3, [1, 0, 0, 0], [0, 0, 50], [0, 0, 1], [1, 0, 4.905])
     flight = fly(start, Ground(UP, 0.0, sphere(1.0), 1.0), FALLING, np.linspace(0, 3.5, 8))
     assert [event.seconds for event in flight.events] == pytest.approx([1.0, 2.0, 3.0], abs=1e-12)
     assert flight.position[:, 0] == pytest.approx(flight.seconds, abs=1e-13)
 
 
 def test_an_instant_of_contact_gets_the_state_after_it():
-    start = situation((0.4,) * 3, [1, 0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, -1])
+    start = initial_state((0.4,) * 3, [1, 0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, -1])
     flight = fly(start, Ground(UP, 0.0, sphere(1.0), 1.0), WEIGHTLESS, np.array([0.5, 1.0, 1.0, 1.5]))
     assert flight.velocity[:, 2].tolist() == [-1.0, 1.0, 1.0, 1.0]
     assert flight.segments == 2
@@ -323,7 +323,7 @@ def test_an_instant_of_contact_gets_the_state_after_it():
 
 def test_between_events_attitude_is_the_closed_form_to_the_bit():
     shape, inertia = SHAPES["box"]
-    start = situation(inertia, random_attitude(np.random.default_rng(6)), [1, 2, 3], [0, 0, 5], [0, 0, 0])
+    start = initial_state(inertia, random_attitude(np.random.default_rng(6)), [1, 2, 3], [0, 0, 5], [0, 0, 0])
     t = np.linspace(0.0, 0.9, 50)  # s: it falls 4 m and has 5 to go
     flight = fly(start, Ground(UP, 0.0, shape, 0.5), FALLING, t)
     free = TorqueFreeMotion(start.body, start.attitude, start.rate, order="wxyz").at(t)
@@ -344,7 +344,7 @@ def test_no_drop_goes_through_the_ground(shape, inertia):
     for _ in range(2500):
         ground = Ground(UP, 0.0, shape, rng.choice([0.0, 1.0, rng.uniform()]), rng.choice([0.0, 0.5]))
         attitude, rate = random_attitude(rng), rng.normal(size=3) * 10 ** rng.uniform(-1, 1.3)
-        start = Situation(
+        start = InitialState(
             body, attitude, rate, 0.0, 0.4, mass=1.0, position=UP * 0.0, velocity=rng.normal(size=3)
         )
         start = replace(start, position=UP * (rng.exponential(0.1) - ground.clearance(attitude, UP * 0.0)))
@@ -363,7 +363,7 @@ def test_no_drop_goes_through_the_ground(shape, inertia):
 
 def test_energy_falls_from_contact_to_contact_and_stays_in_between():
     shape, inertia = SHAPES["box"]
-    start = situation(inertia, [1, 0, 0, 0], [3, 1, 2], [0, 0, 2], [1, 0, 0])
+    start = initial_state(inertia, [1, 0, 0, 0], [3, 1, 2], [0, 0, 2], [1, 0, 0])
     flight = fly(start, Ground(UP, 0.0, shape, 0.7, 0.3), FALLING, np.linspace(0.0, 1.5, 1000))
     moving = 0.5 * (flight.velocity**2).sum(axis=1) + 9.81 * flight.position[:, 2]
     energy = moving + 0.5 * (flight.rate**2 @ inertia)
@@ -380,7 +380,7 @@ def test_energy_falls_from_contact_to_contact_and_stays_in_between():
 
 def test_accumulating_bounces_end_the_ephemeris():
     """Dropped from h, e = 0.5: at rest after sqrt(2h/g) (1 + e)/(1 - e), by the geometric series."""
-    start = situation((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0.5], [0, 0, 1 + 9.81 / 2], [0, 0, 0])
+    start = initial_state((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0.5], [0, 0, 1 + 9.81 / 2], [0, 0, 0])
     t = np.linspace(0.0, 10.0, 101)
     flight = fly(start, Ground(UP, 0.0, sphere(1.0), 0.5), FALLING, t)
     *bounces, end = flight.events
@@ -395,7 +395,7 @@ def test_accumulating_bounces_end_the_ephemeris():
 
 @pytest.mark.parametrize(("shape", "inertia"), SHAPES.values(), ids=SHAPES)
 def test_every_tumbling_body_comes_to_rest(shape, inertia):
-    start = situation(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 3], [0, 0, 0])
+    start = initial_state(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 3], [0, 0, 0])
     flight = fly(start, Ground(UP, 0.0, shape, 0.4, 0.3), FALLING, np.linspace(0.0, 60.0, 50))
     assert flight.events[-1].kind == "rest"
     assert len(flight.seconds) < 50
@@ -403,7 +403,7 @@ def test_every_tumbling_body_comes_to_rest(shape, inertia):
 
 
 def test_without_restitution_it_sticks():
-    start = situation((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, -1])
+    start = initial_state((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, -1])
     flight = fly(start, Ground(UP, 0.0, sphere(1.0), 0.0), FALLING, np.array([0.0, 5.0]))
     assert flight.events[-1].kind == "rest"
     fall = (math.sqrt(1.0 + 2 * 9.81) - 1.0) / 9.81
@@ -414,7 +414,7 @@ def test_without_restitution_it_sticks():
 def test_without_restitution_a_turning_body_may_leave_again():
     """In weightlessness nothing holds a corner on the plane that turns away from it: h'' = -(r.n) omega^2."""
     shape = Shape(np.array([[-0.5, 0.0, -0.5]]))
-    start = situation([1 / 6] * 3, [1, 0, 0, 0], [0, 0.4, 0], [0, 0, 1], [0, 0, -1])
+    start = initial_state([1 / 6] * 3, [1, 0, 0, 0], [0, 0.4, 0], [0, 0, 1], [0, 0, -1])
     ground = Ground(UP, 0.0, shape, 0.0)
     flight = fly(start, ground, WEIGHTLESS, np.linspace(0.0, 1.4, 100))
     assert [event.kind for event in flight.events] == ["contact"]
@@ -424,7 +424,7 @@ def test_without_restitution_a_turning_body_may_leave_again():
 
 def test_without_loss_bounces_never_end():
     shape, inertia = SHAPES["box"]
-    start = situation(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 2], [0, 0, 0])
+    start = initial_state(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 2], [0, 0, 0])
     flight = fly(start, Ground(UP, 0.0, shape, 1.0), FALLING, np.linspace(0.0, 60.0, 600))
     assert len(flight.seconds) == 600
     assert {event.kind for event in flight.events} == {"contact"}
@@ -437,7 +437,7 @@ def test_without_loss_bounces_never_end():
 
 def test_a_huge_spin_is_followed():
     shape, inertia = SHAPES["box"]
-    start = situation(inertia, [1, 0, 0, 0], [3e3, 2e3, 5e3], [0, 0, 1.5], [0, 0, -1])
+    start = initial_state(inertia, [1, 0, 0, 0], [3e3, 2e3, 5e3], [0, 0, 1.5], [0, 0, -1])
     ground = Ground(UP, 0.0, shape, 0.5)
     flight = fly(start, ground, FALLING, np.linspace(0.0, 0.6, 5000))
     assert contacts(flight)
@@ -445,7 +445,7 @@ def test_a_huge_spin_is_followed():
 
 
 def test_rest_on_the_ground_is_told_at_once():
-    start = situation((1 / 6,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 0.5], [0, 0, 0])
+    start = initial_state((1 / 6,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 0.5], [0, 0, 0])
     flight = fly(start, Ground(UP, 0.0, box((1, 1, 1)), 0.5, 0.2), FALLING, np.array([0.0, 1.0]))
     assert flight.events[-1].kind == "rest"
     assert flight.events[-1].seconds < 1e-5
@@ -458,9 +458,13 @@ def test_rest_on_the_ground_is_told_at_once():
 def test_kicks_change_momentum_by_what_they_are():
     shape, inertia = SHAPES["box"]
     attitude = random_attitude(np.random.default_rng(8))
-    start = situation(inertia, attitude, [1, 2, 3], [0, 0, 50], [0, 0, 0], mass=2.0)
+    start = initial_state(inertia, attitude, [1, 2, 3], [0, 0, 50], [0, 0, 0], mass=2.0)
     push, twist = np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3])
-    kicks = [Kick(0.5, twist, push, True), Kick(0.2, twist, push, False), Kick(9.0, twist, push, True)]
+    kicks = [
+        AppliedImpulse(0.5, twist, push, True),
+        AppliedImpulse(0.2, twist, push, False),
+        AppliedImpulse(9.0, twist, push, True),
+    ]
     t = np.array([0.1, 0.2, 0.4, 0.5, 0.6])
     flight = fly(start, Ground(UP, 0.0, shape, 0.5), FALLING, t, kicks)
     R = Rotation.from_quat(flight.quaternion, scalar_first=True).as_matrix()
@@ -477,10 +481,14 @@ def test_kicks_change_momentum_by_what_they_are():
 
 
 def test_a_kick_comes_between_contacts_and_none_after_the_end():
-    start = situation((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, -1])
+    start = initial_state((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, -1])
     ground, nothing = Ground(UP, 0.0, sphere(1.0), 1.0), np.zeros(3)
     flight = fly(
-        start, ground, WEIGHTLESS, np.array([3.0, 4.5]), [Kick(2.0, nothing, np.array([0, 0, -2.0]), True)]
+        start,
+        ground,
+        WEIGHTLESS,
+        np.array([3.0, 4.5]),
+        [AppliedImpulse(2.0, nothing, np.array([0, 0, -2.0]), True)],
     )
     assert [(event.kind, event.seconds) for event in flight.events] == [
         ("contact", 1.0),
@@ -488,7 +496,11 @@ def test_a_kick_comes_between_contacts_and_none_after_the_end():
         ("contact", 3.0),
     ]
     stuck = fly(
-        start, ground._replace(restitution=0.0), FALLING, np.array([3.0]), [Kick(2.0, nothing, UP, True)]
+        start,
+        ground._replace(restitution=0.0),
+        FALLING,
+        np.array([3.0]),
+        [AppliedImpulse(2.0, nothing, UP, True)],
     )
     assert stuck.events[-1].kind == "rest"
     assert "impulse" not in {event.kind for event in stuck.events}
@@ -496,7 +508,7 @@ def test_a_kick_comes_between_contacts_and_none_after_the_end():
 
 def test_sign_and_continuity_of_the_attitude_hold_across_events():
     shape, inertia = SHAPES["vertices"]
-    start = situation(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 5], [0, 0, 0])
+    start = initial_state(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 5], [0, 0, 0])
     flight = fly(start, Ground(UP, 0.0, shape, 0.8, 0.3), FALLING, np.linspace(0.0, 3.0, 30000))
     step = np.diff(flight.quaternion, axis=0)
     fastest = np.linalg.norm(flight.rate, axis=1).max()
@@ -506,7 +518,7 @@ def test_sign_and_continuity_of_the_attitude_hold_across_events():
 
 def test_seconds_may_come_in_two_parts():
     shape, inertia = SHAPES["box"]
-    start = situation(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 2], [0, 0, 0])
+    start = initial_state(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 2], [0, 0, 0])
     ground, low = Ground(UP, 0.0, shape, 0.5), np.array([0.0, 1e-5, -1e-5])
     split = fly(start, ground, FALLING, np.array([0.1, 0.5, 0.9]), rest=low)
     whole = fly(start, ground, FALLING, np.array([0.1, 0.5, 0.9]) + low)
@@ -519,7 +531,7 @@ def test_seconds_may_come_in_two_parts():
 
 
 def refused(field, **changes):
-    start = situation((1 / 6,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 1], [0, 0, 0])
+    start = initial_state((1 / 6,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 1], [0, 0, 0])
     ground, seconds = Ground(UP, 0.0, box((1, 1, 1)), 0.5), np.array([0.0, 1.0])
     for name, value in changes.items():
         if name == "seconds":
@@ -549,13 +561,13 @@ def test_bad_input_is_refused_by_name():
 
 def test_more_contacts_than_can_be_kept_are_refused(monkeypatch):
     monkeypatch.setattr(contact, "MAX_CONTACTS", 10)
-    start = situation((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, 0])
+    start = initial_state((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, 0])
     with pytest.raises(InputError, match="at most 10 contacts"):
         fly(start, Ground(UP, 0.0, sphere(1.0), 1.0), FALLING, np.array([100.0]))
 
 
 def test_events_come_in_the_order_of_time():
     shape, inertia = SHAPES["cylinder"]
-    start = situation(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 3], [0, 0, 0])
+    start = initial_state(inertia, [1, 0, 0, 0], [1, 2, 3], [0, 0, 3], [0, 0, 0])
     flight = fly(start, Ground(UP, 0.0, shape, 0.5, 0.1), FALLING, np.array([9.0]))
     assert all(a.seconds <= b.seconds for a, b in pairwise(flight.events))

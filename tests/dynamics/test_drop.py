@@ -9,7 +9,7 @@ from attitude import RegimeError, RigidBody
 from attitude.dynamics.contact import Ground, box
 from attitude.dynamics.drop_comparison import compare
 from attitude.plot.drop import picture
-from attitude.problem.initial_state import Situation
+from attitude.problem.initial_state import InitialState
 from attitude.samples.translation import parabola
 
 GROUND = Ground(np.array([0.0, 0.0, 1.0]), 0.0, box((1, 0.6, 0.3)), 0.5, 0.2)
@@ -20,7 +20,9 @@ SECONDS = np.arange(241) * 0.01
 def thrown(up=6.0):
     state = (np.array([1.0, 0, 0, 0]), np.array([3.0, 0.5, 1.0]), 0.0, 2.4)
     position, velocity = np.array([0.0, 0, 3]), np.array([1.0, 0, up])
-    return Situation(RigidBody((0.45, 1.09, 1.36)), *state, mass=12.0, position=position, velocity=velocity)
+    return InitialState(
+        RigidBody((0.45, 1.09, 1.36)), *state, mass=12.0, position=position, velocity=velocity
+    )
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,10 @@ import pytest
 
 from attitude import RigidBody
 from attitude.dynamics.arcs import instants_within, legs
-from attitude.problem.initial_state import Situation
-from attitude.problem.torque_model import Kick
+from attitude.problem.initial_state import InitialState
+from attitude.problem.torque_model import AppliedImpulse
 
-SITUATION = Situation(RigidBody((1, 2, 2.5)), np.array([1.0, 0, 0, 0]), np.zeros(3), -20.0, 20.0)
+SITUATION = InitialState(RigidBody((1, 2, 2.5)), np.array([1.0, 0, 0, 0]), np.zeros(3), -20.0, 20.0)
 
 
 class During:
@@ -17,12 +17,12 @@ class During:
     def __init__(self, *spans):
         self.spans = list(spans) or None
 
-    def intervals(self, situation):
+    def intervals(self, initial_state):
         return self.spans
 
 
 def kick(seconds):
-    return Kick(seconds, np.ones(3), np.zeros(3), True)
+    return AppliedImpulse(seconds, np.ones(3), np.zeros(3), True)
 
 
 def cut(stop, torques=(), kicks=()):

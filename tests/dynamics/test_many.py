@@ -12,7 +12,7 @@ from attitude.dynamics.batch_states import Bodies
 from attitude.dynamics.momentum import initial_momentum
 from attitude.dynamics.solver_selection import pace
 from attitude.kernels import layout
-from attitude.problem.torque_model import Once
+from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes
 from attitude.times.instants import as_instants
 from tests.dynamics.marching import Rows, angle, integrated, kepler
@@ -21,10 +21,10 @@ from tests.effects.scenes import TORQUES, effect, quantity, scene
 from tests.oracles.torqued_cases import CASES, EXPECTED
 
 
-def problem_of(situation, torques, seconds, tolerance, kind=None):
-    like = replace(situation, start=min(0.0, *seconds), stop=max(0.0, *seconds))
+def problem_of(initial_state, torques, seconds, tolerance, kind=None):
+    like = replace(initial_state, start=min(0.0, *seconds), stop=max(0.0, *seconds))
     return batch_integration.Problem(
-        like, tuple(Once(torque, like) for torque in torques), (), tolerance, kind
+        like, tuple(CachedTorque(torque, like) for torque in torques), (), tolerance, kind
     )
 
 
@@ -38,15 +38,15 @@ def bodies_of(*situations):
     )
 
 
-def near(situation, n, rng):
+def near(initial_state, n, rng):
     """Situations of bodies like one, and in a state like its."""
-    tensor = np.array(situation.body.tensor)
+    tensor = np.array(initial_state.body.tensor)
     for _ in range(n):
         noise = 0.01 * np.trace(tensor) * rng.uniform(-1.0, 1.0, (3, 3))
-        attitude = situation.attitude + 0.05 * rng.normal(size=4)
-        rate = situation.rate * (1.0 + 0.05 * rng.normal(size=3))
+        attitude = initial_state.attitude + 0.05 * rng.normal(size=4)
+        rate = initial_state.rate * (1.0 + 0.05 * rng.normal(size=3))
         body = RigidBody(tensor + noise + noise.T)
-        yield replace(situation, body=body, attitude=attitude / np.linalg.norm(attitude), rate=rate)
+        yield replace(initial_state, body=body, attitude=attitude / np.linalg.norm(attitude), rate=rate)
 
 
 @pytest.mark.parametrize("kind", ["gauss", "dop853", "splitting"])
@@ -117,11 +117,11 @@ def kinds_of_bodies(rng):
 @pytest.mark.parametrize("prepare", ["ascending", "most_symmetric"])
 def test_arrays_of_many_are_those_of_each(name, prepare):
     made = random_scene(name)
-    situation, rng = made.situation(), np.random.default_rng(1)
-    torque = Once(made.effects[0], situation)
-    situations = [replace(situation, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)]
+    initial_state, rng = made.initial_state(), np.random.default_rng(1)
+    torque = CachedTorque(made.effects[0], initial_state)
+    situations = [replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)]
     bodies = bodies_of(*situations)
-    together = getattr(arrays, prepare)(situation, bodies, [torque])
+    together = getattr(arrays, prepare)(initial_state, bodies, [torque])
     momenta = rng.normal(size=(len(situations), 3))
     states = together.states(bodies.attitude, momenta)
     assert torque.follows_axes
@@ -139,17 +139,17 @@ def test_arrays_of_many_are_those_of_each(name, prepare):
 @pytest.mark.parametrize("name", TORQUES)
 def test_paces_and_momenta_of_many_are_those_of_each(name):
     made = random_scene(name)
-    situation, rng = made.situation(), np.random.default_rng(2)
-    torque = Once(made.effects[0], situation)
+    initial_state, rng = made.initial_state(), np.random.default_rng(2)
+    torque = CachedTorque(made.effects[0], initial_state)
     spin = 0.02 if name == "dissipation" else 1.0
     situations = [
-        replace(situation, body=body, rate=spin * rng.normal(size=3)) for body in kinds_of_bodies(rng)
+        replace(initial_state, body=body, rate=spin * rng.normal(size=3)) for body in kinds_of_bodies(rng)
     ]
     bodies = bodies_of(*situations)
-    problem = batch_integration.Problem(situation, (torque,), (), 1e-9)
+    problem = batch_integration.Problem(initial_state, (torque,), (), 1e-9)
     each = [pace(one, [torque.of(one)]) for one in situations]
     assert np.allclose(batch_integration.paces(problem, bodies), each, rtol=1e-14)
-    momenta = arrays.initial_momenta(situation, bodies, [torque])
+    momenta = arrays.initial_momenta(initial_state, bodies, [torque])
     expected = [initial_momentum(one, [torque]) for one in situations]
     assert np.allclose(momenta, expected, rtol=1e-13, atol=1e-15)
 
@@ -158,17 +158,19 @@ def test_rate_between_two_doubles_is_no_sink_too_strong():
     """The iteration for the whole rate may end in a pair of neighbours; of a thousand bodies a few do."""
     made = random_scene("dissipation")
     rng = np.random.default_rng(3)
-    situation = replace(made.situation(), body=list(kinds_of_bodies(rng))[1])
-    torque = Once(made.effects[0], situation)
+    initial_state = replace(made.initial_state(), body=list(kinds_of_bodies(rng))[1])
+    torque = CachedTorque(made.effects[0], initial_state)
     rates = 0.02 * rng.normal(size=(1000, 3))
-    momenta = [initial_momentum(replace(situation, rate=rate), [torque]) for rate in rates]
+    momenta = [initial_momentum(replace(initial_state, rate=rate), [torque]) for rate in rates]
     whole = Bodies(
-        situation.body.broadcast_to((1000,)),
-        np.repeat(situation.attitude[None], 1000, axis=0),
+        initial_state.body.broadcast_to((1000,)),
+        np.repeat(initial_state.attitude[None], 1000, axis=0),
         rates,
         np.arange(1000),
     )
-    assert np.allclose(arrays.initial_momenta(situation, whole, [torque]), momenta, rtol=1e-13, atol=1e-15)
+    assert np.allclose(
+        arrays.initial_momenta(initial_state, whole, [torque]), momenta, rtol=1e-13, atol=1e-15
+    )
 
 
 class ByMoments:
@@ -179,36 +181,36 @@ class ByMoments:
     def __init__(self, place):
         self.place = place
 
-    def rows(self, situation):
+    def rows(self, initial_state):
         out = np.zeros((1, layout.EFFECT_WIDTH))
-        out[0, 0], out[0, self.place] = layout.MAGNETIC, situation.moments[0] / 3.0
+        out[0, 0], out[0, self.place] = layout.MAGNETIC, initial_state.moments[0] / 3.0
         return out
 
 
 @pytest.mark.parametrize("place", [1, 4, 5])
 def test_torque_by_moments_is_seen_to_be_one(place):
-    situation = scene(effect("gravity_gradient")).situation()
-    assert not follows_axes(ByMoments(place), situation)
+    initial_state = scene(effect("gravity_gradient")).initial_state()
+    assert not follows_axes(ByMoments(place), initial_state)
 
 
 def test_body_found_unfit_for_a_scheme_is_solved_alone(monkeypatch):
     """Schemes for two parts are not for triaxial bodies with rotors, whatever was chosen."""
     made = scene(effect("wheels", momentum=quantity([0, 0, 0.05], "N m s")), effect("gravity_gradient"))
-    situation, seconds = made.situation(), np.array([0.0, 200.0])
-    torques = tuple(Once(one, situation) for one in made.effects)
-    problem = batch_integration.Problem(replace(situation, stop=200.0), torques, (), 1e-9)
+    initial_state, seconds = made.initial_state(), np.array([0.0, 200.0])
+    torques = tuple(CachedTorque(one, initial_state) for one in made.effects)
+    problem = batch_integration.Problem(replace(initial_state, stop=200.0), torques, (), 1e-9)
     solver = batch_integration.SOLVERS["splitting, order (8, 6, 4)"]
     candidate = replace(
         batch_integration.choose(problem, as_instants(seconds, None)), solver=solver, setting=1.0
     )
-    symmetric = replace(situation, body=RigidBody(np.diag([3.0, 3.0, 1.0])))
+    symmetric = replace(initial_state, body=RigidBody(np.diag([3.0, 3.0, 1.0])))
     alone = []
     solve_alone = batch_integration._alone
     monkeypatch.setattr(
         batch_integration, "_alone", lambda *a: alone.append(a[1].moments.tolist()) or solve_alone(*a)
     )
     rows = batch_integration.solve(
-        problem, bodies_of(symmetric, situation), as_instants(seconds, None), candidate
+        problem, bodies_of(symmetric, initial_state), as_instants(seconds, None), candidate
     )
     assert alone == [[2.0, 3.0, 4.0]]
     assert np.isfinite(rows).all()

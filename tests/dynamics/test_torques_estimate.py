@@ -73,11 +73,11 @@ def random_scene(rng, kind, symmetric, tolerance, solver, turns):
 def truth(made):
     """(4, n), by the solver of no cleverness, as finely as doubles allow."""
     way = route(made)
-    directions = integration.by_direction(way.situation, way.torques, way.kicks)
+    directions = integration.by_direction(way.initial_state, way.torques, way.kicks)
     seconds = made.times.build(None).seconds
     tight = integration.Candidate(SOLVERS["dop853"], 1e-15, 0.0, 0.0)
     return integration._march(
-        way.situation, directions, seconds, np.zeros_like(seconds), tight, False, None
+        way.initial_state, directions, seconds, np.zeros_like(seconds), tight, False, None
     ).rows[:4]
 
 

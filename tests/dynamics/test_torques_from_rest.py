@@ -169,7 +169,7 @@ def test_no_body_turns_faster_than_it_is_taken_to(elapsed):
         except ToleranceError:  # eddies that feed a body for long
             continue
         way = route(made)
-        spin = reached_spin(way.situation, [one.effect for one in way.torques], way.kicks)
+        spin = reached_spin(way.initial_state, [one.effect for one in way.torques], way.kicks)
         alpha = sum(e.coefficient.si for e in made.effects if e.type == "dissipation")
         if not alpha:  # a sink turns the body besides
             assert np.linalg.norm(run.angular_velocity, axis=1).max() <= spin.rate * (1.0 + 1e-9)
@@ -230,10 +230,10 @@ def test_paces_of_many_count_impulses_as_that_of_one_does(frame):
     kicks.append(impulse(-10.0, [0.0, 1.0, 1.0], frame))
     made = [at_rest(EDDIES, *kicks, moments=moments) for moments in ((10, 14, 17), (9, 9, 3), (17, 10, 14))]
     ways = [route(one) for one in made]
-    problem = batch_integration.Problem(ways[0].situation, ways[0].torques, ways[0].kicks, 1e-9)
-    each = [pace(way.situation, way.torques, way.kicks) for way in ways]
+    problem = batch_integration.Problem(ways[0].initial_state, ways[0].torques, ways[0].kicks, 1e-9)
+    each = [pace(way.initial_state, way.torques, way.kicks) for way in ways]
     assert np.allclose(
-        batch_integration.paces(problem, bodies_of(*(way.situation for way in ways))), each, rtol=1e-14
+        batch_integration.paces(problem, bodies_of(*(way.initial_state for way in ways))), each, rtol=1e-14
     )
     if frame == "body":  # after the first
         assert each[0] == pytest.approx(np.hypot(3.0 / 10.0, 1.0 / 14.0), rel=1e-12)

@@ -45,7 +45,7 @@ def test_book_of_inertial_firings_is_exact_to_the_bit():
     inertial = [(t, H, "inertial") for t, H, _ in FIRINGS]
     made = scene(plan_of(inertial), rate=RATE, elapsed=[0.0, 30.0], moments=(2.0, 4.0, 3.0))
     way = route(made)
-    rows = coast(way.situation, way.kicks, made.times.build(None))
+    rows = coast(way.initial_state, way.kicks, made.times.build(None))
     L = np.array([2.0, 4.0, 3.0]) * RATE
     assert (rows[7:, 0] == L).all()
     for _, H, _ in inertial:

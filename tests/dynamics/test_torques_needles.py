@@ -98,9 +98,11 @@ def test_many_thin_bodies_are_followed_as_one_is(torque, solver):
     effect, row = EFFECTS[torque]
     made = Scene.model_validate(document(*SYMMETRIC["needle about z"], effect, solver, 1e-9))
     way = route(made)
-    problem = batch_integration.Problem(way.situation, way.torques, way.kicks, 1e-9, solver)
+    problem = batch_integration.Problem(way.initial_state, way.torques, way.kicks, 1e-9, solver)
     at, cases = as_instants(np.array([0.0, SPAN]), None), list(SYMMETRIC.values())
-    others = [route(Scene.model_validate(document(*case, effect, solver, 1e-9))).situation for case in cases]
+    others = [
+        route(Scene.model_validate(document(*case, effect, solver, 1e-9))).initial_state for case in cases
+    ]
     chosen = batch_integration.choose(problem, at)
     rows = batch_integration.solve(problem, bodies_of(*others), at, chosen)
     for case, found in zip(cases, rows, strict=True):

@@ -8,7 +8,7 @@ import pytest
 from attitude import TorqueFreeMotion
 from attitude.dynamics import schemes
 from attitude.dynamics.solvers import SPLITTINGS
-from tests.dynamics.marching import SOLVERS, Rows, angle, kepler, layout, march, situation
+from tests.dynamics.marching import SOLVERS, Rows, angle, initial_state, kepler, layout, march
 
 RATE, ATTITUDE = np.array([0.3, -0.5, 0.6]), (0.1, -0.7, 0.5, 0.5)
 SYMMETRIC, TRIAXIAL = (2.0, 2.0, 1.2), (2.0, 3.0, 4.0)
@@ -18,7 +18,7 @@ GAUSS = SOLVERS["gauss, order 16"]
 
 
 def body(moments):
-    return situation(moments, RATE, ATTITUDE)
+    return initial_state(moments, RATE, ATTITUDE)
 
 
 def pushed(moments, share, kind=layout.CONSTANT_BODY):
@@ -196,7 +196,7 @@ def test_without_torque_every_solver_gives_the_closed_form(solver, moments, shar
 @pytest.mark.parametrize("moments", BODIES.values(), ids=BODIES)
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
 def test_dense_output_changes_no_step_and_is_as_good_as_stepping_there(solver, moments):
-    start = situation(moments, RATE, ATTITUDE, course=kepler(4.0, 10.0, 0.3, 0.5))
+    start = initial_state(moments, RATE, ATTITUDE, course=kepler(4.0, 10.0, 0.3, 0.5))
     torques = (Rows(layout.GRAVITY_GRADIENT, 4.0), *pushed(moments, 1e-3))
     setting = 1e-13 if solver.kind == "dop853" else 0.25
     t = np.sort(np.random.default_rng(5).uniform(0.0, SPAN, 40))

@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from attitude.frames import rotations
-from tests.dynamics.marching import SOLVERS, Rows, kepler, layout, march, matrix, situation
+from tests.dynamics.marching import SOLVERS, Rows, initial_state, kepler, layout, march, matrix
 
 GAUSS = SOLVERS["gauss, order 16"]
 MU, RADIUS = 3.986004418e14, 6978136.3
@@ -38,7 +38,7 @@ def released(moments, offset, relative_rate=(0.0, 0.0, 0.0), stop=0.0):
     """A body turned from the orbit's frame by a rotation vector, at a rate relative to that frame (body)."""
     q = product(level(0.0), turned(offset))
     rate = matrix(q).T @ np.array([0.0, 0.0, N]) + relative_rate
-    return situation(moments, rate, q, stop=stop, course=COURSE)
+    return initial_state(moments, rate, q, stop=stop, course=COURSE)
 
 
 def relative(rows, t):

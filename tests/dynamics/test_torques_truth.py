@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from attitude.dynamics.solvers import can_take
-from tests.dynamics.marching import SOLVERS, acting, angle, kepler, march, situation
+from tests.dynamics.marching import SOLVERS, acting, angle, initial_state, kepler, march
 from tests.oracles.torqued_cases import CASES, EXPECTED
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
@@ -29,7 +29,7 @@ def prepared(name):
     """(situation, torques) of a case; the rate of a body with a sink inside is the whole one."""
     case = CASES[name]
     course = None if case.orbit is None else kepler(*case.orbit)
-    start = situation(case.inertia, whole_rate(case, case.omega), case.attitude, course=course)
+    start = initial_state(case.inertia, whole_rate(case, case.omega), case.attitude, course=course)
     return start, [acting(*torque) for torque in case.torques]
 
 

@@ -44,7 +44,7 @@ def test_effect_comes_back_as_it_was(name):
     again = Scene.from_json(made.to_json())
     assert again == made
     assert again.to_json() == made.to_json()
-    assert made.situation().mass == (3.0 if name == "ground" else None)
+    assert made.initial_state().mass == (3.0 if name == "ground" else None)
 
 
 def test_every_effect_is_known_by_its_type():
@@ -71,7 +71,7 @@ def test_situation_is_the_document_in_numbers():
         "velocity": quantity([1, 2, 3], "km/h"),
         "times": {"start": 1, "stop": 2.05, "step": 0.5, "unit": "min"},
     }
-    found = scene(**changes).situation()
+    found = scene(**changes).initial_state()
     assert found.moments == pytest.approx([2e-7, 3e-7, 4e-7])
     assert (found.mass, found.start, found.stop, found.frame) == (5e-3, 0.0, 120.0, "GCRF")
     assert found.position.tolist() == [1000.0, 2000.0, 3000.0]
@@ -92,7 +92,7 @@ def test_situation_is_the_document_in_numbers():
     ids=str,
 )
 def test_span_is_that_of_the_times_with_the_epoch(times, span):
-    found = scene(times=times).situation()
+    found = scene(times=times).initial_state()
     assert (found.start, found.stop) == pytest.approx(span, abs=1e-9)
 
 
@@ -106,43 +106,48 @@ def test_tolerance_is_a_billionth_of_a_radian_if_left_out():
 
 
 def rows_of(name, changes=None, **parts):
-    made, situation = built(name, changes, **(TENSOR | parts))
-    rows = made.rows(situation)
+    made, initial_state = built(name, changes, **(TENSOR | parts))
+    rows = made.rows(initial_state)
     assert rows.shape[1] == layout.EFFECT_WIDTH
-    return rows, situation
+    return rows, initial_state
 
 
 def torque_in_body(name, changes=None, rate=(0.0, 0.0, 0.0), t=0.0, **parts):
     """N m, body axes, of a body with a full tensor, at its attitude at the epoch."""
-    rows, situation = rows_of(name, changes, **parts)
-    A = situation.axes
-    R = A @ body_from_inertial(situation).as_matrix()
+    rows, initial_state = rows_of(name, changes, **parts)
+    A = initial_state.axes
+    R = A @ body_from_inertial(initial_state).as_matrix()
     r = v = np.ones(3)
-    if situation.course is not None:
-        r, v = position(situation.course, np.array([t]))[0], velocity(situation.course, np.array([t]))[0]
-    sun = built(name, changes, **(TENSOR | parts))[0].sun(situation)
+    if initial_state.course is not None:
+        r, v = (
+            position(initial_state.course, np.array([t]))[0],
+            velocity(initial_state.course, np.array([t]))[0],
+        )
+    sun = built(name, changes, **(TENSOR | parts))[0].sun(initial_state)
     to_sun = None if sun is None else sun.coefficients[0, :, 0]
-    parts = [torque(row, situation.moments, R, A @ np.array(rate), r, v, t, to_sun) for row in rows]
-    return A.T @ np.sum(parts, axis=0), situation
+    parts = [torque(row, initial_state.moments, R, A @ np.array(rate), r, v, t, to_sun) for row in rows]
+    return A.T @ np.sum(parts, axis=0), initial_state
 
 
-def body_from_inertial(situation):
-    return Rotation.from_quat(situation.attitude, scalar_first=True).inv()
+def body_from_inertial(initial_state):
+    return Rotation.from_quat(initial_state.attitude, scalar_first=True).inv()
 
 
 def test_constant_torque_is_along_the_body_or_along_inertial_axes():
-    found, situation = torque_in_body("constant_torque")
+    found, initial_state = torque_in_body("constant_torque")
     assert found == pytest.approx([1e-3, 2e-3, 3e-3], rel=ROUNDING)
-    found, situation = torque_in_body("constant_torque", {"frame": "inertial"})
-    assert body_from_inertial(situation).inv().apply(found) == pytest.approx([1e-3, 2e-3, 3e-3], rel=1e-13)
+    found, initial_state = torque_in_body("constant_torque", {"frame": "inertial"})
+    assert body_from_inertial(initial_state).inv().apply(found) == pytest.approx(
+        [1e-3, 2e-3, 3e-3], rel=1e-13
+    )
 
 
 def test_gravity_gradient_is_that_of_a_body_of_many_points():
     # six masses with the body's tensor, each pulled by the central body for itself
-    found, situation = torque_in_body("gravity_gradient")
-    r = body_from_inertial(situation).apply(position(situation.course, np.zeros(1))[0])
-    half = 0.5 * np.trace(situation.body.tensor)
-    second = half * np.eye(3) - situation.body.tensor  # sum of m x x^T
+    found, initial_state = torque_in_body("gravity_gradient")
+    r = body_from_inertial(initial_state).apply(position(initial_state.course, np.zeros(1))[0])
+    half = 0.5 * np.trace(initial_state.body.tensor)
+    second = half * np.eye(3) - initial_state.body.tensor  # sum of m x x^T
     weights, directions = np.linalg.eigh(second)
     total = np.zeros(3)
     reach = 1e-4 * np.linalg.norm(r)  # large, so that differences are; the next term is (reach / r)^2
@@ -164,11 +169,11 @@ def test_eddy_torque_is_against_the_rate_by_the_tensor():
 
 
 def test_dissipation_loses_energy_and_no_momentum():
-    rows, situation = rows_of("dissipation", {"coefficient": quantity(0.5, "1/(mN m s)")})
+    rows, initial_state = rows_of("dissipation", {"coefficient": quantity(0.5, "1/(mN m s)")})
     assert rows[0, :2].tolist() == [layout.DISSIPATION, 500.0]
-    rate = situation.axes @ np.array([0.1, -0.3, 0.2])
-    change = torque(rows[0], situation.moments, None, rate, np.ones(3), None, 0.0)
-    assert abs(change @ (situation.moments * rate)) < 1e-12 * np.linalg.norm(change)
+    rate = initial_state.axes @ np.array([0.1, -0.3, 0.2])
+    change = torque(rows[0], initial_state.moments, None, rate, np.ones(3), None, 0.0)
+    assert abs(change @ (initial_state.moments * rate)) < 1e-12 * np.linalg.norm(change)
     assert change @ rate < 0.0
 
 
@@ -192,14 +197,14 @@ def gauss_field(place):
 
 @pytest.mark.parametrize("t", [0.0, 4000.0])
 def test_magnetic_torque_is_by_the_gradient_of_the_potential_that_turns_with_the_earth(t):
-    found, situation = torque_in_body("magnetic_dipole", t=t)
+    found, initial_state = torque_in_body("magnetic_dipole", t=t)
     moment = Time("2026-03-20T12:00:00", scale="utc") + TimeDelta(t, format="sec")
     # astropy's own angle, which knows UT1: the difference is 0.004 degrees at most
     angle = moment.earth_rotation_angle("tio").to_value("rad")
     earth_fixed = Rotation.from_euler("z", -angle)
-    r = position(situation.course, np.array([t]))[0]
+    r = position(initial_state.course, np.array([t]))[0]
     B = earth_fixed.inv().apply(gauss_field(earth_fixed.apply(r)))
-    expected = np.cross([1, -2, 0.5], body_from_inertial(situation).apply(B))
+    expected = np.cross([1, -2, 0.5], body_from_inertial(initial_state).apply(B))
     assert found == pytest.approx(expected, abs=2e-4 * np.linalg.norm(expected))
 
 
@@ -288,20 +293,20 @@ def test_air_presses_as_it_meets_the_plate():
 
 
 def test_torque_acts_from_start_to_stop_and_no_longer():
-    made, situation = built("constant_torque")
-    assert made.intervals(situation) is None
-    made, situation = built("constant_torque", {"start": quantity(1, "min"), "stop": quantity(1, "h")})
-    assert made.intervals(situation) == [(60.0, 3600.0)]
+    made, initial_state = built("constant_torque")
+    assert made.intervals(initial_state) is None
+    made, initial_state = built("constant_torque", {"start": quantity(1, "min"), "stop": quantity(1, "h")})
+    assert made.intervals(initial_state) == [(60.0, 3600.0)]
     date = {"date": "2026-03-20T12:10:00", "scale": "utc"}
-    made, situation = built("constant_torque", {"start": date})
-    assert made.intervals(situation) == [pytest.approx((600.0, 6000.0), abs=1e-9)]
-    made, situation = built("constant_torque", {"stop": quantity(1, "d")})
-    assert made.intervals(situation) == [(0.0, 6000.0)]
+    made, initial_state = built("constant_torque", {"start": date})
+    assert made.intervals(initial_state) == [pytest.approx((600.0, 6000.0), abs=1e-9)]
+    made, initial_state = built("constant_torque", {"stop": quantity(1, "d")})
+    assert made.intervals(initial_state) == [(0.0, 6000.0)]
 
 
 def test_impulse_is_an_angular_one_or_a_force_at_an_arm():
-    made, situation = built("impulse")
-    kick = made.kicks(situation)[0]
+    made, initial_state = built("impulse")
+    kick = made.kicks(initial_state)[0]
     assert (kick.seconds, kick.inertial, made.moves) == (10.0, False, False)
     assert kick.angular.tolist() == [0, 0.1, 0.2]
     forced = {
@@ -311,8 +316,8 @@ def test_impulse_is_an_angular_one_or_a_force_at_an_arm():
         "frame": "inertial",
         "time": {"date": "2026-03-20T12:00:20", "scale": "utc"},
     }
-    made, situation = built("impulse", forced)
-    kick = made.kicks(situation)[0]
+    made, initial_state = built("impulse", forced)
+    kick = made.kicks(initial_state)[0]
     assert (kick.seconds, kick.inertial, made.moves) == (pytest.approx(20.0, abs=1e-9), True, True)
     assert kick.angular == pytest.approx([0, 0, 6])
     assert kick.linear.tolist() == [0, 3, 0]
@@ -325,7 +330,7 @@ def test_firing_plan_is_in_the_order_of_its_instants():
     )
     plan = {"type": "impulse", "firings": [first, second, first]}
     made = scene(plan)
-    assert [kick.seconds for kick in made.effects[0].kicks(made.situation())] == [20.0, 50.0, 50.0]
+    assert [kick.seconds for kick in made.effects[0].kicks(made.initial_state())] == [20.0, 50.0, 50.0]
     assert made.document()["effects"] == [plan]
 
 
@@ -361,14 +366,14 @@ def surface(shape, count=200_000):
 def test_lowest_point_is_that_of_all_points(name):
     centre = [0.05, -0.1, 0.2]
     shape = {**SHAPES[name], "centre": centre, "unit": "m"}
-    made, situation = built(
+    made, initial_state = built(
         "ground", {"shape": shape, "normal": [1, 2, 2]}, position=quantity([0, 0, 20], "m")
     )
-    points = body_from_inertial(situation).inv().apply(surface(shape) + centre)
+    points = body_from_inertial(initial_state).inv().apply(surface(shape) + centre)
     points += [0, 0, 20]
     lowest = (points @ np.array([1, 2, 2]) / 3).min()
-    assert made.clearance(situation) <= lowest + 1e-12
-    assert made.clearance(situation) == pytest.approx(lowest, abs=3e-4)
+    assert made.clearance(initial_state) <= lowest + 1e-12
+    assert made.clearance(initial_state) == pytest.approx(lowest, abs=3e-4)
 
 
 def test_unit_of_a_shape_scales_all_of_it():
@@ -388,10 +393,10 @@ def test_unit_of_a_shape_scales_all_of_it():
 
 def test_body_may_stand_on_the_ground_but_not_in_it():
     upright = {"attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"}}
-    scene(effect("ground"), **upright, position=quantity([0, 0, 0.5], "m")).situation()
-    scene(effect("ground"), **upright, position=quantity([0, 0, 0.5 - 1e-16], "m")).situation()
+    scene(effect("ground"), **upright, position=quantity([0, 0, 0.5], "m")).initial_state()
+    scene(effect("ground"), **upright, position=quantity([0, 0, 0.5 - 1e-16], "m")).initial_state()
     with pytest.raises(InputError, match="lowest point is 1e-09 m under it") as caught:
-        scene(effect("ground"), **upright, position=quantity([0, 0, 0.5 - 1e-9], "m")).situation()
+        scene(effect("ground"), **upright, position=quantity([0, 0, 0.5 - 1e-9], "m")).initial_state()
     assert caught.value.pointer == "/effects/0/height/value"
 
 
@@ -862,10 +867,10 @@ FAULTS = {
 def use_all(whole):
     """Everything that is asked of effects before anything moves."""
     made = Scene.model_validate(whole)
-    situation = made.situation()
+    initial_state = made.initial_state()
     for part in made.effects:
         if part.ACTS_ON == "attitude":
-            part.rows(situation), part.intervals(situation), part.size(situation)
+            part.rows(initial_state), part.intervals(initial_state), part.size(initial_state)
 
 
 @pytest.mark.parametrize(("effects", "changes", "pointer", "message"), FAULTS.values(), ids=FAULTS)
@@ -902,21 +907,21 @@ def test_any_junk_in_an_effect_is_refused_or_gives_numbers(name):
         for junk in JUNK:
             try:
                 made = scene(effect(name, **{key: junk}))
-                situation = made.situation()
+                initial_state = made.initial_state()
             except AttitudeError:
                 continue
             if made.effects[0].ACTS_ON == "attitude":
-                rows = made.effects[0].rows(situation)
+                rows = made.effects[0].rows(initial_state)
                 assert np.isfinite(rows[~np.isposinf(rows)]).all()
-                assert made.effects[0].size(situation) >= 0.0
+                assert made.effects[0].size(initial_state) >= 0.0
 
 
 # -- effects of the user's own --------------------------------------------------------------------
 
 
-def called(made, situation, t=1.5, q=(0.5, 0.5, 0.5, 0.5), w=(1.0, 2.0, 3.0)):
+def called(made, initial_state, t=1.5, q=(0.5, 0.5, 0.5, 0.5), w=(1.0, 2.0, 3.0)):
     """What compiled code gets that calls the address in the row."""
-    row = made.rows(situation)[0]
+    row = made.rows(initial_state)[0]
     assert row[0] == layout.USER
     address = int(row[1:2].view(np.int64)[0])
     doubles = ctypes.POINTER(ctypes.c_double)
@@ -935,11 +940,11 @@ def test_python_function_is_called_by_its_address():
         return -0.5 * rate
 
     made = scene(UserTorque("brake", push, size=2.0), effect("wheels"))
-    brake, situation = made.effects[0], made.situation()
-    assert called(brake, situation).tolist() == [-0.5, -1.0, -1.5]
+    brake, initial_state = made.effects[0], made.initial_state()
+    assert called(brake, initial_state).tolist() == [-0.5, -1.0, -1.5]
     assert seen[0][0] == 1.5
     assert seen[0][1].tolist() == [0.5, 0.5, 0.5, 0.5]
-    assert (brake.label, brake.size(situation), brake.is_compiled, brake.failure) == (
+    assert (brake.label, brake.size(initial_state), brake.is_compiled, brake.failure) == (
         "brake",
         2.0,
         False,
@@ -957,11 +962,11 @@ def test_compiled_function_is_taken_as_it_is():
         for i in range(3):
             out[i] = t * w[i] + q[i]
 
-    situation = scene().situation()
+    initial_state = scene().initial_state()
     for code in (push, push.address, push.ctypes):
         made = UserTorque("push", compiled=code, size=1.0)
         assert made.is_compiled
-        assert called(made, situation).tolist() == [2.0, 3.5, 5.0]
+        assert called(made, initial_state).tolist() == [2.0, 3.5, 5.0]
 
 
 def fails(t, attitude, rate):
@@ -981,7 +986,7 @@ def fails(t, attitude, rate):
 )
 def test_failure_of_a_python_function_is_kept_and_stops_with_nan(function, kind, message):
     made = UserTorque("mine", function, size=1.0)
-    assert np.isnan(called(made, scene().situation())).all()
+    assert np.isnan(called(made, scene().initial_state())).all()
     assert isinstance(made.failure, kind)
     with pytest.raises(kind, match=message):
         made.raise_failure()

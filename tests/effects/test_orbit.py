@@ -20,7 +20,7 @@ from attitude.effects.shadow import Height, sunlit
 from attitude.effects.sun import from_earth
 from attitude.orbit.orbit import earth
 from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, velocity
-from attitude.problem.initial_state import Pieces
+from attitude.problem.initial_state import PiecewisePolynomial
 from attitude.times import turn_rates
 from tests.effects.scenes import DOCUMENT, GONE, KEPLER, built, document, effect, quantity, scene
 
@@ -207,7 +207,7 @@ def test_tle_needs_its_extra(monkeypatch):
     made = scene(effect("gravity_gradient"), orbit={"tle": LINES})
     monkeypatch.setitem(sys.modules, "sgp4.api", None)
     with pytest.raises(InputError, match=r"pip install 'attitude\[orbit\]'") as caught:
-        made.situation()
+        made.initial_state()
     assert caught.value.pointer == "/orbit/tle"
 
 
@@ -342,20 +342,20 @@ FAULTS = {
 @pytest.mark.parametrize(("orbit", "pointer", "message"), FAULTS.values(), ids=FAULTS)
 def test_fault_of_an_orbit_is_refused(orbit, pointer, message):
     with pytest.raises(InputError, match=message) as caught:
-        scene(effect("gravity_gradient"), orbit=orbit).situation()
+        scene(effect("gravity_gradient"), orbit=orbit).initial_state()
     assert caught.value.pointer.startswith(f"/orbit{pointer}")
     assert "\n" not in str(caught.value)
 
 
 def test_tle_without_an_epoch_is_refused():
     with pytest.raises(InputError, match="an epoch, from which") as caught:
-        scene(effect("gravity_gradient"), orbit={"tle": LINES}, epoch=GONE).situation()
+        scene(effect("gravity_gradient"), orbit={"tle": LINES}, epoch=GONE).initial_state()
     assert caught.value.pointer == "/epoch"
 
 
 def test_tle_in_a_frame_of_ones_own_is_refused():
     with pytest.raises(InputError, match="for the positions of a TLE") as caught:
-        scene(effect("gravity_gradient"), orbit={"tle": LINES}, frame="INERTIAL").situation()
+        scene(effect("gravity_gradient"), orbit={"tle": LINES}, frame="INERTIAL").initial_state()
     assert caught.value.pointer == "/frame"
 
 
@@ -424,7 +424,7 @@ AU = 1.495978707e11
 
 def fixed_sun(*direction):
     direction = np.array(direction) / np.linalg.norm(direction)
-    return Pieces(0.0, 1.0, AU * direction[None, :, None])
+    return PiecewisePolynomial(0.0, 1.0, AU * direction[None, :, None])
 
 
 def test_shadow_of_a_circular_orbit_with_the_sun_in_its_plane():
@@ -508,12 +508,12 @@ def test_spans_of_any_orbit_are_those_of_close_sampling(seed):
 
 
 def test_sunlight_of_a_scene_is_cut_to_its_span():
-    made, situation = built("solar_pressure", times={"start": 0, "stop": 1, "count": 2, "unit": "d"})
-    spans = made.intervals(situation)
+    made, initial_state = built("solar_pressure", times={"start": 0, "stop": 1, "count": 2, "unit": "d"})
+    spans = made.intervals(initial_state)
     assert (spans[0][0], spans[-1][1]) == (0.0, 86400.0)
     assert len(spans) > 10
-    unshaded, situation = built("solar_pressure", {"shadow": False}, orbit=GONE)
-    assert unshaded.intervals(situation) is None
+    unshaded, initial_state = built("solar_pressure", {"shadow": False}, orbit=GONE)
+    assert unshaded.intervals(initial_state) is None
 
 
 def test_earth_is_that_of_astropy():

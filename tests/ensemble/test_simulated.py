@@ -154,12 +154,12 @@ def test_effect_that_moves_the_centre_of_mass_alone_leaves_free_rotation():
 class Sideways(type(scene(effect("wheels")).effects[0])):
     """Rotors whose momentum is along the axis of the greatest moment, whichever that is."""
 
-    def rows(self, situation):
+    def rows(self, initial_state):
         from attitude.kernels import layout
 
         out = np.zeros((1, layout.EFFECT_WIDTH))
         out[0, 0] = layout.WHEELS
-        out[0, 1 + int(np.argmax(situation.moments))] = 0.03
+        out[0, 1 + int(np.argmax(initial_state.moments))] = 0.03
         return out
 
 

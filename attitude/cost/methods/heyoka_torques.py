@@ -54,9 +54,9 @@ def equations(problem: Problem) -> tuple[list[tuple[Any, Any]], torques.Equation
 
 def _check(world: World) -> None:
     for torque in world.torques:
-        if torque.type not in TOLD or torque.intervals(world.situation) is not None:
+        if torque.type not in TOLD or torque.intervals(world.initial_state) is not None:
             raise AbsentError(f"heyoka is not told of {torque.type} here: it is not smooth in time")
-    course = world.situation.course
+    course = world.initial_state.course
     if course is not None and int(course.numbers[0]) != layout.KEPLER:
         raise AbsentError("heyoka is not told of orbits other than Keplerian ones here")
 
@@ -85,10 +85,10 @@ def _turning(numbers: torques.Equations, w: Vector) -> tuple[Vector, Vector]:
 
 def _pushes(world: World, numbers: torques.Equations, q: Vector, w: Vector) -> list[Any]:
     """I^-1 torque, over `second` squared."""
-    situation, second = world.situation, numbers.second
+    initial_state, second = world.initial_state, numbers.second
     total: list[Any] = [0.0, 0.0, 0.0]
     for torque in world.torques:
-        for row in torque.rows(situation):
+        for row in torque.rows(initial_state):
             one = _torque(row, world, numbers, q, w)
             scale = [1.0 / (moment * second**2) for moment in numbers.moments.tolist()]
             total = [a + _term(b, c) for a, b, c in zip(total, scale, one, strict=True)]
@@ -140,7 +140,7 @@ def _direction(world: World, numbers: torques.Equations) -> tuple[Vector, Any]:
     """Unit vector from the central body, inertial, and distance, m, as functions of time."""
     import heyoka
 
-    course = world.situation.course
+    course = world.initial_state.course
     assert course is not None
     a, e, start, high, low = course.numbers[1:6].tolist()
     P, Q = course.numbers[7:10].tolist(), course.numbers[10:13].tolist()

@@ -10,7 +10,7 @@ import numpy as np
 from ...dynamics import integration
 from ...dynamics.solver_selection import Candidate
 from ...dynamics.solvers import COLLOCATION, RUNGE_KUTTA, SPLITTINGS, Solver, can_take
-from ...problem.torque_model import Once
+from ...problem.torque_model import CachedTorque
 from ...times.instants import as_instants
 from ..method import AbsentError, Method, Solve
 from ..problem import Problem, of_world
@@ -54,8 +54,8 @@ def _ladder(solver: Solver, steps: tuple[float, ...]) -> list[Method]:
 
 def _at_step(problem: Problem, solver: Solver, radians: float) -> Solve:
     world = of_world(problem)
-    for leg in world.legs(world.situation.stop):
-        if not can_take(solver, solver.prepare(world.situation, leg.torques)):
+    for leg in world.legs(world.initial_state.stop):
+        if not can_take(solver, solver.prepare(world.initial_state, leg.torques)):
             raise AbsentError(f"{solver.name} is not for these effects: its error has not that order")
     return partial(march, problem, solver, radians / world.pace)
 
@@ -68,10 +68,10 @@ def _chosen(problem: Problem, tolerance: float) -> Solve:
     world = of_world(problem)
 
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        situation = replace(world.situation, start=0.0, stop=float(t[-1]))
-        torques = [Once(effect, situation) for effect in world.effects]
-        found = integration.choose(situation, torques, (), tolerance, world.solver)
-        answer = integration.solve(situation, torques, (), as_instants(t, None), tolerance, found)
+        initial_state = replace(world.initial_state, start=0.0, stop=float(t[-1]))
+        torques = [CachedTorque(effect, initial_state) for effect in world.effects]
+        found = integration.choose(initial_state, torques, (), tolerance, world.solver)
+        answer = integration.solve(initial_state, torques, (), as_instants(t, None), tolerance, found)
         return _columns(answer.rows)
 
     return solve
@@ -87,7 +87,7 @@ def march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tu
     """Quaternions and rates at ascending instants, by a solver at a setting of its own kind."""
     world = of_world(problem)
     cut, candidate = world.legs(float(t[-1])), Candidate(solver, setting, 0.0, 0.0)
-    marched = integration._march(world.situation, [cut], t, np.zeros_like(t), candidate, False, None)
+    marched = integration._march(world.initial_state, [cut], t, np.zeros_like(t), candidate, False, None)
     rows, work = marched.rows, marched.work
     if work.failed:
         raise ArithmeticError(f"{work.failed} of {work.steps} steps did not settle")

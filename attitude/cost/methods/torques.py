@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...dynamics.arcs import Leg, instants_within
+from ...dynamics.arcs import Arc, instants_within
 from ...kernels import layout
 from ..problem import Problem, World, of_world
 from .euler import kernel, routine
@@ -65,24 +65,26 @@ class Equations:
     alpha: float
 
     @classmethod
-    def of(cls, problem: Problem, leg: Leg | None = None) -> Equations:
+    def of(cls, problem: Problem, leg: Arc | None = None) -> Equations:
         """Those of a leg; of all torques together without one."""
         world = of_world(problem)
-        situation = world.situation
-        axes = Rotation.from_matrix(situation.axes.T)
+        initial_state = world.initial_state
+        axes = Rotation.from_matrix(initial_state.axes.T)
         given = world.torques if leg is None else leg.torques
-        rows = [torque.rows(situation) for torque in given]
+        rows = [torque.rows(initial_state) for torque in given]
         table = np.concatenate([np.zeros((0, layout.EFFECT_WIDTH)), *rows])
         rotors = table[table[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
         alpha = float(table[table[:, 0] == layout.DISSIPATION, 1].sum())
         second = 2.0 ** int(np.frexp(world.pace)[1])
         attitude = (Rotation.from_quat(problem.attitude, scalar_first=True) * axes).as_quat(scalar_first=True)
-        rate = _own_rate(situation.moments, axes.apply(problem.angular_velocity, inverse=True), rotors, alpha)
-        body = np.concatenate([situation.moments, rotors, [alpha, second]])
+        rate = _own_rate(
+            initial_state.moments, axes.apply(problem.angular_velocity, inverse=True), rotors, alpha
+        )
+        body = np.concatenate([initial_state.moments, rotors, [alpha, second]])
         table[:, 0] = [CODES[int(code)] for code in table[:, 0]]
         start = np.concatenate([attitude, rate / second])
         arguments = body, table, *_places(world)
-        return cls(start, second, arguments, axes, situation.moments, rotors, alpha)
+        return cls(start, second, arguments, axes, initial_state.moments, rotors, alpha)
 
     def answer(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n, 7) states as unit quaternions (n, 4) and rates W (n, 3), rad/s, of the body as it was given."""
@@ -128,14 +130,14 @@ def _own_rate(moments: np.ndarray, whole: np.ndarray, rotors: np.ndarray, alpha:
 
 def _places(world: World) -> tuple[np.ndarray, ...]:
     """Orbit, its pieces, Sun (start, length, whether there is one), its pieces."""
-    course, situation = world.situation.course, world.situation
+    course, initial_state = world.initial_state.course, world.initial_state
     orbit, along = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
     sun, of_sun = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
     if course is not None:
         orbit, along = course.numbers.copy(), course.pieces
     orbit[0] = COURSES[int(orbit[0])]
     for torque in world.torques:
-        if (pieces := torque.sun(situation)) is not None:
+        if (pieces := torque.sun(initial_state)) is not None:
             sun, of_sun = np.array([pieces.start, pieces.length, 1.0]), pieces.coefficients
     return orbit, np.ascontiguousarray(along), sun, np.ascontiguousarray(of_sun)
 

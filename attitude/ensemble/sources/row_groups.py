@@ -22,7 +22,7 @@ KINDS = "a QTable, a pandas or dask DataFrame, or the path of a Parquet file or 
 Arrays = dict[str, np.ndarray]
 
 
-class Pieces:
+class RowGroups:
     """A table whose rows are in pieces.
 
     Attributes
@@ -75,7 +75,7 @@ class Pieces:
         self._lock = Lock()
 
 
-def pieces_of(table: Any, units: dict[str, str]) -> Pieces:
+def pieces_of(table: Any, units: dict[str, str]) -> RowGroups:
     """Of what users give; `units` are those of columns that do not say theirs.
 
     Raises InputError for what is no table, FormatError for a file that cannot be read.
@@ -93,7 +93,7 @@ def pieces_of(table: Any, units: dict[str, str]) -> Pieces:
     raise InputError("table", table, KINDS)
 
 
-class InMemory(Pieces):
+class InMemory(RowGroups):
     def __init__(self, table: Any, names: list[str], units: dict[str, str], rows: int):
         super().__init__(names, units, [rows])
         self._table = table
@@ -102,7 +102,7 @@ class InMemory(Pieces):
         return {name: column(self._table[name], name) for name in names}
 
 
-class Partitions(Pieces):
+class Partitions(RowGroups):
     """Of a Dask DataFrame; each is computed where it is wanted, in the thread that wants it."""
 
     def __init__(self, frame: Any, units: dict[str, str]):
@@ -115,7 +115,7 @@ class Partitions(Pieces):
         return {name: column(part[name], name) for name in names}
 
 
-class ParquetFiles(Pieces):
+class ParquetFiles(RowGroups):
     """A file, or all of a directory in the order of their names; a piece is a row group.
 
     A column's unit is what its field's metadata say as "unit", or astropy's table.
