@@ -22,6 +22,5 @@ def check_in_span(instant: Instant, initial_state: InitialState, field: str) -> 
 
 
 def span_text(initial_state: InitialState) -> str:
-    return (
-        f"the span of the times with the epoch, {initial_state.start!r} s to {initial_state.stop!r} s since the epoch"
-    )
+    start, stop = initial_state.start, initial_state.stop
+    return f"the span of the times with the epoch, {start!r} s to {stop!r} s since the epoch"

@@ -382,9 +382,9 @@ def test_orbit_unused_is_never_imported():
     program = f"""
 import sys
 from attitude import Scene
-Scene.model_validate({text} | {{"effects": []}}).situation()
+Scene.model_validate({text} | {{"effects": []}}).initial_state()
 effect = {{"type": "constant_torque", "torque": {{"value": [0, 0, 1], "unit": "N m"}}, "frame": "body"}}
-Scene.model_validate({text} | {{"effects": [effect]}}).situation()
+Scene.model_validate({text} | {{"effects": [effect]}}).initial_state()
 print(*sys.modules)
 """
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
