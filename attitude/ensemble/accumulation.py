@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from .. import memory
 from ..kernels.layout import LEAF, LIMB_BITS, LIMB_FIRST, PITCH, REGIMES
 from ..motion import TorqueFreeMotion
 from ..rigid_body.phase_limit import refuse_too_far
@@ -128,7 +127,7 @@ class Gathering:
                 size = max(AT_ONCE // len(seconds), 1)
                 for first in range(*leaf, size):
                     bodies = records[first : min(first + size, leaf[1])]
-                    out = memory.empty((4, len(bodies), len(seconds)))
+                    out = np.empty((4, len(bodies), len(seconds)))
                     compiled.sample(bodies, seconds, rest, out, None, None, 0, 0, len(seconds))
                     yield which, out
 

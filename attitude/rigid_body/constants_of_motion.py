@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import memory, units
+from .. import units
 from ..errors import InputError
 from ..kernels import layout
 from ..runtime import compiled
@@ -100,18 +100,36 @@ class Batch:
                 out[name][start : start + len(records)] = records[name]
         return out.reshape(self.shape)
 
-    def sample(self, instants: Instants, quaternion: bool, rate: bool, threads: int = 1) -> tuple[Any, Any]:
-        """(quaternions (..., 4) wxyz, rates (..., 3) rad/s, body frame), None for what was not asked for.
+    def sample(
+        self,
+        instants: Instants,
+        quaternion: bool,
+        rate: bool,
+        threads: int = 1,
+        out: np.ndarray | None = None,
+    ) -> tuple[Any, Any]:
+        """(quaternions (..., 4) wxyz, rates (..., 3) rad/s, body frame), None for what was not requested.
 
-        The shape is that of the batch, then that of the instants.  Stored by component and viewed transposed:
-        the compiled loop writes whole vectors.
+        The shape is that of the batch, then that of the instants.  Arrays are stored by component and viewed
+        transposed, since the compiled loop writes whole vectors: so quaternions are written straight into an
+        `out` that is stored like that, and copied into any other.
 
-        Raises ToleranceError where an instant is too far from the epoch (`phase_limit`).
+        Raises
+        ------
+        ToleranceError : an instant is too far from the epoch (`phase_limit`).
+        InputError : `out` is no writable float64 array of the quaternions' shape.
         """
         seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
         low = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
-        q = memory.empty((4, self.size, seconds.size)) if quaternion else None
-        w = memory.empty((3, self.size, seconds.size)) if rate else None
+        shape = self.shape + instants.shape
+        if out is not None:
+            _check_output(out, (*shape, 4))
+        in_place = out is not None and np.moveaxis(out, -1, 0).flags.c_contiguous
+        if in_place:
+            q = np.moveaxis(out, -1, 0).reshape(4, self.size, seconds.size)
+        else:
+            q = np.empty((4, self.size, seconds.size)) if quaternion else None
+        w = np.empty((3, self.size, seconds.size)) if rate else None
 
         def sample_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
@@ -120,12 +138,13 @@ class Batch:
                 compiled.sample(records, seconds, low, q, w, self.plain_phases, index, first, last)
 
         run(sample_share, self._shares(seconds.size, threads))
-        shape = self.shape + instants.shape
         axes = (*range(1, len(shape) + 1), 0)
-        return (
-            None if q is None else q.reshape(4, *shape).transpose(axes),
-            None if w is None else w.reshape(3, *shape).transpose(axes),
-        )
+        rates = None if w is None else w.reshape(3, *shape).transpose(axes)
+        quaternions = None if q is None else q.reshape(4, *shape).transpose(axes)
+        if out is None or in_place:
+            return quaternions, rates
+        out[...] = quaternions
+        return out.view(), rates
 
     def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
         """(first body, last body, first instant, last instant) for each thread, along whichever is longer.
@@ -186,6 +205,13 @@ class Batch:
 
 def _repeated(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     return array if array.shape == shape else np.broadcast_to(array, shape)
+
+
+def _check_output(out: Any, shape: tuple[int, ...]) -> None:
+    is_array = isinstance(out, np.ndarray) and out.dtype == np.float64
+    if not is_array or out.shape != shape or not out.flags.writeable:
+        received = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else out
+        raise InputError("out", received, f"a writable float64 array of shape {shape}")
 
 
 def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> np.ndarray:
