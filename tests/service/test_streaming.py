@@ -26,7 +26,7 @@ LONG = BLOCK + 1000
 @pytest.fixture(autouse=True)
 def little_is_held(monkeypatch):
     """More than a block is computed piece by piece: sooner than usual, for the tests' sake."""
-    monkeypatch.setattr("attitude.scene.document.AT_ONCE", BLOCK)
+    monkeypatch.setattr("attitude.scene.document.MAX_SAMPLES_HELD", BLOCK)
 
 
 def long(document, count=LONG):
