@@ -84,8 +84,8 @@ def test_batch_says_how_many_bodies_each_solution_took(many):
 
 def test_batch_in_blocks_gives_the_same_bits(many, monkeypatch):
     whole, t = many(), np.arange(7.0)
-    monkeypatch.setattr(constants_of_motion, "KEPT", 10)
-    monkeypatch.setattr(constants_of_motion, "BLOCK", 64)
+    monkeypatch.setattr(constants_of_motion, "MAX_CACHED_BODIES", 10)
+    monkeypatch.setattr(constants_of_motion, "BODIES_PER_BLOCK", 64)
     blocks = many()
     for threads in (1, 2):
         expected, found = whole.at(t), blocks.at(t, threads=threads)
@@ -103,8 +103,8 @@ def test_batch_of_two_dimensions_in_blocks_gives_the_same_bits(monkeypatch):
     random = np.random.default_rng(4)
     body, rates = RigidBody.from_moments(1.0 + random.random((20, 1, 3))), random.normal(size=(30, 3))
     whole = TorqueFreeMotion(body, (1, 0, 0, 0), rates, order="wxyz").at(np.arange(3.0))
-    monkeypatch.setattr(constants_of_motion, "KEPT", 10)
-    monkeypatch.setattr(constants_of_motion, "BLOCK", 64)
+    monkeypatch.setattr(constants_of_motion, "MAX_CACHED_BODIES", 10)
+    monkeypatch.setattr(constants_of_motion, "BODIES_PER_BLOCK", 64)
     blocks = TorqueFreeMotion(body, (1, 0, 0, 0), rates, order="wxyz").at(np.arange(3.0))
     assert blocks.shape == (20, 30, 3)
     assert np.array_equal(blocks.quaternion("wxyz"), whole.quaternion("wxyz"))

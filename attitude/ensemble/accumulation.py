@@ -119,7 +119,7 @@ class Gathering:
         batch, farthest = motion._batch, float(np.abs(self.seconds).max())
         with naming(index):
             ((_, records),) = batch.blocks(0, batch.size)  # a task's are kept
-        refuse_too_far(batch.pace(records), farthest)
+        refuse_too_far(batch.max_phase_rate(records), farthest)
         parts = [(self.seconds[a:b], None if self.rest is None else self.rest[a:b]) for a, b in self._cuts()]
 
         def pieces(leaf: Cut) -> Iterator[tuple[int, np.ndarray]]:

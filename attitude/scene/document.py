@@ -50,7 +50,6 @@ from ..times.iso8601 import Scale, parse_time, parse_times
 if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
     from .planning import ScenePlan
-    from .simulation import SimulationInputs
 
 MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
 MAX_GRID_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
@@ -185,7 +184,7 @@ class Times(Part):
                 raise InputError(name, None, f"a value beside {form}")
         if form == "start":
             exactly_one(self, ("step", "count"))
-            start, stop = self._span()
+            start, stop = self.start or 0.0, self.stop or 0.0
             if stop < start:
                 raise InputError("stop", stop, f"an instant not before start ({start!r})")
             if self.count == 1 and stop != start:
@@ -206,10 +205,6 @@ class Times(Part):
         if self.count is not None:
             return self.count
         return self._grid().count
-
-    def _span(self) -> tuple[float, float]:
-        """start and stop of a grid."""
-        return self.start or 0.0, self.stop or 0.0
 
     def build(self, epoch: Time | None) -> Instants:
         if self.dates is not None:
@@ -240,7 +235,7 @@ class Times(Part):
         return self.build(epoch) if self.start is None else self._grid()
 
     def _grid(self) -> Grid:
-        return Grid(*self._span(), self.count, self.step, self.unit or "")
+        return Grid(self.start or 0.0, self.stop or 0.0, self.count, self.step, self.unit or "")
 
 
 class Tolerance(Angle):
@@ -386,13 +381,9 @@ class Scene(Part):
         """
         from . import simulation
 
-        return simulation.plan(self._resolved(drop_below))
-
-    def _resolved(self, drop_below: float | None) -> SimulationInputs:
-        """What of this scene is simulated: the plan and the run start from it."""
-        from . import simulation
-
-        return simulation.resolve(self, _checked_drop(drop_below))
+        if drop_below is not None:
+            _check_drop(drop_below)
+        return simulation.plan(simulation.resolve(self, drop_below))
 
     def run(
         self,
@@ -409,12 +400,14 @@ class Scene(Part):
         Raises InputError where a value cannot be taken, or where there are more than
         `max_samples` instants (a limit `set_by` whatever the message is to name).
         """
-        self._check_samples(max_samples, set_by)
-        _checked_drop(drop_below)
+        if max_samples is not None:
+            self._check_samples(max_samples, set_by)
+        if drop_below is not None:
+            _check_drop(drop_below)
         if not self._is_plain:
             from . import simulation
 
-            ephemeris = simulation.run(self._resolved(drop_below), check)
+            ephemeris = simulation.run(simulation.resolve(self, drop_below), check)
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
@@ -431,9 +424,11 @@ class Scene(Part):
     ) -> Samples:
         """What `run` returns, for writers; a long ephemeris without effects is computed chunk by chunk."""
         if self._is_plain and self.times.samples > MAX_SAMPLES_HELD:
-            self._check_samples(max_samples, set_by)
+            if max_samples is not None:
+                self._check_samples(max_samples, set_by)
             self._check_samples(MAX_SAMPLES_IN_FILE, "of a file")
-            _checked_drop(drop_below)
+            if drop_below is not None:
+                _check_drop(drop_below)
             samples = self._computed_on_demand(progress)
         else:
             samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
@@ -450,8 +445,8 @@ class Scene(Part):
 
         return Samples(count, cut, progress, part, is_held=False)
 
-    def _check_samples(self, limit: int | None, set_by: str) -> None:
-        if limit is not None and self.times.samples > limit:
+    def _check_samples(self, limit: int, set_by: str) -> None:
+        if self.times.samples > limit:
             expected = f"at most {limit} samples" + (f" ({set_by})" if set_by else "")
             raise InputError("times", f"{self.times.samples} samples", expected)
 
@@ -536,10 +531,9 @@ def _orbit_path(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop
         return orbit.course(start, stop, epoch, frame)
 
 
-def _checked_drop(drop_below: float | None) -> float | None:
-    if drop_below is not None and not (isinstance(drop_below, (int, float)) and 0.0 < drop_below < np.inf):
+def _check_drop(drop_below: float) -> None:
+    if not (isinstance(drop_below, (int, float)) and 0.0 < drop_below < np.inf):
         raise InputError("drop_below", drop_below, "an angle in rad, above 0")
-    return drop_below
 
 
 def builtin_names() -> list[str]:

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/call_path.py [-v]
 
-Two questions are traced, each as the second of its kind in the process, so that imports, compiled kernels and
-tables are there already: the command `attitude run toutatis`, and a document of two instants that is posted to
-`/v1/ephemeris`.  Only functions of `attitude` and `service` count; generated code does not.
+Two questions are traced, each as the second of its kind in the process, so that imports, compiled kernels
+and tables are there already: the command `attitude run toutatis`, and a document of two instants that is
+posted to `/v1/ephemeris`.  Only functions of `attitude` and `service` count; generated code does not.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -55,7 +56,7 @@ class Tracer:
         if "-v" in sys.argv:
             print(*(f"{code.co_filename[len(str(ROOT)) :]} {code.co_qualname}" for code in entered), sep="\n")
         files = [code.co_filename for code in entered]
-        changes = sum(a != b for a, b in zip(files, files[1:], strict=False))
+        changes = sum(a != b for a, b in pairwise(files))
         return Count(len(set(entered)), len(set(files)), changes)
 
 
