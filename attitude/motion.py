@@ -1,4 +1,4 @@
-"""Torque-free motion: what users hold, and ask for attitudes."""
+"""Torque-free motion in closed form: attitudes, body rates and constants of one body or many."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TorqueFreeMotion:
     angular_velocity : array_like or Quantity, (..., 3), rad/s
         At the epoch, of the body relative to the inertial frame, components in the body frame.
     epoch : astropy Time, optional
-        Needed only where instants are given or wanted as Time.
+        Required only where instants are passed or returned as Time.
     order : "wxyz" or "xyzw"
         Order of the four numbers of a bare array; no default.
     frame : str
@@ -46,7 +46,7 @@ class TorqueFreeMotion:
 
     Raises
     ------
-    InputError : a value that cannot be taken; names the field.
+    InputError : an invalid value; names the field.
 
     Notes
     -----
@@ -78,7 +78,7 @@ class TorqueFreeMotion:
     # -- the motion in time ---------------------------------------------------------------
 
     def at(self, t: Any, threads: int = 1, out: np.ndarray | None = None) -> Ephemeris:
-        """Attitude (and, when asked for, body rate) at instants t.
+        """Attitude at instants t; the body rate is computed when it is first accessed.
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ class TorqueFreeMotion:
         name: str = "",
         out: np.ndarray | None = None,
     ) -> Iterator[Ephemeris]:
-        """Ephemerides of at most `size` instants each, one after the other: memory stays that of one.
+        """Ephemerides of at most `size` instants each, one after the other, in the memory of one.
 
         Parameters
         ----------
@@ -252,7 +252,7 @@ class TorqueFreeMotion:
         return PaperConstants.from_invariants(self._batch.fields(*(layout.INVARIANTS.names or ())))
 
     def __getitem__(self, key: Any) -> TorqueFreeMotion:
-        """The motion of some of a batch's bodies, by index or slice of the batch dimensions."""
+        """The motion of bodies of a batch, by index or slice of the batch dimensions."""
         part = copy(self)
         part._batch = self._batch[key]
         part.body, part.shape = part._batch.body, part._batch.shape
@@ -269,8 +269,8 @@ def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
         return np.broadcast_shapes(*shapes)
     except ValueError:
         body, attitude, rate = shapes
-        found = f"bodies {body}, attitudes {attitude}, angular velocities {rate}"
-        raise InputError("angular_velocity", found, "leading dimensions that broadcast together") from None
+        received = f"bodies {body}, attitudes {attitude}, angular velocities {rate}"
+        raise InputError("angular_velocity", received, "leading dimensions that broadcast together") from None
 
 
 def _representable(value: np.ndarray, name: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What the command says beside its output, on standard error: remarks, warnings, a progress bar."""
+"""Messages of the command on standard error: remarks, warnings, a progress bar."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def warn(text: str) -> None:
 
 
 def is_watched(options: Namespace) -> bool:
-    """Whether a person reads standard error and has not asked for quiet."""
+    """Whether standard error is a terminal, and --quiet was not given."""
     return sys.stderr.isatty() and not getattr(options, "quiet", False)
 
 
@@ -31,7 +31,7 @@ def remark(options: Namespace, text: str) -> None:
 
 
 def announce_compilation(options: Namespace) -> None:
-    """On a new machine the first run compiles for some seconds, and says so."""
+    """Say so when kernels are compiled, for some seconds of the first run on a new machine."""
     from ..runtime import kernel_cache
 
     kernel_cache.on_compilation.clear()

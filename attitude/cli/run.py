@@ -56,7 +56,7 @@ def _describe(scene: Scene, options: Namespace) -> None:
 
 
 def _report_effects(head: EphemerisData, options: Namespace) -> None:
-    """What became of a scene's effects; that an ephemeris ends early is said to anybody."""
+    """Say which effects were simulated; that an ephemeris ends early is said with --quiet too."""
     plan = head.plan
     if plan is not None:
         console.remark(options, f"simulated: {', '.join(plan.simulated) or 'nothing but free rotation'}")
@@ -73,7 +73,7 @@ def _report_effects(head: EphemerisData, options: Namespace) -> None:
 
 
 def report_interpolation(written: Written, options: Namespace) -> None:
-    """How many instants were chosen, and a bound on the error of interpolation between them."""
+    """Say how many instants were chosen, and the bound on the error of interpolation between them."""
     if written.interpolation_error is not None:
         from ..formats.interpolation_nodes import upwards
 

@@ -21,9 +21,9 @@ MAX_CIRCLES = 60  # of the weightless curve, so that the line below them is seen
 LABEL_WIDTH = 0.14  # of the span: the label of a contact
 
 
-def picture(drop: Drop, format: str, name: str = "") -> bytes:
+def picture(drop: Drop, file_format: str, name: str = "") -> bytes:
     """An "svg" or "png" file."""
-    return drawn(partial(_draw, drop, name), SIZE, format)
+    return drawn(partial(_draw, drop, name), SIZE, file_format)
 
 
 def _draw(drop: Drop, name: str, figure: Figure) -> None:

@@ -34,12 +34,14 @@ def time_unit(seconds: np.ndarray) -> tuple[str, float]:
     return next((each for each in UNITS if span >= MIN_UNITS * each[1]), UNITS[-1])
 
 
-def drawn(draw: Callable[[Figure], None], size: tuple[float, float], format: str) -> bytes:
+def drawn(draw: Callable[[Figure], None], size: tuple[float, float], file_format: str) -> bytes:
     """An "svg" or "png" file of what `draw` puts on a figure of that size, inches."""
     with rc_context(SETTINGS):
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure)
         file = io.BytesIO()
-        figure.savefig(file, format=format, dpi=150, metadata={"Date": None} if format == "svg" else {})
+        figure.savefig(
+            file, format=file_format, dpi=150, metadata={"Date": None} if file_format == "svg" else {}
+        )
     return file.getvalue()

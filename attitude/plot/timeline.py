@@ -39,7 +39,7 @@ class TimelinePanel(NamedTuple):
     values: np.ndarray
 
 
-def picture(ephemeris: Ephemeris, format: str) -> bytes:
+def picture(ephemeris: Ephemeris, file_format: str) -> bytes:
     """An "svg" or "png" file of one body's ephemeris.
 
     Raises InputError for a batch of bodies, and for one instant or none.
@@ -48,7 +48,7 @@ def picture(ephemeris: Ephemeris, format: str) -> bytes:
         raise InputError("ephemeris", f"shape {ephemeris.shape}", "one body at two instants or more")
     panels = _panels(ephemeris)
     size = WIDTH, HEIGHT * len(panels) + MARGIN
-    return drawn(partial(_draw, ephemeris, panels), size, format)
+    return drawn(partial(_draw, ephemeris, panels), size, file_format)
 
 
 def _panels(ephemeris: Ephemeris) -> list[TimelinePanel]:

@@ -25,7 +25,7 @@ from .error_bounds import form_of, solution
 from .phase_limit import max_phase_rate, refuse_too_far
 
 MIN_SAMPLES_PER_THREAD = 20_000
-MAX_CACHED_BODIES = 2**17  # whose records, 100 MiB, are kept
+MAX_CACHED_BODIES = 2**17  # whose records, 100 MiB, are cached
 BODIES_PER_BLOCK = 2**12  # whose records, 3 MiB, stay in a processor's cache until their samples are made
 
 # Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
@@ -87,7 +87,7 @@ class Batch:
         return 0.0 if self._cached is None else max_phase_rate(self._cached)
 
     def fields(self, *names: str) -> np.ndarray:
-        """Some fields of all records, as a structured array of the batch's shape."""
+        """The named fields of all records, as a structured array of the batch's shape."""
         if self._cached is not None:
             return self._cached[list(names)].reshape(self.shape)
         out = np.empty(self.size, [(name, layout.INVARIANTS[name]) for name in names])
@@ -154,7 +154,7 @@ class Batch:
         return [(0, self.size, a, b) for a, b in cut(instants, threads)]
 
     def __getitem__(self, key: Any) -> Batch:
-        """Some of the bodies, by index or slice of the batch dimensions."""
+        """The batch of these bodies, by index or slice of the batch dimensions."""
         part = object.__new__(Batch)
         part.body = self.body.broadcast_to(self.shape)[key]
         part.shape = part.body.shape
@@ -214,7 +214,7 @@ def _components(out: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> np.ndarray:
-    """Elements first to last of the leading dimensions `shape` taken as one; in C order, no others copied."""
+    """Elements first to last over the leading dimensions `shape`, flattened; in C order, no others copied."""
     if len(shape) == 1:
         part = array[first:last]
     elif array.flags.c_contiguous:
@@ -233,6 +233,6 @@ def check_rates(rates: np.ndarray) -> np.ndarray:
 
 
 def beyond_rates(rates: np.ndarray) -> np.ndarray:
-    """Which of (..., 3) are too fast or too slow; (...)."""
+    """Mask (...) of the rates (..., 3) that are too fast or too slow."""
     size = np.abs(rates).max(axis=-1)
     return (size > MAX_RATE) | ((size > 0.0) & (size < MIN_RATE))

@@ -74,6 +74,7 @@ class Body(Part):
         return self
 
     def build(self) -> RigidBody:
+        """In SI units, checked."""
         field = "moments" if self.moments is not None else "tensor"
         values = _si(getattr(self, field), self.unit, units.MOMENT, "body.unit")
         with field_named(f"body.{field}"):
@@ -87,6 +88,7 @@ class Epoch(Part):
     scale: Scale
 
     def build(self) -> Time:
+        """The instant, the caller's own copy."""
         return _parsed_epoch(self.time, self.scale).copy()
 
 
@@ -152,6 +154,7 @@ class AngularVelocity(Part):
     unit: str = Field(examples=["deg/d"])
 
     def build(self) -> np.ndarray:
+        """(3,), rad/s."""
         values = _si(self.value, self.unit, units.RATE, "angular_velocity.unit")
         return units.finite_array(values, "angular_velocity.value")
 
@@ -197,7 +200,7 @@ class Times(Part):
 
     @property
     def samples(self) -> int:
-        """How many instants, without building them."""
+        """Number of instants, without building them."""
         if self.elapsed is not None:
             return len(self.elapsed)
         if self.dates is not None:
@@ -207,6 +210,7 @@ class Times(Part):
         return self._grid().count
 
     def build(self, epoch: Time | None) -> Instants:
+        """All instants, since the epoch."""
         if self.dates is not None:
             if epoch is None:
                 raise InputError(
@@ -291,7 +295,7 @@ class Scene(Part):
 
     @classmethod
     def from_json(cls, text: str | bytes, source: str = "document") -> Scene:
-        """From JSON text.  Refuses NaN, Infinity and keys given twice, which JSON readers let pass."""
+        """From JSON text.  Refuses NaN, Infinity and duplicate keys, which JSON readers let pass."""
         return cls.model_validate(parse_json(text, source))
 
     @classmethod
@@ -333,7 +337,7 @@ class Scene(Part):
     def initial_state(self) -> InitialState:
         """The numbers that effects and solvers share, in SI, with every effect checked against them.
 
-        Raises InputError with the field's path for what only the whole scene shows to be wrong.
+        Raises InputError with the field's path for what contradicts another part of the scene.
         """
         epoch = self.epoch.build() if self.epoch is not None else None
         start, stop = self.times.span(epoch)
@@ -392,12 +396,12 @@ class Scene(Part):
         drop_below: float | None = None,
         check: Callable[[float], None] | None = None,
     ) -> Ephemeris:
-        """Simulate what the document asks for, leaving out torques that matter less than `drop_below` (rad).
+        """Simulate the scene, without torques that matter less than `drop_below` (rad).
 
         Under torques `check` is called with the seconds that computing is predicted to take, before they are
         spent: what it raises stops the run.
 
-        Raises InputError where a value cannot be taken, or where there are more than
+        Raises InputError for an invalid value, or for more than
         `max_samples` instants (a limit `set_by` whatever the message is to name).
         """
         if max_samples is not None:
@@ -453,7 +457,7 @@ class Scene(Part):
     def write(
         self,
         path: str | Path,
-        format: str | None = None,
+        format: str | None = None,  # noqa: A002 (public name)
         frame: str | None = None,
         interpolation_error: Any = None,
         drop_below: float | None = None,

@@ -1,4 +1,4 @@
-"""What a scene's plan says: which effects are simulated and why, the solver, and what it will cost."""
+"""The plan of a scene: which effects are simulated and why, the solver, its predicted error and cost."""
 
 from __future__ import annotations
 
@@ -18,22 +18,37 @@ if TYPE_CHECKING:
 
 
 class Described(Protocol):
-    """What is read of a scene: `attitude.scene.document.Scene` is one."""
+    """The parts of a scene that a simulation uses; `attitude.scene.document.Scene` has them."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """For people."""
+
     @property
-    def frame(self) -> str: ...
+    def frame(self) -> str:
+        """The inertial frame of attitude and translation."""
+
     @property
-    def effects(self) -> Sequence[Effect]: ...
+    def effects(self) -> Sequence[Effect]:
+        """In the document's order."""
+
     @property
-    def times(self) -> Any: ...
+    def times(self) -> Any:
+        """The `Times` of the document."""
+
     @property
-    def asked_tolerance(self) -> float: ...
+    def asked_tolerance(self) -> float:
+        """rad, at the end of the span."""
+
     @property
-    def wanted_solver(self) -> str | None: ...
-    def initial_state(self) -> InitialState: ...
-    def motion(self) -> TorqueFreeMotion: ...
+    def wanted_solver(self) -> str | None:
+        """The kind of solver; None for the cheapest."""
+
+    def initial_state(self) -> InitialState:
+        """In SI units; every effect is checked against it."""
+
+    def motion(self) -> TorqueFreeMotion:
+        """The torque-free motion from the epoch on."""
 
 
 WIDTH = 100  # characters of a line of text
@@ -41,17 +56,17 @@ WIDTH = 100  # characters of a line of text
 
 @dataclass(frozen=True)
 class EffectPlan:
-    """What happens to one effect.
+    """Whether one effect is simulated, and its size.
 
     Attributes
     ----------
-    field, type : where it stands in the document, and what it is
-    simulated : whether it is
+    field, type : its path in the document, and its type
+    simulated : bool
     acts_on : "attitude", "translation" or "instants"
     reason : one sentence
     torque : N m, the greatest it can exert; None for what exerts none at every instant
     relative_torque : of L^2 / I, I the greatest moment; None at rest
-    seconds_to_tolerance : in which it alone would turn the body at rest by the asked tolerance
+    seconds_to_tolerance : in which it alone would turn the body at rest by the scene's tolerance
     influence : rad, from above: by which it alone would turn the body at rest over the span
     """
 
@@ -68,7 +83,7 @@ class EffectPlan:
 
 @dataclass(frozen=True)
 class ScenePlan:
-    """What `Scene.run` would do.
+    """What `Scene.run` would simulate and how.
 
     Attributes
     ----------
@@ -76,9 +91,9 @@ class ScenePlan:
     effects : of each, in the document's order
     simulates : "attitude", or "attitude and translation"
     solver : name; order : of its error in the step, or None; step : s, or None where it chooses itself
-    samples : how many instants; tolerance : rad, asked for
+    samples : number of instants; tolerance : rad, of the scene
     predicted_error : rad; predicted_seconds : of computing
-    candidates : (solver, step or tolerance, predicted error, predicted seconds) of all that was considered
+    candidates : (solver, step or tolerance, predicted error, predicted seconds) of all solvers considered
     """
 
     name: str
