@@ -17,6 +17,7 @@ from attitude.cli import console, main
 from attitude.formats import FORMATS, schema
 from attitude.runtime import compiled, kernel_cache
 from attitude.samples import chunks
+from attitude.scene import document
 from attitude.scene.document import builtin_names
 
 TOUTATIS = Scene.builtin("toutatis")
@@ -56,6 +57,19 @@ def given(text, monkeypatch):
 
 def test_built_in_scene_is_run_by_its_name(answer, written):
     assert answer("run", "toutatis") == (0, written(TOUTATIS, "csv"), "")
+
+
+@pytest.mark.parametrize("name", ["toutatis", "toutatis.json"])
+def test_document_is_parsed_once(name, answer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "toutatis.json").write_text(TOUTATIS.to_json())
+    parse, calls = document.parse_json, []
+    monkeypatch.setattr(
+        document, "parse_json", lambda *arguments: calls.append(arguments) or parse(*arguments)
+    )
+    monkeypatch.setattr(Scene, "to_json", None)  # nor is it printed
+    assert answer("run", name)[0] == 0
+    assert len(calls) == 1
 
 
 def test_scene_is_run_by_its_path(answer, written, tmp_path):

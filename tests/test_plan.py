@@ -5,7 +5,8 @@ import random
 import numpy as np
 import pytest
 
-from attitude import Ephemeris, RigidBody, TorqueFreeMotion
+from attitude import Ephemeris, RigidBody, Scene, TorqueFreeMotion
+from attitude.dynamics import integration
 from attitude.oracle import truth
 from attitude.rigid_body import constants_of_motion, error_bounds
 from tests import bodies
@@ -114,3 +115,23 @@ def test_ephemeris_from_a_file_has_no_plan(tmp_path):
     ephemeris = bodies.motion(bodies.SHORT_AXIS["oblate"]).at(np.arange(3.0))
     ephemeris.write(tmp_path / "x.csv")
     assert Ephemeris.read(tmp_path / "x.csv").plan is None
+
+
+# -- one resolved object --------------------------------------------------------------------------
+
+
+def test_run_and_its_resampling_choose_the_solver_once(monkeypatch):
+    choose, calls = integration.choose, []
+    monkeypatch.setattr(integration, "choose", lambda *arguments: calls.append(1) or choose(*arguments))
+    ephemeris = Scene.builtin("envisat").run()
+    again = ephemeris.resampled(ephemeris.elapsed[:3])
+    assert len(calls) == 1
+    assert again.plan.solver.partition(":")[0] == ephemeris.plan.solver.partition(":")[0]
+
+
+@pytest.mark.parametrize("name", ["envisat", "thruster-plan", "drop", "toutatis"])
+def test_plan_and_run_agree(name):
+    scene = Scene.builtin(name)
+    plan, made = scene.plan(), scene.run().plan
+    assert made.solver.partition(":")[0].startswith(plan.solver.partition(",")[0])
+    assert list(made.simulated) == [effect.type for effect in plan.effects if effect.simulated]
