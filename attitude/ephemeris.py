@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from .formats.interpolation_nodes import Written
 
 
-class Ephemeris(EphemerisData):
+class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
     __doc__ = EphemerisData.__doc__
 
     @classmethod
     def of(cls, data: EphemerisData) -> Ephemeris:
-        """The same data, with the ways to other frames, formats and tables."""
+        """The same data, with methods for other frames, formats and tables."""
         return cls(**{field.name: getattr(data, field.name) for field in fields(data)})
 
     @property
@@ -106,7 +106,7 @@ class Ephemeris(EphemerisData):
     def write(
         self,
         path: str | Path,
-        format: str | None = None,
+        format: str | None = None,  # noqa: A002 (public name)
         progress: Callable[[float], None] | None = None,
         interpolation_error: float | None = None,
         **options: Any,
@@ -136,7 +136,7 @@ class Ephemeris(EphemerisData):
         return formats.write(self, path, format, progress, interpolation_error, **options)
 
     @classmethod
-    def read(cls, path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:
+    def read(cls, path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:  # noqa: A002
         """Read a file, in the format of its ending or the one that is named.
 
         From a file in a format of this library (docs/formats.md) the bits of quaternions, rates and times

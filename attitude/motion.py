@@ -1,4 +1,4 @@
-"""Torque-free motion: what users hold, and ask for attitudes."""
+"""Torque-free motion in closed form: attitudes, body rates and constants of one body or many."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TorqueFreeMotion:
     angular_velocity : array_like or Quantity, (..., 3), rad/s
         At the epoch, of the body relative to the inertial frame, components in the body frame.
     epoch : astropy Time, optional
-        Needed only where instants are given or wanted as Time.
+        Required only where instants are passed or returned as Time.
     order : "wxyz" or "xyzw"
         Order of the four numbers of a bare array; no default.
     frame : str
@@ -46,7 +46,7 @@ class TorqueFreeMotion:
 
     Raises
     ------
-    InputError : a value that cannot be taken; names the field.
+    InputError : an invalid value; names the field.
 
     Notes
     -----
@@ -77,8 +77,8 @@ class TorqueFreeMotion:
 
     # -- the motion in time ---------------------------------------------------------------
 
-    def at(self, t: Any, threads: int = 1) -> Ephemeris:
-        """Attitude (and, when asked for, body rate) at instants t.
+    def at(self, t: Any, threads: int = 1, out: np.ndarray | None = None) -> Ephemeris:
+        """Attitude at instants t; the body rate is computed when it is first accessed.
 
         Parameters
         ----------
@@ -86,6 +86,10 @@ class TorqueFreeMotion:
             Any shape, either sign, any order.
         threads : int
             Share the samples among so many threads; the bits do not depend on it.
+        out : float64 array (batch..., t..., 4), optional
+            The attitudes are written there, wxyz, and the ephemeris is a view of it: valid until `out` is
+            written again.  Without a copy where each component is stored in one piece, as in
+            ``np.moveaxis(np.empty((4, *shape)), 0, -1)``.
 
         Returns
         -------
@@ -93,19 +97,25 @@ class TorqueFreeMotion:
 
         Raises
         ------
-        InputError : t is not one of these, not finite, or a Time where there is no epoch.
+        InputError : t is not one of these, not finite, or a Time where there is no epoch; or `out` has
+            another shape or type.
         ToleranceError : t is so far off that two-part phases would not give 4e-15 rad.
         """
         check(threads)
-        return self.ephemeris(as_instants(t, self.epoch, threads=threads), threads=threads)
+        return self.ephemeris(as_instants(t, self.epoch, threads=threads), threads=threads, out=out)
 
     def ephemeris(
-        self, instants: instants.Instants, rate: bool = False, name: str = "", threads: int = 1
+        self,
+        instants: instants.Instants,
+        rate: bool = False,
+        name: str = "",
+        threads: int = 1,
+        out: np.ndarray | None = None,
     ) -> Ephemeris:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
         check(threads)
         begun = perf_counter()
-        quaternion, computed = self._batch.sample(instants, quaternion=True, rate=rate, threads=threads)
+        quaternion, computed = self._batch.sample(instants, True, rate, threads, out)
         solver, bound = self._batch.solution
         samples = self._batch.size * instants.seconds.size
         plan = Plan(solver, samples, self._batch.seconds, perf_counter() - begun, bound)
@@ -114,9 +124,15 @@ class TorqueFreeMotion:
         return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan, resample=again)
 
     def chunks(
-        self, times: Any, size: int, rate: bool = False, threads: int = 1, name: str = ""
+        self,
+        times: Any,
+        size: int,
+        rate: bool = False,
+        threads: int = 1,
+        name: str = "",
+        out: np.ndarray | None = None,
     ) -> Iterator[Ephemeris]:
-        """Ephemerides of at most `size` instants each, one after the other: memory stays that of one.
+        """Ephemerides of at most `size` instants each, one after the other, in the memory of one.
 
         Parameters
         ----------
@@ -124,6 +140,8 @@ class TorqueFreeMotion:
         size : instants in a chunk; the last chunk may have fewer
         rate : whether the body rate is computed in the same pass
         threads, name : as in `at` and of the ephemerides
+        out : float64 array (batch..., size, 4), optional
+            The attitudes of every chunk are written there, as in `at`: a chunk is valid until the next.
 
         Raises
         ------
@@ -133,8 +151,13 @@ class TorqueFreeMotion:
         if isinstance(size, bool) or not isinstance(size, int) or size < 1:
             raise InputError("size", size, "a whole number, at least 1")
         part, count = instants.parts(times, self.epoch)
-        pieces = (part(first, min(first + size, count)) for first in range(0, count, size))
-        return (self.ephemeris(instants, rate, name, threads) for instants in pieces)
+        chunks = (part(first, min(first + size, count)) for first in range(0, count, size))
+        return (
+            self.ephemeris(
+                chunk, rate, name, threads, None if out is None else out[..., : chunk.seconds.size, :]
+            )
+            for chunk in chunks
+        )
 
     def _rates(self, instants: instants.Instants, threads: int) -> Any:
         return self._batch.sample(instants, quaternion=False, rate=True, threads=threads)[1]
@@ -229,7 +252,7 @@ class TorqueFreeMotion:
         return PaperConstants.from_invariants(self._batch.fields(*(layout.INVARIANTS.names or ())))
 
     def __getitem__(self, key: Any) -> TorqueFreeMotion:
-        """The motion of some of a batch's bodies, by index or slice of the batch dimensions."""
+        """The motion of bodies of a batch, by index or slice of the batch dimensions."""
         part = copy(self)
         part._batch = self._batch[key]
         part.body, part.shape = part._batch.body, part._batch.shape
@@ -246,8 +269,8 @@ def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
         return np.broadcast_shapes(*shapes)
     except ValueError:
         body, attitude, rate = shapes
-        found = f"bodies {body}, attitudes {attitude}, angular velocities {rate}"
-        raise InputError("angular_velocity", found, "leading dimensions that broadcast together") from None
+        received = f"bodies {body}, attitudes {attitude}, angular velocities {rate}"
+        raise InputError("angular_velocity", received, "leading dimensions that broadcast together") from None
 
 
 def _representable(value: np.ndarray, name: str) -> np.ndarray:

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import orjson
 from starlette.requests import ClientDisconnect, Request
 
 from attitude.documents.fields import parse_json
@@ -29,10 +28,10 @@ Check = Callable[[float], None]
 
 def computed(document: bytes, asked: Asked, settings: Settings, request: Request) -> Computed | str:
     """The answer, begun; or its tag, where the client has it already."""
-    parsed = parse_json(document, "document")
-    tag = tag_of(_canonical(parsed, document), asked.known.name, asked.text)
+    tag = tag_of(document, asked.known.name, asked.text)
     if is_seen(tag, asked.seen):
         return tag
+    parsed = parse_json(document, "document")
     _check_asked(asked)
     if isinstance(parsed, list):
         found = _batch(parsed, asked, settings, request)
@@ -41,14 +40,6 @@ def computed(document: bytes, asked: Asked, settings: Settings, request: Request
         with no_field(*OURS[:2], *OURS[3:], *asked.options):
             found = _one(scene, asked, settings)
     return packed(found._replace(headers={**found.headers, "etag": tag, **VERSIONED}), asked.gzip)
-
-
-def _canonical(parsed: Any, document: bytes) -> bytes:
-    """The same text for the same document, however its keys are ordered and spaced."""
-    try:
-        return orjson.dumps(parsed, option=orjson.OPT_SORT_KEYS)
-    except TypeError:  # an integer beyond 64 bits, or too deep: it is as it stands, whatever becomes of it
-        return document
 
 
 def _check_asked(asked: Asked) -> None:

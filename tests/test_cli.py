@@ -1,5 +1,6 @@
 """The command: what it writes, where it speaks, and one line for whatever is wrong."""
 
+import argparse
 import io
 import json
 import os
@@ -12,10 +13,11 @@ import numpy as np
 import pytest
 
 from attitude import Ephemeris, Scene, __version__
-from attitude.cli import main
+from attitude.cli import console, main
 from attitude.formats import FORMATS, schema
 from attitude.runtime import compiled, kernel_cache
 from attitude.samples import chunks
+from attitude.scene import document
 from attitude.scene.document import builtin_names
 
 TOUTATIS = Scene.builtin("toutatis")
@@ -55,6 +57,19 @@ def given(text, monkeypatch):
 
 def test_built_in_scene_is_run_by_its_name(answer, written):
     assert answer("run", "toutatis") == (0, written(TOUTATIS, "csv"), "")
+
+
+@pytest.mark.parametrize("name", ["toutatis", "toutatis.json"])
+def test_document_is_parsed_once(name, answer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "toutatis.json").write_text(TOUTATIS.to_json())
+    parse, calls = document.parse_json, []
+    monkeypatch.setattr(
+        document, "parse_json", lambda *arguments: calls.append(arguments) or parse(*arguments)
+    )
+    monkeypatch.setattr(Scene, "to_json", None)  # nor is it printed
+    assert answer("run", name)[0] == 0
+    assert len(calls) == 1
 
 
 def test_scene_is_run_by_its_path(answer, written, tmp_path):
@@ -132,16 +147,28 @@ def test_person_at_a_terminal_is_told_what_is_run(answer, tmp_path):
     assert "attitude: long axis regime, polhode period 463841.0" in err
 
 
-def test_progress_of_a_long_run_is_told_by_tenths(answer, monkeypatch, tmp_path):
-    monkeypatch.setattr(chunks, "BLOCK", 4)
+def test_long_run_shows_its_progress_on_a_terminal(answer, monkeypatch, tmp_path):
+    monkeypatch.setattr(chunks, "BLOCK", 40)
     _, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
-    told = [line for line in err.splitlines() if "written" in line]
-    assert told == [f"attitude: written {done} %" for done in range(10, 101, 10)]
+    assert "\r 25% |" in err
+    assert err.endswith("\r")  # nothing of the bar is left
+    assert "|" not in answer("run", "toutatis", "-o", tmp_path / "out.csv")[2]
 
 
-def test_short_run_tells_no_progress(answer, tmp_path):
+def test_short_run_shows_no_progress(answer, tmp_path):
     _, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
-    assert "written" not in err
+    assert "|" not in err
+
+
+def test_time_left_of_a_resumed_run_counts_from_where_it_resumed(capsys, monkeypatch):
+    now = 0.0
+    monkeypatch.setattr("tqdm.std.time", lambda: now)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with console.progress_bar(argparse.Namespace(quiet=False)) as progress:
+        progress(0.5)  # stored already
+        now = 20.0
+        progress(0.75)
+    assert " 75% |" in capsys.readouterr().err.rpartition("00:20 left")[0]
 
 
 def test_quiet_run_says_nothing(answer, tmp_path):

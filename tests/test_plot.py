@@ -7,7 +7,7 @@ import pytest
 
 from attitude import Ephemeris, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.plot import timeline
-from attitude.plot.drop import ROOM, _apart
+from attitude.plot.drop import LABEL_WIDTH, _apart
 from attitude.plot.drop import picture as drop_picture
 from attitude.scene.simulation import compared
 from tests.effects.scenes import effect, quantity, scene
@@ -70,8 +70,8 @@ def test_samples_too_far_apart_are_dots_and_others_lines():
         return svg[: svg.index(b"legend_1")]
 
     rate = np.linalg.norm((0.3, -0.5, 0.9))
-    assert not has_dots(0.9 * timeline.JOINED / rate)
-    assert has_dots(1.6 * timeline.JOINED / rate)
+    assert not has_dots(0.9 * timeline.MAX_JOINED_ANGLE / rate)
+    assert has_dots(1.6 * timeline.MAX_JOINED_ANGLE / rate)
 
 
 def test_order_of_instants_does_not_matter():
@@ -138,4 +138,4 @@ def test_picture_of_a_body_that_comes_to_rest_ends_there():
 
 def test_labels_of_contacts_keep_their_distance():
     assert _apart([1.0, 1.01, 1.2, 1.3, 1.31], 0.1) == [1.0, 1.2, 1.3]
-    assert _apart([], ROOM) == []
+    assert _apart([], LABEL_WIDTH) == []

@@ -1,4 +1,4 @@
-"""What documents are made of: strict JSON, numbers and text, and faults as the library's own errors.
+"""Parts of JSON documents: strict JSON, numbers and text, and pydantic's errors as the library's own.
 
 Every part of a document refuses unknown keys; every number stands beside its unit.
 """
@@ -6,7 +6,6 @@ Every part of a document refuses unknown keys; every number stands beside its un
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
@@ -15,19 +14,6 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from pydantic_core import core_schema
 
 from ..errors import AttitudeError, FormatError, InputError
-
-
-def _number(value: Any) -> Any:
-    """JSON numbers only: a string or true is not silently read as one."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError("a number")
-    try:
-        number = float(value)
-    except OverflowError:
-        raise ValueError("a number in the range of a double") from None
-    if not math.isfinite(number):
-        raise ValueError("a finite number")
-    return number
 
 
 def _text(value: Any) -> Any:
@@ -40,7 +26,8 @@ def _text(value: Any) -> Any:
     return value
 
 
-Number = Annotated[float, BeforeValidator(_number)]
+# JSON numbers only: neither text nor true is silently read as one.
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Text = Annotated[str, BeforeValidator(_text)]
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
@@ -54,10 +41,11 @@ class Part(BaseModel):
 
 
 def exactly_one(part: Part, names: tuple[str, ...]) -> str:
-    given = [name for name in names if getattr(part, name) is not None]
-    if len(given) != 1:
-        raise InputError("", " and ".join(given) or None, f"exactly one of {', '.join(names)}")
-    return given[0]
+    """The one of these fields that a part has; InputError where it has none or several."""
+    present = [name for name in names if getattr(part, name) is not None]
+    if len(present) != 1:
+        raise InputError("", " and ".join(present) or None, f"exactly one of {', '.join(names)}")
+    return present[0]
 
 
 class Chosen:
@@ -96,8 +84,8 @@ def field_named(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def field_within(place: str) -> Iterator[None]:
-    """Puts the place of a part before the field of an error that names it relative to the part.
+def field_within(path: str) -> Iterator[None]:
+    """Puts the path of a part before the field of an error that names it relative to the part.
 
     `frame` and `epoch` are fields of the scene, whatever part misses them.
     """
@@ -107,15 +95,19 @@ def field_within(place: str) -> Iterator[None]:
         if error.field in ("frame", "epoch", "orbit"):
             raise
         inner = error.field if error.field.startswith("[") or not error.field else f".{error.field}"
-        raise InputError(place + inner, error.value, error.expected) from None
+        raise InputError(path + inner, error.value, error.expected) from None
 
 
 # -- documents that are wrong ---------------------------------------------------------------------
 
 
 def parse_json(text: str | bytes, source: str) -> Any:
+    """JSON text as plain data; refuses NaN, Infinity and keys given twice, which JSON readers let pass.
+
+    Raises FormatError, which names `source` and the line, or InputError for a key or a number.
+    """
     try:
-        return json.loads(text, object_pairs_hook=_without_twins, parse_constant=_no_constant)
+        return json.loads(text, object_pairs_hook=_refuse_duplicate_keys, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
         raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
     except UnicodeDecodeError:
@@ -128,16 +120,16 @@ def parse_json(text: str | bytes, source: str) -> Any:
         raise FormatError(f"not JSON that can be read: {error}", source) from None
 
 
-def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _refuse_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     document = dict(pairs)
     if len(document) < len(pairs):
         names = [name for name, _ in pairs]
-        twin = next(name for name in names if names.count(name) > 1)
-        raise InputError(twin, "the key twice", "each key once", steps=())
+        duplicate = next(name for name in names if names.count(name) > 1)
+        raise InputError(duplicate, "the key twice", "each key once", steps=())
     return document
 
 
-def _no_constant(name: str) -> float:
+def _refuse_constant(name: str) -> float:
     raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)", steps=())
 
 
@@ -164,8 +156,8 @@ def _fault(details: Any) -> InputError:
     cause = details.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # raised by a check of ours, relative to its part
         return InputError(_field((*steps, *cause.steps)), cause.value, cause.expected, (*steps, *cause.steps))
-    found = None if details["type"] == "missing" else details["input"]
-    return InputError(_field(steps), found, _expected(details), steps)
+    value = None if details["type"] == "missing" else details["input"]
+    return InputError(_field(steps), value, _expected(details), steps)
 
 
 def _field(steps: tuple[str | int, ...]) -> str:
@@ -176,12 +168,13 @@ def _field(steps: tuple[str | int, ...]) -> str:
     return text or "document"
 
 
-_PLAINLY = {
+_EXPECTED = {
     "missing": "a value (the field is required)",
     "extra_forbidden": "no such key (unknown keys are refused)",
     "model_type": "a JSON object",
     "list_type": "a list",
     "string_type": "text",
+    "finite_number": "a finite number",
     "string_pattern_mismatch": 'three axes in capitals (rotations about the body\'s own), such as "ZXZ"',
 }
 
@@ -190,14 +183,17 @@ def _expected(details: Any) -> str:
     kind, context = details["type"], details.get("ctx", {})
     if kind in ("too_short", "too_long"):
         least, most = context.get("min_length"), context.get("max_length")
-        wanted = least if least is not None else most
+        count = least if least is not None else most
         return (
-            f"{wanted} elements"
+            f"{count} elements"
             if details["loc"] and details["loc"][-1] not in ("elapsed", "dates")
             else "at least one"
         )
-    if kind in _PLAINLY:
-        return _PLAINLY[kind]
+    if kind == "float_type":  # Python's integers have no greatest, doubles have
+        too_large = type(details["input"]) is int
+        return "a number in the range of a double" if too_large else "a number"
+    if kind in _EXPECTED:
+        return _EXPECTED[kind]
     if kind == "literal_error":
         return f"one of {context['expected']}"
     return str(details["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")

@@ -18,12 +18,12 @@ from ..times import iso8601
 from ..times.instants import as_instants
 from .fields import Number, Part, Vector, exactly_one
 
-# Products of several quantities must stay doubles; nothing that a body meets comes near it.
+# Products of several quantities must stay doubles; no physical quantity comes near it.
 GREATEST = 1e50
 
 
 class Measured(Part):
-    """What has a unit of the kind `LIKE`."""
+    """A value beside a unit that converts to `LIKE`."""
 
     LIKE: ClassVar[u.UnitBase]
 
@@ -41,7 +41,7 @@ class Measured(Part):
 
     @property
     def factor(self) -> float:
-        """How many SI units one of the document's is."""
+        """SI units in one unit of the document."""
         return units.parse_unit(self.unit, self.LIKE, "unit")
 
 
@@ -52,6 +52,7 @@ class Quantity(Measured):
 
     @property
     def si(self) -> float:
+        """In SI units and radians."""
         return float(self.value * self.factor)
 
 
@@ -62,6 +63,7 @@ class VectorQuantity(Measured):
 
     @property
     def si(self) -> np.ndarray:
+        """(3,), in SI units and radians."""
         return np.array(self.value) * self.factor
 
 
@@ -70,81 +72,113 @@ def _unit(*examples: str) -> Any:
 
 
 class Angle(Quantity):
+    """An angle."""
+
     LIKE = units.ANGLE
     unit: str = _unit("deg")
 
 
 class Rate(Quantity):
+    """An angular velocity about one axis."""
+
     LIKE = units.RATE
     unit: str = _unit("rad/s")
 
 
 class Length(Quantity):
+    """A length."""
+
     LIKE = units.LENGTH
     unit: str = _unit("km")
 
 
 class LengthVector(VectorQuantity):
+    """A position or a displacement."""
+
     LIKE = units.LENGTH
     unit: str = _unit("m")
 
 
 class SpeedVector(VectorQuantity):
+    """A velocity."""
+
     LIKE = units.SPEED
     unit: str = _unit("m/s")
 
 
 class AccelerationVector(VectorQuantity):
+    """An acceleration."""
+
     LIKE = units.ACCELERATION
     unit: str = _unit("m/s2")
 
 
 class Mass(Quantity):
+    """A mass."""
+
     LIKE = units.MASS
     unit: str = _unit("kg")
 
 
 class Area(Quantity):
+    """An area."""
+
     LIKE = units.AREA
     unit: str = _unit("m2")
 
 
 class TorqueVector(VectorQuantity):
+    """A torque."""
+
     LIKE = units.TORQUE
     unit: str = _unit("N m")
 
 
 class ImpulseVector(VectorQuantity):
+    """An impulse."""
+
     LIKE = units.IMPULSE
     unit: str = _unit("N s")
 
 
 class AngularImpulseVector(VectorQuantity):
+    """An angular impulse, or an angular momentum."""
+
     LIKE = units.ANGULAR_IMPULSE
     unit: str = _unit("N m s")
 
 
 class DissipationCoefficient(Quantity):
+    """The rate of dissipation over the momentum."""
+
     LIKE = units.PER_ANGULAR_IMPULSE
     unit: str = _unit("1/(N m s)")
 
 
 class DipoleVector(VectorQuantity):
+    """A magnetic dipole moment."""
+
     LIKE = units.DIPOLE
     unit: str = _unit("A m2")
 
 
 class FieldStrength(Quantity):
+    """A magnetic flux density."""
+
     LIKE = units.FIELD
     unit: str = _unit("T")
 
 
-class Density(Quantity):
+class MassDensity(Quantity):
+    """A density of mass."""
+
     LIKE = units.DENSITY
     unit: str = _unit("kg/m3")
 
 
 class GravitationalParameter(Quantity):
+    """GM of a central body."""
+
     LIKE = units.GRAVITATIONAL_PARAMETER
     unit: str = _unit("km3/s2")
 
@@ -174,7 +208,7 @@ class Instant(Part):
         return float((self.value or 0.0) * units.parse_unit(self.unit or "", units.SECOND, "unit"))
 
     def seconds(self, epoch: Time | None) -> float:
-        """s since the epoch.  Raises InputError for a date where there is none to count from."""
+        """Seconds since the epoch.  Raises InputError for a date where there is none to count from."""
         if self.date is None:
             return self._elapsed()
         if epoch is None:
@@ -192,6 +226,7 @@ def check_positive(part: Part, *names: str) -> None:
 
 
 def check_not_negative(part: Part, *names: str) -> None:
+    """Refuse quantities that are there and less than zero."""
     for name in names:
         quantity = getattr(part, name)
         if quantity is not None and not quantity.si >= 0.0:

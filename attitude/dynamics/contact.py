@@ -19,7 +19,7 @@ from ..frames import rotations
 from ..kernels import layout
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse
-from ..rigid_body.phase_limit import pace, refuse_too_far
+from ..rigid_body.phase_limit import max_phase_rate, refuse_too_far
 from ..runtime import compiled
 from ..samples.event import Event
 from ..samples.translation import parabola
@@ -252,7 +252,8 @@ class _Course:
         self._records.append(records[:whole])
         self._starts.append(starts[:whole])
         self._start = starts[len(contacts)]
-        refuse_too_far(pace(records[:whole]), float(np.diff(starts[:whole, 0], append=self._state[4]).max()))
+        rate = max_phase_rate(records[:whole])
+        refuse_too_far(rate, float(np.diff(starts[:whole, 0], append=self._state[4]).max()))
         self._tell(contacts, starts[1 : len(contacts) + 1])
         if len(self.events) > MAX_CONTACTS:
             expected = (

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from .. import memory
 from ..kernels.layout import LEAF, LIMB_BITS, LIMB_FIRST, PITCH, REGIMES
 from ..motion import TorqueFreeMotion
 from ..rigid_body.phase_limit import refuse_too_far
@@ -120,7 +119,7 @@ class Gathering:
         batch, farthest = motion._batch, float(np.abs(self.seconds).max())
         with naming(index):
             ((_, records),) = batch.blocks(0, batch.size)  # a task's are kept
-        refuse_too_far(batch.pace(records), farthest)
+        refuse_too_far(batch.max_phase_rate(records), farthest)
         parts = [(self.seconds[a:b], None if self.rest is None else self.rest[a:b]) for a, b in self._cuts()]
 
         def pieces(leaf: Cut) -> Iterator[tuple[int, np.ndarray]]:
@@ -128,7 +127,7 @@ class Gathering:
                 size = max(AT_ONCE // len(seconds), 1)
                 for first in range(*leaf, size):
                     bodies = records[first : min(first + size, leaf[1])]
-                    out = memory.empty((4, len(bodies), len(seconds)))
+                    out = np.empty((4, len(bodies), len(seconds)))
                     compiled.sample(bodies, seconds, rest, out, None, None, 0, 0, len(seconds))
                     yield which, out
 

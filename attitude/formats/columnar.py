@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from astropy.time import Time
 
-from .. import memory
 from ..runtime import compiled
 from ..samples.chunks import Samples
 from ..times.instants import Instants
@@ -59,7 +58,7 @@ def nanoseconds(instants: Instants, epoch: Time) -> np.ndarray:
     start, below = _since_1970(epoch)
     seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
     rest = np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest)
-    counts = memory.empty(seconds.shape)
+    counts = np.empty(seconds.shape)
     compiled.nanoseconds(seconds, rest.reshape(-1), start, below, counts)
     return counts.view("M8[ns]").reshape(instants.shape)
 

@@ -1,4 +1,4 @@
-"""The picture of an ephemeris: attitude, body rate and what else there is, in time, with what happened."""
+"""The picture of an ephemeris: attitude, rate, energy, momentum and position in time, with events."""
 
 from __future__ import annotations
 
@@ -16,12 +16,10 @@ if TYPE_CHECKING:
 
     from ..ephemeris import Ephemeris
 
-WIDTH, HEIGHT, MARGIN = 9.0, 2.1, 1.3  # inches: of all, of a panel, and what the panels leave
+WIDTH, HEIGHT, MARGIN = 9.0, 2.1, 1.3  # inches: of all, of a panel, beside the panels
 COLOURS = (BLACK, RED, BLUE, GREEN)
-# Where the body turns farther than this from sample to sample (rad), a line between them would tell a story
-# of its own.
-JOINED = 1.2
-CONSERVED = 1e-9  # relative: what changes by less is not drawn
+MAX_JOINED_ANGLE = 1.2  # rad from sample to sample; beyond, a line between samples would mislead
+CONSERVED = 1e-9  # relative: quantities that change by less are not drawn
 EVENTS = {
     "contact": ("0.35", DASHED),
     "impulse": ("#cc79a7", "-"),
@@ -33,7 +31,7 @@ EVENTS = {
 }
 
 
-class Panel(NamedTuple):
+class TimelinePanel(NamedTuple):
     """Lines with an axis of their own: (n, lines) values, and the name of each line."""
 
     title: str
@@ -41,7 +39,7 @@ class Panel(NamedTuple):
     values: np.ndarray
 
 
-def picture(ephemeris: Ephemeris, format: str) -> bytes:
+def picture(ephemeris: Ephemeris, file_format: str) -> bytes:
     """An "svg" or "png" file of one body's ephemeris.
 
     Raises InputError for a batch of bodies, and for one instant or none.
@@ -50,33 +48,37 @@ def picture(ephemeris: Ephemeris, format: str) -> bytes:
         raise InputError("ephemeris", f"shape {ephemeris.shape}", "one body at two instants or more")
     panels = _panels(ephemeris)
     size = WIDTH, HEIGHT * len(panels) + MARGIN
-    return drawn(partial(_draw, ephemeris, panels), size, format)
+    return drawn(partial(_draw, ephemeris, panels), size, file_format)
 
 
-def _panels(ephemeris: Ephemeris) -> list[Panel]:
+def _panels(ephemeris: Ephemeris) -> list[TimelinePanel]:
     names = tuple(f"q_{axis}" for axis in "wxyz")
-    panels = [Panel("attitude", names, ephemeris.quaternion("wxyz"))]
+    panels = [TimelinePanel("attitude", names, ephemeris.quaternion("wxyz"))]
     if ephemeris.has_rate:
         names = tuple(f"omega_{axis}" for axis in "xyz")
-        panels.append(Panel("body rate, rad/s", names, ephemeris.angular_velocity))
+        panels.append(TimelinePanel("body rate, rad/s", names, ephemeris.angular_velocity))
     if ephemeris.body is not None and ephemeris.has_rate:
         panels += _changing(ephemeris)
     if ephemeris.translation is not None:
-        panels.append(Panel("position, m", tuple("xyz"), ephemeris.translation.position))
+        panels.append(TimelinePanel("position, m", tuple("xyz"), ephemeris.translation.position))
     return panels
 
 
-def _changing(ephemeris: Ephemeris) -> list[Panel]:
+def _changing(ephemeris: Ephemeris) -> list[TimelinePanel]:
     """Energy and momentum over the greatest they reach, where they do not stay as they are."""
     momentum = np.linalg.norm(ephemeris.angular_momentum, axis=1)
     both = {"energy": ephemeris.kinetic_energy, "momentum": momentum}
-    told = {
+    varying = {
         name: value / value.max() for name, value in both.items() if np.ptp(value) > CONSERVED * value.max()
     }
-    return [Panel("of the greatest", tuple(told), np.stack(list(told.values()), axis=1))] if told else []
+    return (
+        [TimelinePanel("of the greatest", tuple(varying), np.stack(list(varying.values()), axis=1))]
+        if varying
+        else []
+    )
 
 
-def _draw(ephemeris: Ephemeris, panels: list[Panel], figure: Figure) -> None:
+def _draw(ephemeris: Ephemeris, panels: list[TimelinePanel], figure: Figure) -> None:
     order = np.argsort(ephemeris.elapsed, kind="stable")
     seconds = ephemeris.elapsed[order]
     unit, size = time_unit(seconds)
@@ -99,12 +101,14 @@ def _since(ephemeris: Ephemeris) -> str:
 def _styles(ephemeris: Ephemeris, seconds: np.ndarray) -> dict[str, Any]:
     """Lines through the samples, or dots where the body turns too far between them."""
     fastest = float(np.linalg.norm(ephemeris.angular_velocity, axis=1).max()) if ephemeris.has_rate else 0.0
-    if fastest * float(np.median(np.diff(seconds))) > JOINED:
+    if fastest * float(np.median(np.diff(seconds))) > MAX_JOINED_ANGLE:
         return {"linestyle": "none", "marker": "o", "markersize": 1.3, "markeredgewidth": 0.0}
     return {"linewidth": 1.3}
 
 
-def _lines(axes: Any, panel: Panel, time: np.ndarray, order: np.ndarray, style: dict[str, Any]) -> None:
+def _lines(
+    axes: Any, panel: TimelinePanel, time: np.ndarray, order: np.ndarray, style: dict[str, Any]
+) -> None:
     for name, values, colour in zip(panel.names, panel.values.T, COLOURS, strict=False):
         axes.plot(time, values[order], color=colour, label=name, **style)
     legend = axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)

@@ -1,4 +1,4 @@
-"""The body: its inertia checked, its principal moments and axes."""
+"""Rigid bodies: checked inertia, principal moments and axes."""
 
 from __future__ import annotations
 
@@ -77,15 +77,12 @@ class RigidBody:
         identity = np.stack([np.eye(3), np.zeros((3, 3))], axis=-1)
         self._two_part_axes = np.broadcast_to(identity, (*self.shape, 3, 3, 2))
         self._tensor = None
-        self._finish()
+        _check_moments(moments)
 
     def _from_tensor(self, tensor: np.ndarray) -> None:
         self.shape = tensor.shape[:-2]
         self._tensor = _symmetric(tensor)
         self._two_part_moments, self._two_part_axes = _principal(self._tensor)
-        self._finish()
-
-    def _finish(self) -> None:
         _check_moments(self._two_part_moments[..., 0])
 
     @property
@@ -111,7 +108,7 @@ class RigidBody:
         )
 
     def __getitem__(self, key: Any) -> RigidBody:
-        """Some of a batch's bodies, by index or slice of the batch dimensions."""
+        """Bodies of a batch, by index or slice of the batch dimensions."""
         if not self.shape:
             raise TypeError("a single body cannot be indexed")
         return self._each(lambda array: array[key], np.empty(self.shape)[key].shape)
@@ -153,12 +150,10 @@ def asymmetry(tensor: np.ndarray) -> np.ndarray:
 def _symmetric(tensor: np.ndarray) -> np.ndarray:
     transposed, beyond = np.swapaxes(tensor, -1, -2), asymmetry(tensor)
     if (beyond > 0.0).any():
-        place = np.unravel_index(np.argmax(beyond), tensor.shape)
-        where = "inertia" + "".join(f"[{int(i)}]" for i in place)
-        mirror = float(transposed[place])
-        raise InputError(
-            where, float(tensor[place]), f"a symmetric tensor (the mirrored element is {mirror!r})"
-        )
+        index = np.unravel_index(np.argmax(beyond), tensor.shape)
+        field = "inertia" + "".join(f"[{int(i)}]" for i in index)
+        expected = f"a symmetric tensor (the mirrored element is {float(transposed[index])!r})"
+        raise InputError(field, float(tensor[index]), expected)
     return np.where(tensor == transposed, tensor, 0.5 * tensor + 0.5 * transposed)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from .. import units
 from ..kernels import layout
 from ..runtime import compiled
-from .phase_limit import pace, refuse_too_far
+from .phase_limit import max_phase_rate, refuse_too_far
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,7 @@ class PaperConstants:
 
     @classmethod
     def from_invariants(cls, bodies: np.ndarray) -> PaperConstants:
+        """From records of the motion, of any batch shape; no constant rates."""
         sense = _sense(bodies)
         with np.errstate(invalid="ignore"):
             nome = np.where(np.isinf(bodies["K"]), 1.0, np.exp(-np.pi * bodies["K_prime"] / bodies["K"]))
@@ -73,7 +74,7 @@ class PaperConstants:
         Raises ToleranceError where `TorqueFreeMotion.at` would.
         """
         seconds = units.si_array(t, units.SECOND, "t")
-        refuse_too_far(pace(self._bodies), float(np.abs(seconds).max(initial=0.0)))
+        refuse_too_far(max_phase_rate(self._bodies), float(np.abs(seconds).max(initial=0.0)))
         start = _azimuth(self._bodies, np.zeros(1))
         turned = _azimuth(self._bodies, seconds.reshape(-1)) - start
         return turned.reshape(self._bodies.shape + seconds.shape)[()]

@@ -1,4 +1,4 @@
-"""How far from the epoch phases keep their digits; beyond it, an error rather than a guess."""
+"""The limit on elapsed time: the number of turns up to which two-part phases keep their digits."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from ..errors import ToleranceError
 from ..kernels.layout import MAX_TURNS
 
 
-def pace(bodies: np.ndarray) -> float:
-    """Turns a second of the fastest phase of these records; zero where there are none."""
+def max_phase_rate(bodies: np.ndarray) -> float:
+    """Turns/s of the fastest phase of these records; zero for no records."""
     phases = (bodies[name][..., 0] for name in ("precession", "argument"))
     return max(float(np.abs(rates).max(initial=0.0)) for rates in phases)
 
 
 def refuse_too_far(turns_per_second: float, farthest: float) -> None:
-    """Raises ToleranceError where an instant is more turns from the epoch than phases can count.
+    """Raise ToleranceError where the fastest phase makes more than MAX_TURNS turns up to an instant.
 
-    turns_per_second : `pace` of the bodies; farthest : s, greatest of the instants' absolute values
+    turns_per_second : `max_phase_rate` of the bodies; farthest : s, greatest of the instants' absolute values
     """
     if farthest * turns_per_second > MAX_TURNS:
         raise ToleranceError(

@@ -1,4 +1,4 @@
-"""The scene document, one JSON for library, command and HTTP: its parts, and what runs it."""
+"""The scene document, one JSON for library, command and HTTP: its parts, its plan and its simulation."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
     from .planning import ScenePlan
 
-MOST_SAMPLES = 10_000_000_000  # in a file: a thousand gigabytes
-MOST_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
-STATE = {"body", "attitude", "angular_velocity", "frame"}  # what the motion is made of
-AT_ONCE = 1 << 18  # instants that are computed once and held, rather than again for every turn of a writer
-# Asked for between these; below, the rounding of the motion itself is larger (docs/theory.md, section 8).
-LEAST_TOLERANCE, GREATEST_TOLERANCE, USUAL_TOLERANCE = 1e-13, 1e-2, 1e-9
+MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
+MAX_GRID_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
+STATE = {"body", "attitude", "angular_velocity", "frame"}  # fields that determine the motion
+MAX_SAMPLES_HELD = 1 << 18  # computed once, rather than again each time a writer reads them
+# Between these; below the least, the rounding of the motion itself is larger (docs/theory.md, section 8).
+MIN_TOLERANCE, MAX_TOLERANCE, DEFAULT_TOLERANCE = 1e-13, 1e-2, 1e-9
 
 
 class Body(Part):
@@ -74,6 +74,7 @@ class Body(Part):
         return self
 
     def build(self) -> RigidBody:
+        """In SI units, checked."""
         field = "moments" if self.moments is not None else "tensor"
         values = _si(getattr(self, field), self.unit, units.MOMENT, "body.unit")
         with field_named(f"body.{field}"):
@@ -87,12 +88,13 @@ class Epoch(Part):
     scale: Scale
 
     def build(self) -> Time:
-        return _checked(self.time, self.scale).copy()
+        """The instant, the caller's own copy."""
+        return _parsed_epoch(self.time, self.scale).copy()
 
 
 @lru_cache(maxsize=256)
-def _checked(time: str, scale: str) -> Time:
-    """Remembered, for scenes share their epochs; what is given out is a copy."""
+def _parsed_epoch(time: str, scale: str) -> Time:
+    """Cached, since scenes share epochs; callers get copies."""
     return instants.check_epoch(parse_time(time, scale, "epoch.time"), "epoch.time")
 
 
@@ -115,11 +117,11 @@ class Attitude(Part):
     @model_validator(mode="after")
     def _one_of(self) -> Attitude:
         form = exactly_one(self, ("euler", "quaternion", "matrix", "mrp"))
-        wanted = {"euler": {"sequence", "unit"}, "quaternion": {"order"}}.get(form, set())
+        needed = {"euler": {"sequence", "unit"}, "quaternion": {"order"}}.get(form, set())
         for name in ("sequence", "unit", "order"):
-            if name in wanted and getattr(self, name) is None:
+            if name in needed and getattr(self, name) is None:
                 raise InputError(name, None, f"{_MEANING[name]} beside {form}")
-            if name not in wanted and getattr(self, name) is not None:
+            if name not in needed and getattr(self, name) is not None:
                 raise InputError(name, getattr(self, name), f"no {name} beside {form}")
         if self.sequence and (self.sequence[0] == self.sequence[1] or self.sequence[1] == self.sequence[2]):
             raise InputError("sequence", self.sequence, "three axes, no two neighbours the same")
@@ -152,6 +154,7 @@ class AngularVelocity(Part):
     unit: str = Field(examples=["deg/d"])
 
     def build(self) -> np.ndarray:
+        """(3,), rad/s."""
         values = _si(self.value, self.unit, units.RATE, "angular_velocity.unit")
         return units.finite_array(values, "angular_velocity.value")
 
@@ -165,7 +168,7 @@ class Times(Part):
     start: Number | None = None
     stop: Number | None = None
     step: Annotated[Number, Field(gt=0)] | None = None
-    count: Annotated[int, Field(ge=1, le=MOST_INSTANTS, strict=True)] | None = None
+    count: Annotated[int, Field(ge=1, le=MAX_GRID_INSTANTS, strict=True)] | None = None
     elapsed: list[Number] | None = Field(None, min_length=1)
     unit: str | None = Field(None, examples=["s"])
     dates: list[str] | None = Field(None, min_length=1)
@@ -184,7 +187,7 @@ class Times(Part):
                 raise InputError(name, None, f"a value beside {form}")
         if form == "start":
             exactly_one(self, ("step", "count"))
-            start, stop = self._span()
+            start, stop = self.start or 0.0, self.stop or 0.0
             if stop < start:
                 raise InputError("stop", stop, f"an instant not before start ({start!r})")
             if self.count == 1 and stop != start:
@@ -197,7 +200,7 @@ class Times(Part):
 
     @property
     def samples(self) -> int:
-        """How many instants, without building them."""
+        """Number of instants, without building them."""
         if self.elapsed is not None:
             return len(self.elapsed)
         if self.dates is not None:
@@ -206,11 +209,8 @@ class Times(Part):
             return self.count
         return self._grid().count
 
-    def _span(self) -> tuple[float, float]:
-        """start and stop of a grid, where both are sure to be given."""
-        return self.start or 0.0, self.stop or 0.0
-
     def build(self, epoch: Time | None) -> Instants:
+        """All instants, since the epoch."""
         if self.dates is not None:
             if epoch is None:
                 raise InputError(
@@ -235,11 +235,11 @@ class Times(Part):
         return min(0.0, *seconds), max(0.0, *seconds)
 
     def lazily(self, epoch: Time | None) -> Grid | Instants:
-        """The instants for `TorqueFreeMotion.chunks`: those of a grid are not made yet."""
+        """The instants for `TorqueFreeMotion.chunks`; those of a grid are made chunk by chunk."""
         return self.build(epoch) if self.start is None else self._grid()
 
     def _grid(self) -> Grid:
-        return Grid(*self._span(), self.count, self.step, self.unit or "")
+        return Grid(self.start or 0.0, self.stop or 0.0, self.count, self.step, self.unit or "")
 
 
 class Tolerance(Angle):
@@ -247,10 +247,8 @@ class Tolerance(Angle):
 
     @model_validator(mode="after")
     def _check_reach(self) -> Tolerance:
-        if not LEAST_TOLERANCE <= self.si <= GREATEST_TOLERANCE:
-            reach = (
-                f"from {LEAST_TOLERANCE:g} rad (double precision gives no less) to {GREATEST_TOLERANCE:g} rad"
-            )
+        if not MIN_TOLERANCE <= self.si <= MAX_TOLERANCE:
+            reach = f"from {MIN_TOLERANCE:g} rad (double precision gives no less) to {MAX_TOLERANCE:g} rad"
             raise InputError("value", self.value, reach)
         return self
 
@@ -280,7 +278,8 @@ class Scene(Part):
     @model_validator(mode="after")
     def _check(self) -> Scene:
         rotations.check_frame(self.frame)
-        consistency.check(self)
+        if self.effects or self.position is not None or self.velocity is not None:
+            consistency.check(self)
         return self
 
     def __init__(self, **document: Any):
@@ -290,13 +289,13 @@ class Scene(Part):
     @classmethod
     def model_validate(cls, document: Any) -> Scene:  # type: ignore[override]
         """From plain data, as JSON text holds it."""
-        if not isinstance(document, dict) or not all(isinstance(key, str) for key in document):
+        if not isinstance(document, dict) or not set(map(type, document)) <= {str}:
             raise InputError("document", document, "a JSON object", steps=())
         return cls(**document)
 
     @classmethod
     def from_json(cls, text: str | bytes, source: str = "document") -> Scene:
-        """From JSON text.  Refuses NaN, Infinity and keys given twice, which JSON readers let pass."""
+        """From JSON text.  Refuses NaN, Infinity and duplicate keys, which JSON readers let pass."""
         return cls.model_validate(parse_json(text, source))
 
     @classmethod
@@ -311,10 +310,7 @@ class Scene(Part):
     @classmethod
     def builtin(cls, name: str) -> Scene:
         """One of the scenes that come with the package."""
-        if name not in builtin_names():
-            raise InputError("scene", name, f"a built-in scene, one of {', '.join(builtin_names())}")
-        text = resources.files("attitude.scene").joinpath("scenes", f"{name}.json").read_bytes()
-        return cls.from_json(text, name)
+        return cls.from_json(builtin_text(name), name)
 
     def to_json(self) -> str:
         """The document as JSON text; `from_json` of it is this scene."""
@@ -335,19 +331,19 @@ class Scene(Part):
 
     @property
     def asked_tolerance(self) -> float:
-        """rad: the document's `tolerance`, or what it is where left out."""
-        return USUAL_TOLERANCE if self.tolerance is None else self.tolerance.si
+        """rad: the document's `tolerance`, or the default."""
+        return DEFAULT_TOLERANCE if self.tolerance is None else self.tolerance.si
 
     def initial_state(self) -> InitialState:
         """The numbers that effects and solvers share, in SI, with every effect checked against them.
 
-        Raises InputError with the field's path for what only the whole scene shows to be wrong.
+        Raises InputError with the field's path for what contradicts another part of the scene.
         """
         epoch = self.epoch.build() if self.epoch is not None else None
         start, stop = self.times.span(epoch)
-        course = None
+        path = None
         if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
-            course = _course(self.orbit, self.frame, epoch, start, stop)
+            path = _orbit_path(self.orbit, self.frame, epoch, start, stop)
         initial_state = InitialState(
             self.body.build(),
             self.attitude.build(),
@@ -359,7 +355,7 @@ class Scene(Part):
             None if self.body.mass is None else self.body.mass.si,
             None if self.position is None else self.position.si,
             None if self.velocity is None else self.velocity.si,
-            course,
+            path,
         )
         for i, effect in enumerate(self.effects):
             with field_within(f"effects[{i}]"):
@@ -369,7 +365,7 @@ class Scene(Part):
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
         motion = copy(_motion(_State.of(self)))
-        motion.epoch = self.epoch.build() if self.epoch is not None else None  # nobody else's
+        motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
         return motion
 
     @property
@@ -379,17 +375,19 @@ class Scene(Part):
 
     @property
     def _is_plain(self) -> bool:
-        """Whether there is nothing but the attitude of a free body."""
+        """Whether only the attitude of a free body is computed."""
         return not self.effects and self.position is None
 
     def plan(self, drop_below: float | None = None) -> ScenePlan:
-        """What `run` would simulate, what not and why, by which solver, at what predicted cost and error.
+        """Which effects `run` would simulate and why, the solver, its predicted cost and error.
 
         drop_below : rad; torques whose influence over the span stays below are left out, and the plan says so
         """
         from . import simulation
 
-        return simulation.plan(self, _checked_drop(drop_below))
+        if drop_below is not None:
+            _check_drop(drop_below)
+        return simulation.plan(simulation.resolve(self, drop_below))
 
     def run(
         self,
@@ -398,24 +396,26 @@ class Scene(Part):
         drop_below: float | None = None,
         check: Callable[[float], None] | None = None,
     ) -> Ephemeris:
-        """Simulate what the document asks for, leaving out torques that matter less than `drop_below` (rad).
+        """Simulate the scene, without torques that matter less than `drop_below` (rad).
 
         Under torques `check` is called with the seconds that computing is predicted to take, before they are
         spent: what it raises stops the run.
 
-        Raises InputError where a value cannot be taken, or where there are more than
+        Raises InputError for an invalid value, or for more than
         `max_samples` instants (a limit `set_by` whatever the message is to name).
         """
-        self._check_samples(max_samples, set_by)
-        drop_below = _checked_drop(drop_below)
+        if max_samples is not None:
+            self._check_samples(max_samples, set_by)
+        if drop_below is not None:
+            _check_drop(drop_below)
         if not self._is_plain:
             from . import simulation
 
-            ephemeris = simulation.run(self, drop_below, check)
+            ephemeris = simulation.run(simulation.resolve(self, drop_below), check)
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
-        return replace(ephemeris, orbit=self._ephemeris_orbit())
+        return ephemeris if self.orbit is None else replace(ephemeris, orbit=self._ephemeris_orbit())
 
     def samples(
         self,
@@ -426,21 +426,21 @@ class Scene(Part):
         set_by: str = "",
         check: Callable[[float], None] | None = None,
     ) -> Samples:
-        """What `run` gives, for writers: computed piece by piece, where there is much of it and no effect has
-        to be followed.
-        """
-        if self._is_plain and self.times.samples > AT_ONCE:
-            self._check_samples(max_samples, set_by)
-            self._check_samples(MOST_SAMPLES, "of a file")
-            _checked_drop(drop_below)
-            samples = self._lazily(progress)
+        """What `run` returns, for writers; a long ephemeris without effects is computed chunk by chunk."""
+        if self._is_plain and self.times.samples > MAX_SAMPLES_HELD:
+            if max_samples is not None:
+                self._check_samples(max_samples, set_by)
+            self._check_samples(MAX_SAMPLES_IN_FILE, "of a file")
+            if drop_below is not None:
+                _check_drop(drop_below)
+            samples = self._computed_on_demand(progress)
         else:
             samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
         if frame in (None, self.frame):
             return samples
         return samples.turned(lambda piece: in_frame(piece, frame))
 
-    def _lazily(self, progress: Progress | None) -> Samples:
+    def _computed_on_demand(self, progress: Progress | None) -> Samples:
         motion, orbit = self.motion(), self._ephemeris_orbit()
         part, count = instants.parts(self.times.lazily(motion.epoch), motion.epoch)
 
@@ -449,15 +449,15 @@ class Scene(Part):
 
         return Samples(count, cut, progress, part, is_held=False)
 
-    def _check_samples(self, most: int | None, set_by: str) -> None:
-        if most is not None and self.times.samples > most:
-            limit = f"at most {most} samples" + (f" ({set_by})" if set_by else "")
-            raise InputError("times", f"{self.times.samples} samples", limit)
+    def _check_samples(self, limit: int, set_by: str) -> None:
+        if self.times.samples > limit:
+            expected = f"at most {limit} samples" + (f" ({set_by})" if set_by else "")
+            raise InputError("times", f"{self.times.samples} samples", expected)
 
     def write(
         self,
         path: str | Path,
-        format: str | None = None,
+        format: str | None = None,  # noqa: A002 (public name)
         frame: str | None = None,
         interpolation_error: Any = None,
         drop_below: float | None = None,
@@ -476,13 +476,13 @@ class Scene(Part):
         return formats.write(samples, path, format, None, interpolation_error, **options)
 
     def chunks(self, size: int, threads: int = 1) -> Iterator[Ephemeris]:
-        """What `run` gives, in ephemerides of at most `size` instants each; see `TorqueFreeMotion.chunks`.
+        """What `run` returns, in ephemerides of at most `size` instants each; see `TorqueFreeMotion.chunks`.
 
-        A scene with effects is computed as a whole, and given piece by piece.
+        A scene with effects is computed as a whole and cut.
         """
         if not self._is_plain:
-            whole = self.run()
-            return (whole[first : first + size] for first in range(0, len(whole), size))
+            ephemeris = self.run()
+            return (ephemeris[first : first + size] for first in range(0, len(ephemeris), size))
         motion, orbit = self.motion(), self._ephemeris_orbit()
         chunks = motion.chunks(
             self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
@@ -490,17 +490,17 @@ class Scene(Part):
         return (replace(chunk, orbit=orbit) for chunk in chunks)
 
     def _ephemeris_orbit(self) -> EphemerisOrbit | None:
-        """The orbit, for who asks an ephemeris for frames along it; nothing is computed before."""
+        """The orbit, for frames that follow it; computed when such a frame is requested."""
         if self.orbit is None:
             return None
         epoch = self.epoch.build() if self.epoch is not None else None
         return EphemerisOrbit(
-            partial(_course, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
+            partial(_orbit_path, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
         )
 
 
 class _State(NamedTuple):
-    """What decides the motion, and nothing else of a scene: two of the same text are one to who remembers."""
+    """The fields that determine the motion, as a key of the cache: equal where their text is."""
 
     text: bytes
     body: Body
@@ -525,35 +525,39 @@ class _State(NamedTuple):
 
 @lru_cache(maxsize=256)
 def _motion(state: _State) -> TorqueFreeMotion:
-    """Remembered, with the constants of its motion: who asks where a body points soon asks again."""
+    """Cached with its constants: the same body is often queried again."""
     body, attitude, rate = state.body.build(), state.attitude.build(), state.angular_velocity.build()
     return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=state.frame)
 
 
-def _course(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> OrbitPath:
+def _orbit_path(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> OrbitPath:
     with field_within("orbit"):
         return orbit.course(start, stop, epoch, frame)
 
 
-def _checked_drop(drop_below: float | None) -> float | None:
-    if drop_below is not None and not (isinstance(drop_below, (int, float)) and 0.0 < drop_below < np.inf):
+def _check_drop(drop_below: float) -> None:
+    if not (isinstance(drop_below, (int, float)) and 0.0 < drop_below < np.inf):
         raise InputError("drop_below", drop_below, "an angle in rad, above 0")
-    return drop_below
 
 
 def builtin_names() -> list[str]:
     """Names of the scenes that come with the package, sorted."""
-    folder = resources.files("attitude.scene").joinpath("scenes")
-    return sorted(
-        entry.name.removesuffix(".json") for entry in folder.iterdir() if entry.name.endswith(".json")
-    )
+    entries = resources.files("attitude.scene").joinpath("scenes").iterdir()
+    return sorted([entry.name.removesuffix(".json") for entry in entries if entry.name.endswith(".json")])
+
+
+def builtin_text(name: str) -> bytes:
+    """The document of a scene that comes with the package; InputError for any other name."""
+    if name not in builtin_names():
+        raise InputError("scene", name, f"a built-in scene, one of {', '.join(builtin_names())}")
+    return resources.files("attitude.scene").joinpath("scenes", f"{name}.json").read_bytes()
 
 
 # -- numbers and matrices -----------------------------------------------------------------------
 
 
 def _si(values: Any, unit: str, like: u.UnitBase, field: str) -> np.ndarray:
-    """Numbers of a document in SI; what overflows there is refused by whoever takes it."""
+    """Numbers of a document in SI; infinite where they overflow, which the classes they go to refuse."""
     with np.errstate(over="ignore"):
         return np.array(values) * units.parse_unit(unit, like, field)
 

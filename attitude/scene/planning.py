@@ -1,4 +1,4 @@
-"""What a scene's plan says: which effects are simulated and why, the solver, and what it will cost."""
+"""The plan of a scene: which effects are simulated and why, the solver, its predicted error and cost."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ..dynamics.solver_selection import SAMPLE, Candidate
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import Spin
-from ..rigid_body.error_bounds import FORMS, form_of
 
 if TYPE_CHECKING:
     from ..effects.effect import Effect
@@ -20,48 +18,55 @@ if TYPE_CHECKING:
 
 
 class Described(Protocol):
-    """What is read of a scene: `attitude.scene.document.Scene` is one."""
+    """The parts of a scene that a simulation uses; `attitude.scene.document.Scene` has them."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """For people."""
+
     @property
-    def frame(self) -> str: ...
+    def frame(self) -> str:
+        """The inertial frame of attitude and translation."""
+
     @property
-    def effects(self) -> Sequence[Effect]: ...
+    def effects(self) -> Sequence[Effect]:
+        """In the document's order."""
+
     @property
-    def times(self) -> Any: ...
+    def times(self) -> Any:
+        """The `Times` of the document."""
+
     @property
-    def asked_tolerance(self) -> float: ...
+    def asked_tolerance(self) -> float:
+        """rad, at the end of the span."""
+
     @property
-    def wanted_solver(self) -> str | None: ...
-    def initial_state(self) -> InitialState: ...
-    def motion(self) -> TorqueFreeMotion: ...
+    def wanted_solver(self) -> str | None:
+        """The kind of solver; None for the cheapest."""
+
+    def initial_state(self) -> InitialState:
+        """In SI units; every effect is checked against it."""
+
+    def motion(self) -> TorqueFreeMotion:
+        """The torque-free motion from the epoch on."""
 
 
-# One closed form after another: each adds its own rounding to the state it starts from.
-WORST_BOUND = max(bound for _, bound in FORMS)
-CHAINED = (
-    "the bound of one closed form (docs/theory.md, section 8) for each stretch between events; rounding of "
-    "the state at an event grows with the time after it, as any change of an initial state does: not in it"
-)
-# Seconds: measured set-up and samples of a closed form (tests/benchmarks/test_speed.py).
-CLOSED_SET_UP, CLOSED_SAMPLE = 2e-5, 9e-9
 WIDTH = 100  # characters of a line of text
 
 
 @dataclass(frozen=True)
 class EffectPlan:
-    """What happens to one effect.
+    """Whether one effect is simulated, and its size.
 
     Attributes
     ----------
-    field, type : where it stands in the document, and what it is
-    simulated : whether it is
+    field, type : its path in the document, and its type
+    simulated : bool
     acts_on : "attitude", "translation" or "instants"
     reason : one sentence
     torque : N m, the greatest it can exert; None for what exerts none at every instant
     relative_torque : of L^2 / I, I the greatest moment; None at rest
-    seconds_to_tolerance : in which it alone would turn the body at rest by the asked tolerance
+    seconds_to_tolerance : in which it alone would turn the body at rest by the scene's tolerance
     influence : rad, from above: by which it alone would turn the body at rest over the span
     """
 
@@ -78,7 +83,7 @@ class EffectPlan:
 
 @dataclass(frozen=True)
 class ScenePlan:
-    """What `Scene.run` would do.
+    """What `Scene.run` would simulate and how.
 
     Attributes
     ----------
@@ -86,9 +91,9 @@ class ScenePlan:
     effects : of each, in the document's order
     simulates : "attitude", or "attitude and translation"
     solver : name; order : of its error in the step, or None; step : s, or None where it chooses itself
-    samples : how many instants; tolerance : rad, asked for
+    samples : number of instants; tolerance : rad, of the scene
     predicted_error : rad; predicted_seconds : of computing
-    candidates : (solver, step or tolerance, predicted error, predicted seconds) of all that was considered
+    candidates : (solver, step or tolerance, predicted error, predicted seconds) of all solvers considered
     """
 
     name: str
@@ -172,25 +177,29 @@ def _duration(seconds: float) -> str:
 
 
 def of_effect(
-    effect: Effect,
-    field: str,
     scene: Described,
+    field: str,
+    effect: Effect,
     initial_state: InitialState,
-    tolerance: float,
-    drop_below: float | None,
     spin: Spin,
+    drop_below: float | None,
 ) -> EffectPlan:
-    """What becomes of an effect in its scene, whose body never turns faster than `spin`."""
+    """Whether an effect of a scene is simulated, and why; the body never turns faster than `spin`."""
     if effect.ACTS_ON == "translation":
         return _of_gravity(effect, field, scene, initial_state)
     if effect.ACTS_ON == "instants":
-        return EffectPlan(field, effect.label, True, "instants", _INSTANTS[effect.type])
-    return _of_torque(effect, field, initial_state, tolerance, drop_below, spin)
+        return EffectPlan(field, effect.label, True, "instants", REASONS[effect.type])
+    return _of_torque(effect, field, initial_state, scene.asked_tolerance, drop_below, spin)
 
 
-_INSTANTS = {
+REASONS = {
     "ground": "contacts change the momentum at an instant; between them the closed form holds",
     "impulse": "the momentum changes at an instant; the closed form or the solver goes on from there",
+    "constant_torque": "a torque while it is switched on",
+    "solar_pressure": "a torque at every instant outside the shadow",
+    "wheels": "rotors turn the body by their momentum; energy is kept",
+    "dissipation": "takes energy at constant momentum, from inside",
+    "eddy_damping": "takes energy and momentum",
 }
 
 
@@ -225,16 +234,7 @@ def _of_torque(
     influence = numbers[3]
     if drop_below is not None and influence is not None and influence < drop_below:
         return make(False, f"as asked, less than {drop_below:.1e} rad over the span")
-    return make(True, _ACTS.get(effect.type, "a torque at every instant"))
-
-
-_ACTS = {
-    "constant_torque": "a torque while it is switched on",
-    "solar_pressure": "a torque at every instant outside the shadow",
-    "wheels": "rotors turn the body by their momentum; energy is kept",
-    "dissipation": "takes energy at constant momentum, from inside",
-    "eddy_damping": "takes energy and momentum",
-}
+    return make(True, REASONS.get(effect.type, "a torque at every instant"))
 
 
 def _against(
@@ -247,56 +247,3 @@ def _against(
     relative = size * greatest / momentum**2 if momentum > 0.0 else None
     needed = float(np.sqrt(2.0 * least * tolerance / size)) if size > 0.0 else None
     return relative, needed, 0.5 * size / least * span**2
-
-
-# -- solvers ------------------------------------------------------------------------------------------
-
-
-def form(scene: Described) -> str:
-    """The closed form of a scene without events."""
-    record = scene.motion()._batch.fields("regime", "route")
-    return FORMS[int(form_of(record["regime"], record["route"]))][0]
-
-
-def closed_plan(
-    name: str, effects: Sequence[EffectPlan], moves: bool, solver: str, samples: int, tolerance: float
-) -> ScenePlan:
-    bound = next((bound for form, bound in FORMS if form == solver), WORST_BOUND)
-    cost = CLOSED_SET_UP + samples * CLOSED_SAMPLE
-    return ScenePlan(
-        name, tuple(effects), _simulates(moves), solver, None, None, samples, tolerance, bound, cost
-    )
-
-
-def predicted(found: Sequence[Candidate], samples: int) -> float:
-    """s, of computing so many samples by the first of the candidates."""
-    return found[0].seconds + samples * SAMPLE
-
-
-def torqued_plan(
-    name: str,
-    effects: Sequence[EffectPlan],
-    moves: bool,
-    found: Sequence[Candidate],
-    samples: int,
-    tolerance: float,
-) -> ScenePlan:
-    chosen = found[0]
-    adaptive = chosen.solver.kind == "dop853"
-    return ScenePlan(
-        name,
-        tuple(effects),
-        _simulates(moves),
-        chosen.solver.name,
-        8 if adaptive else chosen.solver.order,
-        None if adaptive else chosen.setting,
-        samples,
-        tolerance,
-        chosen.error,
-        predicted(found, samples),
-        tuple((one.solver.name, one.setting, one.error, one.seconds) for one in found),
-    )
-
-
-def _simulates(moves: bool) -> str:
-    return "attitude and translation" if moves else "attitude"

@@ -17,7 +17,7 @@ from astropy import units as u
 from astropy.time import ScaleValueError, Time, TimeDelta
 from erfa import ErfaError
 
-from .. import memory, units
+from .. import units
 from ..errors import InputError
 from ..runtime import compiled
 from ..runtime.threads import cut, run
@@ -164,7 +164,7 @@ def _taken(t: Any, epoch: Time | None, field: str, threads: int) -> Instants:
     if type(t) is not np.ndarray or t.dtype != np.float64:
         return Instants(units.float_array(t, field), None, epoch)
     parts = threads if t.size >= WORTH_SHARING else 1
-    given, seconds, found = np.ascontiguousarray(t).reshape(-1), memory.empty((t.size,)), []
+    given, seconds, found = np.ascontiguousarray(t).reshape(-1), np.empty((t.size,)), []
 
     def copy(part: tuple[int, int]) -> None:
         first, last = part
@@ -339,6 +339,6 @@ def _ratio(unit: str, field: str) -> tuple[float, float]:
 
 def _room_for(count: int) -> tuple[np.ndarray, np.ndarray]:
     try:
-        return memory.empty((count,)), memory.empty((count,))
+        return np.empty((count,)), np.empty((count,))
     except (MemoryError, ValueError):
         raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None

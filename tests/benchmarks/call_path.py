@@ -1,6 +1,6 @@
 """Count what one question passes through: functions, files, and changes of file, by `sys.setprofile`.
 
-    python tests/benchmarks/call_path.py
+    python tests/benchmarks/call_path.py [-v]
 
 Two questions are traced, each as the second of its kind in the process, so that imports, compiled kernels
 and tables are there already: the command `attitude run toutatis`, and a document of two instants that is
@@ -14,6 +14,7 @@ import io
 import json
 import sys
 import threading
+import time
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -31,29 +32,32 @@ class Count(NamedTuple):
     changes: int
 
 
-def traced(question: Callable[[], Any]) -> Count:
-    """What `question()` passes through, in all threads that it starts or uses."""
-    functions: set[Any] = set()
-    entered: list[str] = []
+class Tracer:
+    """Records the functions that are entered while `count` runs.
 
-    def profile(frame: Any, event: str, argument: Any) -> None:
-        code = frame.f_code
-        if event == "call" and code.co_filename.startswith(PACKAGES):
-            functions.add(code)
-            entered.append(code.co_filename)
+    A profile function is set for a thread when it starts, so a tracer is made before any thread that is to be
+    traced (Python 3.11 cannot set one for a running thread).
+    """
 
-    threading.setprofile_all_threads(profile) if hasattr(threading, "setprofile_all_threads") else None
-    threading.setprofile(profile)
-    sys.setprofile(profile)
-    try:
+    def __init__(self) -> None:
+        self._entered: list[Any] | None = None
+        threading.setprofile(self._profile)
+        sys.setprofile(self._profile)
+
+    def _profile(self, frame: Any, event: str, argument: Any) -> None:
+        if event == "call" and self._entered is not None and frame.f_code.co_filename.startswith(PACKAGES):
+            self._entered.append(frame.f_code)
+
+    def count(self, question: Callable[[], Any]) -> Count:
+        """What `question()` passes through, in all threads."""
+        entered = self._entered = []
         question()
-    finally:
-        sys.setprofile(None)
-        threading.setprofile(None)
-        if hasattr(threading, "setprofile_all_threads"):
-            threading.setprofile_all_threads(None)
-    changes = sum(a != b for a, b in pairwise(entered))
-    return Count(len(functions), len(set(entered)), changes)
+        self._entered = None
+        if "-v" in sys.argv:
+            print(*(f"{code.co_filename[len(str(ROOT)) :]} {code.co_qualname}" for code in entered), sep="\n")
+        files = [code.co_filename for code in entered]
+        changes = sum(a != b for a, b in pairwise(files))
+        return Count(len(set(entered)), len(set(files)), changes)
 
 
 def run_toutatis() -> None:
@@ -77,17 +81,21 @@ def post_two_instants(client: Any) -> None:
 
 
 def main() -> None:
-    """Print both counts."""
+    """Print both counts; with -v also the calls, in order."""
     from starlette.testclient import TestClient
 
-    from service.app import app
+    from service import create_app
+    from service.settings import Settings
 
+    tracer = Tracer()
     run_toutatis()
-    print("attitude run toutatis:", traced(run_toutatis))
-    with TestClient(app) as client:
+    print("attitude run toutatis:", tracer.count(run_toutatis))
+    with TestClient(create_app(Settings())) as client:
         client.headers["Content-Type"] = "application/json"
+        while client.get("/readyz").status_code != 200:  # until then, seconds of compiling count as computing
+            time.sleep(0.1)
         post_two_instants(client)
-        print("posted document of two instants:", traced(lambda: post_two_instants(client)))
+        print("posted document of two instants:", tracer.count(lambda: post_two_instants(client)))
 
 
 if __name__ == "__main__":
