@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ..dynamics.solver_selection import SAMPLE, Candidate
+from ..dynamics.solver_selection import SECONDS_PER_SAMPLE, Candidate
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import Spin
 from ..rigid_body.error_bounds import FORMS, form_of
@@ -270,7 +270,7 @@ def closed_plan(
 
 def predicted(found: Sequence[Candidate], samples: int) -> float:
     """s, of computing so many samples by the first of the candidates."""
-    return found[0].seconds + samples * SAMPLE
+    return found[0].seconds + samples * SECONDS_PER_SAMPLE
 
 
 def torqued_plan(

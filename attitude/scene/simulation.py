@@ -3,7 +3,7 @@
 no torque               one closed form
 impulses only           the closed form between them
 ground                  the closed form between contacts, which are found and answered in compiled code
-torques                 legs of a solver, chosen for the tolerance (`dynamics.choice`)
+torques                 arcs of a solver, chosen for the tolerance (`dynamics.solver_selection`)
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..dynamics import coasting, integration
+from ..dynamics.batch_states import Bodies, TorqueProblem
 from ..effects.effect import BodyDependentTorque, Effect, Torque
 from ..effects.ground import Ground
 from ..effects.impulse import Impulse
@@ -103,7 +104,8 @@ def plan(scene: Described, drop_below: float | None = None) -> ScenePlan:
     way = route(scene, drop_below)
     samples, tolerance = scene.times.samples, scene.asked_tolerance
     if way.torques:
-        found = integration.choose(way.initial_state, way.torques, way.kicks, tolerance, scene.wanted_solver)
+        problem = TorqueProblem(way.initial_state, way.torques, way.kicks, tolerance, scene.wanted_solver)
+        found = integration.choose(problem)
         return planning.torqued_plan(scene.name, way.effects, way.moves, found, samples, tolerance)
     solver = BOUNCING if way.ground is not None else COASTING if way.kicks else planning.form(scene)
     return planning.closed_plan(scene.name, way.effects, way.moves, solver, samples, tolerance)
@@ -162,22 +164,24 @@ def _solved(
 def _under_torques(
     scene: Described, way: SimulationInputs, instants: Instants, check: Check | None, begun: float
 ) -> Ephemeris:
-    changes, tolerance = (way.initial_state, way.torques, way.kicks), scene.asked_tolerance
-    found = integration.choose(*changes, tolerance, scene.wanted_solver)
+    tolerance, solver = scene.asked_tolerance, scene.wanted_solver
+    problem = TorqueProblem(way.initial_state, way.torques, way.kicks, tolerance, solver)
+    found = integration.choose(problem)
     if check is not None:
         check(planning.predicted(found, instants.seconds.size))
-    answer = integration.solve(*changes, _with_pushes(way, instants), tolerance, found)
+    answer = integration.solve(problem, _with_pushes(way, instants), found)
     chosen = answer.candidate
-    solver = f"{chosen.solver.name}: {answer.work.steps} steps, {answer.work.torques} torques"
+    form = f"{chosen.solver.name}: {answer.steps} steps, {answer.torques} torques"
     source = ESTIMATE.format(COARSER.get(chosen.solver.kind, "in two thirds of the steps"))
-    plan = Plan(solver, instants.seconds.size, 0.0, perf_counter() - begun, answer.error, source)
+    plan = Plan(form, instants.seconds.size, 0.0, perf_counter() - begun, answer.error, source)
     inside = any(effect.type in ("wheels", "dissipation") for effect in way.torques)
     events = (*_edges(way), *_impulses(way.kicks))
     return _ephemeris(scene, way, instants, answer.rows, plan, events, inside)
 
 
 def _coast(scene: Described, way: SimulationInputs, instants: Instants, begun: float) -> Ephemeris:
-    rows = coasting.coast(way.initial_state, way.kicks, _with_pushes(way, instants))
+    body = Bodies.of(way.initial_state)
+    rows = coasting.coast(way.initial_state, body, way.kicks, _with_pushes(way, instants))[0]
     bound = planning.WORST_BOUND * (1 + len(way.kicks))
     plan = Plan(COASTING, instants.seconds.size, 0.0, perf_counter() - begun, bound, planning.CHAINED)
     return _ephemeris(scene, way, instants, rows, plan, _impulses(way.kicks), False)
@@ -234,8 +238,9 @@ def _bounce(
 
 
 def _pushes(way: SimulationInputs) -> list[AppliedImpulse]:
-    """Impulses that move the centre of mass, where that is followed."""
-    return [kick for kick in way.kicks if way.moves and kick.linear.any()]
+    """Impulses within the span that move the centre of mass, where that is followed."""
+    start, stop = way.initial_state.start, way.initial_state.stop
+    return [k for k in way.kicks if way.moves and k.linear.any() and start <= k.seconds <= stop]
 
 
 def _with_pushes(way: SimulationInputs, instants: Instants) -> Instants:

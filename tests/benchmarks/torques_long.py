@@ -18,7 +18,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude.cost.machine import processor, versions
-from tests.dynamics.marching import SOLVERS, angle, march
+from attitude.dynamics.solvers import SOLVERS
+from tests.dynamics.marching import angle, march
 from tests.dynamics.test_torques_effects import quantity, scene
 from tests.dynamics.test_torques_estimate import random_scene, truth
 from tests.dynamics.test_torques_pendulum import COURSE, TORQUES, N, jacobi, released

@@ -1,4 +1,4 @@
-"""Many bodies in one call: against states of 24 digits, SciPy's DOP853, and the arrays of one body alone."""
+"""Many bodies in one call: against states of 24 digits, SciPy's DOP853, and the arrays written out here."""
 
 from dataclasses import replace
 
@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 
 from attitude import RigidBody
-from attitude.dynamics import batch_integration, integration, solver_arguments
-from attitude.dynamics import batch_states as arrays
-from attitude.dynamics.batch_states import Bodies
-from attitude.dynamics.momentum import initial_momentum
-from attitude.dynamics.solver_selection import pace
+from attitude.dynamics import integration, solver_arguments
+from attitude.dynamics.angular_rates import max_angular_rates
+from attitude.dynamics.arc_integration import integrate, two_part
+from attitude.dynamics.batch_states import Bodies, TorqueProblem
+from attitude.dynamics.error_estimate import compare, estimate
+from attitude.dynamics.momentum import initial_momenta
+from attitude.dynamics.solvers import SOLVERS
 from attitude.kernels import layout
 from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes
 from attitude.times.instants import as_instants
-from tests.dynamics.marching import Rows, angle, integrated, kepler
+from tests.dynamics.marching import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate
 from tests.effects.scenes import TORQUES, effect, quantity, scene
 from tests.oracles.torqued_cases import CASES, EXPECTED
@@ -23,9 +25,7 @@ from tests.oracles.torqued_cases import CASES, EXPECTED
 
 def problem_of(initial_state, torques, seconds, tolerance, kind=None):
     like = replace(initial_state, start=min(0.0, *seconds), stop=max(0.0, *seconds))
-    return batch_integration.Problem(
-        like, tuple(CachedTorque(torque, like) for torque in torques), (), tolerance, kind
-    )
+    return TorqueProblem(like, tuple(CachedTorque(torque, like) for torque in torques), (), tolerance, kind)
 
 
 def bodies_of(*situations):
@@ -59,9 +59,9 @@ def test_one_of_many_ends_where_24_digits_end(name, kind):
     problem = problem_of(start, torques, seconds, tolerance, kind)
     others = list(near(start, 2, np.random.default_rng(3)))
     at = as_instants(seconds, None)
-    chosen = batch_integration.choose(problem, at)
+    chosen = integration.choose_for_all(problem, at)
     assert chosen.solver.kind == kind
-    rows = batch_integration.solve(problem, bodies_of(others[0], start, others[1]), at, chosen)[1]
+    rows = integration.solve_each(problem, bodies_of(others[0], start, others[1]), at, chosen)[1]
     expected = np.array([[float(x) for x in state.attitude] for state in EXPECTED[name]]).T
     rates = [whole_rate(CASES[name], [float(x) for x in state.rate]) for state in EXPECTED[name]]
     assert angle(rows[:4], expected) < tolerance
@@ -88,8 +88,8 @@ def test_each_of_many_moves_as_scipy_has_it():
 
     problem = problem_of(start, [Rows(layout.GRAVITY_GRADIENT, mu)], seconds, 1e-10)
     at = as_instants(seconds, None)
-    found = batch_integration.solve(
-        problem, bodies_of(*situations), at, batch_integration.choose(problem, at)
+    found = integration.solve_each(
+        problem, bodies_of(*situations), at, integration.choose_for_all(problem, at)
     )
     for one, rows in zip(situations, found, strict=True):
         q, w = integrated(one, torque_on(one.body.tensor), seconds)
@@ -115,62 +115,100 @@ def kinds_of_bodies(rng):
 
 @pytest.mark.parametrize("name", TORQUES)
 @pytest.mark.parametrize("prepare", ["ascending", "most_symmetric"])
-def test_arrays_of_many_are_those_of_each(name, prepare):
+def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(name, prepare):
+    """Rows that the effect itself gives along axes in the order of the moments, which is asked of it here."""
     made = random_scene(name)
     initial_state, rng = made.initial_state(), np.random.default_rng(1)
     torque = CachedTorque(made.effects[0], initial_state)
     situations = [replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)]
     bodies = bodies_of(*situations)
-    together = getattr(arrays, prepare)(initial_state, bodies, [torque])
+    block = getattr(solver_arguments, prepare)(initial_state, bodies, [torque])
     momenta = rng.normal(size=(len(situations), 3))
-    states = together.states(bodies.attitude, momenta)
+    states = block.states(bodies.attitude, momenta)
     assert torque.follows_axes
+    keeps_axis = name not in ("wheels", "dissipation")  # momentum along an axis of symmetry
     for i, one in enumerate(situations):
-        each = getattr(solver_arguments, prepare)(one, [torque])
-        assert np.allclose(together.body[i], each.body, rtol=1e-13, atol=1e-14)
-        assert together.symmetric[i] == each.symmetric
-        assert together.smooth == each.is_smooth
-        scale = np.abs(each.world[0]).max(initial=0.0, where=np.isfinite(each.world[0]))
-        assert np.allclose(together.effects[i], each.world[0], rtol=1e-13, atol=1e-15 * min(scale, 10.0))
-        assert np.allclose(together.to_axes[i], each.to_axes, atol=1e-15)
-        assert np.allclose(states[i], each.state(one.attitude, momenta[i]), atol=1e-14)
+        ordered = one.ordered(order_of(one.moments, prepare, keeps_axis))
+        rows = made.effects[0].rows(ordered)
+        absorbed = np.isin(rows[:, 0], solver_arguments.ABSORBED)
+        scale = np.abs(rows).max(initial=0.0, where=np.isfinite(rows))
+        close = {"rtol": 1e-13, "atol": 1e-15 * min(scale, 10.0)}
+        assert np.allclose(block.effects[i], rows[~absorbed], **close)
+        assert np.allclose(block.body[i, :3], ordered.moments, rtol=1e-13)
+        assert np.allclose(block.body[i, 3:6] * ordered.moments, 1.0, rtol=1e-13)
+        axes = matrix(block.to_axes[i])
+        assert np.allclose(axes, ordered.axes, atol=1e-15)
+        for row in rows[absorbed]:
+            first, size = PLACES[int(row[0])]
+            assert np.allclose(block.body[i, first : first + size], row[1 : 1 + size], rtol=1e-13, atol=1e-15)
+        alike = abs(ordered.moments[0] - ordered.moments[1]) <= 1e-15 * ordered.moments[1]
+        assert block.symmetric[i] == (alike and keeps_axis)
+        assert block.is_smooth == (name not in ("solar_pressure", "drag"))
+        own = matrix(states[i, :4])
+        assert np.allclose(own @ axes, matrix(one.attitude), atol=1e-14)
+        assert states[i, layout.AXIAL] == pytest.approx((own.T @ momenta[i])[2], abs=1e-14)
+        assert (states[i, 4:7] == momenta[i]).all()
+
+
+# Where the numbers of rows that become part of the body stand in it, and how many they are.
+PLACES = {
+    layout.WHEELS: (layout.ROTORS, 3),
+    layout.DISSIPATION: (layout.ALPHA, 1),
+    layout.EDDY: (layout.EDDIES, 9),
+}
+
+
+def order_of(moments, prepare, keeps_axis):
+    """Ascending, or with the two alike, or most alike, first."""
+    least, middle, greatest = (int(i) for i in np.argsort(moments, kind="stable"))
+    a, b, c = moments[[least, middle, greatest]]
+    if prepare == "most_symmetric":
+        last_is_greatest = 1.0 / a - 1.0 / b < 1.0 / b - 1.0 / c
+    else:
+        last_is_greatest = c - b > 1e-15 * c or not keeps_axis
+    return (least, middle, greatest) if last_is_greatest else (middle, greatest, least)
 
 
 @pytest.mark.parametrize("name", TORQUES)
-def test_paces_and_momenta_of_many_are_those_of_each(name):
+def test_fastest_rate_is_that_of_the_spin_or_of_what_the_torque_makes_of_it(name):
     made = random_scene(name)
     initial_state, rng = made.initial_state(), np.random.default_rng(2)
     torque = CachedTorque(made.effects[0], initial_state)
-    spin = 0.02 if name == "dissipation" else 1.0
-    situations = [
-        replace(initial_state, body=body, rate=spin * rng.normal(size=3)) for body in kinds_of_bodies(rng)
+    situations = [replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)]
+    orbit = 0.0 if initial_state.course is None else 2.0 * np.pi / initial_state.course.period
+    expected = [
+        max(
+            np.linalg.norm(one.rate),
+            np.linalg.norm(one.body.tensor @ one.rate) / one.moments.max(),
+            np.sqrt(made.effects[0].size(one) / one.moments.min()),
+            orbit,
+        )
+        for one in situations
     ]
-    bodies = bodies_of(*situations)
-    problem = batch_integration.Problem(initial_state, (torque,), (), 1e-9)
-    each = [pace(one, [torque.of(one)]) for one in situations]
-    assert np.allclose(batch_integration.paces(problem, bodies), each, rtol=1e-14)
-    momenta = arrays.initial_momenta(initial_state, bodies, [torque])
-    expected = [initial_momentum(one, [torque]) for one in situations]
-    assert np.allclose(momenta, expected, rtol=1e-13, atol=1e-15)
+    rates = max_angular_rates(initial_state, bodies_of(*situations), [torque])
+    assert np.allclose(rates, expected, rtol=1e-14)
 
 
-def test_rate_between_two_doubles_is_no_sink_too_strong():
-    """The iteration for the whole rate may end in a pair of neighbours; of a thousand bodies a few do."""
-    made = random_scene("dissipation")
-    rng = np.random.default_rng(3)
-    initial_state = replace(made.initial_state(), body=list(kinds_of_bodies(rng))[1])
+@pytest.mark.parametrize("name", TORQUES)
+def test_momentum_at_the_epoch_is_that_of_the_whole_rate(name):
+    """W = w + alpha m x w, m = I w + h: the rate of the document is W; of a thousand bodies, for some the
+    iteration ends in a pair of neighbouring doubles."""
+    made = random_scene(name)
+    initial_state, rng = made.initial_state(), np.random.default_rng(3)
     torque = CachedTorque(made.effects[0], initial_state)
-    rates = 0.02 * rng.normal(size=(1000, 3))
-    momenta = [initial_momentum(replace(initial_state, rate=rate), [torque]) for rate in rates]
-    whole = Bodies(
-        initial_state.body.broadcast_to((1000,)),
-        np.repeat(initial_state.attitude[None], 1000, axis=0),
-        rates,
-        np.arange(1000),
-    )
-    assert np.allclose(
-        arrays.initial_momenta(initial_state, whole, [torque]), momenta, rtol=1e-13, atol=1e-15
-    )
+    rows = torque.own_rows
+    rotors = rows[rows[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
+    alpha = rows[rows[:, 0] == layout.DISSIPATION, 1].sum()
+    situations = [
+        replace(initial_state, body=body, rate=0.02 * rng.normal(size=3))
+        for body in list(kinds_of_bodies(rng)) * 100
+    ]
+    momenta = initial_momenta(initial_state, bodies_of(*situations), [torque])
+    for one, momentum in zip(situations, momenta, strict=True):
+        m = matrix(one.attitude).T @ momentum
+        w = np.linalg.solve(one.body.tensor, m - rotors)
+        rounding = 1e-15 * (1.0 + np.linalg.norm(rotors))  # of m - h, over moments of 1 and more
+        assert np.allclose(w + alpha * np.cross(m, w), one.rate, rtol=1e-13, atol=rounding)
 
 
 class ByMoments:
@@ -198,21 +236,21 @@ def test_body_found_unfit_for_a_scheme_is_solved_alone(monkeypatch):
     made = scene(effect("wheels", momentum=quantity([0, 0, 0.05], "N m s")), effect("gravity_gradient"))
     initial_state, seconds = made.initial_state(), np.array([0.0, 200.0])
     torques = tuple(CachedTorque(one, initial_state) for one in made.effects)
-    problem = batch_integration.Problem(replace(initial_state, stop=200.0), torques, (), 1e-9)
-    solver = batch_integration.SOLVERS["splitting, order (8, 6, 4)"]
+    problem = TorqueProblem(replace(initial_state, stop=200.0), torques, (), 1e-9)
+    solver = SOLVERS["splitting, order (8, 6, 4)"]
     candidate = replace(
-        batch_integration.choose(problem, as_instants(seconds, None)), solver=solver, setting=1.0
+        integration.choose_for_all(problem, as_instants(seconds, None)), solver=solver, setting=1.0
     )
     symmetric = replace(initial_state, body=RigidBody(np.diag([3.0, 3.0, 1.0])))
     alone = []
-    solve_alone = batch_integration._alone
+    solve_alone = integration.solve_alone
     monkeypatch.setattr(
-        batch_integration, "_alone", lambda *a: alone.append(a[1].moments.tolist()) or solve_alone(*a)
+        integration, "solve_alone", lambda *a: alone.append(a[1].body.moments.tolist()) or solve_alone(*a)
     )
-    rows = batch_integration.solve(
+    rows = integration.solve_each(
         problem, bodies_of(symmetric, initial_state), as_instants(seconds, None), candidate
     )
-    assert alone == [[2.0, 3.0, 4.0]]
+    assert alone == [[[2.0, 3.0, 4.0]]]
     assert np.isfinite(rows).all()
 
 
@@ -220,21 +258,17 @@ def test_error_estimated_of_one_of_many_is_what_it_is_alone():
     start, torques = prepared("gravity gradient, tensor, eccentric orbit")
     seconds = np.linspace(0.0, 2000.0, 5)
     problem = problem_of(start, torques, seconds, 1e-9, "gauss")
-    at = as_instants(seconds, None)
-    setting, angles = 0.8 / np.linalg.norm(start.rate), 2000.0 * pace(start, problem.torques)
-    solver = batch_integration.SOLVERS["gauss, order 16"]
-    candidate = integration.Candidate(solver, setting, 0.0, 0.0)
-    fine, apart = batch_integration._compared(
-        problem,
-        bodies_of(start, start),
-        np.arange(2),
-        integration.two_part(at),
-        candidate,
-        np.full(2, setting),
+    at, solver = two_part(as_instants(seconds, None)), SOLVERS["gauss, order 16"]
+    setting = 0.8 / np.linalg.norm(start.rate)
+    other = replace(start, rate=0.9 * start.rate)
+    block = compare(problem, bodies_of(start, other), at, solver, np.full(2, setting))
+    alone = compare(problem, problem.body, at, solver, np.array([setting]))
+    angles = 2000.0 * max_angular_rates(start, bodies_of(start, other), problem.torques)
+    errors, rounding = (each[0] for each in estimate(solver, block, angles))
+    assert (errors, rounding) == tuple(each[0] for each in estimate(solver, alone, angles[:1]))
+    assert errors > rounding > 0.0
+    fine, coarse = (
+        integrate(problem, problem.body, at, solver, np.array([setting]), c) for c in (False, True)
     )
-    cut = integration.by_direction(problem.like, problem.torques, ())
-    rows = integration._march(problem.like, cut, seconds, np.zeros(5), candidate, False, None)
-    coarse = integration._march(problem.like, cut, seconds, np.zeros(5), candidate, True, np.arange(5))
-    assert apart[0] == apart[1] == pytest.approx(angle(rows.rows[:4], coarse.rows[:4]), rel=0.1)
-    assert fine.of(0).work == rows.work
-    assert integration.estimate(solver, fine.of(0), apart[0], angles).error > 0.0
+    assert block.difference[0] == pytest.approx(angle(fine.rows[0, :4], coarse.rows[0, :4]), rel=0.1)
+    assert block.fine.steps[0] == fine.steps[0] > coarse.steps[0]

@@ -7,8 +7,8 @@ import pytest
 
 from attitude import TorqueFreeMotion
 from attitude.dynamics import schemes
-from attitude.dynamics.solvers import SPLITTINGS
-from tests.dynamics.marching import SOLVERS, Rows, angle, initial_state, kepler, layout, march
+from attitude.dynamics.solvers import SOLVERS, SPLITTINGS
+from tests.dynamics.marching import Rows, angle, initial_state, kepler, layout, march
 
 RATE, ATTITUDE = np.array([0.3, -0.5, 0.6]), (0.1, -0.7, 0.5, 0.5)
 SYMMETRIC, TRIAXIAL = (2.0, 2.0, 1.2), (2.0, 3.0, 4.0)

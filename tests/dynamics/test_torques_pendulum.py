@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
+from attitude.dynamics.solvers import SOLVERS
 from attitude.frames import rotations
-from tests.dynamics.marching import SOLVERS, Rows, initial_state, kepler, layout, march, matrix
+from tests.dynamics.marching import Rows, initial_state, kepler, layout, march, matrix
 
 GAUSS = SOLVERS["gauss, order 16"]
 MU, RADIUS = 3.986004418e14, 6978136.3

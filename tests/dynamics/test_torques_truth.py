@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from attitude.dynamics.solvers import can_take
-from tests.dynamics.marching import SOLVERS, acting, angle, initial_state, kepler, march
+from attitude.dynamics.solvers import SOLVERS
+from tests.dynamics.marching import acting, angle, initial_state, is_taken, kepler, march
 from tests.oracles.torqued_cases import CASES, EXPECTED
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
@@ -60,7 +60,7 @@ def pairs():
         start, torques = prepared(name)
         for solver_name in SETTINGS:
             solver = SOLVERS[solver_name]
-            if can_take(solver, solver.prepare(start, torques)):
+            if is_taken(solver, start, torques):
                 yield pytest.param(name, solver, id=f"{solver_name}: {name}")
 
 
