@@ -32,6 +32,7 @@ class Arc:
 
     @property
     def length(self) -> float:
+        """Return its duration, s."""
         return abs(self.stop - self.start)
 
 
@@ -41,7 +42,7 @@ def arcs(
     impulses: Sequence[AppliedImpulse],
     stop: float,
 ) -> list[Arc]:
-    """The arcs from the epoch to `stop` (s, of either sign).
+    """Cut the span from the epoch to `stop` (s, of either sign) into arcs.
 
     The state at the epoch is that before an impulse then.
     """

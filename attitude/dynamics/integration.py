@@ -80,11 +80,11 @@ def solve(
     body, at = problem.body if body is None else body, two_part(instants)
     least, nearest = np.inf, choice[0].solver
     rows = np.empty((1, OUTPUTS, at.shape[1]))
-    for candidate in _worth_trying(problem, body, choice):
-        candidate = short_arc_trial(problem, body, candidate)
+    for cheapest in _worth_trying(problem, body, choice):
+        candidate = short_arc_trial(problem, body, cheapest)
         (refined,) = refine_step(problem, body, at, candidate, rows)
         if refined.reached:
-            used = replace(candidate, setting=refined.setting)
+            used = refined.candidate
             return TorquedSolution(rows[0], refined.error, used, refined.steps, refined.torques)
         if refined.failed:
             raise endless_steps(candidate.setting)
@@ -102,8 +102,10 @@ def solve(
 
 
 def _worth_trying(problem: TorqueProblem, body: Bodies, choice: Sequence[Candidate]) -> list[Candidate]:
-    """The cheapest; where torques are not smooth, that which finds for itself where they break; and after a
-    splitting collocation, for trials in which errors do not show: a body at rest spun up about one axis.
+    """Return the cheapest candidate and, where it is another, the one for what trials do not show.
+
+    Where torques are not smooth, that which finds for itself where they break; after a splitting collocation,
+    for trials in which errors do not show: a body at rest spun up about one axis.
     """
     smooth = RUNGE_KUTTA.prepare(problem.template, body, problem.torques).is_smooth
     other = COLLOCATION if choice[0].solver in SPLITTINGS else choice[0].solver
@@ -140,7 +142,7 @@ def choose_for_all(problem: TorqueProblem, instants: Instants, probes: Bodies | 
         if refined.failed:
             raise endless_steps(candidate.setting)
         if refined.reached:
-            return replace(candidate, setting=refined.setting)
+            return refined.candidate
     return finest
 
 

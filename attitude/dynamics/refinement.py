@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .angular_rates import max_angular_rates
+from .arc_integration import Solution
 from .batch_states import Bodies, TorqueProblem
 from .error_estimate import compare, estimate
 from .solver_selection import Candidate
@@ -29,20 +30,38 @@ class Refinement:
 
     Attributes
     ----------
-    setting : of the last attempt where the tolerance is reached, else of the next
+    candidate : with the setting of the last attempt where the tolerance is reached, else of the next
+    first_setting : of the first attempt
     error : rad, the least estimate of the attempts
     steps, torques : of the last
     reached : whether its estimate is below the tolerance; failed : whether its steps had no end
     stalled : attempts in more steps that hardly made the estimate smaller
     """
 
-    setting: float
+    candidate: Candidate
+    first_setting: float
     error: float = np.inf
     steps: int = 0
     torques: int = 0
     reached: bool = False
     failed: bool = False
     stalled: int = 0
+
+    def add(self, error: float, rounding: float, fine: Solution, k: int, tolerance: float) -> bool:
+        """Add the k-th body's attempt; returns whether another, finer one is worth making."""
+        if error > 0.5 * self.error and fine.steps[k] > self.steps:
+            self.stalled += 1  # of few steps, a setting somewhat finer may make as many again
+        self.error = min(self.error, error)
+        self.steps, self.torques = int(fine.steps[k]), int(fine.torques[k])
+        self.reached = error <= tolerance
+        if self.reached:
+            return False
+        adaptive = self.candidate.solver is RUNGE_KUTTA
+        self.failed = adaptive and bool(fine.failed[k])
+        self.candidate = finer(self.candidate, tolerance / error, fine.smooth, self.steps)
+        fine_enough = self.candidate.setting * MAX_TOTAL_REFINEMENT < self.first_setting
+        hopeless = self.failed or self.stalled == 2 or rounding > tolerance
+        return not hopeless and (fine.smooth or adaptive or not fine_enough)
 
 
 def refine_step(
@@ -57,38 +76,25 @@ def refine_step(
 
     out : (n, k, m), written where the tolerance is reached: the first k rows of `Solution.rows`
     """
-    solver = candidate.solver
-    angles = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
-    angles = angles * problem.max_abs_seconds
-    all_of_them = [Refinement(candidate.setting) for _ in range(len(bodies))]
+    rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
+    angles = rates * problem.max_abs_seconds
+    refinements = [Refinement(candidate, candidate.setting) for _ in range(len(bodies))]
     left = np.arange(len(bodies))
     for _ in range(attempts):
         if not left.size:
             break
-        settings = np.array([all_of_them[i].setting for i in left])
+        settings = np.array([refinements[i].candidate.setting for i in left])
         part = bodies if left.size == len(bodies) else bodies[left]
-        compared = compare(problem, part, instants, solver, settings)
-        errors, rounding = estimate(solver, compared, angles[left])
+        compared = compare(problem, part, instants, candidate.solver, settings)
+        errors, rounding = estimate(candidate.solver, compared, angles[left])
         reached = errors <= problem.tolerance
         out[left[reached]] = compared.fine.rows[reached, : out.shape[1]]
-        again = []
-        for k, i in enumerate(left.tolist()):
-            one, fine = all_of_them[i], compared.fine
-            if errors[k] > 0.5 * one.error and fine.steps[k] > one.steps:
-                one.stalled += 1  # of few steps, a setting somewhat finer may make as many again
-            one.error, one.steps = min(one.error, float(errors[k])), int(fine.steps[k])
-            one.torques, one.reached = int(fine.torques[k]), bool(reached[k])
-            one.failed = solver is RUNGE_KUTTA and bool(fine.failed[k])
-            if one.reached:
-                continue
-            mine = replace(candidate, setting=one.setting)
-            one.setting = finer(mine, problem.tolerance / float(errors[k]), fine.smooth, one.steps).setting
-            broken = not fine.smooth and solver is not RUNGE_KUTTA
-            enough = broken and one.setting * MAX_TOTAL_REFINEMENT < candidate.setting
-            if not (enough or one.failed or one.stalled == 2 or rounding[k] > problem.tolerance):
-                again.append(i)
-        left = np.array(again, dtype=int)
-    return all_of_them
+        again = [
+            refinements[i].add(float(errors[k]), float(rounding[k]), compared.fine, k, problem.tolerance)
+            for k, i in enumerate(left.tolist())
+        ]
+        left = left[again]
+    return refinements
 
 
 def finer(candidate: Candidate, ratio: float, smooth: bool, steps: int) -> Candidate:

@@ -52,12 +52,12 @@ class SolverArguments:
 
     @property
     def has_rotors(self) -> np.ndarray:
-        """(n,)"""
+        """(n,): whether there are rotors in each body."""
         return np.asarray(self.body[:, layout.ROTORS : layout.ROTORS + 3].any(axis=1))
 
     @property
     def has_dissipation(self) -> np.ndarray:
-        """(n,)"""
+        """(n,): whether energy is dissipated inside each body."""
         return np.asarray(self.body[:, layout.ALPHA] != 0.0)
 
     def states(

@@ -7,7 +7,7 @@ solution, say what it would need over the whole span, and what that would cost b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -102,7 +102,9 @@ def candidates(problem: TorqueProblem, body: Bodies) -> list[Candidate]:
                 continue
             candidate = trial.candidate(solver, least)
             tried += [candidate] if candidate is not None else []
-    return sorted(tried, key=_merit(problem.tolerance))
+    # those that reach the tolerance by their cost, then the others by their error
+    limit = problem.tolerance
+    return sorted(tried, key=lambda c: (c.error > limit, c.seconds if c.error <= limit else c.error))
 
 
 def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]:
@@ -130,11 +132,6 @@ def _are_hopeless(tried: Sequence[Candidate], least: float) -> bool:
     return len(costs) > 1 and min(costs) > 3.0 * least
 
 
-def _merit(tolerance: float) -> Callable[[Candidate], tuple[bool, float]]:
-    """Those that reach the tolerance by their cost, then the others by their error."""
-    return lambda one: (one.error > tolerance, one.seconds if one.error <= tolerance else one.error)
-
-
 class TrialRun:
     """The first few turns of one body on an arc, and a fine solution of them."""
 
@@ -146,14 +143,17 @@ class TrialRun:
         self.aim = SHARE_OF_TOLERANCE * problem.tolerance / self.growth**ERROR_GROWTH_EXPONENT
         self.momentum = initial_momenta(problem.template, body, arc.torques) + added
         self._arguments: dict[object, SolverArguments] = {}
+        paths = arcs_by_direction(problem.template, problem.torques, problem.impulses)
+        self._arcs = {each.torques: each for path in paths for each in path}.values()
         self.reference = self._reference()
 
-    def arguments(self, solver: Solver) -> SolverArguments:
-        """What a solver reads, which several share."""
-        if solver.prepare not in self._arguments:
-            prepared = solver.prepare(self.problem.template, self.body, self.arc.torques)
-            self._arguments[solver.prepare] = prepared
-        return self._arguments[solver.prepare]
+    def arguments(self, solver: Solver, arc: Arc | None = None) -> SolverArguments:
+        """Return what a solver reads on an arc, without one on that of the trial; several share it."""
+        torques = (self.arc if arc is None else arc).torques
+        key = solver.prepare, *map(id, torques)
+        if key not in self._arguments:
+            self._arguments[key] = solver.prepare(self.problem.template, self.body, torques)
+        return self._arguments[key]
 
     def _reference(self) -> np.ndarray:
         if self.arguments(COLLOCATION).is_smooth:
@@ -219,13 +219,9 @@ class TrialRun:
 
     def _can_take(self, solver: Solver) -> bool:
         """Whether it can on every arc."""
-        problem = self.problem
-        paths = arcs_by_direction(problem.template, problem.torques, problem.impulses)
-        each = {tuple(map(id, arc.torques)): arc.torques for path in paths for arc in path}
-        return solver.kind != "splitting" or all(
-            can_take(solver, solver.prepare(problem.template, self.body, torques))[0]
-            for torques in each.values()
-        )
+        if solver.kind != "splitting":
+            return True
+        return all(can_take(solver, self.arguments(solver, arc))[0] for arc in self._arcs)
 
     def _ladder(self, solver: Solver, least: float) -> tuple[float, ...]:
         """Settings from coarse to fine; where there is a best before, from what costs half as much on."""

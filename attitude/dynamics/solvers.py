@@ -97,7 +97,7 @@ class Solver:
 
     @property
     def kind(self) -> str:
-        """ "splitting", "gauss" or "dop853"."""
+        """Kind of solver: "splitting", "gauss" or "dop853"."""
         return self.name.split(",")[0]
 
     def gain(self, smooth: bool, difference: np.ndarray | float, stride: np.ndarray | float) -> np.ndarray:

@@ -238,9 +238,8 @@ def _bounce(
 
 
 def _pushes(way: SimulationInputs) -> list[AppliedImpulse]:
-    """Impulses within the span that move the centre of mass, where that is followed."""
-    start, stop = way.initial_state.start, way.initial_state.stop
-    return [k for k in way.kicks if way.moves and k.linear.any() and start <= k.seconds <= stop]
+    """Impulses that move the centre of mass, where that is followed."""
+    return [kick for kick in way.kicks if way.moves and kick.linear.any()]
 
 
 def _with_pushes(way: SimulationInputs, instants: Instants) -> Instants:

@@ -8,7 +8,7 @@ from attitude.dynamics.arcs import arcs, instants_within
 from attitude.problem.initial_state import InitialState
 from attitude.problem.torque_model import AppliedImpulse
 
-SITUATION = InitialState(RigidBody((1, 2, 2.5)), np.array([1.0, 0, 0, 0]), np.zeros(3), -20.0, 20.0)
+STATE = InitialState(RigidBody((1, 2, 2.5)), np.array([1.0, 0, 0, 0]), np.zeros(3), -20.0, 20.0)
 
 
 class During:
@@ -26,7 +26,7 @@ def impulse(seconds):
 
 
 def cut(stop, torques=(), impulses=()):
-    return arcs(SITUATION, torques, impulses, stop)
+    return arcs(STATE, torques, impulses, stop)
 
 
 def edges(found):

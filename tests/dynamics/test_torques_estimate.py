@@ -9,7 +9,7 @@ from attitude.dynamics.arc_integration import integrate
 from attitude.dynamics.batch_states import TorqueProblem
 from attitude.dynamics.solvers import SOLVERS
 from attitude.scene.simulation import route
-from tests.dynamics.marching import angle
+from tests.dynamics.motions import angle
 from tests.dynamics.test_torques_effects import orbit, plate, quantity
 
 # By Runge-Kutta at 1e-15 a step, which shares with the others nothing but the torques: what it is off by

@@ -9,8 +9,8 @@ from attitude.effects import UserTorque
 from attitude.problem.spin_bound import reached_spin
 from attitude.scene.simulation import route
 from tests.dynamics.at_rest import EFFECTS, differences, random_scene
-from tests.dynamics.marching import matrix
-from tests.dynamics.test_many import bodies_of
+from tests.dynamics.motions import matrix
+from tests.dynamics.test_batches import bodies_of
 from tests.dynamics.test_torques_effects import orbit, plate, quantity, scene
 
 EDDIES = {"type": "eddy_damping", "coefficient": 0.05, "unit": "N m s"}

@@ -10,8 +10,8 @@ from attitude.oracle.torqued import Torqued
 from attitude.scene.simulation import route
 from attitude.times.instants import as_instants
 from tests.dynamics.at_rest import direction
-from tests.dynamics.marching import angle
-from tests.dynamics.test_many import bodies_of
+from tests.dynamics.motions import angle
+from tests.dynamics.test_batches import bodies_of
 from tests.dynamics.test_torques_effects import quantity
 
 ATTITUDE = (0.8, 0.2, 0.4, 0.4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from attitude.dynamics.solvers import SOLVERS
-from tests.dynamics.marching import acting, angle, initial_state, is_taken, kepler, march
+from tests.dynamics.motions import acting, angle, initial_state, integrate_arc, is_taken, kepler
 from tests.oracles.torqued_cases import CASES, EXPECTED
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
@@ -69,7 +69,7 @@ def test_solver_ends_where_fifty_digits_end(name, solver):
     start, torques = prepared(name)
     within = WITHIN[solver.kind]
     for state in EXPECTED[name]:
-        rows, work = march(solver, start, torques, setting_of(solver, name, start), state.seconds)
+        rows, work = integrate_arc(solver, start, torques, setting_of(solver, name, start), state.seconds)
         attitude = np.array([float(x) for x in state.attitude])
         rate = whole_rate(CASES[name], [float(x) for x in state.rate])
         assert work.failed == 0

@@ -217,7 +217,7 @@ def _slope_at_node(work, i, start, axial, across, constants):
     inverses, rotors, alpha, C = constants
     q = four_at(work, FULL, i)
     m, rate = three_at(work, MOMENT, i), three_at(work, RATE, i)
-    push = add_scaled(three_at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
+    total = add_scaled(three_at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
     inner = cross(m, rate)
     extra = (
         fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
@@ -232,11 +232,11 @@ def _slope_at_node(work, i, start, axial, across, constants):
     p = _departed(work, i, start)
     left = product((0.0, across * outer[0], across * outer[1], across * outer[2]), p)
     right = product(p, (0.0, extra[0], extra[1], extra[2]))
-    force = rotated(q, push)
+    force = rotated(q, total)
     p = left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]
     put_four(work, SLOPE, i, (0.5 * p[0], 0.5 * p[1], 0.5 * p[2], 0.5 * p[3]))
     put_three(work, SLOPE + 4, i, force)
-    work[(SLOPE + 7) * NODES + i] = push[2]
+    work[(SLOPE + 7) * NODES + i] = total[2]
 
 
 @inlined

@@ -1,6 +1,6 @@
 """The equations of motion as they stand, by Dormand and Prince's order 8, with steps of its own choice.
 
-It shares the torques with the other solvers and nothing of how the rotation is followed: what they are
+It shares the torques with the other solvers and nothing of how the rotation is integrated: what they are
 compared with, and the choice where torques come and go within a turn.
 Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.10.
 """
@@ -114,8 +114,8 @@ def _slope(work, y, at, t, t_low, body, world):
     q = work[y], work[y + 1], work[y + 2], work[y + 3]
     m = rotated_back(q, (work[y + 4], work[y + 5], work[y + 6]))
     rate, turning = turning_rate(body, m)
-    push = torque(world, body, t, t_low, q, rate)
-    force = rotated(q, add_scaled(push, -1.0, taken_by_eddies(eddies_of(body), rate)))
+    external = torque(world, body, t, t_low, q, rate)
+    force = rotated(q, add_scaled(external, -1.0, taken_by_eddies(eddies_of(body), rate)))
     turn = product(q, (0.0, 0.5 * turning[0], 0.5 * turning[1], 0.5 * turning[2]))
     work[at], work[at + 1], work[at + 2], work[at + 3] = turn[0], turn[1], turn[2], turn[3]
     work[at + 4], work[at + 5], work[at + 6] = force[0], force[1], force[2]

@@ -74,7 +74,7 @@ def _kick(state, body, symmetric, time, t, t_low, world):
     if turning:
         _rotors(state, body, 0.5 * time)
     if world[0].shape[0] or body[EDDIES] != 0.0 or body[EDDIES + 4] != 0.0 or body[EDDIES + 8] != 0.0:
-        _push(state, body, symmetric, time, t, t_low, world)
+        _change_momentum(state, body, symmetric, time, t, t_low, world)
     if turning:
         _rotors(state, body, 0.5 * time)
 
@@ -90,7 +90,7 @@ def _rotors(state, body, time):
 
 
 @inlined
-def _push(state, body, symmetric, time, t, t_low, world):
+def _change_momentum(state, body, symmetric, time, t, t_low, world):
     """The momentum changes by the torque, which stands still; eddies damp it meanwhile, exactly."""
     q = attitude_of(state)
     change = torque(world, body, t, t_low, q, (0.0, 0.0, 0.0))

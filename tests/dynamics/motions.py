@@ -78,7 +78,7 @@ def kepler(mu, a, e=0.0, inclination=0.0, node=0.0, pericentre=0.0, mean_anomaly
     return OrbitPath(course.numbers, course.pieces, course.period, CentralBody(mu, None, False))
 
 
-def march(solver, initial_state, torques, setting, seconds, state=None, start=0.0, stop=None, coarsely=False):
+def integrate_arc(solver, initial_state, torques, setting, seconds, state=None, start=0.0, stop=None):
     """Rows (OUTPUTS, n) at instants between start and stop, one arc; and the work, (1,) each.
 
     setting : steps, s, or the tolerance of a step
@@ -91,7 +91,7 @@ def march(solver, initial_state, torques, setting, seconds, state=None, start=0.
     if state is None:
         state = initial_state.attitude, initial_momenta(initial_state, body, torques)[0]
     states = arguments.states(*(np.asarray(each)[None] for each in state))
-    span = SolverSpan(float(start), float(stop), np.array([seconds, np.zeros_like(seconds)]), coarsely)
+    span = SolverSpan(float(start), float(stop), np.array([seconds, np.zeros_like(seconds)]))
     out = np.full((1, OUTPUTS, seconds.size), np.nan)
     task = SolverTask(arguments, np.array([0]), states, span, np.array([setting]), out)
     return out[0], solver.integrate(task, torques)

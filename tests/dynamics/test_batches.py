@@ -17,7 +17,7 @@ from attitude.kernels import layout
 from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes
 from attitude.times.instants import as_instants
-from tests.dynamics.marching import Rows, angle, integrated, kepler, matrix
+from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate
 from tests.effects.scenes import TORQUES, effect, quantity, scene
 from tests.oracles.torqued_cases import CASES, EXPECTED
@@ -28,13 +28,13 @@ def problem_of(initial_state, torques, seconds, tolerance, kind=None):
     return TorqueProblem(like, tuple(CachedTorque(torque, like) for torque in torques), (), tolerance, kind)
 
 
-def bodies_of(*situations):
-    """Bodies by tensors, with the states of as many situations."""
+def bodies_of(*states_at_epoch):
+    """Bodies by tensors, with the states of as many states_at_epoch."""
     return Bodies(
-        RigidBody(np.stack([one.body.tensor for one in situations])),
-        np.stack([one.attitude for one in situations]),
-        np.stack([one.rate for one in situations]),
-        np.arange(len(situations)),
+        RigidBody(np.stack([one.body.tensor for one in states_at_epoch])),
+        np.stack([one.attitude for one in states_at_epoch]),
+        np.stack([one.rate for one in states_at_epoch]),
+        np.arange(len(states_at_epoch)),
     )
 
 
@@ -74,7 +74,7 @@ def test_each_of_many_moves_as_scipy_has_it():
     rng, seconds, mean = np.random.default_rng(8), np.linspace(0.0, 3000.0, 7), np.sqrt(mu / a**3)
     start = prepared("gravity gradient, eccentric orbit")[0]
     start = replace(start, course=kepler(mu, a))
-    situations = [
+    states_at_epoch = [
         replace(start, body=RigidBody(np.diag(moments)), rate=rng.normal(size=3) * 0.01)
         for moments in ((10.0, 14.0, 17.0), (12.0, 12.0, 3.0), (9.0, 17.0, 17.0))
     ]
@@ -89,9 +89,9 @@ def test_each_of_many_moves_as_scipy_has_it():
     problem = problem_of(start, [Rows(layout.GRAVITY_GRADIENT, mu)], seconds, 1e-10)
     at = as_instants(seconds, None)
     found = integration.solve_each(
-        problem, bodies_of(*situations), at, integration.choose_for_all(problem, at)
+        problem, bodies_of(*states_at_epoch), at, integration.choose_for_all(problem, at)
     )
-    for one, rows in zip(situations, found, strict=True):
+    for one, rows in zip(states_at_epoch, found, strict=True):
         q, w = integrated(one, torque_on(one.body.tensor), seconds)
         assert angle(rows[:4], q) < 1e-9
         assert np.abs(rows[4:] - w).max() < 1e-9 * np.abs(w).max()
@@ -120,14 +120,16 @@ def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(n
     made = random_scene(name)
     initial_state, rng = made.initial_state(), np.random.default_rng(1)
     torque = CachedTorque(made.effects[0], initial_state)
-    situations = [replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)]
-    bodies = bodies_of(*situations)
+    states_at_epoch = [
+        replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)
+    ]
+    bodies = bodies_of(*states_at_epoch)
     block = getattr(solver_arguments, prepare)(initial_state, bodies, [torque])
-    momenta = rng.normal(size=(len(situations), 3))
+    momenta = rng.normal(size=(len(states_at_epoch), 3))
     states = block.states(bodies.attitude, momenta)
     assert torque.follows_axes
     keeps_axis = name not in ("wheels", "dissipation")  # momentum along an axis of symmetry
-    for i, one in enumerate(situations):
+    for i, one in enumerate(states_at_epoch):
         ordered = one.ordered(order_of(one.moments, prepare, keeps_axis))
         rows = made.effects[0].rows(ordered)
         absorbed = np.isin(rows[:, 0], solver_arguments.ABSORBED)
@@ -174,7 +176,9 @@ def test_fastest_rate_is_that_of_the_spin_or_of_what_the_torque_makes_of_it(name
     made = random_scene(name)
     initial_state, rng = made.initial_state(), np.random.default_rng(2)
     torque = CachedTorque(made.effects[0], initial_state)
-    situations = [replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)]
+    states_at_epoch = [
+        replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)
+    ]
     orbit = 0.0 if initial_state.course is None else 2.0 * np.pi / initial_state.course.period
     expected = [
         max(
@@ -183,9 +187,9 @@ def test_fastest_rate_is_that_of_the_spin_or_of_what_the_torque_makes_of_it(name
             np.sqrt(made.effects[0].size(one) / one.moments.min()),
             orbit,
         )
-        for one in situations
+        for one in states_at_epoch
     ]
-    rates = max_angular_rates(initial_state, bodies_of(*situations), [torque])
+    rates = max_angular_rates(initial_state, bodies_of(*states_at_epoch), [torque])
     assert np.allclose(rates, expected, rtol=1e-14)
 
 
@@ -199,12 +203,12 @@ def test_momentum_at_the_epoch_is_that_of_the_whole_rate(name):
     rows = torque.own_rows
     rotors = rows[rows[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
     alpha = rows[rows[:, 0] == layout.DISSIPATION, 1].sum()
-    situations = [
+    states_at_epoch = [
         replace(initial_state, body=body, rate=0.02 * rng.normal(size=3))
         for body in list(kinds_of_bodies(rng)) * 100
     ]
-    momenta = initial_momenta(initial_state, bodies_of(*situations), [torque])
-    for one, momentum in zip(situations, momenta, strict=True):
+    momenta = initial_momenta(initial_state, bodies_of(*states_at_epoch), [torque])
+    for one, momentum in zip(states_at_epoch, momenta, strict=True):
         m = matrix(one.attitude).T @ momentum
         w = np.linalg.solve(one.body.tensor, m - rotors)
         rounding = 1e-15 * (1.0 + np.linalg.norm(rotors))  # of m - h, over moments of 1 and more
