@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics.arcs import Arc, legs
-from ..dynamics.solver_selection import pace
+from ..dynamics.angular_rates import max_angular_rates
+from ..dynamics.arcs import Arc, arcs
+from ..dynamics.batch_states import Bodies
 from ..errors import InputError
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import CachedTorque
@@ -44,11 +45,12 @@ class World:
     @cached_property
     def pace(self) -> float:
         """rad/s of the fastest motion there is."""
-        return pace(self.initial_state, self.torques)
+        body = Bodies.of(self.initial_state)
+        return float(max_angular_rates(self.initial_state, body, self.torques)[0])
 
     def legs(self, stop: float) -> list[Arc]:
         """From the epoch to an instant (s) within the span, cut where torques begin or end."""
-        return legs(self.initial_state, self.torques, (), stop)
+        return arcs(self.initial_state, self.torques, (), stop)
 
 
 @dataclass(frozen=True)

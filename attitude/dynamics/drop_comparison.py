@@ -34,7 +34,7 @@ class Curve(NamedTuple):
 
 
 class Drop(NamedTuple):
-    """What the figure of a drop shows."""
+    """Attitudes of a dropped body without gravity, with gravity, and by the closed form without ground."""
 
     weightless: Curve
     falling: Curve

@@ -1,13 +1,13 @@
 """Which solver, and how fine: measured on a short part of the motion, for the tolerance asked for.
 
-Every candidate follows the first few turns at a ladder of steps; its errors there, against a much finer
+Every candidate is tried on the first few turns at a ladder of steps; its errors there, against a much finer
 solution, say what it would need over the whole span, and what that would cost by the table of measured costs
 (docs/performance.md).  The same scene is always solved in the same way: no clock is read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -16,34 +16,45 @@ import numpy as np
 from ..errors import ToleranceError
 from ..frames import rotations
 from ..kernels import layout
-from ..problem.initial_state import InitialState
-from ..problem.torque_model import AppliedImpulse, TorqueModel
-from .arcs import Arc
-from .momentum import gained, initial_momentum
+from .angular_rates import max_angular_rates, rates_after
+from .arcs import Arc, arcs_by_direction
+from .batch_states import Bodies, TorqueProblem
+from .momentum import impulse_sums, initial_momenta
 from .solver_arguments import SolverArguments
-from .solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part, Solver, Work, can_take
+from .solvers import (
+    COLLOCATION,
+    OUTPUTS,
+    RUNGE_KUTTA,
+    SPLITTINGS,
+    Solver,
+    SolverSpan,
+    SolverTask,
+    SolverWork,
+    can_take,
+    endless_steps,
+)
 
-# Radians of the fastest motion: what the pilot follows, and the steps it tries.
-PILOT = 40.0
-STEPS = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
+# Radians of the fastest motion: what a trial runs over, and the steps it tries.
+RADIANS_OF_TRIAL = 40.0
+STEPS_RADIANS = (5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
-FINEST = 0.5
+REFERENCE_STEP_RADIANS, REFERENCE_TOLERANCE = 0.5, 1e-15
 # Steps that solvers may choose to make of it: far more than any torque that can be followed over the span.
-MOST_STEPS = 2e5
+MAX_STEPS_OF_TRIAL = 2e5
 # Errors below this are rounding: no order is read off them.
 ROUNDING = 3e-13
-# Of the tolerance, what the estimate is to be: the rest is for what the pilot did not meet.
-SHARE = 0.25
+# Of the tolerance, what the estimate is to be: the rest is for what the trial did not meet.
+SHARE_OF_TOLERANCE = 0.25
 # The power of time that errors are taken to grow with: cautious, since the order is high.
-# A rehearsal corrects it where spans are long.
-GROWTH = 1.5
+# A trial on a short arc corrects it where spans are long.
+ERROR_GROWTH_EXPONENT = 1.5
 
 # Measured costs, ns (tests/benchmarks/torques_table.py costs).
-DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
-SWEEP, COLLOCATION_STEP = 190.0, 400.0
-STAGE = 85.0
-SAMPLE = 4e-6  # s, each instant: a step of its own
-ROW = 15.0  # each further effect, wherever the torque is computed
+DRIFT_SYMMETRIC_NS, DRIFT_GENERAL_NS, KICK_NS = 60.0, 330.0, 110.0
+SWEEP_NS, COLLOCATION_STEP_NS = 190.0, 400.0
+STAGE_NS = 85.0
+EFFECT_NS = 15.0  # each further effect, wherever the torque is computed
+SECONDS_PER_SAMPLE = 4e-6  # each instant: a step of its own
 
 
 @dataclass(frozen=True)
@@ -60,205 +71,171 @@ class Candidate:
 
     solver: Solver
     setting: float
-    error: float
-    seconds: float
+    error: float = 0.0
+    seconds: float = 0.0
 
 
-def pace(
-    initial_state: InitialState, torques: Sequence[TorqueModel], kicks: Sequence[AppliedImpulse] = ()
-) -> float:
-    """rad/s of the fastest motion there is: the spin at the epoch and after the impulses, what the torques
-    could make of it, and the orbit.
+def candidates(problem: TorqueProblem, body: Bodies) -> list[Candidate]:
+    """All solvers that can be used for one body, with their settings, cheapest first.
+
+    Raises
+    ------
+    ToleranceError : a body that turns too fast for any steps.
     """
-    rates = initial_state.rate + _rates(initial_state, np.array(gained(kicks, initial_state.attitude)))
-    fastest = rates[np.argmax(np.linalg.norm(rates, axis=1))]
-    size = sum(torque.size(replace(initial_state, rate=fastest)) for torque in torques)
-    orbit = 2.0 * np.pi / initial_state.course.period if initial_state.course is not None else 0.0
-    own = float(np.linalg.norm(fastest))
-    momentum = float(np.linalg.norm(rates @ initial_state.body.tensor, axis=1).max())
-    with np.errstate(over="ignore"):  # infinite for a body that is thin enough
-        swung = float(np.sqrt(size / initial_state.moments.min()))
-    return max(own, momentum / float(initial_state.moments.max()), swung, orbit)
+    span = problem.max_abs_seconds
+    arc, added = _fastest_arc(problem, body)
+    spinning = replace(body, rate=rates_after(body, added))
+    rate = float(max_angular_rates(problem.template, spinning, arc.torques)[0])
+    if rate == 0.0 or span == 0.0:
+        return [Candidate(COLLOCATION, max(span, 1.0))]
+    if not RADIANS_OF_TRIAL / rate > 0.0:
+        raise ToleranceError(
+            f"effects: the angular rate of this body, {rate:.3g} rad/s, is too high to integrate numerically"
+        )
+    trial = TrialRun(problem, body, arc, rate, added)
+    tried: list[Candidate] = []
+    for solver in (COLLOCATION, *reversed(SPLITTINGS), RUNGE_KUTTA):
+        if problem.kind in (None, solver.kind):
+            reached = [one.seconds for one in tried if one.error <= problem.tolerance]
+            least = min(reached, default=np.inf)
+            if solver in SPLITTINGS and problem.kind is None and _are_hopeless(tried, least):
+                continue
+            candidate = trial.candidate(solver, least)
+            tried += [candidate] if candidate is not None else []
+    # those that reach the tolerance by their cost, then the others by their error
+    limit = problem.tolerance
+    return sorted(tried, key=lambda c: (c.error > limit, c.seconds if c.error <= limit else c.error))
 
 
-def _rates(initial_state: InitialState, momenta: np.ndarray) -> np.ndarray:
-    """(k, 3) rad/s, body: of inertial momenta (k, 3) at the epoch's attitude."""
-    back = rotations.rotate(rotations.conjugate(initial_state.attitude), momenta)
-    rates: np.ndarray = np.linalg.solve(initial_state.body.tensor, back.T).T
-    return rates
-
-
-def tried_leg(initial_state: InitialState, directions: Sequence[Sequence[Arc]]) -> tuple[Arc, np.ndarray]:
-    """The leg that solvers are tried on, and the momentum (3,), inertial, that impulses add by its start.
+def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]:
+    """The arc that solvers are tried on, and the momentum (1, 3), inertial, that impulses add by its start.
 
     That in which the body turns fastest, of these that with the most torques, of these the longest.
     """
     starts = []
-    for legs in directions:
-        met = [kick for leg in legs for kick in leg.kicks]
-        sums, count = gained(met, initial_state.attitude), 0
-        for leg in legs:
-            count += len(leg.kicks)
-            starts.append((leg, sums[count]))
-    rates = initial_state.rate + _rates(initial_state, np.array([added for _, added in starts]))
-    torques = max((leg.torques for leg, _ in starts), key=len)
-    slow = pace(replace(initial_state, rate=np.zeros(3)), torques)
-    speeds = np.maximum(np.linalg.norm(rates, axis=1), slow).tolist()
-    places = range(len(starts))
-    return starts[max(places, key=lambda i: (speeds[i], len(starts[i][0].torques), starts[i][0].length))]
+    for path in arcs_by_direction(problem.template, problem.torques, problem.impulses):
+        sums, count = impulse_sums([impulse for arc in path for impulse in arc.impulses], body.attitude), 0
+        for arc in path:
+            count += len(arc.impulses)
+            starts.append((arc, sums[count]))
+    torques = max((arc.torques for arc, _ in starts), key=len)
+    at_rest = replace(body, rate=np.zeros((1, 3)))
+    slowest = float(max_angular_rates(problem.template, at_rest, torques)[0])
+    speeds = [max(float(np.linalg.norm(rates_after(body, added))), slowest) for _, added in starts]
+    ranks = [(speed, len(arc.torques), arc.length) for speed, (arc, _) in zip(speeds, starts, strict=True)]
+    return starts[ranks.index(max(ranks))]
 
 
-def candidates(
-    initial_state: InitialState,
-    leg: Arc,
-    span: float,
-    tolerance: float,
-    kind: str | None,
-    added: np.ndarray | None = None,
-) -> list[Candidate]:
-    """All that can be used, cheapest first; `kind` names one sort of solver, None asks for any.
-
-    Parameters
-    ----------
-    leg : whose torques are tried, from the state at the epoch
-    span : s, of the whole; tolerance : rad at its end
-    added : (3,), N m s, inertial: momentum that the body has besides, from impulses
-    """
-    added = np.zeros(3) if added is None else added
-    rate = pace(
-        replace(initial_state, rate=initial_state.rate + _rates(initial_state, added[None])[0]), leg.torques
-    )
-    if rate == 0.0 or span == 0.0:
-        return [Candidate(COLLOCATION, max(span, 1.0), 0.0, 0.0)]
-    if not PILOT / rate > 0.0:
-        raise ToleranceError(
-            f"effects: this body turns at {rate:.3g} rad/s, which no step through time follows"
-        )
-    pilot = _Pilot(initial_state, leg, rate, span, tolerance, added)
-    found: list[Candidate] = []
-    for solver in (COLLOCATION, *reversed(SPLITTINGS), RUNGE_KUTTA):
-        if kind in (None, solver.kind):
-            reached = [one.seconds for one in found if one.error <= tolerance]
-            best = min(reached, default=np.inf)
-            if solver in SPLITTINGS and kind is None and _are_hopeless(found, best):
-                continue
-            one = pilot.try_out(solver, best)
-            found += [one] if one is not None else []
-    return sorted(found, key=_merit(tolerance))
+def _are_hopeless(tried: Sequence[Candidate], least: float) -> bool:
+    """Whether two splittings, those with the smallest errors, cost far too much: others need no trial."""
+    costs = [candidate.seconds for candidate in tried if candidate.solver in SPLITTINGS]
+    return len(costs) > 1 and min(costs) > 3.0 * least
 
 
-def _are_hopeless(found: Sequence[Candidate], best: float) -> bool:
-    """Whether two splittings, those with the smallest errors, were far too dear: others need no trial."""
-    tried = [one.seconds for one in found if one.solver in SPLITTINGS]
-    return len(tried) > 1 and min(tried) > 3.0 * best
+class TrialRun:
+    """The first few turns of one body on an arc, and a fine solution of them."""
 
+    def __init__(self, problem: TorqueProblem, body: Bodies, arc: Arc, rate: float, added: np.ndarray):
+        self.problem, self.body, self.arc, self.rate = problem, body, arc, rate
+        whole = problem.max_abs_seconds
+        self.span = min(whole, arc.length or whole, RADIANS_OF_TRIAL / rate)
+        self.growth = max(1.0, whole / self.span)
+        self.aim = SHARE_OF_TOLERANCE * problem.tolerance / self.growth**ERROR_GROWTH_EXPONENT
+        self.momentum = initial_momenta(problem.template, body, arc.torques) + added
+        self._arguments: dict[object, SolverArguments] = {}
+        paths = arcs_by_direction(problem.template, problem.torques, problem.impulses)
+        self._arcs = {each.torques: each for path in paths for each in path}.values()
+        self.reference = self._reference()
 
-def _merit(tolerance: float) -> Callable[[Candidate], tuple[bool, float]]:
-    """Those that reach the tolerance by their cost, then the others by their error."""
-    return lambda one: (one.error > tolerance, one.seconds if one.error <= tolerance else one.error)
+    def arguments(self, solver: Solver, arc: Arc | None = None) -> SolverArguments:
+        """Return what a solver reads on an arc, without one on that of the trial; several share it."""
+        torques = (self.arc if arc is None else arc).torques
+        key = solver.prepare, *map(id, torques)
+        if key not in self._arguments:
+            self._arguments[key] = solver.prepare(self.problem.template, self.body, torques)
+        return self._arguments[key]
 
+    def _reference(self) -> np.ndarray:
+        if self.arguments(COLLOCATION).is_smooth:
+            rows, work = self.run(COLLOCATION, REFERENCE_STEP_RADIANS / self.rate)
+            if not work.failed[0] and np.isfinite(rows).all():
+                return rows
+        rows, work = self.run(RUNGE_KUTTA, REFERENCE_TOLERANCE)
+        if work.failed[0]:
+            raise endless_steps(REFERENCE_TOLERANCE)
+        return rows
 
-class _Pilot:
-    """The first few turns, and a fine solution of them."""
+    def run(self, solver: Solver, setting: float) -> tuple[np.ndarray, SolverWork]:
+        """(OUTPUTS,) at the end of the trial, and the work."""
+        arguments, arc = self.arguments(solver), self.arc
+        stop = arc.start + float(np.copysign(self.span, arc.stop - arc.start))
+        states = arguments.states(self.body.attitude, self.momentum)
+        out = np.full((1, OUTPUTS, 1), np.nan)
+        span = SolverSpan(arc.start, stop, np.array([[stop], [0.0]]), max_steps=MAX_STEPS_OF_TRIAL)
+        task = SolverTask(arguments, np.array([0]), states, span, np.array([setting]), out)
+        work = solver.integrate(task, arc.torques)
+        return out[0, :, 0], work
 
-    def __init__(
-        self,
-        initial_state: InitialState,
-        leg: Arc,
-        rate: float,
-        span: float,
-        tolerance: float,
-        added: np.ndarray,
-    ):
-        self.initial_state, self.leg, self.rate = initial_state, leg, rate
-        self.span = min(span, leg.length or span, PILOT / rate)
-        self.growth = max(1.0, span / self.span)
-        self.tolerance = tolerance
-        self.wanted = SHARE * tolerance / self.growth**GROWTH
-        self.momentum = initial_momentum(initial_state, leg.torques) + added
-        self._prepared: dict[object, SolverArguments] = {}
-        self.truth = self._truth()
-
-    def prepared(self, solver: Solver) -> SolverArguments:
-        """The arrays of a solver, which several share."""
-        if solver.prepare not in self._prepared:
-            self._prepared[solver.prepare] = solver.prepare(self.initial_state, self.leg.torques)
-        return self._prepared[solver.prepare]
-
-    def _truth(self) -> np.ndarray:
-        stepped = self.prepared(COLLOCATION)
-        if stepped.is_smooth:
-            truth, work = self.march(COLLOCATION, stepped, FINEST / self.rate)
-            if not work.failed and np.isfinite(truth).all():
-                return truth
-        return self.march(RUNGE_KUTTA, self.prepared(RUNGE_KUTTA), 1e-15)[0]
-
-    def march(self, solver: Solver, stepped: SolverArguments, setting: float) -> tuple[np.ndarray, Work]:
-        stop = self.leg.start + np.copysign(self.span, self.leg.stop - self.leg.start)
-        state = stepped.state(self.initial_state.attitude, self.momentum)
-        out = np.full((OUTPUTS, 1), np.nan)
-        part = Part(self.leg.start, float(stop), np.array([stop]), np.zeros(1), most=MOST_STEPS)
-        work = solver.follow(self.leg.torques, stepped, state, part, setting, out)
-        return out[:, 0], work
-
-    def error(self, answer: np.ndarray) -> float:
+    def error(self, rows: np.ndarray) -> float:
         """rad: of the attitude, or of the momentum relative to it, whichever is greater."""
-        turned = float(rotations.angle_between(self.truth[:4], answer[:4]))
-        size = float(np.linalg.norm(self.truth[7:]))
-        return max(turned, float(np.linalg.norm(self.truth[7:] - answer[7:])) / size if size else 0.0, 1e-17)
+        angle = float(rotations.angle_between(self.reference[:4], rows[:4]))
+        size = float(np.linalg.norm(self.reference[7:]))
+        relative = float(np.linalg.norm(self.reference[7:] - rows[7:])) / size if size else 0.0
+        return max(angle, relative, 1e-17)
 
-    def try_out(self, solver: Solver, best: float) -> Candidate | None:
-        """What the solver would need, read off a ladder of settings.
+    def candidate(self, solver: Solver, least: float) -> Candidate | None:
+        """What the solver would need, read off a ladder of settings; None where it cannot take the torques.
 
         The ladder is that of the coarser solution by which the error of the answer will be estimated.
 
-        best : s, of the best found before: from there on finer settings are not tried, but reckoned
+        least : s, cost of the best before: from there on finer settings are not tried, but extrapolated
         """
-        stepped = self.prepared(solver)
-        if not can_take(solver, stepped):
+        arguments = self.arguments(solver)
+        if not self._can_take(solver):
             return None
         settings: list[float] = []
         errors: list[float] = []
-        cost = 0.0
-        for setting in self._ladder(solver, stepped, best):
-            try:
-                answer, work = self.march(solver, stepped, setting)
-            except ToleranceError:
+        cost, aim = 0.0, 0.0
+        for setting in self._ladder(solver, least):
+            rows, work = self.run(solver, setting)
+            if work.failed[0] and solver is RUNGE_KUTTA:
                 break
-            if work.failed or not np.isfinite(answer).all():
+            if work.failed[0] or not np.isfinite(rows).all():
                 continue
             settings.append(setting)
-            errors.append(self.error(answer))
-            cost = _cost(solver, stepped, work) * self.growth
-            aim = self._aim(solver, stepped, setting)
-            if errors[-1] <= aim or errors[-1] < ROUNDING or cost >= best:
+            errors.append(self.error(rows))
+            cost = _cost(solver, arguments, int(work.steps[0]), int(work.torques[0])) * self.growth
+            stride = 0.0 if solver is RUNGE_KUTTA else setting * self.rate / solver.coarser
+            aim = self.aim * float(solver.gain(arguments.is_smooth, self.problem.tolerance, stride))
+            if errors[-1] <= aim or errors[-1] < ROUNDING or cost >= least:
                 break
         if not settings:
             return None
-        setting, error, order = _reckoned(solver, settings, errors, aim)
+        setting, error, order = _extrapolated(solver, settings, errors, aim)
         finer = solver.coarser * settings[-1] / setting
         cost *= finer ** (0.125 if solver is RUNGE_KUTTA else 1.0)
-        error *= self.growth**GROWTH / solver.coarser**order
+        error *= self.growth**ERROR_GROWTH_EXPONENT / solver.coarser**order
         return Candidate(solver, setting / solver.coarser, error, cost)
 
-    def _aim(self, solver: Solver, stepped: SolverArguments, setting: float) -> float:
-        """rad: what the coarser solution may be off, for the estimate to be what is wanted at the end."""
-        stride = 0.0 if solver is RUNGE_KUTTA else setting * self.rate / solver.coarser
-        return self.wanted * solver.gain(stepped.is_smooth, self.tolerance, stride)
+    def _can_take(self, solver: Solver) -> bool:
+        """Whether it can on every arc."""
+        if solver.kind != "splitting":
+            return True
+        return all(can_take(solver, self.arguments(solver, arc))[0] for arc in self._arcs)
 
-    def _ladder(self, solver: Solver, stepped: SolverArguments, best: float) -> tuple[float, ...]:
-        """From coarse to fine; where there is a best before, from what costs half as much on."""
+    def _ladder(self, solver: Solver, least: float) -> tuple[float, ...]:
+        """Settings from coarse to fine; where there is a best before, from what costs half as much on."""
         if solver is RUNGE_KUTTA:
-            return TOLERANCES if best == np.inf else TOLERANCES[2:3]
-        steps = tuple(step / self.rate for step in STEPS if step / self.rate <= self.span) or (self.span,)
-        if best == np.inf:
+            return TOLERANCES if least == np.inf else TOLERANCES[2:3]
+        steps = tuple(s / self.rate for s in STEPS_RADIANS if s / self.rate <= self.span) or (self.span,)
+        if least == np.inf:
             return steps
-        one = _cost(solver, stepped, Work(1, solver.stages, 0))
-        equal = self.growth * self.span * one / best  # the step that costs as much
-        return tuple(step for step in steps if step >= 0.5 * equal and step <= 2.0 * equal) or steps[:1]
+        cost = _cost(solver, self.arguments(solver), 1, solver.stages)
+        equal = self.growth * self.span * cost / least  # the step that costs as much
+        return tuple(step for step in steps if 0.5 * equal <= step <= 2.0 * equal) or steps[:1]
 
 
-def _reckoned(
+def _extrapolated(
     solver: Solver, settings: list[float], errors: list[float], aim: float
 ) -> tuple[float, float, float]:
     """The setting whose error is the one aimed at, its error, and the order seen last, or the one known."""
@@ -269,18 +246,18 @@ def _reckoned(
         order = min(max(seen, 1.0), 16.0)
     least = 1e-14 if solver is RUNGE_KUTTA else 0.02 * setting
     coarsest = settings[-2] if len(settings) > 1 else setting
-    wanted = min(max(setting * (aim / error) ** (1.0 / order), least), coarsest)
-    return wanted, error * (wanted / setting) ** order, order
+    needed = min(max(setting * (aim / error) ** (1.0 / order), least), coarsest)
+    return needed, error * (needed / setting) ** order, order
 
 
-def _cost(solver: Solver, stepped: SolverArguments, work: Work) -> float:
+def _cost(solver: Solver, arguments: SolverArguments, steps: int, torques: int) -> float:
     """s, by the table."""
-    rows = ROW * max(0, len(stepped.world[0]) - 1)
+    effects = EFFECT_NS * max(0, arguments.effects.shape[1] - 1)
     if solver is COLLOCATION:
-        ns = work.steps * COLLOCATION_STEP + work.torques / layout.NODES * (SWEEP + rows)
+        ns = steps * COLLOCATION_STEP_NS + torques / layout.NODES * (SWEEP_NS + effects)
     elif solver is RUNGE_KUTTA:
-        ns = work.torques * (STAGE + rows)
+        ns = torques * (STAGE_NS + effects)
     else:
-        drift = DRIFT_SYMMETRIC if stepped.symmetric else DRIFT_GENERAL
-        ns = work.torques * (drift + KICK + rows) + work.steps * drift
+        drift = DRIFT_SYMMETRIC_NS if arguments.symmetric[0] else DRIFT_GENERAL_NS
+        ns = torques * (drift + KICK_NS + effects) + steps * drift
     return 1e-9 * ns

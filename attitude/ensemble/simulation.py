@@ -15,10 +15,10 @@ from uuid import uuid4
 
 import numpy as np
 
-from ..dynamics import batch_integration, coasting, contact
-from ..dynamics.batch_states import Bodies, named
+from ..dynamics import coasting, contact, integration
+from ..dynamics.batch_states import Bodies, TorqueProblem, named
 from ..dynamics.solver_selection import Candidate
-from ..dynamics.solvers import OUTPUTS
+from ..dynamics.solvers import OUTPUTS, SOLVERS
 from ..errors import RegimeError
 from ..rigid_body.body import RigidBody
 from ..scene import simulation
@@ -82,7 +82,7 @@ def choose(scene: Scene, instants: Instants, probes: HasStates | None = None) ->
     if not way.torques:
         return choice
     few = None if probes is None else _bodies(probes, 0)
-    candidate = batch_integration.choose(_problem(scene, way, instants), instants, few)
+    candidate = integration.choose_for_all(_problem(scene, way, instants), instants, few)
     return replace(choice, solver=candidate.solver.name, setting=candidate.setting)
 
 
@@ -114,14 +114,11 @@ def simulated(
     if way.ground is not None:
         return _bounced(way, bodies, instants, lost)
     if way.torques:
-        candidate = Candidate(batch_integration.SOLVERS[str(choice.solver)], choice.setting, 0.0, 0.0)
-        return _told(
-            batch_integration.solve(_problem(scene, way, instants), bodies, instants, candidate, lost)
-        )
+        candidate = Candidate(SOLVERS[str(choice.solver)], choice.setting)
+        problem = _problem(scene, way, instants)
+        return _told(integration.solve_each(problem, bodies, instants, candidate, lost))
     like, parts = _over(way, instants), _parts(len(bodies), ROOM // (OUTPUTS * max(1, instants.seconds.size)))
-    return _told(
-        np.concatenate([coasting.coast_each(like, bodies.some(part), way.kicks, instants) for part in parts])
-    )
+    return _told(np.concatenate([coasting.coast(like, bodies[part], way.kicks, instants) for part in parts]))
 
 
 def _parts(count: int, size: int) -> Iterator[slice]:
@@ -168,9 +165,9 @@ def _bounced(
 # -- what is the same for all bodies --------------------------------------------------------------------
 
 
-def _problem(scene: Scene, way: SimulationInputs, instants: Instants) -> batch_integration.Problem:
+def _problem(scene: Scene, way: SimulationInputs, instants: Instants) -> TorqueProblem:
     like = _over(way, instants)
-    return batch_integration.Problem(like, way.torques, way.kicks, scene.asked_tolerance, scene.wanted_solver)
+    return TorqueProblem(like, way.torques, way.kicks, scene.asked_tolerance, scene.wanted_solver)
 
 
 def _over(way: SimulationInputs, instants: Instants) -> Any:

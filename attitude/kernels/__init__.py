@@ -28,7 +28,6 @@ and in packages what other parts of the library need:
     solvers.splitting      kicks by the torque around exact free rotation
     solvers.collocation    Gauss's collocation, order 16
     solvers.runge_kutta    Dormand and Prince, order 8, with automatic steps
-    solvers.batch          these solvers for a block of bodies in one call
     contact.clearance      height of a body's lowest point over a plane, and a bound on the time to contact
     contact.friction       impulse at one point of contact with friction
     contact.impact         change of velocity and body rate at a contact

@@ -65,6 +65,26 @@ STEPPED_BODY = 23
 ATTITUDE, MOMENTUM, MOMENTUM_LOW, AXIAL, AXIAL_LOW, SPIN, SPIN_LOW = 0, 4, 7, 10, 11, 12, 13
 STATE = 14
 
+# A body and how it is stepped: its index in the arrays of effects and of results; numbers as above, and
+# whether it is symmetric about the third axis; state, at the start and, when a solver returns, at the end.
+# Steps are equal ones, so many; or begin with the first one (s, signed), and are as long as a tolerance (rad
+# in the attitude, and of the momentum relative to it) lets them be, no more than so many, those refused
+# included.  Counts : zeros, written as the solver says; scratch : of two states.
+STEPPED = np.dtype(
+    [
+        ("index", "i8"),
+        ("body", "f8", STEPPED_BODY),
+        ("symmetric", "i8"),
+        ("state", "f8", STATE),
+        ("steps", "i8"),
+        ("first_step", "f8"),
+        ("tolerance", "f8"),
+        ("max_steps", "f8"),
+        ("counts", "f8", 3),
+        ("scratch", "f8", 2 * STATE),
+    ]
+)
+
 # Nodes of a quadrature or a collocation: as many as the widest vectors hold.  A workspace has rows of
 # so many numbers, one after the other; in one dimension, for the compiler to see that rows are apart.
 NODES = 8

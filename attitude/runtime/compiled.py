@@ -95,8 +95,7 @@ def prototype(kinds: tuple[str, ...]) -> Any:
 # -- the kernels, and what the library calls them with ------------------------------------------------
 
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
-WORLD = "d2.d1.d3.d1.d3"  # effects, orbit, its pieces, sun, its pieces
-WORLDS = "d3.d1.d3.d1.d3"  # effects of each body, and the world of all
+WORLD = "d3.d1.d3.d1.d3"  # effects of each body; orbit, its pieces, sun, its pieces
 
 invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
@@ -109,14 +108,9 @@ days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
 nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "f.f.f.f.f.f.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
-collocate = Kernel("solvers.collocation.collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")
-split = Kernel("solvers.splitting.split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1")
-runge_kutta = Kernel("solvers.runge_kutta.runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1")
-collocate_each = Kernel("solvers.batch.collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")
-split_each = Kernel("solvers.batch.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1")
-runge_kutta_each = Kernel(
-    "solvers.batch.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1"
-)
+collocate = Kernel("solvers.collocation.collocate", f"s1.d1.d2.d3.d1.d1.{WORLD}")
+split = Kernel("solvers.splitting.split", f"s1.d1.d2.d2.d3.d2.d1.{WORLD}")
+runge_kutta = Kernel("solvers.runge_kutta.runge_kutta", f"s1.d1.d2.d2.d3.d1.d1.{WORLD}")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
 draw = Kernel("statistics.dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
@@ -132,13 +126,12 @@ ALWAYS = [
     ],
 ]
 TORQUES = [[collocate], [split, runge_kutta]]
-MANY = [[collocate_each], [split_each, runge_kutta_each]]
 CONTACT = [[bounce]]
 INTERPOLATION = [[interpolate]]
 ENSEMBLES = [[draw], [gather, settle]]
 WINGS = [
     [[signature for kernel in group for signature in kernel.signatures] for group in wing]
-    for wing in (ALWAYS, TORQUES, MANY, CONTACT, INTERPOLATION, ENSEMBLES)
+    for wing in (ALWAYS, TORQUES, CONTACT, INTERPOLATION, ENSEMBLES)
 ]
 
 

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..dynamics import coasting, integration
-from ..dynamics.solver_selection import SAMPLE, Candidate
+from ..dynamics.batch_states import Bodies, TorqueProblem
+from ..dynamics.solver_selection import SECONDS_PER_SAMPLE, Candidate
 from ..effects.effect import BodyDependentTorque, Effect, Torque
 from ..effects.ground import Ground
 from ..effects.impulse import Impulse
@@ -89,18 +90,22 @@ class SimulationInputs:
         """Impulses that change the velocity of the centre of mass, where it is simulated."""
         return [kick for kick in self.kicks if self.moves and kick.linear.any()]
 
+    @property
+    def problem(self) -> TorqueProblem:
+        """What the solvers need besides the bodies."""
+        scene = self.scene
+        tolerance, solver = scene.asked_tolerance, scene.wanted_solver
+        return TorqueProblem(self.initial_state, self.torques, self.kicks, tolerance, solver)
+
     @cached_property
     def candidates(self) -> list[Candidate]:
         """Solvers for the torques, cheapest first."""
-        scene = self.scene
-        return integration.choose(
-            self.initial_state, self.torques, self.kicks, scene.asked_tolerance, scene.wanted_solver
-        )
+        return integration.choose(self.problem)
 
     def predicted_seconds(self, samples: int) -> float:
         """s, of computing so many samples."""
         if self.torques:
-            return self.candidates[0].seconds + samples * SAMPLE
+            return self.candidates[0].seconds + samples * SECONDS_PER_SAMPLE
         return CLOSED_FORM_SET_UP + samples * CLOSED_FORM_SAMPLE
 
 
@@ -218,16 +223,9 @@ def compared(scene: Described) -> Drop | None:
 def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None) -> Ephemeris:
     if check is not None:
         check(inputs.predicted_seconds(instants.seconds.size))
-    answer = integration.solve(
-        inputs.initial_state,
-        inputs.torques,
-        inputs.kicks,
-        _with_pushes(inputs, instants),
-        inputs.scene.asked_tolerance,
-        inputs.candidates,
-    )
+    answer = integration.solve(inputs.problem, _with_pushes(inputs, instants), inputs.candidates)
     solver = answer.candidate.solver
-    text = f"{solver.name}: {answer.work.steps} steps, {answer.work.torques} torques"
+    text = f"{solver.name}: {answer.steps} steps, {answer.torques} torques"
     coarser = (
         "at ten times the tolerance of a step" if solver.kind == "dop853" else "in two thirds of the steps"
     )
@@ -237,7 +235,8 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
 
 
 def _coast(inputs: SimulationInputs, instants: Instants) -> Ephemeris:
-    rows = coasting.coast(inputs.initial_state, inputs.kicks, _with_pushes(inputs, instants))
+    body = Bodies.of(inputs.initial_state)
+    rows = coasting.coast(inputs.initial_state, body, inputs.kicks, _with_pushes(inputs, instants))[0]
     bound = WORST_BOUND * (1 + len(inputs.kicks))
     plan = Plan(COASTING, instants.seconds.size, 0.0, 0.0, bound, CHAINED)
     return _ephemeris_of_rows(inputs, instants, rows, plan, _impulse_events(inputs.kicks))

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude import RigidBody, Scene
 from attitude.cost.machine import processor
-from attitude.dynamics import batch_integration
+from attitude.dynamics import integration, refinement
 from attitude.ensemble.simulation import choose, simulated
 from attitude.frames.rotations import angle_between
 from attitude.times.instants import as_instants
@@ -102,19 +102,19 @@ def measured(pool, threads, name, revolutions, count, few, tolerance):
     rates = count / wall[0], few / wall[1]
     each = 1e3 * used[0] / count, 1e3 * used[1] / few
     again = [0, 0]
-    compared, alone = batch_integration._compared, batch_integration._alone
+    compare, alone = refinement.compare, integration.solve_alone
 
-    def counted(problem, bodies, which, *rest):
-        again[0] += len(which)
-        return compared(problem, bodies, which, *rest)
+    def counted(problem, bodies, *rest):
+        again[0] += len(bodies) if bodies.index is not None else 0  # of a block, not of a body alone
+        return compare(problem, bodies, *rest)
 
     def counted_alone(*arguments):
         again[1] += 1
         return alone(*arguments)
 
-    batch_integration._compared, batch_integration._alone = counted, counted_alone
+    refinement.compare, integration.solve_alone = counted, counted_alone
     ensemble()
-    batch_integration._compared, batch_integration._alone = compared, alone
+    refinement.compare, integration.solve_alone = compare, alone
     print(
         f"{name:13} {revolutions:3} rev  {rates[0]:6.0f} bodies/s  loop {rates[1]:5.0f}"
         f"  x {rates[0] / rates[1]:4.1f}  CPU {each[0]:.3g} and {each[1]:.3g} ms a body"

@@ -21,6 +21,7 @@ from attitude.cost.machine import processor, versions
 from attitude.cost.methods import stepping
 from attitude.cost.problem import of_world
 from attitude.dynamics import integration
+from attitude.dynamics.batch_states import TorqueProblem
 from attitude.times.instants import as_instants
 
 
@@ -57,10 +58,9 @@ def ours(problem, tolerance, repeats):
     answer = peers.repeated(whole, repeats)
     posed, t = Problem.of_scene(scene), np.array([problem.seconds])
     world = of_world(posed)
-    found = integration.choose(world.initial_state, world.torques, (), tolerance)
-    used = integration.solve(
-        world.initial_state, world.torques, (), as_instants(t, None), tolerance, found
-    ).candidate
+    posed_to_solvers = TorqueProblem(world.initial_state, world.torques, (), tolerance)
+    choice = integration.choose(posed_to_solvers)
+    used = integration.solve(posed_to_solvers, as_instants(t, None), choice).candidate
 
     def alone():
         return tuple(stepping.march(posed, used.solver, used.setting, t)[0][0].tolist())

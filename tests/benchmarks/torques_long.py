@@ -18,7 +18,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude.cost.machine import processor, versions
-from tests.dynamics.marching import SOLVERS, angle, march
+from attitude.dynamics.solvers import SOLVERS
+from tests.dynamics.motions import angle, integrate_arc
 from tests.dynamics.test_torques_effects import quantity, scene
 from tests.dynamics.test_torques_estimate import random_scene, truth
 from tests.dynamics.test_torques_pendulum import COURSE, TORQUES, N, jacobi, released
@@ -33,7 +34,7 @@ def jacobi_integral(orbits: int = 100_000) -> None:
         body = released(moments, (0.3, 0.6, -0.4), (0.1 * N, 0.0, 0.2 * N))
         for step in (0.5, 0.35):
             begun = perf_counter()
-            rows, work = march(SOLVERS["gauss, order 16"], body, TORQUES, step / N, t)
+            rows, work = integrate_arc(SOLVERS["gauss, order 16"], body, TORQUES, step / N, t)
             seconds = perf_counter() - begun
             J = jacobi(rows, t, moments)
             greatest, trend = np.abs(J - J[0]).max(), np.polyfit(t, J, 1)[0] * t[-1]

@@ -28,18 +28,19 @@ from attitude.cost import Problem, torque_truth
 from attitude.cost.machine import processor, versions
 from attitude.cost.problem import of_world
 from attitude.dynamics import integration
-from attitude.dynamics.momentum import initial_momentum
+from attitude.dynamics.batch_states import Bodies, TorqueProblem
+from attitude.dynamics.momentum import initial_momenta
 from attitude.dynamics.solvers import (
     COLLOCATION,
     OUTPUTS,
     RUNGE_KUTTA,
     SPLITTINGS,
-    Part,
     Solver,
-    Work,
+    SolverSpan,
+    SolverTask,
+    SolverWork,
     can_take,
 )
-from attitude.errors import ToleranceError
 from attitude.kernels import layout
 from attitude.oracle import truth
 
@@ -124,33 +125,35 @@ class Cost(NamedTuple):
 
 def marched(
     posed: Problem, solver: Solver, setting: float, t: np.ndarray, free: bool = False, repeats: int = REPEATS
-) -> tuple[float, Work, np.ndarray]:
+) -> tuple[float, SolverWork, np.ndarray]:
     """s, the work, and states (OUTPUTS, n) at ascending instants, of a march to the last of them.
 
     Of the compiled solver alone; with `free` of a free body, without any effect.
     """
     world = of_world(posed)
     initial_state = world.initial_state
-    stepped = solver.prepare(initial_state, world.torques)
+    body = Bodies.of(initial_state)
+    arguments = solver.prepare(initial_state, body, world.torques)
     if free:
-        stepped = replace(stepped, world=(np.zeros((0, layout.EFFECT_WIDTH)), *stepped.world[1:]))
-    momentum = initial_momentum(initial_state, world.torques)
-    part = Part(0.0, float(t[-1]), t, np.zeros_like(t))
-    out, found = np.full((OUTPUTS, t.size), np.nan), [Work(0, 0, 0)]
+        arguments = replace(arguments, effects=np.zeros((1, 0, layout.EFFECT_WIDTH)))
+    momenta = initial_momenta(initial_state, body, world.torques)
+    span = SolverSpan(0.0, float(t[-1]), np.array([t, np.zeros_like(t)]))
+    out, done = np.full((1, OUTPUTS, t.size), np.nan), []
 
-    def march() -> None:
-        state = stepped.state(initial_state.attitude / np.linalg.norm(initial_state.attitude), momentum)
-        found[0] = solver.march(stepped, state, part, setting, out)
+    def step() -> None:
+        states = arguments.states(body.attitude / np.linalg.norm(body.attitude), momenta)
+        task = SolverTask(arguments, np.array([0]), states, span, np.array([setting]), out)
+        done[:] = [solver.step(task)]
 
-    seconds = least(march, repeats)
-    return seconds, found[0], out
+    seconds = least(step, repeats)
+    return seconds, done[0], out[0]
 
 
 def cost(posed: Problem) -> Cost:
     drift, kick = _splitting(posed)
     step, sweep = _collocation(posed)
     seconds, work, _ = marched(posed, RUNGE_KUTTA, 1e-11, np.array([1000.0 / of_world(posed).pace]))
-    return Cost(drift, kick, step, sweep, seconds / work.torques * 1e9)
+    return Cost(drift, kick, step, sweep, seconds / work.torques[0] * 1e9)
 
 
 def _splitting(posed: Problem) -> tuple[float, float]:
@@ -170,8 +173,8 @@ def _collocation(posed: Problem) -> tuple[float, float]:
     for radians in (0.125, 0.25, 0.5, 1.0, 2.0, 3.0):
         step = radians / of_world(posed).pace
         seconds, work, _ = marched(posed, COLLOCATION, step, np.array([STEPS * step]))
-        sweeps.append(work.torques / layout.NODES / work.steps)
-        times.append(seconds / work.steps * 1e9)
+        sweeps.append(work.torques[0] / layout.NODES / work.steps[0])
+        times.append(seconds / work.steps[0] * 1e9)
     sweep, rest = np.polyfit(sweeps, times, 1)
     return float(rest), float(sweep)
 
@@ -241,11 +244,8 @@ def ladder(posed: Problem, solver: Solver, exact: list[Any], t: np.ndarray) -> l
     world, points = of_world(posed), []
     adaptive = solver is RUNGE_KUTTA
     for setting in ERRORS if adaptive else [radians / world.pace for radians in LADDER]:
-        try:
-            seconds, work, out = marched(posed, solver, setting, t, repeats=5)
-        except ToleranceError:
-            continue
-        if work.failed or not np.isfinite(out).all():
+        seconds, work, out = marched(posed, solver, setting, t, repeats=5)
+        if work.failed[0] or not np.isfinite(out).all():
             continue
         found = zip(out[:4].T.tolist(), exact, strict=True)
         error = max(truth.attitude_error(q, p) for q, p in found)
@@ -278,10 +278,11 @@ def choices() -> None:
 
 def _times(posed: Problem, exact: list[Any], t: np.ndarray) -> dict[str, list[Point]]:
     world = of_world(posed)
+    body = Bodies.of(world.initial_state)
     solvers = [
         solver
         for solver in (*SPLITTINGS, COLLOCATION, RUNGE_KUTTA)
-        if can_take(solver, solver.prepare(world.initial_state, world.torques))
+        if can_take(solver, solver.prepare(world.initial_state, body, world.torques))[0]
     ]
     return {solver.name: ladder(posed, solver, exact, t) for solver in solvers}
 
@@ -290,7 +291,7 @@ def _judged(world: Any, times: dict[str, list[Point]], wanted: float) -> tuple[s
     """The rest of a row, and how much longer the solver that is taken takes than the fastest."""
     needed = {name: seconds_at(points, wanted) for name, points in times.items() if points}
     fastest = min(needed, key=lambda name: needed[name])
-    taken = integration.choose(world.initial_state, world.torques, (), wanted)[0].solver.name
+    taken = integration.choose(TorqueProblem(world.initial_state, world.torques, (), wanted))[0].solver.name
     if math.isinf(needed[fastest]):
         return f"none | | {taken} | | ", 1.0
     ratio = needed[taken] / needed[fastest]

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from attitude import InputError, Scene
-from tests.dynamics.marching import angle, initial_state, integrated, matrix
+from tests.dynamics.motions import angle, initial_state, integrated, matrix
 
 MU, RADIUS = 3.986004e14, 6378100.0  # nominal Earth (IAU 2015)
 C, SOLAR_CONSTANT, AU = 299792458.0, 1361.0, 149597870700.0

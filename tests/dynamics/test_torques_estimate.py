@@ -5,9 +5,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics import integration
-from attitude.scene.simulation import route
-from tests.dynamics.marching import SOLVERS, angle
+from attitude.dynamics.arc_integration import integrate
+from attitude.dynamics.batch_states import TorqueProblem
+from attitude.dynamics.solvers import SOLVERS
+from attitude.scene.simulation import resolve as route
+from tests.dynamics.motions import angle
 from tests.dynamics.test_torques_effects import orbit, plate, quantity
 
 # By Runge-Kutta at 1e-15 a step, which shares with the others nothing but the torques: what it is off by
@@ -73,12 +75,12 @@ def random_scene(rng, kind, symmetric, tolerance, solver, turns):
 def truth(made):
     """(4, n), by the solver of no cleverness, as finely as doubles allow."""
     way = route(made)
-    directions = integration.by_direction(way.initial_state, way.torques, way.kicks)
-    seconds = made.times.build(None).seconds
-    tight = integration.Candidate(SOLVERS["dop853"], 1e-15, 0.0, 0.0)
-    return integration._march(
-        way.initial_state, directions, seconds, np.zeros_like(seconds), tight, False, None
-    ).rows[:4]
+    problem, seconds = (
+        TorqueProblem(way.initial_state, way.torques, way.kicks),
+        made.times.build(None).seconds,
+    )
+    at = np.array([seconds, np.zeros_like(seconds)])
+    return integrate(problem, problem.body, at, SOLVERS["dop853"], np.array([1e-15])).rows[0, :4]
 
 
 def told_and_true(made):

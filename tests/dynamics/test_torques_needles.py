@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics import batch_integration
+from attitude.dynamics import integration
+from attitude.dynamics.batch_states import TorqueProblem
 from attitude.oracle.torqued import Torqued
-from attitude.scene.simulation import route
+from attitude.scene.simulation import resolve as route
 from attitude.times.instants import as_instants
 from tests.dynamics.at_rest import direction
-from tests.dynamics.marching import angle
-from tests.dynamics.test_many import bodies_of
+from tests.dynamics.motions import angle
+from tests.dynamics.test_batches import bodies_of
 from tests.dynamics.test_torques_effects import quantity
 
 ATTITUDE = (0.8, 0.2, 0.4, 0.4)
@@ -98,13 +99,13 @@ def test_many_thin_bodies_are_followed_as_one_is(torque, solver):
     effect, row = EFFECTS[torque]
     made = Scene.model_validate(document(*SYMMETRIC["needle about z"], effect, solver, 1e-9))
     way = route(made)
-    problem = batch_integration.Problem(way.initial_state, way.torques, way.kicks, 1e-9, solver)
+    problem = TorqueProblem(way.initial_state, way.torques, way.kicks, 1e-9, solver)
     at, cases = as_instants(np.array([0.0, SPAN]), None), list(SYMMETRIC.values())
     others = [
         route(Scene.model_validate(document(*case, effect, solver, 1e-9))).initial_state for case in cases
     ]
-    chosen = batch_integration.choose(problem, at)
-    rows = batch_integration.solve(problem, bodies_of(*others), at, chosen)
+    chosen = integration.choose_for_all(problem, at)
+    rows = integration.solve_each(problem, bodies_of(*others), at, chosen)
     for case, found in zip(cases, rows, strict=True):
         assert angle(found[:4, 1:], truth(*case, row)) < (1e-9 if torque == "inertial" else 3e-10)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from attitude import InputError, ToleranceError
-from tests.dynamics.marching import angle
+from tests.dynamics.motions import angle
 from tests.dynamics.test_torques_effects import MOMENTS, MU, orbit, quantity, scene
 
 RATE = (0.03, -0.05, 0.04)

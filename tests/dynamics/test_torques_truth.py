@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from attitude.dynamics.solvers import can_take
-from tests.dynamics.marching import SOLVERS, acting, angle, initial_state, kepler, march
+from attitude.dynamics.solvers import SOLVERS
+from tests.dynamics.motions import acting, angle, initial_state, integrate_arc, is_taken, kepler
 from tests.oracles.torqued_cases import CASES, EXPECTED
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
@@ -60,7 +60,7 @@ def pairs():
         start, torques = prepared(name)
         for solver_name in SETTINGS:
             solver = SOLVERS[solver_name]
-            if can_take(solver, solver.prepare(start, torques)):
+            if is_taken(solver, start, torques):
                 yield pytest.param(name, solver, id=f"{solver_name}: {name}")
 
 
@@ -69,7 +69,7 @@ def test_solver_ends_where_fifty_digits_end(name, solver):
     start, torques = prepared(name)
     within = WITHIN[solver.kind]
     for state in EXPECTED[name]:
-        rows, work = march(solver, start, torques, setting_of(solver, name, start), state.seconds)
+        rows, work = integrate_arc(solver, start, torques, setting_of(solver, name, start), state.seconds)
         attitude = np.array([float(x) for x in state.attitude])
         rate = whole_rate(CASES[name], [float(x) for x in state.rate])
         assert work.failed == 0

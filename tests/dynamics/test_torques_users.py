@@ -9,7 +9,7 @@ from numba import cfunc, types
 
 from attitude import AttitudeError, InputError
 from attitude.effects import UserTorque
-from tests.dynamics.marching import angle, matrix
+from tests.dynamics.motions import angle, matrix
 from tests.dynamics.test_torques_effects import quantity, scene
 
 T = np.array([0.02, -0.01, 0.015])

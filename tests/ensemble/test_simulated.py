@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from attitude import InputError, RegimeError, RigidBody, Scene, ToleranceError
-from attitude.dynamics import batch_integration
+from attitude.dynamics import error_estimate, integration
 from attitude.effects import UserTorque
 from attitude.ensemble.simulation import Choice, choose, is_needed, simulated
 from attitude.frames.rotations import angle_between
@@ -196,11 +196,11 @@ def test_what_a_function_of_the_users_raises_is_raised():
 
 
 def settings_seen(monkeypatch):
-    """Solvers' settings of every march, as they are made; and bodies that are solved alone."""
+    """Solvers' settings of every integration, as they are made; and bodies that are solved alone."""
     seen, single = [], []
-    march, solve_alone = batch_integration.march, batch_integration._alone
-    monkeypatch.setattr(batch_integration, "march", lambda *a: seen.append(a[4]) or march(*a))
-    monkeypatch.setattr(batch_integration, "_alone", lambda *a: single.append(a[1]) or solve_alone(*a))
+    integrate, solve_alone = error_estimate.integrate, integration.solve_alone
+    monkeypatch.setattr(error_estimate, "integrate", lambda *a: seen.append(a[4]) or integrate(*a))
+    monkeypatch.setattr(integration, "solve_alone", lambda *a: single.append(a[1]) or solve_alone(*a))
     return seen, single
 
 
@@ -209,7 +209,7 @@ def settings_seen(monkeypatch):
     [("gauss", 1.0), ("gauss", 3.5), ("splitting", 2.5), ("dop853", 30.0), ("gauss", 25.0)],
 )
 def test_bits_do_not_depend_on_the_company(solver, factor, monkeypatch):
-    """Also of those that are marched again in steps of their own, or solved alone."""
+    """Also of those that are integrated again in steps of their own, or solved alone."""
     made = scene(
         effect("gravity_gradient"),
         effect("wheels", momentum=quantity([0, 0.01, 0.02], "N m s")),
@@ -245,7 +245,7 @@ def test_blocks_within_do_not_show(monkeypatch):
     at, states = as_instants(T, None), dispersed(made, 7)
     choice = choose(made, at)
     whole = simulated(made, states, at, choice)
-    monkeypatch.setattr(batch_integration, "ROOM", 2 * T.size * 10)
+    monkeypatch.setattr(integration, "MAX_NUMBERS_PER_BLOCK", 2 * T.size * 10)
     for one, other in zip(whole, simulated(made, states, at, choice), strict=True):
         assert np.array_equal(one, other)
 

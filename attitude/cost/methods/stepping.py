@@ -8,8 +8,9 @@ from functools import partial
 import numpy as np
 
 from ...dynamics import integration
-from ...dynamics.solver_selection import Candidate
-from ...dynamics.solvers import COLLOCATION, RUNGE_KUTTA, SPLITTINGS, Solver, can_take
+from ...dynamics.arc_integration import integrate
+from ...dynamics.batch_states import Bodies, TorqueProblem
+from ...dynamics.solvers import COLLOCATION, RUNGE_KUTTA, SPLITTINGS, Solver, can_take, endless_steps
 from ...problem.torque_model import CachedTorque
 from ...times.instants import as_instants
 from ..method import AbsentError, Method, Solve
@@ -54,8 +55,9 @@ def _ladder(solver: Solver, steps: tuple[float, ...]) -> list[Method]:
 
 def _at_step(problem: Problem, solver: Solver, radians: float) -> Solve:
     world = of_world(problem)
+    body = Bodies.of(world.initial_state)
     for leg in world.legs(world.initial_state.stop):
-        if not can_take(solver, solver.prepare(world.initial_state, leg.torques)):
+        if not can_take(solver, solver.prepare(world.initial_state, body, leg.torques))[0]:
             raise AbsentError(f"{solver.name} is not for these effects: its error has not that order")
     return partial(march, problem, solver, radians / world.pace)
 
@@ -69,10 +71,9 @@ def _chosen(problem: Problem, tolerance: float) -> Solve:
 
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         initial_state = replace(world.initial_state, start=0.0, stop=float(t[-1]))
-        torques = [CachedTorque(effect, initial_state) for effect in world.effects]
-        found = integration.choose(initial_state, torques, (), tolerance, world.solver)
-        answer = integration.solve(initial_state, torques, (), as_instants(t, None), tolerance, found)
-        return _columns(answer.rows)
+        torques = tuple(CachedTorque(effect, initial_state) for effect in world.effects)
+        posed = TorqueProblem(initial_state, torques, (), tolerance, world.solver)
+        return _columns(integration.solve(posed, as_instants(t, None), integration.choose(posed)).rows)
 
     return solve
 
@@ -86,12 +87,14 @@ def load(problem: Problem) -> None:
 def march(problem: Problem, solver: Solver, setting: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Quaternions and rates at ascending instants, by a solver at a setting of its own kind."""
     world = of_world(problem)
-    cut, candidate = world.legs(float(t[-1])), Candidate(solver, setting, 0.0, 0.0)
-    marched = integration._march(world.initial_state, [cut], t, np.zeros_like(t), candidate, False, None)
-    rows, work = marched.rows, marched.work
-    if work.failed:
-        raise ArithmeticError(f"{work.failed} of {work.steps} steps did not settle")
-    return _columns(rows)
+    initial_state = replace(world.initial_state, start=0.0, stop=float(t[-1]))
+    posed, at = TorqueProblem(initial_state, world.torques), np.array([t, np.zeros_like(t)])
+    solution = integrate(posed, posed.body, at, solver, np.array([setting]))
+    if solution.failed[0] and solver is RUNGE_KUTTA:
+        raise endless_steps(setting)
+    if solution.failed[0]:
+        raise ArithmeticError(f"{solution.failed[0]} of {solution.steps[0]} steps did not settle")
+    return _columns(solution.rows[0])
 
 
 def _columns(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

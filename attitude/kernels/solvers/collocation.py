@@ -39,6 +39,7 @@ from ..layout import (
     SPIN,
     SPIN_LOW,
     STAGE,
+    STATE,
     SUN,
     TIME,
     TIME_LOW,
@@ -68,69 +69,56 @@ MOST_SWEEPS = 60
 
 
 @kernel
-def collocate(
-    state,
-    start,
-    h,
-    steps,
-    body,
-    symmetric,
-    effects,
-    orbit,
-    pieces,
-    sun,
-    sun_pieces,
-    seconds,
-    rest,
-    out,
-    spare,
-    work,
-    counts,
-    halted,
-):
-    """March `steps` steps of h from `start`, and write the state at the instants asked for.
+def collocate(bodies, span, instants, out, work, halted, *world):
+    """Step every body from one instant to another, and write its states at the instants between them.
 
     Parameters
     ----------
-    body : (STEPPED_BODY,); symmetric : whether moments 1 and 2 are equal
+    bodies : (k,) records of STEPPED; counts : sweeps made, steps whose sweeps did not settle (after one that
+        gave no numbers nothing more of the body is written)
     work : (WORKSPACE * 8,), with the scheme in its last rows
-    counts : (2,), added to: sweeps made, steps whose sweeps did not settle (after one that gave no numbers
-        nothing more is written)
     the rest : as in `splitting.split`
     """
-    world = effects, orbit, pieces, sun, sun_pieces
-    arguments = body, symmetric, world, work, counts
-    instants, written = (seconds, rest), 0
-    for k in range(steps + 1):
-        t, t_low = time_of(k, h, start)
-        span = t, t_low, h, k == steps
-        written = write_until(_step, arguments, state, span, symmetric, body, instants, spare, out, written)
-        if halted[0] != 0.0:
-            return
-        if k < steps:
-            _step(state, t, t_low, h, *arguments)
-            if not abs(state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
-                counts[1] += 1
+    for i in range(bodies.shape[0]):
+        record = bodies[i]
+        effects, orbit, pieces, sun, sun_pieces = world
+        own = record.body, record.symmetric != 0
+        arguments = own, (effects[record.index], orbit, pieces, sun, sun_pieces), work, record.counts
+        states = record.state, record.scratch[:STATE]
+        h, written = (span[1] - span[0]) / record.steps, 0
+        for k in range(record.steps + 1):
+            t, t_low = time_of(k, h, span[0])
+            step = t, t_low, h, k == record.steps
+            written = write_until(_step, arguments, states, step, own, instants, out[record.index], written)
+            if halted[0] != 0.0:
                 return
+            if k < record.steps:
+                _step(record.state, t, t_low, h, *arguments)
+                if not abs(record.state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
+                    record.counts[1] += 1
+                    break
 
 
 @routine
-def _step(state, t, t_low, h, body, symmetric, world, work, counts):
+def _step(state, t, t_low, h, own, world, work, counts):
+    body, symmetric = own
     L = momentum_of(state)
     axial = state[AXIAL]
     if not symmetric:
         axial = rotated_back((state[0], state[1], state[2], state[3]), L)[2]
     across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
     spin = fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2])
-    _along_nodes(state, t, t_low, h, across, spin, world, work)
-    settled = _settle(state, L, axial, across, h, body, symmetric, world, work, counts)
+    _along_nodes(state, t, t_low, h, (across, spin), world, work)
+    sweeps, settled = _settle(state, L, axial, across, h, own, world, work)
+    counts[0] += sweeps
     counts[1] += 0 if settled else 1
     _advance(state, L, across, spin, h, symmetric, work)
 
 
 @routine
-def _along_nodes(state, t, t_low, h, across, spin, world, work):
+def _along_nodes(state, t, t_low, h, rates, world, work):
     """What is known of the nodes beforehand: times, place on the orbit, the two constant turns."""
+    across, spin = rates
     _, orbit, pieces, sun, sun_pieces = world
     L = momentum_of(state)
     size = math.sqrt(dot(L, L))
@@ -160,27 +148,26 @@ def _along_nodes(state, t, t_low, h, across, spin, world, work):
 
 
 @routine
-def _settle(state, L, axial, across, h, body, symmetric, world, work, counts):
-    """Sweep until the stages stand still: they are found to rounding, so that no step remembers a guess."""
+def _settle(state, L, axial, across, h, own, world, work):
+    """(sweeps, whether the stages stand still): to rounding, so that no step remembers a guess."""
     for row in range(UNKNOWNS):
         for i in range(NODES):
             work[(STAGE + row) * NODES + i] = 0.0
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
     last, ratio = 1.0, 1.0
     for sweep in range(MOST_SWEEPS):
-        counts[0] += 1
-        _slopes(state, L, axial, across, body, symmetric, world, work)
+        _slopes(state, L, axial, across, own, world, work)
         change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
         if sweep == 0:
             size = max(size, _gained(work))
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
         gain = max(ratio, change / last)
         if not change <= 1e300:
-            return False
+            return sweep + 1, False
         if change * gain <= 2e-17 or (change >= 0.5 * last and change < 1e-13):
-            return True
+            return sweep + 1, True
         last, ratio = max(change, 1e-300), change / last
-    return False
+    return MOST_SWEEPS, False
 
 
 @inlined
@@ -194,30 +181,31 @@ def _gained(work):
 
 
 @inlined
-def _slopes(state, L, axial, across, body, symmetric, world, work):
+def _slopes(state, L, axial, across, own, world, work):
     """Rates of change of all unknowns at the nodes, from the stages.
 
     Numbers that are the same at all nodes are read first: see `torque.torques`.
     """
+    body, symmetric = own
     start = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
-    inverses, rotors = three(body, INVERSES), three(body, ROTORS)
-    own = 1.0 if symmetric else 0.0
+    constants = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
+    kept = 1.0 if symmetric else 0.0
     for i in range(NODES):
-        _at_node(work, i, start, L, axial, own, inverses, rotors)
-    torques(world, body, work, TIME, FULL, RATE, PLACE, SPEED, SUN, TORQUE)
-    alpha, C = body[ALPHA], eddies_of(body)
+        _at_node(work, i, start, L, axial, kept, constants)
+    torques(world, body, work)
     for i in range(NODES):
-        _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C)
+        _slope_at_node(work, i, start, axial, across, constants)
 
 
 @inlined
-def _at_node(work, i, start, L, axial, own, inverses, rotors):
+def _at_node(work, i, start, L, axial, kept, constants):
     """Attitude, momentum and rate of the body, from the departure."""
+    inverses, rotors, _, _ = constants
     turned = product(_about(work, i), _departed(work, i, start))
     q = turned_about_third(turned, work[SINE * NODES + i], work[COSINE * NODES + i])
     gained = three_at(work, STAGE + 4, i)
     m = rotated_back(q, add_scaled(gained, 1.0, L))
-    m3 = m[2] + own * ((axial - m[2]) + work[(STAGE + 7) * NODES + i])
+    m3 = m[2] + kept * ((axial - m[2]) + work[(STAGE + 7) * NODES + i])
     rate = rate_of(inverses, rotors, (m[0], m[1], m3))
     put_four(work, FULL, i, q)
     put_three(work, MOMENT, i, (m[0], m[1], m3))
@@ -225,10 +213,11 @@ def _at_node(work, i, start, L, axial, own, inverses, rotors):
 
 
 @inlined
-def _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C):
+def _slope_at_node(work, i, start, axial, across, constants):
+    inverses, rotors, alpha, C = constants
     q = four_at(work, FULL, i)
     m, rate = three_at(work, MOMENT, i), three_at(work, RATE, i)
-    push = add_scaled(three_at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
+    total = add_scaled(three_at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
     inner = cross(m, rate)
     extra = (
         fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
@@ -243,11 +232,11 @@ def _slope_at_node(work, i, start, axial, across, inverses, rotors, alpha, C):
     p = _departed(work, i, start)
     left = product((0.0, across * outer[0], across * outer[1], across * outer[2]), p)
     right = product(p, (0.0, extra[0], extra[1], extra[2]))
-    force = rotated(q, push)
+    force = rotated(q, total)
     p = left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]
     put_four(work, SLOPE, i, (0.5 * p[0], 0.5 * p[1], 0.5 * p[2], 0.5 * p[3]))
     put_three(work, SLOPE + 4, i, force)
-    work[(SLOPE + 7) * NODES + i] = push[2]
+    work[(SLOPE + 7) * NODES + i] = total[2]
 
 
 @inlined

@@ -1,6 +1,6 @@
 """The equations of motion as they stand, by Dormand and Prince's order 8, with steps of its own choice.
 
-It shares the torques with the other solvers and nothing of how the rotation is followed: what they are
+It shares the torques with the other solvers and nothing of how the rotation is integrated: what they are
 compared with, and the choice where torques come and go within a turn.
 Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.10.
 """
@@ -19,54 +19,49 @@ STAGES = 12
 
 
 @kernel
-def runge_kutta(
-    state,
-    start,
-    stop,
-    h,
-    tolerance,
-    table,
-    body,
-    effects,
-    orbit,
-    pieces,
-    sun,
-    sun_pieces,
-    seconds,
-    rest,
-    out,
-    spare,
-    work,
-    counts,
-    most,
-    halted,
-):
-    """March from `start` to `stop`, and write the state at the instants asked for.
+def runge_kutta(bodies, span, table, instants, out, work, halted, *world):
+    """Step every body from one instant to another, and write its states at the instants between them.
 
     Parameters
     ----------
-    stop : (2,), s, two-part time
-    h : s, first step, of the sign of stop - start
-    tolerance : of the error of a step, rad in the attitude, and of the momentum relative to it
+    bodies : (k,) records of STEPPED; counts, written : steps taken, steps refused, 1.0 where they shrank to
+        nothing or were too many; the state is that at the last step then, and instants from there on are not
+        written
     table : (16, 12): A, then B, C and the two error estimates (whose 13th number is 0)
-    spare : (2 STATE,), work : (13 * 7,), scratch
-    counts : (3,), written: steps taken, steps refused, 1.0 where they shrank to nothing or were too many; the
-        state is that at the last step then, and instants from there on are not written
-    most : steps, refused ones included, after which it is given up: a torque that jumps everywhere would
-        shorten them without end
+    work : (13 * 7,), scratch
     the rest : as in `splitting.split`
     """
-    world = effects, orbit, pieces, sun, sun_pieces
-    ahead, aside = spare[:STATE], spare[STATE:]
+    for i in range(bodies.shape[0]):
+        record = bodies[i]
+        effects, orbit, pieces, sun, sun_pieces = world
+        _integrate(
+            record,
+            (span[0], span[1]),
+            (effects[record.index], orbit, pieces, sun, sun_pieces),
+            (table, work),
+            instants,
+            out[record.index],
+            halted,
+        )
+        if halted[0] != 0.0:
+            return
+
+
+@routine
+def _integrate(record, span, world, scratch, instants, out, halted):
+    """One body, in steps of its own choice."""
+    table, work = scratch
+    state, counts, (start, stop), body = record.state, record.counts, span, record.body
+    ahead, aside = record.scratch[:STATE], record.scratch[STATE:]
     size = math.sqrt(dot(momentum_of(state), momentum_of(state)))
-    arguments = table, body, world, work, tolerance, size
-    instants, written = (seconds, rest), 0
-    t, t_low, left = start[0], start[1], _between(start[0], start[1], stop)
+    arguments = (table, record.tolerance, size), body, world, work
+    written, h = 0, record.first_step
+    t, t_low, left = start, 0.0, stop - start
     while True:
         ends = abs(h) >= abs(left)
         h = left if ends else h
         copied(state, ahead)
-        if counts[0] + counts[1] > most:
+        if counts[0] + counts[1] > record.max_steps:
             counts[2] = 1.0
         if counts[2] != 0.0 or halted[0] != 0.0:
             return
@@ -78,25 +73,24 @@ def runge_kutta(
                 counts[2] = 1.0
                 return
             continue
-        span = t, t_low, h, ends
-        written = write_until(_step, arguments, state, span, False, body, instants, aside, out, written)
+        step = t, t_low, h, ends
+        written = write_until(_step, arguments, (state, aside), step, (body, False), instants, out, written)
         copied(ahead, state)
         counts[0] += 1
         if ends:
             return
         t, t_low = later(t, t_low, h)
-        left = _between(t, t_low, stop)
+        left = (stop - t) - t_low
         h *= min(5.0, 0.9 * max(error, 1e-10) ** -0.125)
 
 
 @routine
-def _between(t, t_low, stop):
-    return (stop[0] - t) + (stop[1] - t_low)
+def _step(state, t, t_low, h, method, body, world, work):
+    """One step, in place; returns its error over the tolerance.
 
-
-@routine
-def _step(state, t, t_low, h, table, body, world, work, tolerance, size):
-    """One step, in place; returns its error over the tolerance."""
+    method : table, tolerance of a step, momentum that errors of the momentum are relative to
+    """
+    table, tolerance, size = method
     y = STAGES * UNKNOWNS
     for stage in range(STAGES):
         for j in range(UNKNOWNS):
@@ -120,8 +114,8 @@ def _slope(work, y, at, t, t_low, body, world):
     q = work[y], work[y + 1], work[y + 2], work[y + 3]
     m = rotated_back(q, (work[y + 4], work[y + 5], work[y + 6]))
     rate, turning = turning_rate(body, m)
-    push = torque(world, body, t, t_low, q, rate)
-    force = rotated(q, add_scaled(push, -1.0, taken_by_eddies(eddies_of(body), rate)))
+    external = torque(world, body, t, t_low, q, rate)
+    force = rotated(q, add_scaled(external, -1.0, taken_by_eddies(eddies_of(body), rate)))
     turn = product(q, (0.0, 0.5 * turning[0], 0.5 * turning[1], 0.5 * turning[2]))
     work[at], work[at + 1], work[at + 2], work[at + 3] = turn[0], turn[1], turn[2], turn[3]
     work[at + 4], work[at + 5], work[at + 6] = force[0], force[1], force[2]

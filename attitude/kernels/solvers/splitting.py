@@ -5,7 +5,7 @@ The error is proportional to the torque, whatever the spin.  docs/torques.md, se
 
 from ..doubledouble import two_sum
 from ..intrinsics import inlined, kernel, routine
-from ..layout import ATTITUDE, AXIAL, AXIAL_LOW, EDDIES, INVERSES, MOMENTUM, MOMENTUM_LOW, ROTORS
+from ..layout import ATTITUDE, AXIAL, AXIAL_LOW, EDDIES, INVERSES, MOMENTUM, MOMENTUM_LOW, ROTORS, STATE
 from ..rotation import about, normalised, product, rotated, rotated_back
 from ..vectors import add_scaled
 from .free_rotation import attitude_of, drift, drift_symmetric
@@ -14,65 +14,49 @@ from .torque import body_rate, eddies_of, taken_by_eddies, torque
 
 
 @kernel
-def split(
-    state,
-    start,
-    h,
-    steps,
-    drifts,
-    kicks,
-    body,
-    symmetric,
-    effects,
-    orbit,
-    pieces,
-    sun,
-    sun_pieces,
-    seconds,
-    rest,
-    out,
-    spare,
-    work,
-    halted,
-):
-    """March `steps` steps of h from `start`, and write the state at the instants asked for.
+def split(bodies, span, scheme, instants, out, work, halted, *world):
+    """Step every body from one instant to another, and write its states at the instants between them.
+
+    Each is stepped as if it were alone: its bits do not depend on the others.
 
     Parameters
     ----------
-    state : (STATE,), at the start; at the end when this returns
-    start : (2,), s, two-part time
-    h : s, of either sign; steps : int
-    drifts : (n + 1,), kicks : (n,): shares of the step, in turn drift, kick, drift ... drift
-    body : (STEPPED_BODY,); symmetric : whether about the third axis; else moments ascend
-    effects, orbit, pieces, sun, sun_pieces : `torque.torque`
-    seconds, rest : (m,), two-part instants in the order of the steps, none outside them
-    out : (10, m), written: attitude, rate, momentum
-    spare : (STATE,), work : (6, 8), scratch
+    bodies : (k,) records of STEPPED
+    span : (2,), s, where steps begin and end
+    scheme : (2, n + 1): drifts, and kicks with a zero after them; shares of the step, in turn
+    instants : (2, m), two-part, in the order of the steps, none outside them
+    out : (n, 10, m), written at the index of each body: attitude, rate, momentum
+    work : (6, 8), scratch
     halted : (1,), set to another number than 0 by another thread to end it: nothing more is written
+    world : effects (n, rows, EFFECT_WIDTH), orbit, pieces, sun, sun_pieces (`torque.torque`)
     """
-    world = effects, orbit, pieces, sun, sun_pieces
-    arguments = (drifts, kicks), body, symmetric, world, work
-    instants, written = (seconds, rest), 0
-    for k in range(steps + 1):
-        t, t_low = time_of(k, h, start)
-        span = t, t_low, h, k == steps
-        written = write_until(_step, arguments, state, span, symmetric, body, instants, spare, out, written)
-        if halted[0] != 0.0:
-            return
-        if k < steps:
-            _step(state, t, t_low, h, *arguments)
+    for i in range(bodies.shape[0]):
+        record = bodies[i]
+        effects, orbit, pieces, sun, sun_pieces = world
+        own = record.body, record.symmetric != 0
+        arguments = scheme, own, (effects[record.index], orbit, pieces, sun, sun_pieces), work
+        states = record.state, record.scratch[:STATE]
+        h, written = (span[1] - span[0]) / record.steps, 0
+        for k in range(record.steps + 1):
+            t, t_low = time_of(k, h, span[0])
+            step = t, t_low, h, k == record.steps
+            written = write_until(_step, arguments, states, step, own, instants, out[record.index], written)
+            if halted[0] != 0.0:
+                return
+            if k < record.steps:
+                _step(record.state, t, t_low, h, *arguments)
 
 
 @routine
-def _step(state, t, t_low, h, scheme, body, symmetric, world, work):
-    drifts, kicks = scheme
-    share = drifts[0]
+def _step(state, t, t_low, h, scheme, own, world, work):
+    body, symmetric = own
+    share = scheme[0, 0]
     _drift(state, body, symmetric, share * h, work)
-    for i in range(kicks.shape[0]):
+    for i in range(scheme.shape[1] - 1):
         now, now_low = later(t, t_low, share * h)
-        _kick(state, body, symmetric, kicks[i] * h, now, now_low, world)
-        share += drifts[i + 1]
-        _drift(state, body, symmetric, drifts[i + 1] * h, work)
+        _kick(state, body, symmetric, scheme[1, i] * h, now, now_low, world)
+        share += scheme[0, i + 1]
+        _drift(state, body, symmetric, scheme[0, i + 1] * h, work)
 
 
 @inlined
@@ -90,7 +74,7 @@ def _kick(state, body, symmetric, time, t, t_low, world):
     if turning:
         _rotors(state, body, 0.5 * time)
     if world[0].shape[0] or body[EDDIES] != 0.0 or body[EDDIES + 4] != 0.0 or body[EDDIES + 8] != 0.0:
-        _push(state, body, symmetric, time, t, t_low, world)
+        _change_momentum(state, body, symmetric, time, t, t_low, world)
     if turning:
         _rotors(state, body, 0.5 * time)
 
@@ -106,7 +90,7 @@ def _rotors(state, body, time):
 
 
 @inlined
-def _push(state, body, symmetric, time, t, t_low, world):
+def _change_momentum(state, body, symmetric, time, t, t_low, world):
     """The momentum changes by the torque, which stands still; eddies damp it meanwhile, exactly."""
     q = attitude_of(state)
     change = torque(world, body, t, t_low, q, (0.0, 0.0, 0.0))

@@ -11,10 +11,10 @@ from .torque import body_rate
 
 @inlined
 def time_of(step, h, start):
-    """start + step h in two parts, start in two parts."""
+    """start + step h in two parts."""
     hi, lo = two_product(float(step), h)
-    t, rest = two_sum(start[0], hi)
-    return two_sum(t, rest + (lo + start[1]))
+    t, rest = two_sum(start, hi)
+    return two_sum(t, rest + lo)
 
 
 @inlined
@@ -36,26 +36,28 @@ def copied(state, spare):
 
 
 @routine
-def write_until(step, arguments, state, span, symmetric, body, instants, aside, out, written):
+def write_until(step, arguments, states, span, body, instants, out, written):
     """Write the instants within a step, each reached by that step, shortened; returns how many are written.
 
     step(state, t, t_low, h, *arguments) : makes a step, in place
+    states : the state (STATE,), and scratch of the same size
     span : t, t_low, h of the step, and whether the instants end with it
-    instants : seconds, rest; two-part, in the order of the steps
-    aside : (STATE,), scratch; out : (10, m); written : how many are already
+    body : its numbers, (STEPPED_BODY,), and whether it is symmetric
+    instants : (2, m), two-part, in the order of the steps
+    out : (10, m); written : how many instants are already
 
     The steps themselves, and every bit of theirs, do not depend on the instants.
     """
     t, t_low, h, ends = span
-    seconds, rest = instants
-    while written < seconds.shape[0]:
-        part = ((seconds[written] - t) - t_low) + rest[written]
+    state, aside = states
+    while written < instants.shape[1]:
+        part = ((instants[0, written] - t) - t_low) + instants[1, written]
         if not ends and abs(part) >= abs(h):
             break
         copied(state, aside)
         if part != 0.0:
             step(aside, t, t_low, part, *arguments)
-        write(aside, symmetric, body, out, written)
+        write(aside, body, out, written)
         written += 1
     return written
 
@@ -68,8 +70,9 @@ def turning_rate(body, m):
 
 
 @routine
-def write(state, symmetric, body, out, i):
+def write(state, body, out, i):
     """Attitude (w, x, y, z), rate (body components), momentum (inertial), as rows of out (10, n)."""
+    body, symmetric = body
     q, L = attitude_of(state), momentum_of(state)
     m = rotated_back(q, L)
     if symmetric:

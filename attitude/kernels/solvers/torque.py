@@ -15,14 +15,22 @@ from ..layout import (
     CONSTANT_INERTIAL,
     DRAG_PLATE,
     EDDIES,
+    FULL,
     GRAVITY_GRADIENT,
     INVERSES,
     MAGNETIC,
     MOMENTS,
     NODES,
+    PLACE,
+    RATE,
     ROTORS,
     SOLAR_PLATE,
+    SPEED,
+    SUN,
+    TIME,
+    TIME_LOW,
     TO_AXES,
+    TORQUE,
 )
 from ..phase import phase, sine_cosine
 from ..rotation import product, rotated, rotated_back
@@ -70,53 +78,53 @@ def torque(world, body, t, t_low, q, rate):
 
 
 @inlined
-def torques(world, body, work, times, attitudes, rates, places, speeds, suns, out):
-    """`torque` at all nodes of a step side by side: rows of `work` are named by the first of each.
+def torques(world, body, work):
+    """`torque` at all nodes of a step side by side, from rows of the workspace `work` into its row TORQUE.
 
     What depends on the time alone (places and speeds on the orbit, places of the sun) is there already.
     What does not depend on the node is read beforehand: a loop that reads no other array becomes vectors.
     """
     effects = world[0]
     for i in range(NODES):
-        work[out * NODES + i], work[(out + 1) * NODES + i], work[(out + 2) * NODES + i] = 0.0, 0.0, 0.0
+        put_three(work, TORQUE, i, (0.0, 0.0, 0.0))
     for k in range(effects.shape[0]):
         row = effects[k]
         code = row[0]
         if code == GRAVITY_GRADIENT:
             mu, moments = row[1], three(body, MOMENTS)
             for i in range(NODES):
-                q, r = four_at(work, attitudes, i), three_at(work, places, i)
-                _add_at(work, out, i, gravity_gradient(mu, moments, q, r))
+                q, r = four_at(work, FULL, i), three_at(work, PLACE, i)
+                _add_at(work, TORQUE, i, gravity_gradient(mu, moments, q, r))
         elif code == CONSTANT_BODY:
             fixed = three(row, 1)
             for i in range(NODES):
-                _add_at(work, out, i, fixed)
+                _add_at(work, TORQUE, i, fixed)
         elif code == CONSTANT_INERTIAL:
             fixed = three(row, 1)
             for i in range(NODES):
-                _add_at(work, out, i, rotated_back(four_at(work, attitudes, i), fixed))
+                _add_at(work, TORQUE, i, rotated_back(four_at(work, FULL, i), fixed))
         elif code == MAGNETIC:
             dipole, pace = _dipole(row), (row[14], row[15])
             for i in range(NODES):
-                q, r = four_at(work, attitudes, i), three_at(work, places, i)
-                t, t_low = work[times * NODES + i], work[(times + 1) * NODES + i]
-                _add_at(work, out, i, magnetic(dipole, pace, t, t_low, q, r))
+                q, r = four_at(work, FULL, i), three_at(work, PLACE, i)
+                t, t_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+                _add_at(work, TORQUE, i, magnetic(dipole, pace, t, t_low, q, r))
         elif code == SOLAR_PLATE:
             plate = _plate(row)
             for i in range(NODES):
-                to_sun = add_scaled(three_at(work, suns, i), -1.0, three_at(work, places, i))
-                _add_at(work, out, i, solar_plate(plate, four_at(work, attitudes, i), to_sun))
+                to_sun = add_scaled(three_at(work, SUN, i), -1.0, three_at(work, PLACE, i))
+                _add_at(work, TORQUE, i, solar_plate(plate, four_at(work, FULL, i), to_sun))
         elif code == DRAG_PLATE:
             plate, turning = _plate(row), three(row, 11)
             for i in range(NODES):
-                q, r = four_at(work, attitudes, i), three_at(work, places, i)
-                _add_at(work, out, i, drag_plate(plate, turning, q, r, three_at(work, speeds, i)))
+                q, r = four_at(work, FULL, i), three_at(work, PLACE, i)
+                _add_at(work, TORQUE, i, drag_plate(plate, turning, q, r, three_at(work, SPEED, i)))
         else:
             address, to_axes = row[1], _to_axes(body)
             for i in range(NODES):
-                q, rate = four_at(work, attitudes, i), three_at(work, rates, i)
-                t = work[times * NODES + i] + work[(times + 1) * NODES + i]
-                _add_at(work, out, i, users(address, to_axes, t, q, rate))
+                q, rate = four_at(work, FULL, i), three_at(work, RATE, i)
+                t = work[TIME * NODES + i] + work[TIME_LOW * NODES + i]
+                _add_at(work, TORQUE, i, users(address, to_axes, t, q, rate))
 
 
 @inlined

@@ -4,15 +4,16 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from attitude import RigidBody
-from attitude.dynamics.momentum import initial_momentum
-from attitude.dynamics.solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, Part
+from attitude.dynamics.batch_states import Bodies
+from attitude.dynamics.momentum import initial_momenta
+from attitude.dynamics.solvers import OUTPUTS, SolverSpan, SolverTask, can_take
 from attitude.effects.effect import row
 from attitude.kernels import layout
 from attitude.orbit.kepler import Kepler
 from attitude.problem.initial_state import CentralBody, InitialState, OrbitPath
+from attitude.problem.torque_model import CachedTorque
 from attitude.times import turn_rates
 
-SOLVERS = {solver.name: solver for solver in (COLLOCATION, RUNGE_KUTTA, *SPLITTINGS)}
 # Where the numbers of a row are vectors along the body's axes: the place of each one's first.
 BODY_VECTORS = {
     layout.CONSTANT_BODY: (1,),
@@ -77,21 +78,29 @@ def kepler(mu, a, e=0.0, inclination=0.0, node=0.0, pericentre=0.0, mean_anomaly
     return OrbitPath(course.numbers, course.pieces, course.period, CentralBody(mu, None, False))
 
 
-def march(solver, initial_state, torques, setting, seconds, state=None, start=0.0, stop=None, coarsely=False):
-    """Rows (OUTPUTS, n) at instants between start and stop, one leg; and the work.
+def integrate_arc(solver, initial_state, torques, setting, seconds, state=None, start=0.0, stop=None):
+    """Rows (OUTPUTS, n) at instants between start and stop, one arc; and the work, (1,) each.
 
     setting : steps, s, or the tolerance of a step
     state : (attitude, momentum) at the start, if not that at the epoch
     """
     seconds = np.atleast_1d(np.asarray(seconds, dtype=float))
     stop = seconds[-1] if stop is None else stop
-    stepped = solver.prepare(initial_state, torques)
+    body, torques = Bodies.of(initial_state), [CachedTorque(torque, initial_state) for torque in torques]
+    arguments = solver.prepare(initial_state, body, torques)
     if state is None:
-        state = initial_state.attitude, initial_momentum(initial_state, torques)
-    part = Part(float(start), float(stop), seconds, np.zeros_like(seconds), coarsely)
-    out = np.full((OUTPUTS, seconds.size), np.nan)
-    work = solver.follow(torques, stepped, stepped.state(*state), part, setting, out)
-    return out, work
+        state = initial_state.attitude, initial_momenta(initial_state, body, torques)[0]
+    states = arguments.states(*(np.asarray(each)[None] for each in state))
+    span = SolverSpan(float(start), float(stop), np.array([seconds, np.zeros_like(seconds)]))
+    out = np.full((1, OUTPUTS, seconds.size), np.nan)
+    task = SolverTask(arguments, np.array([0]), states, span, np.array([setting]), out)
+    return out[0], solver.integrate(task, torques)
+
+
+def is_taken(solver, initial_state, torques):
+    """Whether a solver is for a body under torques."""
+    cached = [CachedTorque(torque, initial_state) for torque in torques]
+    return bool(can_take(solver, solver.prepare(initial_state, Bodies.of(initial_state), cached))[0])
 
 
 def angle(p, q):
