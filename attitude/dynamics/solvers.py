@@ -179,7 +179,7 @@ def _split(composition: schemes.Composition, task: SolverTask) -> SolverWork:
 def _runge_kutta(task: SolverTask) -> SolverWork:
     records = _records(task)
     span, *others = _arguments(task, np.empty(13 * 7))
-    compiled.runge_kutta(records, span, dormand_prince(), *others)
+    compiled.dormand_prince(records, span, dormand_prince_table(), *others)
     task.states[task.which] = records["state"]
     accepted, refused, failed = records["counts"].astype(np.int64).T
     return SolverWork(accepted, 12 * (accepted + refused), failed)
@@ -224,7 +224,7 @@ def vector_lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 @cache
-def dormand_prince() -> np.ndarray:
+def dormand_prince_table() -> np.ndarray:
     """(16, 12): A, B, C and both error estimates of Dormand and Prince's method, as scipy has them."""
     from scipy.integrate import DOP853
 

@@ -24,10 +24,10 @@ and in packages what other parts of the library need:
     solvers.orbit_path     position and velocity of the centre of mass on its orbit
     solvers.torque         effects, time, attitude, rate -> torque
     solvers.free_rotation  the exact motion over one step, in plain doubles
-    solvers.stepping       what solvers share: state, time of a step, samples
+    solvers.dense_output   what solvers share: state, time of a step, samples
     solvers.splitting      kicks by the torque around exact free rotation
     solvers.collocation    Gauss's collocation, order 16
-    solvers.runge_kutta    Dormand and Prince, order 8, with automatic steps
+    solvers.dormand_prince Dormand and Prince, order 8, with automatic steps
     contact.clearance      height of a body's lowest point over a plane, and a bound on the time to contact
     contact.friction       impulse at one point of contact with friction
     contact.impact         change of velocity and body rate at a contact

@@ -16,6 +16,7 @@ from attitude.dynamics.solvers import SOLVERS
 from attitude.kernels import layout
 from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes
+from attitude.scene.simulation import route
 from attitude.times.instants import as_instants
 from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate
@@ -276,3 +277,18 @@ def test_error_estimated_of_one_of_many_is_what_it_is_alone():
     )
     assert block.difference[0] == pytest.approx(angle(fine.rows[0, :4], coarse.rows[0, :4]), rel=0.1)
     assert block.fine.steps[0] == fine.steps[0] > coarse.steps[0]
+
+
+def test_schemes_for_two_parts_are_not_tried_where_any_arc_has_three():
+    """Rotors, and a torque that ends before the impulse after which the body turns fastest."""
+    pushed = {"start": quantity(5, "s"), "stop": quantity(10, "s")}
+    made = scene(
+        effect("wheels", momentum=quantity([0, 0.01, 0.02], "N m s")),
+        effect("constant_torque", torque=quantity([1e-4, 0, 1e-4], "N m"), **pushed),
+        effect("impulse", time=quantity(20.0, "s"), angular_impulse=quantity([0.5, 1.0, 0.3], "N m s")),
+    )
+    way = route(made)
+    problem = TorqueProblem(replace(way.initial_state, stop=100.0), way.torques, way.kicks, 1e-7, "splitting")
+    names = {candidate.solver.name for candidate in integration.choose(problem)}
+    assert names
+    assert not any("(" in name for name in names)

@@ -58,7 +58,7 @@ made = Scene.from_json(sys.stdin.read())
 made.plan()
 made.run().quaternion("wxyz")
 from attitude.runtime import compiled
-used = [name for name in ("split", "collocate", "runge_kutta") if getattr(compiled, name)._functions]
+used = [name for name in ("split", "collocate", "dormand_prince") if getattr(compiled, name)._functions]
 print(json.dumps([sorted(sys.modules), used]))
 """
 

@@ -50,9 +50,9 @@ from ..layout import (
 from ..phase import ROUND, sine_cosine
 from ..rotation import PER_TURN, normalised, product, rotated, rotated_back
 from ..vectors import add_scaled, cross, dot
+from .dense_output import later, momentum_of, time_of, write_until
 from .free_rotation import turned_about_third
 from .orbit_path import along_pieces, position_and_velocity
-from .stepping import later, momentum_of, time_of, write_until
 from .torque import (
     eddies_of,
     four_at,

@@ -8,8 +8,8 @@ from ..intrinsics import inlined, kernel, routine
 from ..layout import ATTITUDE, AXIAL, AXIAL_LOW, EDDIES, INVERSES, MOMENTUM, MOMENTUM_LOW, ROTORS, STATE
 from ..rotation import about, normalised, product, rotated, rotated_back
 from ..vectors import add_scaled
+from .dense_output import later, momentum_of, time_of, write_until
 from .free_rotation import attitude_of, drift, drift_symmetric
-from .stepping import later, momentum_of, time_of, write_until
 from .torque import body_rate, eddies_of, taken_by_eddies, torque
 
 

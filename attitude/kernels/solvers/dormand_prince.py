@@ -11,7 +11,7 @@ from ..intrinsics import fma, kernel, routine
 from ..layout import ATTITUDE, MOMENTUM, STATE
 from ..rotation import normalised, product, rotated, rotated_back
 from ..vectors import add_scaled, dot
-from .stepping import copied, later, momentum_of, turning_rate, write_until
+from .dense_output import copied, later, momentum_of, turning_rate, write_until
 from .torque import eddies_of, taken_by_eddies, torque
 
 UNKNOWNS = 7  # attitude, momentum
@@ -19,7 +19,7 @@ STAGES = 12
 
 
 @kernel
-def runge_kutta(bodies, span, table, instants, out, work, halted, *world):
+def dormand_prince(bodies, span, table, instants, out, work, halted, *world):
     """Step every body from one instant to another, and write its states at the instants between them.
 
     Parameters
