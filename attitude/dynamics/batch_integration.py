@@ -249,7 +249,7 @@ def paces(problem: Problem, bodies: Bodies) -> np.ndarray:
         own, momentum = np.maximum(own, speed), np.maximum(momentum, _length(moments * rates))
     spin = free_spin(moments, fastest)
     size = sum((torque.sizes(moments, spin) for torque in problem.torques), np.zeros(len(bodies)))
-    course = problem.like.course
+    course = problem.like.orbit_path
     orbit = 2.0 * np.pi / course.period if course is not None else 0.0
     with np.errstate(over="ignore"):
         swung = np.sqrt(size / moments.min(axis=1))

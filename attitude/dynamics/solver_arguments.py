@@ -154,9 +154,9 @@ def _body(initial_state: InitialState, absorbed: np.ndarray, to_axes: np.ndarray
 
 
 def course_of(initial_state: InitialState) -> tuple[np.ndarray, np.ndarray]:
-    if initial_state.course is None:
+    if initial_state.orbit_path is None:
         return np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
-    return initial_state.course.numbers, np.ascontiguousarray(initial_state.course.pieces)
+    return initial_state.orbit_path.numbers, np.ascontiguousarray(initial_state.orbit_path.coefficients)
 
 
 def sun_of(initial_state: InitialState, torques: Sequence[TorqueModel]) -> tuple[np.ndarray, np.ndarray]:

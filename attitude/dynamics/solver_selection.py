@@ -73,7 +73,7 @@ def pace(
     rates = initial_state.rate + _rates(initial_state, np.array(gained(kicks, initial_state.attitude)))
     fastest = rates[np.argmax(np.linalg.norm(rates, axis=1))]
     size = sum(torque.size(replace(initial_state, rate=fastest)) for torque in torques)
-    orbit = 2.0 * np.pi / initial_state.course.period if initial_state.course is not None else 0.0
+    orbit = 2.0 * np.pi / initial_state.orbit_path.period if initial_state.orbit_path is not None else 0.0
     own = float(np.linalg.norm(fastest))
     momentum = float(np.linalg.norm(rates @ initial_state.body.tensor, axis=1).max())
     with np.errstate(over="ignore"):  # infinite for a body that is thin enough

@@ -117,7 +117,7 @@ split_each = Kernel("solvers.batch.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WOR
 runge_kutta_each = Kernel(
     "solvers.batch.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1"
 )
-bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
+bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3.d2")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
 draw = Kernel("statistics.dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
 gather = Kernel("statistics.moment_sums.gather", "d3.d1.d1")

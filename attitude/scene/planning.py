@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..dynamics.solver_selection import SAMPLE, Candidate
-from ..problem.initial_state import InitialState
-from ..problem.spin_bound import Spin
+from ..problem.initial_state import InitialState, Spin
 from ..rigid_body.error_bounds import FORMS, form_of
 
 if TYPE_CHECKING:

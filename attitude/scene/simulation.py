@@ -94,7 +94,7 @@ def route(scene: Described, drop_below: float | None = None, any_body: bool = Fa
 
 def _kicks(effects: Sequence[Effect], initial_state: InitialState) -> tuple[AppliedImpulse, ...]:
     return tuple(
-        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.kicks(initial_state)
+        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.applied(initial_state)
     )
 
 
@@ -141,7 +141,7 @@ def compared(scene: Described) -> Drop | None:
         return None
     seconds = scene.times.build(way.initial_state.epoch).seconds
     try:
-        return drop_comparison.compare(way.initial_state, way.ground.numbers(), way.gravity, seconds)
+        return drop_comparison.compare(way.initial_state, way.ground.plane(), way.gravity, seconds)
     except RegimeError:  # it stays in the air
         return None
 
@@ -216,7 +216,7 @@ def _bounce(
     from ..dynamics.contact import fly
 
     seconds = instants.seconds.reshape(-1)
-    flight = fly(way.initial_state, ground.numbers(), way.gravity, seconds, way.kicks, instants.rest)
+    flight = fly(way.initial_state, ground.plane(), way.gravity, seconds, way.kicks, instants.rest)
     kept = instants[: len(flight.seconds)]
     bound = planning.WORST_BOUND * flight.segments
     plan = Plan(BOUNCING, len(flight.seconds), 0.0, perf_counter() - begun, bound, planning.CHAINED)

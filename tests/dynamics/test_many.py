@@ -73,7 +73,7 @@ def test_each_of_many_moves_as_scipy_has_it():
     mu, a = 3.986004e14, 7e6
     rng, seconds, mean = np.random.default_rng(8), np.linspace(0.0, 3000.0, 7), np.sqrt(mu / a**3)
     start = prepared("gravity gradient, eccentric orbit")[0]
-    start = replace(start, course=kepler(mu, a))
+    start = replace(start, orbit_path=kepler(mu, a))
     situations = [
         replace(start, body=RigidBody(np.diag(moments)), rate=rng.normal(size=3) * 0.01)
         for moments in ((10.0, 14.0, 17.0), (12.0, 12.0, 3.0), (9.0, 17.0, 17.0))

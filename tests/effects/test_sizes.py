@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import TorqueFreeMotion
-from attitude.effects.plates import COVERING, _directions
+from attitude.effects.plates import COVERING, directions
 from attitude.orbit.path_states import evaluate, position, samples, velocity
 from tests.effects.scenes import EFFECTS, TORQUES, built, effect, quantity, scene, torque
 
@@ -25,7 +25,7 @@ REACHED = {
 def test_estimate_is_above_the_greatest_torque_and_close_to_it(name):
     made, initial_state = built(name, **TENSOR)
     rng = np.random.default_rng(1)
-    rows, course = made.rows(initial_state), initial_state.course
+    rows, course = made.rows(initial_state), initial_state.orbit_path
     t = np.zeros(4000) if course is None else rng.choice(samples(course), 4000)
     t += 0.0 if course is None else course.period * rng.integers(0, 200, 4000)  # the Earth turns under it
     r, v = (np.ones((4000, 3)),) * 2 if course is None else (position(course, t), velocity(course, t))
@@ -71,7 +71,7 @@ def test_directions_leave_no_gap_wider_than_is_allowed_for():
 
     points = np.random.default_rng(2).standard_normal((50_000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
-    chord, _ = cKDTree(_directions()).query(points)
+    chord, _ = cKDTree(directions()).query(points)
     assert 0.85 * COVERING < 2 * np.arcsin(chord.max() / 2) < COVERING
 
 
@@ -107,4 +107,4 @@ def test_sun_is_nearer_in_january():
 def test_effects_of_the_table_are_all_estimated():
     assert set(TORQUES) == set(REACHED) | {"eddy_damping", "dissipation", "wheels"}
     assert set(EFFECTS) == {made["type"] for made in map(effect, EFFECTS)}
-    assert scene(*(effect(name) for name in TORQUES)).initial_state().course is not None
+    assert scene(*(effect(name) for name in TORQUES)).initial_state().orbit_path is not None
