@@ -429,7 +429,7 @@ def test_rates_along_an_ellipse_are_the_derivative_of_the_attitude(orbit, frame)
 
 
 def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
-    """Within the polynomials of the course: where they meet, SGP4 is followed to 1e-9 and no better."""
+    """Within the polynomials of the orbit: where they meet, SGP4 is followed to 1e-9 and no better."""
     made, _ = tle_path(TLES["Molniya"], stop=86400.0)
     pieces = as_polynomial(made)
     middles = pieces.start + pieces.length * (np.arange(len(pieces.coefficients)) + 0.5)
@@ -502,7 +502,7 @@ def test_orbit_that_nobody_asks_for_costs_nothing(monkeypatch):
     from attitude.orbit.kepler import Kepler
 
     def asked(*_):
-        raise AssertionError("the course is computed")
+        raise AssertionError("the path is computed")
 
     monkeypatch.setattr(Kepler, "path", asked)
     assert bits(orbiting().run()) == bits(

@@ -81,18 +81,18 @@ def test_rates_of_one_ephemeris(plain, part):
 
 @pytest.mark.parametrize("span", [10.0, -10.0, 5000.0])
 def test_course_of_one_orbit(span):
-    """Where another thread is making the course of its own span, and ends amid this one's question."""
+    """Another thread computes the path over its own span, and ends while this one asks."""
 
     def made():
         begun, may_end = threading.Event(), threading.Event()
 
-        def course(start, stop):
+        def path(start, stop):
             if span in (start, stop):
                 begun.set()
                 assert may_end.wait(10)
             return start, stop
 
-        along = EphemerisOrbit(course, lambda: (0.0, 1.0), "ICRF")
+        along = EphemerisOrbit(path, lambda: (0.0, 1.0), "ICRF")
         late = pool.submit(along._path, np.array([span]))
         assert begun.wait(10)
         return along, may_end, late

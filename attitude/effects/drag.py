@@ -12,7 +12,7 @@ from ..documents.quantities import Density, Length, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import position, samples, velocity
-from ..problem.initial_state import InitialState, OrbitPath
+from ..problem.initial_state import InitialState
 from . import central_body_rotation
 from .effect import Torque, required_orbit_path, row
 from .plates import DragPlate, Surfaces
@@ -95,15 +95,12 @@ class Drag(Torque):
 
     def size(self, initial_state: InitialState) -> float:
         """Greatest dynamic pressure on the orbit times the torque of the worst attitude; slightly above."""
-        pressure = 0.5 * self._max_flow(initial_state, required_orbit_path(initial_state))
-        return SAMPLING_MARGIN * pressure * Surfaces.facing_flow(self.plates).greatest_torque()
-
-    def _max_flow(self, initial_state: InitialState, orbit_path: OrbitPath) -> float:
-        """Maximum of density times squared airspeed, kg/(m s2)."""
+        orbit_path = required_orbit_path(initial_state)
         t = samples(orbit_path)
         r = position(orbit_path, t)
         v = velocity(orbit_path, t) - np.cross(self._air_rotation(initial_state), r)
         radius, height = self._profile(initial_state)
         distance = np.sqrt((r**2).sum(axis=1))
         exponent = (distance - radius) / height if math.isfinite(height) else np.zeros(len(t))
-        return float((self.density.si * np.exp(-exponent) * (v**2).sum(axis=1)).max())
+        flow = float((self.density.si * np.exp(-exponent) * (v**2).sum(axis=1)).max())
+        return SAMPLING_MARGIN * (0.5 * flow) * Surfaces.facing_flow(self.plates).greatest_torque()

@@ -35,7 +35,7 @@ class Plate(Part):
         return self
 
     def along(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Unit normal, and centre in m, in components along the rows of axes."""
+        """(normal, centre in m): components along the rows of axes, the normal of length 1."""
         return axes @ unit_vector(self.normal, "normal"), axes @ self.centre.si
 
 

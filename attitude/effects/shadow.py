@@ -48,6 +48,7 @@ class ShadowHeight:
         self.max_rate = 1.01 * float(speed)  # m/s
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
+        """(...), m."""
         t = np.asarray(t, dtype=float)
         r, sun = position(self.orbit_path, t.reshape(-1)), evaluate(self.sun, t.reshape(-1))
         sun = sun / np.sqrt((sun**2).sum(axis=1))[:, None]

@@ -100,7 +100,7 @@ class UserTorque(Torque):
             raise failure
 
     def _call(self, t: float, attitude: Any, rate: Any, torque: Any) -> None:
-        """Callback of compiled code, which takes no exceptions: write the torque, or nan after a failure."""
+        """Write the torque, or nan after a failure: compiled code, which calls this, takes no exceptions."""
         out = np.ctypeslib.as_array(torque, (3,))
         try:
             out[:] = self._checked(

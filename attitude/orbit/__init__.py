@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Annotated, Any
 
-from ..documents.fields import Chosen, Part
+from ..documents.fields import Chosen
 from ..errors import InputError
 from .orbit import OrbitDefinition
 
@@ -30,8 +29,4 @@ def _forms() -> tuple[type[OrbitDefinition], type[OrbitDefinition], type[OrbitDe
     return Kepler, TwoLine, OrbitTable
 
 
-def _parts() -> Iterable[type[Part]]:
-    return _forms()
-
-
-AnyOrbit = Annotated[OrbitDefinition, Chosen(_parse, _parts)]
+AnyOrbit = Annotated[OrbitDefinition, Chosen(_parse, _forms)]

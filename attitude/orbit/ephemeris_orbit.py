@@ -53,12 +53,9 @@ class EphemerisOrbit:
     def _path(self, t: np.ndarray) -> OrbitPath:
         """Path over the scene's span, or over a longer one that includes the instants."""
         first, last = float(t.min(initial=0.0)), float(t.max(initial=0.0))
-        cached = self._cached or self._over(*self._scene_span())
-        start, stop, _ = cached
-        if not (start <= first and last <= stop):
-            cached = self._over(min(start, first), max(stop, last))
-        self._cached = cached  # written once, read once: threads may ask at the same time
+        cached = self._cached  # read once, written once: threads may ask at the same time
+        start, stop = self._scene_span() if cached is None else cached[:2]
+        if cached is None or not (start <= first and last <= stop):
+            start, stop = min(start, first), max(stop, last)
+            self._cached = cached = start, stop, self._compute_path(start, stop)
         return cached[2]
-
-    def _over(self, start: float, stop: float) -> tuple[float, float, OrbitPath]:
-        return start, stop, self._compute_path(start, stop)

@@ -69,7 +69,7 @@ class OrbitTable(AboutABody):
         return self
 
     def _arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times (n,), s, and positions (n, 3), m."""
+        """(n,) s and (n, 3) m."""
         times, positions = self.times, self.positions
         return np.array(times.value) * times.factor, np.array(positions.value) * positions.factor
 

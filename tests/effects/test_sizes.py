@@ -25,10 +25,10 @@ REACHED = {
 def test_estimate_is_above_the_greatest_torque_and_close_to_it(name):
     made, initial_state = built(name, **TENSOR)
     rng = np.random.default_rng(1)
-    rows, course = made.rows(initial_state), initial_state.orbit_path
-    t = np.zeros(4000) if course is None else rng.choice(samples(course), 4000)
-    t += 0.0 if course is None else course.period * rng.integers(0, 200, 4000)  # the Earth turns under it
-    r, v = (np.ones((4000, 3)),) * 2 if course is None else (position(course, t), velocity(course, t))
+    rows, path = made.rows(initial_state), initial_state.orbit_path
+    t = np.zeros(4000) if path is None else rng.choice(samples(path), 4000)
+    t += 0.0 if path is None else path.period * rng.integers(0, 200, 4000)  # the Earth turns under it
+    r, v = (np.ones((4000, 3)),) * 2 if path is None else (position(path, t), velocity(path, t))
     to_sun = made.sun(initial_state)
     found = 0.0
     for k, R in enumerate(Rotation.random(4000, rng=rng).as_matrix()):

@@ -147,27 +147,18 @@ def contact_free_time(ground, view, limits, still):
         height, rate = height_and_rate(ground, view, i)
         lowest = min(lowest, height)
         if height <= limits.touch and rate < -still:
-            touches = min(touches, _linear_crossing(height, rate, limits))
+            time = height / -rate
+            is_straight = limits.bend * time * time <= limits.touch and abs(height) <= limits.touch
+            touches = min(touches, time if is_straight else 0.0)
         elif height <= limits.dip and rate >= -still:
-            wait = min(wait, _leaving_root(ground, view, limits, max(height, 0.0), rate))
+            # on the plane and not approaching it: the bound may dip by its tolerance, if the point is slow
+            height = max(height, 0.0)
+            if not (rate > 0.0 and rate * rate > 4.0 * limits.bend * limits.dip):
+                height += limits.dip
+            wait = min(wait, _bound_root(ground, view, limits, height, rate))
         else:
             wait = min(wait, _bound_root(ground, view, limits, height, rate))
     return max(wait, _sphere_root(ground, view)), lowest, touches
-
-
-@routine
-def _leaving_root(ground, view, limits, height, rate):
-    """Root for a point on the plane that does not approach it: the bound may dip by its tolerance."""
-    if rate > 0.0 and rate * rate > 4.0 * limits.bend * limits.dip:
-        return _bound_root(ground, view, limits, height, rate)
-    return _bound_root(ground, view, limits, height + limits.dip, rate)
-
-
-@routine
-def _linear_crossing(height, rate, limits):
-    """Time until a point is on the plane to the last place; 0 where its path is not straight."""
-    time = height / -rate
-    return time if limits.bend * time * time <= limits.touch and abs(height) <= limits.touch else 0.0
 
 
 @routine

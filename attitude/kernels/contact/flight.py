@@ -242,7 +242,7 @@ def _write_lowest(ground, normal, i, points, count):
         if ground.radius * length <= SIMULTANEOUS_HEIGHT * ground.size:
             return _write_rim(ground, corner, points, count)
         normal, inwards = down, -ground.radius / length
-    _write(points, count, add_scaled(corner, inwards, normal))
+    points[count, 0], points[count, 1], points[count, 2] = add_scaled(corner, inwards, normal)
     return count + 1
 
 
@@ -253,10 +253,5 @@ def _write_rim(ground, corner, points, count):
         angle = 2.0 * math.pi * k / RIM_POINTS
         point = add_scaled(corner, ground.radius * math.cos(angle), first)
         point = add_scaled(point, ground.radius * math.sin(angle), second)
-        _write(points, count + k, point)
+        points[count + k, 0], points[count + k, 1], points[count + k, 2] = point
     return count + RIM_POINTS
-
-
-@routine
-def _write(points, i, point):
-    points[i, 0], points[i, 1], points[i, 2] = point
