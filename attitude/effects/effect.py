@@ -23,7 +23,6 @@ class Effect(Part):
     type: str
     ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]]
     NEEDS_ORBIT: ClassVar[bool] = False
-    NEEDS_EPOCH: ClassVar[bool] = False
 
     @property
     def label(self) -> str:
@@ -43,7 +42,7 @@ class Effect(Part):
     @property
     def needs_epoch(self) -> bool:
         """Whether this effect, with its parameters, needs an epoch."""
-        return self.NEEDS_EPOCH
+        return False
 
     def check(self, initial_state: InitialState) -> None:
         """Validate the effect against the body, state and span of its scene.

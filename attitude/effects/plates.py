@@ -35,7 +35,7 @@ class Plate(Part):
         return self
 
     def along(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(normal, centre in m): components along the rows of axes, the normal of length 1."""
+        """(unit normal, centre in m) in components along the rows of axes."""
         return axes @ unit_vector(self.normal, "normal"), axes @ self.centre.si
 
 

@@ -1,4 +1,4 @@
-"""Bodies that bounce on a plane: contacts found, answered, and never missed."""
+"""Bodies that bounce on a plane: contacts are found, have the right impulse, and are never missed."""
 
 import math
 from dataclasses import replace
@@ -76,12 +76,8 @@ class Bounce:
         self.r, self.e, self.friction = rng.normal(size=3), restitution, friction
         if restitution is None:
             self.e = rng.choice([0.0, 1.0, rng.uniform()])
-        attitude, rate, velocity, n = (
-            random_attitude(rng),
-            rng.normal(size=3),
-            rng.normal(size=3),
-            unit(rng.normal(size=3)),
-        )
+        attitude, rate, velocity = random_attitude(rng), rng.normal(size=3), rng.normal(size=3)
+        n = unit(rng.normal(size=3))
         R = Rotation.from_quat(attitude, scalar_first=True).as_matrix()
         self.n, self.arm, self.I = n, R @ self.r, R @ self.tensor @ R.T
         velocity -= max(n @ (velocity + np.cross(R @ rate, self.arm)) + 0.1, 0.0) * n
@@ -300,12 +296,12 @@ def test_contact_is_found_to_1e_12_s(shape, inertia):
         start = initial_state(
             inertia, random_attitude(rng), 5.0 * rng.normal(size=3), place, 2.0 * n + rng.normal(size=3)
         )
-        found = fly(start, ground, -9.81 * n, np.array([2.0])).events[0].seconds
+        actual = fly(start, ground, -9.81 * n, np.array([2.0])).events[0].seconds
         expected = independent_contact(start, ground, -9.81 * n, 2.0)
-        assert abs(found - expected) <= 1e-12
+        assert abs(actual - expected) <= 1e-12
 
 
-def test_who_passes_over_the_ground_does_not_touch_it():
+def test_body_that_passes_over_the_ground_does_not_touch_it():
     """A long rod turns above the plane: its end comes within a micrometre, or a micrometre too deep."""
     shape = RoundedHull(np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 0.01, 0.01], [0, -0.01, -0.01]]))
     for gap, expected in ((1e-6, []), (-1e-6, ["contact"])):
@@ -451,7 +447,7 @@ def test_a_huge_spin_is_followed():
     assert ground.clearance(flight.quaternion, flight.position).min() >= -DEPTH * shape.size
 
 
-def test_rest_on_the_ground_is_told_at_once():
+def test_body_at_rest_on_the_ground_ends_at_once():
     start = initial_state((1 / 6,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 0.5], [0, 0, 0])
     flight = fly(start, GroundPlane(UP, 0.0, box((1, 1, 1)), 0.5, 0.2), FALLING, np.array([0.0, 1.0]))
     assert flight.events[-1].kind == "rest"
@@ -459,21 +455,21 @@ def test_rest_on_the_ground_is_told_at_once():
     assert flight.seconds.tolist() == [0.0]
 
 
-# -- kicks ------------------------------------------------------------------------------------------
+# -- impulses ------------------------------------------------------------------------------------------
 
 
-def test_kicks_change_momentum_by_what_they_are():
+def test_impulse_changes_momentum_by_its_value():
     shape, inertia = SHAPES["box"]
     attitude = random_attitude(np.random.default_rng(8))
     start = initial_state(inertia, attitude, [1, 2, 3], [0, 0, 50], [0, 0, 0], mass=2.0)
     push, twist = np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3])
-    kicks = [
+    impulses = [
         AppliedImpulse(0.5, twist, push, True),
         AppliedImpulse(0.2, twist, push, False),
         AppliedImpulse(9.0, twist, push, True),
     ]
     t = np.array([0.1, 0.2, 0.4, 0.5, 0.6])
-    flight = fly(start, GroundPlane(UP, 0.0, shape, 0.5), FALLING, t, kicks)
+    flight = fly(start, GroundPlane(UP, 0.0, shape, 0.5), FALLING, t, impulses)
     R = Rotation.from_quat(flight.quaternion, scalar_first=True).as_matrix()
     momentum = np.einsum("kij,j,kj->ki", R, inertia, flight.rate)
     velocity = flight.velocity - FALLING * t[:, None]
@@ -487,28 +483,15 @@ def test_kicks_change_momentum_by_what_they_are():
     assert np.allclose(momentum[4], momentum[3], atol=1e-14)
 
 
-def test_a_kick_comes_between_contacts_and_none_after_the_end():
+def test_impulse_between_contacts_acts_and_after_the_end_does_not():
     start = initial_state((0.4,) * 3, [1, 0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, -1])
     ground, nothing = GroundPlane(UP, 0.0, sphere(1.0), 1.0), np.zeros(3)
-    flight = fly(
-        start,
-        ground,
-        WEIGHTLESS,
-        np.array([3.0, 4.5]),
-        [AppliedImpulse(2.0, nothing, np.array([0, 0, -2.0]), True)],
-    )
-    assert [(event.kind, event.seconds) for event in flight.events] == [
-        ("contact", 1.0),
-        ("impulse", 2.0),
-        ("contact", 3.0),
-    ]
-    stuck = fly(
-        start,
-        ground._replace(restitution=0.0),
-        FALLING,
-        np.array([3.0]),
-        [AppliedImpulse(2.0, nothing, UP, True)],
-    )
+    down = AppliedImpulse(2.0, nothing, np.array([0, 0, -2.0]), True)
+    flight = fly(start, ground, WEIGHTLESS, np.array([3.0, 4.5]), [down])
+    expected = [("contact", 1.0), ("impulse", 2.0), ("contact", 3.0)]
+    assert [(event.kind, event.seconds) for event in flight.events] == expected
+    inelastic, up = ground._replace(restitution=0.0), AppliedImpulse(2.0, nothing, UP, True)
+    stuck = fly(start, inelastic, FALLING, np.array([3.0]), [up])
     assert stuck.events[-1].kind == "rest"
     assert "impulse" not in {event.kind for event in stuck.events}
 

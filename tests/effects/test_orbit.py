@@ -117,8 +117,8 @@ def test_phase_keeps_its_digits_over_a_million_revolutions():
     high, low, _ = turn_rates.mean_motion(MU, 7e6)
     t = np.array([1e6, 5.8e9, -123456789.25])
     exact = [Decimal(x) * (Decimal(high) + Decimal(low)) for x in t.tolist()]
-    found = turn_rates.fraction_of_turn(t, high, low)
-    for value, whole in zip(found.tolist(), exact, strict=True):
+    actual = turn_rates.fraction_of_turn(t, high, low)
+    for value, whole in zip(actual.tolist(), exact, strict=True):
         assert abs(float(whole - round(whole)) - value) < 2e-16
 
 
@@ -172,12 +172,12 @@ def test_tle_is_where_sgp4_and_astropy_say(lines):
     first = satellite(lines)
     errors, teme, _ = first.sgp4_array(np.full(60, first.jdsatepoch), first.jdsatepochF + (t + since) / 86400)
     assert not errors.any()
-    found = position(made, t)
+    actual = position(made, t)
     length = np.linalg.norm(teme, axis=1) * 1e3
-    assert (np.abs(np.linalg.norm(found, axis=1) / length - 1) < 1e-9).all()
+    assert (np.abs(np.linalg.norm(actual, axis=1) / length - 1) < 1e-9).all()
     when = (epoch.tai + TimeDelta(t, format="sec")).utc
     gcrs = TEME(CartesianRepresentation(teme.T * u.km), obstime=when).transform_to(GCRS(obstime=when))
-    off = np.linalg.norm(found - gcrs.cartesian.xyz.to_value(u.m).T, axis=1)
+    off = np.linalg.norm(actual - gcrs.cartesian.xyz.to_value(u.m).T, axis=1)
     # astropy goes over UT1 and polar motion, which leave 1e-10 between the two ways
     assert (off / length).max() < 1e-9
     # the rate that SGP4 gives is not that of its positions, by 1e-4; differences over 10 s are, by some 1e-6

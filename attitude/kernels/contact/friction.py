@@ -7,7 +7,7 @@ abs(j_t) <= mu j_n; or it slides at the end along a direction d of the plane, an
     j = j_n (n - mu d),        u'_t = s d,  s >= 0,
 
 which is one equation for the angle of d, with j_n prescribed, or such that u'_n = 0.  Where it has several
-solutions the direction nearest to that of the sliding at the start is taken.
+solutions the direction nearest to that of the initial sliding is chosen.
 """
 
 import math

@@ -15,9 +15,8 @@ and for many points Moreau's law.
 Sources: Glocker and Pfeiffer, Nonlinear Dynamics 7 (1995) 471; Moreau, in Nonsmooth Mechanics and
 Applications, CISM 302 (1988), section 8.
 
-One point is solved directly (`friction`), several by projected gradient steps, the same for all at
-once, so that what is symmetric stays so: where several impulses do the same (a box falls flat), it is
-the even one.
+One point is solved directly (`friction`), several by projected gradient steps of all points at once,
+which keep a symmetry: where the impulses are not unique (a box falls flat), they are the even ones.
 """
 
 import math
@@ -71,7 +70,7 @@ def velocity_at(r, velocity, rate):
 def respond(points, count, body, restitution, velocity, rate):
     """Velocity and rate (body frame) after the contact; the first `count` points are in contact.
 
-    points : (n, TOUCH_WIDTH), places given, the rest written
+    points : (n, TOUCH_WIDTH), positions read, the rest written
     """
     _prepare(points, count, body)
     scale = 0.0
