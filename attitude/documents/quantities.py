@@ -139,7 +139,7 @@ class FieldStrength(Quantity):
     unit: str = _unit("T")
 
 
-class Density(Quantity):
+class MassDensity(Quantity):
     LIKE = units.DENSITY
     unit: str = _unit("kg/m3")
 

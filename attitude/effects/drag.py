@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..documents.quantities import Density, Length, Rate, check_positive
+from ..documents.quantities import Length, MassDensity, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import position, samples, velocity
@@ -34,7 +34,7 @@ class Drag(Torque):
 
     type: Literal["drag"]
     plates: Annotated[list[DragPlate], Field(min_length=1)]
-    density: Density
+    density: MassDensity
     reference_altitude: Length | None = None
     scale_height: Length | None = None
     corotating: bool = True
