@@ -30,12 +30,12 @@ from attitude.frames.earth_fixed import itrf, teme
 from attitude.frames.inertial import from_gcrf, rotation_from_gcrf
 from attitude.frames.rotations import conjugate
 from attitude.orbit.local_frames import qsw
-from attitude.orbit.path_states import as_pieces, position, velocity
+from attitude.orbit.path_states import as_polynomial, position, velocity
 from attitude.samples.event import Event
 from attitude.samples.translation import Translation
 from attitude.times.instants import as_instants
 from tests.effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
-from tests.effects.test_orbit import TLES, course, start_of, tle_course
+from tests.effects.test_orbit import TLES, path, start_of, tle_path
 
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
 INERTIAL = ("ICRF", "GCRF", "EME2000", "ECLIPJ2000")
@@ -409,7 +409,7 @@ def test_body_that_points_to_the_nadir_stands_still():
 @pytest.mark.parametrize("eccentricity", [0.0, 0.01, 0.7])
 def test_axes_along_an_ellipse_are_those_of_position_and_velocity(eccentricity):
     orbit = {**KEPLER, "semi_major_axis": quantity(30000, "km"), "eccentricity": eccentricity}
-    made = course(orbit, stop=1e6)
+    made = path(orbit, stop=1e6)
     t = np.linspace(-1e6, 1e6, 200)
     r, v = position(made, t), velocity(made, t)
     x = r / np.linalg.norm(r, axis=1)[:, None]
@@ -429,9 +429,9 @@ def test_rates_along_an_ellipse_are_the_derivative_of_the_attitude(orbit, frame)
 
 
 def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
-    """Within the polynomials of the course: where they meet, SGP4 is followed to 1e-9 and no better."""
-    made, _ = tle_course(TLES["Molniya"], stop=86400.0)
-    pieces = as_pieces(made)
+    """Within the polynomials of the orbit: where they meet, SGP4 is followed to 1e-9 and no better."""
+    made, _ = tle_path(TLES["Molniya"], stop=86400.0)
+    pieces = as_polynomial(made)
     middles = pieces.start + pieces.length * (np.arange(len(pieces.coefficients)) + 0.5)
     step = min(pieces.length / 20, 2.0)
     found = derivative(lambda t: conjugate(qsw(made, t).quaternion), middles, step)
@@ -440,7 +440,7 @@ def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
 
 def test_plane_of_a_perturbed_orbit_turns_about_the_radius():
     """The flattened Earth turns the plane by -3/2 J2 n (R/p)^2 cos i on average: some degrees a day."""
-    made, _ = tle_course(TLES["low, eccentric"], stop=86400.0)
+    made, _ = tle_path(TLES["low, eccentric"], stop=86400.0)
     turn = qsw(made, np.linspace(0, 86400.0, 3000))
     assert np.abs(turn.rate[:, 1]).max() == 0.0
     assert 1e-7 < np.abs(turn.rate[:, 0]).max() < 1e-5
@@ -502,9 +502,9 @@ def test_orbit_that_nobody_asks_for_costs_nothing(monkeypatch):
     from attitude.orbit.kepler import Kepler
 
     def asked(*_):
-        raise AssertionError("the course is computed")
+        raise AssertionError("the path is computed")
 
-    monkeypatch.setattr(Kepler, "course", asked)
+    monkeypatch.setattr(Kepler, "path", asked)
     assert bits(orbiting().run()) == bits(
         Scene.model_validate({**orbiting().document(), "orbit": None}).run()
     )
@@ -520,7 +520,7 @@ def test_instants_beyond_the_scene_have_their_course():
 
 def test_table_that_does_not_reach_is_refused():
     t = np.arange(-600.0, 6601.0, 60.0)
-    points = position(course(KEPLER), t) / 1e3
+    points = position(path(KEPLER), t) / 1e3
     table = {"times": quantity(t.tolist(), "s"), "positions": quantity(points.tolist(), "km")}
     given = orbiting(table).run()
     assert (
@@ -668,7 +668,7 @@ def test_mean_equator_of_j2000_is_that_of_orekit(java):
 def test_axes_along_an_ellipse_are_those_of_orekit(java, name, theirs):
     date = java("org.orekit.time.AbsoluteDate").ARBITRARY_EPOCH
     lof = java("org.orekit.frames.LOFType").valueOf(theirs)
-    made = course(KEPLER)
+    made = path(KEPLER)
     orbit = java("org.orekit.orbits.CartesianOrbit")
     vector = java("org.hipparchus.geometry.euclidean.threed.Vector3D")
     pv = java("org.orekit.utils.PVCoordinates")

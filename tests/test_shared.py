@@ -81,24 +81,24 @@ def test_rates_of_one_ephemeris(plain, part):
 
 @pytest.mark.parametrize("span", [10.0, -10.0, 5000.0])
 def test_course_of_one_orbit(span):
-    """Where another thread is making the course of its own span, and ends amid this one's question."""
+    """Another thread computes the path over its own span, and ends while this one asks."""
 
     def made():
         begun, may_end = threading.Event(), threading.Event()
 
-        def course(start, stop):
+        def path(start, stop):
             if span in (start, stop):
                 begun.set()
                 assert may_end.wait(10)
             return start, stop
 
-        along = EphemerisOrbit(course, lambda: (0.0, 1.0), "ICRF")
-        late = pool.submit(along._course, np.array([span]))
+        along = EphemerisOrbit(path, lambda: (0.0, 1.0), "ICRF")
+        late = pool.submit(along._path, np.array([span]))
         assert begun.wait(10)
         return along, may_end, late
 
     def ask(asked):
-        answer = asked[0]._course(np.array([1000.0]))
+        answer = asked[0]._path(np.array([1000.0]))
         asked[1].set()
         return answer
 
@@ -107,7 +107,7 @@ def test_course_of_one_orbit(span):
         asked[2].result()
 
     with ThreadPoolExecutor(1) as pool:
-        answers = list(interrupted(ask, made, other, EphemerisOrbit._course))
+        answers = list(interrupted(ask, made, other, EphemerisOrbit._path))
     assert len(answers) > 30
     assert all(start <= 0.0 and stop >= 1000.0 for start, stop in answers)
 

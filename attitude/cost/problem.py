@@ -18,7 +18,7 @@ from ..problem.torque_model import CachedTorque
 if TYPE_CHECKING:
     from ..effects.effect import Effect, Torque
     from ..motion import TorqueFreeMotion
-    from ..orbit.orbit import Orbit
+    from ..orbit.orbit import OrbitDefinition
     from ..scene.document import Scene
 
 SPANS = "spans of the scene"
@@ -39,7 +39,7 @@ class World:
     initial_state: InitialState
     effects: tuple[Torque, ...]
     torques: tuple[CachedTorque, ...]
-    orbit: Orbit | None
+    orbit: OrbitDefinition | None
     solver: str | None
 
     @cached_property

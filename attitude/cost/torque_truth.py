@@ -145,10 +145,10 @@ def _turning(state: Any, alpha: float) -> Any:
 def _orbit(world: World) -> Any:
     from ..oracle.torqued import Orbit
 
-    if world.orbit is None or world.initial_state.course is None:
+    if world.orbit is None or world.initial_state.orbit_path is None:
         return None
     orbit: Kepler = world.orbit  # type: ignore[assignment]
-    numbers, mu = world.initial_state.course.numbers, orbit.central().mu
+    numbers, mu = world.initial_state.orbit_path.numbers, orbit.central().mu
     anomaly = 2.0 * np.pi * float(numbers[3])
     angles = orbit.inclination.si, orbit.raan.si, orbit.argument_of_pericentre.si
     return Orbit(mu, float(numbers[1]), float(numbers[2]), *angles, anomaly)

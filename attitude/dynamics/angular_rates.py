@@ -33,7 +33,7 @@ def max_angular_rates(
         own, momentum = np.maximum(own, speed), np.maximum(momentum, vector_lengths(moments * rates))
     spin = free_spin(moments, fastest)
     size = sum((torque.sizes(moments, spin) for torque in torques), np.zeros(len(bodies)))
-    orbit = 2.0 * np.pi / template.course.period if template.course is not None else 0.0
+    orbit = 2.0 * np.pi / template.orbit_path.period if template.orbit_path is not None else 0.0
     with np.errstate(over="ignore"):  # infinite for a body that is thin enough
         swung = np.sqrt(size / moments.min(axis=1))
     turning = np.maximum(own, momentum / moments.max(axis=1))

@@ -16,7 +16,7 @@ from ..errors import RegimeError
 from ..problem.initial_state import InitialState
 from ..rigid_body.constants_of_motion import Batch, check_rates
 from ..times.instants import Instants
-from .contact import Flight, Ground, fly
+from .contact import Flight, GroundPlane, fly
 
 
 class Curve(NamedTuple):
@@ -41,7 +41,9 @@ class Drop(NamedTuple):
     model: Curve
 
 
-def compare(initial_state: InitialState, ground: Ground, gravity: np.ndarray, seconds: np.ndarray) -> Drop:
+def compare(
+    initial_state: InitialState, ground: GroundPlane, gravity: np.ndarray, seconds: np.ndarray
+) -> Drop:
     """Simulations with and without gravity, and the closed form that knows no ground.
 
     The weightless body starts where it must to arrive at the first contact when the falling one does,

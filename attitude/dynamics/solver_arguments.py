@@ -191,8 +191,8 @@ def _rows_of(
 def _surroundings(template: InitialState, torques: Sequence[CachedTorque]) -> tuple[np.ndarray, ...]:
     """Orbit, its pieces; sun (start, length, whether there is one), its pieces: the effects ask for one."""
     orbit: tuple[np.ndarray, np.ndarray] = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
-    if template.course is not None:
-        orbit = template.course.numbers, np.ascontiguousarray(template.course.pieces)
+    if template.orbit_path is not None:
+        orbit = template.orbit_path.numbers, np.ascontiguousarray(template.orbit_path.coefficients)
     suns = (torque.sun(template) for torque in torques)
     sun = next((pieces for pieces in suns if pieces is not None), None)
     if sun is None:

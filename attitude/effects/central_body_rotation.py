@@ -1,4 +1,4 @@
-"""How the central body turns: about which axis, how fast, from which longitude."""
+"""Rotation of the central body: its axis, rate and longitude at the epoch."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ from ..frames.inertial import from_gcrf
 from ..problem.initial_state import InitialState
 from ..times import turn_rates
 
-# Of the Earth rotation angle, turns for each day of UT1 (IERS Conventions 2010, eq. 5.15).
-EARTH_TURNS_PER_DAY = Decimal("1.00273781191135448")
-DAY = Decimal(86400)
+# Of the Earth rotation angle, turns a second of UT1 (IERS Conventions 2010, eq. 5.15: turns a day).
+EARTH_TURNS_PER_SECOND = Decimal("1.00273781191135448") / Decimal(86400)
 
 
 def earth_turns() -> tuple[float, float]:
     """turns/s in two parts: 7.2921151467e-5 rad/s."""
-    return turn_rates.split(EARTH_TURNS_PER_DAY / DAY)
+    return turn_rates.split(EARTH_TURNS_PER_SECOND)
 
 
 def earth_rate() -> float:
     """rad/s."""
-    return float(EARTH_TURNS_PER_DAY / DAY * turn_rates.TWO_PI)
+    return float(EARTH_TURNS_PER_SECOND * turn_rates.TWO_PI)
 
 
 def equator(initial_state: InitialState) -> np.ndarray:
@@ -34,15 +33,14 @@ def equator(initial_state: InitialState) -> np.ndarray:
     Of the Earth the axes of GCRF: from today's pole of rotation they are off by less than 0.2 degrees
     until 2060.  Of another body, and in a frame of the user's own, the axes of the scene's frame.
     """
-    course = initial_state.course
-    is_earth = course is None or course.central is None or course.central.is_earth
-    if is_earth and initial_state.frame != "INERTIAL":
+    central = initial_state.central_body
+    if (central is None or central.is_earth) and initial_state.frame != "INERTIAL":
         return from_gcrf(initial_state.frame, "the Earth's pole").T
     return np.eye(3)
 
 
 def longitude_of_x(initial_state: InitialState) -> float:
-    """rad: how far the prime meridian is from the equator's x axis at the epoch; 0 where no epoch is given.
+    """Angle from the equator's x axis to the prime meridian at the epoch, rad; 0 without an epoch.
 
     The Earth rotation angle.  UTC stands for UT1, from which it is off by 0.9 s or 0.004 degrees at most.
     """

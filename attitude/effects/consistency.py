@@ -1,4 +1,4 @@
-"""What parts of a scene need of each other, and exclude."""
+"""Cross-field validation of scenes."""
 
 from __future__ import annotations
 
@@ -11,83 +11,54 @@ if TYPE_CHECKING:
 
     from .effect import Effect
 
-# There is one central body, and one ground in this version.
-ONLY_ONE = ("ground", "gravity_gradient")
 
+class SceneFields(Protocol):
+    """The fields of a scene that are checked against each other."""
 
-class Parts(Protocol):
-    """The fields of a scene that matter here."""
+    body: Any
+    epoch: Any
+    orbit: Any
+    position: Any
+    velocity: Any
 
     @property
-    def body(self) -> Any: ...
-    @property
-    def epoch(self) -> Any: ...
-    @property
-    def effects(self) -> Sequence[Effect]: ...
-    @property
-    def orbit(self) -> Any: ...
-    @property
-    def position(self) -> Any: ...
-    @property
-    def velocity(self) -> Any: ...
+    def effects(self) -> Sequence[Effect]:
+        """Effects of the scene."""
 
 
-def check(scene: Parts) -> None:
-    """Raises InputError with the field's path."""
-    _check_translation(scene)
-    _check_orbit(scene)
-    _check_epoch(scene)
-    _check_single(scene)
-    _check_ground(scene)
-    _check_momentum(scene)
-
-
-def _check_translation(scene: Parts) -> None:
-    for given, missing in (("position", "velocity"), ("velocity", "position")):
-        if getattr(scene, given) is not None and getattr(scene, missing) is None:
-            raise InputError(missing, None, f"a {missing} beside {given}")
+def check(scene: SceneFields) -> None:
+    """Raise InputError, with the field's path, where fields of a scene exclude or need each other."""
+    for present, missing in (("position", "velocity"), ("velocity", "position")):
+        if getattr(scene, present) is not None and getattr(scene, missing) is None:
+            raise InputError(missing, None, f"a {missing} beside {present}")
     if scene.orbit is not None and scene.position is not None:
-        raise InputError(
-            "position", scene.position.value, "no position beside orbit, which says where the body is"
-        )
-
-
-def _check_orbit(scene: Parts) -> None:
-    needing = [effect.type for effect in scene.effects if effect.needs_orbit]
-    if needing and scene.orbit is None:
-        raise InputError("orbit", None, f"an orbit, which {' and '.join(dict.fromkeys(needing))} needs")
-
-
-def _check_epoch(scene: Parts) -> None:
+        expected = "no position beside orbit, which determines the position"
+        raise InputError("position", scene.position.value, expected)
+    in_need = dict.fromkeys(effect.type for effect in scene.effects if effect.needs_orbit)
+    if in_need and scene.orbit is None:
+        raise InputError("orbit", None, f"an orbit, which {' and '.join(in_need)} needs")
     for effect in scene.effects:
         if effect.needs_epoch and scene.epoch is None:
             raise InputError("epoch", None, f"an epoch, which {effect.type} needs here")
-
-
-def _check_single(scene: Parts) -> None:
-    for name in ONLY_ONE:
-        places = [i for i, effect in enumerate(scene.effects) if effect.type == name]
-        if len(places) > 1:
-            raise InputError(f"effects[{places[1]}].type", name, f"{name} once (effects[{places[0]}] is one)")
-
-
-def _check_ground(scene: Parts) -> None:
-    if not any(effect.type == "ground" for effect in scene.effects):
-        return
-    if scene.body.mass is None:
-        raise InputError("body.mass", None, "the mass, which a bounce on the ground depends on")
-    if scene.position is None:
-        raise InputError("position", None, "a position and a velocity, since there is a ground to fall on")
-    for i, effect in enumerate(scene.effects):
-        if effect.ACTS_ON == "attitude":
-            expected = (
-                "no torque in a scene with ground: this version simulates contact with free rotation between"
-            )
-            raise InputError(f"effects[{i}].type", effect.type, expected)
-
-
-def _check_momentum(scene: Parts) -> None:
-    """An impulse moves the centre of mass too, wherever that is simulated."""
+    for name in ("ground", "gravity_gradient"):  # one ground, and one central body
+        indices = [i for i, effect in enumerate(scene.effects) if effect.type == name]
+        if len(indices) > 1:
+            expected = f"{name} once (effects[{indices[0]}] is one)"
+            raise InputError(f"effects[{indices[1]}].type", name, expected)
+    if any(effect.type == "ground" for effect in scene.effects):
+        _check_ground(scene)
     for i, effect in enumerate(scene.effects):
         if getattr(effect, "moves", False) and scene.position is not None and scene.body.mass is None:
-            raise InputError("body.mass", None, f"the mass, which effects[{i}] sets in motion")
+            expected = f"a mass, since effects[{i}] changes the velocity of the body"
+            raise InputError("body.mass", None, expected)
+
+
+def _check_ground(scene: SceneFields) -> None:
+    if scene.body.mass is None:
+        raise InputError("body.mass", None, "a mass, which a bounce on the ground depends on")
+    if scene.position is None:
+        raise InputError("position", None, "a position and a velocity, which a scene with ground needs")
+    for i, effect in enumerate(scene.effects):
+        if effect.ACTS_ON == "attitude":
+            expected = "no torque in a scene with ground: between contacts only free rotation is simulated"
+            raise InputError(f"effects[{i}].type", effect.type, expected)

@@ -1,4 +1,4 @@
-"""A torque that is constant in the body or in inertial space, always or for a while."""
+"""A torque that is constant in the body or in inertial space, always or for a span of time."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from .time_span import seconds, span_text
 class ConstantTorque(Torque):
     """`{"type": "constant_torque", "torque": {"value": [..3], "unit": "N m"}, "frame": "body"}`.
 
-    `frame`: "body" or "inertial", what the components are along.  `start` and `stop`: elapsed
-    (`{"value", "unit"}`) or dates (`{"date", "scale"}`); left out, it has always acted and always will.
+    `frame`: "body" or "inertial", the axes of the components.  `start` and `stop`: elapsed
+    (`{"value", "unit"}`) or dates (`{"date", "scale"}`); if left out, it acts at all times before or after.
     """
 
     type: Literal["constant_torque"]
@@ -28,7 +28,8 @@ class ConstantTorque(Torque):
     stop: Instant | None = None
 
     def check(self, initial_state: InitialState) -> None:
-        start, stop = self._start(initial_state), self._stop(initial_state)
+        """Refuse a stop before the start, and a torque that acts at no time of the span."""
+        start, stop = self._limits(initial_state)
         if not start < stop:
             raise InputError("stop", stop, f"an instant after start ({start!r} s)")
         if self.start is not None and start >= initial_state.stop > initial_state.start:
@@ -36,26 +37,26 @@ class ConstantTorque(Torque):
         if self.stop is not None and stop <= initial_state.start < initial_state.stop:
             raise InputError("stop", stop, f"an instant after the beginning of {span_text(initial_state)}")
 
-    def _start(self, initial_state: InitialState) -> float:
-        return -np.inf if self.start is None else seconds(self.start, initial_state, "start")
-
-    def _stop(self, initial_state: InitialState) -> float:
-        return np.inf if self.stop is None else seconds(self.stop, initial_state, "stop")
+    def _limits(self, initial_state: InitialState) -> tuple[float, float]:
+        """Start and stop, s since the epoch; infinite where left out."""
+        start = -np.inf if self.start is None else seconds(self.start, initial_state, "start")
+        stop = np.inf if self.stop is None else seconds(self.stop, initial_state, "stop")
+        return start, stop
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the torque, along the principal axes or inertial."""
         if self.frame == "inertial":
             return row(layout.CONSTANT_INERTIAL, self.torque.si)[None]
         return row(layout.CONSTANT_BODY, initial_state.axes @ self.torque.si)[None]
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
-        """The one from start to stop, cut to the span."""
+        """From start to stop, cut to the span of the scene; None for always."""
         if self.start is None and self.stop is None:
             return None
-        start, stop = (
-            max(self._start(initial_state), initial_state.start),
-            min(self._stop(initial_state), initial_state.stop),
-        )
+        start, stop = self._limits(initial_state)
+        start, stop = max(start, initial_state.start), min(stop, initial_state.stop)
         return [(float(start), float(stop))] if start < stop else []
 
     def size(self, initial_state: InitialState) -> float:
+        """Magnitude of the torque, N m."""
         return float(np.linalg.norm(self.torque.si))

@@ -1,4 +1,4 @@
-"""Internal friction: energy falls, angular momentum stays."""
+"""Internal friction: kinetic energy is dissipated, angular momentum is conserved."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from pydantic import model_validator
 
 from ..documents.quantities import DissipationCoefficient, check_not_negative
 from ..kernels import layout
-from ..problem.initial_state import InitialState
-from ..problem.spin_bound import Spin
+from ..problem.initial_state import InitialState, Spin
 from .effect import BodyDependentTorque, row
 
 
@@ -31,13 +30,15 @@ class Dissipation(BodyDependentTorque):
         return self
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the coefficient."""
         return row(layout.DISSIPATION, self.coefficient.si)[None]
 
     def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
-        """alpha abs(m) abs(m x w): without rotors at most alpha L^3 (1/I_min - 1/I_max) / 2, reached halfway
-        between the axes; rotors of momentum h add h to m and h w to m x w.
+        """Bound on alpha abs(m) abs(m x w).
+
+        Without rotors at most alpha L^3 (1/I_min - 1/I_max) / 2, reached halfway between the axes; rotors
+        of momentum h add h to m and h w to m x w.
         """
         spread = 1.0 / moments.min(axis=-1) - 1.0 / moments.max(axis=-1)
         across = 0.5 * spin.momentum**2 * spread + spin.rotors * spin.rate
-        size: np.ndarray = self.coefficient.si * (spin.momentum + spin.rotors) * across
-        return size
+        return self.coefficient.si * (spin.momentum + spin.rotors) * across

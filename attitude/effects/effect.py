@@ -1,4 +1,4 @@
-"""What an effect is, whoever writes it."""
+"""Base classes of effects."""
 
 from __future__ import annotations
 
@@ -7,44 +7,45 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..documents.fields import Part
+from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import InitialState, PiecewisePolynomial
-from ..problem.spin_bound import Spin, free_spin
+from ..problem.initial_state import InitialState, OrbitPath, PiecewisePolynomial, Spin
+from ..problem.spin_bound import free_spin
 
 
 class Effect(Part):
-    """A part of the document's `effects`, told by its `type`.
+    """An element of the document's `effects`, identified by its `type`.
 
-    What it acts on says how it is simulated: "translation" moves the centre of mass alone, "instants"
-    change the momentum at points in time, "attitude" is a torque at every instant.
+    ACTS_ON decides how it is simulated: "translation" moves the centre of mass alone, "instants" change the
+    momentum at points in time, "attitude" is a torque at every instant.
     """
 
     type: str
     ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]]
     NEEDS_ORBIT: ClassVar[bool] = False
-    NEEDS_EPOCH: ClassVar[bool] = False
 
     @property
     def label(self) -> str:
-        """What plans call it."""
+        """Name of the effect in plans."""
         return self.type
 
     @property
     def needs_orbit(self) -> bool:
-        """Whether this one does, as it is set."""
+        """Whether this effect, with its parameters, needs an orbit."""
         return self.NEEDS_ORBIT
 
     @property
     def uses_orbit(self) -> bool:
-        """Whether the place on the orbit counts where there is one."""
+        """Whether the position on the orbit matters if there is one."""
         return self.needs_orbit
 
     @property
     def needs_epoch(self) -> bool:
-        return self.NEEDS_EPOCH
+        """Whether this effect, with its parameters, needs an epoch."""
+        return False
 
     def check(self, initial_state: InitialState) -> None:
-        """Refuse what only the whole scene shows to be wrong.
+        """Validate the effect against the body, state and span of its scene.
 
         Raises InputError with the field relative to the effect (but "frame", "epoch", "orbit": the scene's).
         """
@@ -64,11 +65,11 @@ class Torque(Effect):
         return None
 
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
-        """The vector from the central body to the Sun, m, inertial, where the effect needs it."""
+        """Vector from the central body to the Sun, m, inertial; None if the effect does not need it."""
         return None
 
     def size(self, initial_state: InitialState) -> float:
-        """N m: the greatest torque it can exert in the span, from above, close to what it reaches."""
+        """Upper bound on the torque in the span, N m, close to what is reached."""
         raise NotImplementedError
 
 
@@ -92,3 +93,10 @@ def row(code: int, *numbers: object) -> np.ndarray:
     out = np.zeros(layout.EFFECT_WIDTH)
     out[0], out[1 : 1 + values.size] = code, values
     return out
+
+
+def required_orbit_path(initial_state: InitialState) -> OrbitPath:
+    """Return the orbit; InputError without one."""
+    if initial_state.orbit_path is None:
+        raise InputError("orbit", None, "an orbit")
+    return initial_state.orbit_path

@@ -1,4 +1,4 @@
-"""Gravity gradient: the near side of the body is pulled harder than the far side."""
+"""Gravity-gradient torque: gravity is stronger on the near side of the body than on the far side."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import numpy as np
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import least_distance
-from ..problem.initial_state import InitialState
-from ..problem.spin_bound import Spin
-from .effect import BodyDependentTorque, row
+from ..problem.initial_state import InitialState, Spin
+from .effect import BodyDependentTorque, required_orbit_path, row
 
 
 class GravityGradient(BodyDependentTorque):
@@ -25,17 +24,17 @@ class GravityGradient(BodyDependentTorque):
     type: Literal["gravity_gradient"]
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the gravitational parameter."""
         return row(layout.GRAVITY_GRADIENT, _mu(initial_state))[None]
 
     def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Reached at the nearest point of the orbit, 45 degrees between least and greatest moment."""
-        if initial_state.course is None:
-            raise InputError("orbit", None, "an orbit")
+        distance = least_distance(required_orbit_path(initial_state))
         spread = moments.max(axis=-1) - moments.min(axis=-1)
-        return 1.5 * _mu(initial_state) / least_distance(initial_state.course) ** 3 * spread
+        return 1.5 * _mu(initial_state) / distance**3 * spread
 
 
 def _mu(initial_state: InitialState) -> float:
-    if initial_state.course is None or initial_state.course.central is None:
+    if initial_state.central_body is None:
         raise InputError("orbit", None, "an orbit about a body whose gravity is known")
-    return initial_state.course.central.mu
+    return initial_state.central_body.mu

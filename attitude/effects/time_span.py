@@ -1,4 +1,4 @@
-"""Instants of effects against the span of the scene's times."""
+"""Instants of effects, checked against the span of the scene's times."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..problem.initial_state import InitialState
 
 
 def seconds(instant: Instant, initial_state: InitialState, field: str) -> float:
-    """s since the epoch; an error's field is that of the instant's own beside `field`."""
+    """Seconds since the epoch; InputError with the field of the instant below `field`."""
     try:
         return instant.seconds(initial_state.epoch)
     except InputError as error:
@@ -16,11 +16,13 @@ def seconds(instant: Instant, initial_state: InitialState, field: str) -> float:
 
 
 def check_in_span(instant: Instant, initial_state: InitialState, field: str) -> None:
-    at = seconds(instant, initial_state, field)
-    if not initial_state.start <= at <= initial_state.stop:
-        raise InputError(field, f"{at!r} s", f"an instant in {span_text(initial_state)}")
+    """Raise InputError for an instant outside the span."""
+    elapsed = seconds(instant, initial_state, field)
+    if not initial_state.start <= elapsed <= initial_state.stop:
+        raise InputError(field, f"{elapsed!r} s", f"an instant in {span_text(initial_state)}")
 
 
 def span_text(initial_state: InitialState) -> str:
+    """Describe the span in an error message."""
     start, stop = initial_state.start, initial_state.stop
     return f"the span of the times with the epoch, {start!r} s to {stop!r} s since the epoch"

@@ -143,7 +143,7 @@ def _bounced(
     way: SimulationInputs, bodies: Bodies, instants: Instants, lost: list[int] | None
 ) -> tuple[np.ndarray, np.ndarray]:
     assert way.ground is not None
-    seconds, ground = instants.seconds.reshape(-1), way.ground.numbers()
+    seconds, ground = instants.seconds.reshape(-1), way.ground.plane()
     shape = len(bodies), seconds.size
     quaternion, rate = np.full((*shape, 4), np.nan), np.full((*shape, 3), np.nan)
     like = _over(way, instants)

@@ -102,8 +102,8 @@ UNKNOWNS = 8
 # (n, 3), from the centre of mass, body frame.  Corners alone are a polyhedron; BALL puts a ball of the radius
 # about each, RIM a disc across the axis: a cylinder is two corners on its axis, each with a rim.
 #   mass, kg; gravity (3), m/s2; unit normal of the plane (3), away from the ground; height of the plane along
-#   it, m; restitution; friction; rounding; its radius, m; unit axis (3), body frame; greatest distance of a
-#   corner's lowest point (or of a ball's centre) and of any point from the centre of mass, m
+#   it, m; restitution; friction; kind of corner, its radius, m, and unit axis (3), body frame; greatest
+#   distance of a corner's lowest point (or of a ball's centre) and of any point from the centre of mass, m
 SHARP, RIM, BALL = range(3)
 WORLD_WIDTH = 17
 # A flight between two contacts: its start, s in two parts, and the state there: attitude (4), body rate (3),

@@ -1,4 +1,4 @@
-"""The orbit of an ephemeris: its course, made when something is asked of it."""
+"""The orbit of an ephemeris: its path, computed when it is first needed."""
 
 from __future__ import annotations
 
@@ -18,46 +18,44 @@ class EphemerisOrbit:
 
     Parameters
     ----------
-    course : of a span, s since the epoch
-    span : that of the scene
-    frame : whose axes the course is along
+    path : (start, stop) -> OrbitPath over that span, s since the epoch
+    span : () -> (start, stop) of the scene, s since the epoch
+    frame : inertial frame of the path
     """
 
     def __init__(
         self,
-        course: Callable[[float, float], OrbitPath],
+        path: Callable[[float, float], OrbitPath],
         span: Callable[[], tuple[float, float]],
         frame: str,
     ):
         self.frame = frame
-        self._course_over, self._scene_span = course, span
-        self._made: tuple[float, float, OrbitPath] | None = None
+        self._compute_path, self._scene_span = path, span
+        self._cached: tuple[float, float, OrbitPath] | None = None
 
     @property
     def is_about_the_earth(self) -> bool:
-        central = self._course(np.zeros(0)).central
+        """Whether the central body is the Earth."""
+        central = self._path(np.zeros(0)).central
         return central is not None and central.is_earth
 
     def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""
         t = instants.seconds.reshape(-1)
-        course = self._course(t)
-        return position(course, t), velocity(course, t)
+        path = self._path(t)
+        return position(path, t), velocity(path, t)
 
     def axes(self, instants: Instants) -> FrameRotation:
-        """From `frame` to QSW, at (n,) instants."""
+        """Rotation from `frame` to QSW at (n,) instants."""
         t = instants.seconds.reshape(-1)
-        return qsw(self._course(t), t, None if instants.rest is None else instants.rest.reshape(-1))
+        return qsw(self._path(t), t, None if instants.rest is None else instants.rest.reshape(-1))
 
-    def _course(self, t: np.ndarray) -> OrbitPath:
-        """Over the scene's span; a longer one where instants are asked for beyond."""
+    def _path(self, t: np.ndarray) -> OrbitPath:
+        """Path over the scene's span, or over a longer one that includes the instants."""
         first, last = float(t.min(initial=0.0)), float(t.max(initial=0.0))
-        made = self._made or self._over(*self._scene_span())
-        start, stop, _ = made
-        if not (start <= first and last <= stop):
-            made = self._over(min(start, first), max(stop, last))
-        self._made = made  # written once, read once: threads may ask at the same time
-        return made[2]
-
-    def _over(self, start: float, stop: float) -> tuple[float, float, OrbitPath]:
-        return start, stop, self._course_over(start, stop)
+        cached = self._cached  # read once, written once: threads may ask at the same time
+        start, stop = self._scene_span() if cached is None else cached[:2]
+        if cached is None or not (start <= first and last <= stop):
+            start, stop = min(start, first), max(stop, last)
+            self._cached = cached = start, stop, self._compute_path(start, stop)
+        return cached[2]

@@ -1,4 +1,4 @@
-"""What an orbit is, whatever form it is given in."""
+"""Base classes of the forms in which an orbit is given."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ if TYPE_CHECKING:
     from astropy.time import Time
 
 
-class Orbit(Part):
+class OrbitDefinition(Part):
     """The document's `orbit`."""
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
-        """Positions as kernels take them, over the span from start to stop (s since the epoch).
+    def path(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
+        """Orbit of the centre of mass as kernels take it, over a span from start to stop, s since the epoch.
 
         Raises InputError with the field relative to the orbit.
         """
         raise NotImplementedError
 
 
-class AboutABody(Orbit):
-    """About the Earth, or about a body by its `mu` and, where an effect asks for it, its `radius`."""
+class AboutABody(OrbitDefinition):
+    """About the Earth, or about a body by its `mu` and, where an effect needs it, its `radius`."""
 
     mu: GravitationalParameter | None = None
     radius: Length | None = None
 
     def central(self) -> CentralBody:
+        """Return the central body; InputError where `mu` or `radius` is not positive."""
         check_positive(self, "mu", "radius")
         if self.mu is None and self.radius is None:
             return earth()
@@ -38,7 +39,7 @@ class AboutABody(Orbit):
 
 
 def earth() -> CentralBody:
-    """Of astropy.constants: the nominal values of IAU 2015 resolution B3 (radius at the equator)."""
+    """Return the Earth of astropy.constants: nominal values of IAU 2015 resolution B3, equatorial radius."""
     from astropy.constants import GM_earth, R_earth
 
     return CentralBody(float(GM_earth.value), float(R_earth.value), is_earth=True)

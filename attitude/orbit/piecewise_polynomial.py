@@ -1,4 +1,4 @@
-"""A vector that some function gives, as polynomials in time that are checked against it."""
+"""Piecewise polynomials that interpolate a vector function of time, checked against it."""
 
 from __future__ import annotations
 
@@ -12,65 +12,60 @@ from ..errors import InputError
 from ..problem.initial_state import PiecewisePolynomial
 from .path_states import evaluate
 
-# Degree 9 over a twelfth of a revolution leaves 1e-12 of a circle; an ellipse takes more pieces.
+# Degree 9 over a twelfth of a revolution leaves 1e-12 of a circle; an ellipse takes more intervals.
 DEGREE = 9
-MOST_PIECES = 200_000
+MAX_INTERVALS = 200_000
+
+VectorFunction = Callable[[np.ndarray], np.ndarray]
 
 
-def sampled(
-    function: Callable[[np.ndarray], np.ndarray],
-    start: float,
-    stop: float,
-    step: float,
-    tolerance: float,
-    field: str,
+def interpolated(
+    function: VectorFunction, start: float, stop: float, step: float, tolerance: float, field: str
 ) -> PiecewisePolynomial:
-    """Polynomials through the function's values at the Chebyshev points of equal pieces.
+    """Polynomials through the function's values at the Chebyshev points of equal intervals.
 
     Parameters
     ----------
-    function : (n,) s -> (n, 3) m; asked for nothing outside start to stop
-    step : s, the longest piece; halved until the error is below tolerance times the vector's length
-        at ten points of every piece, halfway between those the polynomial goes through
-    field : what to name if that takes more than MOST_PIECES
+    function : (n,) s -> (n, 3) m; evaluated within start to stop only
+    step : s, the longest interval; halved until the error is below tolerance times the vector's length
+        at ten points of every interval, halfway between those the polynomial goes through
+    field : named in the error if that takes more than MAX_INTERVALS
 
     Raises
     ------
-    InputError : too many pieces; or the function has a zero, beside which no such tolerance is.
+    InputError : too many intervals; or the function has a zero, where no relative error is defined.
     """
     count = max(1, math.ceil((stop - start) / step))
     error = math.inf
-    while count <= MOST_PIECES:
-        pieces = _interpolated(function, start, (stop - start) / count, count)
-        error = _error(function, pieces)
+    while count <= MAX_INTERVALS:
+        polynomial = _interpolate(function, start, (stop - start) / count, count)
+        error = _relative_error(function, polynomial)
         if error <= tolerance:
-            return pieces
+            return polynomial
         count *= 2
-    found = f"{stop - start:g} s" + (f", error {error:.1e}" if math.isfinite(error) else "")
-    raise InputError(field, found, f"a course that {MOST_PIECES} polynomials can follow within {tolerance:g}")
+    value = f"{stop - start:g} s" + (f", error {error:.1e}" if math.isfinite(error) else "")
+    expected = f"positions that {MAX_INTERVALS} polynomials interpolate within {tolerance:g}"
+    raise InputError(field, value, expected)
 
 
-def _interpolated(
-    function: Callable[[np.ndarray], np.ndarray], start: float, length: float, count: int
-) -> PiecewisePolynomial:
+def _interpolate(function: VectorFunction, start: float, length: float, count: int) -> PiecewisePolynomial:
     nodes, to_powers = _chebyshev()
     t = start + length * (np.arange(count)[:, None] + nodes)
     values = function(t.reshape(-1)).reshape(count, DEGREE + 1, 3)
-    return PiecewisePolynomial(
-        start, length, np.ascontiguousarray(np.einsum("kj,pji->pik", to_powers, values))
-    )
+    coefficients = np.ascontiguousarray(np.einsum("kj,pji->pik", to_powers, values))
+    return PiecewisePolynomial(start, length, coefficients)
 
 
-def _error(function: Callable[[np.ndarray], np.ndarray], pieces: PiecewisePolynomial) -> float:
-    """Greatest distance from the function, over its length."""
-    k = np.arange(1, DEGREE + 1)
-    between = 0.5 - 0.5 * np.cos(np.pi * k / (DEGREE + 1))
-    places = np.concatenate([[1e-3], between])  # and beside the end, where pieces meet
-    t = (pieces.start + pieces.length * (np.arange(len(pieces.coefficients))[:, None] + places)).reshape(-1)
+def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -> float:
+    """Greatest distance from the function over its length, between the nodes."""
+    between = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, DEGREE + 1) / (DEGREE + 1))
+    x = np.concatenate([[1e-3], between])  # and beside the end, where intervals meet
+    intervals = np.arange(len(polynomial.coefficients))[:, None]
+    t = (polynomial.start + polynomial.length * (intervals + x)).reshape(-1)
     expected = function(t)
-    off = np.sqrt(((evaluate(pieces, t) - expected) ** 2).sum(axis=1))
+    error = np.sqrt(((evaluate(polynomial, t) - expected) ** 2).sum(axis=1))
     length = np.sqrt((expected**2).sum(axis=1))
-    return float((off / length).max()) if (length > 0.0).all() else math.inf
+    return float((error / length).max()) if (length > 0.0).all() else math.inf
 
 
 @cache

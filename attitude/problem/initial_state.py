@@ -1,9 +1,9 @@
-"""The numbers of a scene that effects and solvers share."""
+"""Initial state of a body, its orbit and a bound on its spin: what effects and solvers share."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 class PiecewisePolynomial(NamedTuple):
-    """A vector as a polynomial in time, piece by piece (`kernels.layout`, TABLE).
+    """A vector as a function of time, one polynomial on each of equal intervals (`kernels.layout`, TABLE).
 
     Attributes
     ----------
-    start, length : s; of the first piece, and of each; times before and after belong to the outermost
-    coefficients : (pieces, 3, degree + 1), m, in powers of (t - start of the piece) / length
+    start, length : start of the first interval and length of each, s; the outermost polynomials extrapolate
+    coefficients : (intervals, 3, degree + 1), m, in powers of (t - start of the interval) / length
     """
 
     start: float
@@ -33,8 +33,8 @@ class CentralBody(NamedTuple):
     Attributes
     ----------
     mu : gravitational parameter, m3/s2
-    radius : m, or None where nobody said
-    is_earth : whether what is known of the Earth (its field, its rotation) holds
+    radius : m; None if not given
+    is_earth : whether the Earth's magnetic field, rotation and Sun direction apply
     """
 
     mu: float
@@ -43,25 +43,40 @@ class CentralBody(NamedTuple):
 
 
 class OrbitPath(NamedTuple):
-    """Where the centre of mass is on its orbit, as kernels take it.
+    """Orbit of the centre of mass, as kernels take it.
 
     Attributes
     ----------
     numbers : (ORBIT_WIDTH,), `kernels.layout`
-    pieces : (pieces, 3, degree + 1); (1, 3, 1) zeros for a Keplerian orbit
-    period : s, of one revolution, at least roughly
-    central : the body that is orbited; None where nothing asks for more than positions
+    coefficients : (intervals, 3, degree + 1), of a PiecewisePolynomial; (1, 3, 1) zeros for a Keplerian orbit
+    period : s, of one revolution; approximate for a table
+    central : the body that is orbited; None if only positions are needed
     """
 
     numbers: np.ndarray
-    pieces: np.ndarray
+    coefficients: np.ndarray
     period: float
     central: CentralBody | None = None
 
 
+class Spin(NamedTuple):
+    """Upper bounds on how fast bodies turn, (...) each.
+
+    Attributes
+    ----------
+    rate : rad/s
+    momentum : angular momentum of the body without its rotors, N m s
+    rotors : angular momentum of the rotors relative to the body, N m s
+    """
+
+    rate: Any
+    momentum: Any
+    rotors: Any = 0.0
+
+
 @dataclass(frozen=True)
 class InitialState:
-    """A body, its state at the epoch, and the span of time in question.
+    """A body, its state at the epoch, and the span of time that is asked for.
 
     Attributes
     ----------
@@ -71,8 +86,8 @@ class InitialState:
     epoch : Time or None; frame : str
     mass : kg, or None
     position, velocity : (3,), m and m/s, inertial, of the centre of mass at t = 0, or None
-    course : OrbitPath or None
-    order : which principal axis of the body stands first, second, third in `axes`
+    orbit_path : OrbitPath or None
+    order : indices of the body's principal axes, in the order of the rows of `axes`
     """
 
     body: RigidBody
@@ -85,8 +100,13 @@ class InitialState:
     mass: float | None = None
     position: np.ndarray | None = None
     velocity: np.ndarray | None = None
-    course: OrbitPath | None = None
+    orbit_path: OrbitPath | None = None
     order: tuple[int, int, int] = (0, 1, 2)
+
+    @property
+    def central_body(self) -> CentralBody | None:
+        """The body that is orbited, if there is an orbit about a known one."""
+        return None if self.orbit_path is None else self.orbit_path.central
 
     @property
     def moments(self) -> np.ndarray:
@@ -101,5 +121,5 @@ class InitialState:
         return axes
 
     def ordered(self, order: tuple[int, int, int]) -> InitialState:
-        """The same with its principal axes in another order."""
+        """Return this state with its principal axes in another order."""
         return replace(self, order=order)

@@ -1,4 +1,4 @@
-"""What the solvers ask of an effect that acts at every instant, and an impulse between instants."""
+"""Torques and impulses as the solvers take them."""
 
 from __future__ import annotations
 
@@ -8,86 +8,88 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from . import torque_rows
-from .initial_state import InitialState, PiecewisePolynomial
-from .spin_bound import Spin
+from .initial_state import InitialState, PiecewisePolynomial, Spin
 
 
 class TorqueModel(Protocol):
-    """A torque; `attitude.effects.effect.Torque` says what each of these is."""
+    """A torque; `attitude.effects.effect.Torque` documents the methods."""
 
-    def rows(self, initial_state: InitialState) -> np.ndarray: ...
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """Return the rows that kernels take."""
 
-    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None: ...
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
+        """Return the spans in which the torque acts; None for always."""
 
-    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None: ...
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
+        """Return the vector from the central body to the Sun, where the torque needs it."""
 
-    def size(self, initial_state: InitialState) -> float: ...
+    def size(self, initial_state: InitialState) -> float:
+        """Return an upper bound on the torque, N m."""
 
 
 class CachedTorque:
-    """A torque asked for its spans and its Sun once, and for its size where no body changes it.
+    """A torque whose intervals, Sun vector and size (if it is the same for all bodies) are computed once.
 
-    To find every passage through the shadow in a year takes longer than to follow the body meanwhile.
+    Finding every passage through the shadow in a year takes longer than integrating the body meanwhile.
     """
 
     def __init__(self, torque: Any, initial_state: InitialState):
         self.type: str = torque.type
         self.effect = torque
-        self._situation = initial_state
+        self._initial_state = initial_state
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
-        found: np.ndarray = self.effect.rows(initial_state)
-        return found
+        """Return the rows of the effect, (k, EFFECT_WIDTH)."""
+        return self.effect.rows(initial_state)
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
-        return self._spans
+        """Return the cached intervals, s."""
+        return self._intervals
 
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
+        """Return the cached vector to the Sun, m."""
         return self._sun
 
     def size(self, initial_state: InitialState) -> float:
-        """That of a torque which depends on the body, for the body and state of the situation."""
+        """Upper bound, N m: of this body if the torque depends on the body, else the cached one."""
         return float(self.effect.size(initial_state)) if hasattr(self.effect, "sizes") else self._size
 
     @cached_property
-    def _spans(self) -> list[tuple[float, float]] | None:
-        spans: list[tuple[float, float]] | None = self.effect.intervals(self._situation)
-        return spans
+    def _intervals(self) -> list[tuple[float, float]] | None:
+        return self.effect.intervals(self._initial_state)
 
     @cached_property
     def _sun(self) -> PiecewisePolynomial | None:
-        pieces: PiecewisePolynomial | None = self.effect.sun(self._situation)
-        return pieces
+        return self.effect.sun(self._initial_state)
 
     @cached_property
     def _size(self) -> float:
-        return float(self.effect.size(self._situation))
+        return float(self.effect.size(self._initial_state))
 
     def of(self, initial_state: InitialState) -> CachedTorque:
-        """The same torque on another body over the same span: spans and Sun are those found already."""
+        """Return the same torque on another body over the same span, with the cached intervals and Sun."""
         other = CachedTorque(self.effect, initial_state)
-        other.__dict__.update(_spans=self._spans, _sun=self._sun)
+        other.__dict__.update(_intervals=self._intervals, _sun=self._sun)
         return other
 
     def sizes(self, moments: np.ndarray, spin: Spin) -> np.ndarray:
-        """(n,), N m: its size for bodies by moments, (n, 3), and the bounds of their spin, (n,)."""
+        """(n,), N m: upper bounds for bodies with moments (n, 3) and bounds of their spin, (n,)."""
         if hasattr(self.effect, "sizes"):
-            found: np.ndarray = self.effect.sizes(self._situation, moments, spin)
-            return found
+            return self.effect.sizes(self._initial_state, moments, spin)
         return np.full(len(moments), self._size)
 
     @cached_property
     def own_rows(self) -> np.ndarray:
         """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
-        return torque_rows.own_rows(self.effect, self._situation)
+        return torque_rows.own_rows(self.effect, self._initial_state)
 
     @cached_property
     def follows_axes(self) -> bool:
-        """Whether of a body only its axes reach the rows."""
-        return torque_rows.follows_axes(self.effect, self._situation)
+        """Whether the rows depend on the body through its principal axes only."""
+        return torque_rows.follows_axes(self.effect, self._initial_state)
 
     def raise_failure(self) -> None:
-        """What a function of the user's raised, if it did."""
+        """Raise the exception that a user's function raised, if it did."""
         if hasattr(self.effect, "raise_failure"):
             self.effect.raise_failure()
 

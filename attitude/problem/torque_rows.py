@@ -1,7 +1,7 @@
-"""The rows of a torque, which are asked of it once, along the axes of any body.
+"""Rows of a torque along the axes of any body, from the rows along those of its own frame.
 
-Sums of three are written out: a library's own may add in an order that depends on how many bodies there
-are, and a body's bits would depend on its company.
+Sums of three terms are written out: the order in which a library adds may depend on how many bodies there
+are, and the bits of a body's result would depend on the batch it is in.
 """
 
 from __future__ import annotations
@@ -15,15 +15,17 @@ from ..kernels import layout
 from ..rigid_body.body import RigidBody
 from .initial_state import InitialState
 
-# A body and a state like nobody's, for torques to be asked about.
-SKEW = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
-TURNED = (0.5, -0.5, 0.1, 0.7)
-# Of a vector: what rounding may change its components by.
-ROUNDING = 1e-12
+# A body and an attitude without any symmetry, to find out on what the rows of a torque depend.
+PROBE_INERTIA = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
+PROBE_ATTITUDE = (0.5, -0.5, 0.1, 0.7)
+ROTATION_TOLERANCE = 1e-12  # of the components of a rotated vector, relative to the greatest
 
 
 class HasRows(Protocol):
-    def rows(self, initial_state: InitialState) -> np.ndarray: ...
+    """A torque, as far as its rows go."""
+
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """Return the rows that kernels take, (k, EFFECT_WIDTH)."""
 
 
 def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -42,8 +44,8 @@ def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """(n, k, EFFECT_WIDTH), along axes (n, 3, 3), of rows along those of the body's own frame."""
     out = np.repeat(rows[None], len(axes), axis=0)
     for k, row in enumerate(rows):
-        for place in layout.BODY_VECTORS.get(int(row[0]), ()):
-            out[:, k, place : place + 3] = turned(axes, row[place : place + 3])
+        for offset in layout.BODY_VECTORS.get(int(row[0]), ()):
+            out[:, k, offset : offset + 3] = turned(axes, row[offset : offset + 3])
         if row[0] == layout.EDDY:
             half = turned(axes[:, None], row[1:10].reshape(3, 3))
             whole = turned(axes[:, None], np.swapaxes(half, 1, 2))
@@ -52,36 +54,33 @@ def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 
 def follows_axes(torque: HasRows, initial_state: InitialState) -> bool:
-    """Whether of a body only its axes reach the rows, as of every effect that documents know.
+    """Whether the rows depend on the body through its axes only, as those of all documented effects do.
 
-    Asked of two bodies and states: the situation's, and one like no other.
+    Compared for two bodies and states: the given one, and one without symmetry.
     """
-    other = replace(
+    probe = replace(
         initial_state,
-        body=RigidBody(np.array(SKEW) * float(initial_state.moments.max())),
-        attitude=np.array(TURNED),
+        body=RigidBody(np.array(PROBE_INERTIA) * float(initial_state.moments.max())),
+        attitude=np.array(PROBE_ATTITUDE),
         rate=1.7 * np.asarray(initial_state.rate) + 0.1,
         order=(2, 0, 1),
     )
     own = own_rows(torque, initial_state)
     return all(
-        _agree(torque.rows(one), turned_rows(own, one.axes[None])[0]) for one in (initial_state, other)
+        _agree(torque.rows(state), turned_rows(own, state.axes[None])[0]) for state in (initial_state, probe)
     )
 
 
-def _agree(given: np.ndarray, expected: np.ndarray) -> bool:
-    if given.shape != expected.shape:
+def _agree(rows: np.ndarray, expected: np.ndarray) -> bool:
+    """Whether rows are equal, vectors and tensors of the body to the rounding of a rotation."""
+    if rows.shape != expected.shape:
         return False
+    tolerance = np.zeros(expected.shape)
+    for k, row in enumerate(expected):
+        offsets = layout.BODY_VECTORS.get(int(row[0]), ())
+        vectors = [slice(offset, offset + 3) for offset in offsets]
+        for part in [slice(1, 10)] if row[0] == layout.EDDY else vectors:
+            tolerance[k, part] = ROTATION_TOLERANCE * np.abs(row[part]).max()
     with np.errstate(invalid="ignore"):  # of two that are infinite
-        near = np.abs(given - expected) <= _rounding(expected)
-    return bool((near | (given == expected)).all())
-
-
-def _rounding(rows: np.ndarray) -> np.ndarray:
-    """(k, EFFECT_WIDTH): by which numbers may differ that were turned; none for those that were not."""
-    out = np.zeros(rows.shape)
-    for k, row in enumerate(rows):
-        parts = [slice(place, place + 3) for place in layout.BODY_VECTORS.get(int(row[0]), ())]
-        for part in [slice(1, 10)] if row[0] == layout.EDDY else parts:
-            out[k, part] = ROUNDING * np.abs(row[part]).max()
-    return out
+        near = np.abs(rows - expected) <= tolerance
+    return bool((near | (rows == expected)).all())

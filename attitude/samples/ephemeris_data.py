@@ -48,7 +48,7 @@ class OrbitStates(Protocol):
 
     @property
     def frame(self) -> str:
-        """The inertial frame of its course."""
+        """The inertial frame of its path."""
 
     @property
     def is_about_the_earth(self) -> bool: ...

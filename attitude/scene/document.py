@@ -38,7 +38,7 @@ from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
 from ..orbit.ephemeris_orbit import EphemerisOrbit
-from ..orbit.orbit import Orbit
+from ..orbit.orbit import OrbitDefinition
 from ..problem.initial_state import InitialState, OrbitPath
 from ..rigid_body.body import RigidBody
 from ..samples.chunks import Progress, Samples
@@ -341,9 +341,9 @@ class Scene(Part):
         """
         epoch = self.epoch.build() if self.epoch is not None else None
         start, stop = self.times.span(epoch)
-        path = None
+        orbit_path = None
         if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
-            path = _orbit_path(self.orbit, self.frame, epoch, start, stop)
+            orbit_path = _orbit_path(self.orbit, self.frame, epoch, start, stop)
         initial_state = InitialState(
             self.body.build(),
             self.attitude.build(),
@@ -355,7 +355,7 @@ class Scene(Part):
             None if self.body.mass is None else self.body.mass.si,
             None if self.position is None else self.position.si,
             None if self.velocity is None else self.velocity.si,
-            path,
+            orbit_path,
         )
         for i, effect in enumerate(self.effects):
             with field_within(f"effects[{i}]"):
@@ -530,9 +530,11 @@ def _motion(state: _State) -> TorqueFreeMotion:
     return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=state.frame)
 
 
-def _orbit_path(orbit: Orbit, frame: str, epoch: Time | None, start: float, stop: float) -> OrbitPath:
+def _orbit_path(
+    orbit: OrbitDefinition, frame: str, epoch: Time | None, start: float, stop: float
+) -> OrbitPath:
     with field_within("orbit"):
-        return orbit.course(start, stop, epoch, frame)
+        return orbit.path(start, stop, epoch, frame)
 
 
 def _check_drop(drop_below: float) -> None:

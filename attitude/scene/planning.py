@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ..problem.initial_state import InitialState
-from ..problem.spin_bound import Spin
+from ..problem.initial_state import InitialState, Spin
 
 if TYPE_CHECKING:
     from ..effects.effect import Effect

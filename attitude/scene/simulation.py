@@ -144,7 +144,7 @@ route = resolve  # until callers elsewhere follow
 
 def _kicks(effects: Sequence[Effect], initial_state: InitialState) -> tuple[AppliedImpulse, ...]:
     return tuple(
-        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.kicks(initial_state)
+        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.applied(initial_state)
     )
 
 
@@ -215,7 +215,7 @@ def compared(scene: Described) -> Drop | None:
         return None
     seconds = scene.times.build(inputs.initial_state.epoch).seconds
     try:
-        return drop_comparison.compare(inputs.initial_state, inputs.ground.numbers(), inputs.gravity, seconds)
+        return drop_comparison.compare(inputs.initial_state, inputs.ground.plane(), inputs.gravity, seconds)
     except RegimeError:  # it stays in the air
         return None
 
@@ -268,7 +268,7 @@ def _bounce(inputs: SimulationInputs, ground: Ground, instants: Instants) -> Eph
     from ..dynamics.contact import fly
 
     seconds = instants.seconds.reshape(-1)
-    flight = fly(inputs.initial_state, ground.numbers(), inputs.gravity, seconds, inputs.kicks, instants.rest)
+    flight = fly(inputs.initial_state, ground.plane(), inputs.gravity, seconds, inputs.kicks, instants.rest)
     count = len(flight.seconds)
     return Ephemeris(
         flight.quaternion,

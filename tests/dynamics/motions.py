@@ -50,13 +50,18 @@ class Rows:
         return self._size
 
 
-def initial_state(inertia, rate, attitude=(1.0, 0.0, 0.0, 0.0), start=0.0, stop=0.0, course=None):
+def initial_state(inertia, rate, attitude=(1.0, 0.0, 0.0, 0.0), start=0.0, stop=0.0, orbit_path=None):
     """A body (moments along x, y, z, or a tensor) with its state at the epoch."""
     inertia = np.asarray(inertia, dtype=float)
     body = RigidBody.from_moments(inertia) if inertia.ndim == 1 else RigidBody(inertia)
     attitude = np.asarray(attitude, dtype=float)
     return InitialState(
-        body, attitude / np.linalg.norm(attitude), np.asarray(rate, dtype=float), start, stop, course=course
+        body,
+        attitude / np.linalg.norm(attitude),
+        np.asarray(rate, dtype=float),
+        start,
+        stop,
+        orbit_path=orbit_path,
     )
 
 
@@ -74,8 +79,8 @@ def kepler(mu, a, e=0.0, inclination=0.0, node=0.0, pericentre=0.0, mean_anomaly
         eccentricity=e,
         **{name: {"value": angle, "unit": "rad"} for name, angle in angles.items()},
     )
-    course = orbit.course(0.0, 0.0, None, "ICRF")
-    return OrbitPath(course.numbers, course.pieces, course.period, CentralBody(mu, None, False))
+    path = orbit.path(0.0, 0.0, None, "ICRF")
+    return OrbitPath(path.numbers, path.coefficients, path.period, CentralBody(mu, None, False))
 
 
 def integrate_arc(solver, initial_state, torques, setting, seconds, state=None, start=0.0, stop=None):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from attitude import RegimeError, RigidBody
-from attitude.dynamics.contact import Ground, box
+from attitude.dynamics.contact import GroundPlane, box
 from attitude.dynamics.drop_comparison import compare
 from attitude.plot.drop import picture
 from attitude.problem.initial_state import InitialState
 from attitude.samples.translation import parabola
 
-GROUND = Ground(np.array([0.0, 0.0, 1.0]), 0.0, box((1, 0.6, 0.3)), 0.5, 0.2)
+GROUND = GroundPlane(np.array([0.0, 0.0, 1.0]), 0.0, box((1, 0.6, 0.3)), 0.5, 0.2)
 FALLING = np.array([0.0, 0.0, -9.81])
 SECONDS = np.arange(241) * 0.01
 

@@ -196,7 +196,7 @@ def test_without_torque_every_solver_gives_the_closed_form(solver, moments, shar
 @pytest.mark.parametrize("moments", BODIES.values(), ids=BODIES)
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
 def test_dense_output_changes_no_step_and_is_as_good_as_stepping_there(solver, moments):
-    start = initial_state(moments, RATE, ATTITUDE, course=kepler(4.0, 10.0, 0.3, 0.5))
+    start = initial_state(moments, RATE, ATTITUDE, orbit_path=kepler(4.0, 10.0, 0.3, 0.5))
     torques = (Rows(layout.GRAVITY_GRADIENT, 4.0), *pushed(moments, 1e-3))
     setting = 1e-13 if solver.kind == "dop853" else 0.25
     t = np.sort(np.random.default_rng(5).uniform(0.0, SPAN, 40))

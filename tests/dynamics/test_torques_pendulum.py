@@ -39,7 +39,7 @@ def released(moments, offset, relative_rate=(0.0, 0.0, 0.0), stop=0.0):
     """A body turned from the orbit's frame by a rotation vector, at a rate relative to that frame (body)."""
     q = product(level(0.0), turned(offset))
     rate = matrix(q).T @ np.array([0.0, 0.0, N]) + relative_rate
-    return initial_state(moments, rate, q, stop=stop, course=COURSE)
+    return initial_state(moments, rate, q, stop=stop, orbit_path=COURSE)
 
 
 def relative(rows, t):

@@ -29,7 +29,7 @@ def prepared(name):
     """(situation, torques) of a case; the rate of a body with a sink inside is the whole one."""
     case = CASES[name]
     course = None if case.orbit is None else kepler(*case.orbit)
-    start = initial_state(case.inertia, whole_rate(case, case.omega), case.attitude, course=course)
+    start = initial_state(case.inertia, whole_rate(case, case.omega), case.attitude, orbit_path=course)
     return start, [acting(*torque) for torque in case.torques]
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import TorqueFreeMotion
-from attitude.effects.plates import COVERING, _directions
+from attitude.effects.plates import COVERING, directions
 from attitude.orbit.path_states import evaluate, position, samples, velocity
 from tests.effects.scenes import EFFECTS, TORQUES, built, effect, quantity, scene, torque
 
@@ -25,17 +25,17 @@ REACHED = {
 def test_estimate_is_above_the_greatest_torque_and_close_to_it(name):
     made, initial_state = built(name, **TENSOR)
     rng = np.random.default_rng(1)
-    rows, course = made.rows(initial_state), initial_state.course
-    t = np.zeros(4000) if course is None else rng.choice(samples(course), 4000)
-    t += 0.0 if course is None else course.period * rng.integers(0, 200, 4000)  # the Earth turns under it
-    r, v = (np.ones((4000, 3)),) * 2 if course is None else (position(course, t), velocity(course, t))
+    rows, path = made.rows(initial_state), initial_state.orbit_path
+    t = np.zeros(4000) if path is None else rng.choice(samples(path), 4000)
+    t += 0.0 if path is None else path.period * rng.integers(0, 200, 4000)  # the Earth turns under it
+    r, v = (np.ones((4000, 3)),) * 2 if path is None else (position(path, t), velocity(path, t))
     to_sun = made.sun(initial_state)
-    found = 0.0
+    actual = 0.0
     for k, R in enumerate(Rotation.random(4000, rng=rng).as_matrix()):
         s = None if to_sun is None else evaluate(to_sun, t[k : k + 1])[0]
         total = sum(torque(row, initial_state.moments, R, np.zeros(3), r[k], v[k], t[k], s) for row in rows)
-        found = max(found, float(np.linalg.norm(total)))
-    assert REACHED[name] * made.size(initial_state) <= found <= made.size(initial_state) * (1 + 1e-12)
+        actual = max(actual, float(np.linalg.norm(total)))
+    assert REACHED[name] * made.size(initial_state) <= actual <= made.size(initial_state) * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("name", ["eddy_damping", "dissipation", "wheels"])
@@ -51,19 +51,19 @@ def test_estimate_of_a_torque_by_the_spin_is_above_it_all_through_free_rotation(
             torque(made.rows(initial_state)[0], initial_state.moments, None, w, np.ones(3), None, 0.0)
             for w in rates
         ]
-        found = np.linalg.norm(torques, axis=1).max()
-        assert found <= made.size(initial_state) * (1 + 1e-12)
+        actual = np.linalg.norm(torques, axis=1).max()
+        assert actual <= made.size(initial_state) * (1 + 1e-12)
         if name != "dissipation" and not (name == "wheels" and reached > 0.9):
-            assert found >= reached * made.size(initial_state)
+            assert actual >= reached * made.size(initial_state)
 
 
 def test_estimate_of_dissipation_is_reached_halfway_between_the_axes():
     # momentum at 45 degrees between the axes of least and greatest moment, where m x w is greatest
     made, initial_state = built("dissipation", angular_velocity=quantity([1 / 2, 0, 1 / 4], "rad/s"))
-    found = torque(
+    actual = torque(
         made.rows(initial_state)[0], initial_state.moments, None, initial_state.rate, np.ones(3), None, 0.0
     )
-    assert np.linalg.norm(found) == pytest.approx(made.size(initial_state), rel=1e-12)
+    assert np.linalg.norm(actual) == pytest.approx(made.size(initial_state), rel=1e-12)
 
 
 def test_directions_leave_no_gap_wider_than_is_allowed_for():
@@ -71,7 +71,7 @@ def test_directions_leave_no_gap_wider_than_is_allowed_for():
 
     points = np.random.default_rng(2).standard_normal((50_000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
-    chord, _ = cKDTree(_directions()).query(points)
+    chord, _ = cKDTree(directions()).query(points)
     assert 0.85 * COVERING < 2 * np.arcsin(chord.max() / 2) < COVERING
 
 
@@ -107,4 +107,4 @@ def test_sun_is_nearer_in_january():
 def test_effects_of_the_table_are_all_estimated():
     assert set(TORQUES) == set(REACHED) | {"eddy_damping", "dissipation", "wheels"}
     assert set(EFFECTS) == {made["type"] for made in map(effect, EFFECTS)}
-    assert scene(*(effect(name) for name in TORQUES)).initial_state().course is not None
+    assert scene(*(effect(name) for name in TORQUES)).initial_state().orbit_path is not None

@@ -56,7 +56,7 @@ def _check(world: World) -> None:
     for torque in world.torques:
         if torque.type not in TOLD or torque.intervals(world.initial_state) is not None:
             raise AbsentError(f"heyoka is not told of {torque.type} here: it is not smooth in time")
-    course = world.initial_state.course
+    course = world.initial_state.orbit_path
     if course is not None and int(course.numbers[0]) != layout.KEPLER:
         raise AbsentError("heyoka is not told of orbits other than Keplerian ones here")
 
@@ -140,7 +140,7 @@ def _direction(world: World, numbers: torques.Equations) -> tuple[Vector, Any]:
     """Unit vector from the central body, inertial, and distance, m, as functions of time."""
     import heyoka
 
-    course = world.initial_state.course
+    course = world.initial_state.orbit_path
     assert course is not None
     a, e, start, high, low = course.numbers[1:6].tolist()
     P, Q = course.numbers[7:10].tolist(), course.numbers[10:13].tolist()

@@ -130,11 +130,11 @@ def _own_rate(moments: np.ndarray, whole: np.ndarray, rotors: np.ndarray, alpha:
 
 def _places(world: World) -> tuple[np.ndarray, ...]:
     """Orbit, its pieces, Sun (start, length, whether there is one), its pieces."""
-    course, initial_state = world.initial_state.course, world.initial_state
+    course, initial_state = world.initial_state.orbit_path, world.initial_state
     orbit, along = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
     sun, of_sun = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
     if course is not None:
-        orbit, along = course.numbers.copy(), course.pieces
+        orbit, along = course.numbers.copy(), course.coefficients
     orbit[0] = COURSES[int(orbit[0])]
     for torque in world.torques:
         if (pieces := torque.sun(initial_state)) is not None:

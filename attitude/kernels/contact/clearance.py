@@ -1,6 +1,6 @@
-"""How high a body's lowest point is over a plane, and for how long it is sure to stay off it.
+"""Height of a body's lowest point over a plane, and a time for which it certainly stays off the plane.
 
-The body is the convex hull of its corners, each rounded by a rim or a ball (`layout`, WORLD_WIDTH).
+The body is the convex hull of its corners, each with a rim or a ball about it (`layout`, WORLD_WIDTH).
 With n the plane's normal in body components and z the height of the centre of mass, corner p with
 its rim stands at
 
@@ -10,8 +10,8 @@ Each material point moves by a known speed and no more than a known acceleration
 
     h(t + tau) >= z + z' tau + p.(n + n' tau) - r abs((n + n' tau) x axis) - c tau^2
 
-which is concave in tau: up to its only root to the right nothing can touch the plane.  Steps of that
-length miss no contact, and close in on one as fast as Newton's method does, from the safe side.
+which is concave in tau: before its only positive root nothing can touch the plane.  Steps of that
+length miss no contact, and converge to one as fast as Newton's method does, from below.
 """
 
 import math
@@ -21,16 +21,16 @@ from ..intrinsics import routine
 from ..layout import BALL, RIM, SHARP
 from ..vectors import add_scaled, cross, dot, norm, taken, times, transposed
 
-# In parts of the body's size: how near the plane a point counts as on it, and how deep one that is
-# just leaving may seem to be (the lower bound on its path cannot tell it from one that dips below).
-TOUCH = 1e-15
-DIP = 2e-14
-# In parts of the surface's speed: slower than this a point on the plane is not approaching it.
-STILL = 1e-14
+# Relative to the body's size: distance within which a point is on the plane, and depth that the lower bound
+# on the path of a leaving point may reach (it cannot tell such a point from one that dips below).
+TOUCH_TOLERANCE = 1e-15
+DIP_TOLERANCE = 2e-14
+# Relative to the surface's speed: slower than this a point on the plane is not approaching it.
+STILL_SPEED = 1e-14
 
 
-class World(NamedTuple):
-    """The plane, the forces and the body's shape; `layout`, WORLD_WIDTH."""
+class ContactModel(NamedTuple):
+    """Plane, gravity, laws of contact and shape of the body; `layout`, WORLD_WIDTH."""
 
     points: object
     mass: float
@@ -39,15 +39,15 @@ class World(NamedTuple):
     height: float
     restitution: float
     friction: float
-    rounding: int
+    corner_kind: int  # SHARP, RIM or BALL
     radius: float
     axis: tuple
     reach: float
     size: float
 
 
-class View(NamedTuple):
-    """The plane as the body sees it at an instant."""
+class PlaneView(NamedTuple):
+    """Plane relative to the body at an instant."""
 
     height: float  # of the centre of mass over it
     speed: float  # d height / dt
@@ -55,18 +55,19 @@ class View(NamedTuple):
     turning: tuple  # d normal / dt
 
 
-class Bounds(NamedTuple):
-    """What holds throughout a flight."""
+class FlightBounds(NamedTuple):
+    """Bounds that hold throughout a flight."""
 
-    bend: float  # half of what pulls a point to the plane at most, m/s2, in excess of a straight line
-    speed: float  # of any point, m/s, in size
+    bend: float  # half of the greatest acceleration of a point towards the plane, m/s2
+    speed: float  # of any point, m/s
     touch: float  # m
     dip: float  # m
 
 
 @routine
-def world(points, numbers):
-    return World(
+def contact_model(points, numbers):
+    """Unpack the numbers of `layout`, WORLD_WIDTH."""
+    return ContactModel(
         points,
         numbers[0],
         taken(numbers[1:4]),
@@ -83,16 +84,16 @@ def world(points, numbers):
 
 
 @routine
-def seen(ground, rows, rate, position, velocity):
-    """The plane view from a body with R (three rows) and body rate, at this position and velocity."""
+def plane_in_body(ground, rows, rate, position, velocity):
+    """Plane in components of a body with rotation matrix `rows`, body rate, position and velocity."""
     normal = times(transposed(rows), ground.normal)
     height = dot(position, ground.normal) - ground.height
-    return View(height, dot(velocity, ground.normal), normal, cross(normal, rate))
+    return PlaneView(height, dot(velocity, ground.normal), normal, cross(normal, rate))
 
 
 @routine
-def bounds(ground, moments, axes, constant, rate, view):
-    """Of the flight that starts like this.
+def flight_bounds(ground, moments, axes, constant, rate, view):
+    """Bounds on the flight that starts at this state.
 
     omega^2 never exceeds 2E / least moment.  n'' = (n x omega) x omega + n x omega' is no longer than
     omega^2 + abs(omega'), and Euler's equations give abs(omega') <= k omega^2 / sqrt 3, k the greatest
@@ -109,21 +110,16 @@ def bounds(ground, moments, axes, constant, rate, view):
     weight = dot(ground.gravity, ground.normal)
     bend = 0.5 * max(turning * ground.reach * (1.0 + 1e-12) - weight, 0.0)
     speed = abs(view.speed) + math.sqrt(square) * ground.size + math.sqrt(abs(weight) * ground.size)
-    touch = TOUCH * (ground.size + abs(view.height) + abs(ground.height))
-    return Bounds(bend, speed, touch, max(DIP * ground.size, 16.0 * touch))
+    touch = TOUCH_TOLERANCE * (ground.size + abs(view.height) + abs(ground.height))
+    return FlightBounds(bend, speed, touch, max(DIP_TOLERANCE * ground.size, 16.0 * touch))
 
 
 @routine
-def _corner(points, i):
-    return points[i, 0], points[i, 1], points[i, 2]
-
-
-@routine
-def _rounding(ground, view):
-    """How far the lowest point is below its corner, and the rate of that."""
-    if ground.rounding == SHARP:
+def _corner_depth(ground, view):
+    """Depth of the lowest point below its corner, and its rate."""
+    if ground.corner_kind == SHARP:
         return 0.0, 0.0
-    if ground.rounding == BALL:
+    if ground.corner_kind == BALL:
         return ground.radius, 0.0
     across, change = cross(view.normal, ground.axis), cross(view.turning, ground.axis)
     length = norm(across)
@@ -132,57 +128,48 @@ def _rounding(ground, view):
 
 
 @routine
-def heights(ground, view, i):
-    """Of the lowest point about corner i over the plane, and its rate."""
-    corner = _corner(ground.points, i)
-    depth, deepening = _rounding(ground, view)
+def height_and_rate(ground, view, i):
+    """Height of the lowest point about corner i over the plane, and its rate."""
+    corner = taken(ground.points[i])
+    depth, deepening = _corner_depth(ground, view)
     return view.height + dot(corner, view.normal) - depth, view.speed + dot(corner, view.turning) - deepening
 
 
 @routine
-def clear(ground, view, limits, still):
-    """For how long nothing can touch the plane.
+def contact_free_time(ground, view, limits, still):
+    """Time for which nothing can touch the plane, s; the height of the lowest point; the time of contact.
 
-    Returns seconds; the height of the lowest point; and where a point is on the plane and approaching
-    it the seconds (of either sign) until it is there to the last place, else infinity.
+    The time of contact (of either sign) is that of a point which is on the plane to within the tolerance and
+    approaches it, until it is there to the last place; else infinity.
     """
     wait, lowest, touches = math.inf, math.inf, math.inf
     for i in range(ground.points.shape[0]):
-        height, rate = heights(ground, view, i)
+        height, rate = height_and_rate(ground, view, i)
         lowest = min(lowest, height)
         if height <= limits.touch and rate < -still:
-            touches = min(touches, _straight(height, rate, limits))
+            time = height / -rate
+            is_straight = limits.bend * time * time <= limits.touch and abs(height) <= limits.touch
+            touches = min(touches, time if is_straight else 0.0)
         elif height <= limits.dip and rate >= -still:
-            wait = min(wait, _leaving(ground, view, limits, max(height, 0.0), rate))
+            # on the plane and not approaching it: the bound may dip by its tolerance, if the point is slow
+            height = max(height, 0.0)
+            if not (rate > 0.0 and rate * rate > 4.0 * limits.bend * limits.dip):
+                height += limits.dip
+            wait = min(wait, _bound_root(ground, view, limits, height, rate))
         else:
-            wait = min(wait, _until(ground, view, limits, height, rate))
-    return max(wait, _far(ground, view, limits)), lowest, touches
+            wait = min(wait, _bound_root(ground, view, limits, height, rate))
+    return max(wait, _sphere_root(ground, view)), lowest, touches
 
 
 @routine
-def _leaving(ground, view, limits, height, rate):
-    """For a point on the plane that does not approach it: the bound may dip by a little, if it must."""
-    if rate > 0.0 and rate * rate > 4.0 * limits.bend * limits.dip:
-        return _until(ground, view, limits, height, rate)
-    return _until(ground, view, limits, height + limits.dip, rate)
-
-
-@routine
-def _straight(height, rate, limits):
-    """Time until a point on the plane is on it to the last place; none where its path is not straight."""
-    time = height / -rate
-    return time if limits.bend * time * time <= limits.touch and abs(height) <= limits.touch else 0.0
-
-
-@routine
-def _until(ground, view, limits, height, rate):
-    """When the lower bound on the height of a corner's lowest point comes down to zero."""
-    time = _root(height, rate, limits.bend)
-    if ground.rounding != RIM or time == math.inf:
+def _bound_root(ground, view, limits, height, rate):
+    """Time at which the lower bound on the height of a corner's lowest point is zero."""
+    time = _parabola_root(height, rate, limits.bend)
+    if ground.corner_kind != RIM or time == math.inf:
         return time
-    # the tangent of what the rim adds is above it: Newton's method from the right stays to the right
+    # the rim's contribution lies below its tangent: Newton's method from the right stays on the right
     across, change = cross(view.normal, ground.axis), cross(view.turning, ground.axis)
-    start, slope = _rounding(ground, view)
+    start, slope = _corner_depth(ground, view)
     for _ in range(50):
         there = add_scaled(across, time, change)
         length = norm(there)
@@ -197,8 +184,8 @@ def _until(ground, view, limits, height, rate):
 
 
 @routine
-def _root(height, rate, bend):
-    """The greater root of height + rate t - bend t^2, height and bend not negative."""
+def _parabola_root(height, rate, bend):
+    """Greater root of height + rate t - bend t^2, height and bend not negative."""
     root = math.sqrt(rate * rate + 4.0 * bend * height)
     if rate <= 0.0:
         return 2.0 * height / (root - rate) if root > rate else math.inf
@@ -206,14 +193,14 @@ def _root(height, rate, bend):
 
 
 @routine
-def _far(ground, view, limits):
-    """When the ball about the body's farthest point comes down to the plane; zero where it has."""
+def _sphere_root(ground, view):
+    """Time at which the sphere about the body reaches the plane; zero if it already does."""
     over = view.height - ground.size
     if over <= 0.0:
         return 0.0
     fall = -0.5 * dot(ground.gravity, ground.normal)
     if fall >= 0.0:
-        return _root(over, view.speed, fall)
+        return _parabola_root(over, view.speed, fall)
     below = view.speed * view.speed + 4.0 * fall * over  # pulled away from the plane
     if view.speed >= 0.0 or below < 0.0:
         return math.inf

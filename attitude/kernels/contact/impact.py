@@ -1,12 +1,12 @@
-"""What a contact does to velocity and body rate: impulses at points that press, and rub.
+"""Velocity and body rate after a contact: normal and friction impulses at the contact points.
 
-All points that touch are solved together, in two stages (Poisson's hypothesis).  In the first,
+All contact points are solved together, in two stages (Poisson's hypothesis).  In the first,
 the impulses that bring approaching points to rest along the normal:
 
     u_n >= 0,  j_n >= 0,  u_n j_n = 0;       abs(j_t) <= mu j_n,  j_t against u_t, and less only if u_t = 0
 
 u the velocity of a point at the end of the stage, j its impulse.  In the second the ground gives
-back e j_n at each point, and rubs with at most mu e j_n, so as to leave the least kinetic energy.
+back e j_n at each point, with friction of at most mu e j_n, so as to leave the least kinetic energy.
 
 Energy never grows: at the end of the first stage u.j <= 0, so that going on along the same impulse by
 the share e <= 1 cannot regain what it took; that is one of the choices the second stage has, and it
@@ -15,9 +15,8 @@ and for many points Moreau's law.
 Sources: Glocker and Pfeiffer, Nonlinear Dynamics 7 (1995) 471; Moreau, in Nonsmooth Mechanics and
 Applications, CISM 302 (1988), section 8.
 
-One point is solved directly (`rubbing`), several by projected gradient steps, the same for all at
-once, so that what is symmetric stays so: where several impulses do the same (a box falls flat), it is
-the even one.
+One point is solved directly (`friction`), several by projected gradient steps of all points at once,
+which keep a symmetry: where the impulses are not unique (a box falls flat), they are the even ones.
 """
 
 import math
@@ -27,13 +26,13 @@ from ..intrinsics import routine
 from ..vectors import across, add_scaled, cross, dot, norm, scaled, times, transposed
 from . import friction
 
-SWEEPS = 20000
-# In parts of the speeds: changes below the first end a stage, below the second once they shrink no more.
-SETTLED, STALLED = 1e-16, 1e-14
+MAX_SWEEPS = 20000
+# Relative to the speeds: changes below the first end a stage, below the second once they shrink no more.
+CONVERGED_CHANGE, STALLED_CHANGE = 1e-16, 1e-14
 
 
 class Inertia(NamedTuple):
-    """What impulses act upon, body frame."""
+    """Response of the body to impulses, body frame."""
 
     inverse_mass: float
     inverse: tuple  # rows of I^-1
@@ -56,55 +55,57 @@ def _inverse_row(moments, axes, i):
 
 
 @routine
-def place(points, i):
+def point(points, i):
+    """Position of a contact point from the centre of mass, body frame."""
     return points[i, 0], points[i, 1], points[i, 2]
 
 
 @routine
 def velocity_at(r, velocity, rate):
+    """Velocity of the point at r of a moving body."""
     return add_scaled(velocity, 1.0, cross(rate, r))
 
 
 @routine
 def respond(points, count, body, restitution, velocity, rate):
-    """Velocity and rate (body frame) after the contact; its first `count` points are those that touch.
+    """Velocity and rate (body frame) after the contact; the first `count` points are in contact.
 
-    points : (n, TOUCH_WIDTH), places given, the rest written
+    points : (n, TOUCH_WIDTH), positions read, the rest written
     """
     _prepare(points, count, body)
     scale = 0.0
     for i in range(count):
-        scale = max(scale, norm(velocity_at(place(points, i), velocity, rate)))
-    after, turned = _compress(points, count, body, velocity, rate, scale)
+        scale = max(scale, norm(velocity_at(point(points, i), velocity, rate)))
+    after, rate_after = _compress(points, count, body, velocity, rate, scale)
     if restitution > 0.0:
-        after, turned = _expand(points, count, body, restitution, after, turned, scale)
-    return after, turned
+        after, rate_after = _expand(points, count, body, restitution, after, rate_after, scale)
+    return after, rate_after
 
 
 @routine
 def _prepare(points, count, body):
-    """What an impulse changes of its own point's speed; across the normal a bound on it."""
+    """Write the response of each point to a unit impulse along the normal, and a bound on it across."""
     for i in range(count):
-        r, whole = place(points, i), 0.0
-        points[i, 7] = dot(body.normal, _answer(body, r, body.normal))
+        r, whole = point(points, i), 0.0
+        points[i, 7] = dot(body.normal, _response(body, r, body.normal))
         for k in range(3):
             unit = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-            whole += dot(unit, _answer(body, r, unit))
+            whole += dot(unit, _response(body, r, unit))
         points[i, 8] = whole - points[i, 7]
         for k in range(3, 7):
             points[i, k] = 0.0
 
 
 @routine
-def _answer(body, r, impulse):
-    """How much an impulse at a point changes the point's own velocity."""
+def _response(body, r, impulse):
+    """Change of a point's velocity by an impulse at that point."""
     rate = times(body.inverse, cross(r, impulse))
     return add_scaled(cross(rate, r), body.inverse_mass, impulse)
 
 
 @routine
-def _pressing(points, i, body):
-    """The impulse at a point."""
+def _impulse(points, i, body):
+    """Impulse at a point."""
     return add_scaled((points[i, 4], points[i, 5], points[i, 6]), points[i, 3], body.normal)
 
 
@@ -116,12 +117,12 @@ def _scale(points, count, factor):
 
 
 @routine
-def _moved(points, count, body, velocity, rate):
-    """What the impulses so far make of a motion."""
+def _motion_after(points, count, body, velocity, rate):
+    """Velocity and rate after the impulses at all points."""
     linear, angular = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for i in range(count):
-        j = _pressing(points, i, body)
-        linear, angular = add_scaled(linear, 1.0, j), add_scaled(angular, 1.0, cross(place(points, i), j))
+        j = _impulse(points, i, body)
+        linear, angular = add_scaled(linear, 1.0, j), add_scaled(angular, 1.0, cross(point(points, i), j))
     velocity = add_scaled(velocity, body.inverse_mass, linear)
     return velocity, add_scaled(rate, 1.0, times(body.inverse, angular))
 
@@ -131,87 +132,96 @@ def _moved(points, count, body, velocity, rate):
 
 @routine
 def _compress(points, count, body, velocity, rate, scale):
-    """The first stage: the motion at its end."""
-    if count == 1 and body.friction > 0.0 and _one_point(points, body, velocity, rate, friction.UNKNOWN):
-        return _moved(points, count, body, velocity, rate)
-    after, turned, last = velocity, rate, math.inf
-    for _ in range(SWEEPS):
-        change = _press(points, count, body, after, turned)
-        after, turned = _moved(points, count, body, velocity, rate)
+    """Compression, the first stage: velocity and rate at its end."""
+    if (
+        count == 1
+        and body.friction > 0.0
+        and _solve_one_point(points, body, velocity, rate, friction.UNKNOWN_NORMAL)
+    ):
+        return _motion_after(points, count, body, velocity, rate)
+    after, rate_after, last = velocity, rate, math.inf
+    for _ in range(MAX_SWEEPS):
+        change = _sweep_normal(points, count, body, after, rate_after)
+        after, rate_after = _motion_after(points, count, body, velocity, rate)
         if body.friction > 0.0:
-            change = max(change, _rub(points, count, body, after, turned))
-            after, turned = _moved(points, count, body, velocity, rate)
-        if _is_settled(change, last, scale):
+            change = max(change, _sweep_tangential(points, count, body, after, rate_after))
+            after, rate_after = _motion_after(points, count, body, velocity, rate)
+        if _has_converged(change, last, scale):
             break
         last = change
-    return _tamed(points, count, body, velocity, rate, after, turned)
+    return _limit_energy(points, count, body, velocity, rate, after, rate_after)
 
 
 @routine
-def _tamed(points, count, body, velocity, rate, after, turned):
-    """Where sweeps have not settled, less of the same impulses: what takes the most energy out."""
+def _limit_energy(points, count, body, velocity, rate, after, rate_after):
+    """Scale impulses that have not converged so that they take out the most energy."""
     regained, spent = 0.0, 0.0
     for i in range(count):
-        r, j = place(points, i), _pressing(points, i, body)
-        now = velocity_at(r, after, turned)
+        r, j = point(points, i), _impulse(points, i, body)
+        now = velocity_at(r, after, rate_after)
         regained += dot(j, now)
         spent += dot(j, add_scaled(now, -1.0, velocity_at(r, velocity, rate)))
     if not regained > 0.0:
-        return after, turned
+        return after, rate_after
     _scale(points, count, 1.0 - regained / spent)
-    return _moved(points, count, body, velocity, rate)
+    return _motion_after(points, count, body, velocity, rate)
 
 
 @routine
 def _expand(points, count, body, restitution, velocity, rate, scale):
-    """The second stage: from the share of the first one's impulses on, friction only gets better."""
+    """Restitution, the second stage: impulses of the first scaled, then friction optimised."""
     _scale(points, count, restitution)
-    if count == 1 and body.friction > 0.0 and _one_point(points, body, velocity, rate, points[0, 3]):
-        return _moved(points, count, body, velocity, rate)
-    after, turned = _moved(points, count, body, velocity, rate)
+    if count == 1 and body.friction > 0.0 and _solve_one_point(points, body, velocity, rate, points[0, 3]):
+        return _motion_after(points, count, body, velocity, rate)
+    after, rate_after = _motion_after(points, count, body, velocity, rate)
     last = math.inf
     if body.friction > 0.0:
-        for _ in range(SWEEPS):
-            change = _rub(points, count, body, after, turned)
-            after, turned = _moved(points, count, body, velocity, rate)
-            if _is_settled(change, last, scale):
+        for _ in range(MAX_SWEEPS):
+            change = _sweep_tangential(points, count, body, after, rate_after)
+            after, rate_after = _motion_after(points, count, body, velocity, rate)
+            if _has_converged(change, last, scale):
                 break
             last = change
-    return after, turned
+    return after, rate_after
 
 
 @routine
-def _is_settled(change, last, scale):
-    return change <= SETTLED * scale or (change <= STALLED * scale and change >= last)
+def _has_converged(change, last, scale):
+    return change <= CONVERGED_CHANGE * scale or (change <= STALLED_CHANGE * scale and change >= last)
 
 
 @routine
-def _one_point(points, body, velocity, rate, normal):
-    """Write the impulse of the only point that touches; whether one was found."""
-    r, n = place(points, 0), body.normal
+def _solve_one_point(points, body, velocity, rate, normal):
+    """Write the impulse of a single contact point; whether it was solved."""
+    r, n = point(points, 0), body.normal
     first, second = across(n)
     rows = n, first, second
     K = (
-        times(rows, _answer(body, r, n)),
-        times(rows, _answer(body, r, first)),
-        times(rows, _answer(body, r, second)),
+        times(rows, _response(body, r, n)),
+        times(rows, _response(body, r, first)),
+        times(rows, _response(body, r, second)),
     )
-    found, j = friction.solve(K, times(rows, velocity_at(r, velocity, rate)), body.friction, normal)
-    if found:
-        rubbed = times(transposed(rows), (0.0, j[1], j[2]))
-        points[0, 3], points[0, 4], points[0, 5], points[0, 6] = j[0], rubbed[0], rubbed[1], rubbed[2]
-    return found
+    solved, j = friction.solve(K, times(rows, velocity_at(r, velocity, rate)), body.friction, normal)
+    if solved:
+        tangential = times(transposed(rows), (0.0, j[1], j[2]))
+        points[0, 3], points[0, 4], points[0, 5], points[0, 6] = (
+            j[0],
+            tangential[0],
+            tangential[1],
+            tangential[2],
+        )
+    return solved
 
 
 # -- sweeps -----------------------------------------------------------------------------------------
 
 
 @routine
-def _press(points, count, body, velocity, rate):
+def _sweep_normal(points, count, body, velocity, rate):
     """One step of all normal impulses; returns the greatest change of a speed."""
     greatest = 0.0
     for i in range(count):
-        speed = dot(velocity_at(place(points, i), velocity, rate), body.normal)
+        speed = dot(velocity_at(point(points, i), velocity, rate), body.normal)
         # the matrix between points has no eigenvalue above `count` times its diagonal's
         j = max(0.0, points[i, 3] - speed / (count * points[i, 7]))
         greatest = max(greatest, abs(j - points[i, 3]) * points[i, 7])
@@ -220,12 +230,12 @@ def _press(points, count, body, velocity, rate):
 
 
 @routine
-def _rub(points, count, body, velocity, rate):
+def _sweep_tangential(points, count, body, velocity, rate):
     """One step of all tangential impulses, each within its disc; returns the greatest change of a speed."""
     greatest = 0.0
     for i in range(count):
         old = points[i, 4], points[i, 5], points[i, 6]
-        u = velocity_at(place(points, i), velocity, rate)
+        u = velocity_at(point(points, i), velocity, rate)
         u = add_scaled(u, -dot(u, body.normal), body.normal)
         j = add_scaled(old, -1.0 / (count * points[i, 8]), u)
         length, most = norm(j), body.friction * points[i, 3]
