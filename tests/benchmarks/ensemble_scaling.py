@@ -3,7 +3,7 @@
     python tests/benchmarks/ensemble_scaling.py                 measure, check, and simulate (3 minutes)
     python tests/benchmarks/ensemble_scaling.py --no-measure    simulate with the figures below
 
-Simulated are the tasks of `attitude.ensemble.engine`: one client and scheduler, which hands out each task and
+Simulated are the tasks of `attitude.ensemble.cluster`: one client and scheduler, which hands out each task and
 takes its result, one after the other; threads of workers, which have two tasks each; disks, or one store that
 all share.  docs/scaling.md says what came of it.
 """
@@ -22,7 +22,7 @@ from time import perf_counter
 import numpy as np
 
 from attitude import Scene
-from attitude.ensemble import Ensemble, engine
+from attitude.ensemble import Ensemble, cluster, engine
 
 SAMPLE_BYTES = 56  # quaternion and rate
 SUM_BYTES = 240  # of a part's statistics, each instant
@@ -102,8 +102,10 @@ def simulate(job: Job, cluster: Cluster, costs: Costs) -> Outcome:
     done: list[tuple[float, int]] = []  # (when, parts) of tasks under way
     now, worked, taken = costs.start, 0.0, costs.start
     while left or pending:
-        while left and pending < engine.AHEAD * threads:
-            together = min(max(left // (engine.SHARES * threads), 1), engine.MOST_TOGETHER, left)
+        while left and pending < cluster.TASKS_PER_THREAD * threads:
+            together = min(
+                max(left // (cluster.REMAINING_PER_BATCH * threads), 1), cluster.MAX_TASKS_PER_BATCH, left
+            )
             begun = max(heapq.heappop(free), now)
             end = begun + together * one
             heapq.heappush(free, end)

@@ -6,6 +6,7 @@ import signal
 import numpy as np
 import pytest
 
+from attitude.ensemble import cluster as cluster_module
 from attitude.ensemble import engine, redraws
 from attitude.ensemble.engine import mapped
 from attitude.ensemble.execution import run
@@ -109,8 +110,10 @@ def test_target_that_cannot_be_written_is_said_by_workers_too(address, tmp_path,
 
 
 def test_other_version_of_a_worker_is_refused(address, monkeypatch):
-    monkeypatch.setattr(engine, "__version__", "0.0.0")
-    with pytest.raises(AttitudeError, match=r"a worker has version [\d.]+ of this library, .* has 0\.0\.0"):
+    monkeypatch.setattr(cluster_module, "__version__", "0.0.0")
+    with pytest.raises(
+        AttitudeError, match=r"a worker has version [\d.]+ of this library, and its client 0\.0\.0"
+    ):
         list(mapped(absolute, range(10), address))
 
 
@@ -147,7 +150,7 @@ def test_work_that_kills_its_workers_is_given_up(cluster, address, monkeypatch):
     ("scheduler", "why"), [("somewhere", "missing port"), ("tcp://127.0.0.1:1", "Timed out|refused")]
 )
 def test_cluster_that_is_not_there_is_refused(scheduler, why, monkeypatch):
-    monkeypatch.setattr(engine, "PATIENCE", "0.5 s")
+    monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", "0.5 s")
     with pytest.raises(InputError, match=f"^scheduler: the address of a running Dask cluster.*{why}"):
         list(mapped(absolute, range(3), scheduler))
 
@@ -155,7 +158,7 @@ def test_cluster_that_is_not_there_is_refused(scheduler, why, monkeypatch):
 def test_cluster_without_workers_is_refused(monkeypatch):
     from distributed import LocalCluster
 
-    monkeypatch.setattr(engine, "PATIENCE", "0.5 s")
+    monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", "0.5 s")
     with (
         LocalCluster(n_workers=0, dashboard_address=":0") as empty,
         pytest.raises(InputError, match=r"a cluster with workers: none came in 0\.5 s"),
