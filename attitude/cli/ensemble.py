@@ -12,14 +12,13 @@ from typing import Any, TextIO
 import numpy as np
 
 from ..documents.fields import Part, document_errors, parse_json
-from ..ensemble import engine
-from ..ensemble.density import NAMED
+from ..ensemble import engine, storage
+from ..ensemble.block_motion import is_free
+from ..ensemble.density import BODY_AXES
 from ..ensemble.ensemble import LOST_BODIES, Ensemble
-from ..ensemble.execution import Run
-from ..ensemble.motion import is_free
+from ..ensemble.execution import RunSummary
 from ..ensemble.redraws import note
 from ..ensemble.statistics import Statistics
-from ..ensemble.storage import store
 from ..errors import FormatError, InputError
 from ..runtime.atomic_files import STANDARD_STREAM, write_whole
 from ..runtime.output_paths import check_picture
@@ -65,7 +64,7 @@ def _check(options: Namespace) -> None:
     """What is wrong is said before anything is computed."""
     engine.check(options.scheduler, options.workers)
     if options.output is not None:
-        store.target(options.output)
+        storage.target(options.output)
     if options.leave_out_lost_bodies and options.output is not None:
         raise InputError("--leave-out-lost-bodies", True, "no --output beside it: a store has all bodies")
     for name in ("overwrite", "chunk"):
@@ -165,7 +164,9 @@ def _some(places: np.ndarray) -> str:
     return ", ".join(map(str, places[:TOLD].tolist())) + (" ..." if len(places) > TOLD else "")
 
 
-def _store(ensemble: Ensemble, options: Namespace, bar: Bar | None, warn: Callable[[str], None]) -> Run:
+def _store(
+    ensemble: Ensemble, options: Namespace, bar: Bar | None, warn: Callable[[str], None]
+) -> RunSummary:
     try:
         with _shown(bar):
             result = ensemble.run(
@@ -199,7 +200,7 @@ def _draw(ensemble: Ensemble, found: Statistics, options: Namespace, bar: Bar | 
     if is_free(ensemble.scene):
         flips = ensemble.flips(FLIPS, 0, min(ensemble.size, COUNTED))
     name = ensemble.scene.name if ensemble.scene is not None else ""
-    label = axis if axis in NAMED else f"{axis}-moment"
+    label = axis if axis in BODY_AXES else f"{axis}-moment"
     content = picture(found, density, flips, check_picture(options.plot), name, label)
     write_whole([content], options.plot)
 

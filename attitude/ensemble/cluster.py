@@ -29,7 +29,7 @@ CONNECT_TIMEOUT = "10 s"  # of the scheduler, and until it has a worker
 def mapped_by_cluster(
     work: Callable[[Task], Result], tasks: Sequence[Task], address: str
 ) -> Generator[Result, None, None]:
-    """Results of `work` for all tasks, in the order in which they are ready; `engine.mapped` with a scheduler.
+    """Results of `work` for all tasks, in the order in which they are ready.
 
     Raises
     ------

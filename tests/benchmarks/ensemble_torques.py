@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from attitude import RigidBody, Scene
 from attitude.cost.machine import processor
 from attitude.dynamics import batch_integration
-from attitude.ensemble.simulation import choose, simulated
+from attitude.ensemble.effects_simulation import choose, simulated
 from attitude.frames.rotations import angle_between
 from attitude.times.instants import as_instants
 

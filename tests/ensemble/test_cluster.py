@@ -11,7 +11,7 @@ from attitude.ensemble import engine, redraws
 from attitude.ensemble.engine import mapped
 from attitude.ensemble.execution import run
 from attitude.errors import AttitudeError, FormatError, InputError
-from tests.ensemble.standing_in import many
+from tests.ensemble.fake_source import many
 from tests.ensemble.test_redraws import disc
 from tests.ensemble.test_store import assert_stored, entries
 
@@ -76,7 +76,7 @@ def test_numbers_are_those_of_threads(address, tmp_path):
 
 def test_redraws_are_those_of_threads(address, tmp_path, monkeypatch):
     whole = disc().redraws()
-    monkeypatch.setattr(redraws, "PART", 100)
+    monkeypatch.setattr(redraws, "BODIES_PER_TASK", 100)
     assert disc().redraws(scheduler=address) == whole
     assert disc().statistics([0.0, 1.0], scheduler=address).redraws == whole
     assert run(disc(), [0.0, 1.0], tmp_path / "out.zarr", scheduler=address, chunk=300).redraws == whole

@@ -137,7 +137,7 @@ def test_one_machine_needs_no_dask(tmp_path):
 
 def test_extra_of_a_store_is_named(monkeypatch, tmp_path):
     from attitude.ensemble.execution import run
-    from tests.ensemble.standing_in import many
+    from tests.ensemble.fake_source import many
 
     for name in [name for name in sys.modules if name.partition(".")[0] == "zarr"]:
         monkeypatch.setitem(sys.modules, name, None)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from attitude import InputError, RegimeError, Scene, ToleranceError
 from attitude.cli import main
 from attitude.ensemble import Ensemble
-from attitude.ensemble.motion import choice_of, motion_of
+from attitude.ensemble.block_motion import motion_of, solver_choice
 
 
 def hopeless():
@@ -48,16 +48,16 @@ def test_bodies_that_cannot_be_followed_are_left_out_and_listed():
 
 def simulated_alone(ensemble, i):
     instants = ensemble.instants()
-    choice = choice_of(ensemble.scene, ensemble.source, instants)
+    choice = solver_choice(ensemble.scene, ensemble.source, instants)
     return motion_of(ensemble.scene, ensemble.states(i, i + 1), instants, i, choice=choice).quaternion[0]
 
 
-def test_nothing_is_told_where_no_body_can_be_followed():
+def test_no_statistics_where_no_body_can_be_integrated():
     document = Scene.builtin("drop").document() | {"times": {"elapsed": [1e3], "unit": "s"}}
     ensemble = Ensemble.sample(Scene.model_validate(document), 3, 7, attitude="1 deg")
     with pytest.raises(RegimeError, match=r"^bodies\[0\]: times: the body comes to rest"):
         ensemble.statistics()
-    with pytest.raises(RegimeError, match="none of the 3 bodies can be followed"):
+    with pytest.raises(RegimeError, match="none of the 3 bodies can be integrated"):
         ensemble.statistics(lost_bodies="leave out")
 
 

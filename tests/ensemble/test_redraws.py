@@ -9,8 +9,7 @@ from scipy.special import ndtri
 
 from attitude import InputError
 from attitude.cli import main
-from attitude.ensemble import Ensemble, redraws
-from attitude.ensemble.storage import store
+from attitude.ensemble import Ensemble, redraws, storage
 from tests.ensemble.scenes import PLATE, TENSOR, scene
 
 TIMES = [0.0, 10.0]
@@ -126,7 +125,7 @@ def test_it_is_printed_with_everything_that_comes_of_the_bodies(tmp_path):
     statistics, density = ensemble.statistics(TIMES), ensemble.density(TIMES)
     result = ensemble.run(TIMES, tmp_path / "out.zarr")
     said = repr(ensemble), repr(statistics), str(statistics), repr(density), str(result)
-    for shown in (*said, repr(store.read(tmp_path / "out.zarr"))):
+    for shown in (*said, repr(storage.read(tmp_path / "out.zarr"))):
         assert text in shown
 
 
@@ -174,8 +173,8 @@ def test_command_says_nothing_where_nothing_is_drawn_again(capfd):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_they_do_not_depend_on_parts_and_workers(monkeypatch, part, workers):
     whole = disc().redraws()
-    monkeypatch.setattr(redraws, "PART", part)
-    monkeypatch.setattr("attitude.ensemble.sources.dispersion.TALLIED", 13)
+    monkeypatch.setattr(redraws, "BODIES_PER_TASK", part)
+    monkeypatch.setattr("attitude.ensemble.sources.dispersion.TALLIED_BODIES", 13)
     assert disc().redraws(workers=workers) == whole
     assert disc().statistics(TIMES, workers=workers).redraws == whole
 
@@ -185,7 +184,7 @@ def test_they_do_not_depend_on_what_is_spread_besides():
 
 
 def test_name_of_many_bodies_has_those_of_the_first(monkeypatch):
-    monkeypatch.setattr("attitude.ensemble.ensemble.PART", 100)
+    monkeypatch.setattr("attitude.ensemble.ensemble.BODIES_PER_TASK", 100)
     assert repr(disc()).endswith(f"of the first 100; {disc().redraws(0, 100)}>")
 
 
@@ -203,13 +202,13 @@ def test_a_store_has_those_of_all_bodies_also_when_it_was_gone_on_with(tmp_path,
         disc().run(TIMES, to, workers=1, chunk=100, progress=stop)
     result = disc().run(TIMES, to, workers=2)
     assert result.resumed
-    assert (result.redraws, store.read(to).redraws) == (whole, whole)
+    assert (result.redraws, storage.read(to).redraws) == (whole, whole)
     one = disc().run(TIMES, tmp_path / f"one.{ending}", chunk=1000)
-    assert store.read(one.path).head["redraws"] == store.read(to).head["redraws"] == whole.document()
+    assert storage.read(one.path).head["redraws"] == storage.read(to).head["redraws"] == whole.document()
     disc(moments=None).run(TIMES, to, overwrite=True)
-    assert store.read(to).redraws is None
+    assert storage.read(to).redraws is None
 
 
 def test_store_of_moments_that_are_not_spread_has_no_redraws(tmp_path):
     disc(moments=None).run(TIMES, tmp_path / "a.zarr")
-    assert "redraws" not in store.read(tmp_path / "a.zarr").head
+    assert "redraws" not in storage.read(tmp_path / "a.zarr").head

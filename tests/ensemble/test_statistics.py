@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from attitude import InputError, ToleranceError, TorqueFreeMotion
 from attitude.ensemble import Ensemble, accumulation
-from attitude.ensemble.accumulation import Gathering, Sums
-from attitude.ensemble.motion import choice_of, motion_of
-from attitude.kernels.layout import LEAF, PITCH
+from attitude.ensemble.accumulation import MomentAccumulation, MomentSums
+from attitude.ensemble.block_motion import motion_of, solver_choice
+from attitude.kernels.layout import BODIES_PER_BLOCK, ROW_STRIDE
 from attitude.times.instants import Instants
 from tests.bodies import angle_between, conjugate, product
 from tests.ensemble.scenes import SPREADS, TENSOR, scene
@@ -176,7 +176,7 @@ def test_fractions_by_regime_are_those_of_the_bodies():
 
 # -- the same bits ----------------------------------------------------------------------------------
 
-CUT = PITCH + 5
+CUT = ROW_STRIDE + 5
 
 
 def bits(statistics):
@@ -186,30 +186,28 @@ def bits(statistics):
     ]
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("AT_ONCE", 100), ("AT_ONCE", 2**20)], ids=["few at once", "many at once"]
-)
-def test_bits_do_not_depend_on_blocks(monkeypatch, name, value):
-    bodies = ensemble(n=2 * LEAF + 7)
+@pytest.mark.parametrize("samples", [100, 2**20], ids=["few at once", "many at once"])
+def test_bits_do_not_depend_on_blocks(monkeypatch, samples):
+    bodies = ensemble(n=2 * BODIES_PER_BLOCK + 7)
     expected = bits(bodies.statistics(TIMES))
-    monkeypatch.setattr(accumulation, name, value)
+    monkeypatch.setattr(accumulation, "CACHED_SAMPLES", samples)
     assert bits(bodies.statistics(TIMES)) == expected
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3])
 def test_bits_do_not_depend_on_workers(workers):
-    bodies = ensemble(n=9 * LEAF + 7)
+    bodies = ensemble(n=9 * BODIES_PER_BLOCK + 7)
     assert bits(bodies.statistics(TIMES, workers=workers)) == bits(bodies.statistics(TIMES, workers=1))
 
 
 def test_bits_do_not_depend_on_tasks_nor_their_order(monkeypatch):
     from attitude.ensemble import ensemble as module
 
-    bodies = ensemble(n=9 * LEAF + 7)
+    bodies = ensemble(n=9 * BODIES_PER_BLOCK + 7)
     expected = bits(bodies.statistics(TIMES))
-    monkeypatch.setattr(module, "TASKS", 1)
-    monkeypatch.setattr(module, "FEW_LEAVES", 1)
-    monkeypatch.setattr(module, "MOST_LEAVES", 1)
+    monkeypatch.setattr(module, "TASKS_PER_THREAD", 1)
+    monkeypatch.setattr(module, "MIN_FREE_BLOCKS", 1)
+    monkeypatch.setattr(module, "MAX_BLOCKS", 1)
     monkeypatch.setattr(
         module.engine, "mapped", lambda work, parts, *_: (work(part) for part in reversed(parts))
     )
@@ -219,12 +217,12 @@ def test_bits_do_not_depend_on_tasks_nor_their_order(monkeypatch):
 def test_bits_do_not_depend_on_the_other_instants(monkeypatch):
     from attitude.ensemble import ensemble as module
 
-    bodies, times = ensemble(n=LEAF + 3), np.linspace(0.0, 100.0, CUT)
+    bodies, times = ensemble(n=BODIES_PER_BLOCK + 3), np.linspace(0.0, 100.0, CUT)
     whole = bodies.statistics(times)
     part = bodies.statistics(times[1000:])
     assert np.array_equal(whole.mean[1000:], part.mean)
     assert np.array_equal(whole.covariance[1000:], part.covariance)
-    monkeypatch.setattr(module, "FREE_PASS", PITCH)
+    monkeypatch.setattr(module, "FREE_INSTANTS", ROW_STRIDE)
     assert bits(bodies.statistics(times)) == bits(whole)
 
 
@@ -235,9 +233,10 @@ def test_second_part_of_an_instant_counts():
 
 
 def test_whole_numbers_hold_sums_exactly():
-    work = Gathering(ensemble(n=600).source, None, None, TIMES, None, np.tile([1.0, 0, 0, 0], (4, 1)))
-    parts = [(0, LEAF), (LEAF, 2 * LEAF), (2 * LEAF, 600)]
-    total = Sums(len(TIMES))
+    identity = np.tile([1.0, 0, 0, 0], (4, 1))
+    work = MomentAccumulation(ensemble(n=600).source, None, None, Instants(TIMES, None, None), identity)
+    parts = [(0, BODIES_PER_BLOCK), (BODIES_PER_BLOCK, 2 * BODIES_PER_BLOCK), (2 * BODIES_PER_BLOCK, 600)]
+    total = MomentSums(len(TIMES))
     for part in parts:
         total.add(work(part))
     given = attitudes(ensemble(n=600))
@@ -256,7 +255,7 @@ FALL = {"type": "uniform_gravity", "acceleration": {"value": [0, 0, -9.81], "uni
 def test_statistics_of_turned_bodies_are_those_of_their_attitudes():
     bodies = ensemble(n=60, effects=[TORQUE])
     found, instants = bodies.statistics(TURNED), bodies.instants(TURNED)
-    choice = choice_of(bodies.scene, bodies.source, instants)
+    choice = solver_choice(bodies.scene, bodies.source, instants)
     given = motion_of(bodies.scene, bodies.states(), instants, choice=choice).quaternion
     for i in range(3):
         expected = Rotation.from_quat(given[:, i], scalar_first=True).mean()
@@ -267,9 +266,9 @@ def test_statistics_of_turned_bodies_are_those_of_their_attitudes():
 
 
 def test_bits_of_turned_bodies_do_not_depend_on_blocks_nor_workers(monkeypatch):
-    bodies = ensemble(n=LEAF + 20, effects=[TORQUE])
+    bodies = ensemble(n=BODIES_PER_BLOCK + 20, effects=[TORQUE])
     expected = bits(bodies.statistics(TURNED, workers=1))
-    monkeypatch.setattr(accumulation, "HELD", 300)
+    monkeypatch.setattr(accumulation, "MAX_SIMULATED_SAMPLES", 300)
     assert bits(bodies.statistics(TURNED, workers=2)) == expected
 
 
@@ -321,16 +320,16 @@ def test_states_leave_as_a_table_with_frame_and_epoch():
 
 def test_progress_is_told_to_the_end():
     told = []
-    ensemble(n=20 * LEAF).statistics(TIMES, progress=told.append)
+    ensemble(n=20 * BODIES_PER_BLOCK).statistics(TIMES, progress=told.append)
     assert told == sorted(told)
     assert len(told) == 5
     assert told[-1] == 1.0
 
 
 def test_body_that_is_at_fault_is_named():
-    table = ensemble(n=LEAF + 10, spreads={}).to_table()
-    table["moments"][LEAF + 3] = [1e-300, 1.0, 1.0] * u.kg * u.m**2
-    table["angular_velocity"][LEAF + 3] = [1e199, 1e199, 1e199] * u.rad / u.s
+    table = ensemble(n=BODIES_PER_BLOCK + 10, spreads={}).to_table()
+    table["moments"][BODIES_PER_BLOCK + 3] = [1e-300, 1.0, 1.0] * u.kg * u.m**2
+    table["angular_velocity"][BODIES_PER_BLOCK + 3] = [1e199, 1e199, 1e199] * u.rad / u.s
     with pytest.raises(InputError, match=r"bodies\[259\].angular_velocity: a rate that a body so thin"):
         Ensemble.from_table(table).statistics(TIMES)
 

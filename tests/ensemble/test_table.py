@@ -226,8 +226,8 @@ def test_neighbouring_bad_rows_and_bad_ends_are_passed_over():
 def test_list_of_bad_rows_is_bounded_and_their_count_is_not(monkeypatch):
     from attitude.ensemble.sources import table as module
 
-    monkeypatch.setattr(module, "LISTED", 3)
-    monkeypatch.setattr(module, "CHECKED", 4)
+    monkeypatch.setattr(module, "MAX_LISTED", 3)
+    monkeypatch.setattr(module, "CHECKED_ROWS", 4)
     table, bad = spoiled()
     left_out = Tabled(table, "leave out").left_out
     assert left_out.rows.tolist() == bad
