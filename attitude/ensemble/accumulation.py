@@ -51,7 +51,7 @@ class MomentSums:
     def add(self, other: MomentSums) -> None:
         """Add the sums over other bodies at the same instants, exactly."""
         for own, others in zip(self.limbs, other.limbs, strict=True):
-            own += others
+            np.add(own, others, out=own)
         self.regimes += other.regimes
         self.lost += other.lost
 
@@ -84,7 +84,7 @@ class MomentAccumulation:
     leave_out: bool = False
 
     def __call__(self, bodies: Range) -> MomentSums:
-        """The sums over bodies from first to last."""
+        """Return the sums over bodies from first to last."""
         total, (begin, end) = MomentSums(len(self.instants.seconds)), bodies
         for first in range(begin, end, BATCH_BODIES):
             self._add(total, first, min(first + BATCH_BODIES, end))

@@ -39,7 +39,7 @@ def is_free(scene: Scene | None) -> bool:
 
 
 def solver_choice(scene: Scene | None, source: StateSource, instants: Instants) -> Any:
-    """The solver for all bodies and all instants; None where bodies are free.
+    """Return the solver for all bodies and all instants; None where bodies are free.
 
     Raises InputError where an effect cannot be simulated over the span of the instants.
     """
@@ -57,7 +57,7 @@ def motion_of(
     choice: Any = None,
     leave_out: bool = False,
 ) -> BlockMotion:
-    """The motion of a block of bodies at all of the instants.
+    """Return the motion of a block of bodies at all of the instants.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def motion_of(
 
 
 def free_motion(states: States, first: int = 0) -> TorqueFreeMotion:
-    """The closed form from these states.  Raises InputError that names a body by its index."""
+    """Return the closed form from these states.  Raises InputError that names a body by its index."""
     with body_named(first):
         return TorqueFreeMotion(states.body, states.attitude, states.angular_velocity, order="wxyz")
 

@@ -45,7 +45,7 @@ def mapped_by_cluster(
 
 
 def _client(address: str) -> Any:
-    """A client of a cluster that has workers."""
+    """Return a client of a cluster that has workers."""
     try:
         # a Client whose scheduler does not answer leaves threads behind that retry for ever
         with ThreadPoolExecutor(1) as pool:  # this thread may run an event loop, as in a notebook
@@ -64,7 +64,7 @@ def _client(address: str) -> Any:
 
 
 async def _probe(address: str) -> None:
-    """Raises OSError or ValueError unless something listens at the address."""
+    """Raise OSError or ValueError unless something listens at the address."""
     connect = needed("distributed.comm", "a cluster", "ensemble").connect
     security = _distributed().Security().get_connection_args("client")
     (await connect(address, timeout=CONNECT_TIMEOUT, **security)).abort()
@@ -145,7 +145,7 @@ def _identity(work: Any) -> Any:
 
 
 def _compute(version: str, work: Any, batch: Sequence[Any]) -> list[Any]:
-    """The results of a batch; runs at a worker."""
+    """Return the results of a batch; runs at a worker."""
     if __version__ != version:
         raise AttitudeError(f"a worker has version {__version__} of this library, and its client {version}")
     return [work(task) for task in batch]

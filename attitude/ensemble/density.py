@@ -68,7 +68,7 @@ class AxisDensity:
 
 
 def axis_of(axis: Any, scene: Scene | None) -> np.ndarray:
-    """Unit vector (3,) of a body axis by name, a principal axis of the scene's body, or any vector.
+    """Return the unit vector (3,) of a body axis, a principal axis of the scene's body, or any vector.
 
     Raises InputError for an axis that is none of these.
     """
@@ -106,7 +106,7 @@ class CellCounter:
     leave_out: bool = False
 
     def __call__(self, bodies: tuple[int, int]) -> tuple[np.ndarray, list[int]]:
-        """Counts and left-out bodies of those from first to last."""
+        """Return counts and left-out bodies of those from first to last."""
         counts = np.zeros((self.instants.seconds.size, ROWS * COLUMNS), np.int64)
         size, lost = max(MAX_ATTITUDES // len(counts), 1), list[int]()
         for first in range(*bodies, size):
@@ -115,7 +115,7 @@ class CellCounter:
             lost += motion.lost
             cells = cell_of(rotations.rotate(motion.quaternion, self.axis))
             for cells_then, counts_then in zip(cells.T, counts, strict=True):
-                counts_then += np.bincount(cells_then, minlength=ROWS * COLUMNS)
+                np.add(counts_then, np.bincount(cells_then, minlength=ROWS * COLUMNS), out=counts_then)
         return counts, lost
 
 

@@ -32,16 +32,21 @@ class HasStates(Protocol):
     """Bodies, (n,), with attitudes (n, 4) wxyz and rates (n, 3), rad/s, body frame, at the epoch."""
 
     @property
-    def body(self) -> RigidBody: ...
+    def body(self) -> RigidBody:
+        """Bodies (n,)."""
+
     @property
-    def attitude(self) -> np.ndarray: ...
+    def attitude(self) -> np.ndarray:
+        """(n, 4), wxyz."""
+
     @property
-    def angular_velocity(self) -> np.ndarray: ...
+    def angular_velocity(self) -> np.ndarray:
+        """(n, 3), rad/s, body frame."""
 
 
 @dataclass(frozen=True)
 class SolverChoice:
-    """The solver for all bodies of an ensemble; small, and sent to the workers.
+    """Return the solver for all bodies of an ensemble; small, and sent to the workers.
 
     Attributes
     ----------
@@ -59,7 +64,7 @@ class SolverChoice:
 
 
 def choose(scene: Scene, instants: Instants, trial_states: HasStates | None = None) -> SolverChoice:
-    """The solver for all bodies of an ensemble and all its instants.
+    """Return the solver for all bodies of an ensemble and all its instants.
 
     trial_states : of a few bodies, the same however the ensemble is divided; by default the scene's body
 
@@ -159,7 +164,7 @@ def _problem(scene: Scene, inputs: SimulationInputs, instants: Instants) -> batc
 
 
 def _template(inputs: SimulationInputs, instants: Instants) -> InitialState:
-    """The scene's initial state, over the span of these instants alone."""
+    """Return the scene's initial state, over the span of these instants alone."""
     seconds = instants.seconds
     start, stop = min(0.0, float(seconds.min())), max(0.0, float(seconds.max()))
     return replace(inputs.initial_state, start=start, stop=stop)
@@ -180,7 +185,7 @@ class _CachedScene:
 
 @lru_cache(maxsize=4)
 def _inputs(cached: _CachedScene) -> SimulationInputs:
-    """Cached: the shadow passages of a year take longer to find than a body's motion to integrate."""
+    """Resolve the scene, once: a year's shadow passages take longer to find than a body to integrate."""
     span = [cached.choice.start, cached.choice.stop]
     times = Times.model_validate({"elapsed": span, "unit": "s"})
     return simulation.route(cached.scene.model_copy(update={"times": times}), any_body=True)

@@ -23,7 +23,7 @@ ASSUMED_CLUSTER_THREADS = 64
 
 
 def check(scheduler: Any, workers: Any) -> None:
-    """Raises InputError for a scheduler or a number of workers that `mapped` does not accept."""
+    """Raise InputError for a scheduler or a number of workers that `mapped` does not accept."""
     if scheduler is not None and not (isinstance(scheduler, str) and scheduler):
         raise InputError("scheduler", scheduler, SCHEDULER_ADDRESS)
     if workers is None:
@@ -75,7 +75,7 @@ def mapped(
 
 
 def threads(scheduler: str | None, workers: int | None) -> int:
-    """Number of threads to share work among; a guess for a cluster, whose workers come and go."""
+    """Return the number of threads to share work among; a guess for a cluster, whose workers come and go."""
     return ASSUMED_CLUSTER_THREADS if scheduler is not None else workers or processors()
 
 

@@ -101,7 +101,7 @@ class Ensemble:
         bad_rows: str = "stop",
         units: dict[str, str] | None = None,
     ) -> Ensemble:
-        """A body for each row of a table.
+        """Read a body from each row of a table.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class Ensemble:
         return redraws_of(self.source, first, last, scheduler, workers)
 
     def to_table(self, first: int = 0, last: int | None = None) -> QTable:
-        """The states of these bodies, as a table that `from_table` reads."""
+        """Return the states of these bodies, as a table that `from_table` reads."""
         table = self.states(first, last).to_table()
         table.meta["frame"] = self.frame
         if self.epoch is not None:

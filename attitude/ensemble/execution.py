@@ -117,7 +117,7 @@ class ChunkWriter:
     head: Head
 
     def __call__(self, chunk: Chunk) -> int:
-        """Number of bytes written.  Raises FormatError where they cannot be written."""
+        """Return the number of bytes written.  Raises FormatError where they cannot be written."""
         states: States = self.source.part(chunk.first, chunk.last)
         instants = self.instants[chunk.start : chunk.stop]
         motion = motion_of(self.scene, states, instants, chunk.first, self.head["rate"], self.choice)
@@ -137,7 +137,7 @@ def chunk_writer(
     rate: bool = True,
     chunk: int | None = None,
 ) -> ChunkWriter:
-    """The writer of a run's chunks; where `chunk` is None, of the size that an incomplete store has."""
+    """Return the writer of a run's chunks; of the size in an incomplete store, where `chunk` is None."""
     scene, source, count = ensemble.scene, ensemble.source, instants.seconds.size
     if chunk is None and not overwrite:
         existing = store.incomplete_head(target)

@@ -24,17 +24,17 @@ def picture(
     statistics: Statistics,
     density: AxisDensity,
     flips: np.ndarray | None,
-    format: str,
+    ending: str,
     name: str = "",
     axis: str = "",
 ) -> bytes:
-    """An "svg" or "png" file: the density at its last instant, the statistics over theirs.
+    """Draw an "svg" or "png" file: the density at its last instant, the statistics over theirs.
 
     flips : (n, k), s: of free bodies; drawn if most of them flip before the last instant
     """
     if flips is not None and not np.median(flips[:, 0]) < statistics.seconds.max():
         flips = None
-    return drawn(partial(_draw, statistics, density, flips, name, axis), SIZE, format)
+    return drawn(partial(_draw, statistics, density, flips, name, axis), SIZE, ending)
 
 
 def _draw(

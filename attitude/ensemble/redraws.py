@@ -44,7 +44,7 @@ class Redraws:
 
     @classmethod
     def of_document(cls, document: dict[str, Any]) -> Redraws:
-        """The redraws of which `document` is the plain data."""
+        """Return the redraws of which `document` is the plain data."""
         plain: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in document.items()}
         return cls(**plain)
 

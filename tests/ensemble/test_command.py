@@ -164,7 +164,7 @@ def test_percentage_and_ratio_are_the_same(answer, spread):
 
 
 @pytest.fixture
-def table(expected, tmp_path):
+def table(expected):
     """Of states, one of which is none."""
     rows = expected.to_table()
     rows["quaternion"][17] = 0.0

@@ -154,7 +154,7 @@ def test_arrays_that_were_not_made_yet_are_made(to, monkeypatch):
     assert_stored(to, many(100))
 
 
-def test_chunk_that_somebody_removed_is_missed_at_the_end(to, monkeypatch):
+def test_chunk_that_somebody_removed_is_missed_at_the_end(to):
     def remove(done):
         if done == 1.0:
             chunks = [path for path in to.rglob("*") if "/c/0/" in str(path) or "part-000000" in path.name]

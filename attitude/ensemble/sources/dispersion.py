@@ -33,7 +33,7 @@ SPREADS = {
 
 
 def spread(value: Any, field: str) -> np.ndarray:
-    """Standard deviations (3,), SI, along three axes, of a text, a Quantity, a number, or three of them.
+    """Return standard deviations (3,), SI, of a text, a Quantity, a number, or three of them, one an axis.
 
     A ratio without "%" has to be below 1, for 2 may be meant as 2 %.  Raises InputError that names the field,
     or the one of three, that is not accepted.

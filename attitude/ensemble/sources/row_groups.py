@@ -77,7 +77,7 @@ class RowGroups:
 
 
 def row_groups(table: Any, units: dict[str, str]) -> RowGroups:
-    """The table's row groups; `units` are those of columns that have none of their own.
+    """Return the table's row groups; `units` are those of columns that have none of their own.
 
     Raises InputError for an object that is no table, FormatError for a file that cannot be read.
     """
@@ -101,7 +101,7 @@ class InMemory(RowGroups):
         super().__init__(names, units, [rows])
         self._table = table
 
-    def _load(self, i: int, names: list[str]) -> Arrays:
+    def _load(self, i: int, names: list[str]) -> Arrays:  # noqa: ARG002 -- the only group
         return {name: column(self._table[name], name) for name in names}
 
 
@@ -192,7 +192,7 @@ def _of_arrow(array: Any, name: str) -> np.ndarray:
 
 
 def column(values: Any, name: str) -> np.ndarray:
-    """A column as doubles (n, ...), NaN where masked or missing.  Raises InputError if it has no numbers."""
+    """Return a column as doubles (n, ...), NaN where masked.  Raises InputError if it has no numbers."""
     if isinstance(values, u.Quantity):
         mask = getattr(values, "mask", None)
         values = np.ma.array(
@@ -217,7 +217,7 @@ def column(values: Any, name: str) -> np.ndarray:
 
 
 def _numbers(cell: Any) -> Any:
-    """A cell, with NaN where it misses numbers.  Raises TypeError for text."""
+    """Return a cell, with NaN where it misses numbers.  Raises TypeError for text."""
     if isinstance(cell, (str, bytes, bool)):
         raise TypeError
     if isinstance(cell, (list, tuple, np.ndarray)):

@@ -53,14 +53,15 @@ class StateSource(Protocol):
     """A source of states; picklable, and small, for it is sent to the workers."""
 
     @property
-    def size(self) -> int: ...
+    def size(self) -> int:
+        """Number of bodies."""
 
     def part(self, first: int, last: int) -> States:
         """States of the bodies from first to last, the last one excluded: the same bits in any part."""
 
 
 def check_range(first: int, last: int, size: int) -> tuple[int, int]:
-    """(first, last).  Raises InputError unless 0 <= first < last <= size."""
+    """Return (first, last).  Raises InputError unless 0 <= first < last <= size."""
     if not 0 <= first < last <= size:
         raise InputError("bodies", f"{first} to {last}", f"first and last of {size} bodies, first below last")
     return first, last

@@ -22,7 +22,7 @@ from ...errors import InputError
 
 
 def check_seed(seed: Any) -> int:
-    """The seed.  Raises InputError unless it is a whole number from 0 to 2**128 - 1."""
+    """Return the seed.  Raises InputError unless it is a whole number from 0 to 2**128 - 1."""
     whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
     if not whole or not 0 <= seed < 2**128:
         raise InputError("seed", seed, "a whole number from 0 to 2**128 - 1")

@@ -95,7 +95,7 @@ class Columns(NamedTuple):
     angular_velocity: np.ndarray
 
     def of(self, rows: np.ndarray) -> Columns:
-        """These rows of all columns."""
+        """Return these rows of all columns."""
         return self._replace(**{name: x[rows] for name, x in self._asdict().items() if x is not None})
 
 
@@ -143,7 +143,7 @@ class Tabled:
         return States(body, columns.quaternion, columns.angular_velocity)
 
     def rows(self, first: int, last: int) -> np.ndarray:
-        """Indices of the rows of these bodies."""
+        """Return the indices of the rows of these bodies."""
         bodies, bad = np.arange(first, last), self.left_out.rows
         return bodies + np.searchsorted(bad - np.arange(len(bad)), bodies, side="right")
 
@@ -162,7 +162,7 @@ class Tabled:
         return Columns(**fields)  # type: ignore[arg-type]
 
     def _factor(self, field: str, name: str) -> float:
-        """The column's unit in SI."""
+        """Return the column's unit in SI."""
         unit, dimension = self._table.units.get(name), UNITS[field]
         if unit is None or dimension is None:
             if unit not in (None, ""):
@@ -179,8 +179,10 @@ class Tabled:
             fields: list[BadRow] = []
             for field, wrong, values, expected in _faults(columns):
                 bad |= wrong
-                for row in np.flatnonzero(wrong)[: MAX_LISTED - len(listed)]:
-                    fields.append(BadRow(first + int(row), field, values[row].tolist(), expected))
+                fields += [
+                    BadRow(first + int(row), field, values[row].tolist(), expected)
+                    for row in np.flatnonzero(wrong)[: MAX_LISTED - len(listed)]
+                ]
             rows.append(first + np.flatnonzero(bad))
             listed += sorted(fields, key=lambda field: field.row)[: MAX_LISTED - len(listed)]
         return LeftOut(np.concatenate(rows) if rows else (), tuple(listed))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def target(to: str | os.PathLike[str]) -> StoreTarget:
-    """The store of this name, in the format that its ending names.
+    """Return the store of this name, in the format that its ending names.
 
     Raises InputError for an ending other than .zarr and .parquet.
     """
@@ -36,7 +36,7 @@ def target(to: str | os.PathLike[str]) -> StoreTarget:
 
 
 def read(path: str | os.PathLike[str]) -> store.Stored:
-    """The attitudes that a run stored.  Raises FormatError unless it is a complete store of an ensemble."""
+    """Open what a run has stored.  Raises FormatError unless it is a complete store of an ensemble."""
     stored = target(path)
     try:
         head = stored.head() if stored.path.is_dir() else None

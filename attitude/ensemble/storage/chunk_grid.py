@@ -68,7 +68,7 @@ class ChunkGrid(Sequence[Chunk]):
 def chunk_grid(
     bodies: int, instants: int, chunk_bodies: int | None = None, all_instants: bool = False
 ) -> ChunkGrid:
-    """The grid of chunks of `chunk_bodies`; by default of 4096, or fewer where there are many instants.
+    """Return a grid of chunks of `chunk_bodies`; by default 4096, or fewer where there are many instants.
 
     Instants are divided too where those of so many bodies would be more than 1 GiB (by default: those of
     one body more than 32 MiB), unless a chunk has to hold `all_instants`.

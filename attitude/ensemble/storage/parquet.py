@@ -4,6 +4,8 @@ The head is in a file that readers of datasets ignore, as its name begins with a
 metadata of every Parquet file, with the units of the columns.
 """
 
+# ruff: noqa: ARG002, D102 -- arguments and docstrings are those of StoreTarget
+
 from __future__ import annotations
 
 import json

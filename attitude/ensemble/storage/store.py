@@ -53,14 +53,14 @@ def finish(target: StoreTarget, head: Head, grid: ChunkGrid, redraws: Redraws | 
 
 
 def incomplete_head(target: StoreTarget) -> Head | None:
-    """The head of a store that is not complete; None if there is no such store."""
+    """Return the head of a store that is not complete; None if there is no such store."""
     with named_in_errors(target.path):
         head = target.head() if target.path.is_dir() else None
     return head if head is not None and not head[COMPLETE] else None
 
 
 def _existing_head(target: StoreTarget) -> Head | None:
-    """The head of the store that is there; None where there was nothing, after making an empty directory."""
+    """Return the head of the store; None where there was nothing, after making an empty directory."""
     try:
         os.mkdir(target.path)
     except FileExistsError:
@@ -106,7 +106,7 @@ def _differences(existing: Any, requested: Any, path: str = "") -> Iterator[str]
 
 @contextmanager
 def named_in_errors(path: Path) -> Iterator[None]:
-    """Turns an OSError into a FormatError that names the store."""
+    """Turn an OSError into a FormatError that names the store."""
     try:
         yield
     except OSError as error:

@@ -27,10 +27,11 @@ class StoreTarget(Protocol):
     """A directory in one of the formats of stores; small and picklable, for workers that write chunks."""
 
     @property
-    def path(self) -> Path: ...
+    def path(self) -> Path:
+        """The directory."""
 
     def head(self) -> Head | None:
-        """The head of the store; None where there is no store of an ensemble."""
+        """Return the head of the store; None where there is no store of an ensemble."""
 
     def put_head(self, head: Head) -> None:
         """Write the head, or replace it."""
@@ -61,7 +62,7 @@ class StoreTarget(Protocol):
 
 
 def head_of(document: Any, source: Any, frame: str, instants: Instants, grid: ChunkGrid, rate: bool) -> Head:
-    """The head of a run: runs of the same head compute the same numbers."""
+    """Return the head of a run: runs of the same head compute the same numbers."""
     from ...samples.ephemeris_data import convention
 
     digest = hashlib.sha256()
@@ -86,6 +87,6 @@ def head_of(document: Any, source: Any, frame: str, instants: Instants, grid: Ch
 
 
 def checked(head: Any) -> Head | None:
-    """The head, if what a file holds is one; None otherwise."""
+    """Return the head, if what a file holds is one; None otherwise."""
     known = isinstance(head, dict) and head.get("kind") == KIND and isinstance(head.get(COMPLETE), bool)
     return head if known else None

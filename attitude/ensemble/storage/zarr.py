@@ -4,6 +4,8 @@ Chunks are stored component by component, as they are computed (the codec `trans
 of Zarr knows), and not compressed, for the digits of attitudes are as good as random.
 """
 
+# ruff: noqa: ARG002, D102 -- arguments and docstrings are those of StoreTarget
+
 from __future__ import annotations
 
 import json
@@ -30,7 +32,7 @@ UNFINISHED = ".partial"  # ending of zarr's temporary files
 
 
 def zarr(module: str = "zarr") -> Any:
-    """The package, or a module of it.  Raises FormatError where it is not installed."""
+    """Import the package, or a module of it.  Raises FormatError where it is not installed."""
     return needed(module, "Zarr", "ensemble")
 
 
@@ -127,6 +129,6 @@ def _make(group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...]
 
 
 @lru_cache(maxsize=16)
-def _array(path: Path, made: int) -> Any:
-    """The open array; `made`, a time of modification, tells it from one that it has replaced."""
+def _array(path: Path, made: int) -> Any:  # noqa: ARG001 -- part of the cache's key
+    """Open the array; `made`, a time of modification, tells it from one that it has replaced."""
     return zarr().open_array(path, mode="r+", zarr_format=3).with_config({"write_empty_chunks": True})

@@ -15,7 +15,7 @@ MOMENTS, RATE, ATTITUDE = U(0), U(1), U(2)  # offsets of a body's counters
 
 @routine
 def _three_deviates(body, attempt, offset, key_0, key_1):
-    """Normal deviates of the first three words of one of a body's counters, of this attempt.
+    """Draw normal deviates of the first three words of one of a body's counters, of this attempt.
 
     As in numpy's generator, the counter is incremented before it is encrypted.
     """

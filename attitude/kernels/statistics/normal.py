@@ -95,7 +95,7 @@ def _minus_log(x):
 
 @routine
 def normal(word):
-    """The normal deviate of a word: the quantile at (k + 1/2) / 2^53, k its upper 53 bits.
+    """Return the normal deviate of a word: the quantile at (k + 1/2) / 2^53, k its upper 53 bits.
 
     Within 1e-15 of its size; at most 8.3 away from zero.
     """
