@@ -89,6 +89,16 @@ def test_instants_are_cut_too_where_one_body_is_too_large_for_a_chunk(to, monkey
     assert_stored(to, many(5))
 
 
+def test_bodies_are_read_across_chunks_of_bodies_and_of_instants(to, monkeypatch):
+    monkeypatch.setattr("attitude.ensemble.storage.chunk_grid.MAX_CHUNK_BYTES", 2 * 3 * 56)
+    run(many(5), TIMES, to, chunk=2)
+    stored = storage.read(to)
+    assert stored.head["chunk"] == [2, 3]
+    for first, last in ((0, 5), (1, 4), (3, 4), (2, 2), (5, 5)):
+        for found, wanted in zip(stored.part(first, last), expected(many(5)), strict=True):
+            np.testing.assert_array_equal(found, wanted[first:last])
+
+
 def test_zarr_is_what_other_readers_expect(tmp_path):
     run(many(50), TIMES, tmp_path / "out.zarr", chunk=20)
     group = zarr.open_group(tmp_path / "out.zarr", mode="r")
