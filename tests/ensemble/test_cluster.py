@@ -52,11 +52,11 @@ def dies(_):
 
 
 def test_every_part_is_computed_once(address):
-    told = []
-    assert sorted(mapped(absolute, range(-20, 20), address, progress=told.append)) == sorted(
+    fractions = []
+    assert sorted(mapped(absolute, range(-20, 20), address, progress=fractions.append)) == sorted(
         abs(i) for i in range(-20, 20)
     )
-    assert told == [i / 40 for i in range(1, 41)]
+    assert fractions == [i / 40 for i in range(1, 41)]
 
 
 def test_error_of_the_work_is_raised_as_it_is(address):

@@ -26,9 +26,9 @@ def test_no_parts_are_no_results():
 
 
 def test_progress_goes_up_to_one():
-    told = []
-    list(mapped(square, range(8), progress=told.append))
-    assert told == [i / 8 for i in range(1, 9)]
+    fractions = []
+    list(mapped(square, range(8), progress=fractions.append))
+    assert fractions == [i / 8 for i in range(1, 9)]
 
 
 def test_so_many_workers_work_at_the_same_time():

@@ -47,12 +47,12 @@ def test_only_missing_chunks_are_computed(to, monkeypatch):
         return motion_of(scene, states, instants, first, *rest)
 
     monkeypatch.setattr(execution, "motion_of", counted)
-    told = []
-    result = run(many(100), TIMES, to, chunk=10, progress=told.append)
+    fractions = []
+    result = run(many(100), TIMES, to, chunk=10, progress=fractions.append)
     assert 5 <= result.resumed < 10
     assert len(computed) == 10 - result.resumed
-    assert min(told) > 0.5
-    assert told[-1] == 1.0
+    assert min(fractions) > 0.5
+    assert fractions[-1] == 1.0
     assert_stored(to, many(100))
     chunks = [name for name in there if "/c/" in name or "part-" in name]
     assert all(entries(to)[name] == there[name] for name in chunks)
@@ -91,11 +91,11 @@ def test_chunk_need_not_be_said_again(to):
 def test_other_run_is_refused_and_told_apart(to, other, named):
     interrupted(to)
     before = entries(to)
-    given = {"ensemble": many(100), "times": TIMES, "chunk": 10} | other
+    arguments = {"ensemble": many(100), "times": TIMES, "chunk": 10} | other
     with pytest.raises(
         FormatError, match=f"store exists and is of another run, with {named}; pass overwrite"
     ):
-        run(to=to, **given)
+        run(to=to, **arguments)
     assert entries(to) == before
 
 

@@ -47,8 +47,8 @@ def entries(path):
 def assert_stored(path, ensemble, times=TIMES):
     stored = storage.read(path)
     quaternion, rate = stored.part(0, ensemble.size)
-    for found, wanted in zip((quaternion, rate), expected(ensemble, times), strict=True):
-        np.testing.assert_array_equal(found, wanted)
+    for actual, reference in zip((quaternion, rate), expected(ensemble, times), strict=True):
+        np.testing.assert_array_equal(actual, reference)
 
 
 # -- what is stored ---------------------------------------------------------------------------------
@@ -95,8 +95,8 @@ def test_bodies_are_read_across_chunks_of_bodies_and_of_instants(to, monkeypatch
     stored = storage.read(to)
     assert stored.head["chunk"] == [2, 3]
     for first, last in ((0, 5), (1, 4), (3, 4), (2, 2), (5, 5)):
-        for found, wanted in zip(stored.part(first, last), expected(many(5)), strict=True):
-            np.testing.assert_array_equal(found, wanted[first:last])
+        for actual, reference in zip(stored.part(first, last), expected(many(5)), strict=True):
+            np.testing.assert_array_equal(actual, reference[first:last])
 
 
 def test_zarr_is_what_other_readers_expect(tmp_path):
@@ -311,12 +311,12 @@ def test_head_of_something_else_is_none():
 
 
 @pytest.mark.parametrize(
-    ("bodies", "instants", "wanted"),
+    ("bodies", "instants", "reference"),
     [(10, 3, (10, 3)), (10**6, 100, (4096, 100)), (10**6, 1000, (512, 1000)), (2, 10**6, (1, 599186))],
 )
-def test_usual_chunks_are_of_at_most_32_mebibytes(bodies, instants, wanted):
+def test_usual_chunks_are_of_at_most_32_mebibytes(bodies, instants, reference):
     cut = chunk_grid(bodies, instants)
-    assert (cut.chunk_bodies, cut.chunk_instants) == wanted
+    assert (cut.chunk_bodies, cut.chunk_instants) == reference
     assert cut.chunk_bodies * cut.chunk_instants * 56 <= 2**25
 
 
