@@ -12,7 +12,6 @@ from ..errors import InputError
 from ..motion import TorqueFreeMotion
 from ..scene.document import Scene
 from ..times.instants import Instants
-from .effects_simulation import choose, simulated
 from .sources.states import States, StateSource
 
 TRIAL_BODIES = 8  # that the solver is selected by
@@ -45,6 +44,8 @@ def solver_choice(scene: Scene | None, source: StateSource, instants: Instants) 
     """
     if scene is None or is_free(scene):
         return None
+    from .effects_simulation import choose  # late: free bodies need no solvers
+
     return choose(scene, instants, source.part(0, min(TRIAL_BODIES, source.size)))
 
 
@@ -80,6 +81,8 @@ def motion_of(
             ephemeris = motion.ephemeris(instants, rate=rate)
         rates = ephemeris.angular_velocity if rate else None
         return BlockMotion(ephemeris.quaternion("wxyz"), rates, regimes(motion))
+    from .effects_simulation import simulated
+
     lost: list[int] | None = [] if leave_out else None
     quaternion, rates = simulated(scene, states, instants, choice, first, lost)
     if lost:
