@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from ..documents.fields import Part, document_errors, parse_json
-from ..ensemble import engine
-from ..ensemble.density import NAMED
+from ..ensemble import engine, storage
+from ..ensemble.block_motion import is_free
+from ..ensemble.density import BODY_AXES
 from ..ensemble.ensemble import LOST_BODIES, Ensemble
-from ..ensemble.execution import Run
-from ..ensemble.motion import is_free
+from ..ensemble.execution import RunSummary
 from ..ensemble.redraws import note
 from ..ensemble.statistics import Statistics
-from ..ensemble.storage import store
 from ..errors import FormatError, InputError
 from ..runtime.atomic_files import STANDARD_STREAM, write_whole
 from ..runtime.output_paths import check_picture
@@ -64,7 +63,7 @@ def _check(options: Namespace) -> None:
     """Refuses what is wrong before anything is computed."""
     engine.check(options.scheduler, options.workers)
     if options.output is not None:
-        store.target(options.output)
+        storage.target(options.output)
     if options.leave_out_lost_bodies and options.output is not None:
         raise InputError("--leave-out-lost-bodies", True, "no --output beside it: a store has all bodies")
     for name in ("overwrite", "chunk"):
@@ -159,7 +158,7 @@ def _lost_bodies(options: Namespace) -> str:
     return LOST_BODIES[1] if options.leave_out_lost_bodies else LOST_BODIES[0]
 
 
-def _store(ensemble: Ensemble, options: Namespace) -> Run:
+def _store(ensemble: Ensemble, options: Namespace) -> RunSummary:
     where = options.output, options.overwrite, options.scheduler, options.workers
     try:
         with progress_bar(options) as progress:
@@ -186,7 +185,7 @@ def _draw(ensemble: Ensemble, statistics: Statistics, options: Namespace) -> Non
     if is_free(ensemble.scene):
         flips = ensemble.flips(FLIPS_DRAWN, 0, min(ensemble.size, MAX_BODIES_FOR_FLIPS))
     name = ensemble.scene.name if ensemble.scene is not None else ""
-    label = axis if axis in NAMED else f"{axis}-moment"
+    label = axis if axis in BODY_AXES else f"{axis}-moment"
     content = picture(statistics, density, flips, check_picture(options.plot), name, label)
     write_whole([content], options.plot)
 

@@ -92,7 +92,7 @@ class Problem:
         InputError : an effect at instants, or the user's own; torques, and no span after the epoch.
         """
         from ..effects.effect import Torque
-        from ..scene.simulation import route
+        from ..scene.simulation import resolve as route
 
         for i, effect in enumerate(scene.effects):
             _check_effect(effect, f"effects[{i}].type")

@@ -1,7 +1,7 @@
-"""Sums over bodies, leaf by leaf, from which statistics follow; nothing of the motion is kept.
+"""Sums over bodies from which statistics follow; nothing of the motion is stored.
 
-A leaf is a fixed range of body indices: its sums are made in their order, and become whole numbers, which
-are added without rounding.  So no bit depends on how bodies are cut into tasks, or on who is ready first.
+A block is a fixed range of body indices: its sums are made in their order, and become whole numbers, which
+are added without rounding.  So no bit depends on how bodies are divided into tasks, or on the order of these.
 """
 
 from __future__ import annotations
@@ -12,43 +12,46 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.layout import LEAF, LIMB_BITS, LIMB_FIRST, PITCH, REGIMES
+from ..kernels.layout import BODIES_PER_BLOCK, LIMB_BITS, LIMB_FIRST, REGIMES, ROW_STRIDE
 from ..motion import TorqueFreeMotion
 from ..rigid_body.phase_limit import refuse_too_far
 from ..runtime import compiled
 from ..scene.document import Scene
 from ..times.instants import Instants
-from .motion import Block, free_motion, is_free, motion_of, naming, regimes
-from .sources.states import Source, States
+from .block_motion import body_named, free_motion, is_free, motion_of, regimes
+from .sources.states import States, StateSource
 
-AT_ONCE = 2**14  # samples of closed forms, 512 KiB, that stay in a processor's cache until they are added
-BLOCK = 16 * LEAF  # bodies, 4096, whose constants take 3 MiB
-HELD = 2**20  # samples of simulated bodies, 56 MiB
+CACHED_SAMPLES = 2**14  # of closed forms, 512 KiB, that stay in a processor's cache until they are added
+BATCH_BODIES = 16 * BODIES_PER_BLOCK  # 4096, whose constants take 3 MiB
+MAX_SIMULATED_SAMPLES = 2**20  # 56 MiB
 
-Cut = tuple[int, int]
+Range = tuple[int, int]
+# By block of bodies: the number of a range of instants, and quaternions (4, n, k) at them.
+BlockSamples = Callable[[Range], Iterator[tuple[int, np.ndarray]]]
 
 
-def cuts(length: int, size: int) -> list[Cut]:
-    """(first, last) of parts of so many, the last one of what is left."""
+def ranges(length: int, size: int) -> list[Range]:
+    """(first, last) of ranges of that size, the last one of what remains."""
     return [(first, min(first + size, length)) for first in range(0, length, size)]
 
 
-class Sums:
-    """Whole-number sums over bodies.
+class MomentSums:
+    """Whole-number sums over bodies of the products of quaternion components.
 
-    limbs : one (3, 10, k) for each PITCH instants, int64
+    limbs : one (3, 10, k) for each ROW_STRIDE instants, int64
     regimes : (4,), bodies in each of `REGIMES`
-    lost : places of bodies that are not in the sums
+    lost : indices of bodies that are not in the sums
     """
 
     def __init__(self, instants: int):
-        self.limbs = [np.zeros((3, 10, b - a), np.int64) for a, b in cuts(instants, PITCH)]
+        self.limbs = [np.zeros((3, 10, b - a), np.int64) for a, b in ranges(instants, ROW_STRIDE)]
         self.regimes = np.zeros(len(REGIMES), np.int64)
         self.lost: list[int] = []
 
-    def add(self, other: Sums) -> None:
-        for ours, theirs in zip(self.limbs, other.limbs, strict=True):
-            ours += theirs
+    def add(self, other: MomentSums) -> None:
+        """Add the sums over other bodies at the same instants, exactly."""
+        for own, others in zip(self.limbs, other.limbs, strict=True):
+            np.add(own, others, out=own)
         self.regimes += other.regimes
         self.lost += other.lost
 
@@ -64,89 +67,80 @@ class Sums:
 
 
 @dataclass(frozen=True)
-class Gathering:
-    """The work of a task: called with (first, last), leaves of bodies, it gives their `Sums`.
+class MomentAccumulation:
+    """The work of a task: called with (first, last), whole blocks of bodies, it gives their `MomentSums`.
 
-    source : of states; scene : whose effects act, or None; choice : of a solver
-    seconds, rest : (m,), s, two-part instants
-    reference : (m, 4), wxyz: attitudes near which most are, so that what is small is summed as such
-    leave_out : bodies that cannot be followed, instead of stopping at them
+    source : of states; scene : whose effects act, or None; choice : of the solver
+    instants : (m,)
+    reference : (m, 4), wxyz: attitudes near which most are, so that small differences keep their digits
+    leave_out : bodies that cannot be integrated, instead of raising an error
     """
 
-    source: Source
+    source: StateSource
     scene: Scene | None
     choice: Any
-    seconds: np.ndarray
-    rest: np.ndarray | None
+    instants: Instants
     reference: np.ndarray
     leave_out: bool = False
 
-    def __call__(self, part: Cut) -> Sums:
-        total, (begin, end) = Sums(len(self.seconds)), part
-        for first in range(begin, end, BLOCK):
-            self._add(total, first, min(first + BLOCK, end))
+    def __call__(self, bodies: Range) -> MomentSums:
+        """Return the sums over bodies from first to last."""
+        total, (begin, end) = MomentSums(len(self.instants.seconds)), bodies
+        for first in range(begin, end, BATCH_BODIES):
+            self._add(total, first, min(first + BATCH_BODIES, end))
         return total
 
-    def _add(self, total: Sums, first: int, last: int) -> None:
+    @property
+    def _instant_ranges(self) -> list[Range]:
+        return ranges(len(self.instants.seconds), ROW_STRIDE)
+
+    def _add(self, total: MomentSums, first: int, last: int) -> None:
         states = self.source.part(first, last)
         motion = free_motion(states, first)
-        found = regimes(motion)
-        total.regimes += np.bincount(found, minlength=len(REGIMES))
+        total.regimes += np.bincount(regimes(motion), minlength=len(REGIMES))
         if is_free(self.scene):
-            pieces = self._free(motion, first)
+            samples = self._free(motion, first)
         else:
-            pieces = self._simulated(states, first, total.lost)
-        references = [self._rows(cut) for cut in self._cuts()]
-        sums = [np.zeros(10 * PITCH) for _ in references]
-        for leaf in cuts(last - first, LEAF):
-            for which, quaternions in pieces(leaf):
-                compiled.gather(quaternions, references[which], sums[which])
-            for one, limbs in zip(sums, total.limbs, strict=True):
-                compiled.settle(one, limbs)
+            samples = self._simulated(states, first, total.lost)
+        references = [np.zeros((4, ROW_STRIDE)) for _ in self._instant_ranges]
+        for rows, (a, b) in zip(references, self._instant_ranges, strict=True):
+            rows[:, : b - a] = self.reference[a:b].T
+        sums = [np.zeros(10 * ROW_STRIDE) for _ in references]
+        for block in ranges(last - first, BODIES_PER_BLOCK):
+            for number, quaternions in samples(block):
+                compiled.accumulate(quaternions, references[number].reshape(-1), sums[number])
+            for block_sums, limbs in zip(sums, total.limbs, strict=True):
+                compiled.add_exactly(block_sums, limbs)
 
-    def _cuts(self) -> list[Cut]:
-        return cuts(len(self.seconds), PITCH)
+    def _free(self, motion: TorqueFreeMotion, index: int) -> BlockSamples:
+        batch, seconds, rest = motion._batch, self.instants.seconds, self.instants.rest
+        with body_named(index):
+            ((_, records),) = batch.blocks(0, batch.size)  # few enough to be cached
+        refuse_too_far(batch.max_phase_rate(records), float(np.abs(seconds).max()))
+        parts = [(seconds[a:b], None if rest is None else rest[a:b]) for a, b in self._instant_ranges]
 
-    def _rows(self, cut: Cut) -> np.ndarray:
-        rows = np.zeros((4, PITCH))
-        rows[:, : cut[1] - cut[0]] = self.reference[slice(*cut)].T
-        return rows.reshape(-1)
+        def samples(block: Range) -> Iterator[tuple[int, np.ndarray]]:
+            for number, (high, low) in enumerate(parts):
+                size = max(CACHED_SAMPLES // len(high), 1)
+                for first in range(*block, size):
+                    bodies = records[first : min(first + size, block[1])]
+                    out = np.empty((4, len(bodies), len(high)))
+                    compiled.sample(bodies, high, low, out, None, None, 0, 0, len(high))
+                    yield number, out
 
-    def _free(
-        self, motion: TorqueFreeMotion, index: int
-    ) -> Callable[[Cut], Iterator[tuple[int, np.ndarray]]]:
-        """By leaf: (which cut of the instants, quaternions (4, n, k)), bodies in order for each cut."""
-        batch, farthest = motion._batch, float(np.abs(self.seconds).max())
-        with naming(index):
-            ((_, records),) = batch.blocks(0, batch.size)  # a task's are kept
-        refuse_too_far(batch.max_phase_rate(records), farthest)
-        parts = [(self.seconds[a:b], None if self.rest is None else self.rest[a:b]) for a, b in self._cuts()]
+        return samples
 
-        def pieces(leaf: Cut) -> Iterator[tuple[int, np.ndarray]]:
-            for which, (seconds, rest) in enumerate(parts):
-                size = max(AT_ONCE // len(seconds), 1)
-                for first in range(*leaf, size):
-                    bodies = records[first : min(first + size, leaf[1])]
-                    out = np.empty((4, len(bodies), len(seconds)))
-                    compiled.sample(bodies, seconds, rest, out, None, None, 0, 0, len(seconds))
-                    yield which, out
+    def _simulated(self, states: States, index: int, lost: list[int]) -> BlockSamples:
+        size = max(MAX_SIMULATED_SAMPLES // len(self.instants.seconds), 1)
 
-        return pieces
-
-    def _simulated(
-        self, states: States, index: int, lost: list[int]
-    ) -> Callable[[Cut], Iterator[tuple[int, np.ndarray]]]:
-        instants = Instants(self.seconds, self.rest, None)
-        size = max(HELD // len(self.seconds), 1)
-
-        def pieces(leaf: Cut) -> Iterator[tuple[int, np.ndarray]]:
-            for first in range(*leaf, size):
-                part = slice(first, min(first + size, leaf[1]))
-                block: Block = motion_of(
-                    self.scene, states[part], instants, index + first, False, self.choice, self.leave_out
+        def samples(block: Range) -> Iterator[tuple[int, np.ndarray]]:
+            for first in range(*block, size):
+                part = states[first : min(first + size, block[1])]
+                motion = motion_of(
+                    self.scene, part, self.instants, index + first, False, self.choice, self.leave_out
                 )
-                lost.extend(block.lost)
-                for which, (a, b) in enumerate(self._cuts()):
-                    yield which, np.ascontiguousarray(np.moveaxis(block.quaternion[:, a:b], -1, 0))
+                lost.extend(motion.lost)
+                for number, (a, b) in enumerate(self._instant_ranges):
+                    yield number, np.ascontiguousarray(np.moveaxis(motion.quaternion[:, a:b], -1, 0))
 
-        return pieces
+        return samples

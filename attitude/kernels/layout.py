@@ -120,18 +120,18 @@ TIME_IS_UP, AT_REST, NO_ROOM, OUT_OF_RANGE, TOO_LONG = range(5)
 # Points of a rim that stand for all of it where it lies flat.
 RIM_POINTS = 8
 
-# Random words of a body, a multiple of the four of one counter; and how often moments that no body can have
-# are drawn again, each time from words of another range.
-WORDS_A_BODY = 12
-MOST_ATTEMPTS = 1000
+# Random words of a body, a multiple of the four of one counter; and how often its moments are drawn, each
+# time from words of another range, until they are physical.
+WORDS_PER_BODY = 12
+MAX_DRAWS = 1000
 
-# Sums of products of unit quaternions over the bodies of a leaf, kept as whole numbers: three limbs, the
-# first in units of 2^-30, the last of 2^-114.  A leaf has no more than 2^42 of any, so that 64 bits hold the
-# sum of two million leaves, and of the first limb that of 2^33 bodies.
-LEAF = 256
+# Sums of products of unit quaternions over a block of bodies, as whole numbers: three limbs, the first in
+# units of 2^-30, the last of 2^-114.  A block has no more than 2^42 of any, so that 64 bits hold the sum of
+# two million blocks, and of the first limb that of 2^33 bodies.
+BODIES_PER_BLOCK = 256
 LIMB_FIRST, LIMB_BITS = 30, 42
-# From row to row of these sums: instants at once, and an odd number of cache lines: no two rows share a set.
-PITCH = 1032
+# From row to row of these sums: instants at a time, in an odd number of cache lines: no two rows share a set.
+ROW_STRIDE = 1032
 
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42

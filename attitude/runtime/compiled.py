@@ -113,9 +113,9 @@ split = Kernel("solvers.splitting.split", f"s1.d1.d2.d2.d3.d2.d1.{WORLD}")
 dormand_prince = Kernel("solvers.dormand_prince.dormand_prince", f"s1.d1.d2.d2.d3.d1.d1.{WORLD}")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3.d2")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
-draw = Kernel("statistics.dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
-gather = Kernel("statistics.moment_sums.gather", "d3.d1.d1")
-settle = Kernel("statistics.moment_sums.settle", "d1.i3")
+draw = Kernel("statistics.dispersion.draw", "i1.i.d1.d1.d2.d2.d2.i1")
+accumulate = Kernel("statistics.moment_sums.accumulate", "d3.d1.d1")
+add_exactly = Kernel("statistics.moment_sums.add_exactly", "d1.i3")
 
 # What is compiled together, each group in a process of its own, when any of it is missing and called.
 ALWAYS = [
@@ -128,7 +128,7 @@ ALWAYS = [
 TORQUES = [[collocate], [split, dormand_prince]]
 CONTACT = [[bounce]]
 INTERPOLATION = [[interpolate]]
-ENSEMBLES = [[draw], [gather, settle]]
+ENSEMBLES = [[draw], [accumulate, add_exactly]]
 WINGS = [
     [[signature for kernel in group for signature in kernel.signatures] for group in wing]
     for wing in (ALWAYS, TORQUES, CONTACT, INTERPOLATION, ENSEMBLES)

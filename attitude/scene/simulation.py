@@ -139,9 +139,6 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
     )
 
 
-route = resolve  # until callers elsewhere follow
-
-
 def _kicks(effects: Sequence[Effect], initial_state: InitialState) -> tuple[AppliedImpulse, ...]:
     return tuple(
         kick for effect in effects if isinstance(effect, Impulse) for kick in effect.applied(initial_state)

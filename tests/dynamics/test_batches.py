@@ -16,7 +16,7 @@ from attitude.dynamics.solvers import SOLVERS
 from attitude.kernels import layout
 from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes
-from attitude.scene.simulation import route
+from attitude.scene.simulation import resolve as route
 from attitude.times.instants import as_instants
 from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate

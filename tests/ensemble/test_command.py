@@ -12,8 +12,7 @@ from tqdm import tqdm
 
 from attitude import Scene, TorqueFreeMotion
 from attitude.cli import main
-from attitude.ensemble import Ensemble
-from attitude.ensemble.storage import store
+from attitude.ensemble import Ensemble, storage
 
 TOUTATIS = Scene.builtin("toutatis")
 SPREADS = {"moments": "2 %", "angular_velocity": "0.1 deg/d", "attitude": "1 deg"}
@@ -214,7 +213,7 @@ def test_attitudes_are_stored(answer, expected, tmp_path, ending):
     states = expected.states()
     motion = TorqueFreeMotion(states.body, states.attitude, states.angular_velocity, order="wxyz")
     ephemeris = motion.ephemeris(expected.instants())
-    found = store.read(to)
+    found = storage.read(to)
     quaternion, rate = found.part(0, 300)
     np.testing.assert_array_equal(quaternion, ephemeris.quaternion("wxyz"))
     np.testing.assert_array_equal(rate, ephemeris.angular_velocity)
@@ -247,7 +246,7 @@ def test_existing_store_needs_overwrite(answer, tmp_path):
     assert (code, out, err) == (
         2,
         "",
-        f"attitude: {to}: there already, and complete; it can be overwritten, if asked for\n",
+        f"attitude: {to}: store exists and is complete; pass overwrite=True to replace it\n",
     )
     assert answer("toutatis", *FLAGS, "-o", to, "-q", "--overwrite") == (0, "", "")
 
@@ -256,7 +255,7 @@ def test_stored_and_statistics_at_once(answer, tmp_path):
     code, out, _ = answer("toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--statistics", "-")
     assert code == 0
     assert json.loads(out)["count"] == 300
-    assert store.read(tmp_path / "out.zarr").bodies == 300
+    assert storage.read(tmp_path / "out.zarr").bodies == 300
 
 
 # -- progress ---------------------------------------------------------------------------------------

@@ -12,7 +12,8 @@ import pytest
 from attitude import InputError, RegimeError, RigidBody, Scene, ToleranceError
 from attitude.dynamics import error_estimate, integration
 from attitude.effects import UserTorque
-from attitude.ensemble.simulation import Choice, choose, is_needed, simulated
+from attitude.ensemble.block_motion import is_free
+from attitude.ensemble.effects_simulation import SolverChoice, choose, simulated
 from attitude.frames.rotations import angle_between
 from attitude.stopping import Stop, Stopped, stoppable
 from attitude.times.instants import as_instants
@@ -146,8 +147,8 @@ def test_bodies_over_ground_bounce_as_each_does():
 
 def test_effect_that_moves_the_centre_of_mass_alone_leaves_free_rotation():
     made = scene(effect("uniform_gravity"))
-    assert not is_needed(made)
-    assert is_needed(scene(FIRING))
+    assert is_free(made)
+    assert not is_free(scene(FIRING))
     agree(made)
 
 
@@ -359,7 +360,7 @@ def test_document_is_not_changed():
 def test_what_nobody_waits_for_is_stopped():
     made = scene(effect("gravity_gradient"))
     at, states = as_instants(np.linspace(0.0, 1e7, 3), None), dispersed(made, 3)
-    choice = Choice("gauss, order 16", 0.5, 0.0, 1e7)  # minutes of work
+    choice = SolverChoice("gauss, order 16", 0.5, 0.0, 1e7)  # minutes of work
     stop = Stop()
     timer = Timer(0.3, stop.set)
     timer.start()

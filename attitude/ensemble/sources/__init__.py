@@ -1,1 +1,1 @@
-"""Where the bodies of an ensemble come from: dispersions about a scene, or rows of a table."""
+"""Sources of the bodies of an ensemble: dispersions about a scene's body, or rows of a table."""

@@ -1,6 +1,6 @@
-"""Tables in pieces: what is in memory is one, a Parquet row group or a partition of a Dask DataFrame another.
+"""Tables read by row groups: a table in memory is one, so is a row group of Parquet, or a Dask partition.
 
-Columns come as doubles, NaN where a value is missing.
+Columns are read as doubles, NaN where a value is missing.
 """
 
 from __future__ import annotations
@@ -16,69 +16,70 @@ from astropy.table import Table
 
 from ...errors import FormatError, InputError
 
-KEPT = 4  # pieces in memory: tasks side by side read neighbours
-KINDS = "a QTable, a pandas or dask DataFrame, or the path of a Parquet file or a directory of them"
+MAX_CACHED_GROUPS = 4  # parallel tasks read neighbours
+TABLES = "a QTable, a pandas or dask DataFrame, or the path of a Parquet file or a directory of them"
 
 Arrays = dict[str, np.ndarray]
 
 
 class RowGroups:
-    """A table whose rows are in pieces.
+    """A table whose rows are read by groups.
 
     Attributes
     ----------
-    names : of its columns
+    names : of the columns
     units : by column, of those that have one
     """
 
     def __init__(self, names: list[str], units: dict[str, str], lengths: list[int]):
         self.names, self.units = names, units
         self._ends = np.cumsum(lengths, dtype=np.int64) if lengths else np.zeros(0, np.int64)
-        self._kept: OrderedDict[int, Arrays] = OrderedDict()
+        self._cached: OrderedDict[int, Arrays] = OrderedDict()
         self._lock = Lock()
 
     @property
     def size(self) -> int:
+        """Number of rows."""
         return int(self._ends[-1]) if len(self._ends) else 0
 
     def read(self, names: list[str], first: int, last: int) -> Arrays:
         """Columns of the rows from first to last, the last one excluded."""
-        found = []
+        parts = []
         for i in range(int(np.searchsorted(self._ends, first, side="right")), len(self._ends)):
             begin = int(self._ends[i - 1]) if i else 0
             if begin >= last:
                 break
-            piece = self._held(i, names)
-            found.append({name: piece[name][max(first - begin, 0) : last - begin] for name in names})
-        if len(found) == 1:
-            return found[0]
-        return {name: np.concatenate([part[name] for part in found]) for name in names} if found else {}
+            group = self._group(i, names)
+            parts.append({name: group[name][max(first - begin, 0) : last - begin] for name in names})
+        if len(parts) == 1:
+            return parts[0]
+        return {name: np.concatenate([part[name] for part in parts]) for name in names} if parts else {}
 
-    def _held(self, i: int, names: list[str]) -> Arrays:
+    def _group(self, i: int, names: list[str]) -> Arrays:
         with self._lock:
-            piece = self._kept.pop(i, None)
-            if piece is None or not set(names) <= set(piece):
-                piece = self._load(i, names)
-            self._kept[i] = piece
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
-            return piece
+            group = self._cached.pop(i, None)
+            if group is None or not set(names) <= set(group):
+                group = self._load(i, names)
+            self._cached[i] = group
+            while len(self._cached) > MAX_CACHED_GROUPS:
+                self._cached.popitem(last=False)
+            return group
 
     def _load(self, i: int, names: list[str]) -> Arrays:
         raise NotImplementedError
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_kept": OrderedDict(), "_lock": None}
+        return {**self.__dict__, "_cached": OrderedDict(), "_lock": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._lock = Lock()
 
 
-def pieces_of(table: Any, units: dict[str, str]) -> RowGroups:
-    """Of what users give; `units` are those of columns that do not say theirs.
+def row_groups(table: Any, units: dict[str, str]) -> RowGroups:
+    """Return the table's row groups; `units` are those of columns that have none of their own.
 
-    Raises InputError for what is no table, FormatError for a file that cannot be read.
+    Raises InputError for an object that is no table, FormatError for a file that cannot be read.
     """
     if isinstance(table, Table):
         own = {name: str(column.unit) for name, column in table.items() if column.unit is not None}
@@ -90,20 +91,22 @@ def pieces_of(table: Any, units: dict[str, str]) -> RowGroups:
         return InMemory(table, list(map(str, table.columns)), units, len(table))
     if package.startswith("dask") and hasattr(table, "partitions"):
         return Partitions(table, units)
-    raise InputError("table", table, KINDS)
+    raise InputError("table", table, TABLES)
 
 
 class InMemory(RowGroups):
+    """An astropy table or a pandas DataFrame."""
+
     def __init__(self, table: Any, names: list[str], units: dict[str, str], rows: int):
         super().__init__(names, units, [rows])
         self._table = table
 
-    def _load(self, i: int, names: list[str]) -> Arrays:
+    def _load(self, i: int, names: list[str]) -> Arrays:  # noqa: ARG002 -- the only group
         return {name: column(self._table[name], name) for name in names}
 
 
 class Partitions(RowGroups):
-    """Of a Dask DataFrame; each is computed where it is wanted, in the thread that wants it."""
+    """A Dask DataFrame, whose partitions are computed in the thread that reads them."""
 
     def __init__(self, frame: Any, units: dict[str, str]):
         lengths = frame.map_partitions(len, meta=("rows", "i8")).compute().tolist()
@@ -116,9 +119,9 @@ class Partitions(RowGroups):
 
 
 class ParquetFiles(RowGroups):
-    """A file, or all of a directory in the order of their names; a piece is a row group.
+    """A Parquet file, or all files of a directory in the order of their names.
 
-    A column's unit is what its field's metadata say as "unit", or astropy's table.
+    A column's unit is that of its field's metadata ("unit"), or of the table that astropy has written.
     """
 
     def __init__(self, path: Path, units: dict[str, str]):
@@ -126,9 +129,8 @@ class ParquetFiles(RowGroups):
         if not self._files:
             raise FormatError("no *.parquet in this directory", str(path))
         opened = [self._open(file) for file in self._files]
-        groups = [(i, j) for i, file in enumerate(opened) for j in range(file.metadata.num_row_groups)]
-        self._groups = groups
-        lengths = [opened[i].metadata.row_group(j).num_rows for i, j in groups]
+        self._groups = [(i, j) for i, file in enumerate(opened) for j in range(file.metadata.num_row_groups)]
+        lengths = [opened[i].metadata.row_group(j).num_rows for i, j in self._groups]
         schema = opened[0].schema_arrow
         super().__init__(list(schema.names), units | _units_of(schema), lengths)
 
@@ -138,8 +140,7 @@ class ParquetFiles(RowGroups):
         try:
             return parquet.ParquetFile(file)
         except OSError as error:
-            why = error.strerror or str(error)
-            raise FormatError(f"cannot be read ({why})", str(file)) from None
+            raise FormatError(f"cannot be read ({error.strerror or error})", str(file)) from None
         except Exception as error:  # pyarrow's own kinds
             raise FormatError(f"not Parquet: {' '.join(str(error).split())}", str(file)) from None
 
@@ -159,19 +160,21 @@ class ParquetFiles(RowGroups):
 
 
 def _units_of(schema: Any) -> dict[str, str]:
-    found = {}
+    units = {}
     text = (schema.metadata or {}).get(b"table_meta_yaml")
     if text is not None:
         from astropy.table import meta
 
         header = meta.get_header_from_yaml(text.decode().split("\n"))
-        found = {
-            each["name"]: str(each["unit"]) for each in header["datatype"] if each.get("unit") is not None
+        units = {
+            column["name"]: str(column["unit"])
+            for column in header["datatype"]
+            if column.get("unit") is not None
         }
     for field in schema:
         if field.metadata and b"unit" in field.metadata:
-            found[field.name] = field.metadata[b"unit"].decode()
-    return found
+            units[field.name] = field.metadata[b"unit"].decode()
+    return units
 
 
 def _of_arrow(array: Any, name: str) -> np.ndarray:
@@ -189,7 +192,7 @@ def _of_arrow(array: Any, name: str) -> np.ndarray:
 
 
 def column(values: Any, name: str) -> np.ndarray:
-    """A column as doubles, (n, ...), NaN where masked or missing.  Raises InputError for what is none."""
+    """Return a column as doubles (n, ...), NaN where masked.  Raises InputError if it has no numbers."""
     if isinstance(values, u.Quantity):
         mask = getattr(values, "mask", None)
         values = np.ma.array(
@@ -202,7 +205,10 @@ def column(values: Any, name: str) -> np.ndarray:
             return np.ma.filled(np.ma.asarray(values).astype(np.float64), np.nan)
         array = np.asarray(values)
         if array.dtype.kind == "O":
-            return _of_objects(array)
+            cells = [None if cell is None else np.asarray(_numbers(cell), dtype=np.float64) for cell in array]
+            shape = next((cell.shape for cell in cells if cell is not None), ())
+            rows = [np.full(shape, np.nan) if cell is None else cell for cell in cells]
+            return np.stack(rows) if rows else np.zeros((0, *shape))
         if array.dtype.kind not in "iuf":
             raise TypeError
         return array.astype(np.float64)
@@ -210,16 +216,8 @@ def column(values: Any, name: str) -> np.ndarray:
         raise InputError(f"table.{name}", f"{getattr(values, 'dtype', type(values))}", "numbers") from None
 
 
-def _of_objects(cells: np.ndarray) -> np.ndarray:
-    """Of cells that are numbers, sequences of them, or None where a value is missing."""
-    whole = next((np.shape(cell) for cell in cells if cell is not None), ())
-    nothing = np.full(whole, np.nan)
-    rows = [nothing if cell is None else np.asarray(_numbers(cell), dtype=np.float64) for cell in cells]
-    return np.stack(rows) if rows else np.zeros((0, *whole))
-
-
 def _numbers(cell: Any) -> Any:
-    """A cell whose own missing numbers are NaN; text is none."""
+    """Return a cell, with NaN where it misses numbers.  Raises TypeError for text."""
     if isinstance(cell, (str, bytes, bool)):
         raise TypeError
     if isinstance(cell, (list, tuple, np.ndarray)):

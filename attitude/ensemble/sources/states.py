@@ -1,4 +1,4 @@
-"""States of bodies at the epoch: what sources give, and what moves them takes."""
+"""States of bodies at the epoch, and the protocol of their sources."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ...errors import InputError
 from ...frames import rotations
 from ...rigid_body.body import RigidBody
 
-MOST_BODIES = 2**33  # for more the sums of statistics would leave 64 bits (kernels.layout.LEAF)
+MAX_BODIES = 2**33  # the sums of statistics hold no more in 64 bits (kernels.layout.BODIES_PER_BLOCK)
 
 
 @dataclass(frozen=True)
 class States:
-    """Bodies and how they are at the epoch.
+    """Bodies, and their attitudes and rates at the epoch.
 
     Attributes
     ----------
@@ -49,18 +49,19 @@ class States:
         return table
 
 
-class Source(Protocol):
-    """Where states come from; small, and sent to who computes them."""
+class StateSource(Protocol):
+    """A source of states; picklable, and small, for it is sent to the workers."""
 
     @property
-    def size(self) -> int: ...
+    def size(self) -> int:
+        """Number of bodies."""
 
     def part(self, first: int, last: int) -> States:
-        """Of the bodies from first to last, the last one excluded: the same bits whatever the part."""
+        """States of the bodies from first to last, the last one excluded: the same bits in any part."""
 
 
-def check_part(first: int, last: int, size: int) -> tuple[int, int]:
-    """Raises InputError unless 0 <= first < last <= size."""
+def check_range(first: int, last: int, size: int) -> tuple[int, int]:
+    """Return (first, last).  Raises InputError unless 0 <= first < last <= size."""
     if not 0 <= first < last <= size:
         raise InputError("bodies", f"{first} to {last}", f"first and last of {size} bodies, first below last")
     return first, last

@@ -1,4 +1,4 @@
-"""Bodies by rows of a table: which columns, in which units, and which rows cannot be taken."""
+"""Bodies of the rows of a table: its columns and their units, and the rows that are bad."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ...frames.rotations import UNIT, off_unit
 from ...rigid_body.body import RigidBody, asymmetry, principal_moments, unphysical
 from ...rigid_body.constants_of_motion import RATES, beyond_rates
 from ...units import MOMENT, RATE
-from .row_groups import pieces_of
-from .states import MOST_BODIES, States
+from .row_groups import row_groups
+from .states import MAX_BODIES, States
 
-LISTED = 1000  # bad rows that are listed; all are counted
-NAMED = 5  # in an error
-CHECKED = 2**16  # rows at a time
+MAX_LISTED = 1000  # bad rows; all are counted
+MAX_NAMED = 5  # in an error
+CHECKED_ROWS = 2**16  # at a time
 
 XYZ = ("x", "y", "z")
-# Numbers of each field; it is one column of vectors, or scalars under one of these sets of names.
+# Numbers of each field, which is one column of vectors, or scalars under one of these sets of names.
 WIDTHS = {"moments": 3, "tensor": 9, "quaternion": 4, "angular_velocity": 3}
 SCALARS: dict[str, list[tuple[str, ...]]] = {
     "moments": [("moments_1", "moments_2", "moments_3")],
@@ -33,11 +33,11 @@ SCALARS: dict[str, list[tuple[str, ...]]] = {
     ],
 }
 UNITS = {"moments": MOMENT, "tensor": MOMENT, "quaternion": None, "angular_velocity": RATE}
-WHOLE = [0, 1, 2, 1, 3, 4, 2, 4, 5]  # a tensor of its six scalars
+TENSOR_INDICES = [0, 1, 2, 1, 3, 4, 2, 4, 5]  # of the nine components, in the six scalars
 
 
 class BadRow(NamedTuple):
-    """One field of one row: what was found there (in SI), and what would be right."""
+    """A bad field of a row: its value (in SI), and what would be right."""
 
     row: int
     field: str
@@ -49,7 +49,7 @@ class BadRow(NamedTuple):
 
 
 class LeftOut:
-    """Rows that are no bodies.
+    """Bad rows of a table, which are no bodies.
 
     Attributes
     ----------
@@ -63,6 +63,7 @@ class LeftOut:
 
     @property
     def count(self) -> int:
+        """Number of rows."""
         return len(self.rows)
 
     def __len__(self) -> int:
@@ -70,23 +71,23 @@ class LeftOut:
 
     def __str__(self) -> str:
         lines = [f"{self.count} bad rows", *map(str, self.listed)]
-        known = len({bad.row for bad in self.listed})
-        return "\n".join(lines + ([f"and {self.count - known} rows more"] if self.count > known else []))
+        others = self.count - len({bad.row for bad in self.listed})
+        return "\n".join(lines + ([f"and {others} rows more"] if others else []))
 
 
 class BadRowsError(InputError):
-    """Rows of a table that cannot be taken; `left_out` lists them."""
+    """Bad rows of a table; `left_out` lists them."""
 
-    def __init__(self, left_out: LeftOut, of: int):
+    def __init__(self, left_out: LeftOut, size: int):
         first, *others = left_out.listed
-        said = "; ".join(map(str, others[: NAMED - 1]))
-        more = f" ({left_out.count} bad rows of {of}{': also ' + said if said else ''})"
+        named = "; ".join(map(str, others[: MAX_NAMED - 1]))
+        more = f" ({left_out.count} bad rows of {size}{': also ' + named if named else ''})"
         super().__init__(f"table[{first.row}].{first.field}", first.value, first.expected + more)
         self.left_out = left_out
 
 
 class Columns(NamedTuple):
-    """(n, 3) moments or (n, 3, 3) tensor, (n, 4), (n, 3), in SI; NaN where a value is missing."""
+    """Moments (n, 3) or tensor (n, 3, 3), quaternion (n, 4), rate (n, 3), in SI; NaN for missing values."""
 
     moments: np.ndarray | None
     tensor: np.ndarray | None
@@ -94,43 +95,42 @@ class Columns(NamedTuple):
     angular_velocity: np.ndarray
 
     def of(self, rows: np.ndarray) -> Columns:
-        """These rows of all columns."""
-        moments, tensor, quaternion, rate = self
-        kept = None if moments is None else moments[rows], None if tensor is None else tensor[rows]
-        return Columns(*kept, quaternion[rows], rate[rows])
+        """Return these rows of all columns."""
+        return self._replace(**{name: x[rows] for name, x in self._asdict().items() if x is not None})
 
 
 class Tabled:
-    """Bodies of a table's rows; see `Ensemble.from_table`.
+    """Source of the bodies of a table's rows; see `Ensemble.from_table`.
 
     Attributes
     ----------
-    size : rows that can be taken; left_out : the others
+    size : number of good rows; left_out : the others
 
     Raises
     ------
-    InputError : no such columns; BadRowsError where rows cannot be taken, and `bad_rows` is "stop".
+    InputError : columns are missing; BadRowsError where rows are bad, and `bad_rows` is "stop".
     """
 
     def __init__(self, table: Any, bad_rows: str = "stop", units: dict[str, str] | None = None):
         if bad_rows not in ("stop", "leave out"):
             raise InputError("bad_rows", bad_rows, '"stop" or "leave out"')
-        self._pieces = pieces_of(table, _checked_units(units))
-        self._names = _names(self._pieces.names)
+        self._table = row_groups(table, _checked_units(units))
+        self._names = _names(self._table.names)
         self._factors = {
-            name: self._factor(field, name) for field, found in self._names.items() for name in found
+            name: self._factor(field, name) for field, names in self._names.items() for name in names
         }
-        self.left_out = self._inspected()
+        self.left_out = self._bad_rows()
         if self.left_out.count and bad_rows == "stop":
-            raise BadRowsError(self.left_out, self._pieces.size)
-        self.size = self._pieces.size - self.left_out.count
+            raise BadRowsError(self.left_out, self._table.size)
+        self.size = self._table.size - self.left_out.count
         if self.size < 1:
-            found = f"{self._pieces.size} rows, {self.left_out.count} of them bad"
-            raise InputError("table", found, "at least one good row")
-        if self.size > MOST_BODIES:
-            raise InputError("table", f"{self.size} rows", f"at most {MOST_BODIES}")
+            rows = f"{self._table.size} rows, {self.left_out.count} of them bad"
+            raise InputError("table", rows, "at least one good row")
+        if self.size > MAX_BODIES:
+            raise InputError("table", f"{self.size} rows", f"at most {MAX_BODIES}")
 
     def part(self, first: int, last: int) -> States:
+        """States of the bodies from first to last."""
         rows = self.rows(first, last)
         begin, end = int(rows[0]), int(rows[-1]) + 1
         columns = self._read(begin, end)
@@ -143,46 +143,48 @@ class Tabled:
         return States(body, columns.quaternion, columns.angular_velocity)
 
     def rows(self, first: int, last: int) -> np.ndarray:
-        """The table's rows that these bodies are."""
+        """Return the indices of the rows of these bodies."""
         bodies, bad = np.arange(first, last), self.left_out.rows
         return bodies + np.searchsorted(bad - np.arange(len(bad)), bodies, side="right")
 
     def identity(self) -> dict[str, Any]:
-        """Plain data that tells this source from others; its states are looked at besides."""
+        """Plain data that identifies this source, together with a digest of its states."""
         return {"kind": "table", "bodies": self.size, "left_out": self.left_out.count}
 
     def _read(self, first: int, last: int) -> Columns:
-        given = self._pieces.read(list(self._factors), first, last)
-        found: dict[str, np.ndarray | None] = {"moments": None, "tensor": None}
+        cells = self._table.read(list(self._factors), first, last)
+        fields: dict[str, np.ndarray | None] = {"moments": None, "tensor": None}
         for field, names in self._names.items():
             with np.errstate(over="ignore", invalid="ignore"):
-                parts = [given[name] * self._factors[name] for name in names]
-            whole = parts[0] if len(parts) == 1 else np.stack(parts, axis=-1)
-            found[field] = _shaped(field, whole)
-        return Columns(**found)  # type: ignore[arg-type]
+                parts = [cells[name] * self._factors[name] for name in names]
+            array = parts[0] if len(parts) == 1 else np.stack(parts, axis=-1)
+            fields[field] = _shaped(field, array)
+        return Columns(**fields)  # type: ignore[arg-type]
 
     def _factor(self, field: str, name: str) -> float:
-        """SI units in one of the column's."""
-        unit, like = self._pieces.units.get(name), UNITS[field]
-        if unit is None or like is None:
+        """Return the column's unit in SI."""
+        unit, dimension = self._table.units.get(name), UNITS[field]
+        if unit is None or dimension is None:
             if unit not in (None, ""):
                 raise InputError(f"table.{name}", unit, "no unit: the components of a quaternion are numbers")
             return 1.0
-        return si.parse_unit(unit, like, f"table.{name}")
+        return si.parse_unit(unit, dimension, f"table.{name}")
 
-    def _inspected(self) -> LeftOut:
+    def _bad_rows(self) -> LeftOut:
         rows: list[np.ndarray] = []
         listed: list[BadRow] = []
-        for first in range(0, self._pieces.size, CHECKED):
-            columns = self._read(first, min(first + CHECKED, self._pieces.size))
+        for first in range(0, self._table.size, CHECKED_ROWS):
+            columns = self._read(first, min(first + CHECKED_ROWS, self._table.size))
             bad = np.zeros(len(columns.quaternion), np.bool_)
-            found: list[BadRow] = []
+            fields: list[BadRow] = []
             for field, wrong, values, expected in _faults(columns):
                 bad |= wrong
-                for row in np.flatnonzero(wrong)[: LISTED - len(listed)]:
-                    found.append(BadRow(first + int(row), field, values[row].tolist(), expected))
+                fields += [
+                    BadRow(first + int(row), field, values[row].tolist(), expected)
+                    for row in np.flatnonzero(wrong)[: MAX_LISTED - len(listed)]
+                ]
             rows.append(first + np.flatnonzero(bad))
-            listed += sorted(found, key=lambda each: each.row)[: LISTED - len(listed)]
+            listed += sorted(fields, key=lambda field: field.row)[: MAX_LISTED - len(listed)]
         return LeftOut(np.concatenate(rows) if rows else (), tuple(listed))
 
 
@@ -198,28 +200,28 @@ def _checked_units(units: Any) -> dict[str, str]:
 
 
 def _names(names: list[str]) -> dict[str, tuple[str, ...]]:
-    """The columns of each field: one of vectors, or scalars."""
-    found: dict[str, tuple[str, ...]] = {}
+    """Names of the columns of each field: one of vectors, or scalars."""
+    columns: dict[str, tuple[str, ...]] = {}
     for field, scalars in SCALARS.items():
         forms = [form for form in [(field,), *scalars] if set(form) <= set(names)]
         if len(forms) > 1:
             raise InputError(f"table.{field}", " and ".join(", ".join(form) for form in forms), "one of them")
-        found |= {field: forms[0]} if forms else {}
-    if "moments" in found and "tensor" in found:
+        columns |= {field: forms[0]} if forms else {}
+    if "moments" in columns and "tensor" in columns:
         raise InputError("table", "moments and tensor", "one of them")
-    for field in ("tensor" if "tensor" in found else "moments", "quaternion", "angular_velocity"):
-        if field not in found:
+    for field in ("tensor" if "tensor" in columns else "moments", "quaternion", "angular_velocity"):
+        if field not in columns:
             also = " (or a tensor)" if field == "moments" else ""
             expected = f"a column {field}{also}, or scalars {', '.join(SCALARS[field][0])}"
             raise InputError(f"table.{field}", f"columns {', '.join(names)}", expected)
-    return found
+    return columns
 
 
 def _shaped(field: str, array: np.ndarray) -> np.ndarray:
     """(n, 3), (n, 4) or (n, 3, 3)."""
     width = WIDTHS[field]
     if field == "tensor" and array.shape[1:] == (6,):
-        array = array[:, WHOLE]
+        array = array[:, TENSOR_INDICES]
     if (array[:1].size != width and len(array)) or array.ndim < 2:
         raise InputError(f"table.{field}", f"shape {array.shape}", f"{width} numbers in each row")
     return np.ascontiguousarray(array).reshape(len(array), *((3, 3) if field == "tensor" else (width,)))
@@ -229,7 +231,7 @@ def _shaped(field: str, array: np.ndarray) -> np.ndarray:
 
 
 def _faults(columns: Columns) -> Iterator[tuple[str, np.ndarray, np.ndarray, str]]:
-    """(field, which rows (n,), values by row, what would be right): a row's first fault in each field."""
+    """(field, bad rows (n,), values by row, what would be right), for a row's first fault in each field."""
     for field, checks in (
         ("moments", _of_moments(columns.moments)),
         ("tensor", _of_tensor(columns.tensor)),
@@ -246,7 +248,7 @@ Checks = Iterator[tuple[np.ndarray, np.ndarray, str]]
 
 
 def _any(wrong: np.ndarray) -> np.ndarray:
-    """Rows (n,) of which any element is wrong."""
+    """(n,): rows of which any element is wrong."""
     return np.asarray(wrong.reshape(len(wrong), -1).any(axis=1))
 
 

@@ -1,8 +1,10 @@
-"""A directory of Parquet files, one a chunk: a row is a body at an instant.
+"""Stores as Arrow datasets: directories of Parquet files, one a chunk; a row is a body at an instant.
 
-The head is in a file beside them whose name readers of such directories pass over, and in the
-metadata of every file, with the units of the columns.
+The head is in a file that readers of datasets ignore, as its name begins with an underscore, and in the
+metadata of every Parquet file, with the units of the columns.
 """
+
+# ruff: noqa: ARG002, D102 -- arguments and docstrings are those of StoreTarget
 
 from __future__ import annotations
 
@@ -17,28 +19,30 @@ from uuid import uuid4
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
 from ...formats.schema import ELAPSED, QUATERNION, RATE
 from ...formats.schema import REST as ELAPSED_REST
-from .store import COMPLETE, REST, SECONDS, Head, Vectors, checked
+from .chunk_grid import ChunkGrid
+from .store_head import COMPLETE, REST, SECONDS, Head, Vectors, checked
 
 if TYPE_CHECKING:
     from ...times.instants import Instants
-    from .chunks import Chunks, Part
+    from .chunk_grid import Chunk
 
 BODY = "body"
 HEAD = "_attitude.json"
 TIMES = "_times.npz"
-META = b"attitude_ensemble"
 UNITS = {ELAPSED: "s", ELAPSED_REST: "s", **dict.fromkeys(QUATERNION, "1"), **dict.fromkeys(RATE, "rad/s")}
-MAGIC = b"PAR1"  # ends a file that is whole
-PART = re.compile(r"part-\d{6,}\.parquet")
 UNFINISHED = re.compile(r"\._?\w+(-\d+)?\.(json|npz|parquet)\.\w+\.partial")
+OWN = re.compile(rf"{re.escape(HEAD)}|{re.escape(TIMES)}|part-\d{{6,}}\.parquet|{UNFINISHED.pattern}")
 
 
 @dataclass(frozen=True)
 class ParquetTarget:
+    """A directory of Parquet files; see `StoreTarget`."""
+
     path: Path
 
     def head(self) -> Head | None:
@@ -49,27 +53,26 @@ class ParquetTarget:
 
     def put_head(self, head: Head) -> None:
         text = json.dumps(head, indent=1, ensure_ascii=False)
-        _whole(self.path / HEAD, lambda file: file.write(text.encode()))
+        _write_whole(self.path / HEAD, lambda file: file.write(text.encode()))
 
     def prepare(self, head: Head, instants: Instants) -> None:
         times = {SECONDS: instants.seconds, REST: instants.rest}
         arrays: dict[str, Any] = {name: values for name, values in times.items() if values is not None}
-        _whole(self.path / TIMES, lambda file: np.savez(file, **arrays))
+        _write_whole(self.path / TIMES, lambda file: np.savez(file, **arrays))
 
-    def has(self, part: Part, chunks: Chunks, rate: bool) -> bool:
-        try:
-            with open(self._file(part.number), "rb") as file:
-                file.seek(-len(MAGIC), os.SEEK_END)
-                return file.read() == MAGIC
-        except OSError:  # not there, or shorter than that
+    def has(self, chunk: Chunk, grid: ChunkGrid, rate: bool) -> bool:
+        try:  # the footer too: a power failure may leave the name of a file and not its contents
+            rows = pq.read_metadata(self._file(chunk.number)).num_rows
+        except (OSError, pa.ArrowInvalid):
             return False
+        return bool(rows == (chunk.last - chunk.first) * (chunk.stop - chunk.start))
 
-    def put(self, part: Part, head: Head, instants: Instants, block: Vectors) -> int:
-        table = _table(part, head, instants, block)
-        write, path = pq.write_table, self._file(part.number)
-        # numbers that hardly repeat: a dictionary of them, or packing, takes time and gains nothing
-        few = [name for name in (BODY, ELAPSED, ELAPSED_REST) if name in table.column_names]
-        _whole(path, lambda file: write(table, file, compression="none", use_dictionary=few))
+    def put(self, chunk: Chunk, head: Head, instants: Instants, vectors: Vectors) -> int:
+        table, path = _table(chunk, head, instants, vectors), self._file(chunk.number)
+        # attitudes hardly repeat: a dictionary of them, or compression, takes time and saves nothing
+        repeated = [name for name in (BODY, ELAPSED, ELAPSED_REST) if name in table.column_names]
+        options = {"compression": "none", "use_dictionary": repeated}
+        _write_whole(path, lambda file: pq.write_table(table, file, **options))
         return path.stat().st_size
 
     def tidy(self) -> None:
@@ -77,7 +80,7 @@ class ParquetTarget:
             self.remove(name)
 
     def is_own(self, name: str) -> bool:
-        return name in (HEAD, TIMES) or any(form.fullmatch(name) for form in (PART, UNFINISHED))
+        return OWN.fullmatch(name) is not None
 
     def remove(self, name: str) -> None:
         (self.path / name).unlink()
@@ -87,65 +90,57 @@ class ParquetTarget:
             return times[SECONDS], times.get(REST)
 
     def load(self, head: Head, first: int, last: int) -> Vectors:
-        from .chunks import Chunks
+        grid = ChunkGrid(head["bodies"], head["instants"], *head["chunk"])
+        names = [BODY, *QUATERNION, *(RATE if head["rate"] else ())]
+        schema = pa.schema([(name, pa.int64() if name == BODY else pa.float64()) for name in names])
+        files = [str(self._file(number)) for number in grid.of_bodies(first, last)]
+        body = ds.field(BODY)
+        table = ds.dataset(files, schema, format="parquet").to_table(filter=(body >= first) & (body < last))
+        # Files are in the order of bodies, then of instants: a stable sort brings a body's rows together.
+        order = np.argsort(table[BODY].to_numpy(), kind="stable")
 
-        chunks = Chunks(head["bodies"], head["instants"], *head["chunk"])
-        quaternion = np.empty((last - first, head["instants"], len(QUATERNION)))
-        rate = np.empty((last - first, head["instants"], len(RATE))) if head["rate"] else None
-        row = first // chunks.bodies_at_once * chunks.columns
-        while row < len(chunks) and chunks[row].first < last:
-            self._load_part(chunks[row], first, quaternion, rate)
-            row += 1
-        return quaternion, rate
+        def vectors(names: tuple[str, ...]) -> np.ndarray:
+            columns = np.stack([table[name].to_numpy()[order] for name in names], axis=-1)
+            return columns.reshape(last - first, head["instants"], len(names))
 
-    def _load_part(self, part: Part, first: int, quaternion: np.ndarray, rate: np.ndarray | None) -> None:
-        """Those of its bodies that are wanted, into their places in arrays that begin at body `first`."""
-        table = pq.ParquetFile(self._file(part.number)).read()
-        begin, end = max(part.first, first), min(part.last, first + len(quaternion))
-        shape = part.last - part.first, part.stop - part.start
-        for array, names in ((quaternion, QUATERNION), (rate, RATE)):
-            if array is not None:
-                for i, name in enumerate(names):
-                    values = table.column(name).to_numpy().reshape(shape)
-                    array[begin - first : end - first, part.start : part.stop, i] = values[
-                        begin - part.first : end - part.first
-                    ]
+        return vectors(QUATERNION), vectors(RATE) if head["rate"] else None
 
     def _file(self, number: int) -> Path:
         return self.path / f"part-{number:06d}.parquet"
 
 
-def _table(part: Part, head: Head, instants: Instants, block: Vectors) -> Any:
+def _table(chunk: Chunk, head: Head, instants: Instants, vectors: Vectors) -> Any:
     """Rows of a chunk, body by body, with units and the head as metadata."""
-    bodies, seconds = part.last - part.first, part.stop - part.start
-    columns = {BODY: np.repeat(np.arange(part.first, part.last, dtype=np.int64), seconds)}
+    bodies, count = chunk.last - chunk.first, chunk.stop - chunk.start
+    columns = {BODY: np.repeat(np.arange(chunk.first, chunk.last, dtype=np.int64), count)}
     for name, values in ((ELAPSED, instants.seconds), (ELAPSED_REST, instants.rest)):
         if values is not None:
             columns[name] = np.tile(values, bodies)
-    for names, vectors in zip((QUATERNION, RATE), block, strict=True):
-        if vectors is not None:
-            columns.update((name, vectors[..., i].reshape(-1)) for i, name in enumerate(names))
+    for names, array in zip((QUATERNION, RATE), vectors, strict=True):
+        if array is not None:
+            columns |= {name: array[..., i].reshape(-1) for i, name in enumerate(names)}
     fields = [
-        pa.field(name, pa.from_numpy_dtype(values.dtype), nullable=False, metadata=_unit(name))
+        pa.field(
+            name,
+            pa.from_numpy_dtype(values.dtype),
+            nullable=False,
+            metadata={"unit": UNITS[name]} if name in UNITS else None,
+        )
         for name, values in columns.items()
     ]
-    # complete is what a whole run is, not one of its files
-    said = {name: value for name, value in head.items() if name != COMPLETE}
-    schema = pa.schema(fields, metadata={META: json.dumps(said, ensure_ascii=False)})
-    return pa.table([pa.array(values) for values in columns.values()], schema=schema)
+    # a file does not know whether the whole run is complete
+    common = {name: value for name, value in head.items() if name != COMPLETE}
+    metadata = {"attitude_ensemble": json.dumps(common, ensure_ascii=False)}
+    return pa.table(columns, schema=pa.schema(fields, metadata=metadata))
 
 
-def _unit(name: str) -> dict[str, str] | None:
-    return {"unit": UNITS[name]} if name in UNITS else None
-
-
-def _whole(path: Path, write: Callable[[BinaryIO], Any]) -> None:
-    """A file, written under another name and then renamed."""
-    aside = path.with_name(f".{path.name}.{uuid4().hex}.partial")
+def _write_whole(path: Path, write: Callable[[BinaryIO], Any]) -> None:
+    """Write a file under another name, and rename it: it is there whole or not at all."""
+    unfinished = path.with_name(f".{path.name}.{uuid4().hex}.partial")
     try:
-        with open(aside, "xb") as file:
+        with open(unfinished, "xb") as file:
             write(file)
-        os.replace(aside, path)
+        os.replace(unfinished, path)
     except BaseException:
-        aside.unlink(missing_ok=True)
+        unfinished.unlink(missing_ok=True)
         raise

@@ -1,8 +1,10 @@
 """A Zarr group: quaternion (n, m, 4), rate (n, m, 3), seconds (m,), the head as its attributes.
 
-Chunks lie component by component, as they are computed (the codec `transpose`, which every reader
-of Zarr knows), and are not compressed: the digits of attitudes are as good as random.
+Chunks are stored component by component, as they are computed (the codec `transpose`, which every reader
+of Zarr knows), and not compressed, for the digits of attitudes are as good as random.
 """
+
+# ruff: noqa: ARG002, D102 -- arguments and docstrings are those of StoreTarget
 
 from __future__ import annotations
 
@@ -17,30 +19,33 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...runtime.optional_imports import needed
-from .store import QUATERNION, RATE, REST, SECONDS, Head, Vectors, checked
+from .store_head import QUATERNION, RATE, REST, SECONDS, Head, Vectors, checked
 
 if TYPE_CHECKING:
     from ...times.instants import Instants
-    from .chunks import Chunks, Part
+    from .chunk_grid import Chunk, ChunkGrid
 
 WIDTHS = {QUATERNION: 4, RATE: 3}
 UNITS = {QUATERNION: "1", RATE: "rad/s", SECONDS: "s", REST: "s"}
 HEAD = "zarr.json"
-UNFINISHED = ".partial"  # how zarr names what it has not renamed yet
+UNFINISHED = ".partial"  # ending of zarr's temporary files
 
 
 def zarr(module: str = "zarr") -> Any:
+    """Import the package, or a module of it.  Raises FormatError where it is not installed."""
     return needed(module, "Zarr", "ensemble")
 
 
 @dataclass(frozen=True)
 class ZarrTarget:
+    """A Zarr group of version 3; see `StoreTarget`."""
+
     path: Path
 
     def head(self) -> Head | None:
         try:
-            found = json.loads((self.path / HEAD).read_bytes())
-            return checked(found["attributes"]) if found["node_type"] == "group" else None
+            metadata = json.loads((self.path / HEAD).read_bytes())
+            return checked(metadata["attributes"]) if metadata["node_type"] == "group" else None
         except (FileNotFoundError, ValueError, KeyError, TypeError):
             return None
 
@@ -59,22 +64,22 @@ class ZarrTarget:
                 array = group[name] if name in group else _make(group, name, shape, shape)
                 array[:] = values
 
-    def has(self, part: Part, chunks: Chunks, rate: bool) -> bool:
-        row, column = divmod(part.number, chunks.columns)
-        cells = 8 * chunks.bodies_at_once * chunks.instants_at_once
+    def has(self, chunk: Chunk, grid: ChunkGrid, rate: bool) -> bool:
+        row, column = divmod(chunk.number, grid.columns)
+        component_bytes = 8 * grid.chunk_bodies * grid.chunk_instants
         for name in (QUATERNION, RATE)[: 1 + rate]:
-            try:  # by its size too: a power failure may leave the name of a file and not what was in it
+            try:  # the size too: a power failure may leave the name of a file and not its contents
                 size = os.stat(self.path / name / "c" / str(row) / str(column) / "0").st_size
             except FileNotFoundError:
                 return False
-            if size != cells * WIDTHS[name]:
+            if size != component_bytes * WIDTHS[name]:
                 return False
         return True
 
-    def put(self, part: Part, head: Head, instants: Instants, block: Vectors) -> int:
-        bodies, times = slice(part.first, part.last), slice(part.start, part.stop)
+    def put(self, chunk: Chunk, head: Head, instants: Instants, vectors: Vectors) -> int:
+        bodies, times = slice(chunk.first, chunk.last), slice(chunk.start, chunk.stop)
         written = 0
-        for name, values in zip(WIDTHS, block, strict=True):
+        for name, values in zip(WIDTHS, vectors, strict=True):
             if values is not None:
                 path = self.path / name
                 _array(path, os.stat(path / HEAD).st_mtime_ns)[bodies, times] = values
@@ -114,16 +119,16 @@ def _make(group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...]
         shape=shape,
         chunks=chunks,
         dtype="float64",
-        fill_value=np.nan,  # what is not there is no answer
+        fill_value=np.nan,  # a chunk that is missing is no attitude
         filters=[codecs.TransposeCodec(order=(2, 0, 1))] if len(shape) == 3 else None,
         compressors=None,
         dimension_names=axes,
         attributes={"unit": UNITS[name]},
-        config={"write_empty_chunks": True},  # no look through every chunk for one that is all NaN
+        config={"write_empty_chunks": True},  # saves a search of every chunk for one that is all NaN
     )
 
 
 @lru_cache(maxsize=16)
-def _array(path: Path, made: int) -> Any:
-    """Open, for many chunks in turn; `made` tells an array from one that was there before."""
+def _array(path: Path, made: int) -> Any:  # noqa: ARG001 -- part of the cache's key
+    """Open the array; `made`, a time of modification, tells it from one that it has replaced."""
     return zarr().open_array(path, mode="r+", zarr_format=3).with_config({"write_empty_chunks": True})

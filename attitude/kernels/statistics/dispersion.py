@@ -1,40 +1,40 @@
-"""States of bodies drawn about a nominal one: each from random words of its own."""
+"""States of bodies drawn about a nominal state, each from random words of its own."""
 
 import numpy as np
 
 from ..intrinsics import kernel, routine
-from ..layout import MOST_ATTEMPTS, WORDS_A_BODY
+from ..layout import MAX_DRAWS, WORDS_PER_BODY
 from ..rotation import about, product
 from .normal import normal
 from .philox import four_words
 
 U = np.uint64
-COUNTERS = U(WORDS_A_BODY // 4)
-MOMENTS, RATE, ATTITUDE = U(0), U(1), U(2)  # of a body's counters, which is whose
+COUNTERS = U(WORDS_PER_BODY // 4)
+MOMENTS, RATE, ATTITUDE = U(0), U(1), U(2)  # offsets of a body's counters
 
 
 @routine
-def _three_deviates(body, attempt, which, key_0, key_1):
-    """From the first three words of one of a body's counters; attempts are in ranges far apart.
+def _three_deviates(body, attempt, offset, key_0, key_1):
+    """Draw normal deviates of the first three words of one of a body's counters, of this attempt.
 
-    numpy's generator counts before it mixes, and so does this.
+    As in numpy's generator, the counter is incremented before it is encrypted.
     """
-    counter = U(body) * COUNTERS + which + U(1)
+    counter = U(body) * COUNTERS + offset + U(1)
     words = four_words((counter, U(0), U(0), U(attempt)), key_0, key_1)
     return normal(words[0]), normal(words[1]), normal(words[2])
 
 
 @routine
 def _is_physical(m):
-    """Positive, and none greater than the sum of the others; quarters, for sums that must not overflow."""
+    """Whether moments are positive, none greater than the sum of the others; quarters cannot overflow."""
     a, b, c = 0.25 * m[0], 0.25 * m[1], 0.25 * m[2]
     return a > 0.0 and b > 0.0 and c > 0.0 and a <= b + c and b <= c + a and c <= a + b
 
 
 @routine
 def _draw_moments(nominal, spread, body, key_0, key_1, out):
-    """Drawn again while no body has them; how many attempts that took, zero where none of them did."""
-    for attempt in range(MOST_ATTEMPTS):
+    """Draw moments until they are physical; returns the number of attempts, zero if all have failed."""
+    for attempt in range(MAX_DRAWS):
         n = _three_deviates(body, attempt, MOMENTS, key_0, key_1)
         m = (
             nominal[0] * (1.0 + spread[0] * n[0]),
@@ -48,19 +48,19 @@ def _draw_moments(nominal, spread, body, key_0, key_1, out):
 
 
 @kernel
-def draw(key_0, key_1, first, nominal, spread, moments, rates, attitudes, attempts):
+def draw(key, first, nominal, spread, moments, rates, attitudes, attempts):
     """Moments, body rates and attitudes of bodies first, first + 1, ...
 
     Parameters
     ----------
-    key_0, key_1 : bits of the key's two words
+    key : (2,), int64: the bits of the key's two words, lowest first
     nominal : (10,): moments (3), body rate (3), attitude (4)
     spread : (9,): standard deviations, of moments relative, of rates in their unit, of the attitude as a
         rotation vector along the body's axes, rad
-    moments, rates, attitudes : (n, 3), (n, 3), (n, 4), written where they are spread: else (0, ...)
-    attempts : (n,), int64, written with the moments: how many it took, 0 where 1000 were too few
+    moments, rates, attitudes : (n, 3), (n, 3), (n, 4), written; or (0, ...), where they are not spread
+    attempts : (n,), int64, written with the moments: the number of draws, 0 where 1000 were too few
     """
-    key_0, key_1 = U(key_0), U(key_1)
+    key_0, key_1 = U(key[0]), U(key[1])
     q = nominal[6], nominal[7], nominal[8], nominal[9]
     for i in range(moments.shape[0]):
         attempts[i] = _draw_moments(nominal[0:3], spread[0:3], first + i, key_0, key_1, moments[i])

@@ -1,18 +1,17 @@
-"""Sums over bodies of what their attitudes' statistics are made of, and sums of sums without rounding.
+"""Sums over bodies of products of quaternion components, and the exact addition of such sums.
 
-The order of a leaf's additions is that of its bodies, however they are cut; leaves are added as whole
-numbers, in any order.
+The bodies of a block are added in their order, however they are divided into calls; the sums of blocks are
+added as whole numbers, in any order.
 """
 
 import numpy as np
 
 from ..intrinsics import fma, inlined, kernel
-from ..layout import LIMB_BITS, LIMB_FIRST, PITCH
+from ..layout import LIMB_BITS, LIMB_FIRST, ROW_STRIDE
 from ..phase import ROUND
 
 SCALE_0, SCALE_1, SCALE_2 = (2.0 ** (LIMB_FIRST + i * LIMB_BITS) for i in range(3))
-P = np.uint64(PITCH)
-P2, P4, P8 = np.uint64(2 * PITCH), np.uint64(4 * PITCH), np.uint64(8 * PITCH)
+P, P2, P4, P8 = (np.uint64(rows * ROW_STRIDE) for rows in (1, 2, 4, 8))
 
 
 @inlined
@@ -26,16 +25,16 @@ def _departure(r, q):
 
 
 @kernel
-def gather(quaternions, reference, sums):
+def accumulate(quaternions, reference, sums):
     """Add the products of the components of p = conj(reference) q, over bodies.
 
-    Rows a constant number of places apart, for the compiler to see that they do not overlap.
+    Rows are a constant stride apart, so that the compiler sees that they do not overlap.
 
     Parameters
     ----------
-    quaternions : (4, n, k), k <= PITCH
-    reference : (4 PITCH,), of which each PITCH has k numbers
-    sums : (10 PITCH,), as many added to: ww, wx, wy, wz, xx, xy, xz, yy, yz, zz
+    quaternions : (4, n, k), k <= ROW_STRIDE
+    reference : (4 ROW_STRIDE,), k numbers in each ROW_STRIDE
+    sums : (10 ROW_STRIDE,), in the same layout, added to: ww, wx, wy, wz, xx, xy, xz, yy, yz, zz
     """
     for b in range(quaternions.shape[1]):
         for i in range(np.uint64(quaternions.shape[2])):  # unsigned: no test for negative indices
@@ -55,17 +54,20 @@ def gather(quaternions, reference, sums):
 
 
 @kernel
-def settle(sums, limbs):
-    """Move a leaf's sums into whole numbers, exactly but for what is below the last limb's unit.
+def add_exactly(sums, limbs):
+    """Add the sums of a block to whole numbers: exactly, but for digits below the last limb's unit.
 
-    sums : (10 PITCH,), set to zero; limbs : (3, 10, k), int64, added to
+    Parameters
+    ----------
+    sums : (10 ROW_STRIDE,), set to zero
+    limbs : (3, 10, k), int64, added to
     """
     for j in range(limbs.shape[1]):
         for i in range(limbs.shape[2]):
-            rest = sums[j * PITCH + i]
+            rest = sums[j * ROW_STRIDE + i]
             for limb in range(3):
                 scale = SCALE_0 if limb == 0 else (SCALE_1 if limb == 1 else SCALE_2)
                 whole = (rest * scale + ROUND) - ROUND
                 limbs[limb, j, i] += int(whole)
                 rest -= whole / scale
-            sums[j * PITCH + i] = 0.0
+            sums[j * ROW_STRIDE + i] = 0.0

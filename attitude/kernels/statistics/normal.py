@@ -1,7 +1,7 @@
-"""Random words to normal deviates, one each: by the inverse of the normal distribution.
+"""Normal deviates of random words, one each, by the inverse of the normal distribution.
 
-One word, one deviate: what a body is given never depends on how many another took.  Only operations that
-IEEE 754 defines to the last bit, so that deviates are the same on every machine.
+A deviate takes one word, so that a body's deviates never depend on those of others.  All operations are ones
+that IEEE 754 defines to the last bit, so that deviates are the same on every machine.
 """
 
 import math
@@ -21,23 +21,23 @@ FRACTION, ONE_BITS = 0x000FFFFFFFFFFFFF, 0x3FF0000000000000
 
 # Numerators and denominators, highest power first: M. Wichura, "Algorithm AS 241: the percentage points of
 # the normal distribution", Applied Statistics 37 (1988) 477, PPND16.
-CENTRE_ABOVE = (
+CENTRE_NUMERATOR = (
     *(2509.0809287301226727, 33430.575583588128105, 67265.770927008700853, 45921.953931549871457),
     *(13731.693765509461125, 1971.5909503065514427, 133.14166789178437745, 3.387132872796366608),
 )
-CENTRE_BELOW = (
+CENTRE_DENOMINATOR = (
     *(5226.495278852854561, 28729.085735721942674, 39307.89580009271061, 21213.794301586595867),
     *(5394.1960214247511077, 687.1870074920579083, 42.313330701600911252, 1.0),
 )
-NEAR_ABOVE = (
+NEAR_NUMERATOR = (
     *(7.7454501427834140764e-4, 0.0227238449892691845833, 0.24178072517745061177, 1.27045825245236838258),
     *(3.64784832476320460504, 5.7694972214606914055, 4.6303378461565452959, 1.42343711074968357734),
 )
-NEAR_BELOW = (
+NEAR_DENOMINATOR = (
     *(1.05075007164441684324e-9, 5.475938084995344946e-4, 0.0151986665636164571966, 0.14810397642748007459),
     *(0.68976733498510000455, 1.6763848301838038494, 2.05319162663775882187, 1.0),
 )
-FAR_ABOVE = (
+FAR_NUMERATOR = (
     *(
         2.01033439929228813265e-7,
         2.71155556874348757815e-5,
@@ -46,7 +46,7 @@ FAR_ABOVE = (
     ),
     *(0.29656057182850489123, 1.7848265399172913358, 5.4637849111641143699, 6.6579046435011037772),
 )
-FAR_BELOW = (
+FAR_DENOMINATOR = (
     *(
         2.04426310338993978564e-15,
         1.4215117583164458887e-7,
@@ -55,7 +55,9 @@ FAR_BELOW = (
     ),
     *(0.0148753612908506148525, 0.13692988092273580531, 0.59983220655588793769, 1.0),
 )
-CENTRE, NEAR, FAR = (CENTRE_ABOVE, CENTRE_BELOW), (NEAR_ABOVE, NEAR_BELOW), (FAR_ABOVE, FAR_BELOW)
+CENTRE = CENTRE_NUMERATOR, CENTRE_DENOMINATOR
+NEAR = NEAR_NUMERATOR, NEAR_DENOMINATOR
+FAR = FAR_NUMERATOR, FAR_DENOMINATOR
 
 
 @inlined
@@ -70,8 +72,8 @@ def _polynomial(c, x):
 
 
 @inlined
-def _ratio(of, x):
-    return _polynomial(of[0], x) / _polynomial(of[1], x)
+def _ratio(coefficients, x):
+    return _polynomial(coefficients[0], x) / _polynomial(coefficients[1], x)
 
 
 @routine
@@ -93,7 +95,7 @@ def _minus_log(x):
 
 @routine
 def normal(word):
-    """The normal deviate of a word: the quantile at (k + 1/2) / 2^53, k its upper 53 bits.
+    """Return the normal deviate of a word: the quantile at (k + 1/2) / 2^53, k its upper 53 bits.
 
     Within 1e-15 of its size; at most 8.3 away from zero.
     """

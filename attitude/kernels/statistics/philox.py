@@ -1,4 +1,4 @@
-"""Random words by number: word j of a key is computed without those before it.
+"""Counter-based random words: word j of a key is computed without those before it.
 
 Philox 4x64 with ten rounds: a bijection of 256-bit counters, keyed by 128 bits, that passes every known
 test for randomness.  Source: J. Salmon, M. Moraes, R. Dror and D. Shaw, "Parallel random numbers: as easy
@@ -16,7 +16,7 @@ ROUNDS = 10
 
 
 @inlined
-def _mixed(c, key_0, key_1):
+def _round(c, key_0, key_1):
     """One round on the four words of a counter."""
     high_0, low_0 = high_product(MULTIPLIER_0, c[0]), MULTIPLIER_0 * c[0]
     high_1, low_1 = high_product(MULTIPLIER_1, c[2]), MULTIPLIER_1 * c[2]
@@ -28,7 +28,7 @@ def four_words(counter, key_0, key_1):
     """Four words of 64 bits for a counter of four, lowest first; all of them uint64."""
     c = counter
     for _ in range(ROUNDS):
-        c = _mixed(c, key_0, key_1)
+        c = _round(c, key_0, key_1)
         key_0 += INCREMENT_0
         key_1 += INCREMENT_1
     return c
