@@ -24,9 +24,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from torque_peers import Point, seconds_at
 
 from attitude import Scene
-from attitude.cost import Problem, torque_truth
+from attitude.cost import InitialValueProblem, torque_truth
+from attitude.cost.initial_value_problem import environment_of
 from attitude.cost.machine import processor, versions
-from attitude.cost.problem import of_world
 from attitude.dynamics import integration
 from attitude.dynamics.momentum import initial_momentum
 from attitude.dynamics.solvers import (
@@ -86,7 +86,7 @@ ORBITS = {"circular": 0.0, "e = 0.1": 0.1}
 
 def problem(
     moments: tuple[float, ...], rate: tuple[float, ...], effects: list[Any], seconds: float, e: float = 0.0
-) -> Problem:
+) -> InitialValueProblem:
     """A body in general attitude, on an orbit where an effect needs one."""
     document: dict[str, Any] = {
         "body": {"moments": list(moments), "unit": "kg m2"},
@@ -103,7 +103,7 @@ def problem(
             "eccentricity": e,
             "inclination": {"value": 60, "unit": "deg"},
         }
-    return Problem.of_scene(Scene.model_validate(document))
+    return InitialValueProblem.of_scene(Scene.model_validate(document))
 
 
 # -- costs ------------------------------------------------------------------------------------------
@@ -123,17 +123,22 @@ class Cost(NamedTuple):
 
 
 def marched(
-    posed: Problem, solver: Solver, setting: float, t: np.ndarray, free: bool = False, repeats: int = REPEATS
+    posed: InitialValueProblem,
+    solver: Solver,
+    setting: float,
+    t: np.ndarray,
+    free: bool = False,
+    repeats: int = REPEATS,
 ) -> tuple[float, Work, np.ndarray]:
     """s, the work, and states (OUTPUTS, n) at ascending instants, of a march to the last of them.
 
     Of the compiled solver alone; with `free` of a free body, without any effect.
     """
-    world = of_world(posed)
+    world = environment_of(posed)
     initial_state = world.initial_state
     stepped = solver.prepare(initial_state, world.torques)
     if free:
-        stepped = replace(stepped, world=(np.zeros((0, layout.EFFECT_WIDTH)), *stepped.world[1:]))
+        stepped = replace(stepped, world=(np.zeros((0, layout.EFFECT_WIDTH)), *stepped.environment[1:]))
     momentum = initial_momentum(initial_state, world.torques)
     part = Part(0.0, float(t[-1]), t, np.zeros_like(t))
     out, found = np.full((OUTPUTS, t.size), np.nan), [Work(0, 0, 0)]
@@ -146,17 +151,17 @@ def marched(
     return seconds, found[0], out
 
 
-def cost(posed: Problem) -> Cost:
+def cost(posed: InitialValueProblem) -> Cost:
     drift, kick = _splitting(posed)
     step, sweep = _collocation(posed)
-    seconds, work, _ = marched(posed, RUNGE_KUTTA, 1e-11, np.array([1000.0 / of_world(posed).pace]))
+    seconds, work, _ = marched(posed, RUNGE_KUTTA, 1e-11, np.array([1000.0 / environment_of(posed).pace]))
     return Cost(drift, kick, step, sweep, seconds / work.torques * 1e9)
 
 
-def _splitting(posed: Problem) -> tuple[float, float]:
+def _splitting(posed: InitialValueProblem) -> tuple[float, float]:
     """Of order 8: without any effect its kicks are nothing but drifts between them."""
     solver = next(solver for solver in SPLITTINGS if solver.name == "splitting, order 8")
-    step = 0.5 / of_world(posed).pace
+    step = 0.5 / environment_of(posed).pace
     drifting, kicking = (
         marched(posed, solver, step, np.array([STEPS * step]), free)[0] / STEPS * 1e9
         for free in (True, False)
@@ -164,11 +169,11 @@ def _splitting(posed: Problem) -> tuple[float, float]:
     return drifting / (solver.stages + 1), (kicking - drifting) / solver.stages
 
 
-def _collocation(posed: Problem) -> tuple[float, float]:
+def _collocation(posed: InitialValueProblem) -> tuple[float, float]:
     """Straight line through the times of steps over their sweeps, which longer steps take more of."""
     sweeps, times = [], []
     for radians in (0.125, 0.25, 0.5, 1.0, 2.0, 3.0):
-        step = radians / of_world(posed).pace
+        step = radians / environment_of(posed).pace
         seconds, work, _ = marched(posed, COLLOCATION, step, np.array([STEPS * step]))
         sweeps.append(work.torques / layout.NODES / work.steps)
         times.append(seconds / work.steps * 1e9)
@@ -176,9 +181,9 @@ def _collocation(posed: Problem) -> tuple[float, float]:
     return float(rest), float(sweep)
 
 
-def sample(posed: Problem, solver: Solver, setting: float) -> float:
+def sample(posed: InitialValueProblem, solver: Solver, setting: float) -> float:
     """ns for an instant between two steps."""
-    world = of_world(posed)
+    world = environment_of(posed)
     few, many = (
         marched(posed, solver, setting, np.linspace(0.0, 1.0, n) / world.pace)[0] for n in (11, 4011)
     )
@@ -207,7 +212,9 @@ def costs() -> None:
     print("\n| an instant between steps, ns | symmetric | general |\n|---|---|---|")
     for solver in (*SPLITTINGS, COLLOCATION, RUNGE_KUTTA):
         each = (
-            sample(rows[name], solver, 1e-9 if solver is RUNGE_KUTTA else 1.0 / of_world(rows[name]).pace)
+            sample(
+                rows[name], solver, 1e-9 if solver is RUNGE_KUTTA else 1.0 / environment_of(rows[name]).pace
+            )
             for name in ("symmetric body", "general body")
         )
         print(f"| {solver.name} | " + " | ".join(f"{value:.0f}" for value in each) + " |", flush=True)
@@ -226,19 +233,19 @@ AS_GOOD = 1.5
 DIRECTION = np.array([0.48, -0.36, 0.8])
 
 
-def pulled(moments: tuple[float, ...], size: float) -> Problem:
+def pulled(moments: tuple[float, ...], size: float) -> InitialValueProblem:
     """The body under a gravity gradient of so much of L^2 / I, by the rate that it has."""
     unit = problem(moments, tuple(1e-3 * DIRECTION), [GRADIENT], 1.0)
-    torque = of_world(unit).torques[0].size(of_world(unit).initial_state)
+    torque = environment_of(unit).torques[0].size(environment_of(unit).initial_state)
     speed = math.sqrt(torque * max(moments) / size) / float(np.linalg.norm(np.array(moments) * DIRECTION))
     rate = tuple(float(component) for component in speed * DIRECTION)
-    pace = of_world(problem(moments, rate, [GRADIENT], 1.0)).pace
+    pace = environment_of(problem(moments, rate, [GRADIENT], 1.0)).pace
     return problem(moments, rate, [GRADIENT], RADIANS / pace)
 
 
-def ladder(posed: Problem, solver: Solver, exact: list[Any], t: np.ndarray) -> list[Point]:
+def ladder(posed: InitialValueProblem, solver: Solver, exact: list[Any], t: np.ndarray) -> list[Point]:
     """From coarse to fine, until finer steps gain nothing more."""
-    world, points = of_world(posed), []
+    world, points = environment_of(posed), []
     adaptive = solver is RUNGE_KUTTA
     for setting in ERRORS if adaptive else [radians / world.pace for radians in LADDER]:
         try:
@@ -264,7 +271,7 @@ def choices() -> None:
     for body, moments in BODIES.items():
         for size in SIZES:
             posed = pulled(moments, size)
-            world, t = of_world(posed), np.linspace(0.0, posed.unit, 4)[1:]
+            world, t = environment_of(posed), np.linspace(0.0, posed.unit, 4)[1:]
             exact = torque_truth._taylor(posed, world, t)[0]
             times = _times(posed, exact, t)
             for wanted in WANTED:
@@ -276,8 +283,8 @@ def choices() -> None:
     print(f"\nTaken where another is more than {AS_GOOD:g} times as fast: {len(worse)}", *worse, sep="\n")
 
 
-def _times(posed: Problem, exact: list[Any], t: np.ndarray) -> dict[str, list[Point]]:
-    world = of_world(posed)
+def _times(posed: InitialValueProblem, exact: list[Any], t: np.ndarray) -> dict[str, list[Point]]:
+    world = environment_of(posed)
     solvers = [
         solver
         for solver in (*SPLITTINGS, COLLOCATION, RUNGE_KUTTA)
