@@ -1,11 +1,11 @@
-"""The one statement of order and direction.
+"""The convention of quaternions, and their arithmetic in two parts.
 
 A quaternion is (w, x, y, z), unit, with the Hamilton product; it is the active rotation from
 body to inertial:
 
     v_inertial = q * (0, v_body) * conj(q)
 
-Here in two parts, as tuples of pairs, for the constants; `cayley_klein` builds on the same order.
+Components are pairs, for the constants; `cayley_klein` has the same order.
 """
 
 from .doubledouble import ONE, add, div, mul, neg, scale, sqrt, square, sub
@@ -37,7 +37,7 @@ def normalised(q):
 def from_rotation_matrix(R):
     """The quaternion of a proper rotation matrix R (three rows of pairs), v' = R v.
 
-    The largest component is found first, so that nothing is divided by a small one.
+    The divisor is the largest component, so that no digits are lost.
     Source: Shepperd, J. Guidance and Control 1 (1978) 223.
     """
     trace = R[0][0][0] + R[1][1][0] + R[2][2][0]

@@ -1,4 +1,4 @@
-"""Vectors as tuples of three doubles, and their components before and after a rotation."""
+"""Vectors as tuples of three doubles, and matrices as tuples of three rows."""
 
 import math
 
@@ -6,7 +6,7 @@ from .intrinsics import fma, inlined, routine
 
 
 @routine
-def taken(array):
+def first_three(array):
     """The first three numbers of an array."""
     return array[0], array[1], array[2]
 

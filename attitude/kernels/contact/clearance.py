@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from ..intrinsics import routine
 from ..layout import BALL, RIM, SHARP
-from ..vectors import add_scaled, cross, dot, norm, taken, times, transposed
+from ..vectors import add_scaled, cross, dot, first_three, norm, times, transposed
 
 # In parts of the body's size: how near the plane a point counts as on it, and how deep one that is
 # just leaving may seem to be (the lower bound on its path cannot tell it from one that dips below).
@@ -69,14 +69,14 @@ def world(points, numbers):
     return World(
         points,
         numbers[0],
-        taken(numbers[1:4]),
-        taken(numbers[4:7]),
+        first_three(numbers[1:4]),
+        first_three(numbers[4:7]),
         numbers[7],
         numbers[8],
         numbers[9],
         int(numbers[10]),
         numbers[11],
-        taken(numbers[12:15]),
+        first_three(numbers[12:15]),
         numbers[15],
         numbers[16],
     )

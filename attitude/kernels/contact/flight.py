@@ -12,7 +12,7 @@ from ..intrinsics import kernel, routine
 from ..invariants import invariants
 from ..layout import AT_REST, CONSTANT_RATE, NO_ROOM, OUT_OF_RANGE, RIM, RIM_POINTS, TIME_IS_UP, TOO_LONG
 from ..principal import rate_is_constant
-from ..vectors import across, add_scaled, dot, norm, rotation, taken, times, transposed
+from ..vectors import across, add_scaled, dot, first_three, norm, rotation, times, transposed
 from . import clearance, impact
 from .clearance import STILL
 
@@ -94,17 +94,17 @@ def _motion(ground, record, start, time, space):
     t[0] = time
     sample(record, t, None, q, w, None, 0, 0, 1)
     rows = rotation((q[0, 0, 0], q[1, 0, 0], q[2, 0, 0], q[3, 0, 0]))
-    velocity = taken(start[12:15])
+    velocity = first_three(start[12:15])
     mean = add_scaled(velocity, 0.5 * time, ground.gravity)
-    position = add_scaled(taken(start[9:12]), time, mean)
+    position = add_scaled(first_three(start[9:12]), time, mean)
     return rows, (w[0, 0, 0], w[1, 0, 0], w[2, 0, 0]), position, add_scaled(velocity, time, ground.gravity)
 
 
 @routine
 def _limits(ground, moments, axes, record, start):
     rows = rotation((start[2], start[3], start[4], start[5]))
-    rate = taken(start[6:9])
-    view = clearance.seen(ground, rows, rate, taken(start[9:12]), taken(start[12:15]))
+    rate = first_three(start[6:9])
+    view = clearance.seen(ground, rows, rate, first_three(start[9:12]), first_three(start[12:15]))
     return clearance.bounds(ground, moments, axes, record.regime == CONSTANT_RATE, rate, view)
 
 
@@ -201,7 +201,7 @@ def _touching(ground, view, points):
 @routine
 def _write_lowest(ground, normal, i, points, count):
     """The lowest point about a corner; of a rim that lies flat, points all around."""
-    corner = taken(ground.points[i])
+    corner = first_three(ground.points[i])
     inwards = -ground.radius
     if ground.rounding == RIM:
         down = add_scaled(normal, -dot(normal, ground.axis), ground.axis)
