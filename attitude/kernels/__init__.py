@@ -8,13 +8,13 @@ closed form is at the root, in the order of the calculation:
     vectors        vectors of three numbers, and their rotation
     doubledouble   two-part arithmetic
     expansion      sums of products without rounding
+    phase          a rate times a time in two parts; sine and cosine of turns
     clock          days and seconds in two parts
     elliptic       K, K', R_F in two parts
     principal      a tensor's principal moments and axes, in two parts
     discriminant   D, whose sign is the regime
     quaternion     the convention of order and direction, in two parts
     invariants     body, rate, attitude -> constants of the motion
-    phase          a rate times a time in two parts; sine and cosine of turns
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
     rotation       quaternions in plain doubles, for solvers
     interpolation  polynomials through attitudes, compared with the motion between the nodes

@@ -14,9 +14,9 @@ import math
 import numpy as np
 
 from .doubledouble import LN2, TURN, two_product, two_sum
-from .intrinsics import ROUND, bits_of, double_of, fma, kernel, routine
+from .intrinsics import bits_of, double_of, fma, kernel, routine
 from .layout import THETA
-from .phase import argument, phase, sine_cosine
+from .phase import ROUND, argument, phase, sine_cosine
 from .vectors import dot, first_three
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from .doubledouble import add, div, mul, two_product, two_sum
-from .intrinsics import ROUND, bits_of, double_of, kernel
+from .intrinsics import bits_of, double_of, kernel
+from .phase import ROUND
 
 DAY = 86400.0  # s
 

@@ -13,9 +13,6 @@ routine = kernel = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=Tru
 # For functions in inner loops: a call that is not inlined prevents vectorisation.
 inlined = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
 
-# Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
-ROUND = 1.5 * 2.0**52
-
 
 @intrinsic
 def fma(typingctx, a, b, c):

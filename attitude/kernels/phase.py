@@ -6,7 +6,10 @@ the two-part products depend on it.
 """
 
 from .doubledouble import TURN, two_sum
-from .intrinsics import ROUND, bits_of, double_of, fma, inlined
+from .intrinsics import bits_of, double_of, fma, inlined
+
+# Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
+ROUND = 1.5 * 2.0**52
 
 
 @inlined
