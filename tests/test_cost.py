@@ -1,4 +1,4 @@
-"""What the cost report says is so: injected errors come out as they went in, and time is accounted for."""
+"""The cost report: injected errors are reported as such, and the budget of time is kept."""
 
 import json
 import xml.etree.ElementTree as ElementTree

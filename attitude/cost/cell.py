@@ -48,6 +48,7 @@ class Cell:
 
     @property
     def method(self) -> str:
+        """Family and setting in one line."""
         return method_name(self.family, self.setting)
 
 
@@ -85,4 +86,5 @@ class CostData:
     truth_off_rad: float = 0.0
 
     def at(self, horizon: float) -> list[Cell]:
+        """Cells of one horizon."""
         return [cell for cell in self.cells if cell.horizon == horizon]

@@ -50,6 +50,7 @@ class HardCell:
 
     @property
     def method(self) -> str:
+        """Family and setting in one line."""
         return method_name(self.family, self.setting)
 
     def __str__(self) -> str:
@@ -115,10 +116,9 @@ class HardReport:
 
     def _rows_with_titles(self) -> Iterator[tuple[str, str, list[HardCell]]]:
         """Ladder (empty after its first row), distance, cells of the row."""
-        for ladder, rungs in groupby(self.cells, lambda cell: cell.ladder):
-            for distance, row in groupby(rungs, lambda cell: cell.distance):
-                yield ladder, scientific(distance), list(row)
-                ladder = ""
+        for ladder, cells in groupby(self.cells, lambda cell: cell.ladder):
+            for i, (distance, row) in enumerate(groupby(cells, lambda cell: cell.distance)):
+                yield "" if i else ladder, scientific(distance), list(row)
 
     # -- for machines -----------------------------------------------------------------------
 
@@ -134,6 +134,7 @@ class HardReport:
         }
 
     def to_json(self) -> str:
+        """`document` as JSON text."""
         return records.to_json(self.document())
 
     def to_csv(self) -> str:

@@ -73,6 +73,7 @@ class InitialValueProblem:
 
     @classmethod
     def of_motion(cls, motion: TorqueFreeMotion) -> InitialValueProblem:
+        """The problem of one free body; InputError for a batch."""
         if motion.shape:
             raise InputError("motion", f"shape {motion.shape}", "one body")
         tensor, rate = motion.body.tensor, motion._batch.rates
@@ -142,7 +143,7 @@ def _diagonal(tensor: np.ndarray) -> np.ndarray | None:
 
 
 def counted(number: float, unit_name: str) -> str:
-    """ "1 polhode period", "10000 polhode periods"."""
+    """Number and unit: "1 polhode period", "10000 polhode periods"."""
     noun, of, complement = unit_name.partition(" of ")
     return f"{number:.15g} {noun.removesuffix('s') if number == 1.0 else noun}{of}{complement}"
 

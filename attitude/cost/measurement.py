@@ -94,7 +94,7 @@ def measure(
     _load_kernels(problem)
     horizons = _horizons(problem, horizons, budget)
     started = perf_counter()
-    say = say or (lambda text: None)
+    say = say or (lambda _: None)
     say("truth to fifty digits" if free else "truth")
     grids = [np.linspace(0.0, horizon * problem.unit, samples) for horizon in horizons]
     truths = _truths(problem, grids, seed)
@@ -243,6 +243,7 @@ class Schedule:
 
     @property
     def left(self) -> float:
+        """Rest of the budget, s."""
         return self.started + self.budget - perf_counter()
 
     # -- the trial --------------------------------------------------------------------------

@@ -46,4 +46,5 @@ class Method:
 
     @property
     def name(self) -> str:
+        """Family and setting in one line."""
         return method_name(self.family, self.setting)

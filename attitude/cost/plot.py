@@ -30,7 +30,7 @@ DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (7, 2)), (0,
           (0, (2, 1)), (0, (6, 1, 1, 1, 1, 1)))  # fmt: skip
 
 
-def draw_costs(report: CostData, format: str) -> bytes:
+def draw_costs(report: CostData, ending: str) -> bytes:
     """The picture as the bytes of an "svg" or "png" file."""
     with rc_context(SETTINGS):
         figure = Figure(figsize=SIZE, layout="constrained")
@@ -42,8 +42,8 @@ def draw_costs(report: CostData, format: str) -> bytes:
         for panel in panels:
             panel.place_labels(canvas.get_renderer())
         file = io.BytesIO()
-        metadata = {"Date": None} if format == "svg" else {}
-        figure.savefig(file, format=format, dpi=150, metadata=metadata)
+        metadata = {"Date": None} if ending == "svg" else {}
+        figure.savefig(file, format=ending, dpi=150, metadata=metadata)
     return file.getvalue()
 
 
@@ -158,10 +158,12 @@ class LabelPosition:
 
     @property
     def low(self) -> np.ndarray:
+        """Lower left corner with its margin."""
         return self.centre - 0.5 * self.size - LABEL_MARGIN
 
     @property
     def high(self) -> np.ndarray:
+        """Upper right corner with its margin."""
         return self.centre + 0.5 * self.size + LABEL_MARGIN
 
     @property
@@ -174,9 +176,11 @@ class LabelPosition:
         )
 
     def hides(self, occupied: np.ndarray) -> int:
+        """Number of occupied points under the label."""
         return int(((occupied > self.low) & (occupied < self.high)).all(axis=1).sum())
 
     def overlaps(self, other: LabelPosition) -> bool:
+        """Whether two labels overlap."""
         return bool((self.low < other.high).all() and (other.low < self.high).all())
 
 
@@ -188,11 +192,13 @@ class LogLogPanel:
     lines: list[tuple[str, np.ndarray, dict[str, Any]]] = field(default_factory=list)
 
     def add(self, name: str, x: list[float], y: list[float], style: dict[str, Any]) -> None:
+        """Draw one line."""
         if x:
             self.axes.plot(x, y, **style)
             self.lines.append((name, np.column_stack([x, y]), style))
 
     def finish(self, title: str, x_label: str, y_label: str) -> None:
+        """Set scales, titles and margins."""
         self.axes.set(xscale="log", yscale="log", title=title, xlabel=x_label, ylabel=y_label)
         self.axes.margins(x=0.12, y=0.12)
 

@@ -117,7 +117,7 @@ class Report(CostData):
             yield f"first use in this process (compilation, JVM), not in the figures above: {listed}"
 
     def markdown(self) -> str:
-        """A table for a document: each family at its most exact, error and cost by horizon."""
+        """Table in Markdown: each family at its tightest setting, error and cost by horizon."""
         titles = ["error in rad, ns a sample", *(counted(each, self.unit_name) for each in self.horizons)]
         last = {cell.family: (cell.family, cell.setting) for cell in self.cells}
         rows = [
@@ -153,6 +153,7 @@ class Report(CostData):
         } | (under_torques if self.effects else {})
 
     def to_json(self) -> str:
+        """`document` as JSON text."""
         return records.to_json(self.document())
 
     def to_csv(self) -> str:
@@ -173,8 +174,7 @@ class Report(CostData):
         """
         from ..runtime.output_paths import check_picture, write
 
-        format = check_picture(path)
-        write(path, self.picture(format))
+        write(path, self.picture(check_picture(path)))
 
 
 def _wrapped(lines: Iterable[str]) -> Iterator[str]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..dynamics.solvers import RUNGE_KUTTA
 from .free_truth import LONG, Truth, oracle, random_indices, rotated, scaled
-from .initial_value_problem import InitialValueProblem, TorqueEnvironment
+from .initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from .methods import library_solvers, torques
 
 if TYPE_CHECKING:
@@ -57,9 +57,7 @@ def truths(
     """One Truth for each grid of instants (s, from 0), all from one integration."""
     indices = [random_indices(t.size, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
     instants = np.unique(np.concatenate([t[index] for t, index in zip(grids, indices, strict=True)]))
-    attitudes, rates, route, off = (_taylor if _is_known(environment) else _extrapolated)(
-        problem, environment, instants
-    )
+    attitudes, rates, route, off = (_taylor if _is_known(environment) else _extrapolated)(problem, instants)
     results = []
     for t, index in zip(grids, indices, strict=True):
         positions = np.searchsorted(instants, t[index])
@@ -116,10 +114,9 @@ def _is_known(environment: TorqueEnvironment) -> bool:
     return steady and two_body and all(torque.type in ORACLE_TORQUES for torque in environment.torques)
 
 
-def _taylor(
-    problem: InitialValueProblem, environment: TorqueEnvironment, instants: np.ndarray
-) -> TrueSamples:
+def _taylor(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples:
     oracle()
+    environment = environment_of(problem)
     from mpmath import mp
 
     from ..oracle.torque_motion import TorqueMotion
@@ -190,9 +187,7 @@ ORACLE_TORQUES: dict[str, Callable[[Any, TorqueEnvironment], tuple[Any, ...]]] =
 # -- by extrapolation -------------------------------------------------------------------------------
 
 
-def _extrapolated(
-    problem: InitialValueProblem, environment: TorqueEnvironment, instants: np.ndarray
-) -> TrueSamples:
+def _extrapolated(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples:
     """By the finer of two integrations; their difference estimates its error, rounding included."""
     attitudes, rates = _integrated(problem, instants, TOLERANCE)
     rough, _ = _integrated(problem, instants, 10.0 * TOLERANCE)

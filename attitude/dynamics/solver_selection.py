@@ -38,7 +38,7 @@ SHARE = 0.25
 # A rehearsal corrects it where spans are long.
 GROWTH = 1.5
 
-# Measured costs, ns (tests/benchmarks/torques_table.py costs).
+# Measured costs, ns (docs/design/torque-solvers.md).
 DRIFT_SYMMETRIC, DRIFT_GENERAL, KICK = 60.0, 330.0, 110.0
 SWEEP, COLLOCATION_STEP = 190.0, 400.0
 STAGE = 85.0

@@ -69,6 +69,7 @@ def store(array, a):
 
 @routine
 def neg(a):
+    """-a."""
     return -a[0], -a[1]
 
 
@@ -80,6 +81,7 @@ def scale(a, power_of_two):
 
 @routine
 def add(a, b):
+    """a + b."""
     s, e = two_sum(a[0], b[0])
     t, f = two_sum(a[1], b[1])
     s, e = fast_two_sum(s, e + t)
@@ -88,11 +90,13 @@ def add(a, b):
 
 @routine
 def sub(a, b):
+    """a - b."""
     return add(a, (-b[0], -b[1]))
 
 
 @routine
 def mul(a, b):
+    """a * b."""
     p, e = two_product(a[0], b[0])
     e = fma(a[1], b[0], fma(a[0], b[1], fma(a[1], b[1], e)))
     return fast_two_sum(p, e)
@@ -100,11 +104,13 @@ def mul(a, b):
 
 @routine
 def square(a):
+    """a * a."""
     return mul(a, a)
 
 
 @routine
 def div(a, b):
+    """a / b."""
     q1 = a[0] / b[0]
     r = sub(a, mul(b, (q1, 0.0)))
     q2 = r[0] / b[0]

@@ -14,6 +14,7 @@ from .intrinsics import routine
 
 @routine
 def product(p, q):
+    """Hamilton product p * q."""
     w = sub(sub(mul(p[0], q[0]), mul(p[1], q[1])), add(mul(p[2], q[2]), mul(p[3], q[3])))
     x = add(add(mul(p[0], q[1]), mul(p[1], q[0])), sub(mul(p[2], q[3]), mul(p[3], q[2])))
     y = add(add(mul(p[0], q[2]), mul(p[2], q[0])), sub(mul(p[3], q[1]), mul(p[1], q[3])))
@@ -23,11 +24,13 @@ def product(p, q):
 
 @routine
 def conjugate(q):
+    """The inverse of a unit quaternion."""
     return q[0], neg(q[1]), neg(q[2]), neg(q[3])
 
 
 @routine
 def normalised(q):
+    """The unit quaternion along q."""
     norm2 = add(add(square(q[0]), square(q[1])), add(square(q[2]), square(q[3])))
     inverse = div(ONE, sqrt(norm2))
     return mul(q[0], inverse), mul(q[1], inverse), mul(q[2], inverse), mul(q[3], inverse)

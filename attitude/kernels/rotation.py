@@ -24,6 +24,7 @@ def product(p, q):
 
 @inlined
 def conjugate(q):
+    """The inverse of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 

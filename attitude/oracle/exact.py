@@ -138,6 +138,7 @@ def multiply(p, q):
 
 
 def conjugate(q):
+    """The inverse of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 

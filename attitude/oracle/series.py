@@ -36,6 +36,7 @@ class Tape:
         return mpz(int(mp.nint(mp.ldexp(mpf(value), self.bits))))
 
     def real(self, integer):
+        """Integer scaled by 2^bits to mpf."""
         return mp.ldexp(mpf(int(integer)), -self.bits)
 
     # Equations
@@ -77,7 +78,7 @@ class Tape:
         half, mask = mpz(1) << (self.slot - 1), (mpz(1) << self.slot) - 1
         bias, bits = sum((half + self.half) << at for _, at in shifts), self.bits
 
-        def rule(n):
+        def rule(_n):
             total = bias
             for factor, column in zip(factors, packed, strict=True):
                 total += sum(map(mul, factor, reversed(column)))
@@ -97,7 +98,7 @@ class Tape:
         return out
 
     def power(self, base, halves):
-        """base^(halves / 2), base > 0, by s base' halves / 2 = s' base:
+        """base^(halves / 2) for base > 0, by s base' halves / 2 = s' base.
 
         n base[0] s[n] = sum over k = 1..n of (halves k / 2 - (n - k)) base[k] s[n - k].
         """

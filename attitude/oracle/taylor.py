@@ -99,9 +99,11 @@ class TaylorMotion:
         return mpz(int(mp.nint(mp.ldexp(value, self.bits))))
 
     def real(self, integer):
+        """Integer scaled by 2^bits to mpf."""
         return mp.ldexp(mpf(int(integer)), -self.bits)
 
     def initial_state(self):
+        """gamma and p at t = 0, as integers."""
         one = mpz(1) << self.bits
         return [self.fixed(component) for component in self.gamma0] + [one, mpz(0), mpz(0), mpz(0)]
 

@@ -89,6 +89,7 @@ class ConstantRate(Motion):
     """Rest, sphere, spin about a principal axis: q = q0 exp(omega t / 2)."""
 
     def turn_and_rate(self, t):
+        """turn(t) and the body rate, at the working precision."""
         omega = tuple(real(component) for component in self.omega)
         rate = mp.sqrt(sum(component * component for component in omega))
         if not rate:
@@ -101,6 +102,7 @@ class Symmetric(Motion):
     """I1 = I2: q = q0 exp(Lb a1 t / 2) exp(k (omega3 - Lb3 a1) t / 2), elementary."""
 
     def turn_and_rate(self, t):
+        """turn(t) and the body rate, at the working precision."""
         body_axis = self.circulation.axes[2]
         inverse = self.circulation.inverse[0]
         momentum = [moment * component for moment, component in zip(self.moments, self.omega, strict=True)]
@@ -124,6 +126,7 @@ class CayleyKlein(Motion):
         return self.cached_constants[mp.dps]
 
     def initial_constants(self):
+        """Constants of the motion at the working precision."""
         invariants = self.circulation
         a = [real(inverse) for inverse in invariants.inverse]
         momentum = [real(self.moments[k] * self.omega[k]) for k in range(3)]
@@ -145,6 +148,7 @@ class CayleyKlein(Motion):
         return (mpc(0, w3) - mpc(w1, -w2) * common["ratio"]) / 2
 
     def turn_and_rate(self, t):
+        """turn(t) and the body rate, at the working precision."""
         constants = self.constants()
         alpha, beta = self.alpha_beta(constants, real(t))
         norm = mp.sqrt(abs(alpha) ** 2 + abs(beta) ** 2)
@@ -172,6 +176,7 @@ class Theta(CayleyKlein):
     """Short and long axis modes."""
 
     def lost_digits(self):
+        """Digits lost to cancellation in the constants."""
         return decades(self.circulation.m) + decades(self.circulation.m1)
 
     def phase_constants(self, common):
@@ -196,6 +201,7 @@ class Theta(CayleyKlein):
         }  # fmt: skip
 
     def alpha_beta(self, constants, t):
+        """alpha and beta at time t, before normalisation."""
         v = constants["v0"] + constants["v_rate"] * t
         turns = mp.nint(v / mp.pi)
         z = mpc(v - turns * mp.pi, -constants["h"])
@@ -218,6 +224,7 @@ class Separatrix(CayleyKlein):
         return super().working_digits(t) + int(min(decay, 1000))
 
     def phase_constants(self, common):
+        """Constants of alpha and beta."""
         gamma, A, s = common["gamma"], common["A"], common["s"]
         a1, a2, a3 = self.circulation.inverse
         x = s * mp.atan(mp.sqrt(real((a3 - a2) / (a2 - a1)))) / 2
@@ -231,6 +238,7 @@ class Separatrix(CayleyKlein):
         }  # fmt: skip
 
     def alpha_beta(self, constants, t):
+        """alpha and beta at time t, before normalisation."""
         z = mpc(constants["x"], (constants["u0"] + constants["u_rate"] * t) / 2)
         phase = mp.expj(constants["lambda"] * t)
         scale = mp.cosh(z.imag)

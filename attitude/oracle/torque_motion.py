@@ -96,7 +96,8 @@ class TorqueMotion:
             self.orbit = None if orbit is None else KeplerianOrbit(*_reals(orbit))
             self.wheels = _sum([_reals(h) for (h,) in self.torques["wheels"]])
             self._set_units(_tensor(inertia), _reals(omega))
-            self._record_equations(normalised(q0), _reals(omega))
+            self.q0 = normalised(q0)
+            self._record_equations(_reals(omega))
 
     def at(self, times):
         """(attitude, rate) at each of some elapsed times, s: numbers, or tuples (hi, lo); in any order."""
@@ -119,8 +120,8 @@ class TorqueMotion:
         rates = [_norm(omega), _norm(self.wheels) / self.moment_unit]
         if self.orbit:
             rates.append(mp.sqrt(self.orbit.mu / self.orbit.semi_major_axis**3))
-        for torque in (T for kind in ("constant_body", "constant_inertial") for (T,) in self.torques[kind]):
-            rates.append(mp.sqrt(_norm(_reals(torque)) / self.moment_unit))
+        constant = self.torques["constant_body"] + self.torques["constant_inertial"]
+        rates += [mp.sqrt(_norm(_reals(torque)) / self.moment_unit) for (torque,) in constant]
         self.rate_unit = max(rates) or mpf(1)
         self.momentum_unit = self.moment_unit * self.rate_unit
         self.torque_unit = self.momentum_unit * self.rate_unit
@@ -129,22 +130,22 @@ class TorqueMotion:
 
     # Equations
 
-    def _record_equations(self, q0, omega):
+    def _record_equations(self, omega):
         tape = self.tape = Tape(self.bits, self.order)
         rotors = [component / self.momentum_unit for component in self.wheels]
         own = _times(self.tensor, [component / self.rate_unit for component in omega])
         momentum = [a + b for a, b in zip(own, rotors, strict=True)]
-        self.q = [tape.state(component) for component in q0]
+        self.q = [tape.state(component) for component in self.q0]
         self.m = [tape.state(component) for component in momentum]
         offset = [-component for component in _times(self.inverse, rotors)]
         self.w = self._linear(self.inverse, self.m, offset)
         self.W = self._attitude_rate()
         self.rotating = [self.m]
-        self._record_orbit(q0)
+        self._record_orbit()
         for name in self.torques:
             for numbers in self.torques[name]:
                 if name not in ("dissipation", "wheels"):
-                    self._change(self.m, getattr(self, f"_{name}")(q0, *numbers))
+                    self._change(self.m, getattr(self, f"_{name}")(*numbers))
         self._record_rotation()
 
     def _attitude_rate(self):
@@ -162,15 +163,15 @@ class TorqueMotion:
         states = [*self.q, *(component for vector in self.rotating for component in vector)]
         self._change(states, self.tape.bilinear(self.W, rows))
 
-    def _record_orbit(self, q0):
+    def _record_orbit(self):
         """Record position (unit: semi-major axis), and |r|^-5 and |r|^-3, which are None on a circle."""
         if self.orbit is None:
             self.r = None
             return
         tape, gravity = self.tape, self._per_second2(self.orbit.mu)
         position, velocity = _start(self.orbit)
-        self.r = self._inertial(q0, position)
-        v = self._inertial(q0, [component * mp.sqrt(gravity) for component in velocity])
+        self.r = self._inertial(position)
+        v = self._inertial([component * mp.sqrt(gravity) for component in velocity])
         self.inverse5 = self.inverse3 = None
         pull = self.r
         if self.orbit.eccentricity:
@@ -182,26 +183,26 @@ class TorqueMotion:
 
     # Torques, in units of `torque_unit`
 
-    def _constant_body(self, q0, torque):
+    def _constant_body(self, torque):
         return [self.tape.combination([], T / self.torque_unit) for T in _reals(torque)]
 
-    def _constant_inertial(self, q0, torque):
-        return self._inertial(q0, [T / self.torque_unit for T in _reals(torque)])
+    def _constant_inertial(self, torque):
+        return self._inertial([T / self.torque_unit for T in _reals(torque)])
 
-    def _eddy(self, q0, damping):
+    def _eddy(self, damping):
         rows = [[-c * self.rate_unit / self.torque_unit for c in _reals(row)] for row in damping]
         return self._linear(rows, self.w)
 
-    def _gravity_gradient(self, q0, mu):
+    def _gravity_gradient(self, mu):
         factor = 3 * self._per_second2(real(fraction(mu)))
         rows = [[factor * entry for entry in row] for row in self.tensor]
         return self._scaled(self.inverse5, self._cross(self.r, self._linear(rows, self.r)))
 
-    def _magnetic(self, q0, dipole, k, axis, rotation):
-        tape, d = self.tape, self._inertial(q0, _reals(axis))
+    def _magnetic(self, dipole, k, axis, rotation):
+        tape, d = self.tape, self._inertial(_reals(axis))
         rotation = _reals(rotation)
         if any(rotation):
-            E = self._inertial(q0, [component / self.rate_unit for component in rotation])
+            E = self._inertial([component / self.rate_unit for component in rotation])
             self._change(d, self._cross(E, d))
         (along,) = tape.bilinear(d, [self.r])
         first = self._scaled(self.inverse5, self._scaled(along, self.r))
@@ -217,9 +218,9 @@ class TorqueMotion:
         """mu / a^3, in units of `rate_unit` squared."""
         return mu / self.orbit.semi_major_axis**3 / self.rate_unit**2
 
-    def _inertial(self, q0, vector):
+    def _inertial(self, vector):
         """Body components of an inertial vector, u' = u x W; its own motion is added by `_change`."""
-        seen = [self.tape.state(u) for u in rotate(_conjugate(q0), vector)]
+        seen = [self.tape.state(u) for u in rotate(_conjugate(self.q0), vector)]
         self.rotating.append(seen)
         return seen
 

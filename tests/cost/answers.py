@@ -1,4 +1,4 @@
-"""What a method answers on the named bodies, and how far that is from the truth."""
+"""Errors of a method on the named bodies."""
 
 import numpy as np
 

@@ -75,7 +75,7 @@ def exact():
         if key not in kept:
             posed = problem(*names)
             assert torque_truth._is_known(posed.environment)
-            kept[key] = (posed, *torque_truth._taylor(posed, posed.environment, GRID)[:2])
+            kept[key] = (posed, *torque_truth._taylor(posed, GRID)[:2])
         return kept[key]
 
     return of
@@ -84,7 +84,7 @@ def exact():
 @pytest.mark.parametrize("names", BY_ORACLE, ids="+".join)
 def test_extrapolation_and_oracle_share_nothing_and_agree(names, exact):
     posed, attitudes, rates = exact(names)
-    q, w, route, off = torque_truth._extrapolated(posed, posed.environment, GRID)
+    q, w, route, off = torque_truth._extrapolated(posed, GRID)
     angle, rate = apart((q, w), attitudes, rates)
     assert route == torque_truth.EXTRAPOLATED
     assert angle < 2e-14
@@ -105,7 +105,7 @@ def test_truth_without_oracle_is_what_the_librarys_own_formulas_give(name):
     given += [effect(each) for each in ELSEWISE[name]]
     posed = InitialValueProblem.of_scene(scene(*given, times=TIMES))
     assert not torque_truth._is_known(posed.environment)
-    attitudes, rates, _, off = torque_truth._extrapolated(posed, posed.environment, GRID)
+    attitudes, rates, _, off = torque_truth._extrapolated(posed, GRID)
     ours = answers(method("compiled", "tol 1e-15").prepare(posed)(GRID), GRID)
     angle, rate = apart(ours, attitudes, rates)
     assert off < 1e-12
@@ -121,7 +121,7 @@ def test_orbit_by_table_is_followed_by_both():
     }
     posed = problem("gravity_gradient", orbit=orbit)
     assert not torque_truth._is_known(posed.environment)
-    attitudes, rates, _, _ = torque_truth._extrapolated(posed, posed.environment, GRID)
+    attitudes, rates, _, _ = torque_truth._extrapolated(posed, GRID)
     ours = answers(method("gauss", "1 rad").prepare(posed)(GRID), GRID)
     assert max(apart(ours, attitudes, rates)) < 1e-12
     pytest.importorskip("heyoka")

@@ -65,6 +65,7 @@ class FreeEquations:
 
     @classmethod
     def of(cls, problem: InitialValueProblem) -> FreeEquations:
+        """Equations of a free body."""
         (I1, I2, I3), columns = principal_axes(problem)
         attitude, rate, axes = problem.attitude, problem.angular_velocity, None
         if problem.moments is None:

@@ -117,7 +117,7 @@ class PublishedMotion:
 
     def _require_generic(self) -> None:
         I1, I2, I3 = self.moments
-        if I1 == I2 or I2 == I3:
+        if I2 in (I1, I3):
             raise ArithmeticError("the published formulas: two moments are equal")
         if self.L2 == self.E2 * I2:
             raise ArithmeticError("the published formulas: on the separatrix")

@@ -148,11 +148,13 @@ def _orbit_and_sun(environment: TorqueEnvironment) -> tuple[np.ndarray, ...]:
 
 @routine
 def cross(a, b):
+    """Vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @routine
 def dot(a, b):
+    """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -164,6 +166,7 @@ def plus(a, b, factor):
 
 @routine
 def inverse_length(a):
+    """1 / abs(a)."""
     return 1.0 / np.sqrt(dot(a, a))
 
 
@@ -186,6 +189,7 @@ def to_body(q, v):
 
 @routine
 def three(row, first):
+    """Three numbers of a row as a vector."""
     return row[first], row[first + 1], row[first + 2]
 
 
@@ -235,6 +239,7 @@ def on_pieces(pieces, start, length, t):
 
 @routine
 def gravity_gradient(row, moments, q, r):
+    """Torque 3 mu / r^3 e x I e, N m, body frame."""
     shorter = inverse_length(r)
     down = to_body(q, (r[0] * shorter, r[1] * shorter, r[2] * shorter))
     I1, I2, I3 = moments
@@ -244,6 +249,7 @@ def gravity_gradient(row, moments, q, r):
 
 @routine
 def magnetic(row, q, r, t):
+    """Torque of a dipole in the field of the central body's dipole, N m, body frame."""
     angle = TURN * (t * row[14] + t * row[15])
     d = plus(plus(three(row, 5), three(row, 8), np.cos(angle)), three(row, 11), np.sin(angle))
     shorter = inverse_length(r)
@@ -253,6 +259,7 @@ def magnetic(row, q, r, t):
 
 @routine
 def solar_plate(row, q, to_sun):
+    """Torque of sunlight on a plate, N m, body frame."""
     n, area, specular, diffuse = three(row, 1), row[7], row[8], row[9]
     shorter = inverse_length(to_sun)
     s = to_body(q, plus((0.0, 0.0, 0.0), to_sun, shorter))
@@ -264,6 +271,7 @@ def solar_plate(row, q, to_sun):
 
 @routine
 def drag_plate(row, q, r, v):
+    """Torque of drag on a plate, N m, body frame."""
     n, area, density, reference, height = three(row, 1), row[7], row[8], row[9], row[10]
     wind = plus(v, cross(three(row, 11), r), -1.0)
     speed = np.sqrt(dot(wind, wind))
@@ -275,6 +283,7 @@ def drag_plate(row, q, r, v):
 
 @routine
 def torque(row, moments, q, w, t, r, v, s):
+    """Torque of one effect, N m, body frame."""
     code = row[0]
     if code == BODY_FIXED:
         return three(row, 1)
