@@ -1,9 +1,9 @@
-"""Count what one question passes through: functions, files, and changes of file, by `sys.setprofile`.
+"""Count functions, files and changes of file in one request, by `sys.setprofile`.
 
     python tests/benchmarks/call_path.py
 
-Two questions are traced, each as the second of its kind in the process, so that imports, compiled kernels and
-tables are there already: the command `attitude run toutatis`, and a document of two instants that is posted to
+Two requests are traced, each as the second of its kind in the process, so that imports, compiled kernels and
+tables are loaded: the command `attitude run toutatis`, and a document of two instants posted to
 `/v1/ephemeris`.  Only functions of `attitude` and `service` count; generated code does not.
 """
 
@@ -15,6 +15,7 @@ import json
 import sys
 import threading
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -51,7 +52,7 @@ def traced(question: Callable[[], Any]) -> Count:
         threading.setprofile(None)
         if hasattr(threading, "setprofile_all_threads"):
             threading.setprofile_all_threads(None)
-    changes = sum(a != b for a, b in zip(entered, entered[1:], strict=False))
+    changes = sum(a != b for a, b in pairwise(entered))
     return Count(len(functions), len(set(entered)), changes)
 
 

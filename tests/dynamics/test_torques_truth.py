@@ -5,7 +5,7 @@ import pytest
 
 from attitude.dynamics.solvers import can_take
 from tests.dynamics.marching import SOLVERS, acting, angle, initial_state, kepler, march
-from tests.oracles.torqued_cases import CASES, EXPECTED
+from tests.oracles.torque_cases import CASES, EXPECTED
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
 # thousands of steps in plain doubles; splitting of a triaxial body reads its rate off the attitude, whose

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from attitude.oracle import exact, truth
 from attitude.oracle.series import Tape
 from attitude.oracle.torque_motion import KeplerianOrbit, TorqueMotion
-from tests.oracles.torqued_cases import (
+from tests.oracles.torque_cases import (
     ATTITUDE,
     CASES,
     CIRCULAR,
@@ -272,8 +272,9 @@ class Equations:
     def wheels(self, turn, w, r, t, h):
         return np.zeros(3)
 
-    def magnetic(self, turn, w, r, t, dipole, k, axis, turning):
-        d = Rotation.from_rotvec(np.array(turning) * t).apply(axis)
+    def magnetic(self, turn, w, r, t, *numbers):
+        dipole, k, axis, rotation = numbers
+        d = Rotation.from_rotvec(np.array(rotation) * t).apply(axis)
         u = r / np.linalg.norm(r)
         field = k / np.linalg.norm(r) ** 3 * (3 * (d @ u) * u - d)
         return np.cross(dipole, turn.inv().apply(field))

@@ -3,7 +3,7 @@
 Inputs are the exact binary numbers they are; expected values are decimal strings, good to the last of their
 digits, by `attitude.oracle.torque_motion`. Printed anew, once two precisions of it agree, by
 
-    python -m tests.oracles.torqued_cases
+    python -m tests.oracles.torque_cases
 """
 
 from typing import Any, NamedTuple
