@@ -326,6 +326,13 @@ def test_senseless_measurement_is_refused(options, message):
         measured(*ours.methods(), **options)
 
 
+def test_problem_is_the_former_name_of_the_initial_value_problem():
+    from attitude import cost
+
+    with pytest.warns(DeprecationWarning, match="is called InitialValueProblem"):
+        assert cost.Problem is InitialValueProblem
+
+
 def test_many_bodies_are_refused():
     motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 2.5)), IDENTITY, [(1, 2, 3), (3, 2, 1)], order="wxyz")
     with pytest.raises(InputError, match="one body"):
