@@ -21,7 +21,7 @@ from tests.bodies import (
     sample,
     times,
 )
-from tests.oracles import published
+from tests.oracles import published_mpmath
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 DEGREE = math.pi / 180
@@ -32,7 +32,7 @@ DEGREE = math.pi / 180
 
 def assert_as_published(body, t, attitude):
     for instant, q, omega in zip(t, *sample(body, t, attitude), strict=True):
-        expected = published.attitude_and_rate(*body, attitude, instant, digits=50)
+        expected = published_mpmath.attitude_and_rate(*body, attitude, instant, digits=50)
         assert truth.attitude_error(q.tolist(), expected[0]) <= ATTITUDE_TOLERANCE
         assert truth.rate_error(omega.tolist(), expected[1]) <= RATE_TOLERANCE
 

@@ -1,8 +1,8 @@
-"""The truth of motions under torques, and how far energy and momentum are from it.
+"""Truth of motion under torques: attitudes, energy and momentum.
 
-The Taylor oracle where it knows the torques.  Where it does not (sunlight, drag, orbits by table or TLE,
-torques that begin and end) extrapolation in doubles, its state in two parts: with it comes how far it may be
-off itself.
+The Taylor oracle integrates the torques it knows.  For the others (sunlight, drag, orbits by table or TLE,
+torques that begin and end) extrapolation in doubles with a two-part state serves, with an estimate of its own
+error.
 """
 
 from __future__ import annotations
@@ -13,184 +13,173 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..dynamics.solvers import RUNGE_KUTTA
-from .methods import stepping, torques
-from .problem import Problem, World
-from .truth import LONG, Truth, chosen, oracle, rotated, scaled
+from .free_truth import LONG, Truth, oracle, random_indices, rotated, scaled
+from .initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
+from .methods import library_solvers, torques
 
 if TYPE_CHECKING:
     from ..orbit.kepler import Kepler
 
-DIGITS = 18
+TAYLOR_DIGITS = 18
 TAYLOR, EXTRAPOLATED = "Taylor, eighteen digits", "extrapolation in doubles"
-# Seconds for a radian of the fastest motion; and what part of a budget may be spent on the truth.
-TAYLOR_SECONDS, EXTRAPOLATED_SECONDS, SHARE = 0.008, 0.001, 0.3
-# Errors that extrapolation may make in a radian: for the truth, and for the one that tells how good that is.
-FINE, ROUGH = 1e-14, 1e-13
-ROUGHLY = 1e-6  # where only the radians are asked for
+TOLERANCE = 1e-14  # error of the extrapolation in a radian
 
 
-def reach(problem: Problem, world: World, budget: float) -> float:
+def reach(problem: InitialValueProblem, environment: TorqueEnvironment, budget: float) -> float:
     """The longest horizon, in spans of the scene, that there is a truth for in the budget; at most 1.
 
     By the radians of the fastest motion: that at the epoch, or the body's own where torques make it faster.
     """
-    each = TAYLOR_SECONDS if _is_known(world) else EXTRAPOLATED_SECONDS
-    most, pace = SHARE * budget / each, world.pace
-    part = min(1.0, most / (pace * problem.unit)) if pace else 1.0
+    # seconds for a radian of the fastest motion; at most 0.3 of the budget is spent on the truth
+    seconds = 0.008 if _is_known(environment) else 0.001
+    max_radians, pace = 0.3 * budget / seconds, environment.pace
+    part = min(1.0, max_radians / (pace * problem.unit)) if pace else 1.0
     t = np.linspace(0.0, part * problem.unit, 65)
-    _, rates = stepping.march(problem, RUNGE_KUTTA, ROUGHLY, t)
+    _, rates = library_solvers.integrate(problem, RUNGE_KUTTA, 1e-6, t)
     faster = np.maximum(pace, np.sqrt((rates**2).sum(axis=1)))
     radians = np.cumsum(faster[1:]) * (t[1] - t[0])
-    return part if radians[-1] <= 1.01 * most else part * float(np.interp(most, radians, t[1:] / t[-1]))
+    return (
+        part
+        if radians[-1] <= 1.01 * max_radians
+        else part * float(np.interp(max_radians, radians, t[1:] / t[-1]))
+    )
 
 
-def load(problem: Problem, world: World) -> None:
-    """What of the truth is to be compiled, or read from disk."""
-    if not _is_known(world):
-        _integrated(problem, np.array([1e-3 / world.pace]), FINE)
+def load(problem: InitialValueProblem, environment: TorqueEnvironment) -> None:
+    """Compile, or load from disk, the kernels of the truth."""
+    if not _is_known(environment):
+        _integrated(problem, np.array([1e-3 / environment.pace]), TOLERANCE)
 
 
-def truths(problem: Problem, world: World, grids: Sequence[np.ndarray], seed: int) -> list[Truth]:
-    """One for each grid of instants (s, from 0), all from one integration."""
-    indices = [chosen(t.size, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
-    instants = np.unique(np.concatenate([t[some] for t, some in zip(grids, indices, strict=True)]))
-    attitudes, rates, route, off = (_taylor if _is_known(world) else _extrapolated)(problem, world, instants)
-    found = []
-    for t, some in zip(grids, indices, strict=True):
-        places = np.searchsorted(instants, t[some])
-        found.append(Truth(some, [attitudes[i] for i in places], route, rates[places], off))
-    return found
+def truths(
+    problem: InitialValueProblem, environment: TorqueEnvironment, grids: Sequence[np.ndarray], seed: int
+) -> list[Truth]:
+    """One Truth for each grid of instants (s, from 0), all from one integration."""
+    indices = [random_indices(t.size, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
+    instants = np.unique(np.concatenate([t[index] for t, index in zip(grids, indices, strict=True)]))
+    attitudes, rates, route, off = (_taylor if _is_known(environment) else _extrapolated)(problem, instants)
+    results = []
+    for t, index in zip(grids, indices, strict=True):
+        positions = np.searchsorted(instants, t[index])
+        results.append(Truth(index, [attitudes[i] for i in positions], route, rates[positions], off))
+    return results
 
 
-class Followed:
-    """Kinetic energy and momentum of the body, by its rate, against those of a truth."""
+class TrueQuantities:
+    """Kinetic energy and momentum of a body under torques, and the errors of samples against them."""
 
-    def __init__(self, problem: Problem, truth: Truth):
+    def __init__(self, problem: InitialValueProblem, truth: Truth):
         assert truth.rates is not None
         self.indices, self.tensor = truth.indices, scaled(problem.tensor)
         self.second = 1.0 / (float(np.abs(truth.rates).max()) or 1.0)
         attitudes = np.array([[_long(component) for component in q] for q in truth.attitudes], dtype=LONG)
-        self.energy, self.momentum = self._of(attitudes, truth.rates)
+        self.energy, self.momentum = self._energy_and_momentum(attitudes, truth.rates)
 
     def errors(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
-        """Largest errors of energy and of the momentum vector at the truth's samples, over the largest."""
-        energy, momentum = self._of(attitudes[self.indices].astype(LONG), rates[self.indices].astype(LONG))
+        """Largest errors of energy and momentum vector at the instants of truth, relative to the largest."""
+        energy, momentum = self._energy_and_momentum(
+            attitudes[self.indices].astype(LONG), rates[self.indices].astype(LONG)
+        )
         off = np.sqrt(((momentum - self.momentum) ** 2).sum(axis=-1)).max()
         size = np.sqrt((self.momentum**2).sum(axis=-1)).max() or LONG(1.0)
-        most = np.abs(self.energy).max() or LONG(1.0)
-        return float(np.abs(energy - self.energy).max() / most), float(off / size)
+        largest = np.abs(self.energy).max() or LONG(1.0)
+        return float(np.abs(energy - self.energy).max() / largest), float(off / size)
 
-    def _of(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _energy_and_momentum(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         w = rates * LONG(self.second)
         momentum = (self.tensor * w[:, None, :]).sum(axis=-1)
         return 0.5 * (w * momentum).sum(axis=-1), rotated(attitudes, momentum)
 
 
 def _long(value: Any) -> Any:
-    """A double, or an mpf to all digits that a long double holds."""
+    """A double, or an mpf to the digits of a long double, as a long double."""
     if isinstance(value, float):
         return LONG(value)
     high = float(value)
     return LONG(high) + LONG(float(value - high))
 
 
-Found = tuple[list[Any], np.ndarray, str, float]
+TrueSamples = tuple[list[Any], np.ndarray, str, float]
+"""Attitudes, rates, route, estimated error (rad)."""
 
 
 # -- by the oracle ----------------------------------------------------------------------------------
 
 
-def _is_known(world: World) -> bool:
+def _is_known(environment: TorqueEnvironment) -> bool:
     from ..orbit.kepler import Kepler
 
-    steady = all(torque.intervals(world.initial_state) is None for torque in world.torques)
-    two_body = world.orbit is None or isinstance(world.orbit, Kepler)
-    return steady and two_body and all(torque.type in TOLD for torque in world.torques)
+    steady = all(torque.intervals(environment.initial_state) is None for torque in environment.torques)
+    two_body = environment.orbit is None or isinstance(environment.orbit, Kepler)
+    return steady and two_body and all(torque.type in ORACLE_TORQUES for torque in environment.torques)
 
 
-def _taylor(problem: Problem, world: World, instants: np.ndarray) -> Found:
+def _taylor(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples:
     oracle()
+    environment = environment_of(problem)
     from mpmath import mp
 
-    from ..oracle.torqued import Torqued
+    from ..oracle.torque_motion import TorqueMotion
 
-    told = [TOLD[effect.type](effect, world) for effect in world.effects]
-    own = _own_rate(problem, world)
-    motion = Torqued(_inertia(problem), own, problem.attitude.tolist(), told, _orbit(world), DIGITS)
+    terms = [ORACLE_TORQUES[effect.type](effect, environment) for effect in environment.effects]
+    own = _own_rate(problem, environment)
+    motion = TorqueMotion(
+        _inertia(problem), own, problem.attitude.tolist(), terms, _orbit(environment), TAYLOR_DIGITS
+    )
     states = motion.states(instants.tolist())
-    alpha = sum(numbers[0] for name, *numbers in told if name == "dissipation")
-    with mp.workdps(DIGITS + 10):
-        rates = np.array([[_long(w) for w in _turning(state, alpha)] for state in states], dtype=LONG)
+    alpha = sum(numbers[0] for name, *numbers in terms if name == "dissipation")
+    with mp.workdps(TAYLOR_DIGITS + 10):
+        rates = np.array([[_long(w) for w in _attitude_rate(state, alpha)] for state in states], dtype=LONG)
     return [state.attitude for state in states], rates, TAYLOR, 0.0
 
 
-def _inertia(problem: Problem) -> Any:
+def _inertia(problem: InitialValueProblem) -> Any:
     return problem.tensor.tolist() if problem.moments is None else problem.moments.tolist()
 
 
-def _own_rate(problem: Problem, world: World) -> list[float]:
-    """w of the momentum: the document's rate is W, which a sink makes another."""
-    if all(effect.type != "dissipation" for effect in world.effects):
+def _own_rate(problem: InitialValueProblem, environment: TorqueEnvironment) -> list[float]:
+    """w = I^-1 (m - h): the document's rate is W, from which dissipation makes it differ."""
+    if all(effect.type != "dissipation" for effect in environment.effects):
         return problem.angular_velocity.tolist()
-    equations = torques.Equations.of(problem)
+    equations = torques.TorqueEquations.of(problem)
     return equations.axes.apply(equations.start[4:] * equations.second).tolist()
 
 
-def _turning(state: Any, alpha: float) -> Any:
+def _attitude_rate(state: Any, alpha: float) -> Any:
     """W = w + alpha m x w."""
     (x, y, z), (a, b, c) = state.rate, state.momentum
     return x + alpha * (b * z - c * y), y + alpha * (c * x - a * z), z + alpha * (a * y - b * x)
 
 
-def _orbit(world: World) -> Any:
-    from ..oracle.torqued import Orbit
+def _orbit(environment: TorqueEnvironment) -> Any:
+    from ..oracle.torque_motion import KeplerianOrbit
 
-    if world.orbit is None or world.initial_state.orbit_path is None:
+    if environment.orbit is None or environment.initial_state.orbit_path is None:
         return None
-    orbit: Kepler = world.orbit  # type: ignore[assignment]
-    numbers, mu = world.initial_state.orbit_path.numbers, orbit.central().mu
+    orbit: Kepler = environment.orbit  # type: ignore[assignment]
+    numbers, mu = environment.initial_state.orbit_path.numbers, orbit.central().mu
     anomaly = 2.0 * np.pi * float(numbers[3])
     angles = orbit.inclination.si, orbit.raan.si, orbit.argument_of_pericentre.si
-    return Orbit(mu, float(numbers[1]), float(numbers[2]), *angles, anomaly)
+    return KeplerianOrbit(mu, float(numbers[1]), float(numbers[2]), *angles, anomaly)
 
 
-def _constant(torque: Any, world: World) -> tuple[Any, ...]:
-    return f"constant_{torque.frame}", torque.torque.si.tolist()
-
-
-def _gradient(torque: Any, world: World) -> tuple[Any, ...]:
-    return "gravity_gradient", _orbit(world).mu
-
-
-def _eddy(torque: Any, world: World) -> tuple[Any, ...]:
-    return "eddy", (0.5 * (torque.C + torque.C.T)).tolist()
-
-
-def _dissipation(torque: Any, world: World) -> tuple[Any, ...]:
-    return "dissipation", torque.coefficient.si
-
-
-def _wheels(torque: Any, world: World) -> tuple[Any, ...]:
-    return "wheels", torque.momentum.si.tolist()
-
-
-def _magnetic(torque: Any, world: World) -> tuple[Any, ...]:
-    """The row holds the dipole's axis as a + b cos + c sin of its turning."""
-    row = torque.rows(world.initial_state)[0]
+def _magnetic(torque: Any, environment: TorqueEnvironment) -> tuple[Any, ...]:
+    """The row holds the axis of the central body's dipole as a + b cos + c sin of its rotation angle."""
+    row = torque.rows(environment.initial_state)[0]
     a, b, c = row[5:8], row[8:11], row[11:14]
     across = np.cross(b, c)
     size = float(np.linalg.norm(across))
-    turning = 2.0 * np.pi * (row[14] + row[15]) * across / size if size else np.zeros(3)
-    return "magnetic", torque.dipole.si.tolist(), float(row[4]), (a + b).tolist(), turning.tolist()
+    rotation = 2.0 * np.pi * (row[14] + row[15]) * across / size if size else np.zeros(3)
+    return "magnetic", torque.dipole.si.tolist(), float(row[4]), (a + b).tolist(), rotation.tolist()
 
 
-# Effects that the oracle knows, as it wants to be told of them.
-TOLD: dict[str, Callable[[Any, World], tuple[Any, ...]]] = {
-    "constant_torque": _constant,
-    "gravity_gradient": _gradient,
-    "eddy_damping": _eddy,
-    "dissipation": _dissipation,
-    "wheels": _wheels,
+# Effects that the oracle knows, as the name and numbers that it takes.
+ORACLE_TORQUES: dict[str, Callable[[Any, TorqueEnvironment], tuple[Any, ...]]] = {
+    "constant_torque": lambda torque, _: (f"constant_{torque.frame}", torque.torque.si.tolist()),
+    "gravity_gradient": lambda _, environment: ("gravity_gradient", _orbit(environment).mu),
+    "eddy_damping": lambda torque, _: ("eddy", (0.5 * (torque.C + torque.C.T)).tolist()),
+    "dissipation": lambda torque, _: ("dissipation", torque.coefficient.si),
+    "wheels": lambda torque, _: ("wheels", torque.momentum.si.tolist()),
     "magnetic_dipole": _magnetic,
 }
 
@@ -198,16 +187,18 @@ TOLD: dict[str, Callable[[Any, World], tuple[Any, ...]]] = {
 # -- by extrapolation -------------------------------------------------------------------------------
 
 
-def _extrapolated(problem: Problem, world: World, instants: np.ndarray) -> Found:
-    """Twice; what the two are apart tells how good the better one is, its rounding included."""
-    attitudes, rates = _integrated(problem, instants, FINE)
-    rough, _ = _integrated(problem, instants, ROUGH)
+def _extrapolated(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples:
+    """By the finer of two integrations; their difference estimates its error, rounding included."""
+    attitudes, rates = _integrated(problem, instants, TOLERANCE)
+    rough, _ = _integrated(problem, instants, 10.0 * TOLERANCE)
     angle = oracle().attitude_error
     off = max(angle(q, p) for q, p in zip(attitudes.tolist(), rough.tolist(), strict=True))
     return attitudes.tolist(), rates.astype(LONG), EXTRAPOLATED, float(off)
 
 
-def _integrated(problem: Problem, instants: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    return torques.over_legs(
-        problem, instants, lambda equations, *leg: equations.extrapolated(*leg, tolerance)
+def _integrated(
+    problem: InitialValueProblem, instants: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    return torques.over_arcs(
+        problem, instants, lambda equations, *arc: equations.extrapolated(*arc, tolerance)
     )

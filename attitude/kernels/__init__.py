@@ -4,18 +4,18 @@ Kernels know no units, `Time`, frames, files or HTTP, and import nothing from th
 closed form is at the root, in the order of the calculation:
 
     layout         records and codes that kernels and their callers share
-    intrinsics     the processor's fused multiply-add and the bits of a double
+    intrinsics     fused multiply-add, the bits of a double
+    vectors        vectors of three numbers, and their rotation
     doubledouble   two-part arithmetic
-    expansion      sums of products without any rounding
+    expansion      sums of products without rounding
+    phase          a rate times a time in two parts; sine and cosine of turns
     clock          days and seconds in two parts
     elliptic       K, K', R_F in two parts
     principal      a tensor's principal moments and axes, in two parts
     discriminant   D, whose sign is the regime
-    quaternion     the one statement of order and direction
-    invariants     body, momentum, attitude -> constants of the motion: decided once
-    phase          a rate times a time in two parts; sine and cosine of turns
+    quaternion     the convention of order and direction, in two parts
+    invariants     body, rate, attitude -> constants of the motion
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
-    vectors        vectors of three numbers, and their rotation
     rotation       quaternions in plain doubles, for solvers
     interpolation  polynomials through attitudes, compared with the motion between the nodes
 

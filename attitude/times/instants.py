@@ -314,8 +314,8 @@ class Grid:
     def part(self, first: int, last: int, epoch: Time | None = None) -> Instants:
         """The instants from first to last, the last one excluded; the bits do not depend on the parts."""
         seconds, rest = _room_for(last - first)
-        grid = self.start, self.stop, float(self.count - 1), self.step
-        compiled.grid(*grid, *self._ratio, float(first), seconds, rest)
+        spacing = np.array([self.start, self.stop, self.count - 1, self.step, *self._ratio], dtype=float)
+        compiled.grid(spacing, float(first), seconds, rest)
         return Instants(seconds, rest if rest.any() else None, epoch).finite("times")
 
 

@@ -1,4 +1,4 @@
-"""Count what one question passes through: functions, files, and changes of file, by `sys.setprofile`.
+"""Count functions, files and changes of file in one request, by `sys.setprofile`.
 
     python tests/benchmarks/call_path.py [-v]
 

@@ -18,10 +18,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from attitude.ensemble.simulation import choose, simulated
+
 from attitude import RigidBody, Scene
 from attitude.cost.machine import processor
 from attitude.dynamics import integration, refinement
-from attitude.ensemble.simulation import choose, simulated
 from attitude.frames.rotations import angle_between
 from attitude.times.instants import as_instants
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from attitude import Scene
-from attitude.cost import AbsentError, Problem
+from attitude.cost import AbsentError, InitialValueProblem
 from attitude.cost.machine import processor, versions
 from attitude.cost.methods import FAMILIES
 from attitude.oracle import truth
@@ -29,7 +29,7 @@ PEERS = {"heyoka": (10.0, 1e-10), "orekit": (50.0, 1e-10), "dop853": (100.0, 1e-
 TIMES_MORE_EXACT = 100.0
 
 MOTION = Scene.builtin("toutatis").motion()
-PROBLEM = Problem.of_motion(MOTION)
+PROBLEM = InitialValueProblem.of_motion(MOTION)
 SECONDS = np.linspace(0.0, PERIODS * PROBLEM.unit, SAMPLES)
 INSTANTS = as_instants(SECONDS, None)
 

@@ -120,7 +120,7 @@ def test_wheels_turn_an_impulse_away():
 
 @pytest.mark.parametrize("first", range(0, 55, 5))
 def test_rest_is_where_motions_of_less_and_less_rate_lead(first):
-    """`tests/benchmarks/torques_from_rest.py` takes all pairs many times over."""
+    """All pairs were run many times over (docs/design/torque-solvers.md)."""
     from itertools import combinations
 
     names = list(combinations(EFFECTS, 2))[first + 2]

@@ -6,7 +6,7 @@ import pytest
 from attitude import Scene, ToleranceError
 from attitude.dynamics import integration
 from attitude.dynamics.batch_states import TorqueProblem
-from attitude.oracle.torqued import Torqued
+from attitude.oracle.torque_motion import TorqueMotion
 from attitude.scene.simulation import resolve as route
 from attitude.times.instants import as_instants
 from tests.dynamics.at_rest import direction
@@ -59,7 +59,7 @@ def document(moments, rate, effect, solver, tolerance):
 
 def truth(moments, rate, torque):
     """(4, 1)"""
-    (state,) = Torqued(moments, rate, ATTITUDE, [torque], None, 20).states([SPAN])
+    (state,) = TorqueMotion(moments, rate, ATTITUDE, [torque], None, 20).states([SPAN])
     q = np.array([float(x) for x in state.attitude])
     return (q / np.linalg.norm(q))[:, None]
 
@@ -131,7 +131,7 @@ def test_impulses_leave_the_momentum_along_a_needle_as_exact_as_they_are(frame):
     moments = SYMMETRIC["needle about z"][0]
     for firing in [*firings, None]:
         at = SPAN if firing is None else firing["time"]["value"]
-        (state,) = Torqued(moments, w, q, [], None, 20).states([at - before])
+        (state,) = TorqueMotion(moments, w, q, [], None, 20).states([at - before])
         q, w, before = state.attitude, state.rate, at
         if firing is not None:
             w = pushed(q, w, moments, firing)

@@ -5,7 +5,7 @@ import pytest
 
 from attitude.dynamics.solvers import SOLVERS
 from tests.dynamics.motions import acting, angle, initial_state, integrate_arc, is_taken, kepler
-from tests.oracles.torqued_cases import CASES, EXPECTED
+from tests.oracles.torque_cases import CASES, EXPECTED
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
 # thousands of steps in plain doubles; splitting of a triaxial body reads its rate off the attitude, whose

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from ..intrinsics import routine
 from ..layout import BALL, RIM, SHARP
-from ..vectors import add_scaled, cross, dot, norm, taken, times, transposed
+from ..vectors import add_scaled, cross, dot, first_three, norm, times, transposed
 
 # Relative to the body's size: distance within which a point is on the plane, and depth that the lower bound
 # on the path of a leaving point may reach (it cannot tell such a point from one that dips below).
@@ -70,14 +70,14 @@ def contact_model(points, numbers):
     return ContactModel(
         points,
         numbers[0],
-        taken(numbers[1:4]),
-        taken(numbers[4:7]),
+        first_three(numbers[1:4]),
+        first_three(numbers[4:7]),
         numbers[7],
         numbers[8],
         numbers[9],
         int(numbers[10]),
         numbers[11],
-        taken(numbers[12:15]),
+        first_three(numbers[12:15]),
         numbers[15],
         numbers[16],
     )
@@ -130,7 +130,7 @@ def _corner_depth(ground, view):
 @routine
 def height_and_rate(ground, view, i):
     """Height of the lowest point about corner i over the plane, and its rate."""
-    corner = taken(ground.points[i])
+    corner = first_three(ground.points[i])
     depth, deepening = _corner_depth(ground, view)
     return view.height + dot(corner, view.normal) - depth, view.speed + dot(corner, view.turning) - deepening
 

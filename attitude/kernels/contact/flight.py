@@ -13,7 +13,7 @@ from ..intrinsics import kernel, routine
 from ..invariants import invariants
 from ..layout import AT_REST, CONSTANT_RATE, NO_ROOM, OUT_OF_RANGE, RIM, RIM_POINTS, TIME_IS_UP, TOO_LONG
 from ..principal import rate_is_constant
-from ..vectors import across, add_scaled, dot, norm, rotation, taken, times, transposed
+from ..vectors import across, add_scaled, dot, first_three, norm, rotation, times, transposed
 from . import clearance, impact
 from .clearance import STILL_SPEED
 
@@ -127,9 +127,9 @@ def _motion(ground, record, start, time, scratch):
     scratch.time[0] = time
     sample(record, scratch.time, None, q, w, None, 0, 0, 1)
     rows = rotation((q[0, 0, 0], q[1, 0, 0], q[2, 0, 0], q[3, 0, 0]))
-    velocity = taken(start[12:15])
+    velocity = first_three(start[12:15])
     mean = add_scaled(velocity, 0.5 * time, ground.gravity)
-    position = add_scaled(taken(start[9:12]), time, mean)
+    position = add_scaled(first_three(start[9:12]), time, mean)
     return rows, (w[0, 0, 0], w[1, 0, 0], w[2, 0, 0]), position, add_scaled(velocity, time, ground.gravity)
 
 
@@ -137,8 +137,8 @@ def _motion(ground, record, start, time, scratch):
 def _limits(ground, body, record, start):
     """Bounds that hold throughout the flight."""
     rows = rotation((start[2], start[3], start[4], start[5]))
-    rate = taken(start[6:9])
-    view = clearance.plane_in_body(ground, rows, rate, taken(start[9:12]), taken(start[12:15]))
+    rate = first_three(start[6:9])
+    view = clearance.plane_in_body(ground, rows, rate, first_three(start[9:12]), first_three(start[12:15]))
     constant = record.regime == CONSTANT_RATE
     return clearance.flight_bounds(ground, body.moments[0], body.axes[0], constant, rate, view)
 
@@ -234,7 +234,7 @@ def _contact_points(ground, view, points):
 @routine
 def _write_lowest(ground, normal, i, points, count):
     """Write the lowest point about a corner; of a rim that lies flat, points all around."""
-    corner = taken(ground.points[i])
+    corner = first_three(ground.points[i])
     inwards = -ground.radius
     if ground.corner_kind == RIM:
         down = add_scaled(normal, -dot(normal, ground.axis), ground.axis)

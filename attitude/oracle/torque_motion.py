@@ -1,10 +1,10 @@
-"""Attitude and rate of a rigid body under torques, by Taylor series as many digits long as asked for.
+"""Attitude and rate of a rigid body under torques, by Taylor series to any number of digits.
 
-All vectors are seen from the body. With m the whole momentum, h that of the rotors, W the body's rate,
+All vectors are body components. With m the whole momentum, h that of the rotors, W the body's rate,
 
     w = I^-1 (m - h),    W = w + alpha m x w,    m' = m x W + torque,    q' = q W / 2,
 
-and what is inertial turns the other way: an inertial torque T' = T x W, position and velocity on the orbit
+and inertial vectors rotate the other way: an inertial torque T' = T x W, position and velocity on the orbit
 
     r' = r x W + v,    v' = v x W - mu r / |r|^3        (circular: mu / a^3 r, which is linear),
 
@@ -16,7 +16,7 @@ Torques:
     gravity gradient 3 mu / |r|^5  r x I r,
     magnetic dipole x B, with B = k (3 (d.r) r / |r|^5 - d / |r|^3).
 
-Nothing of the library's own solvers is in it: no splitting, no free rotation, no Kepler's equation but at 0.
+It shares nothing with the library's solvers: no splitting, no free rotation, Kepler's equation only at t = 0.
 """
 
 from collections import defaultdict
@@ -28,13 +28,12 @@ from mpmath import mp, mpf
 from .exact import elapsed, fraction, fractions, half_turn, multiply, normalised, real, rotate
 from .series import Tape
 
-# Digits by which the working precision exceeds those promised: errors of steps, grown over 1e5 rad.
+# Working digits beyond the promised ones, for the errors of steps as they grow over 1e5 rad.
 GUARD_DIGITS = 12
-MAX_GROWTH = 1.5  # of a step over the one before
 MAX_STEPS = 2_000_000
 
 
-class Orbit(NamedTuple):
+class KeplerianOrbit(NamedTuple):
     """A Keplerian orbit about a central body: m3/s2, m, and rad; the anomaly is the mean one at t = 0."""
 
     mu: float
@@ -47,14 +46,14 @@ class Orbit(NamedTuple):
 
 
 class State(NamedTuple):
-    """Where a body is: mpf throughout.
+    """State of a body; all numbers are mpf.
 
     Attributes
     ----------
-    attitude : 4, wxyz, body to inertial, continuous in t; not normalised: its norm tells of errors
-    rate : 3, rad/s, body: w = I^-1 (m - h), which under dissipation is not yet the attitude's own rate W
+    attitude : 4, wxyz, body to inertial, continuous in t; not normalised: its norm shows errors
+    rate : 3, rad/s, body: w = I^-1 (m - h); under dissipation it differs from the rate W of the attitude
     momentum : 3, N m s, body: m, with that of the rotors
-    position : 3, m, inertial: on the orbit, turned from the body frame by the attitude; None without an orbit
+    position : 3, m, inertial: on the orbit, rotated from the body frame; None without an orbit
     """
 
     attitude: tuple
@@ -63,7 +62,7 @@ class State(NamedTuple):
     position: tuple | None
 
 
-class Torqued:
+class TorqueMotion:
     """The motion of one body from t = 0.
 
     Parameters
@@ -78,8 +77,8 @@ class Torqued:
         ("dissipation", alpha): 1/(N m s)
         ("wheels", h): N m s, body
         ("magnetic", dipole, k, d, E): A m2, body; T m3; unit vector at t = 0 and rad/s, both inertial
-    orbit : Orbit, which gravity gradient and magnetic dipole need
-    digits : good ones of q, in motion that is not chaotic and over no more than some 1e5 rad
+    orbit : KeplerianOrbit, which gravity gradient and magnetic dipole need
+    digits : correct ones of q, in motion that is not chaotic and over no more than some 1e5 rad
 
     Numbers are taken as the exact binary fractions (or Fractions, or mpf) they are.
 
@@ -92,26 +91,27 @@ class Torqued:
         self.digits = digits
         self.bits = ceil((digits + GUARD_DIGITS) * log(10, 2))
         self.order = ceil(self.bits * log(2) / 2)  # least work: order^2 / exp(-bits log 2 / order)
-        self.given = _by_name(torques, orbit)
+        self.torques = _by_name(torques, orbit)
         with mp.workprec(self.bits + 64):
-            self.orbit = None if orbit is None else Orbit(*_reals(orbit))
-            self.wheels = _sum([_reals(h) for (h,) in self.given["wheels"]])
+            self.orbit = None if orbit is None else KeplerianOrbit(*_reals(orbit))
+            self.wheels = _sum([_reals(h) for (h,) in self.torques["wheels"]])
             self._set_units(_tensor(inertia), _reals(omega))
-            self._tell(normalised(q0), _reals(omega))
+            self.q0 = normalised(q0)
+            self._record_equations(_reals(omega))
 
     def at(self, times):
         """(attitude, rate) at each of some elapsed times, s: numbers, or tuples (hi, lo); in any order."""
         return [(state.attitude, state.rate) for state in self.states(times)]
 
     def states(self, times):
-        """The `State` at each of some times; steps are taken from 0 outward, and not kept."""
-        found = {}
+        """The `State` at each of some times; integration runs from 0 outward, in both directions."""
+        states = {}
         with mp.workprec(self.bits + 64):
             exact = [real(elapsed(t)) * self.rate_unit for t in times]
             for direction in (1, -1):
                 ahead = sorted({t for t in exact if t * direction >= 0}, key=abs)
-                found.update(zip(ahead, self._march(ahead, direction), strict=True))
-            return [found[t] for t in exact]
+                states.update(zip(ahead, self._integrate(ahead, direction), strict=True))
+            return [states[t] for t in exact]
 
     # Units: the greatest entry of the tensor, and the fastest of the rates
 
@@ -120,8 +120,8 @@ class Torqued:
         rates = [_norm(omega), _norm(self.wheels) / self.moment_unit]
         if self.orbit:
             rates.append(mp.sqrt(self.orbit.mu / self.orbit.semi_major_axis**3))
-        for torque in (T for kind in ("constant_body", "constant_inertial") for (T,) in self.given[kind]):
-            rates.append(mp.sqrt(_norm(_reals(torque)) / self.moment_unit))
+        constant = self.torques["constant_body"] + self.torques["constant_inertial"]
+        rates += [mp.sqrt(_norm(_reals(torque)) / self.moment_unit) for (torque,) in constant]
         self.rate_unit = max(rates) or mpf(1)
         self.momentum_unit = self.moment_unit * self.rate_unit
         self.torque_unit = self.momentum_unit * self.rate_unit
@@ -130,48 +130,48 @@ class Torqued:
 
     # Equations
 
-    def _tell(self, q0, omega):
+    def _record_equations(self, omega):
         tape = self.tape = Tape(self.bits, self.order)
         rotors = [component / self.momentum_unit for component in self.wheels]
         own = _times(self.tensor, [component / self.rate_unit for component in omega])
         momentum = [a + b for a, b in zip(own, rotors, strict=True)]
-        self.q = [tape.state(component) for component in q0]
+        self.q = [tape.state(component) for component in self.q0]
         self.m = [tape.state(component) for component in momentum]
         offset = [-component for component in _times(self.inverse, rotors)]
         self.w = self._linear(self.inverse, self.m, offset)
         self.W = self._attitude_rate()
-        self.turned = [self.m]
-        self._tell_orbit(q0)
-        for name in self.given:
-            for numbers in self.given[name]:
+        self.rotating = [self.m]
+        self._record_orbit()
+        for name in self.torques:
+            for numbers in self.torques[name]:
                 if name not in ("dissipation", "wheels"):
-                    self._change(self.m, getattr(self, f"_{name}")(q0, *numbers))
-        self._turn()
+                    self._change(self.m, getattr(self, f"_{name}")(*numbers))
+        self._record_rotation()
 
     def _attitude_rate(self):
-        alpha = sum((real(fraction(number)) for (number,) in self.given["dissipation"]), mpf(0))
+        alpha = sum((real(fraction(number)) for (number,) in self.torques["dissipation"]), mpf(0))
         if not alpha:
             return self.w
         across = self._cross(self.m, self.w)
         terms = zip(self.w, across, strict=True)
         return [self.tape.combination([(mpf(1), w), (alpha * self.momentum_unit, x)]) for w, x in terms]
 
-    def _turn(self):
-        """q' = q W / 2, and u' = u x W of the momentum and of all that is inertial, in one product."""
+    def _record_rotation(self):
+        """q' = q W / 2, and u' = u x W of the momentum and of all inertial vectors, in one product."""
         half = [self.tape.combination([(mpf("0.5"), component)]) for component in self.q]
-        rows = [*_quaternion_rows(*half), *(row for vector in self.turned for row in _cross_rows(vector))]
-        states = [*self.q, *(component for vector in self.turned for component in vector)]
+        rows = [*_quaternion_rows(*half), *(row for vector in self.rotating for row in _cross_rows(vector))]
+        states = [*self.q, *(component for vector in self.rotating for component in vector)]
         self._change(states, self.tape.bilinear(self.W, rows))
 
-    def _tell_orbit(self, q0):
-        """Position in semi-major axes, and |r|^-5 and |r|^-3, which are None on a circle."""
+    def _record_orbit(self):
+        """Record position (unit: semi-major axis), and |r|^-5 and |r|^-3, which are None on a circle."""
         if self.orbit is None:
             self.r = None
             return
         tape, gravity = self.tape, self._per_second2(self.orbit.mu)
         position, velocity = _start(self.orbit)
-        self.r = self._inertial(q0, position)
-        v = self._inertial(q0, [component * mp.sqrt(gravity) for component in velocity])
+        self.r = self._inertial(position)
+        v = self._inertial([component * mp.sqrt(gravity) for component in velocity])
         self.inverse5 = self.inverse3 = None
         pull = self.r
         if self.orbit.eccentricity:
@@ -183,26 +183,26 @@ class Torqued:
 
     # Torques, in units of `torque_unit`
 
-    def _constant_body(self, q0, torque):
+    def _constant_body(self, torque):
         return [self.tape.combination([], T / self.torque_unit) for T in _reals(torque)]
 
-    def _constant_inertial(self, q0, torque):
-        return self._inertial(q0, [T / self.torque_unit for T in _reals(torque)])
+    def _constant_inertial(self, torque):
+        return self._inertial([T / self.torque_unit for T in _reals(torque)])
 
-    def _eddy(self, q0, damping):
+    def _eddy(self, damping):
         rows = [[-c * self.rate_unit / self.torque_unit for c in _reals(row)] for row in damping]
         return self._linear(rows, self.w)
 
-    def _gravity_gradient(self, q0, mu):
+    def _gravity_gradient(self, mu):
         factor = 3 * self._per_second2(real(fraction(mu)))
         rows = [[factor * entry for entry in row] for row in self.tensor]
         return self._scaled(self.inverse5, self._cross(self.r, self._linear(rows, self.r)))
 
-    def _magnetic(self, q0, dipole, k, axis, turning):
-        tape, d = self.tape, self._inertial(q0, _reals(axis))
-        turning = _reals(turning)
-        if any(turning):
-            E = self._inertial(q0, [component / self.rate_unit for component in turning])
+    def _magnetic(self, dipole, k, axis, rotation):
+        tape, d = self.tape, self._inertial(_reals(axis))
+        rotation = _reals(rotation)
+        if any(rotation):
+            E = self._inertial([component / self.rate_unit for component in rotation])
             self._change(d, self._cross(E, d))
         (along,) = tape.bilinear(d, [self.r])
         first = self._scaled(self.inverse5, self._scaled(along, self.r))
@@ -218,10 +218,10 @@ class Torqued:
         """mu / a^3, in units of `rate_unit` squared."""
         return mu / self.orbit.semi_major_axis**3 / self.rate_unit**2
 
-    def _inertial(self, q0, vector):
-        """An inertial vector as the body sees it, u' = u x W; to be changed further by its own motion."""
-        seen = [self.tape.state(u) for u in rotate(_conjugate(q0), vector)]
-        self.turned.append(seen)
+    def _inertial(self, vector):
+        """Body components of an inertial vector, u' = u x W; its own motion is added by `_change`."""
+        seen = [self.tape.state(u) for u in rotate(_conjugate(self.q0), vector)]
+        self.rotating.append(seen)
         return seen
 
     def _change(self, states, terms):
@@ -243,7 +243,7 @@ class Torqued:
 
     # Steps
 
-    def _march(self, times, direction):
+    def _integrate(self, times, direction):
         """States at times in units of 1 / rate_unit, ascending in absolute value, of one direction."""
         tape, start, scale, values = self.tape, mpf(0), mpf(direction), list(self.tape.start)
         pending, steps = iter(times), 0
@@ -258,10 +258,10 @@ class Torqued:
                 yield self._state(tape.evaluate((t - start) / scale))
                 t = next(pending, None)
             values = tape.evaluate(length)
-            start, scale = start + scale * length, MAX_GROWTH * scale * length
+            start, scale = start + scale * length, 1.5 * scale * length
 
     def _length(self, states):
-        """How far an expansion holds, in its scale: |c_N| length^N stays below one unit of the last place."""
+        """Length of the step, in its scale: |c_N| length^N stays below one unit of the last place."""
         tail = max(abs(coefficient) for series in states for coefficient in series[-2:])
         return min(mpf(1), mpf(2) ** (-mpf(int(tail).bit_length()) / self.order))
 
@@ -283,15 +283,15 @@ TORQUES = frozenset(
 
 
 def _by_name(torques, orbit):
-    """Their numbers, name by name."""
-    given = defaultdict(list)
+    """Lists of numbers by the name of the torque."""
+    by_name = defaultdict(list)
     for name, *numbers in torques:
         if name not in TORQUES:
-            raise ValueError(f"torque {name!r} is none of {', '.join(sorted(TORQUES))}")
+            raise ValueError(f"torque {name!r} is not one of {', '.join(sorted(TORQUES))}")
         if orbit is None and name in ("gravity_gradient", "magnetic"):
             raise ValueError(f"{name} needs an orbit")
-        given[name].append(numbers)
-    return given
+        by_name[name].append(numbers)
+    return by_name
 
 
 def _quaternion_rows(w, x, y, z):

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from attitude.oracle import exact, truth
 from attitude.oracle.series import Tape
-from attitude.oracle.torqued import Orbit, Torqued
-from tests.oracles.torqued_cases import (
+from attitude.oracle.torque_motion import KeplerianOrbit, TorqueMotion
+from tests.oracles.torque_cases import (
     ATTITUDE,
     CASES,
     CIRCULAR,
@@ -57,7 +57,7 @@ def relative(value, reference):
 def test_without_torque_it_is_the_free_motion(inertia):
     free = truth.attitude_and_rate if inertia is not TENSOR else truth.attitude_and_rate_of_tensor
     times = (0.0, 40.0, -25.0, (17.0, 1e-17))
-    for t, (q, rate) in zip(times, Torqued(inertia, OMEGA, ATTITUDE).at(times), strict=True):
+    for t, (q, rate) in zip(times, TorqueMotion(inertia, OMEGA, ATTITUDE).at(times), strict=True):
         expected = free(inertia, OMEGA, ATTITUDE, t)
         assert truth.component_error(q, expected[0]) < AGREEMENT
         assert truth.rate_error(rate, expected[1]) < AGREEMENT
@@ -66,12 +66,12 @@ def test_without_torque_it_is_the_free_motion(inertia):
 def test_rounding_does_not_drift():
     """Over 420 rad with units of 1e-20; products rounded down instead of to nearest end 8e-16 off."""
     moments, t = (2.0, 3.0, 4.0), 600.0
-    ((q, _),) = Torqued(moments, OMEGA, ATTITUDE, digits=8).at([t])
+    ((q, _),) = TorqueMotion(moments, OMEGA, ATTITUDE, digits=8).at([t])
     assert truth.component_error(q, truth.attitude_and_rate(moments, OMEGA, ATTITUDE, t)[0]) < 1e-16
 
 
 def test_rest_stays_rest():
-    ((q, rate),) = Torqued(TENSOR, (0, 0, 0), (1, 0, 0, 0)).at([1e9])
+    ((q, rate),) = TorqueMotion(TENSOR, (0, 0, 0), (1, 0, 0, 0)).at([1e9])
     assert q == (1, 0, 0, 0)
     assert rate == (0, 0, 0)
 
@@ -90,7 +90,7 @@ def test_pitch_in_the_gravity_gradient_is_a_pendulum(degrees, period):
         level = exact.quaternion_of_matrix([[0, 0, mpf(-1)], [mpf(1), 0, 0], [0, mpf(-1), 0]])
         start = exact.multiply(level, exact.half_turn((0, 1, 0), amplitude / 2))
         later = exact.multiply(exact.half_turn((0, 0, 1), nT / 2), start)
-        body = Torqued(CYLINDER, (0, -1, 0), start, [("gravity_gradient", 1)], Orbit(1, 1))
+        body = TorqueMotion(CYLINDER, (0, -1, 0), start, [("gravity_gradient", 1)], KeplerianOrbit(1, 1))
         halfway, end = body.at([nT / 2, nT])
         assert truth.component_error(end[0], later) < AGREEMENT
         assert truth.rate_error(end[1], (0, -1, 0)) < AGREEMENT
@@ -101,7 +101,7 @@ def test_damping_in_proportion_to_inertia_is_free_motion_in_slowing_time():
     """C = c I leaves the way and takes time: q(t) = q_free((1 - exp(-c t)) / c), w = exp(-c t) w_free."""
     c, t = 0.125, 9.0
     damping = [[c * entry for entry in row] for row in TENSOR]
-    ((q, rate),) = Torqued(TENSOR, OMEGA, ATTITUDE, [("eddy", damping)]).at([t])
+    ((q, rate),) = TorqueMotion(TENSOR, OMEGA, ATTITUDE, [("eddy", damping)]).at([t])
     with mp.workdps(60):
         slowed = mp.exp(-mpf(c) * t)
         expected, free = truth.attitude_and_rate_of_tensor(TENSOR, OMEGA, ATTITUDE, (1 - slowed) / c)
@@ -111,7 +111,7 @@ def test_damping_in_proportion_to_inertia_is_free_motion_in_slowing_time():
 
 def test_torque_about_a_principal_axis_spins_up_steadily():
     """omega = T t / I, angle = T t^2 / 2 I, from rest."""
-    ((q, rate),) = Torqued((3, 4, 5), (0, 0, 0), (1, 0, 0, 0), [("constant_body", (0, 0, 0.5))]).at([8])
+    ((q, rate),) = TorqueMotion((3, 4, 5), (0, 0, 0), (1, 0, 0, 0), [("constant_body", (0, 0, 0.5))]).at([8])
     with mp.workdps(60):
         assert truth.component_error(q, exact.half_turn((0, 0, 1), mpf("1.6"))) < AGREEMENT
         assert truth.rate_error(rate, (0, 0, mpf("0.8"))) < AGREEMENT
@@ -120,12 +120,12 @@ def test_torque_about_a_principal_axis_spins_up_steadily():
 def test_dipole_precesses_in_a_field_that_stands_still():
     """A fast top whose dipole is its axis, far out: L turns about B at dipole B / L, to first order in it."""
     k, spin = 1e-6, 1.0
-    body = Torqued(
+    body = TorqueMotion(
         (1, 1, 2),
         (0, 0, spin),
         (1, 0, 0, 0),
         [("magnetic", (0, 0, 1), k, (0, 1, 0), (0, 0, 0))],
-        Orbit(1e-30, 1),
+        KeplerianOrbit(1e-30, 1),
     )
     (state,) = body.states([100.0])
     with mp.workdps(50):
@@ -141,7 +141,7 @@ def test_dipole_precesses_in_a_field_that_stands_still():
 @pytest.mark.parametrize("orbit", [CIRCULAR, ECCENTRIC], ids=["circular", "eccentric"])
 def test_orbit_turned_back_by_the_attitude_obeys_keplers_equation(orbit):
     t = 4000.0
-    (state,) = Torqued(TENSOR, (0.002, 0.004, 0.001), ATTITUDE, [], orbit).states([t])
+    (state,) = TorqueMotion(TENSOR, (0.002, 0.004, 0.001), ATTITUDE, [], orbit).states([t])
     with mp.workdps(50):
         mu, a, e, i, node, pericentre, M = map(mpf, orbit)
         M += mp.sqrt(mu / a**3) * t
@@ -163,7 +163,9 @@ def jacobi_integral(tensor, state, n, normal):
 
 
 def test_jacobi_integral_is_kept_on_a_circle():
-    states = Torqued(TENSOR, (0.002, -0.003, 0.002), ATTITUDE, [GRAVITY], CIRCULAR).states([0, 700, 9000])
+    states = TorqueMotion(TENSOR, (0.002, -0.003, 0.002), ATTITUDE, [GRAVITY], CIRCULAR).states(
+        [0, 700, 9000]
+    )
     with mp.workdps(50):
         n = mp.sqrt(mpf(CIRCULAR.mu) / mpf(CIRCULAR.semi_major_axis) ** 3)
         node, i = mpf(CIRCULAR.node), mpf(CIRCULAR.inclination)
@@ -176,7 +178,7 @@ def test_jacobi_integral_is_kept_on_a_circle():
 
 def test_wheels_keep_energy_and_momentum():
     h = (1.5, -2.5, 3.5)
-    states = Torqued(TENSOR, OMEGA, ATTITUDE, [("wheels", h)]).states([0, 50, -7])
+    states = TorqueMotion(TENSOR, OMEGA, ATTITUDE, [("wheels", h)]).states([0, 50, -7])
     with mp.workdps(50):
         first, *others = states
         L, energy = inertial_momentum(first), dot(first.rate, momentum(TENSOR, first.rate))
@@ -195,7 +197,7 @@ def test_wheels_keep_energy_and_momentum():
 
 def test_dissipation_keeps_momentum_and_spends_energy_to_flat_spin():
     """A stronger sink than 0.2 would be slower: the motion about the flat spin is then overdamped."""
-    states = Torqued((1.0, 10.0, 11.0), (1.0, 0.01, 0.02), ATTITUDE, [("dissipation", 0.125)]).states(
+    states = TorqueMotion((1.0, 10.0, 11.0), (1.0, 0.01, 0.02), ATTITUDE, [("dissipation", 0.125)]).states(
         [0, 5, 10, 20, 40, 120]
     )
     with mp.workdps(50):
@@ -209,7 +211,7 @@ def test_dissipation_keeps_momentum_and_spends_energy_to_flat_spin():
 
 def test_inertial_torque_adds_to_inertial_momentum():
     torque, t = (0.02, -0.01, 0.015), 31.0
-    before, after = Torqued(TENSOR, OMEGA, ATTITUDE, [("constant_inertial", torque)]).states([0, t])
+    before, after = TorqueMotion(TENSOR, OMEGA, ATTITUDE, [("constant_inertial", torque)]).states([0, t])
     with mp.workdps(50):
         gained = zip(inertial_momentum(after), inertial_momentum(before), torque, strict=True)
         assert max(abs(a - b - mpf(c) * t) for a, b, c in gained) < AGREEMENT
@@ -270,8 +272,9 @@ class Equations:
     def wheels(self, turn, w, r, t, h):
         return np.zeros(3)
 
-    def magnetic(self, turn, w, r, t, dipole, k, axis, turning):
-        d = Rotation.from_rotvec(np.array(turning) * t).apply(axis)
+    def magnetic(self, turn, w, r, t, *numbers):
+        dipole, k, axis, rotation = numbers
+        d = Rotation.from_rotvec(np.array(rotation) * t).apply(axis)
         u = r / np.linalg.norm(r)
         field = k / np.linalg.norm(r) ** 3 * (3 * (d @ u) * u - d)
         return np.cross(dipole, turn.inv().apply(field))
@@ -304,7 +307,9 @@ def test_another_formulation_integrated_by_dop853_agrees(name):
 @pytest.mark.parametrize("orbit", [CIRCULAR, ECCENTRIC], ids=["circular", "eccentric"])
 def test_digits_asked_for_are_given(orbit):
     torques = (*CASES["all together"].torques, ("eddy", DAMPING))
-    runs = {d: Torqued(TENSOR, OMEGA, ATTITUDE, torques, orbit, d).states([20.0, -2.0]) for d in (12, 24, 40)}
+    runs = {
+        d: TorqueMotion(TENSOR, OMEGA, ATTITUDE, torques, orbit, d).states([20.0, -2.0]) for d in (12, 24, 40)
+    }
     for digits in (12, 24):
         for state, finest in zip(runs[digits], runs[40], strict=True):
             error = truth.component_error(state.attitude, finest.attitude)
@@ -317,9 +322,9 @@ def test_steps_shrink_where_the_series_converges_nowhere_near_the_first_one(monk
     """Both ways from the pericentre of an orbit with e = 0.95, where time is a hundred times shorter."""
     tried, expand = [], Tape._expand
     monkeypatch.setattr(Tape, "_expand", lambda tape, *step: (tried.append(step[1]), expand(tape, *step)))
-    torques, orbit, times = [("gravity_gradient", 1.0)], Orbit(1.0, 1.0, 0.95), [0.05, -0.05]
+    torques, orbit, times = [("gravity_gradient", 1.0)], KeplerianOrbit(1.0, 1.0, 0.95), [0.05, -0.05]
     coarse, fine = (
-        Torqued((1, 2, 2.5), (0.1, 0.2, 0.3), ATTITUDE, torques, orbit, digits).at(times)
+        TorqueMotion((1, 2, 2.5), (0.1, 0.2, 0.3), ATTITUDE, torques, orbit, digits).at(times)
         for digits in (12, 24)
     )
     assert tried[1] == tried[0] // 2
@@ -358,16 +363,16 @@ def test_torques_of_the_table_matter(name):
 @pytest.mark.parametrize(
     ("torques", "text"),
     [
-        ([("sunlight", 1.0)], "'sunlight' is none of constant_body"),
+        ([("sunlight", 1.0)], "'sunlight' is not one of constant_body"),
         ([GRAVITY], "gravity_gradient needs an orbit"),
         ([("magnetic", (1, 0, 0), 1.0, (0, 0, 1), (0, 0, 0))], "magnetic needs an orbit"),
     ],
 )
 def test_torques_that_cannot_be_are_refused(torques, text):
     with pytest.raises(ValueError, match=text):
-        Torqued(TENSOR, OMEGA, ATTITUDE, torques)
+        TorqueMotion(TENSOR, OMEGA, ATTITUDE, torques)
 
 
 def test_asymmetric_tensor_is_refused():
     with pytest.raises(ValueError, match="not symmetric"):
-        Torqued(((1, 0.1, 0), (0, 1, 0), (0, 0, 1)), OMEGA, ATTITUDE)
+        TorqueMotion(((1, 0.1, 0), (0, 1, 0), (0, 0, 1)), OMEGA, ATTITUDE)

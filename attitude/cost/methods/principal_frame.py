@@ -1,13 +1,13 @@
-"""What users of closed forms do first: principal axes, and units near the problem's own."""
+"""Principal axes of a problem, and powers of two as its units."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..problem import Problem
+from ..initial_value_problem import InitialValueProblem
 
 
-def principal_axes(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+def principal_axes(problem: InitialValueProblem) -> tuple[np.ndarray, np.ndarray]:
     """Moments (3,), and axes (3, 3) as columns in the body frame, a proper rotation."""
     if problem.moments is not None:
         return problem.moments, np.eye(3)

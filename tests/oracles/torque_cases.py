@@ -1,9 +1,9 @@
 """Motions under torques, and where they end: what solvers are held against.
 
 Inputs are the exact binary numbers they are; expected values are decimal strings, good to the last of their
-digits, by `attitude.oracle.torqued`. Printed anew, once two precisions of it agree, by
+digits, by `attitude.oracle.torque_motion`. Printed anew, once two precisions of it agree, by
 
-    python -m tests.oracles.torqued_cases
+    python -m tests.oracles.torque_cases
 """
 
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from mpmath import mp
 
 from attitude.oracle import truth
-from attitude.oracle.torqued import Orbit, Torqued
+from attitude.oracle.torque_motion import KeplerianOrbit, TorqueMotion
 
 MU = 3.986004e14  # m3/s2, nominal Earth
 FIELD = 7.8e15  # T m3, the Earth's dipole: 3.0e-5 T at its equator
@@ -20,17 +20,17 @@ DIGITS = 24
 
 
 class Case(NamedTuple):
-    """What `Torqued` takes, and the times, s, of the expected states."""
+    """What `TorqueMotion` takes, and the times, s, of the expected states."""
 
     inertia: tuple[Any, ...]
     omega: tuple[float, ...]
     attitude: tuple[float, ...]
     torques: tuple[tuple[Any, ...], ...]
-    orbit: Orbit | None
+    orbit: KeplerianOrbit | None
     times: tuple[float, ...]
 
-    def oracle(self, digits: int) -> Torqued:
-        return Torqued(self.inertia, self.omega, self.attitude, self.torques, self.orbit, digits)
+    def oracle(self, digits: int) -> TorqueMotion:
+        return TorqueMotion(self.inertia, self.omega, self.attitude, self.torques, self.orbit, digits)
 
 
 class State(NamedTuple):
@@ -45,9 +45,9 @@ class State(NamedTuple):
 TRIAXIAL = (1750.0, 1200.0, 2300.0)
 CYLINDER = (12250.0, 12250.0, 500.0)
 TENSOR = ((10.0, 0.5, -0.3), (0.5, 14.0, 0.25), (-0.3, 0.25, 17.0))
-ECCENTRIC = Orbit(MU, 8.2e6, 0.125, 0.9, 0.4, 1.1, 0.3)
-CIRCULAR = Orbit(MU, 6978100.0, 0, 0.9, 0.4, 0, 0.3)
-EQUATOR = Orbit(MU, 6978100.0)
+ECCENTRIC = KeplerianOrbit(MU, 8.2e6, 0.125, 0.9, 0.4, 1.1, 0.3)
+CIRCULAR = KeplerianOrbit(MU, 6978100.0, 0, 0.9, 0.4, 0, 0.3)
+EQUATOR = KeplerianOrbit(MU, 6978100.0)
 DAMPING = ((0.05, 0.01, 0.005), (0.01, 0.04, 0.002), (0.005, 0.002, 0.03))
 # tilted by 0.1 against z, about which it turns once a day
 DIPOLE = ("magnetic", (10.0, 3.0, -4.0), FIELD, (0.0995, 0.01, -0.995), (0.0, 0.0, 7.292115e-5))

@@ -1,4 +1,4 @@
-"""What every method is given: one body, its state and what acts on it, as the doubles they are."""
+"""The initial value problem that every method solves: one body, its state and torques, in doubles."""
 
 from __future__ import annotations
 
@@ -21,19 +21,17 @@ if TYPE_CHECKING:
     from ..orbit.orbit import OrbitDefinition
     from ..scene.document import Scene
 
-SPANS = "spans of the scene"
-
 
 @dataclass(frozen=True)
-class World:
-    """The torques of a scene, and what they depend on.
+class TorqueEnvironment:
+    """The torques of a scene, with the orbit and the solver of its document.
 
     Attributes
     ----------
-    initial_state : body, state, and the span that horizons are parts of
-    effects : those that are simulated; torques : the same, as solvers take them
-    orbit : the document's, or None
-    solver : the kind that the document names, or None
+    initial_state : body, state, span of the scene
+    effects : the simulated ones; torques : the same, as solvers take them
+    orbit : of the document, or None
+    solver : the kind named in the document, or None
     """
 
     initial_state: InitialState
@@ -44,27 +42,27 @@ class World:
 
     @cached_property
     def pace(self) -> float:
-        """rad/s of the fastest motion there is."""
+        """Greatest phase rate of the motion at the epoch, rad/s."""
         body = Bodies.of(self.initial_state)
         return float(max_angular_rates(self.initial_state, body, self.torques)[0])
 
-    def legs(self, stop: float) -> list[Arc]:
-        """From the epoch to an instant (s) within the span, cut where torques begin or end."""
+    def arcs(self, stop: float) -> list[Arc]:
+        """Arcs from the epoch to `stop` (s), cut where torques begin or end."""
         return arcs(self.initial_state, self.torques, (), stop)
 
 
 @dataclass(frozen=True)
-class Problem:
+class InitialValueProblem:
     """A body at its epoch.
 
     Attributes
     ----------
     tensor : (3, 3), kg m2; moments : (3,), kg m2, or None where the tensor is not diagonal
     attitude : (4,), wxyz, body to inertial; angular_velocity : (3,), rad/s, body frame
-    unit : s; what horizons are counted in: the polhode period, or the turn 2 pi / abs(omega) where
-        there is none (constant rate, separatrix), or 1 s for a body at rest; under torques the scene's span
+    unit : s; unit of the horizons: the polhode period; the turn 2 pi / abs(omega) where there is none
+        (constant rate, separatrix); 1 s for a body at rest; under torques the span of the scene
     unit_name : str
-    world : what acts on the body; None for a free one
+    environment : the torques; None for a free body
     """
 
     tensor: np.ndarray
@@ -73,10 +71,11 @@ class Problem:
     angular_velocity: np.ndarray
     unit: float
     unit_name: str
-    world: World | None = None
+    environment: TorqueEnvironment | None = None
 
     @classmethod
-    def of_motion(cls, motion: TorqueFreeMotion) -> Problem:
+    def of_motion(cls, motion: TorqueFreeMotion) -> InitialValueProblem:
+        """The problem of one free body; InputError for a batch."""
         if motion.shape:
             raise InputError("motion", f"shape {motion.shape}", "one body")
         tensor, rate = motion.body.tensor, motion._batch.rates
@@ -84,60 +83,71 @@ class Problem:
         return cls(tensor, _diagonal(tensor), motion._batch.attitudes, rate, *unit)
 
     @classmethod
-    def of_scene(cls, scene: Scene) -> Problem:
-        """With its torques, if it has any.
+    def of_scene(cls, scene: Scene) -> InitialValueProblem:
+        """The body of a scene and its torques, if any.
 
         Raises
         ------
-        InputError : an effect at instants, or the user's own; torques, and no span after the epoch.
+        InputError : an effect at instants, or a user's own; torques without a span after the epoch.
         """
         from ..effects.effect import Torque
         from ..scene.simulation import resolve as route
 
         for i, effect in enumerate(scene.effects):
             _check_effect(effect, f"effects[{i}].type")
-        way = route(scene)
-        if not way.torques:
+        inputs = route(scene)
+        if not inputs.torques:
             return cls.of_motion(scene.motion())
-        initial_state = way.initial_state
+        initial_state = inputs.initial_state
         if not initial_state.stop > 0.0:
             raise InputError(
                 "times", f"until {initial_state.stop:g} s", "instants after the epoch, under torques"
             )
         tensor = np.asarray(initial_state.body.tensor)
         attitude = initial_state.attitude / np.linalg.norm(initial_state.attitude)
-        simulated = zip(scene.effects, way.effects, strict=True)
+        simulated = zip(scene.effects, inputs.effects, strict=True)
         effects = [e for e, plan in simulated if plan.simulated and isinstance(e, Torque)]
-        world = World(initial_state, tuple(effects), way.torques, scene.orbit, scene.wanted_solver)
-        return cls(tensor, _diagonal(tensor), attitude, initial_state.rate, initial_state.stop, SPANS, world)
+        environment = TorqueEnvironment(
+            initial_state, tuple(effects), inputs.torques, scene.orbit, scene.wanted_solver
+        )
+        return cls(
+            tensor,
+            _diagonal(tensor),
+            attitude,
+            initial_state.rate,
+            initial_state.stop,
+            "spans of the scene",
+            environment,
+        )
 
 
-def of_world(problem: Problem) -> World:
-    """What acts on a body that something acts on."""
-    assert problem.world is not None
-    return problem.world
+def environment_of(problem: InitialValueProblem) -> TorqueEnvironment:
+    """The torques of a problem that has torques."""
+    assert problem.environment is not None
+    return problem.environment
 
 
 def _check_effect(effect: Effect, field: str) -> None:
     if effect.ACTS_ON == "instants":
-        expected = (
-            "effects that act all the time: what the cost compares cannot change a momentum at an instant"
+        raise InputError(
+            field, effect.type, "effects that act all the time: the compared methods take no impulses"
         )
-        raise InputError(field, effect.type, expected)
     if effect.type == "user":
-        raise InputError(field, effect.type, "an effect of the library's own: no truth knows any other")
+        raise InputError(
+            field, effect.type, "an effect of the library's own: there is no truth for a user's torque"
+        )
 
 
 def _diagonal(tensor: np.ndarray) -> np.ndarray | None:
-    """The moments, where the tensor holds nothing else."""
+    """The moments of a diagonal tensor; None for any other."""
     moments = np.diag(tensor).copy()
     return moments if np.array_equal(tensor, np.diag(moments)) else None
 
 
 def counted(number: float, unit_name: str) -> str:
-    """ "1 polhode period", "10000 polhode periods"."""
-    first, space, rest = unit_name.partition(" of ")
-    return f"{number:.15g} {first.removesuffix('s') if number == 1.0 else first}{space}{rest}"
+    """Number and unit: "1 polhode period", "10000 polhode periods"."""
+    noun, of, complement = unit_name.partition(" of ")
+    return f"{number:.15g} {noun.removesuffix('s') if number == 1.0 else noun}{of}{complement}"
 
 
 def _unit(period: float, rate: np.ndarray) -> tuple[float, str]:
