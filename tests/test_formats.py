@@ -53,7 +53,7 @@ def named(ephemeris, name='tumbling "debris", å\n'):
 
 def exact(instants):
     """Both parts of the seconds, zero where there is no second."""
-    rest = np.zeros(instants.shape) if instants.rest is None else instants.rest
+    rest = np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
     return np.stack([instants.seconds, rest])
 
 

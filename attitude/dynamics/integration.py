@@ -167,9 +167,9 @@ def settled(
 def two_part(instants: Instants) -> tuple[np.ndarray, np.ndarray]:
     """(n,) seconds and (n,) their rest, as kernels take them."""
     seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-    if instants.rest is None:
+    if instants.seconds_low is None:
         return seconds, np.zeros_like(seconds)
-    return seconds, np.ascontiguousarray(instants.rest).reshape(-1)
+    return seconds, np.ascontiguousarray(instants.seconds_low).reshape(-1)
 
 
 def _worth_trying(

@@ -182,7 +182,7 @@ class Ensemble:
             if self.scene is None:
                 raise InputError("times", None, "instants, for an ensemble without a scene")
             times = self.scene.times.lazily(self.epoch)
-        part, count = instants.parts(times, self.epoch)
+        part, count = instants.lazy_instants(times, self.epoch)
         if count < 1:
             raise InputError("times", f"{count} instants", "at least one")
         return part(0, count)
@@ -240,7 +240,9 @@ class Ensemble:
         for number, (a, b) in enumerate(passes):
             told = None if progress is None else _within(progress, number, len(passes))
             some = Instants(
-                instants.seconds[a:b], None if instants.rest is None else instants.rest[a:b], None
+                instants.seconds[a:b],
+                None if instants.seconds_low is None else instants.seconds_low[a:b],
+                None,
             )
             reference = self._reference(some, choice, leave_out)
             work = self._gathering(some, choice, reference, leave_out)
@@ -322,7 +324,7 @@ class Ensemble:
     def _gathering(
         self, instants: Instants, choice: Any, reference: np.ndarray, leave_out: bool
     ) -> Gathering:
-        rest = None if instants.rest is None else np.ascontiguousarray(instants.rest)
+        rest = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low)
         seconds = np.ascontiguousarray(instants.seconds)
         return Gathering(self.source, self.scene, choice, seconds, rest, reference, leave_out)
 

@@ -153,7 +153,7 @@ def _bounced(
     for i in range(len(bodies)):
         with named(bodies, i, lost):
             flight = contact.fly(
-                bodies.initial_state(like, i), ground, way.gravity, seconds, way.kicks, instants.rest
+                bodies.initial_state(like, i), ground, way.gravity, seconds, way.kicks, instants.seconds_low
             )
             told = len(flight.seconds)
             if told < seconds.size:

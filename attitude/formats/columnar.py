@@ -58,7 +58,9 @@ def nanoseconds(instants: Instants, epoch: Time) -> np.ndarray:
     """datetime64[ns] of the instants' shape: TAI, to the nearest nanosecond."""
     start, below = _since_1970(epoch)
     seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-    rest = np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest)
+    rest = (
+        np.zeros_like(seconds) if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low)
+    )
     counts = memory.empty(seconds.shape)
     compiled.nanoseconds(seconds, rest.reshape(-1), start, below, counts)
     return counts.view("M8[ns]").reshape(instants.shape)

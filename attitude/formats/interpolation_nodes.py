@@ -325,7 +325,7 @@ def _errors(
     """
     instants = piece.instants
     t = instants.seconds - instants.seconds[0]
-    t = t if instants.rest is None else t + (instants.rest - instants.rest[0])
+    t = t if instants.seconds_low is None else t + (instants.seconds_low - instants.seconds_low[0])
     at = _between(instants, intervals, places)
     found = piece.resampled(at)
     errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, places, found.quaternion("wxyz"))
@@ -365,8 +365,12 @@ def _between(instants: Instants, intervals: np.ndarray, places: np.ndarray) -> I
     ahead = places * (instants.seconds[after] - seconds)
     at = seconds + ahead
     rest = ahead - (at - seconds)
-    if instants.rest is not None:
-        rest = rest + instants.rest[before] + places * (instants.rest[after] - instants.rest[before])
+    if instants.seconds_low is not None:
+        rest = (
+            rest
+            + instants.seconds_low[before]
+            + places * (instants.seconds_low[after] - instants.seconds_low[before])
+        )
     return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
 
 

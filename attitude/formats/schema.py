@@ -100,7 +100,7 @@ def columns(ephemeris: EphemerisData, wanted: Collection[str]) -> dict[str, np.n
     if ELAPSED in wanted:
         table[ELAPSED] = ephemeris.elapsed
     if REST in wanted:
-        rest = ephemeris.instants.rest
+        rest = ephemeris.instants.seconds_low
         table[REST] = np.zeros(ephemeris.instants.shape) if rest is None else rest
     for group, vector in vectors(ephemeris):
         table.update((name, vector[..., i]) for i, name in enumerate(group) if name in wanted)
@@ -230,10 +230,10 @@ def check_dates(times: Instants) -> Instants:
         return times
     seconds = np.ravel(times.seconds)
     ends = [int(np.argmin(seconds)), int(np.argmax(seconds))]
-    rest = None if times.rest is None else np.ravel(times.rest)[ends]
+    rest = None if times.seconds_low is None else np.ravel(times.seconds_low)[ends]
     try:
-        if times.farthest > BEYOND_CALENDARS:
-            raise ValueError(f"{times.farthest:.3g} s from the epoch")
+        if times.max_abs_seconds > BEYOND_CALENDARS:
+            raise ValueError(f"{times.max_abs_seconds:.3g} s from the epoch")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", erfa.ErfaWarning)  # of years whose leap seconds nobody knows
             iso_text(Instants(seconds[ends], rest, times.epoch, scale=times.scale).time)
@@ -286,9 +286,9 @@ def dates(instants: Instants) -> np.ndarray:
     if epoch is None or scale not in ("tai", "tt", "utc"):
         return iso_text(instants.time)
     seconds = np.asarray(instants.seconds, dtype=np.float64)
-    if not instants.farthest < MOST_SECONDS:
+    if not instants.max_abs_seconds < MOST_SECONDS:
         return iso_text(instants.time)
-    second, nanosecond = _whole_seconds(seconds, instants.rest, epoch, scale)
+    second, nanosecond = _whole_seconds(seconds, instants.seconds_low, epoch, scale)
     leap = np.zeros(second.shape, dtype=bool)
     if scale == "utc":
         begins, offsets = leap_seconds.steps()

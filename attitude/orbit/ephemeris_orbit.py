@@ -47,7 +47,9 @@ class EphemerisOrbit:
     def axes(self, instants: Instants) -> FrameRotation:
         """From `frame` to QSW, at (n,) instants."""
         t = instants.seconds.reshape(-1)
-        return qsw(self._course(t), t, None if instants.rest is None else instants.rest.reshape(-1))
+        return qsw(
+            self._course(t), t, None if instants.seconds_low is None else instants.seconds_low.reshape(-1)
+        )
 
     def _course(self, t: np.ndarray) -> OrbitPath:
         """Over the scene's span; a longer one where instants are asked for beyond."""

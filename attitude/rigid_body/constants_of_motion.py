@@ -18,7 +18,7 @@ from .. import memory, units
 from ..errors import InputError
 from ..kernels import layout
 from ..runtime import compiled
-from ..runtime.threads import cut, run
+from ..runtime.threads import ranges, run
 from ..times.instants import Instants
 from .body import RigidBody
 from .error_bounds import form_of, solution
@@ -109,14 +109,14 @@ class Batch:
         Raises ToleranceError where an instant is too far from the epoch (`phase_limit`).
         """
         seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-        low = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
+        low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low).reshape(-1)
         q = memory.empty((4, self.size, seconds.size)) if quaternion else None
         w = memory.empty((3, self.size, seconds.size)) if rate else None
 
         def sample_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
             for index, records in self.blocks(first_body, last_body):
-                refuse_too_far(self.pace(records), instants.farthest)
+                refuse_too_far(self.pace(records), instants.max_abs_seconds)
                 compiled.sample(records, seconds, low, q, w, self.plain_phases, index, first, last)
 
         run(sample_share, self._shares(seconds.size, threads))
@@ -134,8 +134,8 @@ class Batch:
         """
         threads = min(threads, self.size * instants // MIN_SAMPLES_PER_THREAD + 1)
         if self.size > instants or not self.is_kept:
-            return [(a, b, 0, instants) for a, b in cut(self.size, threads)]
-        return [(0, self.size, a, b) for a, b in cut(instants, threads)]
+            return [(a, b, 0, instants) for a, b in ranges(self.size, threads)]
+        return [(0, self.size, a, b) for a, b in ranges(instants, threads)]
 
     def __getitem__(self, key: Any) -> Batch:
         """Some of the bodies, by index or slice of the batch dimensions."""

@@ -35,8 +35,8 @@ def processors() -> int:
         return count
 
 
-def cut(length: int, parts: int) -> list[tuple[int, int]]:
-    """(first, last) of equal parts, the last one excluded; fewer parts where there is less to cut."""
+def ranges(length: int, parts: int) -> list[tuple[int, int]]:
+    """`parts` ranges (first, last), last excluded, of equal length; fewer where the length is less."""
     edges = [length * i // parts for i in range(parts + 1)]
     return [(a, b) for a, b in pairwise(edges) if a < b]
 

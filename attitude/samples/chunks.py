@@ -147,5 +147,5 @@ class Samples:
             low, high = int(seconds.argmin()), int(seconds.argmax())
             least = min(least, (float(seconds[low]), first + low // row))
             greatest = max(greatest, (float(seconds[high]), first + high // row))
-            has_rest = has_rest or (piece.rest is not None and bool(piece.rest.any()))
+            has_rest = has_rest or (piece.seconds_low is not None and bool(piece.seconds_low.any()))
         return _Survey(least[0], greatest[0], least[1], greatest[1], has_rest)

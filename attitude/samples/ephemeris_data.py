@@ -117,7 +117,7 @@ class EphemerisData:
 
     @property
     def elapsed(self) -> np.ndarray:
-        """(instants), s: SI seconds since the epoch, rounded to one double (`instants.rest` has the rest)."""
+        """(instants), s: SI seconds since the epoch, rounded to one double (see `Instants.seconds_low`)."""
         return _own(self.instants.seconds)
 
     @property

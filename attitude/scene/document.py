@@ -442,7 +442,7 @@ class Scene(Part):
 
     def _lazily(self, progress: Progress | None) -> Samples:
         motion, orbit = self.motion(), self._ephemeris_orbit()
-        part, count = instants.parts(self.times.lazily(motion.epoch), motion.epoch)
+        part, count = instants.lazy_instants(self.times.lazily(motion.epoch), motion.epoch)
 
         def cut(first: int, last: int) -> Ephemeris:
             return replace(motion.ephemeris(part(first, last), rate=True, name=self.name), orbit=orbit)

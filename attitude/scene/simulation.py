@@ -216,7 +216,7 @@ def _bounce(
     from ..dynamics.contact import fly
 
     seconds = instants.seconds.reshape(-1)
-    flight = fly(way.initial_state, ground.numbers(), way.gravity, seconds, way.kicks, instants.rest)
+    flight = fly(way.initial_state, ground.numbers(), way.gravity, seconds, way.kicks, instants.seconds_low)
     kept = instants[: len(flight.seconds)]
     bound = planning.WORST_BOUND * flight.segments
     plan = Plan(BOUNCING, len(flight.seconds), 0.0, perf_counter() - begun, bound, planning.CHAINED)
@@ -243,7 +243,9 @@ def _with_pushes(way: SimulationInputs, instants: Instants) -> Instants:
     pushes = np.array([kick.seconds for kick in _pushes(way)])
     if not pushes.size:
         return instants
-    rest = np.zeros(instants.seconds.size) if instants.rest is None else instants.rest.reshape(-1)
+    rest = (
+        np.zeros(instants.seconds.size) if instants.seconds_low is None else instants.seconds_low.reshape(-1)
+    )
     seconds = np.append(instants.seconds.reshape(-1), pushes)
     return Instants(seconds, np.append(rest, np.zeros(pushes.size)), None)
 

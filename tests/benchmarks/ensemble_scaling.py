@@ -216,7 +216,7 @@ def _gathering(some: Ensemble, times: np.ndarray):
 
     instants = some.instants(times)
     reference = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (len(times), 4)).copy()
-    return Gathering(some.source, some.scene, None, instants.seconds, instants.rest, reference)
+    return Gathering(some.source, some.scene, None, instants.seconds, instants.seconds_low, reference)
 
 
 # -- 1e9 bodies -------------------------------------------------------------------------------------------

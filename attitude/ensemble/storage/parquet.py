@@ -52,7 +52,7 @@ class ParquetTarget:
         _whole(self.path / HEAD, lambda file: file.write(text.encode()))
 
     def prepare(self, head: Head, instants: Instants) -> None:
-        times = {SECONDS: instants.seconds, REST: instants.rest}
+        times = {SECONDS: instants.seconds, REST: instants.seconds_low}
         arrays: dict[str, Any] = {name: values for name, values in times.items() if values is not None}
         _whole(self.path / TIMES, lambda file: np.savez(file, **arrays))
 
@@ -119,7 +119,7 @@ def _table(part: Part, head: Head, instants: Instants, block: Vectors) -> Any:
     """Rows of a chunk, body by body, with units and the head as metadata."""
     bodies, seconds = part.last - part.first, part.stop - part.start
     columns = {BODY: np.repeat(np.arange(part.first, part.last, dtype=np.int64), seconds)}
-    for name, values in ((ELAPSED, instants.seconds), (ELAPSED_REST, instants.rest)):
+    for name, values in ((ELAPSED, instants.seconds), (ELAPSED_REST, instants.seconds_low)):
         if values is not None:
             columns[name] = np.tile(values, bodies)
     for names, vectors in zip((QUATERNION, RATE), block, strict=True):

@@ -102,7 +102,7 @@ def head_of(document: Any, source: Any, frame: str, instants: Instants, chunks: 
         "source": source,
         "bodies": chunks.bodies,
         "instants": chunks.instants,
-        "times": _digest(instants.seconds, instants.rest),
+        "times": _digest(instants.seconds, instants.seconds_low),
         "chunk": chunks.shape,
         "rate": rate,
     }

@@ -534,8 +534,8 @@ class Message:
 def _check_steps(times: Instants, stamps: Stamps, shared: list[int]) -> None:
     """Refuses epochs that are one when they are written again, to the nanosecond; `shared` ones may be."""
     steps = np.diff(times.seconds)
-    if times.rest is not None:
-        steps += np.diff(times.rest)
+    if times.seconds_low is not None:
+        steps += np.diff(times.seconds_low)
     steps[np.array(shared, dtype=int) - 1] = np.inf
     if not steps.size or steps.min() > 2.1e-9:
         return

@@ -33,7 +33,7 @@ def to_table(
     ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_rest: bool | None = None
 ) -> QTable:
     """See `Ephemeris.to_table`; of a piece, `shape` and `has_rest` are those of the whole."""
-    rest = ephemeris.instants.rest
+    rest = ephemeris.instants.seconds_low
     has_rest = rest is not None if has_rest is None else has_rest
     if len(ephemeris.instants.shape) != 1:
         raise InputError(

@@ -72,9 +72,9 @@ def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
     instants = ephemeris.instants
     said = {"units": "s", "long_name": "SI seconds since the epoch"}
     found: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, said)}
-    if instants.rest is not None:
+    if instants.seconds_low is not None:
         said = {"units": "s", "long_name": "what elapsed, in one double, leaves of the seconds"}
-        found["elapsed_rest"] = (dimensions, instants.rest, said)
+        found["elapsed_rest"] = (dimensions, instants.seconds_low, said)
     if _has_dates(ephemeris):
         found["time"] = (dimensions, _dates(ephemeris), {"long_name": columnar.MEANING, "scale": "tai"})
     return found
