@@ -322,13 +322,13 @@ def test_files_do_not_depend_on_the_size_of_their_blocks(block, format, monkeypa
     rest = np.concatenate([np.zeros(20), np.full(20, 1e-17)])
     written = motion(epoch=EPOCH.tai).at(TimeDelta(np.arange(40.0), rest, format="jd"))
     written.write(tmp_path / "whole", format)
-    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     written.write(tmp_path / "blocks", format)
     assert (tmp_path / "blocks").read_bytes() == (tmp_path / "whole").read_bytes()
 
 
 def test_progress_is_told_up_to_the_end(monkeypatch, tmp_path):
-    monkeypatch.setattr(chunks, "BLOCK", 10)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 10)
     told = []
     motion().at(T).write(tmp_path / "a.csv", progress=told.append)
     assert told == [0.25, 0.5, 0.75, 1.0]
@@ -497,8 +497,8 @@ def test_path_that_cannot_be_written_or_read_is_said(name, tmp_path):
 @pytest.mark.parametrize(
     ("name", "format", "message"),
     [
-        ("a.xls", None, "format 'xls'; this version knows ecsv, csv, json"),
-        ("a", None, "no format and no file ending; this version knows ecsv, csv, json"),
+        ("a.xls", None, "format 'xls'; this version has ecsv, csv, json"),
+        ("a", None, "neither a format nor a file ending; this version has ecsv, csv, json"),
         ("a.csv", "xls", "format 'xls'"),
     ],
 )

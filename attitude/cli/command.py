@@ -357,7 +357,7 @@ def _run(options: argparse.Namespace) -> None:
         motion = scene.motion()
         say(f"{motion.regime.replace('_', ' ')} regime, polhode period {motion.polhode_period:.9g} s")
     samples = scene.samples(_progress(say), drop_below, options.frame)
-    _tell(samples.head, say, _silent if options.quiet else _to_standard_error if drop_below else say)
+    _tell(samples.first, say, _silent if options.quiet else _to_standard_error if drop_below else say)
     _tell_written(formats.write(samples, options.output, known.name, None, error, **given), say)
 
 
@@ -381,7 +381,7 @@ def _asked_format(
     What is wrong with the writer's is said before anything is computed.
     """
     from .. import formats
-    from ..formats.answer import options_of
+    from ..formats.encoding import parse_options
 
     to_standard_output = options.output == formats.STANDARD_STREAM
     known = formats.find(
@@ -392,9 +392,9 @@ def _asked_format(
         ours = formats.option_names(formats.module_of(known).blocks)
         theirs = formats.option_names(formats.module_of(source).parse)
         reading = {name: texts.pop(name) for name in theirs if name in texts and name not in ours}
-    given = options_of(texts, known)
+    given = parse_options(texts, known)
     formats.check_options(known, given)
-    return known, given, {} if source is None else options_of(reading, source, reading=True)
+    return known, given, {} if source is None else parse_options(reading, source, reading=True)
 
 
 def _tell_written(written: Written, say: Callable[[str], None]) -> None:

@@ -36,7 +36,7 @@ def names(samples: Samples) -> list[str]:
 
 
 def has_dates(samples: Samples) -> bool:
-    epoch = samples.head.epoch
+    epoch = samples.first.epoch
     return epoch is not None and can_hold(epoch, *samples.span)
 
 

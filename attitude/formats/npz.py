@@ -19,7 +19,7 @@ from numpy.lib import format as npy
 from ..errors import FormatError
 from ..samples.chunks import Samples
 from . import columnar, schema
-from .binary import Sink, refuse_inflated, seekable, told_by
+from .binary import Sink, one_line, refuse_inflated, seekable
 
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
@@ -53,7 +53,7 @@ def _member(archive: zipfile.ZipFile, name: str) -> Any:
 
 def _header(samples: Samples, name: str) -> bytes:
     """numpy's, before an array's numbers."""
-    instants = samples.head.instants.shape
+    instants = samples.first.instants.shape
     shape = samples.shape[len(samples.shape) - len(instants) :] if name in OF_TIME else samples.shape
     kind = NS if name == columnar.TIME_TAI else DOUBLE
     sink = Sink()
@@ -64,10 +64,10 @@ def _header(samples: Samples, name: str) -> bytes:
 
 def _pieces(samples: Samples, part: int, of: int) -> Iterator[EphemerisData]:
     """Of instants along one dimension; of others all at once, whose order no pieces have."""
-    if len(samples.head.instants.shape) == 1:
-        yield from samples.pieces(part, of)
+    if len(samples.first.instants.shape) == 1:
+        yield from samples.chunks(part, of)
         return
-    yield samples.whole()
+    yield samples.ephemeris()
     samples.progress((part + 1) / of)
 
 
@@ -83,7 +83,7 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     except FormatError:
         raise
     except Exception as error:  # of zip and of numpy: a dozen kinds
-        raise FormatError(f"not NPZ: {told_by(error)}", source) from None
+        raise FormatError(f"not NPZ: {one_line(error)}", source) from None
     table.pop(columnar.TIME_TAI, None)  # the seconds are exact
     return schema.ephemeris_from(meta, table, source)
 

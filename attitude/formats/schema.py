@@ -49,7 +49,7 @@ NEVER = 2**40  # a day after which TAI - UTC is not known to change
 
 def metadata(samples: Samples) -> dict[str, Any]:
     """Everything but the columns, as plain data; events where there were any."""
-    head = samples.head
+    head = samples.first
     happened = {"events": event_records.to_plain(head.events)} if head.events else {}
     return {
         "kind": KIND,
@@ -86,9 +86,9 @@ def _body(body: RigidBody) -> dict[str, Any]:
 
 def names(samples: Samples) -> list[str]:
     """Of the columns: the same for every piece."""
-    head = samples.head
+    head = samples.first
     time = [TIME] if head.epoch is not None else []
-    rest = [REST] if samples.has_rest else []
+    rest = [REST] if samples.has_seconds_low else []
     return [*time, ELAPSED, *rest, *(name for group, _ in vectors(head) for name in group)]
 
 

@@ -47,7 +47,7 @@ def _two_sum(a: float | np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def first_head(nodes: Nodes, format: str) -> EphemerisData:
     """At the first instant; refuses an ephemeris without an epoch, or of many bodies."""
-    head = nodes.segments[0].head
+    head = nodes.segments[0].first
     if head.epoch is None:
         raise FormatError(f"{format} holds dates, and an ephemeris without an epoch has none")
     if not nodes.segments[0].is_list:

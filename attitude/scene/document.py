@@ -438,7 +438,7 @@ class Scene(Part):
             samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
         if frame in (None, self.frame):
             return samples
-        return samples.turned(lambda piece: in_frame(piece, frame))
+        return samples.transformed(lambda piece: in_frame(piece, frame))
 
     def _lazily(self, progress: Progress | None) -> Samples:
         motion, orbit = self.motion(), self._ephemeris_orbit()
@@ -447,7 +447,7 @@ class Scene(Part):
         def cut(first: int, last: int) -> Ephemeris:
             return replace(motion.ephemeris(part(first, last), rate=True, name=self.name), orbit=orbit)
 
-        return Samples(count, cut, progress, part, is_held=False)
+        return Samples(count, cut, progress, part, in_memory=False)
 
     def _check_samples(self, most: int | None, set_by: str) -> None:
         if most is not None and self.times.samples > most:

@@ -109,7 +109,7 @@ def clock():
     atexit.register(rmtree, folder)
     path = Path(folder) / "a.tsc"
     whole = encode(Samples.of(motion().at(T)), FORMATS["ck"])
-    path.write_bytes(whole.beside("a.bc")[".tsc"])
+    path.write_bytes(whole.companions("a.bc")[".tsc"])
     return path
 
 

@@ -87,7 +87,7 @@ def test_what_a_format_cannot_hold_is_refused_and_told_what_can(make, format, tm
 def test_batches_hold_the_same_whatever_their_size(format, block, monkeypatch):
     ephemeris = SINGLE["two-part seconds and dates"]()
     whole = frame_of(written(ephemeris, format), format)
-    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     assert frame_of(written(ephemeris, format), format).equals(whole)
 
 
@@ -258,7 +258,7 @@ def test_npz_is_arrays_for_numpy(tmp_path):
 
 @pytest.mark.parametrize("make", [*MANY.values(), *OTHER.values()], ids=[*MANY, *OTHER])
 def test_npz_of_any_shape_is_arrays_for_numpy(make, tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
     make().write(tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
         assert np.array_equal(found["q_z"], make().quaternion("wxyz")[..., 3])
@@ -476,7 +476,7 @@ def test_archive_that_would_fill_memory_is_refused_before_it_does(monkeypatch):
         FormatError, match=r"array 'momentum_x_N_m_s' of shape \(1000000000000,\) in \d+ bytes"
     ):
         read(bomb((10**12,), 1 << 20), "npz")
-    monkeypatch.setattr(binary, "ALWAYS", 1 << 20)
+    monkeypatch.setattr(binary, "MAX_INFLATED_BYTES", 1 << 20)
     with pytest.raises(FormatError, match=r"more than the .* that a file of its size may"):
         read(bomb((8 << 17,), 8 << 20), "npz")
 
@@ -572,7 +572,7 @@ def test_value_of_ndjson_that_is_no_number_is_named(value, valid):
 
 
 def test_ndjson_is_the_same_in_small_blocks(valid, monkeypatch):
-    monkeypatch.setattr(line_blocks, "BLOCK", 100)
+    monkeypatch.setattr(line_blocks, "BLOCK_BYTES", 100)
     back = read(valid["ndjson"], "ndjson")
     assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
 

@@ -220,8 +220,8 @@ def test_leap_second_is_second_sixty():
 def test_pieces_make_no_difference(monkeypatch):
     given = orbiting(count=40).run()
     whole = text_of(given)
-    monkeypatch.setattr(chunks, "BLOCK", 7)
-    monkeypatch.setattr(czml, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
+    monkeypatch.setattr(czml, "CHUNK_INSTANTS", 7)
     assert text_of(given) == whole
 
 
@@ -229,10 +229,10 @@ def test_samples_prepared_in_the_earth_fixed_frame_give_the_same_file():
     """For who judges interpolation where Cesium does it."""
     given = orbiting().run()
     fixed = czml.prepared(chunks.Samples.of(given))
-    assert fixed.head.frame == "ITRF"
+    assert fixed.first.frame == "ITRF"
     chosen = interpolation_nodes.chosen(fixed, czml.interpolant(), None)
     assert b"".join(czml.blocks(chosen)).decode() == text_of(given)
-    assert fixed.whole().resampled([3.0]).frame == "ITRF"
+    assert fixed.ephemeris().resampled([3.0]).frame == "ITRF"
 
 
 def test_nobody_interpolates_across_an_impulse():

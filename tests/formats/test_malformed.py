@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from attitude import AttitudeError, Ephemeris, FormatError
-from attitude.formats.registry import FORMATS, KNOWN
+from attitude.formats.registry import FORMATS
 from attitude.times.instants import Instants
 from tests.formats.damage import EXACT, T, clock, motion, originals, read, written
 
@@ -460,11 +460,11 @@ def measure(folder):
     def most():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
-    for known in KNOWN:
+    for known in FORMATS.values():
         for content in originals(known.name):
             read(known.name, content)
     clock()
-    for known in KNOWN:
+    for known in FORMATS.values():
         for name, act in [*endless_cases(known.name), *sparse_cases(known, folder)]:
             before, begun, said = most(), time.perf_counter(), "whole"
             try:

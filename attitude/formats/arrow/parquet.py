@@ -16,7 +16,7 @@ from astropy.table import QTable, Table
 from ...errors import FormatError
 from ...samples.chunks import Samples
 from .. import schema
-from ..binary import Sink, refuse_inflated, seekable, told_by
+from ..binary import Sink, one_line, refuse_inflated, seekable
 from ..tables.qtable import VECTORS, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
@@ -35,11 +35,13 @@ def blocks(samples: Samples) -> Iterator[bytes]:
             f"Parquet holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
         )
     sink = Sink()
-    schema = _schema(_plain(to_table(samples.head, samples.shape, samples.has_rest)))
+    schema = _schema(_plain(to_table(samples.first, samples.shape, samples.has_seconds_low)))
     # numbers that hardly repeat: a dictionary of them, or packing, takes time and gains nothing
     with pq.ParquetWriter(sink, schema, version="2.4", use_dictionary=False, compression="none") as writer:
-        for piece in samples.pieces():
-            writer.write_batch(_batch(_plain(to_table(piece, has_rest=samples.has_rest)), schema))
+        for piece in samples.chunks():
+            writer.write_batch(
+                _batch(_plain(to_table(piece, has_seconds_low=samples.has_seconds_low)), schema)
+            )
             yield from sink.take()
     yield from sink.take()
 
@@ -84,7 +86,7 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     except FormatError:
         raise
     except Exception as error:  # pyarrow's own kinds, those of astropy's YAML, and Python's of the stream
-        raise FormatError(f"not Parquet as astropy writes it: {told_by(error)}", source) from None
+        raise FormatError(f"not Parquet as astropy writes it: {one_line(error)}", source) from None
     return schema.ephemeris_from(meta, _columns(table, source), source)
 
 

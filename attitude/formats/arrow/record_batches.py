@@ -15,7 +15,7 @@ import pyarrow as pa
 from ...errors import FormatError
 from ...samples.chunks import Samples
 from .. import columnar, schema
-from ..binary import Sink, refuse_rest, told_by
+from ..binary import Sink, one_line, refuse_trailing
 from ..text_rows import array
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def blocks(samples: Samples, begin: Callable[[Sink, Any], Any]) -> Iterator[byte
     sink, names = Sink(), columnar.names(samples)
     schema = _schema(samples, names)
     with begin(sink, schema) as writer:
-        for piece in samples.pieces():
+        for piece in samples.chunks():
             writer.write_batch(_batch(columnar.columns(piece, names), schema))
             yield from sink.take()
     yield from sink.take()
@@ -46,7 +46,7 @@ def _schema(samples: Samples, names: list[str]) -> Any:
     types = {columnar.TIME_TAI: pa.timestamp("ns")}
     fields = [pa.field(name, types.get(name, pa.float64()), nullable=False) for name in names]
     said = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
-    if samples.head.epoch is not None:
+    if samples.first.epoch is not None:
         dated = columnar.TIME_TAI in names
         said[columnar.TIME_TAI.encode()] = (columnar.MEANING if dated else columnar.LEFT_OUT).encode()
     return pa.schema(fields, metadata=said)
@@ -65,11 +65,11 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
         table = _table(reader, source)
         table.validate(full=True)
         if not has_footer(reader):
-            refuse_rest(stream, source)
+            refuse_trailing(stream, source)
     except FormatError:
         raise
     except Exception as error:  # pyarrow's own kinds, and Python's of what the stream does
-        raise FormatError(f"not Arrow: {told_by(error)}", source) from None
+        raise FormatError(f"not Arrow: {one_line(error)}", source) from None
     if any(column.null_count for column in table.columns):
         raise FormatError("a column with missing values", source)
     names = [name for name in table.column_names if name != columnar.TIME_TAI]

@@ -225,7 +225,7 @@ class Segment:
             table = text_rows.read(b"\n".join(texts) + b"\n", self.kinds)
             self._take(texts if table is None else table, numbers)
 
-    def _take(self, table: text_rows.Table | list[bytes], numbers: Sequence[int]) -> None:
+    def _take(self, table: text_rows.ParsedRows | list[bytes], numbers: Sequence[int]) -> None:
         """FormatError for the first row that is wrong, with the number of its line."""
         try:
             if isinstance(table, list):

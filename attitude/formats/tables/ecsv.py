@@ -26,14 +26,14 @@ MOST_BYTES = 1 << 30  # astropy reads the whole text at once
 
 def blocks(samples: Samples) -> Iterator[bytes]:
     yield _header(samples)
-    for piece in samples.pieces():
-        yield _rows(to_table(piece, has_rest=samples.has_rest))
+    for piece in samples.chunks():
+        yield _rows(to_table(piece, has_seconds_low=samples.has_seconds_low))
 
 
 def _header(samples: Samples) -> bytes:
     """What astropy writes above the rows of such a table."""
     text = io.StringIO()
-    first = to_table(samples.head, samples.shape, samples.has_rest)
+    first = to_table(samples.first, samples.shape, samples.has_seconds_low)
     first.write(text, format="ascii.ecsv")
     return text.getvalue().encode()[: -len(_last_line(text.getvalue()))]
 

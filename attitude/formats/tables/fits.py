@@ -20,7 +20,7 @@ from astropy.table import QTable
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
-from ..binary import refuse_rest, told_by
+from ..binary import one_line, refuse_trailing
 from .qtable import VECTORS, from_table, to_table
 
 if TYPE_CHECKING:
@@ -41,12 +41,12 @@ CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    first = to_table(samples.head, samples.shape, samples.has_rest)
+    first = to_table(samples.first, samples.shape, samples.has_seconds_low)
     kind = _kind({name: _cells(first, name).shape[1:] for name in first.colnames})
     yield fits.PrimaryHDU().header.tostring().encode("ascii")
     yield _header(first, samples).tostring().encode("ascii")
-    for piece in samples.pieces():
-        yield _rows(to_table(piece, has_rest=samples.has_rest), kind)
+    for piece in samples.chunks():
+        yield _rows(to_table(piece, has_seconds_low=samples.has_seconds_low), kind)
     yield bytes(-samples.count * kind.itemsize % BLOCK)
 
 
@@ -98,7 +98,7 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
         except FormatError:
             raise
         except Exception as error:  # astropy's of malformed cards: a dozen kinds
-            raise FormatError(f"not a FITS table of this library: {told_by(error)}", source) from None
+            raise FormatError(f"not a FITS table of this library: {one_line(error)}", source) from None
     if not isinstance(meta, dict):
         raise FormatError("metadata that are not an object", source)
     rows = _read_rows(stream, count, _kind(shapes), source)
@@ -171,5 +171,5 @@ def _read_rows(stream: BinaryIO, count: int, kind: np.dtype[Any], source: str) -
         raise FormatError(f"ends after {len(data) // kind.itemsize} of {count} rows", source)
     if len(stream.read(-told % BLOCK)) < -told % BLOCK:
         raise FormatError("ends within its last block", source)
-    refuse_rest(stream, source)
+    refuse_trailing(stream, source)
     return np.frombuffer(data, kind)

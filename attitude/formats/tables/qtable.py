@@ -30,11 +30,11 @@ MOST_PARTS = 1_000_000  # of a header
 
 
 def to_table(
-    ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_rest: bool | None = None
+    ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_seconds_low: bool | None = None
 ) -> QTable:
-    """See `Ephemeris.to_table`; of a piece, `shape` and `has_rest` are those of the whole."""
+    """See `Ephemeris.to_table`; of a piece, `shape` and `has_seconds_low` are those of the whole."""
     rest = ephemeris.instants.seconds_low
-    has_rest = rest is not None if has_rest is None else has_rest
+    has_seconds_low = rest is not None if has_seconds_low is None else has_seconds_low
     if len(ephemeris.instants.shape) != 1:
         raise InputError(
             "instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table"
@@ -45,7 +45,7 @@ def to_table(
         table["time"] = _without_delta(ephemeris.time)
         table["time"].info.serialize_method["ecsv"] = "jd1_jd2"  # as text it would lose digits
     table["elapsed"] = ephemeris.elapsed * u.s
-    if has_rest:
+    if has_seconds_low:
         table["elapsed_rest"] = (np.zeros(len(ephemeris)) if rest is None else rest) * u.s
     row, column = len(ephemeris.batch_shape), {names: (name, unit) for name, names, unit in VECTORS}
     for names, vector in schema.vectors(ephemeris):
