@@ -279,7 +279,7 @@ def test_file_of_a_free_body_holds_nothing_of_effects(format, tmp_path):
 
 BROKEN = {
     "events that are no list": ({"events": {"kind": "rest"}}, "events that are no list"),
-    "event that is none": ({"events": ["rest"]}, "do not fit together"),
+    "event that is none": ({"events": ["rest"]}, "inconsistent"),
     "event without an instant": ({"events": [{"kind": "rest", "text": "", "details": {}}]}, "elapsed_s"),
     "event at no instant": (
         {"events": [{"elapsed_s": None, "kind": "rest", "text": "", "details": {}}]},
@@ -291,7 +291,7 @@ BROKEN = {
     ),
     "details that are none": (
         {"events": [{"elapsed_s": 1, "kind": "rest", "text": "", "details": 5}]},
-        "do not fit together",
+        "inconsistent",
     ),
     "detail that is text": (
         {"events": [{"elapsed_s": 1, "kind": "rest", "text": "", "details": {"point": "x"}}]},
@@ -644,7 +644,7 @@ ECSV = {
     "unknown scale": (swap("scale: utc, time", "scale: gps, time"), "gps"),
     "column missing": (
         swap("quaternion", "attitude", 0),
-        "no column 'quaternion'|quaternion_order|column 'attitude' is not known",
+        "no column 'quaternion'|quaternion_order|column 'attitude' is unknown",
     ),
     "other unit": (swap("unit: s,", "unit: min,", 0), "not ECSV|no column 'elapsed' in s"),
     "quaternion of three": (

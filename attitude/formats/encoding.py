@@ -38,7 +38,7 @@ class EncodedFile(NamedTuple):
 
 def encoded_file(
     ephemeris: EphemerisData | Samples,
-    format: Format,
+    entry: Format,
     interpolation_error: Any = None,
     max_nodes: int = interpolation_nodes.MOST_NODES,
     options: dict[str, Any] | None = None,
@@ -47,29 +47,29 @@ def encoded_file(
 
     JSON also holds how the ephemeris was computed and what that took.
 
-    Raises InputError, of the field `format`, where the format cannot hold this ephemeris.
+    Raises InputError, of the field `format`, where it cannot hold this ephemeris.
     """
     samples = ephemeris if isinstance(ephemeris, Samples) else Samples.of(ephemeris)
     stem = re.sub(r"[^A-Za-z0-9.-]+", "-", samples.first.name).strip("-.")[:60] or "ephemeris"
     try:
-        encoded = encode(samples, format, interpolation_error, options, max_nodes)
-        if format is FORMATS["json"]:
+        encoded = encode(samples, entry, interpolation_error, options, max_nodes)
+        if entry is FORMATS["json"]:
             encoded = encoded._replace(blocks=columnar_json.blocks_with_plan(samples))
-        blocks = _archive(encoded, format, stem) if format.has_companions else encoded.blocks
+        blocks = _archive(encoded, entry, stem) if entry.has_companions else encoded.blocks
         is_whole = encoded.written.nodes <= CHUNK_INSTANTS
         if is_whole:
             blocks = iter([b"".join(blocks)])
         else:
             blocks = coalesced(blocks)
             for extreme in samples.extremes:  # what these do not have refused, no instant between them has
-                for _ in encode(extreme, format, None, options).blocks:
+                for _ in encode(extreme, entry, None, options).blocks:
                     pass
             blocks = chain([next(blocks)], blocks)
     except FormatError as error:
-        raise InputError("format", format.name, str(error), steps=()) from None
-    if format.has_companions:
+        raise InputError("format", entry.name, str(error), steps=()) from None
+    if entry.has_companions:
         return EncodedFile(blocks, stem + ".zip", "application/zip", is_whole)
-    return EncodedFile(blocks, stem + format.endings[0], format.media, is_whole)
+    return EncodedFile(blocks, stem + entry.endings[0], entry.media, is_whole)
 
 
 def coalesced(blocks: Iterator[Any]) -> Iterator[Any]:
@@ -86,20 +86,20 @@ def coalesced(blocks: Iterator[Any]) -> Iterator[Any]:
         yield b"".join(short)
 
 
-def _archive(encoded: Encoded, format: Format, stem: str) -> Iterator[Any]:
+def _archive(encoded: Encoded, entry: Format, stem: str) -> Iterator[Any]:
     """A zip archive of the file and its companions, at the memory of a block."""
     sink = Sink()
     with zipfile.ZipFile(sink, "w", zipfile.ZIP_DEFLATED) as archive:
-        with archive.open(stem + format.endings[0], "w", force_zip64=True) as member:
+        with archive.open(stem + entry.endings[0], "w", force_zip64=True) as member:
             for block in encoded.blocks:
                 member.write(block)
                 yield from sink.take()
-        for ending, content in encoded.companions(stem + format.endings[0]).items():
+        for ending, content in encoded.companions(stem + entry.endings[0]).items():
             archive.writestr(stem + ending, content)
     yield from sink.take()
 
 
-def parse_options(texts: Mapping[str, str], format: Format, reading: bool = False) -> dict[str, Any]:
+def parse_options(texts: Mapping[str, str], entry: Format, reading: bool = False) -> dict[str, Any]:
     """Options of a format's writer, or of its reader, from the text of a command line or a query.
 
     Text stays text where the option is annotated as text; otherwise text that is JSON (a number, true, null)
@@ -107,7 +107,7 @@ def parse_options(texts: Mapping[str, str], format: Format, reading: bool = Fals
     """
     if not texts:
         return {}
-    module = module_of(format)
+    module = module_of(entry)
     parameters = inspect.signature(module.parse if reading else module.blocks).parameters
     annotations = {name: str(parameter.annotation) for name, parameter in parameters.items()}
     return {

@@ -125,7 +125,7 @@ def with_rate(rate):
 
 @pytest.mark.parametrize("format", ["aem", "aem-xml", "stk"])
 def test_rate_that_is_no_number_in_degrees_is_not_written(format):
-    with pytest.raises(FormatError, match="a rate that in deg/s is more than a double holds"):
+    with pytest.raises(FormatError, match="a rate that overflows a double in deg/s"):
         written(format, with_rate(1e307))
     check_same(format, with_rate(1e305), read(format, written(format, with_rate(1e305))))
 

@@ -409,7 +409,7 @@ def arrow(columns, metadata=None):
 
 GOOD = {"elapsed_s": [0.0, 1.0, 2.0], "q_w": [1.0] * 3, **{f"q_{axis}": [0.0] * 3 for axis in "xyz"}}
 ARROW = {
-    "another column": ({**GOOD, "mass_kg": [1.0] * 3}, None, "column 'mass_kg', unknown or there twice"),
+    "another column": ({**GOOD, "mass_kg": [1.0] * 3}, None, "column 'mass_kg', unknown or repeated"),
     "singles": (
         {**GOOD, "q_x": pa.array([0.0] * 3, pa.float32())},
         None,
@@ -442,10 +442,10 @@ def npz(**changes):
 
 
 NPZ = {
-    "another array": ({"mass": np.zeros(3)}, "member 'mass.npy', unknown or there twice"),
+    "another array": ({"mass": np.zeros(3)}, "member 'mass.npy', unknown or repeated"),
     "objects": ({"q_w": np.array([1.0, None, 1.0])}, "array 'q_w' of object"),
     "singles": ({"q_w": np.ones(3, dtype="f4")}, "array 'q_w' of float32, not float64"),
-    "another shape": ({"q_w": np.ones(4)}, "fit together|same shape"),
+    "another shape": ({"q_w": np.ones(4)}, "inconsistent|same shape"),
     "no attitude": ({"q_w": None}, "no column q_w"),
     "no metadata": ({"metadata": None}, "no member 'metadata'"),
     "metadata of numbers": ({"metadata": np.zeros(3)}, "metadata of float64, shape"),

@@ -20,10 +20,7 @@ METADATA_PREFIX = b"# metadata: "
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    if not samples.is_list:
-        raise FormatError(
-            f"CSV holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
-        )
+    schema.refuse_unless_list(samples, "CSV")
     meta, names = schema.metadata(samples), schema.names(samples)
     header = ",".join(names).encode()
     yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), METADATA_PREFIX, orjson.dumps(meta), header)
@@ -77,7 +74,7 @@ class _CsvReader:
         for number, row in enumerate(rows, first_line):
             count = row.count(",") + 1
             if count != len(self.names):
-                raise FormatError(f"{count} values in a row of {len(self.names)}", self.source, number)
+                raise FormatError(f"{count} values where {len(self.names)} belong", self.source, number)
         indices = [i for i, name in enumerate(self.names) if name != schema.TIME]
         try:
             return np.loadtxt(rows, delimiter=",", usecols=indices, ndmin=2, comments=None).T

@@ -84,7 +84,7 @@ def _whole(ephemeris: EphemerisData, names: list[str], meta: dict[str, Any]) -> 
 def _members(samples: Samples, meta: dict[str, Any]) -> Iterator[bytes]:
     """The object without its closing brace: metadata, then the columns."""
     names = schema.names(samples)
-    if samples.count <= ROWS_PER_DUMP or not samples.is_list:
+    if (samples.is_one_chunk and samples.count <= ROWS_PER_DUMP) or not samples.is_list:
         yield _whole(samples.ephemeris(), names, meta)
         samples.progress(1.0)
         return

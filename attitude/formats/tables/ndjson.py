@@ -21,10 +21,7 @@ PUNCTUATION_TO_BLANKS = bytes.maketrans(b"{}:,", b"    ")
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    if not samples.is_list:
-        raise FormatError(
-            f"NDJSON holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
-        )
+    schema.refuse_unless_list(samples, "NDJSON")
     yield orjson.dumps(schema.metadata(samples)) + b"\n"
     names = schema.names(samples)
     quote = b'"' if names[0] == schema.TIME else b""
