@@ -278,7 +278,7 @@ def test_file_of_a_free_body_holds_nothing_of_effects(format, tmp_path):
 
 
 BROKEN = {
-    "events that are no list": ({"events": {"kind": "rest"}}, "events that are no list"),
+    "events that are no list": ({"events": {"kind": "rest"}}, "events are not a list"),
     "event that is none": ({"events": ["rest"]}, "inconsistent"),
     "event without an instant": ({"events": [{"kind": "rest", "text": "", "details": {}}]}, "elapsed_s"),
     "event at no instant": (
@@ -636,7 +636,7 @@ ECSV = {
     "ends after a row": (lambda text: "\n".join(text.splitlines()[:-1]) + "\n", r"shape .*\(2,\).* \[3\]"),
     "no metadata": (
         swap("(?s)# meta: .*# schema", "# schema"),
-        "kind is None|no column|column 'time.jd1' is not known",
+        "kind is None|no column|column 'time.jd1' is unknown",
     ),
     "wrong kind": (swap("attitude-ephemeris/1", "attitude-ephemeris/9"), f"{KIND} 'attitude-ephemeris/9'"),
     "wrong order": (swap("quaternion_order: wxyz", "quaternion_order: xyzw"), "quaternion_order is 'xyzw'"),
