@@ -150,7 +150,7 @@ class TorqueFreeMotion:
         """
         if isinstance(size, bool) or not isinstance(size, int) or size < 1:
             raise InputError("size", size, "a whole number, at least 1")
-        part, count = instants.parts(times, self.epoch)
+        part, count = instants.lazy_instants(times, self.epoch)
         chunks = (part(first, min(first + size, count)) for first in range(0, count, size))
         return (
             self.ephemeris(

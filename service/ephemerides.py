@@ -10,7 +10,7 @@ from starlette.requests import ClientDisconnect, Request
 
 from attitude.documents.fields import parse_json
 from attitude.errors import AttitudeError, InputError
-from attitude.formats.answer import answer, gathered
+from attitude.formats.encoding import coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
 from attitude.formats.tables import json as columns_as_json
 from attitude.frames.rotations import check_any_frame
@@ -58,7 +58,7 @@ def _samples(scene: Scene, asked: Asked, settings: Settings, check: Check) -> Sa
 
 def _one(scene: Scene, asked: Asked, settings: Settings) -> Computed:
     samples = _samples(scene, asked, settings, limits.check_predicted(settings))
-    file = answer(samples, asked.known, asked.interpolation_error, settings.max_samples, asked.options)
+    file = encoded_file(samples, asked.known, asked.interpolation_error, settings.max_samples, asked.options)
     place = "inline" if asked.known.media == JSON else "attachment"
     headers = {"content-disposition": f'{place}; filename="{file.name}"'}
     said = {} if asked.known.media == JSON else _said(samples, scene)
@@ -70,9 +70,9 @@ def _said(samples: Samples, scene: Scene) -> dict[str, str]:
 
     Of samples that are computed as they are sent, what that takes is not known before: it is predicted.
     """
-    plan = samples.head.plan
+    plan = samples.first.plan
     cost: dict[str, Any] = dict(columns_as_json.cost_of(plan) or {})
-    if not samples.is_held:
+    if not samples.in_memory:
         cost = {"set_up_s": cost["set_up_s"], "predicted_s": scene.plan().predicted_seconds}
     told = columns_as_json.plan_of(plan, samples)
     return {PLAN: json.dumps(told, separators=(",", ":")), COST: json.dumps(cost, separators=(",", ":"))}
@@ -96,7 +96,7 @@ def _batch(documents: list[Any], asked: Asked, settings: Settings, request: Requ
         limit = f"at most {settings.max_samples} samples in all scenes ({variable('max_samples')})"
         raise InputError("document", f"{count} samples", limit, steps=())
     members = _members(scenes, asked, settings, request)
-    blocks = gathered(_together(members, asked.known))
+    blocks = coalesced(_together(members, asked.known))
     return Computed(
         _begun(blocks), False, asked.known.media, {"content-disposition": _NAMES[asked.known.name]}
     )
@@ -126,7 +126,7 @@ def _members(
             with no_field(*OURS, *asked.options):
                 samples = _samples(scene, asked, settings, check)
                 given = asked.interpolation_error, settings.max_samples, asked.options
-                yield answer(samples, FORMATS["json"], *given).blocks
+                yield encoded_file(samples, FORMATS["json"], *given).blocks
         except AttitudeError as error:
             if isinstance(error, InputError):
                 error.steps = (place, *error.steps)

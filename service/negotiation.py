@@ -8,7 +8,7 @@ from http import HTTPStatus
 from starlette.exceptions import HTTPException
 
 from attitude.errors import InputError
-from attitude.formats.registry import FORMATS, KNOWN, Format
+from attitude.formats.registry import FORMATS, Format
 
 USUAL = FORMATS["json"]
 
@@ -22,10 +22,12 @@ def wanted(name: str | None, accept: str) -> Format:
         return FORMATS[name]
     if not accept.strip():
         return USUAL
-    weights = [(_weight(known.media, accept), known is USUAL, -i, known) for i, known in enumerate(KNOWN)]
+    weights = [
+        (_weight(known.media, accept), known is USUAL, -i, known) for i, known in enumerate(FORMATS.values())
+    ]
     weight, _, _, best = max(weights)
     if weight <= 0.0:
-        offered = ", ".join(known.media for known in KNOWN)
+        offered = ", ".join(known.media for known in FORMATS.values())
         raise HTTPException(HTTPStatus.NOT_ACCEPTABLE, f"accept: one of {offered}; got {accept}")
     return best
 

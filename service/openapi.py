@@ -13,7 +13,7 @@ from typing import Any
 import orjson
 from fastapi import FastAPI
 
-from attitude.formats.registry import KNOWN
+from attitude.formats.registry import FORMATS
 from attitude.scene.document import Scene, builtin_names
 
 from . import errors
@@ -146,7 +146,7 @@ EPHEMERIS = (
     _query(
         "format",
         "of the answer, instead of what Accept names; other parameters are options of the format",
-        {"type": "string", "enum": [known.name for known in KNOWN]},
+        {"type": "string", "enum": [known.name for known in FORMATS.values()]},
     ),
     _query("frame", "attitudes relative to it, instead of the scene's", {"type": "string"}),
     _query(
@@ -227,7 +227,7 @@ def ephemeris_answer() -> dict[int | str, dict[str, Any]]:
     )
     content = answer[200]["content"]
     content[JSON]["schema"] = {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Ephemerides"}]}
-    media = [known.media for known in KNOWN if known.name != "json"] + ["application/zip"]
+    media = [known.media for known in FORMATS.values() if known.name != "json"] + ["application/zip"]
     content.update({each: {"schema": {"type": "string", "format": "binary"}} for each in media})
     answer[200]["headers"] = {
         "ETag": _header("of the document, the query, the format and the version"),

@@ -13,7 +13,7 @@ from fastapi import APIRouter, Request
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from attitude.formats.registry import KNOWN
+from attitude.formats.registry import FORMATS
 
 from .headers import policy
 
@@ -74,5 +74,5 @@ def _file(name: str) -> File:
 
 def _formats() -> bytes:
     """What the page offers to download, from the library's own list."""
-    formats = [{"name": each.name, "endings": each.endings, "media": each.media} for each in KNOWN]
+    formats = [{"name": each.name, "endings": each.endings, "media": each.media} for each in FORMATS.values()]
     return orjson.dumps({"formats": formats})

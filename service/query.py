@@ -10,7 +10,7 @@ from typing import NamedTuple
 from starlette.requests import Request
 
 from attitude.errors import InputError
-from attitude.formats.answer import options_of
+from attitude.formats.encoding import parse_options
 from attitude.formats.registry import Format
 
 from .negotiation import accepts_gzip, wanted
@@ -52,7 +52,7 @@ class Asked(NamedTuple):
             angle(given, "drop_below"),
             given.get("frame"),
             angle(given, "interpolation_error"),
-            options_of(others, known),
+            parse_options(others, known),
             repr(sorted(given.items())),
             request.headers.get("if-none-match", ""),
             accepts_gzip(request.headers.get("accept-encoding", "")),

@@ -148,7 +148,7 @@ def test_person_at_a_terminal_is_told_what_is_run(answer, tmp_path):
 
 
 def test_long_run_shows_its_progress_on_a_terminal(answer, monkeypatch, tmp_path):
-    monkeypatch.setattr(chunks, "BLOCK", 40)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 40)
     _, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
     assert "\r 25% |" in err
     assert err.endswith("\r")  # nothing of the bar is left
@@ -281,7 +281,7 @@ def test_any_other_scene_is_drawn_as_it_runs(answer, tmp_path, monkeypatch):
 # -- what is wrong ------------------------------------------------------------------------------
 
 NAMES = ", ".join(builtin_names())
-KNOWN = "this version knows ecsv, csv, json"
+KNOWN = "this version has ecsv, csv, json"
 
 BAD = {
     "unknown scene": (["run", "pluto"], f"SCENE: a file, or a built-in scene ({NAMES}); got 'pluto'"),
@@ -295,9 +295,9 @@ BAD = {
     "fault in the document": (["run", "fault.json"], "body.moments[2]: no principal moment greater than"),
     "overflow in the document": (["run", "huge.json"], "body.moments[0]: "),
     "more samples than memory": (["run", "count.json"], "times"),
-    "unknown format": (["run", "toutatis", "-f", "xml"], f"-: format 'xml'; {KNOWN}"),
-    "unknown ending": (["run", "toutatis", "-o", "out.xls"], f"out.xls: format 'xls'; {KNOWN}"),
-    "no ending": (["run", "toutatis", "-o", "out"], f"out: no format and no file ending; {KNOWN}"),
+    "unknown format": (["run", "toutatis", "-f", "xml"], f"-: unknown format 'xml'; {KNOWN}"),
+    "unknown ending": (["run", "toutatis", "-o", "out.xls"], f"out.xls: unknown format 'xls'; {KNOWN}"),
+    "no ending": (["run", "toutatis", "-o", "out"], f"out: neither a format nor a file ending; {KNOWN}"),
     "no folder to write to": (
         ["run", "toutatis", "-o", "missing/out.csv"],
         "missing/out.csv: cannot be written",
@@ -637,9 +637,9 @@ def test_file_is_converted(answer, tmp_path):
         ),
         (["run", "toutatis", "--frame", "LVLH"], "in_frame: "),
         (["run", "toutatis", "--frame", "MARS"], "frame: "),
-        (["run", "toutatis", "-f", "ck"], "-: ck is several files"),
+        (["run", "toutatis", "-f", "ck"], "-: ck has companion files"),
         (["convert", "missing.aem"], "missing.aem: cannot be read"),
-        (["convert", "missing"], "missing: no format and no file ending"),
+        (["convert", "missing"], "missing: neither a format nor a file ending"),
     ],
 )
 def test_what_a_format_or_frame_refuses_is_one_line(arguments, message, answer, tmp_path, monkeypatch):

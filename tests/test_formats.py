@@ -53,7 +53,7 @@ def named(ephemeris, name='tumbling "debris", å\n'):
 
 def exact(instants):
     """Both parts of the seconds, zero where there is no second."""
-    rest = np.zeros(instants.shape) if instants.rest is None else instants.rest
+    rest = np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
     return np.stack([instants.seconds, rest])
 
 
@@ -278,8 +278,8 @@ def test_file_of_a_free_body_holds_nothing_of_effects(format, tmp_path):
 
 
 BROKEN = {
-    "events that are no list": ({"events": {"kind": "rest"}}, "events that are no list"),
-    "event that is none": ({"events": ["rest"]}, "do not fit together"),
+    "events that are no list": ({"events": {"kind": "rest"}}, "events are not a list"),
+    "event that is none": ({"events": ["rest"]}, "inconsistent"),
     "event without an instant": ({"events": [{"kind": "rest", "text": "", "details": {}}]}, "elapsed_s"),
     "event at no instant": (
         {"events": [{"elapsed_s": None, "kind": "rest", "text": "", "details": {}}]},
@@ -291,7 +291,7 @@ BROKEN = {
     ),
     "details that are none": (
         {"events": [{"elapsed_s": 1, "kind": "rest", "text": "", "details": 5}]},
-        "do not fit together",
+        "inconsistent",
     ),
     "detail that is text": (
         {"events": [{"elapsed_s": 1, "kind": "rest", "text": "", "details": {"point": "x"}}]},
@@ -322,13 +322,13 @@ def test_files_do_not_depend_on_the_size_of_their_blocks(block, format, monkeypa
     rest = np.concatenate([np.zeros(20), np.full(20, 1e-17)])
     written = motion(epoch=EPOCH.tai).at(TimeDelta(np.arange(40.0), rest, format="jd"))
     written.write(tmp_path / "whole", format)
-    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     written.write(tmp_path / "blocks", format)
     assert (tmp_path / "blocks").read_bytes() == (tmp_path / "whole").read_bytes()
 
 
 def test_progress_is_told_up_to_the_end(monkeypatch, tmp_path):
-    monkeypatch.setattr(chunks, "BLOCK", 10)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 10)
     told = []
     motion().at(T).write(tmp_path / "a.csv", progress=told.append)
     assert told == [0.25, 0.5, 0.75, 1.0]
@@ -497,8 +497,8 @@ def test_path_that_cannot_be_written_or_read_is_said(name, tmp_path):
 @pytest.mark.parametrize(
     ("name", "format", "message"),
     [
-        ("a.xls", None, "format 'xls'; this version knows ecsv, csv, json"),
-        ("a", None, "no format and no file ending; this version knows ecsv, csv, json"),
+        ("a.xls", None, "format 'xls'; this version has ecsv, csv, json"),
+        ("a", None, "neither a format nor a file ending; this version has ecsv, csv, json"),
         ("a.csv", "xls", "format 'xls'"),
     ],
 )
@@ -636,7 +636,7 @@ ECSV = {
     "ends after a row": (lambda text: "\n".join(text.splitlines()[:-1]) + "\n", r"shape .*\(2,\).* \[3\]"),
     "no metadata": (
         swap("(?s)# meta: .*# schema", "# schema"),
-        "kind is None|no column|column 'time.jd1' is not known",
+        "kind is None|no column|column 'time.jd1' is unknown",
     ),
     "wrong kind": (swap("attitude-ephemeris/1", "attitude-ephemeris/9"), f"{KIND} 'attitude-ephemeris/9'"),
     "wrong order": (swap("quaternion_order: wxyz", "quaternion_order: xyzw"), "quaternion_order is 'xyzw'"),
@@ -644,7 +644,7 @@ ECSV = {
     "unknown scale": (swap("scale: utc, time", "scale: gps, time"), "gps"),
     "column missing": (
         swap("quaternion", "attitude", 0),
-        "no column 'quaternion'|quaternion_order|column 'attitude' is not known",
+        "no column 'quaternion'|quaternion_order|column 'attitude' is unknown",
     ),
     "other unit": (swap("unit: s,", "unit: min,", 0), "not ECSV|no column 'elapsed' in s"),
     "quaternion of three": (

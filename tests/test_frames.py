@@ -305,7 +305,7 @@ def test_attitudes_without_rates_have_none_elsewhere():
 def test_momentum_is_asked_of_inertial_frames():
     told = motion().at([0.0]).in_frame("ITRF")
     for name in ("angular_momentum", "kinetic_energy"):
-        with pytest.raises(RegimeError, match=f"{name}: ITRF turns; ask it of the ephemeris in an inertial"):
+        with pytest.raises(RegimeError, match=f"{name}: ITRF is a rotating frame"):
             getattr(told, name)
 
 
@@ -371,7 +371,7 @@ def test_frames_along_an_orbit_need_one():
 
 @pytest.mark.parametrize("frame", ["GCRF", "ITRF", "QSW"])
 def test_nothing_leads_back_from_axes_along_an_orbit(frame):
-    with pytest.raises(RegimeError, match="nothing leads back from LVLH"):
+    with pytest.raises(RegimeError, match="no rotation from LVLH"):
         orbiting().run().in_frame("LVLH").in_frame(frame)
 
 

@@ -171,7 +171,7 @@ GRIDS = {
 @pytest.mark.parametrize(("times", "seconds"), GRIDS.values(), ids=GRIDS)
 def test_times_are_exact_in_two_parts(times, seconds):
     instants = Scene.model_validate(changed(times=times)).run().instants
-    rest = np.zeros(instants.shape) if instants.rest is None else instants.rest
+    rest = np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
     assert len(instants.seconds) == len(seconds)
     for high, low, exact in zip(instants.seconds.tolist(), rest.tolist(), seconds, strict=True):
         assert abs(Fraction(high) + Fraction(low) - exact) <= TWO_PART_TOLERANCE * abs(exact)

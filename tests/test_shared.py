@@ -13,7 +13,7 @@ import pytest
 from attitude import RigidBody, TorqueFreeMotion
 from attitude.effects.user import DOUBLES, UserTorque
 from attitude.ephemeris import Ephemeris
-from attitude.formats.line_blocks import Block
+from attitude.formats.line_blocks import LineBlock
 from attitude.orbit.ephemeris_orbit import EphemerisOrbit
 from attitude.samples.ephemeris_data import EphemerisData
 
@@ -118,7 +118,7 @@ def test_number_of_a_line():
     def asking(place):
         return lambda lines: lines.number_at(place)
 
-    answers = list(interrupted(asking(19), lambda: Block(1, text), asking(6), Block.number_at))
+    answers = list(interrupted(asking(19), lambda: LineBlock(1, text), asking(6), LineBlock.number_at))
     assert len(answers) > 10
     assert set(answers) == {1 + text[:19].count(b"\n")}
 

@@ -99,7 +99,7 @@ def output_format(
     Called before anything is computed, so that what the writer refuses is refused at once.
     """
     from .. import formats
-    from ..formats.answer import options_of
+    from ..formats.encoding import parse_options
 
     by_default = "csv" if options.output == formats.STANDARD_STREAM else None
     target = formats.find(options.output, options.format or by_default)
@@ -108,9 +108,9 @@ def output_format(
         of_writer = formats.option_names(formats.module_of(target).blocks)
         of_reader = formats.option_names(formats.module_of(source).parse)
         reading = {name: texts.pop(name) for name in of_reader if name in texts and name not in of_writer}
-    writing = options_of(texts, target)
+    writing = parse_options(texts, target)
     formats.check_options(target, writing)
-    return target, writing, {} if source is None else options_of(reading, source, reading=True)
+    return target, writing, {} if source is None else parse_options(reading, source, reading=True)
 
 
 def _option(text: str) -> tuple[str, str]:

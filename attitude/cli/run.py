@@ -42,7 +42,7 @@ def execute(options: Namespace) -> None:
     with console.progress_bar(options) as progress:
         samples = scene.samples(progress, drop_below, options.frame)
         if scene.effects:
-            _report_effects(samples.head, options)
+            _report_effects(samples.first, options)
         written = formats.write(samples, options.output, target.name, None, error, **writing)
     report_interpolation(written, options)
 

@@ -113,7 +113,7 @@ class MomentAccumulation:
                 compiled.add_exactly(block_sums, limbs)
 
     def _free(self, motion: TorqueFreeMotion, index: int) -> BlockSamples:
-        batch, seconds, rest = motion._batch, self.instants.seconds, self.instants.rest
+        batch, seconds, rest = motion._batch, self.instants.seconds, self.instants.seconds_low
         with body_named(index):
             ((_, records),) = batch.blocks(0, batch.size)  # few enough to be cached
         refuse_too_far(batch.max_phase_rate(records), float(np.abs(seconds).max()))

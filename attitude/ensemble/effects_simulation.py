@@ -142,7 +142,7 @@ def _with_contacts(
     for i in range(len(bodies)):
         with named(bodies, i, lost):
             state = bodies.initial_state(template, i)
-            flight = contact.fly(state, ground, inputs.gravity, seconds, inputs.kicks, instants.rest)
+            flight = contact.fly(state, ground, inputs.gravity, seconds, inputs.kicks, instants.seconds_low)
             reached = len(flight.seconds)
             if reached < seconds.size:
                 raise RegimeError(

@@ -187,7 +187,7 @@ class Ensemble:
             if self.scene is None:
                 raise InputError("times", None, "instants, for an ensemble without a scene")
             times = self.scene.times.lazily(self.epoch)
-        part, count = instants.parts(times, self.epoch)
+        part, count = instants.lazy_instants(times, self.epoch)
         if count < 1:
             raise InputError("times", f"{count} instants", "at least one")
         return part(0, count)
@@ -267,7 +267,7 @@ class Ensemble:
         passes = ranges(len(instants.seconds), FREE_INSTANTS if is_free(self.scene) else SIMULATED_INSTANTS)
         products, references, lost = [], [], set[int]()
         for number, (a, b) in enumerate(passes):
-            low = None if instants.rest is None else np.ascontiguousarray(instants.rest[a:b])
+            low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low[a:b])
             part = Instants(np.ascontiguousarray(instants.seconds[a:b]), low, None)
             reference = self._reference(part, choice, leave_out)
             work = MomentAccumulation(self.source, self.scene, choice, part, reference, leave_out)

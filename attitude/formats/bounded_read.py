@@ -1,4 +1,4 @@
-"""Contents that are read as a whole: how much they are is asked before anything of them is held."""
+"""Contents that are read at once: their size is checked before they are held in memory."""
 
 from __future__ import annotations
 
@@ -7,51 +7,58 @@ from typing import BinaryIO
 
 from ..errors import FormatError
 
-MOST_UNTOLD = 1 << 27  # bytes of a pipe or device, whose size is known at its end alone
-CHUNK = 1 << 22
-LOOKED_AT = 1 << 12  # bytes at both ends, in search of what no text has
-BLOCKS = "csv, ndjson and arrows are read in blocks"
+MAX_TEXT_BYTES = 1 << 30
+MAX_PIPE_BYTES = 1 << 27  # of a pipe or device, whose size is known only at its end
+READ_BYTES = 1 << 22  # of a pipe, at a time
+SAMPLE_BYTES = 1 << 12  # of a file's beginning and end, which are searched for zero bytes
+ALTERNATIVES = "csv, ndjson and arrows are read in blocks"
 
 
-def text(stream: BinaryIO, source: str, most: int) -> bytes:
-    """All of a text of at most so many bytes, from where the stream stands."""
-    told = _told(stream)
-    if told is None:
-        return untold(stream, source, most)
-    if told > most:
-        raise FormatError(f"more than {most} bytes; {BLOCKS}", source)
-    begin = stream.read(LOOKED_AT)
+def text(stream: BinaryIO, source: str, max_bytes: int = MAX_TEXT_BYTES) -> bytes:
+    """The text from the stream's position to its end.
+
+    Raises FormatError for more than `max_bytes`, and for zero bytes near either end.
+    """
+    size = _remaining(stream)
+    if size is None:
+        return from_pipe(stream, source, max_bytes)
+    if size > max_bytes:
+        raise FormatError(f"more than {max_bytes} bytes; {ALTERNATIVES}", source)
+    begin = stream.read(SAMPLE_BYTES)
     _refuse_zeros(begin, source, 1)
-    if told > 2 * LOOKED_AT:
-        stream.seek(-LOOKED_AT, io.SEEK_END)
-        _refuse_zeros(stream.read(LOOKED_AT), source, None)
-        stream.seek(LOOKED_AT - told, io.SEEK_END)
-    return begin + stream.read(told)
+    if size > 2 * SAMPLE_BYTES:
+        stream.seek(-SAMPLE_BYTES, io.SEEK_END)
+        _refuse_zeros(stream.read(SAMPLE_BYTES), source, None)
+        stream.seek(SAMPLE_BYTES - size, io.SEEK_END)
+    return begin + stream.read(size)
 
 
-def untold(stream: BinaryIO, source: str, most: int = MOST_UNTOLD) -> bytes:
-    """All that comes through a pipe, which may have no end."""
-    chunks, taken, most = [], 0, min(most, MOST_UNTOLD)
-    while chunk := stream.read(CHUNK):
+def from_pipe(stream: BinaryIO, source: str, max_bytes: int = MAX_PIPE_BYTES) -> bytes:
+    """All bytes of a pipe, which may be endless.
+
+    Raises FormatError for more than `max_bytes`, or more than `MAX_PIPE_BYTES`.
+    """
+    chunks, count, limit = [], 0, min(max_bytes, MAX_PIPE_BYTES)
+    while chunk := stream.read(READ_BYTES):
         chunks.append(chunk)
-        taken += len(chunk)
-        if taken > most:
-            raise FormatError(f"more than {most} bytes, of a size that is not known before; {BLOCKS}", source)
+        count += len(chunk)
+        if count > limit:
+            raise FormatError(f"a pipe with more than {limit} bytes; {ALTERNATIVES}", source)
     return b"".join(chunks)
 
 
-def _told(stream: BinaryIO) -> int | None:
-    """Bytes from where the stream stands; None where it cannot tell (of a device, it is none)."""
+def _remaining(stream: BinaryIO) -> int | None:
+    """Bytes from the stream's position to its end; None of a pipe or a device."""
     if not stream.seekable():
         return None
-    here = stream.tell()
-    left = stream.seek(0, io.SEEK_END) - here
-    stream.seek(here)
-    return left if left > 0 else None
+    position = stream.tell()
+    size = stream.seek(0, io.SEEK_END) - position
+    stream.seek(position)
+    return size if size > 0 else None
 
 
-def _refuse_zeros(part: bytes, source: str, line: int | None) -> None:
-    at = part.find(b"\0")
-    if at >= 0:
-        number = None if line is None else line + part.count(b"\n", 0, at)
-        raise FormatError("not text: it has zero bytes", source, number)
+def _refuse_zeros(sample: bytes, source: str, first_line: int | None) -> None:
+    offset = sample.find(b"\0")
+    if offset >= 0:
+        line = None if first_line is None else first_line + sample.count(b"\n", 0, offset)
+        raise FormatError("not text: it has zero bytes", source, line)

@@ -23,7 +23,7 @@ from ..errors import AttitudeError, FormatError, InputError
 from ..frames import rotations
 from ..frames.earth_fixed import itrf
 from ..frames.inertial import rotation_from_gcrf
-from ..samples.chunks import BLOCK, Samples
+from ..samples.chunks import CHUNK_INSTANTS, Samples
 from ..samples.ephemeris_data import EphemerisData, OrbitStates
 from ..samples.event import Event
 from ..samples.transform import in_frame
@@ -59,7 +59,7 @@ def interpolant(
 def prepared(samples: Samples) -> Samples:
     """The samples as Cesium interpolates them: relative to the Earth-fixed frame."""
     return Samples(
-        samples.count, lambda first, last: _earth_fixed(samples.cut(first, last)), samples.progress
+        samples.count, lambda first, last: _earth_fixed(samples.chunk(first, last)), samples.progress
     )
 
 
@@ -76,7 +76,7 @@ def blocks(
     """
     place = None if position is None else _three(position, "position")
     size = None if box is None or model is not None else _three(box, "box")
-    head, tail = nodes.segments[0].head, nodes.segments[-1].tail
+    head, tail = nodes.segments[0].first, nodes.segments[-1].last
     if head.epoch is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
     span = _interval(head, tail)
@@ -116,17 +116,17 @@ def _orientation(segments: tuple[Samples, ...]) -> Iterator[bytes]:
     last, several = None, len(segments) > 1
     yield b"[" if several else b""
     for i, segment in enumerate(segments):
-        head = segment.head
+        head = segment.first
         property = _sampled(head, "LINEAR", 1)
         if several:
-            following = segments[i + 1].head if i + 1 < len(segments) else segment.tail
+            following = segments[i + 1].first if i + 1 < len(segments) else segment.last
             property = {
                 "interval": _interval(head, following),
                 **property,
                 "forwardExtrapolationType": "HOLD",
             }
         yield (b"," if i else b"") + orjson.dumps(property)[:-1] + b',"unitQuaternion":['
-        for k, piece in enumerate(segment.pieces()):
+        for k, piece in enumerate(segment.chunks()):
             last = _refuse_disorder(piece, last)
             yield (b"," if k else b"") + _rows(piece.elapsed, _earth_fixed(piece).quaternion("xyzw"))
         yield b"]}"
@@ -149,8 +149,8 @@ def _position(head: EphemerisData, tail: EphemerisData, place: list[float] | Non
 def _positions(along: OrbitStates, head: EphemerisData, first: float, last: float) -> Iterator[bytes]:
     """Rows of positions at even instants, close enough for a polynomial between them."""
     intervals = max(POSITION_DEGREE, math.ceil((last - first) / POSITION_STEP))
-    for k in range(0, intervals + 1, BLOCK):
-        i = np.arange(k, min(k + BLOCK, intervals + 1))
+    for k in range(0, intervals + 1, CHUNK_INSTANTS):
+        i = np.arange(k, min(k + CHUNK_INSTANTS, intervals + 1))
         t = np.where(i == intervals, last, first + (last - first) * (i / intervals))
         yield (b"," if k else b"") + _rows(t, _place(along, Instants(t, None, head.epoch)))
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import InputError
 from ..frames import rotations
 from ..runtime import compiled
-from ..runtime.threads import cut, processors, run
+from ..runtime.threads import processors, ranges, run
 
 MOST_DEGREE = 15
 MIN_INTERVALS_PER_THREAD = 4096
@@ -61,7 +61,7 @@ class Interpolant(NamedTuple):
             compiled.interpolate(*given, *share, width, places, wanted, work, shared, size)
 
         threads = min(processors(), MAX_THREADS, max(1, size.size // MIN_INTERVALS_PER_THREAD))
-        run(interpolate, cut(size.size, threads))
+        run(interpolate, ranges(size.size, threads))
         return 2.0 * np.arcsin(np.minimum(size, 1.0))
 
 

@@ -94,10 +94,10 @@ def chosen(
         raise FormatError(f"one body at a list of instants is written, not shape {samples.shape}")
     if tolerance is None:
         segments = given(samples)
-        known = samples.head.can_be_resampled
+        known = samples.first.can_be_resampled
         read = [samples] if interpolant.crosses else segments
         return Nodes(tuple(segments), interpolant, _worst(read, interpolant) if known else None)
-    return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.head), most)
+    return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.first), most)
 
 
 def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
@@ -116,16 +116,16 @@ def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
 
 def given(samples: Samples) -> list[Samples]:
     """Cut where the rate jumps; an instant at a cut is the first of what follows."""
-    at = [event.seconds for event in samples.head.events if event.kind in CUTS]
+    at = [event.seconds for event in samples.first.events if event.kind in CUTS]
     if not at:
         return [samples]
-    seconds = np.concatenate([piece.elapsed for piece in samples.pieces()])
+    seconds = np.concatenate([piece.elapsed for piece in samples.chunks()])
     edges = [0, *sorted({int(i) for i in np.searchsorted(seconds, at)} - {0, samples.count}), samples.count]
     return [_part(samples, first, last) for first, last in pairwise(edges)]
 
 
 def _part(samples: Samples, first: int, last: int) -> Samples:
-    return Samples(last - first, lambda a, b: samples.cut(first + a, first + b), samples.progress)
+    return Samples(last - first, lambda a, b: samples.chunk(first + a, first + b), samples.progress)
 
 
 # -- instants chosen for a tolerance --------------------------------------------------------------
@@ -149,7 +149,7 @@ def _kept(
     """Even nodes of a span that keep the tolerance everywhere, and what they err by."""
     if start == stop:
         return _even(samples, start, stop, 1.0), 0.0
-    head, least = samples.head, (stop - start) / max(most - 1, 0.5)
+    head, least = samples.first, (stop - start) / max(most - 1, 0.5)
     longest = _longest(head, interpolant, start, stop)
     even = cache(lambda step: _even(samples, start, stop, step))
     step = longest
@@ -196,10 +196,10 @@ def _spans(samples: Samples) -> list[tuple[float, float]]:
 
     A span ends just before its event, for what that changes comes after.
     """
-    first, last = float(samples.head.elapsed[0]), float(samples.tail.elapsed[0])
+    first, last = float(samples.first.elapsed[0]), float(samples.last.elapsed[0])
     if last < first:
         raise FormatError("the last instant is before the first")
-    between = {event.seconds: event.kind for event in samples.head.events if first < event.seconds < last}
+    between = {event.seconds: event.kind for event in samples.first.events if first < event.seconds < last}
     starts, stops = [first], []
     for at, kind in sorted(between.items()):
         room = CONTACT_WITHIN if kind == "contact" else 0.0
@@ -216,7 +216,7 @@ def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
     if intervals > 1:
         before, last = (start + k * step for k in (intervals - 2, intervals - 1))
         ends = [last if stop - last >= 0.5 * step else 0.5 * (before + stop), stop]
-    count, head = intervals + 1, samples.head
+    count, head = intervals + 1, samples.first
     regular = count - len(ends)
 
     def cut(first: int, until: int) -> EphemerisData:
@@ -292,11 +292,11 @@ def _with_margin(found: float) -> float:
 def _worst_of(samples: Samples, interpolant: Interpolant) -> float:
     """rad: the greatest error found."""
     worst, around = 0.0, interpolant.degree
-    size = CHECKED_AT_ONCE if _is_run_as_a_whole(samples.head) else CHECKED
+    size = CHECKED_AT_ONCE if _is_run_as_a_whole(samples.first) else CHECKED
     for first in range(0, samples.count - 1, size):
         last = min(first + size, samples.count - 1)  # intervals, from first to last
         low, high = max(0, first - around), min(samples.count, last + 1 + around)
-        piece = samples.cut(low, high)
+        piece = samples.chunk(low, high)
         _refuse_disorder(piece, low)
         errors, turned = _errors(piece, interpolant, np.arange(first - low, last - low), PLACES)
         if turned.max() > LOST:
@@ -325,7 +325,7 @@ def _errors(
     """
     instants = piece.instants
     t = instants.seconds - instants.seconds[0]
-    t = t if instants.rest is None else t + (instants.rest - instants.rest[0])
+    t = t if instants.seconds_low is None else t + (instants.seconds_low - instants.seconds_low[0])
     at = _between(instants, intervals, places)
     found = piece.resampled(at)
     errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, places, found.quaternion("wxyz"))
@@ -365,8 +365,12 @@ def _between(instants: Instants, intervals: np.ndarray, places: np.ndarray) -> I
     ahead = places * (instants.seconds[after] - seconds)
     at = seconds + ahead
     rest = ahead - (at - seconds)
-    if instants.rest is not None:
-        rest = rest + instants.rest[before] + places * (instants.rest[after] - instants.rest[before])
+    if instants.seconds_low is not None:
+        rest = (
+            rest
+            + instants.seconds_low[before]
+            + places * (instants.seconds_low[after] - instants.seconds_low[before])
+        )
     return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
 
 

@@ -1,4 +1,4 @@
-"""Text read line by line in blocks, however large the file; every line knows its number."""
+"""Text of any size read in blocks of whole lines, with line numbers."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ from typing import BinaryIO
 
 from ..errors import FormatError
 
-BLOCK = 1 << 22  # bytes
-LONGEST = 1 << 20  # bytes of a line: no format has longer ones, and a file of zeros is one line
-FEW = 1 << 16  # lines
-SHORTEST = 8  # bytes of a line on average in a full block: five numbers and what is between them take ten
+BLOCK_BYTES = 1 << 22
+MAX_LINE_BYTES = 1 << 20  # no format has longer lines, and a file of zeros is one line
+MIN_MEAN_LINE_BYTES = 8  # of a full block: a row of five numbers takes ten
 
 
-class Block:
-    """Whole lines.
+class LineBlock:
+    """Consecutive whole lines of a text.
 
     Attributes
     ----------
     number : int, of the first line
-    text : bytes, the lines with their ends
+    text : bytes, the lines with their line ends
     size : int, of the text
     """
 
@@ -28,45 +27,50 @@ class Block:
         self.number = number
         self.text = text
         self.size = len(text)
-        self._known = 0, number  # a place, and the number of the line that begins there
+        self._counted = 0, number  # an offset, and the number of the line that begins there
 
     @property
     def count(self) -> int:
+        """The number of lines."""
         return self.number_at(self.size) - self.number
 
     @cached_property
     def lines(self) -> list[bytes]:
-        """Without their ends."""
+        """The lines without their line ends."""
         lines = self.text[:-1].split(b"\n")
         return [line.removesuffix(b"\r") for line in lines] if b"\r" in self.text else lines
 
-    def line(self, place: int) -> tuple[bytes, int]:
-        """The one that begins there, without its end, and where the next one does."""
-        end = self.text.index(b"\n", place)
-        return self.text[place:end].removesuffix(b"\r"), end + 1
+    def line(self, offset: int) -> tuple[bytes, int]:
+        """The line that begins at this offset, without its line end, and the offset of the next one."""
+        end = self.text.index(b"\n", offset)
+        return self.text[offset:end].removesuffix(b"\r"), end + 1
 
-    def number_at(self, place: int) -> int:
-        """Of the line that begins there; counted on from where it was last asked."""
-        known, number = self._known
-        if place < known:
-            known, number = 0, self.number
-        number += self.text.count(b"\n", known, place)
-        self._known = place, number
+    def number_at(self, offset: int) -> int:
+        """The number of the line that begins at this offset; counting continues from the last call."""
+        start, number = self._counted
+        if offset < start:
+            start, number = 0, self.number
+        number += self.text.count(b"\n", start, offset)
+        self._counted = offset, number
         return number
 
 
-def blocks(stream: BinaryIO, source: str) -> Iterator[Block]:
-    """Refuses a line without an end, at the end of the file too: what was cut off there nobody knows."""
+def blocks(stream: BinaryIO, source: str) -> Iterator[LineBlock]:
+    """Blocks of whole lines.
+
+    Raises FormatError for a last line without a line end (the file may be truncated), a line of more than
+    1 MiB, and a block of nearly empty lines.
+    """
     number, rest = 1, b""
-    while chunk := stream.read(BLOCK):
-        cut = chunk.rfind(b"\n") + 1
-        block = Block(number, b"".join([rest, memoryview(chunk)[:cut]]) if cut else b"")
-        rest = chunk[cut:] if cut else rest + chunk
-        if len(rest) > LONGEST:
-            raise FormatError(f"a line of more than {LONGEST} bytes", source, number + block.count)
-        if cut:
-            if block.count > max(FEW, len(chunk) // SHORTEST):
-                raise FormatError("lines with hardly anything in them, one after another", source, number)
+    while chunk := stream.read(BLOCK_BYTES):
+        end = chunk.rfind(b"\n") + 1
+        block = LineBlock(number, b"".join([rest, memoryview(chunk)[:end]]) if end else b"")
+        rest = chunk[end:] if end else rest + chunk
+        if len(rest) > MAX_LINE_BYTES:
+            raise FormatError(f"a line of more than {MAX_LINE_BYTES} bytes", source, number + block.count)
+        if end:
+            if block.count > max(1 << 16, len(chunk) // MIN_MEAN_LINE_BYTES):
+                raise FormatError("nearly empty lines, one after another", source, number)
             yield block
             number = block.number_at(block.size)
     if rest:

@@ -1,4 +1,4 @@
-"""Which formats there are: their names, endings and media types; nothing of them is loaded here."""
+"""The registry of formats: names, file endings and media types; no format's module is imported here."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from typing import NamedTuple
 
 
 class Format(NamedTuple):
-    """What a format is called, in commands, at the end of a file's name, and over HTTP."""
+    """The names of a format: in commands, at the end of a file's name, and over HTTP.
+
+    module : of `attitude.formats`
+    has_companions : whether its readers need other files besides
+    """
 
     name: str
     module: str
     endings: tuple[str, ...]
     media: str
-    has_companions: bool = False  # other files that its readers need besides
+    has_companions: bool = False
 
 
-KNOWN = (
+_ENTRIES = (
     Format("ecsv", "tables.ecsv", (".ecsv",), "text/x-ecsv"),
     Format("csv", "tables.csv", (".csv",), "text/csv"),
     Format("json", "tables.json", (".json",), "application/json"),
@@ -31,5 +35,5 @@ KNOWN = (
     Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
     Format("ck", "spice.ck", (".bc",), "application/x-spice-ck", True),
 )
-FORMATS = {known.name: known for known in KNOWN}
-BY_ENDING = {ending: known for known in KNOWN for ending in known.endings}
+FORMATS = {entry.name: entry for entry in _ENTRIES}
+BY_ENDING = {ending: entry for entry in _ENTRIES for ending in entry.endings}

@@ -1,4 +1,4 @@
-"""What every format says: metadata, and columns with their units in the names."""
+"""The schema of all formats: metadata, and columns with their units in the names."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..samples import event_records
 from ..samples.ephemeris_data import EphemerisData, convention
 from ..samples.translation import Translation
 from ..times import leap_seconds
-from ..times.instants import Instants, check_epoch
+from ..times.instants import Instants, check_epoch, with_ut1
 from .text_rows import array, contents, texts
 
 if TYPE_CHECKING:
@@ -33,40 +33,42 @@ RATE = ("omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s")
 POSITION = ("position_x_m", "position_y_m", "position_z_m")
 VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
 MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
-BEYOND_CALENDARS = 1e15  # s; 30 million years
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
-FEW = 64  # dates
 
-ISO_WIDTH = 29
-MJD = Fraction(4800001, 2)  # Julian date of modified Julian day 0
-DAY_NANOSECONDS = 86_400_000_000_000
-BILLION = 1_000_000_000
+ISO_BYTES = 29  # of a date with nanoseconds
+SECOND_NS = 10**9
 DAY = 86_400  # s
-MOST_SECONDS = 1e12  # ten thousand years are less
-UNIX, YEAR_0, YEAR_10000 = (day * DAY for day in (40587, -678941, 2973484))  # s from modified Julian day 0
-NEVER = 2**40  # a day after which TAI - UTC is not known to change
+DAY_NS = DAY * SECOND_NS
 
 
 def metadata(samples: Samples) -> dict[str, Any]:
-    """Everything but the columns, as plain data; events where there were any."""
-    head = samples.head
-    happened = {"events": event_records.to_plain(head.events)} if head.events else {}
+    """All metadata as plain data; events only where there were any."""
+    first = samples.first
+    events = {"events": event_records.to_plain(first.events)} if first.events else {}
     return {
         "kind": KIND,
-        "name": head.name,
-        "convention": convention(head.frame),
+        "name": first.name,
+        "convention": convention(first.frame),
         "quaternion_order": "wxyz",
-        "frame": head.frame,
-        "epoch": None if head.epoch is None else _epoch(head.epoch),
-        "time_scale": head.instants.scale,
-        "body": None if head.body is None else _body(head.body),
+        "frame": first.frame,
+        "epoch": None if first.epoch is None else _epoch(first.epoch),
+        "time_scale": first.instants.scale,
+        "body": None if first.body is None else _body(first.body),
         "shape": list(samples.shape),
-        **happened,
+        **events,
     }
 
 
+def refuse_unless_list(samples: Samples, name: str) -> None:
+    """Raises FormatError where the samples are not one body at a list of instants."""
+    if not samples.is_list:
+        raise FormatError(
+            f"{name} holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
+        )
+
+
 def _epoch(epoch: Time) -> dict[str, Any]:
-    """The two Julian dates are the epoch exactly; the text is for people."""
+    """The epoch as its two Julian dates, which are exact, and as text for people."""
     days = float(epoch.jd1), float(epoch.jd2)
     text = _epoch_text(*days, epoch.scale)
     return {"time": text, "scale": epoch.scale, "jd1": days[0], "jd2": days[1]}
@@ -85,38 +87,38 @@ def _body(body: RigidBody) -> dict[str, Any]:
 
 
 def names(samples: Samples) -> list[str]:
-    """Of the columns: the same for every piece."""
-    head = samples.head
-    time = [TIME] if head.epoch is not None else []
-    rest = [REST] if samples.has_rest else []
-    return [*time, ELAPSED, *rest, *(name for group, _ in vectors(head) for name in group)]
+    """Names of the columns; the same for every chunk."""
+    first = samples.first
+    time = [TIME] if first.epoch is not None else []
+    rest = [REST] if samples.has_seconds_low else []
+    return [*time, ELAPSED, *rest, *(name for group, _ in vectors(first) for name in group)]
 
 
-def columns(ephemeris: EphemerisData, wanted: Collection[str]) -> dict[str, np.ndarray]:
-    """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
+def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.ndarray]:
+    """The columns of these names, each of the ephemeris's shape (those of time: of the instants')."""
     table: dict[str, np.ndarray] = {}
-    if TIME in wanted:
+    if TIME in names:
         table[TIME] = dates(ephemeris.instants)
-    if ELAPSED in wanted:
+    if ELAPSED in names:
         table[ELAPSED] = ephemeris.elapsed
-    if REST in wanted:
-        rest = ephemeris.instants.rest
-        table[REST] = np.zeros(ephemeris.instants.shape) if rest is None else rest
+    if REST in names:
+        low = ephemeris.instants.seconds_low
+        table[REST] = np.zeros(ephemeris.instants.shape) if low is None else low
     for group, vector in vectors(ephemeris):
-        table.update((name, vector[..., i]) for i, name in enumerate(group) if name in wanted)
+        table.update((name, vector[..., i]) for i, name in enumerate(group) if name in names)
     return table
 
 
 def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes]) -> bytes:
-    """Text of all columns, a row an instant; a time, where there is one, stands between the first pieces."""
+    """Text of all columns, a row per instant (`text_rows.texts`), with the time, if any, as its lead."""
     columns = np.stack([table[name] for name in names if name != TIME])
     return texts(columns, pieces, table.get(TIME))
 
 
 def vectors(ephemeris: EphemerisData) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
-    """The names of a vector's columns, and the vector; of all that the ephemeris holds.
+    """(names of the components, (..., k) vector) of each vector that the ephemeris holds.
 
-    The momentum only where it is more than inertia times rate.
+    The momentum only where it is not inertia times rate.
     """
     yield QUATERNION, ephemeris.quaternion("wxyz")
     if ephemeris.has_rate:
@@ -133,22 +135,24 @@ def vectors(ephemeris: EphemerisData) -> Iterator[tuple[tuple[str, ...], np.ndar
 def ephemeris_from(
     meta: Any, table: Mapping[str, Any], source: str, first_line: int | None = None
 ) -> EphemerisData:
-    """The ephemeris that these metadata and columns describe; refuses what `columns` would not have made.
+    """The ephemeris of these metadata and columns.
 
-    `first_line` is the line of the first row, where a row is a line: a bad value is then named by its own.
+    first_line : the line of the first row, where each row is a line: errors then name the line of the value
+
+    Raises FormatError for metadata and columns that `metadata` and `columns` would not have written.
     """
     _check_kind(meta, source)
     if meta.get("quaternion_order") != "wxyz":
         raise FormatError(f"quaternion_order is {shown(meta.get('quaternion_order'))}, not 'wxyz'", source)
     groups = (RATE, MOMENTUM, POSITION + VELOCITY)
-    whole = [name for names in groups if any(name in table for name in names) for name in names]
-    needed = (ELAPSED, *QUATERNION, *whole)
-    missing = [name for name in needed if name not in table]
+    optional = [name for names in groups if any(name in table for name in names) for name in names]
+    required = (ELAPSED, *QUATERNION, *optional)
+    missing = [name for name in required if name not in table]
     if missing:
         raise FormatError(f"no column {missing[0]}", source)
-    unknown = [name for name in table if name not in (*needed, REST)]
+    unknown = [name for name in table if name not in (*required, REST)]
     if unknown:
-        raise FormatError(f"column {shown(unknown[0])} is not known here", source)
+        raise FormatError(f"column {shown(unknown[0])} is unknown", source)
     try:
         return _ephemeris(meta, {name: units.finite_array(values, name) for name, values in table.items()})
     except InputError as error:
@@ -159,7 +163,7 @@ def ephemeris_from(
         raise FormatError(str(error), source) from None
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
         reason = " ".join(str(error).split())
-        raise FormatError(f"metadata or columns that do not fit together ({reason})", source) from None
+        raise FormatError(f"inconsistent metadata or columns ({reason})", source) from None
 
 
 def _check_kind(meta: Any, source: str) -> None:
@@ -169,7 +173,7 @@ def _check_kind(meta: Any, source: str) -> None:
 
 
 def stated_count(meta: Any, source: str, line: int | None = None) -> int:
-    """Of instants, by the metadata of a format that holds one list of them: a reader stops after these."""
+    """The number of instants by the metadata, in formats that hold one list of them."""
     _check_kind(meta, source)
     shape = meta.get("shape")
     if not isinstance(shape, list) or len(shape) != 1 or type(shape[0]) is not int or shape[0] < 1:
@@ -177,8 +181,9 @@ def stated_count(meta: Any, source: str, line: int | None = None) -> int:
     return shape[0]
 
 
-def refuse_more(found: int, stated: int, source: str, line: int | None = None) -> None:
-    if found > stated:
+def refuse_more(count: int, stated: int, source: str, line: int | None = None) -> None:
+    """Raises FormatError where a file has more instants than its metadata state."""
+    if count > stated:
         raise FormatError(f"more instants than the {stated} that its metadata state", source, line)
 
 
@@ -203,20 +208,16 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
     batch = shape[: len(shape) - len(instants)]
     if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
         raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")
-    moved = None if position is None or velocity is None else Translation(position, velocity)
-    happened = event_records.from_plain(meta.get("events", []))
-    name = _read_text(meta.get("name", ""))
-    return EphemerisData(quaternion, times, frame, body, rate, name, None, moved, happened, momentum)
-
-
-def _read_text(text: Any) -> str:
-    """What UTF-8 holds: escapes of JSON and YAML may stand for half of a character."""
-    if not isinstance(text, str) or not is_utf8(text):
-        raise ValueError(f"name {shown(text)}")
-    return text
+    translation = None if position is None or velocity is None else Translation(position, velocity)
+    events = event_records.from_plain(meta.get("events", []))
+    name = meta.get("name", "")
+    if not isinstance(name, str) or not is_utf8(name):
+        raise ValueError(f"name {shown(name)}")
+    return EphemerisData(quaternion, times, frame, body, rate, name, None, translation, events, momentum)
 
 
 def is_utf8(text: str) -> bool:
+    """Whether the text can be encoded: escapes of JSON and YAML may be unpaired surrogates."""
     try:
         text.encode()
     except UnicodeEncodeError:
@@ -225,18 +226,18 @@ def is_utf8(text: str) -> bool:
 
 
 def check_dates(times: Instants) -> Instants:
-    """The same; InputError where the first or the last of dated instants is beyond any calendar."""
+    """The same instants; InputError where the least or the greatest, if dated, is in no calendar."""
     if times.epoch is None:
         return times
     seconds = np.ravel(times.seconds)
     ends = [int(np.argmin(seconds)), int(np.argmax(seconds))]
-    rest = None if times.rest is None else np.ravel(times.rest)[ends]
+    low = None if times.seconds_low is None else np.ravel(times.seconds_low)[ends]
     try:
-        if times.farthest > BEYOND_CALENDARS:
-            raise ValueError(f"{times.farthest:.3g} s from the epoch")
+        if times.max_abs_seconds > 1e15:  # 30 million years
+            raise ValueError(f"{times.max_abs_seconds:.3g} s from the epoch")
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", erfa.ErfaWarning)  # of years whose leap seconds nobody knows
-            iso_text(Instants(seconds[ends], rest, times.epoch, scale=times.scale).time)
+            warnings.simplefilter("ignore", erfa.ErfaWarning)  # years without known leap seconds
+            iso_text(Instants(seconds[ends], low, times.epoch, scale=times.scale).time)
     except (erfa.ErfaError, ValueError) as error:
         expected = f"instants that a calendar has ({error})"
         raise InputError("instants", f"scale {times.scale!r}", expected) from None
@@ -244,7 +245,7 @@ def check_dates(times: Instants) -> Instants:
 
 
 def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
-    """Columns side by side along a last dimension, stored by component."""
+    """Columns stacked along a last dimension, stored by component."""
     return np.moveaxis(np.stack([table[name] for name in names]), 0, -1)
 
 
@@ -278,87 +279,84 @@ def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
 
 
 def dates(instants: Instants) -> np.ndarray:
-    """As `iso_text` of instants that have an epoch; of their two parts of seconds, rounded once.
+    """ISO 8601 text as `iso_text`, of dated instants: their two-part seconds are rounded once.
 
-    In TAI, TT, and UTC since 1972, it takes a tenth of the time of building a Time.
+    Of dates in TAI, TT, and UTC since 1972 no Time is built, which takes ten times as long.
     """
     epoch, scale = instants.epoch, instants.scale
     if epoch is None or scale not in ("tai", "tt", "utc"):
         return iso_text(instants.time)
     seconds = np.asarray(instants.seconds, dtype=np.float64)
-    if not instants.farthest < MOST_SECONDS:
+    if not instants.max_abs_seconds < 1e12:  # ten thousand years are less
         return iso_text(instants.time)
-    second, nanosecond = _whole_seconds(seconds, instants.rest, epoch, scale)
+    second, nanosecond = _whole_seconds(seconds, instants.seconds_low, epoch, scale)
     leap = np.zeros(second.shape, dtype=bool)
     if scale == "utc":
         begins, offsets = leap_seconds.steps()
-        at = np.searchsorted(begins * DAY + offsets, second, side="right") - 1
-        second -= offsets[at]
-        leap = second >= np.append(begins[1:], NEVER)[at] * DAY
+        row = np.searchsorted(begins * DAY + offsets, second, side="right") - 1
+        second -= offsets[row]
+        leap = second >= np.append(begins[1:], 2**40)[row] * DAY  # no end of the last offset is known
         second -= leap
-        if np.min(at, initial=0) < 0:
+        if np.min(row, initial=0) < 0:
             return iso_text(instants.time)
-    if not ((second >= YEAR_0) & (second < YEAR_10000)).all():
+    if not ((second >= -678941 * DAY) & (second < 2973484 * DAY)).all():  # years 0 to 9999
         return iso_text(instants.time)
     return _dates(second, nanosecond, leap)
 
 
 def _whole_seconds(
-    seconds: np.ndarray, rest: np.ndarray | None, epoch: Time, scale: str
+    seconds: np.ndarray, seconds_low: np.ndarray | None, epoch: Time, scale: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Seconds from modified Julian day 0 of TT or TAI, rounded to nanoseconds, and the nanoseconds."""
     day, nanosecond, below = _since_mjd(float(epoch.jd1), float(epoch.jd2), epoch.scale, scale)
     whole = np.floor(seconds)
-    left = (seconds - whole) * 1e9 + ((0.0 if rest is None else rest * 1e9) + below)
-    carried, nano = np.divmod(np.rint(left).astype(np.int64) + nanosecond, BILLION)
-    return whole.astype(np.int64) + carried + day * DAY, nano
+    low = 0.0 if seconds_low is None else seconds_low * 1e9
+    fraction = np.rint((seconds - whole) * 1e9 + (low + below)).astype(np.int64)
+    carry, nanoseconds = np.divmod(fraction + nanosecond, SECOND_NS)
+    return whole.astype(np.int64) + carry + day * DAY, nanoseconds
 
 
 def _dates(second: np.ndarray, nanosecond: np.ndarray, leap: np.ndarray) -> np.ndarray:
     """Text of seconds from modified Julian day 0, of days without leap seconds; second 60 where `leap`."""
     import pyarrow as pa
 
-    text = np.empty((second.size, ISO_WIDTH), dtype=np.uint8)
-    unix = array((second - UNIX).ravel(), pa.timestamp("s"))
+    text = np.empty((second.size, ISO_BYTES), dtype=np.uint8)
+    unix = array((second - 40587 * DAY).ravel(), pa.timestamp("s"))
     text[:, :19] = np.frombuffer(contents(unix.cast(pa.string())), np.uint8).reshape(-1, 19)
-    decimals = array((nanosecond + BILLION).ravel(), pa.int64())
+    decimals = array((nanosecond + SECOND_NS).ravel(), pa.int64())
     text[:, 19:] = np.frombuffer(contents(decimals.cast(pa.string())), np.uint8).reshape(-1, 10)
     text[:, [10, 19]] = ord("T"), ord(".")
     text[leap.ravel(), 17:19] = ord("6"), ord("0")
-    return text.view(f"S{ISO_WIDTH}").reshape(second.shape)
+    return text.view(f"S{ISO_BYTES}").reshape(second.shape)
 
 
 @lru_cache(maxsize=256)
 def _since_mjd(jd1: float, jd2: float, scale: str, to: str) -> tuple[int, int, float]:
-    """(days, nanoseconds, what is left of one) from modified Julian day 0 of TT or TAI to an epoch."""
-    epoch = Time(jd1, jd2, format="jd", scale=scale)
+    """(days, nanoseconds, fraction of one) from modified Julian day 0 of TT or TAI to an epoch."""
+    epoch = with_ut1(Time(jd1, jd2, format="jd", scale=scale))
     start = epoch.tt if to == "tt" else epoch.tai
-    since = (Fraction(float(start.jd1)) - MJD + Fraction(float(start.jd2))) * DAY_NANOSECONDS
-    day, nanosecond = divmod(since.__floor__(), DAY_NANOSECONDS)
-    return day, nanosecond, float(since - since.__floor__())
+    days = Fraction(float(start.jd1)) - Fraction(4800001, 2) + Fraction(float(start.jd2))
+    nanoseconds = days * DAY_NS
+    day, nanosecond = divmod(nanoseconds.__floor__(), DAY_NS)
+    return day, nanosecond, float(nanoseconds - nanoseconds.__floor__())
 
 
-def degrees(piece: EphemerisData) -> np.ndarray:
-    """(n, 3), deg/s: the body rate; refuses what is no number in that unit."""
+def degrees(ephemeris: EphemerisData) -> np.ndarray:
+    """(n, 3), deg/s: the body rate.
+
+    Raises FormatError where a finite rate is not finite in that unit.
+    """
     with np.errstate(over="ignore"):
-        rate = np.rad2deg(piece.angular_velocity)
+        rate = np.rad2deg(ephemeris.angular_velocity)
     if not np.isfinite(units.extremes(rate)).all():
-        raise FormatError("a rate that in deg/s is more than a double holds")
+        raise FormatError("a rate that overflows a double in deg/s")
     return rate
-
-
-def _few_texts(year: Any, month: Any, day: Any, clock: Any) -> np.ndarray:
-    """Row by row, where the calls for all rows together would take longer."""
-    parts = (year, month, day, *(clock[name] for name in "hmsf"))
-    rows = zip(*(np.reshape(part, -1).tolist() for part in parts), strict=True)
-    texts = [b"%04d-%02d-%02dT%02d:%02d:%02d.%09d" % row for row in rows]
-    return np.array(texts, dtype="S29").reshape(np.shape(year))
 
 
 def iso_text(time: Time) -> np.ndarray:
     """ISO 8601 text to the nanosecond, leap seconds as second 60; bytes of shape time.shape.
 
-    astropy's own formatting takes 6 us an instant, more than everything else in an answer.
+    astropy's own formatting takes 6 us per instant, more than everything else in a file of text.
     """
     return _iso_text(time.jd1, time.jd2, time.scale)
 
@@ -366,15 +364,18 @@ def iso_text(time: Time) -> np.ndarray:
 def _iso_text(jd1: Any, jd2: Any, scale: str) -> np.ndarray:
     year, month, day, clock = erfa.d2dtf(scale.upper(), 9, jd1, jd2)
     if np.min(year, initial=0) < 0 or np.max(year, initial=0) > 9999:
-        named = Time(jd1, jd2, format="jd", scale=scale).copy(format="isot")
-        named.precision = 9
-        return np.asarray(named.value).astype("S")
-    if np.size(year) <= FEW:
-        return _few_texts(year, month, day, clock)
-    text = np.empty((*np.shape(year), 29), dtype=np.uint8)
+        isot = Time(jd1, jd2, format="jd", scale=scale).copy(format="isot")
+        isot.precision = 9
+        return np.asarray(isot.value).astype("S")
+    fields = (year, month, day, *(clock[name] for name in "hmsf"))
+    if np.size(year) <= 64:  # fewer calls than for digits of whole columns
+        rows = zip(*(np.reshape(field, -1).tolist() for field in fields), strict=True)
+        texts = [b"%04d-%02d-%02dT%02d:%02d:%02d.%09d" % row for row in rows]
+        return np.array(texts, dtype=f"S{ISO_BYTES}").reshape(np.shape(year))
+    text = np.empty((*np.shape(year), ISO_BYTES), dtype=np.uint8)
     text[..., :] = np.frombuffer(b"0000-00-00T00:00:00.000000000", dtype=np.uint8)
-    fields = ((year, 0, 4), (month, 5, 2), (day, 8, 2), (clock["h"], 11, 2), (clock["m"], 14, 2))
-    for value, start, width in (*fields, (clock["s"], 17, 2), (clock["f"], 20, 9)):
-        for place in range(width):
-            text[..., start + place] += (value // 10 ** (width - 1 - place) % 10).astype(np.uint8)
-    return text.view("S29")[..., 0]
+    layout = ((0, 4), (5, 2), (8, 2), (11, 2), (14, 2), (17, 2), (20, 9))  # offset and width of each field
+    for value, (offset, width) in zip(fields, layout, strict=True):
+        for i in range(width):
+            text[..., offset + i] += (value // 10 ** (width - 1 - i) % 10).astype(np.uint8)
+    return text.view(f"S{ISO_BYTES}")[..., 0]

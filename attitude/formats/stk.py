@@ -104,7 +104,7 @@ def _shared_instants(nodes: Nodes, origin: Origin) -> list[bool]:
     """Of each segment, whether it ends where the next one begins: STK takes an instant once."""
     shared = []
     for before, after in pairwise(nodes.segments):
-        last, first = before.tail, after.head
+        last, first = before.last, after.first
         same = origin.seconds(last.instants)[0][0] == origin.seconds(first.instants)[0][0]
         apart = rotations.angle_between(last.quaternion("wxyz"), first.quaternion("wxyz"))[0]
         if same and apart > SAME_ATTITUDE:
@@ -150,7 +150,7 @@ def _header(
 
 
 def _jump(before: Samples, after: Samples) -> str:
-    last, first = float(before.tail.elapsed[0]), float(after.head.elapsed[0])
+    last, first = float(before.last.elapsed[0]), float(after.first.elapsed[0])
     return f"the rate jumps after {last!r} s of elapsed time; STK interpolates from there to {first!r} s"
 
 
@@ -174,7 +174,7 @@ def _rows(
     before, last = None, None
     for segment, ends_shared in zip(nodes.segments, shared, strict=True):
         left = segment.count - ends_shared
-        for piece in segment.pieces():
+        for piece in segment.chunks():
             taken = min(left, len(piece))
             left -= taken
             if taken:
@@ -250,7 +250,7 @@ class _Reader:
     def refuse(self, message: str, line: int | None = None) -> FormatError:
         return FormatError(message, self.source, line)
 
-    def take(self, block: line_blocks.Block) -> None:
+    def take(self, block: line_blocks.LineBlock) -> None:
         at, self.number = 0, block.number - 1
         while at < block.size:
             if self.kind and not self.ended:
@@ -270,7 +270,7 @@ class _Reader:
         if value is not None and self.count > int(value):
             raise self.refuse(f"NumberOfAttitudePoints is {value}, and there are more", number)
 
-    def _rows(self, block: line_blocks.Block, at: int) -> int:
+    def _rows(self, block: line_blocks.LineBlock, at: int) -> int:
         """From there on; where the line begins that is no row of numbers."""
         odd = ODD.search(block.text, at)
         end = (block.text.rfind(b"\n", at, odd.start()) + 1 or at) if odd else block.size
@@ -294,7 +294,7 @@ class _Reader:
             self.tables.append(table.columns.T)
         self.numbers.append(np.array(numbers))
 
-    def _line(self, block: line_blocks.Block, at: int) -> int:
+    def _line(self, block: line_blocks.LineBlock, at: int) -> int:
         self.number += 1
         line, at = block.line(at)
         text = line.decode("utf-8", errors="replace").strip()

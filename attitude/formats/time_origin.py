@@ -33,7 +33,7 @@ class Origin(NamedTuple):
 
     def seconds(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """(n,) twice: SI seconds since the origin rounded to one double, and what that left."""
-        rest = 0.0 if instants.rest is None else instants.rest
+        rest = 0.0 if instants.seconds_low is None else instants.seconds_low
         first, left = _two_sum(self.ahead, instants.seconds)
         return _two_sum(first, left + (self.ahead_rest + rest))
 
@@ -47,7 +47,7 @@ def _two_sum(a: float | np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def first_head(nodes: Nodes, format: str) -> EphemerisData:
     """At the first instant; refuses an ephemeris without an epoch, or of many bodies."""
-    head = nodes.segments[0].head
+    head = nodes.segments[0].first
     if head.epoch is None:
         raise FormatError(f"{format} holds dates, and an ephemeris without an epoch has none")
     if not nodes.segments[0].is_list:
@@ -81,7 +81,7 @@ def _origin(time: Time, head: EphemerisData) -> Origin:
 def first_tt(head: EphemerisData) -> Fraction:
     """s past J2000 in TT of the first instant."""
     first = head.instants
-    rest = 0.0 if first.rest is None else float(first.rest.reshape(-1)[0])
+    rest = 0.0 if first.seconds_low is None else float(first.seconds_low.reshape(-1)[0])
     return tt_of(head.epoch) + Fraction(float(first.seconds.reshape(-1)[0])) + Fraction(rest)
 
 

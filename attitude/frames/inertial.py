@@ -1,4 +1,4 @@
-"""Where the axes of frames that keep their directions lie, and what frames that turn add to that."""
+"""Axes of the inertial frames, and rotations between frames."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STILL = np.zeros(3)
 
 
 class FrameRotation(NamedTuple):
-    """From one frame to another, at one instant or many.
+    """The rotation from one frame to another, at one instant or many.
 
     Attributes
     ----------
@@ -28,24 +28,25 @@ class FrameRotation(NamedTuple):
     rate: np.ndarray
 
     def then(self, other: FrameRotation) -> FrameRotation:
-        """This turn, and the other after it."""
+        """This rotation followed by the other."""
         quaternion = product(other.quaternion, self.quaternion)
         return FrameRotation(quaternion, rotate(other.quaternion, self.rate) + other.rate)
 
     def back(self) -> FrameRotation:
+        """The inverse rotation."""
         quaternion = conjugate(self.quaternion)
         return FrameRotation(quaternion, -rotate(quaternion, self.rate))
 
 
 def from_gcrf(frame: str, purpose: str) -> np.ndarray:
-    """(3, 3): components in GCRF to components in `frame`.
+    """(3, 3) matrix from components in GCRF to components in `frame`.
 
-    Raises InputError for a frame whose axes nobody knows but its user; `purpose` says what needs them.
+    Raises InputError for INERTIAL, whose axes are the user's own; `purpose` is part of the message.
 
     Notes
     -----
-    GCRF and ICRF have the same axes.  EME2000 is the mean equator and equinox of J2000.0, off them by
-    the frame bias (IAU 2006, 23 mas).  ECLIPJ2000 is the ICRF turned by the obliquity about its x axis,
+    GCRF and ICRF have the same axes.  EME2000 is the mean equator and equinox of J2000.0, rotated by
+    the frame bias (IAU 2006, 23 mas).  ECLIPJ2000 is the ICRF rotated by the obliquity about its x axis,
     without that bias, as SPICE, JPL Horizons and astropy's HeliocentricEclipticIAU76 have it.
     """
     if frame in ("ICRF", "GCRF"):
@@ -58,11 +59,11 @@ def from_gcrf(frame: str, purpose: str) -> np.ndarray:
 
 
 def rotation_from_gcrf(frame: str, purpose: str) -> FrameRotation:
-    """The same as a turn."""
+    """`from_gcrf` as a FrameRotation."""
     return FrameRotation(from_matrix(from_gcrf(frame, purpose)), STILL)
 
 
 def _about_x(angle: float) -> np.ndarray:
-    """Components after the axes are turned about x by the angle."""
+    """Matrix to components along axes that are rotated about x by the angle."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])

@@ -1,4 +1,4 @@
-"""Attitudes as users write them, and the order of a quaternion's numbers."""
+"""Attitudes in all representations, the order of quaternion components, and names of frames."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from .. import units
 from ..errors import InputError
 
-# Where w, x, y, z stand in each named order.
+# Indices of w, x, y, z in each named order.
 ORDERS = {"wxyz": (0, 1, 2, 3), "xyzw": (3, 0, 1, 2)}
 UNIT_TOLERANCE = 1e-6
 UNIT = "a unit quaternion, within 1e-6 of length 1"
-FEW = 300
 
 INERTIAL_FRAMES = {
     "ICRF": "International Celestial Reference Frame",
@@ -22,7 +21,7 @@ INERTIAL_FRAMES = {
     "ECLIPJ2000": "mean ecliptic and equinox of J2000.0",
     "INERTIAL": "an inertial frame of the user's own",
 }
-# Attitudes may be told in these (`Ephemeris.in_frame`); no motion is computed in them.
+# Attitudes can also be given in these (`Ephemeris.in_frame`); no motion is computed in them.
 TURNING_FRAMES = {
     "TEME": "true equator and mean equinox of date, that of SGP4",
     "ITRF": "fixed to the Earth, IAU 2006/2000A",
@@ -33,33 +32,36 @@ ORBITAL_FRAMES = ("QSW", "LVLH")
 
 
 def check_order(order: str | None, field: str = "order") -> str:
+    """The order; InputError unless it is "wxyz" or "xyzw"."""
     if not isinstance(order, str) or order not in ORDERS:
         raise InputError(field, order, 'the order of the four numbers, "wxyz" or "xyzw"')
     return order
 
 
 def check_frame(frame: str, field: str = "frame") -> str:
+    """The frame; InputError unless it is an inertial one."""
     if not isinstance(frame, str) or frame not in INERTIAL_FRAMES:
         raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}")
     return frame
 
 
 def check_any_frame(frame: str, field: str = "frame") -> str:
-    """An inertial frame, or one that turns."""
-    known = INERTIAL_FRAMES | TURNING_FRAMES
-    if not isinstance(frame, str) or frame not in known:
-        raise InputError(field, frame, f"a frame, one of {', '.join(known)}")
+    """The frame; InputError unless it is an inertial or a rotating one."""
+    frames = INERTIAL_FRAMES | TURNING_FRAMES
+    if not isinstance(frame, str) or frame not in frames:
+        raise InputError(field, frame, f"a frame, one of {', '.join(frames)}")
     return frame
 
 
 def is_turning(frame: str) -> bool:
+    """Whether this is a rotating frame."""
     return frame in TURNING_FRAMES
 
 
 def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude") -> np.ndarray:
     """(..., 4) wxyz from a scipy `Rotation` or an array whose order is named.
 
-    The length may be off 1 by as much as 1e-6 (a few printed digits); what uses it normalises it.
+    The length may differ from 1 by 1e-6 (a few printed digits); it is not normalised here.
     """
     if hasattr(attitude, "as_quat"):
         attitude, order = attitude.as_quat(), "xyzw"
@@ -77,7 +79,7 @@ def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude
 
 
 def off_unit(quaternions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths of (..., 4), and which of them are too far off 1."""
+    """Lengths of (..., 4), and a mask of those that differ from 1 by more than 1e-6."""
     with np.errstate(over="ignore"):
         length = np.sqrt((quaternions * quaternions).sum(axis=-1))
     return length, ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
@@ -86,28 +88,28 @@ def off_unit(quaternions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:
     """(4,) wxyz of intrinsic rotations: q = q_first * q_second * q_third, each exp(axis angle / 2).
 
-    Written out because a document with Euler angles would otherwise wait half a second for scipy.
+    Written out because importing scipy takes half a second.
     """
     q = np.array([1.0, 0.0, 0.0, 0.0])
     for axis, angle in zip(sequence, angles, strict=True):
         i = 1 + "XYZ".index(axis)
         j, k = i % 3 + 1, (i + 1) % 3 + 1
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
-        turned = c * q
-        turned[0] -= s * q[i]
-        turned[i] += s * q[0]
-        turned[j] += s * q[k]
-        turned[k] -= s * q[j]
-        q = turned
+        rotated = c * q
+        rotated[0] -= s * q[i]
+        rotated[i] += s * q[0]
+        rotated[j] += s * q[k]
+        rotated[k] -= s * q[j]
+        q = rotated
     return q
 
 
 def from_mrp(mrp: np.ndarray) -> np.ndarray:
     """(4,) wxyz of modified Rodrigues parameters e tan(angle/4) (Schaub and Junkins, eq. 3.140)."""
-    longest = max(1.0, float(np.abs(mrp).max()))  # the square of a long one would not be a double
-    e = mrp / longest
-    size, unit = float(e @ e), 1.0 / longest**2 if longest < 1e150 else 0.0
-    return np.array([unit - size, *(2.0 * e / longest)]) / (unit + size)
+    scale = max(1.0, float(np.abs(mrp).max()))  # the square of a long vector would overflow
+    e = mrp / scale
+    square, unit = float(e @ e), 1.0 / scale**2 if scale < 1e150 else 0.0
+    return np.array([unit - square, *(2.0 * e / scale)]) / (unit + square)
 
 
 def from_matrix(matrix: np.ndarray) -> np.ndarray:
@@ -137,11 +139,12 @@ def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:
+    """Conjugate of (..., 4) wxyz: the inverse rotation."""
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def sign_continuous(q: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
-    """The same attitudes (n, 4), with signs by which none has a negative scalar product with the one before.
+    """The same attitudes (n, 4), with signs such that none has a negative scalar product with the one before.
 
     before : (4,), the attitude before the first, or None
     """
@@ -162,7 +165,7 @@ def angle_between(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:
-    """Numbers of (..., 4) wxyz in the named order; no copy for wxyz."""
+    """Components of (..., 4) wxyz in the named order; no copy for wxyz."""
     if check_order(order) == "wxyz":
         return wxyz
     return wxyz[..., (1, 2, 3, 0)]
@@ -171,7 +174,7 @@ def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:
 def rotate(wxyz: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """q v conj(q) / (q.q) = v + 2 (w (r x v) + r x (r x v)) / (q.q), r the vector part; broadcasts.
 
-    Dividing by the square of the length leaves no trace of its last-place error in the result.
+    Division by the squared length cancels its last-place error.
     """
     w, r = wxyz[..., :1], wxyz[..., 1:]
     across = _cross(r, vector) * (2.0 / (wxyz * wxyz).sum(axis=-1, keepdims=True))
@@ -179,8 +182,8 @@ def rotate(wxyz: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """u x v, (..., 3), broadcast; of a few vectors in less than half of numpy's time, with the same bits."""
-    if max(u.size, v.size) > FEW:
+    """u x v, (..., 3), broadcast; the same bits as numpy's, which takes twice as long for a few vectors."""
+    if max(u.size, v.size) > 300:
         return np.cross(u, v)
     out = np.empty(np.broadcast_shapes(u.shape, v.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):

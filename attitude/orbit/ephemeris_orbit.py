@@ -48,7 +48,9 @@ class EphemerisOrbit:
     def axes(self, instants: Instants) -> FrameRotation:
         """Rotation from `frame` to QSW at (n,) instants."""
         t = instants.seconds.reshape(-1)
-        return qsw(self._path(t), t, None if instants.rest is None else instants.rest.reshape(-1))
+        return qsw(
+            self._path(t), t, None if instants.seconds_low is None else instants.seconds_low.reshape(-1)
+        )
 
     def _path(self, t: np.ndarray) -> OrbitPath:
         """Path over the scene's span, or over a longer one that includes the instants."""

@@ -18,7 +18,7 @@ from .. import units
 from ..errors import InputError
 from ..kernels import layout
 from ..runtime import compiled
-from ..runtime.threads import cut, run
+from ..runtime.threads import ranges, run
 from ..times.instants import Instants
 from .body import RigidBody
 from .error_bounds import form_of, solution
@@ -116,7 +116,7 @@ class Batch:
         InputError : `out` is no writable float64 array of the quaternions' shape.
         """
         seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-        low = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
+        low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low).reshape(-1)
         shape = self.shape + instants.shape
         components = None if out is None else _components(out, (*shape, 4))
         q: np.ndarray | None = None
@@ -129,7 +129,7 @@ class Batch:
         def sample_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
             for index, records in self.blocks(first_body, last_body):
-                refuse_too_far(self.max_phase_rate(records), instants.farthest)
+                refuse_too_far(self.max_phase_rate(records), instants.max_abs_seconds)
                 compiled.sample(records, seconds, low, q, w, self.plain_phases, index, first, last)
 
         run(sample_share, self._shares(seconds.size, threads))
@@ -150,8 +150,8 @@ class Batch:
         if threads == 1:
             return [(0, self.size, 0, instants)]
         if self.size > instants or self._cached is None:
-            return [(a, b, 0, instants) for a, b in cut(self.size, threads)]
-        return [(0, self.size, a, b) for a, b in cut(instants, threads)]
+            return [(a, b, 0, instants) for a, b in ranges(self.size, threads)]
+        return [(0, self.size, a, b) for a, b in ranges(instants, threads)]
 
     def __getitem__(self, key: Any) -> Batch:
         """The batch of these bodies, by index or slice of the batch dimensions."""

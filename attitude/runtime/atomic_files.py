@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and standard output."""
+"""Atomic writing of files, and standard output."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ STANDARD_STREAM = "-"
 
 
 def write_whole(blocks: Iterable[bytes], path: str | Path) -> None:
-    """To a file, whole or not at all, or to standard output."""
+    """Writes a file atomically, or standard output for the path "-"."""
     if str(path) == STANDARD_STREAM:
-        _to_standard_output(blocks)
+        sys.stdout.buffer.writelines(blocks)
+        sys.stdout.buffer.flush()
     else:
         write_together({Path(path): blocks})
 
 
 def write_together(files: Mapping[Path, Iterable[bytes]]) -> None:
-    """Files that belong together: all of them whole, or none.
+    """Writes several files atomically: all of them, or none.
 
-    Written beside their targets under other names, then renamed.  A device or pipe is written to as it is:
-    renaming would put a file in its place.
+    They are written beside their targets under temporary names, then renamed.  A device or pipe is written to
+    directly, since renaming would replace it by a file.
     """
     written: dict[str, Path] = {}
     try:
@@ -39,16 +40,10 @@ def write_together(files: Mapping[Path, Iterable[bytes]]) -> None:
     finally:
         for blocks in files.values():
             if isinstance(blocks, Generator):
-                blocks.close()  # what it has open, too, it lets go now and not when somebody looks
+                blocks.close()  # releases what it has open now, not at garbage collection
         for name in written:
             if os.path.exists(name):
                 os.unlink(name)
-
-
-def _to_standard_output(blocks: Iterable[bytes]) -> None:
-    for block in blocks:
-        sys.stdout.buffer.write(block)
-    sys.stdout.buffer.flush()
 
 
 def _beside(path: Path, blocks: Iterable[bytes], written: dict[str, Path]) -> None:
@@ -60,20 +55,15 @@ def _beside(path: Path, blocks: Iterable[bytes], written: dict[str, Path]) -> No
         written[file.name] = path
         for block in blocks:
             file.write(block)
-    os.chmod(file.name, 0o666 & ~_umask())
+    os.umask(umask := os.umask(0))  # it can only be read by setting it
+    os.chmod(file.name, 0o666 & ~umask)
 
 
 @contextmanager
 def _named_in_errors(path: Path) -> Iterator[None]:
     try:
         yield
-    except AttitudeError:  # of what the blocks are made of: an InputError is a ValueError too
+    except AttitudeError:  # of computing the blocks: an InputError is a ValueError too
         raise
     except (OSError, ValueError) as error:
         raise FormatError(f"cannot be written ({getattr(error, 'strerror', error)})", str(path)) from None
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -1,4 +1,4 @@
-"""Packages that only some formats need."""
+"""Imports of optional packages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..errors import FormatError
 
 
 def needed(module: str, by: str, extra: str) -> Any:
-    """The module; where its package is not installed, FormatError says how to."""
+    """The module; FormatError with the pip command where its package is not installed."""
     try:
         return import_module(module)
     except ImportError:

@@ -1,4 +1,4 @@
-"""Where reports and pictures go: whether that can be written is found out before anything is computed."""
+"""Paths of reports and pictures, checked for writing before anything is computed."""
 
 from __future__ import annotations
 
@@ -10,18 +10,16 @@ from ..errors import AttitudeError, FormatError
 from .atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from .atomic_files import write_whole
 
-PICTURES = ("svg", "png")
-
 
 def check(path: str | Path) -> None:
-    """Raises FormatError where a file could not be written."""
+    """Raises FormatError where the file cannot be written."""
     if str(path) == STANDARD_STREAM:
         return
     target = Path(path)
     try:
         if target.is_dir():
             raise IsADirectoryError(21, os.strerror(21))
-        if target.exists() and not target.is_file():  # a pipe or device, written to as it is
+        if target.exists() and not target.is_file():  # a pipe or device, written to directly
             if not os.access(target, os.W_OK):
                 raise PermissionError(13, os.strerror(13))
             return
@@ -32,20 +30,21 @@ def check(path: str | Path) -> None:
 
 
 def check_picture(path: str | Path) -> str:
-    """The format of a picture's file, by its ending.
+    """The format of a picture's file: its ending, svg or png.
 
-    Raises FormatError for another ending than svg and png, AttitudeError where matplotlib is missing.
+    Raises FormatError for another ending, AttitudeError where matplotlib is not installed.
     """
-    format = Path(path).suffix.removeprefix(".").lower()
-    if format not in PICTURES:
-        raise FormatError(f"a picture's ending is {' or '.join(PICTURES)}", str(path))
+    ending = Path(path).suffix.removeprefix(".").lower()
+    if ending not in ("svg", "png"):
+        raise FormatError("a picture's ending is svg or png", str(path))
     try:
         import matplotlib  # noqa: F401
     except ModuleNotFoundError as error:
         raise AttitudeError(f"the picture needs {error.name}: pip install 'attitude[plot]'") from None
     check(path)
-    return format
+    return ending
 
 
 def write(path: str | Path, content: bytes) -> None:
+    """Writes the content to a file atomically, or to standard output for the path "-"."""
     write_whole([content], path)

@@ -1,4 +1,4 @@
-"""Signatures of kernels: which kernel, for arguments of which kinds, made of which sources."""
+"""Signatures of kernels: name, kinds of arguments, digest of the sources."""
 
 from __future__ import annotations
 
@@ -39,11 +39,12 @@ class Signature(NamedTuple):
 
     @property
     def symbol(self) -> str:
-        """Name of the machine code, in its file and of it: "clock.grid-f.d1-0123456789abcdef"."""
+        """Name of the machine code's function and file: "clock.grid-f.d1-0123456789abcdef"."""
         return f"{self.module}.{self.kernel}-{self.kinds}-{source_digest(self.module)}"
 
     @classmethod
     def of_symbol(cls, symbol: str) -> Signature:
+        """The signature of a symbol."""
         function, kinds, _ = symbol.split("-")
         module, _, kernel = function.rpartition(".")
         return cls(module, kernel, kinds)
@@ -51,7 +52,7 @@ class Signature(NamedTuple):
 
 @cache
 def source_digest(module: str) -> str:
-    """Digest of what a module's machine code is made of: its source, those it imports, and the compiler's."""
+    """Digest of the sources of a module's machine code: its own, those it imports, and compiler.py."""
     digest = sha256(COMPILER.read_bytes())
     for name in sorted(modules_of(module)):
         digest.update(source_of(name).read_bytes())
@@ -59,12 +60,13 @@ def source_digest(module: str) -> str:
 
 
 def source_of(module: str) -> Path:
+    """The source file of a module of kernels."""
     return SOURCES.joinpath(*module.split(".")).with_suffix(".py")
 
 
 @cache
 def modules_of(module: str) -> frozenset[str]:
-    """The module, the modules of kernels that it imports, and those that they import."""
+    """The module, and all modules of kernels that it imports, directly or not."""
     package, imported = module.split(".")[:-1], []
     for node in ast.walk(ast.parse(source_of(module).read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:

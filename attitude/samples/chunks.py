@@ -1,151 +1,145 @@
-"""An ephemeris as writers take it: its beginning, its end, and its instants piece by piece."""
+"""The samples of an ephemeris in chunks of instants, as every writer reads them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from ..times.instants import Instants
     from .ephemeris_data import EphemerisData
 
-BLOCK = 1 << 16  # instants in a piece
+CHUNK_INSTANTS = 1 << 16  # instants in a chunk, at most
 
 Progress = Callable[[float], None]
 
 
-def no_progress(done: float) -> None:
-    pass
-
-
-class _Survey(NamedTuple):
-    """What is known of all instants together: their extremes (s), the places of these, and the digits."""
+class _Extremes(NamedTuple):
+    """The least and the greatest instant: s, and their indices; whether any has a second part."""
 
     least: float
     greatest: float
-    first: int
-    last: int
-    has_rest: bool
+    least_index: int
+    greatest_index: int
+    has_seconds_low: bool
 
 
 class Samples:
-    """Pieces of one ephemeris, cut from it or computed when their turn comes.
+    """Chunks of one ephemeris, sliced from it or computed on request.
 
     Attributes
     ----------
     count : int, instants along the first of their dimensions
-    cut : from a first instant to a last, excluded: the EphemerisData of these
+    chunk : function of a first index and a last, exclusive, that returns the EphemerisData of these instants
     progress : called with the fraction that is done
-    instants : as `cut`, the instants alone, where they cost less than the EphemerisData
-    is_held : whether pieces are cut from an ephemeris in memory, and cost nothing to take again
+    instants : as `chunk`, the Instants alone, where they cost less than the EphemerisData
+    in_memory : whether chunks are slices of an ephemeris in memory, and cost nothing to read again
     """
 
     def __init__(
         self,
         count: int,
-        cut: Callable[[int, int], EphemerisData],
+        chunk: Callable[[int, int], EphemerisData],
         progress: Progress | None = None,
         instants: Callable[[int, int], Instants] | None = None,
-        is_held: bool = True,
+        in_memory: bool = True,
     ):
-        self.count, self.cut, self.is_held = count, cut, is_held
-        self.progress = progress or no_progress
-        self.instants = instants or (lambda first, last: cut(first, last).instants)
+        self.count, self.chunk, self.in_memory = count, chunk, in_memory
+        self.progress = progress or (lambda _: None)
+        self.instants = instants or (lambda first, last: chunk(first, last).instants)
 
     @classmethod
     def of(cls, ephemeris: EphemerisData, progress: Progress | None = None) -> Samples:
-        """Of an ephemeris in memory; one of a single instant is a piece on its own."""
+        """Samples of an ephemeris in memory; one of a single instant is one chunk."""
         if not ephemeris.instants.shape:
-            return cls(1, lambda first, last: ephemeris, progress)
+            return cls(1, lambda *_: ephemeris, progress)
         count, instants = len(ephemeris), ephemeris.instants
 
-        def cut(first: int, last: int) -> EphemerisData:
+        def chunk(first: int, last: int) -> EphemerisData:
             return ephemeris if last - first == count else ephemeris[first:last]
 
-        return cls(count, cut, progress, lambda first, last: instants[first:last])
+        return cls(count, chunk, progress, lambda first, last: instants[first:last])
 
     @cached_property
-    def head(self) -> EphemerisData:
-        """At the first instant: what all instants share is read off it."""
-        return self.cut(0, 1)
+    def first(self) -> EphemerisData:
+        """The first instant alone; what all instants share is read from it."""
+        return self.chunk(0, 1)
 
     @cached_property
-    def tail(self) -> EphemerisData:
-        """At the last instant."""
-        return self.cut(self.count - 1, self.count)
+    def last(self) -> EphemerisData:
+        """The last instant alone."""
+        return self.chunk(self.count - 1, self.count)
 
     @property
-    def is_short(self) -> bool:
-        """Whether it is one piece."""
-        return self.count <= BLOCK
+    def is_one_chunk(self) -> bool:
+        """Whether all instants are one chunk."""
+        return self.count <= CHUNK_INSTANTS
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Batch dimensions, then those of the instants."""
-        head = self.head
-        if not head.instants.shape:
-            return head.shape
-        return (*head.batch_shape, self.count, *head.instants.shape[1:])
+        first = self.first
+        if not first.instants.shape:
+            return first.shape
+        return (*first.batch_shape, self.count, *first.instants.shape[1:])
 
     @property
     def is_list(self) -> bool:
         """Whether this is one body at a list of instants, all that most formats hold."""
-        return len(self.shape) == 1 and not self.head.batch_shape
+        return len(self.shape) == 1 and not self.first.batch_shape
 
-    def whole(self) -> EphemerisData:
-        """All of it at once."""
-        return self.cut(0, self.count)
+    def ephemeris(self) -> EphemerisData:
+        """All instants as one EphemerisData."""
+        return self.chunk(0, self.count)
 
-    def pieces(self, part: int = 0, of: int = 1) -> Iterator[EphemerisData]:
-        """In turn, at most `BLOCK` instants each; of a writer that needs several turns, `part` of so many."""
-        for first in range(0, self.count, BLOCK):
-            last = min(first + BLOCK, self.count)
-            yield self.cut(first, last)
-            self.progress((part + last / self.count) / of)
+    def chunks(self, step: int = 0, steps: int = 1) -> Iterator[EphemerisData]:
+        """Chunks in order; a writer that reads them several times reports progress as `step` of `steps`."""
+        for first in range(0, self.count, CHUNK_INSTANTS):
+            last = min(first + CHUNK_INSTANTS, self.count)
+            yield self.chunk(first, last)
+            self.progress((step + last / self.count) / steps)
 
-    def turned(self, turn: Callable[[EphemerisData], EphemerisData]) -> Samples:
-        """The same, each piece as `turn` makes it."""
+    def transformed(self, transform: Callable[[EphemerisData], EphemerisData]) -> Samples:
+        """The same samples, with `transform` applied to each chunk."""
         return Samples(
             self.count,
-            lambda first, last: turn(self.cut(first, last)),
+            lambda first, last: transform(self.chunk(first, last)),
             self.progress,
             self.instants,
-            self.is_held,
+            self.in_memory,
         )
 
     @property
-    def ends(self) -> tuple[Samples, Samples]:
-        """The least and the greatest instant, each alone: what both allow, all between them do."""
-        least, greatest = (
-            Samples(1, partial(self._at, place)) for place in (self._survey.first, self._survey.last)
+    def extremes(self) -> tuple[Samples, Samples]:
+        """The least and the greatest instant, each as Samples: a format that can hold both can hold all."""
+        least, greatest = self._extremes.least_index, self._extremes.greatest_index
+        return (
+            Samples(1, lambda first, last: self.chunk(least + first, least + last)),
+            Samples(1, lambda first, last: self.chunk(greatest + first, greatest + last)),
         )
-        return least, greatest
-
-    def _at(self, place: int, first: int, last: int) -> EphemerisData:
-        return self.cut(place + first, place + last)
 
     @property
-    def has_rest(self) -> bool:
+    def has_seconds_low(self) -> bool:
         """Whether any instant's seconds need their second part."""
-        return self._survey.has_rest
+        return self._extremes.has_seconds_low
 
     @property
     def span(self) -> tuple[float, float]:
         """s; the least and the greatest of the instants, in whatever order they are."""
-        return self._survey.least, self._survey.greatest
+        return self._extremes.least, self._extremes.greatest
 
     @cached_property
-    def _survey(self) -> _Survey:
-        """Found in one turn: to make the instants takes longer than to look through them."""
-        least, greatest, has_rest = (math.inf, 0), (-math.inf, 0), False
-        for first in range(0, self.count, BLOCK):
-            piece = self.instants(first, min(first + BLOCK, self.count))
-            seconds = piece.seconds.reshape(-1)
-            row = max(1, math.prod(piece.shape[1:]))
+    def _extremes(self) -> _Extremes:
+        """All in one pass: computing the instants takes longer than searching them."""
+        least, greatest, has_low = (math.inf, 0), (-math.inf, 0), False
+        for first in range(0, self.count, CHUNK_INSTANTS):
+            chunk = self.instants(first, min(first + CHUNK_INSTANTS, self.count))
+            seconds = chunk.seconds.reshape(-1)
+            row_size = max(1, math.prod(chunk.shape[1:]))
             low, high = int(seconds.argmin()), int(seconds.argmax())
-            least = min(least, (float(seconds[low]), first + low // row))
-            greatest = max(greatest, (float(seconds[high]), first + high // row))
-            has_rest = has_rest or (piece.rest is not None and bool(piece.rest.any()))
-        return _Survey(least[0], greatest[0], least[1], greatest[1], has_rest)
+            least = min(least, (float(seconds[low]), first + low // row_size))
+            greatest = max(greatest, (float(seconds[high]), first + high // row_size))
+            has_low = has_low or (chunk.seconds_low is not None and bool(chunk.seconds_low.any()))
+        return _Extremes(least[0], greatest[0], least[1], greatest[1], has_low)

@@ -37,7 +37,7 @@ TURNING_CONVENTION = (
 
 
 def convention(frame: str) -> str:
-    """What the numbers of an ephemeris in this frame mean, for files and people."""
+    """The conventions of an ephemeris in this frame, as files state them."""
     if not rotations.is_turning(frame):
         return CONVENTION
     return TURNING_CONVENTION.format(frame=frame, meaning=rotations.TURNING_FRAMES[frame])
@@ -65,8 +65,8 @@ class EphemerisData:
     """Attitude and body rate of one body, or of many, at instants.
 
     Shape is batch + instants, as in `TorqueFreeMotion.at`; `len`, indexing and slicing go along
-    the (first) dimension of the instants.  Nothing here changes: arrays that are asked for are the caller's
-    own copies, but for `quaternion("wxyz")`, a read-only view (scipy's `Rotation.from_quat` takes it).
+    the (first) dimension of the instants.  The data are immutable: properties return copies of the arrays,
+    and `quaternion("wxyz")` a read-only view (which scipy's `Rotation.from_quat` accepts).
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class EphemerisData:
     name : str
     plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
     centre_of_mass : Translation or None; `translation` returns copies
-    events : what happened at an instant: impulses, contacts, the end where a body comes to rest
+    events : impulses, contacts, the end where a body comes to rest ...
     momentum : (..., 3) N m s, along the axes of `frame`, where it does not follow from the rate; or None
     resample : the motion as a function of instants, or None where it is not known
     orbit : the orbit of its scene, or None
@@ -117,14 +117,14 @@ class EphemerisData:
 
     @property
     def elapsed(self) -> np.ndarray:
-        """(instants), s: SI seconds since the epoch, rounded to one double (`instants.rest` has the rest)."""
+        """(instants), s: SI seconds since the epoch, rounded to one double (see `Instants.seconds_low`)."""
         return _own(self.instants.seconds)
 
     @property
     def time(self) -> Time:
-        """The instants as a Time, built when first asked for.
+        """The instants as a Time, built on first use.
 
-        Raises InputError where no epoch was given.
+        Raises InputError without an epoch.
         """
         time = self.instants.time
         if time is None:
@@ -148,12 +148,12 @@ class EphemerisData:
 
     @property
     def has_rate(self) -> bool:
-        """Whether there is a body rate to ask for (a file may hold attitudes only)."""
+        """Whether there is a body rate (a file may hold attitudes only)."""
         return self.rate is not None
 
     @property
     def angular_velocity(self) -> np.ndarray:
-        """(..., 3), rad/s, relative to `frame`, body components; computed when first asked for."""
+        """(..., 3), rad/s, relative to `frame`, body components; computed on first use."""
         return _own(self._computed_rate)
 
     @cached_property
@@ -169,24 +169,24 @@ class EphemerisData:
     def angular_momentum(self) -> np.ndarray:
         """(..., 3), kg m2 rad/s, inertial components, from the sampled attitude and rate.
 
-        With rotors, or a sink of energy, inside: of the whole, as the solver carries it.
+        With rotors or a dissipative slug inside: that of the whole, as the solver integrates it.
 
-        Raises RegimeError in a frame that turns, as the kinetic energy does.
+        Raises RegimeError in a rotating frame.
         """
-        self._refuse_turning("angular_momentum")
+        self._refuse_rotating("angular_momentum")
         if self.momentum is not None:
             return _own(self.momentum)
         return rotations.rotate(self.attitude, self._body_momentum())
 
     @property
     def has_own_momentum(self) -> bool:
-        """Whether rotors or a sink inside have a part in it, so that it does not follow from the rate."""
+        """Whether the momentum includes rotors or a slug inside, so that it does not follow from the rate."""
         return self.momentum is not None
 
     @property
     def kinetic_energy(self) -> np.ndarray:
-        """(...), J, from the sampled rate."""
-        self._refuse_turning("kinetic_energy")
+        """(...), J, from the sampled rate; RegimeError in a rotating frame."""
+        self._refuse_rotating("kinetic_energy")
         return 0.5 * (self.angular_velocity * self._body_momentum()).sum(axis=-1)
 
     @property
@@ -196,40 +196,41 @@ class EphemerisData:
 
     @property
     def translation(self) -> Translation | None:
-        """Position (..., 3), m, and velocity, m/s, of the centre of mass; None where it was not followed."""
+        """Position (..., 3), m, and velocity, m/s, of the centre of mass; None where it was not computed."""
         return self.centre_of_mass and Translation(*map(_own, self.centre_of_mass))
 
-    def _refuse_turning(self, what: str) -> None:
+    def _refuse_rotating(self, quantity: str) -> None:
         if rotations.is_turning(self.frame):
-            raise RegimeError(f"{what}: {self.frame} turns; ask it of the ephemeris in an inertial frame")
+            raise RegimeError(f"{quantity}: {self.frame} is a rotating frame; use an inertial frame")
 
     def _body_momentum(self) -> np.ndarray:
         if self.body is None:
             raise RegimeError("body: this ephemeris holds no inertia, so neither momentum nor energy")
-        added = (1,) * len(self.instants.shape)
-        tensor = self.body.tensor.reshape(*self.body.shape, *added, 3, 3)
+        tensor = self.body.tensor.reshape(*self.body.shape, *(1,) * len(self.instants.shape), 3, 3)
         return (tensor @ self.angular_velocity[..., None])[..., 0]
 
-    # -- elsewhere ----------------------------------------------------------------------------
+    # -- resampling ---------------------------------------------------------------------------
 
     @property
     def can_be_resampled(self) -> bool:
-        """Whether the motion is known, not only these samples of it."""
+        """Whether the motion can be evaluated at other instants; not of an ephemeris read from a file."""
         return self.resample is not None
 
     def resampled(self, t: Any) -> Self:
         """The same motion at other instants.
 
-        t : what `TorqueFreeMotion.at` takes; of a scene with effects, instants within its span
+        t : as for `TorqueFreeMotion.at`; of a scene with effects, instants within its span
 
-        Raises RegimeError where the motion is not known: of an ephemeris that was read from a file.
+        Raises RegimeError for an ephemeris that was read from a file.
         """
         if self.resample is None:
-            raise RegimeError("resampled: only these samples are known, not the motion they are of")
+            raise RegimeError(
+                "resampled: an ephemeris read from a file cannot be evaluated at other instants"
+            )
         motion: Any = self.resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
         return replace(motion, orbit=self.orbit)
 
-    # -- parts --------------------------------------------------------------------------------
+    # -- indexing -----------------------------------------------------------------------------
 
     def __len__(self) -> int:
         if not self.instants.shape:
@@ -237,11 +238,13 @@ class EphemerisData:
         return self.instants.shape[0]
 
     def __getitem__(self, key: Any) -> Self:
-        """The same for some of the instants: an index, slice, mask or array along their dimensions."""
+        """The ephemeris at some of the instants: an index, slice, mask or array along their dimensions."""
         if not self.instants.shape:
             raise TypeError("an ephemeris of one instant cannot be indexed")
         key = key if isinstance(key, tuple) else (key,)
-        samples = (*(slice(None),) * len(self.batch_shape), *key, *_rest_of(key))
+        # an ellipsis stands for dimensions of the instants, not for that of the components
+        last = (slice(None),) if any(item is Ellipsis for item in key) else ()
+        samples = (*(slice(None),) * len(self.batch_shape), *key, *last)
         attitude = self.attitude[samples]
         return replace(
             self,
@@ -258,11 +261,6 @@ class EphemerisData:
         return f"<Ephemeris: shape {self.shape}, body to {self.frame}{epoch}>"
 
 
-def _rest_of(key: tuple[Any, ...]) -> tuple[slice, ...]:
-    """An ellipsis stands for dimensions of the instants, not for that of the components."""
-    return (slice(None),) if any(part is Ellipsis for part in key) else ()
-
-
 def _own(array: np.ndarray) -> np.ndarray:
-    """The caller's own: SciPy refuses vectors that it must not write into (its issue 24751)."""
+    """A writeable copy: SciPy refuses read-only vectors (its issue 24751)."""
     return array.copy(order="K")

@@ -1,4 +1,4 @@
-"""What happened at an instant."""
+"""Events of a motion: impulses, contacts, switched torques, shadows."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Event:
-    """An impulse, a contact, or the end of what can be told.
+    """An impulse, a contact, another event of a motion, or its end.
 
     Attributes
     ----------

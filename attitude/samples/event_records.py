@@ -1,4 +1,4 @@
-"""What happened at instants, as plain data: units in the names, as everywhere in a file."""
+"""Events as plain data, with units in the names, as in all files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from .. import units
 from .event import Event
 
-# Of the details that events have; one without a unit here is a count, or says yes or no.
+# Units of the details of events; details that are not listed are counts and flags.
 UNITS = {
     "normal_speed": "m_s",
     "impulse": "N_s",
@@ -22,44 +22,45 @@ UNITS = {
     "velocity_before": "m_s",
     "velocity_after": "m_s",
 }
-_WRITTEN = {name: f"{name}_{unit}" for name, unit in UNITS.items()}
-_READ = {written: name for name, written in _WRITTEN.items()}
+_RECORD_NAMES = {name: f"{name}_{unit}" for name, unit in UNITS.items()}
+_DETAIL_NAMES = {record_name: name for name, record_name in _RECORD_NAMES.items()}
 
 
 def to_plain(events: Sequence[Event]) -> list[dict[str, Any]]:
-    """As JSON and YAML hold them: vectors are lists."""
+    """The events as JSON and YAML hold them, vectors as lists."""
     return [
         {
             "elapsed_s": float(event.seconds),
             "kind": event.kind,
             "text": event.text,
-            "details": {_WRITTEN.get(name, name): _plain(value) for name, value in event.details.items()},
+            "details": {
+                _RECORD_NAMES.get(name, name): value.tolist()
+                if isinstance(value, (np.ndarray, np.generic))
+                else value
+                for name, value in event.details.items()
+            },
         }
         for event in events
     ]
 
 
-def from_plain(found: Any) -> tuple[Event, ...]:
-    """The events that `to_plain` wrote; raises TypeError, KeyError or InputError for anything else."""
-    if not isinstance(found, list):
-        raise TypeError("events that are no list")
-    return tuple(_event(each) for each in found)
+def from_plain(records: Any) -> tuple[Event, ...]:
+    """The events of the records of `to_plain`; raises TypeError, KeyError or InputError for anything else."""
+    if not isinstance(records, list):
+        raise TypeError("events are not a list")
+    return tuple(_event(record) for record in records)
 
 
-def _event(plain: dict[str, Any]) -> Event:
-    seconds = float(units.finite_array(plain["elapsed_s"], "events"))
-    if not isinstance(plain["kind"], str) or not isinstance(plain["text"], str):
-        raise TypeError("an event whose kind or text is none")
-    details = {_READ.get(name, name): _value(value) for name, value in plain["details"].items()}
-    return Event(seconds, plain["kind"], plain["text"], details)
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+def _event(record: dict[str, Any]) -> Event:
+    seconds = float(units.finite_array(record["elapsed_s"], "events"))
+    if not isinstance(record["kind"], str) or not isinstance(record["text"], str):
+        raise TypeError("kind or text of an event is not text")
+    details = {_DETAIL_NAMES.get(name, name): _value(value) for name, value in record["details"].items()}
+    return Event(seconds, record["kind"], record["text"], details)
 
 
 def _value(value: Any) -> Any:
-    """Yes or no, a count, a number, or a vector of finite numbers."""
+    """A flag, a count, a number, or a vector of finite numbers."""
     if isinstance(value, int) and abs(value) < 1 << 63:
         return value
     numbers = units.finite_array(value, "events")

@@ -1,4 +1,4 @@
-"""Where the centre of mass is: the exact parabola under uniform gravity."""
+"""Translation of the centre of mass: the exact parabola under uniform gravity, with impulses."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ Pushes = Iterable[tuple[float, np.ndarray]]
 
 
 class Translation(NamedTuple):
-    """Of the centre of mass, inertial: position (..., 3), m, and velocity (..., 3), m/s."""
+    """Inertial position (..., 3), m, and velocity (..., 3), m/s, of the centre of mass."""
 
     position: np.ndarray
     velocity: np.ndarray
 
     def part(self, key: Any) -> Translation:
-        """That of some of the instants."""
+        """The translation at some of the instants."""
         return Translation(self.position[key], self.velocity[key])
 
 

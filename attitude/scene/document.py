@@ -438,16 +438,16 @@ class Scene(Part):
             samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
         if frame in (None, self.frame):
             return samples
-        return samples.turned(lambda piece: in_frame(piece, frame))
+        return samples.transformed(lambda piece: in_frame(piece, frame))
 
     def _computed_on_demand(self, progress: Progress | None) -> Samples:
         motion, orbit = self.motion(), self._ephemeris_orbit()
-        part, count = instants.parts(self.times.lazily(motion.epoch), motion.epoch)
+        part, count = instants.lazy_instants(self.times.lazily(motion.epoch), motion.epoch)
 
         def cut(first: int, last: int) -> Ephemeris:
             return replace(motion.ephemeris(part(first, last), rate=True, name=self.name), orbit=orbit)
 
-        return Samples(count, cut, progress, part, is_held=False)
+        return Samples(count, cut, progress, part, in_memory=False)
 
     def _check_samples(self, limit: int, set_by: str) -> None:
         if self.times.samples > limit:

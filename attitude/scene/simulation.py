@@ -265,7 +265,9 @@ def _bounce(inputs: SimulationInputs, ground: Ground, instants: Instants) -> Eph
     from ..dynamics.contact import fly
 
     seconds = instants.seconds.reshape(-1)
-    flight = fly(inputs.initial_state, ground.plane(), inputs.gravity, seconds, inputs.kicks, instants.rest)
+    flight = fly(
+        inputs.initial_state, ground.plane(), inputs.gravity, seconds, inputs.kicks, instants.seconds_low
+    )
     count = len(flight.seconds)
     return Ephemeris(
         flight.quaternion,
@@ -285,7 +287,9 @@ def _with_pushes(inputs: SimulationInputs, instants: Instants) -> Instants:
     pushes = np.array([kick.seconds for kick in inputs.pushes])
     if not pushes.size:
         return instants
-    rest = np.zeros(instants.seconds.size) if instants.rest is None else instants.rest.reshape(-1)
+    rest = (
+        np.zeros(instants.seconds.size) if instants.seconds_low is None else instants.seconds_low.reshape(-1)
+    )
     seconds = np.append(instants.seconds.reshape(-1), pushes)
     return Instants(seconds, np.append(rest, np.zeros(pushes.size)), None)
 

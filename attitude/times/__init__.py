@@ -1,1 +1,1 @@
-"""Instants: astropy Time to and from two-part seconds since an epoch, ISO 8601 dates, leap seconds."""
+"""Instants as two-part seconds since an epoch, from and to astropy Time; ISO 8601 dates; leap seconds."""

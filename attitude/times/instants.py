@@ -8,49 +8,48 @@ of centuries keeps its picoseconds.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
-from functools import cached_property, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
 from typing import Any
 
+import erfa
 import numpy as np
 from astropy import units as u
 from astropy.time import ScaleValueError, Time, TimeDelta
-from erfa import ErfaError
 
 from .. import units
 from ..errors import InputError
 from ..runtime import compiled
-from ..runtime.threads import cut, run
+from ..runtime.threads import ranges, run
 
-WORTH_SHARING = 500_000  # instants; fewer are copied before a thread has begun
-BEYOND = "instants that a double can hold in seconds"
-KINDS = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
+MIN_INSTANTS_PER_THREAD = 500_000  # fewer are copied before a thread has started
 
 
 class Instants:
-    """An array of instants: two-part seconds since the epoch, and the Time they were given as.
+    """An array of instants: two-part seconds since the epoch, and the Time they were constructed from.
 
     Attributes
     ----------
     seconds : ndarray, s
         Elapsed SI seconds, rounded to one double.
-    rest : ndarray or None, s
-        What that rounding left, so that seconds + rest is good to 32 digits; None for zero.
+    seconds_low : ndarray or None, s
+        The rounding error of `seconds`: seconds + seconds_low is good to 32 digits.  None for zero.
     epoch : Time or None
     scale : str or None
-        The time scale in which they are dated: that of the Time they were given as, else the epoch's.
+        The time scale of `time`: that of the Time they were constructed from, else the epoch's.
     """
 
     def __init__(
         self,
         seconds: np.ndarray,
-        rest: np.ndarray | None,
+        seconds_low: np.ndarray | None,
         epoch: Time | None,
         time: Time | None = None,
         scale: str | None = None,
     ):
         self.seconds = np.asarray(seconds)
-        self.rest = None if rest is None else np.asarray(rest)
+        self.seconds_low = None if seconds_low is None else np.asarray(seconds_low)
         self.epoch = epoch
         self._time = time
         dated = epoch if time is None else time
@@ -61,13 +60,25 @@ class Instants:
         return self.seconds.shape
 
     @cached_property
-    def farthest(self) -> float:
+    def max_abs_seconds(self) -> float:
         """s; the greatest abs(seconds), not finite where one of them is not."""
-        return _farthest(_for_kernel(self.seconds).reshape(-1), 0, self.seconds.size)
+        return _max_abs(_kernel_array(self.seconds).reshape(-1), 0, self.seconds.size)
 
-    def finite(self, field: str, expected: str = BEYOND) -> Instants:
+    @property
+    def rest(self) -> np.ndarray | None:
+        """Deprecated name of `seconds_low`."""
+        warnings.warn("Instants.rest is now Instants.seconds_low", DeprecationWarning, stacklevel=2)
+        return self.seconds_low
+
+    @property
+    def farthest(self) -> float:
+        """Deprecated name of `max_abs_seconds`."""
+        warnings.warn("Instants.farthest is now Instants.max_abs_seconds", DeprecationWarning, stacklevel=2)
+        return self.max_abs_seconds
+
+    def finite(self, field: str, expected: str = "instants whose seconds are finite doubles") -> Instants:
         """These instants; InputError naming the first that is not finite."""
-        if not math.isfinite(self.farthest):
+        if not math.isfinite(self.max_abs_seconds):
             units.refuse_where(~np.isfinite(self.seconds), self.seconds, field, expected)
         return self
 
@@ -80,7 +91,7 @@ class Instants:
 
     @property
     def tai(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,), (n,): Julian dates of TAI in two parts, of all instants in a row.
+        """(n,), (n,): Julian dates of TAI in two parts, of all instants flattened.
 
         Raises InputError without an epoch.
         """
@@ -92,19 +103,21 @@ class Instants:
         return start + whole, (days - whole) + (days_low + below)
 
     def _days(self) -> tuple[np.ndarray, np.ndarray]:
-        """Since the epoch, in two parts, of all instants in a row."""
-        seconds = _for_kernel(self.seconds).reshape(-1)
-        rest = np.zeros_like(seconds) if self.rest is None else _for_kernel(self.rest).reshape(-1)
+        """(n,), (n,): days since the epoch in two parts, of all instants flattened."""
+        seconds = _kernel_array(self.seconds).reshape(-1)
+        low = self.seconds_low
+        seconds_low = np.zeros_like(seconds) if low is None else _kernel_array(low).reshape(-1)
         days, days_low = np.empty_like(seconds), np.empty_like(seconds)
-        compiled.days_from_seconds(seconds, rest, days, days_low)
+        compiled.days_from_seconds(seconds, seconds_low, days, days_low)
         return days, days_low
 
     def _build_time(self, epoch: Time) -> Time:
         days, days_low = self._days()
         offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
+        scale = self.scale or epoch.scale
         try:
-            time = getattr(_offline(epoch).tai + offset, self.scale or epoch.scale)
-        except (ErfaError, ValueError) as error:
+            time = getattr(with_ut1(with_ut1(epoch).tai + offset, scale), scale)
+        except (erfa.ErfaError, ValueError) as error:
             raise InputError(
                 "time", f"scale {self.scale!r}", f"instants that a calendar has ({error})"
             ) from None
@@ -113,12 +126,16 @@ class Instants:
         return time
 
     def __getitem__(self, key: Any) -> Instants:
-        rest = None if self.rest is None else self.rest[key]
+        low = None if self.seconds_low is None else self.seconds_low[key]
         time = None if self._time is None else self._time[key]
-        return Instants(self.seconds[key], rest, self.epoch, time, self.scale)
+        return Instants(self.seconds[key], low, self.epoch, time, self.scale)
 
 
 def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
+    """A copy of the epoch, a scalar Time that can be converted to any scale; None for None.
+
+    Raises InputError for anything else, and for a Time that cannot be converted to TAI.
+    """
     if epoch is None:
         return None
     if not isinstance(epoch, Time):
@@ -127,11 +144,11 @@ def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
         raise InputError(field, f"shape {epoch.shape}", "one Time for all bodies")
     _refuse_missing(epoch, field)
     _tai_days(float(epoch.jd1), float(epoch.jd2), epoch.scale, field)
-    return epoch.copy()
+    return with_ut1(epoch).copy()
 
 
 def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) -> Instants:
-    """What users give as times, checked, as two-part seconds since the epoch.
+    """Instants from times in any of the accepted forms, as two-part seconds since the epoch.
 
     Parameters
     ----------
@@ -153,40 +170,42 @@ def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) 
     if isinstance(t, u.Quantity):
         t = t.value
     try:
-        return _taken(t, epoch, field, threads).finite(field, "finite numbers")
+        return _from_seconds(t, epoch, field, threads).finite(field, "finite numbers")
     except InputError as error:
-        expected = KINDS if error.expected == "numbers" else error.expected
+        expected = error.expected
+        if expected == "numbers":
+            expected = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
         raise InputError(error.field, error.value, expected) from None
 
 
-def _taken(t: Any, epoch: Time | None, field: str, threads: int) -> Instants:
-    """A copy of bare seconds: with threads, each copies its part of a long array, and looks it through."""
+def _from_seconds(t: Any, epoch: Time | None, field: str, threads: int) -> Instants:
+    """Instants from a copy of bare seconds; with threads, each copies and checks a range of a long array."""
     if type(t) is not np.ndarray or t.dtype != np.float64:
         return Instants(units.float_array(t, field), None, epoch)
-    parts = threads if t.size >= WORTH_SHARING else 1
-    given, seconds, found = np.ascontiguousarray(t).reshape(-1), np.empty((t.size,)), []
+    source, seconds = np.ascontiguousarray(t).reshape(-1), np.empty((t.size,))
+    maxima: list[float] = []
 
-    def copy(part: tuple[int, int]) -> None:
-        first, last = part
-        seconds[first:last] = given[first:last]
-        found.append(_farthest(seconds, first, last))
+    def copy(limits: tuple[int, int]) -> None:
+        first, last = limits
+        seconds[first:last] = source[first:last]
+        maxima.append(_max_abs(seconds, first, last))
 
-    run(copy, cut(t.size, parts))
-    taken = Instants(seconds.reshape(t.shape), None, epoch)
-    taken.farthest = float(np.max(found, initial=0.0))  # NaN where any is
-    return taken
+    run(copy, ranges(t.size, threads if t.size >= MIN_INSTANTS_PER_THREAD else 1))
+    instants = Instants(seconds.reshape(t.shape), None, epoch)
+    instants.max_abs_seconds = float(np.max(maxima, initial=0.0))  # NaN where any is
+    return instants
 
 
-def _farthest(seconds: np.ndarray, first: int, last: int) -> float:
+def _max_abs(seconds: np.ndarray, first: int, last: int) -> float:
     greatest = np.zeros(1)
     compiled.farthest(seconds, first, last, greatest)
     return float(greatest[0])
 
 
-def parts(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], int]:
-    """(the instants from first to last as a function, how many there are) of a `Grid` or what users give.
+def lazy_instants(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], int]:
+    """A function of (first, last) that returns Instants, and their number, of a `Grid` or what users give.
 
-    Only the part that is asked for is converted.  Raises InputError unless there is one dimension.
+    Only the requested range is converted.  Raises InputError unless there is one dimension.
     """
     if isinstance(t, Grid):
         return partial(t.part, epoch=epoch), t.count
@@ -201,49 +220,88 @@ def parts(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], i
 
 @lru_cache(maxsize=256)
 def _tai_days(jd1: float, jd2: float, scale: str, field: str = "epoch") -> tuple[float, float]:
-    """The Julian date of TAI in two parts; remembered, for scenes share their epochs."""
+    """The Julian date of TAI in two parts; cached, because scenes share their epochs."""
     tai = _tai(Time(jd1, jd2, format="jd", scale=scale), field)
     return float(tai.jd1), float(tai.jd2)
 
 
 def _tai(time: Time, field: str) -> Time:
-    """In TAI; what astropy cannot convert offline (UT1 outside its tables) is refused."""
+    """In TAI; what astropy cannot convert (UT1 outside its bundled tables) is refused."""
     try:
-        return _offline(time).tai
-    except (ValueError, ScaleValueError, ErfaError) as error:
+        return with_ut1(time).tai
+    except (ValueError, ScaleValueError, erfa.ErfaError) as error:
         expected = f"a time that can be brought to TAI ({error})"
         raise InputError(field, f"scale {time.scale!r}", expected) from None
 
 
-def _offline(time: Time, to: str | None = None) -> Time:
-    """The same Time, and no network: where UT1 comes in (from it or `to` it) astropy's own tables do."""
-    if "ut1" in (time.scale, to):
-        from astropy.utils import iers
+def with_ut1(time: Time, scale: str | None = None) -> Time:
+    """The same Time, prepared for conversion from UT1, or to it where `scale` is "ut1".
 
-        iers.conf.auto_download = False
-        _, status = iers.earth_orientation_table.get().ut1_utc(time.jd1, time.jd2, return_status=True)
-        if np.any((status == iers.TIME_BEFORE_IERS_RANGE) | (status == iers.TIME_BEYOND_IERS_RANGE)):
-            raise ValueError("UT1 - UTC is not in the tables for it")  # astropy would take the nearest
+    UT1 - UTC is interpolated in the tables that come with astropy (or in a table that the user has set as
+    `astropy.utils.iers.earth_orientation_table`) and stored in the Time.  So astropy looks nothing up
+    itself: there is no download, and its configuration is neither read nor changed, in whatever thread.
+
+    Raises ValueError for a time outside the table; astropy would extrapolate.
+    """
+    if "ut1" not in (time.scale, scale):
+        return time
+    table = _ut1_table()
+    if time.scale != "ut1":
+        return _with_delta_ut1(time, _delta_ut1(table, time.utc.jd1, time.utc.jd2))
+    delta = _delta_ut1(table, time.jd1, time.jd2)
+    if hasattr(time, "_delta_ut1_utc"):  # set by the user, or by an earlier conversion
+        return time
+    # looked up by UT1 it may be a second off beside a leap second: once more, by UTC, as astropy does
+    return _with_delta_ut1(time, _delta_ut1(table, *erfa.ut1utc(time.jd1, time.jd2, delta)))
+
+
+def _delta_ut1(table: Any, jd1: Any, jd2: Any) -> Any:
+    """UT1 - UTC, s, at two-part Julian dates."""
+    from astropy.utils import iers
+
+    delta, status = table.ut1_utc(jd1, jd2, return_status=True)
+    if np.any((status == iers.TIME_BEFORE_IERS_RANGE) | (status == iers.TIME_BEYOND_IERS_RANGE)):
+        raise ValueError("UT1 - UTC is not in the tables for it")
+    return delta.to_value("s")
+
+
+def _with_delta_ut1(time: Time, delta: Any) -> Time:
+    time = time.copy()
+    time.delta_ut1_utc = delta
     return time
+
+
+def _ut1_table() -> Any:
+    """The user's own Earth orientation table; else the bundled one, of a class that never downloads."""
+    from astropy.utils import iers
+
+    table = iers.earth_orientation_table.get()
+    return _bundled_ut1_table() if isinstance(table, iers.IERS_Auto) else table
+
+
+@cache
+def _bundled_ut1_table() -> Any:
+    from astropy.utils import iers
+
+    return iers.IERS_A(iers.IERS_Auto.read(iers.IERS_A_FILE))
 
 
 def _from_time(time: Time, epoch: Time, field: str) -> Instants:
     _refuse_missing(time, field)
     tai, start = _tai(time, field), _tai(epoch, "epoch")
-    seconds, rest = _seconds(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
-    return Instants(seconds, rest, epoch, time.copy()).finite(field)
+    seconds, seconds_low = _seconds_since(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
+    return Instants(seconds, seconds_low, epoch, with_ut1(time).copy()).finite(field)
 
 
 def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
     _refuse_missing(delta, field)
     if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
-        return _from_time(getattr(_offline(epoch, delta.scale), delta.scale) + delta, epoch, field)
+        return _from_time(getattr(with_ut1(epoch, delta.scale), delta.scale) + delta, epoch, field)
     if delta.scale not in (None, "tai", "tt"):
         raise InputError(
             field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from"
         )
-    seconds, rest = _seconds(delta.jd1, delta.jd2, 0.0, 0.0)
-    return Instants(seconds, rest, epoch).finite(field)
+    return Instants(*_seconds_since(delta.jd1, delta.jd2, 0.0, 0.0), epoch).finite(field)
 
 
 def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
@@ -252,21 +310,22 @@ def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
         units.refuse_where(missing, np.where(missing, "nothing", ""), field, "a time for every instant")
 
 
-def _seconds(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:
-    day, fraction = _for_kernel(day), _for_kernel(fraction)
-    seconds, rest = np.empty(day.shape), np.empty(day.shape)
-    flat = [array.reshape(-1) for array in (day, fraction, seconds, rest)]
+def _seconds_since(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:
+    """Two-part seconds from one two-part day to others."""
+    day, fraction = _kernel_array(day), _kernel_array(fraction)
+    seconds, seconds_low = np.empty(day.shape), np.empty(day.shape)
+    flat = [array.reshape(-1) for array in (day, fraction, seconds, seconds_low)]
     compiled.seconds_from_days(flat[0], flat[1], day0, fraction0, flat[2], flat[3])
-    return seconds, rest
+    return seconds, seconds_low
 
 
-def _for_kernel(array: Any) -> np.ndarray:
-    """Doubles in C order, what kernels take."""
+def _kernel_array(array: Any) -> np.ndarray:
+    """Doubles in C order, as kernels require."""
     return np.ascontiguousarray(array, dtype=np.float64).reshape(np.shape(array))
 
 
 class Grid:
-    """Even instants, made only when and as far as they are wanted: for `TorqueFreeMotion.chunks`.
+    """Evenly spaced instants, computed in ranges on request: for `TorqueFreeMotion.chunks`.
 
     Parameters
     ----------
@@ -296,11 +355,11 @@ class Grid:
         for name in ("start", "stop", "step"):
             if not np.isfinite(getattr(self, name)):
                 raise InputError(f"times.{name}", getattr(self, name), "a finite number")
-        self.count = self._stepped_count() if count is None else count
+        self.count = self._count_of_steps() if count is None else count
         if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
             raise InputError("times.count", self.count, "a whole number, at least 1")
 
-    def _stepped_count(self) -> int:
+    def _count_of_steps(self) -> int:
         if self.step <= 0.0:
             raise InputError("times.step", self.step, "a number greater than 0")
         intervals = (self.stop - self.start) / self.step
@@ -312,33 +371,29 @@ class Grid:
         return self.count
 
     def part(self, first: int, last: int, epoch: Time | None = None) -> Instants:
-        """The instants from first to last, the last one excluded; the bits do not depend on the parts."""
-        seconds, rest = _room_for(last - first)
+        """Instants `first` to `last`, exclusive; their bits do not depend on the ranges requested."""
+        count = last - first
+        try:
+            seconds, seconds_low = np.empty((count,)), np.empty((count,))
+        except (MemoryError, ValueError):
+            raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None
         spacing = np.array([self.start, self.stop, self.count - 1, self.step, *self._ratio], dtype=float)
-        compiled.grid(spacing, float(first), seconds, rest)
-        return Instants(seconds, rest if rest.any() else None, epoch).finite("times")
+        compiled.grid(spacing, float(first), seconds, seconds_low)
+        return Instants(seconds, seconds_low if seconds_low.any() else None, epoch).finite("times")
 
 
 def in_unit(values: np.ndarray, unit: str, field: str, epoch: Time | None) -> Instants:
-    """Values in `unit` as two-part seconds, good to 32 digits."""
-    seconds, rest = np.empty(values.shape), np.empty(values.shape)
-    compiled.scaled(values.reshape(-1), *_ratio(unit, field), seconds.reshape(-1), rest.reshape(-1))
-    return Instants(seconds, rest if rest.any() else None, epoch).finite(field)
+    """Instants from values in `unit`, as two-part seconds good to 32 digits."""
+    seconds, seconds_low = np.empty(values.shape), np.empty(values.shape)
+    ratio = _ratio(unit, field)
+    compiled.scaled(values.reshape(-1), *ratio, seconds.reshape(-1), seconds_low.reshape(-1))
+    return Instants(seconds, seconds_low if seconds_low.any() else None, epoch).finite(field)
 
 
 def _ratio(unit: str, field: str) -> tuple[float, float]:
     """Seconds in a unit as a ratio of doubles: a millisecond is 1/1000, which no double is."""
     factor = units.parse_unit(unit, units.SECOND, field)
     inverse = 1.0 / factor
-    return (
-        (1.0, float(round(inverse)))
-        if factor < 1.0 and abs(inverse - round(inverse)) < 1e-9 * inverse
-        else (factor, 1.0)
-    )
-
-
-def _room_for(count: int) -> tuple[np.ndarray, np.ndarray]:
-    try:
-        return np.empty((count,)), np.empty((count,))
-    except (MemoryError, ValueError):
-        raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None
+    if factor < 1.0 and abs(inverse - round(inverse)) < 1e-9 * inverse:
+        return 1.0, float(round(inverse))
+    return factor, 1.0

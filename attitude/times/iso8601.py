@@ -1,4 +1,4 @@
-"""Dates of a document: ISO 8601 text in a time scale."""
+"""ISO 8601 text to Time."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ ISO_DATE = re.compile(r"\d{4}-\d{2}-\d{2}([T ][\d:.]+)?")
 
 
 def parse_time(text: str, scale: str | None, field: str) -> Time:
-    """ISO 8601; a Z at the end is taken where the scale is UTC, which it states."""
-    plain = text.removesuffix("Z") if scale == "utc" else text
-    try:
-        if ISO_DATE.fullmatch(plain):
-            return _existing(plain, scale)
-    except ValueError:
-        pass
-    raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)") from None
+    """The Time of an ISO 8601 date; with a trailing Z only where the scale is UTC.
+
+    Raises InputError for other text, and for dates that do not exist.
+    """
+    date = text.removesuffix("Z") if scale == "utc" else text
+    if ISO_DATE.fullmatch(date):
+        with suppress(ValueError):
+            return _time(date, scale)
+    raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)")
 
 
-def _existing(text: str | list[str], scale: str | None) -> Time:
-    """A second 60 where no leap second was, astropy lets pass with a warning; here it is a ValueError."""
+def _time(text: str | list[str], scale: str | None) -> Time:
+    """A Time; ValueError for a second 60 without a leap second, for which astropy only warns."""
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*after end of day")
         try:
@@ -39,8 +40,8 @@ def _existing(text: str | list[str], scale: str | None) -> Time:
 
 
 def parse_times(texts: list[str], scale: str | None) -> Time:
-    """All at once where all are plain ISO 8601; one by one to find the one that is not."""
+    """The Times of ISO 8601 dates: all at once, or one by one to report the one that is malformed."""
     if all(ISO_DATE.fullmatch(text) for text in texts):
         with suppress(ValueError):
-            return _existing(texts, scale)
+            return _time(texts, scale)
     return Time([parse_time(text, scale, f"times.dates[{i}]") for i, text in enumerate(texts)])

@@ -13,7 +13,7 @@ MJD_ORDINAL = 678576  # date.toordinal() of 1858-11-17
 
 @cache
 def steps() -> tuple[np.ndarray, np.ndarray]:
-    """The days from 1972 on at whose beginning TAI - UTC changed, and what it has been since, in s."""
+    """The days from 1972 on at whose beginning TAI - UTC changed, and its value from then on, s."""
     table = erfa.leap_seconds.get()
     table = table[table["year"] >= 1972]
     begins = [
@@ -24,6 +24,6 @@ def steps() -> tuple[np.ndarray, np.ndarray]:
 
 
 def tai_minus_utc(day: np.ndarray) -> np.ndarray:
-    """Whole seconds, from 1972 on; 10 for all days before."""
-    begins, since = steps()
-    return since[np.maximum(np.searchsorted(begins, day, side="right") - 1, 0)]
+    """s, whole, from 1972 on; 10 for all earlier days."""
+    begins, offsets = steps()
+    return offsets[np.maximum(np.searchsorted(begins, day, side="right") - 1, 0)]

@@ -1,4 +1,4 @@
-"""Rates in turns a second, in two doubles: phases at far-off instants keep their digits."""
+"""Rates in turns per second as two doubles, so that phases keep their digits over long times."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def mean_motion(mu: float, semi_major_axis: float) -> tuple[float, float, float]
 
 
 def split(value: Decimal) -> tuple[float, float]:
-    """The nearest double, and what it leaves."""
+    """A number as two doubles: the nearest one, and the remainder."""
     high = float(value)
     return high, float(_EXACT.subtract(value, Decimal(high)))
 
@@ -38,11 +38,11 @@ def fraction_of_turn(t: np.ndarray, high: float, low: float) -> np.ndarray:
     product = t * high
     t_high, high_high = _upper_half(t), _upper_half(np.asarray(high))
     t_low, high_low = t - t_high, high - high_high
-    rest = t_low * high_low - (((product - t_high * high_high) - t_low * high_high) - t_high * high_low)
-    return (product - np.round(product)) + (rest + t * low)
+    error = t_low * high_low - (((product - t_high * high_high) - t_low * high_high) - t_high * high_low)
+    return (product - np.round(product)) + (error + t * low)
 
 
 def _upper_half(value: np.ndarray) -> np.ndarray:
-    """The upper 26 bits."""
+    """The upper 26 bits of each double (Veltkamp)."""
     shifted = value * 134217729.0
     return shifted - (shifted - value)

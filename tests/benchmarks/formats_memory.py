@@ -44,11 +44,11 @@ def resident(field):
 def measure(format, count):
     """(MiB that the process grew by, seconds) of writing so many instants."""
     from attitude import formats
-    from attitude.samples.chunks import BLOCK
+    from attitude.samples.chunks import CHUNK_INSTANTS
 
     formats.write(lazy(10), "/dev/null", format)  # what the format rests on is imported
     samples = lazy(count)
-    samples.cut(0, min(BLOCK, count))
+    samples.chunk(0, min(CHUNK_INSTANTS, count))
     before, begun = resident("VmRSS"), time.perf_counter()
     formats.write(samples, "/dev/null", format)
     return resident("VmHWM") - before, time.perf_counter() - begun

@@ -16,7 +16,7 @@ from astropy.time import Time
 
 from attitude import Ephemeris, RigidBody, TorqueFreeMotion
 from attitude.formats import columnar
-from attitude.samples.chunks import BLOCK, Samples
+from attitude.samples.chunks import CHUNK_INSTANTS, Samples
 from attitude.times.instants import as_instants
 
 COUNT = 1_000_000
@@ -57,7 +57,7 @@ def test_arrow_against_pyarrow_alone(benchmark, format, epoch, tmp_path):
     def theirs(to):
         table = pa.table([pa.array(columns[name]) for name in names], names)
         with WRITERS[format](str(to), table.schema) as writer:
-            writer.write_table(table, max_chunksize=BLOCK)
+            writer.write_table(table, max_chunksize=CHUNK_INSTANTS)
 
     found = []
     for write in (ours, theirs):

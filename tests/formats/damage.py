@@ -109,7 +109,7 @@ def clock():
     atexit.register(rmtree, folder)
     path = Path(folder) / "a.tsc"
     whole = encode(Samples.of(motion().at(T)), FORMATS["ck"])
-    path.write_bytes(whole.beside("a.bc")[".tsc"])
+    path.write_bytes(whole.companions("a.bc")[".tsc"])
     return path
 
 
@@ -317,7 +317,7 @@ def check_same(format, found, again):
 
 def check_same_instants(format, one, other):
     if format in EXACT:
-        rests = [0.0 if each.rest is None else each.rest for each in (one, other)]
+        rests = [0.0 if each.seconds_low is None else each.seconds_low for each in (one, other)]
         assert np.array_equal(one.seconds, other.seconds)
         assert np.array_equal(*np.broadcast_arrays(*rests))
         assert (one.epoch is None) == (other.epoch is None)

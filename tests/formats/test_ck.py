@@ -261,7 +261,7 @@ def test_an_attitude_alone_between_impulses_is_kept(tmp_path):
 
 @pytest.mark.parametrize("type", [2, 3])
 def test_blocks_share_their_boundary_so_that_no_time_is_left_out(type, tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
     path, ephemeris = written(tmp_path, type=type)
     assert len(segments_of(path)) == 9
     load(path)
@@ -610,7 +610,7 @@ class Interruption(BaseException):
 
 
 def test_interrupted_write_leaves_no_ck_and_no_open_file(tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(ck.tempfile, "tempdir", None)
 
@@ -630,7 +630,7 @@ def test_interrupted_write_leaves_no_ck_and_no_open_file(tmp_path, monkeypatch):
 
 def test_standard_output_is_no_place_for_several_files(tmp_path, monkeypatch, capfdbinary):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(FormatError, match="ck is several files"):
+    with pytest.raises(FormatError, match="ck has companion files"):
         motion().at(T).write("-", format="ck")
     assert capfdbinary.readouterr().out == b""
     assert os.listdir() == []

@@ -125,7 +125,7 @@ def with_rate(rate):
 
 @pytest.mark.parametrize("format", ["aem", "aem-xml", "stk"])
 def test_rate_that_is_no_number_in_degrees_is_not_written(format):
-    with pytest.raises(FormatError, match="a rate that in deg/s is more than a double holds"):
+    with pytest.raises(FormatError, match="a rate that overflows a double in deg/s"):
         written(format, with_rate(1e307))
     check_same(format, with_rate(1e305), read(format, written(format, with_rate(1e305))))
 
@@ -134,7 +134,7 @@ def test_rate_that_is_no_number_in_degrees_is_not_written(format):
 def test_name_with_half_of_a_character_is_not_written(format):
     ephemeris = motion().at([0.0, 1.0])
     ephemeris = replace(ephemeris, name="a\ud800")
-    with pytest.raises(FormatError, match="half of a character"):
+    with pytest.raises(FormatError, match="unpaired surrogate"):
         written(format, ephemeris)
 
 

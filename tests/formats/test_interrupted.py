@@ -66,7 +66,7 @@ FAILURES = {
 @each_format
 @pytest.mark.parametrize(("error", "kind", "words"), FAILURES.values(), ids=FAILURES)
 def test_failure_between_pieces_leaves_what_was_there(format, error, kind, words, folder, monkeypatch):
-    monkeypatch.setattr(chunks, "BLOCK", 5)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 5)
     with pytest.raises((kind, OSError) if kind is FormatError else kind, match=words):
         write(failing(error), folder / names(format)[0], **options_of(format, motion().at(T)))
     assert_untouched(folder, format)
@@ -130,7 +130,7 @@ def ends(folder, ways):
     """Writes each format in processes of its own, ends them in the middle, and prints how they ended."""
     for format in FORMATS:
         written(format, motion().at(T))  # what the format rests on is imported once
-    chunks.BLOCK = 100
+    chunks.CHUNK_INSTANTS = 100
     for number in ways:
         for format in FORMATS:
             print(json.dumps([format, *ended(os.path.join(folder, str(number), format), format, number)]))

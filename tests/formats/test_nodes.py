@@ -44,7 +44,7 @@ def angle(p, q):
 
 def true_error(nodes, ephemeris, count=2000, seed=1):
     """rad; the greatest of what readers find, at so many random instants of the whole span."""
-    segments = [part for part in (segment.whole() for segment in nodes.segments) if len(part) > 1]
+    segments = [part for part in (segment.ephemeris() for segment in nodes.segments) if len(part) > 1]
     spans = np.array([np.ptp(part.elapsed) for part in segments])
     worst = 0.0
     for part, span in zip(segments, spans, strict=True):
@@ -58,7 +58,7 @@ def true_error(nodes, ephemeris, count=2000, seed=1):
 
 def most_turned(nodes, ephemeris):
     """rad; how far the body turns from one node to the next at its greatest rate."""
-    steps = [np.diff(segment.whole().elapsed).max() for segment in nodes.segments if segment.count > 1]
+    steps = [np.diff(segment.ephemeris().elapsed).max() for segment in nodes.segments if segment.count > 1]
     at = np.linspace(ephemeris.elapsed[0], ephemeris.elapsed[-1], 3000)
     return max(steps) * np.linalg.norm(ephemeris.resampled(at).angular_velocity, axis=1).max()
 
@@ -147,7 +147,7 @@ def test_stated_error_is_the_greatest_and_little_more(interpolant):
     for t in (np.linspace(0, 30, 200), np.sort(np.random.default_rng(3).uniform(0.0, 30.0, 200))):
         ephemeris = MOTION.at(t)
         nodes = chosen(Samples.of(ephemeris), interpolant)
-        assert [segment.whole().elapsed.tolist() for segment in nodes.segments] == [t.tolist()]
+        assert [segment.ephemeris().elapsed.tolist() for segment in nodes.segments] == [t.tolist()]
         at = np.sort((t[:-1, None] + np.diff(t)[:, None] * np.linspace(0, 1, 60)).ravel())
         true = ephemeris.resampled(at).quaternion("wxyz")
         greatest = angle(between(interpolant, t, ephemeris.quaternion("wxyz"), at), true).max()
@@ -190,7 +190,7 @@ def test_figure_for_people_is_rounded_upwards():
 def test_chosen_nodes_cover_the_span_and_no_more(interpolant):
     ephemeris = Scene.builtin("toutatis").run()
     (segment,) = chosen(Samples.of(ephemeris), interpolant, 1e-5).segments
-    t = segment.whole().elapsed
+    t = segment.ephemeris().elapsed
     assert (t[0], t[-1]) == (ephemeris.elapsed[0], ephemeris.elapsed[-1])
     assert (np.diff(t) > 0).all()
     step = t[1] - t[0]
@@ -207,14 +207,14 @@ def test_nodes_do_not_depend_on_the_pieces_they_come_in(block, monkeypatch):
 
     ephemeris = MOTION.at(np.linspace(0.0, 20.0, 50))
     whole = [chosen(Samples.of(ephemeris), each, 1e-4) for each in (SLERP, LAGRANGE)]
-    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     monkeypatch.setattr(interpolation_nodes, "CHECKED", block)
     for expected in whole:
         found = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)
         assert found.worst == expected.worst
-        pieces = [piece.elapsed for piece in found.segments[0].pieces()]
+        pieces = [piece.elapsed for piece in found.segments[0].chunks()]
         assert max(map(len, pieces)) <= block
-        assert np.array_equal(np.concatenate(pieces), expected.segments[0].whole().elapsed)
+        assert np.array_equal(np.concatenate(pieces), expected.segments[0].ephemeris().elapsed)
 
 
 def test_nobody_interpolates_across_an_impulse():
@@ -222,16 +222,16 @@ def test_nobody_interpolates_across_an_impulse():
     firings = [event.seconds for event in ephemeris.events]
     for tolerance in (None, 1e-5):
         nodes = chosen(Samples.of(ephemeris), LAGRANGE, tolerance)
-        starts = [float(segment.head.elapsed[0]) for segment in nodes.segments]
-        ends = [float(segment.tail.elapsed[0]) for segment in nodes.segments]
+        starts = [float(segment.first.elapsed[0]) for segment in nodes.segments]
+        ends = [float(segment.last.elapsed[0]) for segment in nodes.segments]
         assert len(starts) == len(firings) + 1
         assert all(
             end < firing <= start for end, firing, start in zip(ends, firings, starts[1:], strict=False)
         )
     for segment, firing in zip(nodes.segments, firings, strict=False):  # chosen: up to the impulse itself
-        assert 0.0 < firing - float(segment.tail.elapsed[0]) < 1e-9
+        assert 0.0 < firing - float(segment.last.elapsed[0]) < 1e-9
     for segment in nodes.segments:  # and the rate is the one of this side
-        energy = segment.whole().kinetic_energy
+        energy = segment.ephemeris().kinetic_energy
         assert np.ptp(energy) <= 1e-9 * energy[0]
 
 
@@ -240,7 +240,7 @@ def test_one_instant_has_nothing_between():
     assert nodes.written == (1, 0.0)
     nodes = chosen(Samples.of(MOTION.at([3.0])), SLERP, 1e-6)
     assert nodes.written == (1, 0.0)
-    assert nodes.segments[0].whole().elapsed.tolist() == [3.0]
+    assert nodes.segments[0].ephemeris().elapsed.tolist() == [3.0]
 
 
 def test_spin_at_a_constant_rate_needs_two_nodes_of_slerp_for_a_quarter_of_a_turn():
@@ -259,7 +259,7 @@ def test_what_was_read_from_a_file_has_no_motion_behind_it(tmp_path):
     assert "not known" in nodes.remark
     with pytest.raises(InputError, match="interpolation_error: none for an ephemeris read from a file"):
         chosen(Samples.of(back), SLERP, 1e-6)
-    with pytest.raises(RegimeError, match="only these samples"):
+    with pytest.raises(RegimeError, match="read from a file cannot be evaluated"):
         back.resampled([1.0])
 
 

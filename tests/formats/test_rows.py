@@ -183,7 +183,7 @@ def test_what_is_not_finite_is_not_written(bad):
 
 @pytest.mark.parametrize("most", [1, 10_000, 1 << 30])
 def test_rows_are_pieces_a_date_and_numbers(monkeypatch, most):
-    monkeypatch.setattr(text_rows, "MOST_BYTES", most)
+    monkeypatch.setattr(text_rows, "MAX_TEXT_BYTES", most)
     values = np.random.default_rng(4).uniform(-1, 1, (7, 301))
     epochs = np.array([f"2026-01-01T00:{k // 60:02}:{k % 60:02}.000000000" for k in range(301)], dtype="S29")
     pieces = [b"<row><e>", b"</e> ", *[b" "] * 6, b"</row> at the end\n"]
@@ -228,7 +228,7 @@ WRONG = {
 )
 @pytest.mark.parametrize("block", [5000, 1 << 22])
 def test_what_is_wrong_late_in_a_file_is_told_by_its_line(monkeypatch, format, old, new, block):
-    monkeypatch.setattr("attitude.formats.line_blocks.BLOCK", block)
+    monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", block)
     text = ephemeris(400, format).split(b"\n")
     wrong = next(i for i in range(len(text) * 3 // 4, len(text)) if old in text[i])
     text[wrong] = text[wrong].replace(old, new, 1)

@@ -132,7 +132,7 @@ def test_what_is_read_to_be_interpolated_has_continuous_signs(make, signs, tmp_p
 def test_what_is_written_to_be_interpolated_has_continuous_signs(
     make, ending, block, signs, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     read(make(signs), tmp_path).write(tmp_path / f"b{ending}")
     q = written_rows(tmp_path / f"b{ending}")
     assert q.shape == (COUNT, 4)

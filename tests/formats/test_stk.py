@@ -139,7 +139,7 @@ def test_bits_of_quaternions_come_back(frame, rates, tmp_path):
 @pytest.mark.parametrize("block", [1, 7, 39, 40, 41])
 def test_files_do_not_depend_on_the_size_of_their_blocks(block, monkeypatch, tmp_path):
     whole = text_of(tmp_path, motion().at(T), rates=True)
-    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     assert text_of(tmp_path, motion().at(T), rates=True) == whole
 
 

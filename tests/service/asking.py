@@ -45,4 +45,4 @@ def without_cost(content: bytes) -> bytes:
 
 def library_json(scene: Scene) -> bytes:
     """What the library itself makes of a scene, without what that took."""
-    return without_cost(b"".join(json.answer(scene.samples())))
+    return without_cost(b"".join(json.blocks_with_plan(scene.samples())))

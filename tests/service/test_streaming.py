@@ -13,20 +13,20 @@ from starlette.testclient import TestClient
 
 import attitude
 from attitude import Scene
-from attitude.formats.answer import answer
+from attitude.formats.encoding import encoded_file
 from attitude.formats.registry import FORMATS
-from attitude.samples.chunks import BLOCK
+from attitude.samples.chunks import CHUNK_INSTANTS
 from service import answers, create_app
 from service.errors import UNEXPECTED
 from service.settings import Settings
 
-LONG = BLOCK + 1000
+LONG = CHUNK_INSTANTS + 1000
 
 
 @pytest.fixture(autouse=True)
 def little_is_held(monkeypatch):
     """More than a block is computed piece by piece: sooner than usual, for the tests' sake."""
-    monkeypatch.setattr("attitude.scene.document.MAX_SAMPLES_HELD", BLOCK)
+    monkeypatch.setattr("attitude.scene.document.MAX_SAMPLES_HELD", CHUNK_INSTANTS)
 
 
 def long(document, count=LONG):
@@ -48,7 +48,7 @@ def test_long_answer_is_the_librarys_own_bytes(large_client, document, name):
     got = large_client.post(f"/v1/ephemeris?format={name}", json=long(document))
     assert got.status_code == 200
     assert "content-length" not in got.headers
-    expected = b"".join(answer(Scene(**long(document)).samples(), FORMATS[name]).blocks)
+    expected = b"".join(encoded_file(Scene(**long(document)).samples(), FORMATS[name]).blocks)
     if name == "json":
         assert without_cost(got.content) == without_cost(expected)
     elif name == "arrows":
@@ -189,7 +189,7 @@ def test_text_is_packed_where_that_is_asked_for(large_client, document, count):
     )
     assert headers["content-encoding"] == "gzip"
     assert headers["vary"] == "accept, accept-encoding"
-    plain = b"".join(answer(Scene(**long(document, count)).samples(), FORMATS["csv"]).blocks)
+    plain = b"".join(encoded_file(Scene(**long(document, count)).samples(), FORMATS["csv"]).blocks)
     assert gzip.decompress(content) == plain
     assert len(content) < 0.6 * len(plain)
 

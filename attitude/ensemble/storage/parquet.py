@@ -56,7 +56,7 @@ class ParquetTarget:
         _write_whole(self.path / HEAD, lambda file: file.write(text.encode()))
 
     def prepare(self, head: Head, instants: Instants) -> None:
-        times = {SECONDS: instants.seconds, REST: instants.rest}
+        times = {SECONDS: instants.seconds, REST: instants.seconds_low}
         arrays: dict[str, Any] = {name: values for name, values in times.items() if values is not None}
         _write_whole(self.path / TIMES, lambda file: np.savez(file, **arrays))
 
@@ -113,7 +113,7 @@ def _table(chunk: Chunk, head: Head, instants: Instants, vectors: Vectors) -> An
     """Rows of a chunk, body by body, with units and the head as metadata."""
     bodies, count = chunk.last - chunk.first, chunk.stop - chunk.start
     columns = {BODY: np.repeat(np.arange(chunk.first, chunk.last, dtype=np.int64), count)}
-    for name, values in ((ELAPSED, instants.seconds), (ELAPSED_REST, instants.rest)):
+    for name, values in ((ELAPSED, instants.seconds), (ELAPSED_REST, instants.seconds_low)):
         if values is not None:
             columns[name] = np.tile(values, bodies)
     for names, array in zip((QUATERNION, RATE), vectors, strict=True):

@@ -66,7 +66,7 @@ def head_of(document: Any, source: Any, frame: str, instants: Instants, grid: Ch
     from ...samples.ephemeris_data import convention
 
     digest = hashlib.sha256()
-    for array in (instants.seconds, instants.rest):
+    for array in (instants.seconds, instants.seconds_low):
         digest.update(b"-" if array is None else np.ascontiguousarray(array, dtype="<f8").tobytes())
     head = {
         "kind": KIND,

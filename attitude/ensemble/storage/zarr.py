@@ -58,7 +58,7 @@ class ZarrTarget:
         for name, width in WIDTHS.items():
             if (name == QUATERNION or head["rate"]) and name not in group:
                 _make(group, name, (head["bodies"], head["instants"], width), (*head["chunk"], width))
-        for name, values in ((SECONDS, instants.seconds), (REST, instants.rest)):
+        for name, values in ((SECONDS, instants.seconds), (REST, instants.seconds_low)):
             if values is not None:
                 shape = (head["instants"],)
                 array = group[name] if name in group else _make(group, name, shape, shape)

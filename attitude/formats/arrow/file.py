@@ -1,4 +1,4 @@
-"""An Arrow IPC file (Feather, version 2): batches of columns, and at the end where each of them is."""
+"""An Arrow IPC file (Feather, version 2): record batches, and a footer with their offsets."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Parquet as astropy writes its tables: `QTable.read` gives what `Ephemeris.to_table` does.
+"""Parquet as astropy writes its tables: `QTable.read` returns the table of `Ephemeris.to_table`.
 
-The schema, with astropy's own metadata in it, is of the first row; a row group is a piece.
+The schema, with astropy's own metadata, is that of the first row's table; each chunk is a row group.
 """
 
 from __future__ import annotations
@@ -11,61 +11,53 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from astropy.table import QTable, Table
+from astropy.table import QTable, Table, serialize
+from astropy.table import meta as table_meta
+from astropy.utils.data_info import serialize_context_as
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
 from .. import schema
-from ..binary import Sink, refuse_inflated, seekable, told_by
+from ..binary import Sink, one_line, refuse_inflated, seekable
 from ..tables.qtable import VECTORS, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
-ASTROPYS = "table_meta_yaml"  # the key, in the schema's metadata, of what astropy says of a table
+ASTROPY_METADATA = "table_meta_yaml"  # the key of astropy's metadata in the Arrow schema's
 SCALARS = {"elapsed": schema.ELAPSED, "elapsed_rest": schema.REST}
 DATES = ("time.jd1", "time.jd2")  # not read: the seconds are exact
 UNITS = {"elapsed": "s", "elapsed_rest": "s", **{name: unit and str(unit) for name, _, unit in VECTORS}}
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    if not samples.is_list:
-        # astropy's tables come back from Parquet with the dimensions of a cell run together
-        raise FormatError(
-            f"Parquet holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
-        )
+    schema.refuse_unless_list(samples, "Parquet")  # astropy would flatten the dimensions of a cell
     sink = Sink()
-    schema = _schema(_plain(to_table(samples.head, samples.shape, samples.has_rest)))
-    # numbers that hardly repeat: a dictionary of them, or packing, takes time and gains nothing
-    with pq.ParquetWriter(sink, schema, version="2.4", use_dictionary=False, compression="none") as writer:
-        for piece in samples.pieces():
-            writer.write_batch(_batch(_plain(to_table(piece, has_rest=samples.has_rest)), schema))
+    first = _without_mixins(to_table(samples.first, samples.shape, samples.has_seconds_low))
+    fields = [(name, _type(first[name].shape[1:])) for name in first.colnames]
+    arrow_schema = pa.schema(
+        fields, metadata={ASTROPY_METADATA: "\n".join(table_meta.get_yaml_from_table(first))}
+    )
+    # the numbers hardly repeat: a dictionary or compression takes time and gains nothing
+    with pq.ParquetWriter(
+        sink, arrow_schema, version="2.4", use_dictionary=False, compression="none"
+    ) as writer:
+        for chunk in samples.chunks():
+            table = _without_mixins(to_table(chunk, has_seconds_low=samples.has_seconds_low))
+            arrays = [_array(np.asarray(table[name])) for name in table.colnames]
+            writer.write_batch(pa.record_batch(arrays, schema=arrow_schema))
             yield from sink.take()
     yield from sink.take()
 
 
-def _plain(table: QTable) -> Table:
-    """Columns of numbers: a Time is two of them, a Quantity's unit is said in the metadata."""
-    from astropy.table import serialize
-    from astropy.utils.data_info import serialize_context_as
-
+def _without_mixins(table: QTable) -> Table:
+    """The table as columns of numbers: a Time becomes two, a Quantity's unit goes to the metadata."""
     with serialize_context_as("parquet"):
         return serialize.represent_mixins_as_columns(table)
 
 
-def _schema(table: Table) -> Any:
-    from astropy.table import meta
-
-    said = {ASTROPYS: "\n".join(meta.get_yaml_from_table(table))}
-    return pa.schema([(name, _type(table[name].shape[1:])) for name in table.colnames], metadata=said)
-
-
 def _type(shape: tuple[int, ...]) -> Any:
     return pa.list_(pa.float64(), shape[0]) if shape else pa.float64()
-
-
-def _batch(table: Table, schema: Any) -> Any:
-    return pa.record_batch([_array(np.asarray(table[name])) for name in table.colnames], schema=schema)
 
 
 def _array(column: np.ndarray) -> Any:
@@ -78,36 +70,34 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     try:
         file = pq.ParquetFile(stream)
         meta = _check(file.schema_arrow, source)
-        refuse_inflated(_told(file.metadata), stream, source)
+        refuse_inflated(_stated_bytes(file.metadata), stream, source)
         table = file.read()
         table.validate(full=True)
     except FormatError:
         raise
-    except Exception as error:  # pyarrow's own kinds, those of astropy's YAML, and Python's of the stream
-        raise FormatError(f"not Parquet as astropy writes it: {told_by(error)}", source) from None
+    except Exception as error:  # of pyarrow, of astropy's YAML, and of the stream
+        raise FormatError(f"not Parquet as astropy writes it: {one_line(error)}", source) from None
     return schema.ephemeris_from(meta, _columns(table, source), source)
 
 
-def _told(metadata: Any) -> int:
-    """Bytes of what is to be read, unpacked; in each group of rows of which it is told."""
+def _stated_bytes(metadata: Any) -> int:
+    """Bytes of all columns, unpacked, by the row counts in the file's metadata."""
     rows = sum(metadata.row_group(i).num_rows for i in range(metadata.num_row_groups))
     return max(rows, metadata.num_rows) * metadata.num_columns * np.dtype(float).itemsize
 
 
-def _check(schema: Any, source: str) -> dict[str, Any]:
-    """The metadata; refuses columns that are not ours, of our types and units, before they are read."""
-    from astropy.table import meta
-
-    text = (schema.metadata or {}).get(ASTROPYS.encode())
+def _check(arrow_schema: Any, source: str) -> dict[str, Any]:
+    """The metadata; refuses, before any data is read, unknown columns and other types and units."""
+    text = (arrow_schema.metadata or {}).get(ASTROPY_METADATA.encode())
     if text is None:
         raise FormatError("not a table of astropy: no metadata 'table_meta_yaml'", source)
     refuse_unfolding(text.decode())
-    header = meta.get_header_from_yaml(text.decode().split("\n"))
+    header = table_meta.get_header_from_yaml(text.decode().split("\n"))
     units = {column["name"]: column.get("unit") for column in header["datatype"]}
     shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {name: (len(names),) for name, names, _ in VECTORS}
-    for name, kind in zip(schema.names, schema.types, strict=True):
-        if name not in shapes or schema.names.count(name) > 1:
-            raise FormatError(f"column {name!r:.40}, unknown or there twice", source)
+    for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
+        if name not in shapes or arrow_schema.names.count(name) > 1:
+            raise FormatError(f"column {name!r:.40}, unknown or repeated", source)
         if not kind.equals(_type(shapes[name])):
             raise FormatError(f"column {name!r} of {kind}, not {_type(shapes[name])}", source)
         unit = units.get(name)
@@ -117,11 +107,11 @@ def _check(schema: Any, source: str) -> dict[str, Any]:
 
 
 def _columns(table: Any, source: str) -> dict[str, np.ndarray]:
-    """The columns of `parts`, of those of the table."""
+    """The columns as `schema` names them."""
     columns = {}
-    for name, ours in SCALARS.items():
+    for name, column in SCALARS.items():
         if name in table.column_names:
-            columns[ours] = _numbers(table, name, source)
+            columns[column] = _numbers(table, name, source)
     for name, names, _ in VECTORS:
         if name in table.column_names:
             matrix = _numbers(table, name, source).reshape(-1, len(names))

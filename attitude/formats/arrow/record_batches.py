@@ -1,6 +1,6 @@
-"""What Arrow's file and its stream have in common: the columns of an ephemeris, a record batch a piece.
+"""The columns of an ephemeris as Arrow record batches, one per chunk; shared by the file and the stream.
 
-Arrays are stored by component, so that a batch is made of them as they stand, without a copy.
+Arrays are stored by component, so that a batch holds them without a copy.
 """
 
 from __future__ import annotations
@@ -8,68 +8,62 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-import numpy as np
 import orjson
 import pyarrow as pa
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
 from .. import columnar, schema
-from ..binary import Sink, refuse_rest, told_by
+from ..binary import Sink, one_line, refuse_trailing
 from ..text_rows import array
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
-METADATA = b"attitude"  # the key, in the schema's metadata, of ours as JSON
-NUMBERS = (schema.ELAPSED, schema.REST, *schema.QUATERNION, *schema.RATE, *schema.MOMENTUM)
-KNOWN = (columnar.TIME_TAI, *NUMBERS, *schema.POSITION, *schema.VELOCITY)
+METADATA = b"attitude"  # the key of our metadata, as JSON, in the Arrow schema's
 
 
-def blocks(samples: Samples, begin: Callable[[Sink, Any], Any]) -> Iterator[bytes]:
-    """`begin` is pyarrow's: the writer, of the sink and the schema."""
-    if not samples.is_list:
-        raise FormatError(
-            f"Arrow holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
-        )
+def blocks(samples: Samples, new_writer: Callable[[Sink, Any], Any]) -> Iterator[bytes]:
+    """The file; `new_writer` is `pyarrow.ipc.new_file` or `new_stream`."""
+    schema.refuse_unless_list(samples, "Arrow")
     sink, names = Sink(), columnar.names(samples)
-    schema = _schema(samples, names)
-    with begin(sink, schema) as writer:
-        for piece in samples.pieces():
-            writer.write_batch(_batch(columnar.columns(piece, names), schema))
+    arrow_schema = _arrow_schema(samples, names)
+    with new_writer(sink, arrow_schema) as writer:
+        for chunk in samples.chunks():
+            table = columnar.columns(chunk, names)
+            arrays = [array(table[name], _type(name)) for name in names]
+            writer.write_batch(pa.record_batch(arrays, schema=arrow_schema))
             yield from sink.take()
     yield from sink.take()
 
 
-def _schema(samples: Samples, names: list[str]) -> Any:
+def _type(name: str) -> Any:
+    return pa.timestamp("ns") if name == columnar.TIME_TAI else pa.float64()
+
+
+def _arrow_schema(samples: Samples, names: list[str]) -> Any:
     meta = schema.metadata(samples)
-    types = {columnar.TIME_TAI: pa.timestamp("ns")}
-    fields = [pa.field(name, types.get(name, pa.float64()), nullable=False) for name in names]
-    said = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
-    if samples.head.epoch is not None:
+    fields = [pa.field(name, _type(name), nullable=False) for name in names]
+    metadata = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
+    if samples.first.epoch is not None:
         dated = columnar.TIME_TAI in names
-        said[columnar.TIME_TAI.encode()] = (columnar.MEANING if dated else columnar.LEFT_OUT).encode()
-    return pa.schema(fields, metadata=said)
+        metadata[columnar.TIME_TAI.encode()] = (columnar.MEANING if dated else columnar.LEFT_OUT).encode()
+    return pa.schema(fields, metadata=metadata)
 
 
-def _batch(table: dict[str, np.ndarray], schema: Any) -> Any:
-    arrays = [array(table[name], kind) for name, kind in zip(schema.names, schema.types, strict=True)]
-    return pa.record_batch(arrays, schema=schema)
-
-
-def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> EphemerisData:
-    """`begin` is pyarrow's: the reader, of the stream."""
+def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris; `open_reader` is `pyarrow.ipc.open_file` or `open_stream`."""
     try:
-        reader = begin(stream)
+        reader = open_reader(stream)
         _check(reader.schema, source)
         table = _table(reader, source)
         table.validate(full=True)
         if not has_footer(reader):
-            refuse_rest(stream, source)
+            refuse_trailing(stream, source)
     except FormatError:
         raise
-    except Exception as error:  # pyarrow's own kinds, and Python's of what the stream does
-        raise FormatError(f"not Arrow: {told_by(error)}", source) from None
+    except Exception as error:  # of pyarrow, and of the stream
+        raise FormatError(f"not Arrow: {one_line(error)}", source) from None
     if any(column.null_count for column in table.columns):
         raise FormatError("a column with missing values", source)
     names = [name for name in table.column_names if name != columnar.TIME_TAI]
@@ -78,36 +72,34 @@ def parse(begin: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> Ep
 
 
 def has_footer(reader: Any) -> bool:
-    """Whether it is of a file, at whose end it says where all of it is."""
+    """Whether this is the reader of a file, which has a footer with the offsets of its batches."""
     return hasattr(reader, "num_record_batches")
 
 
 def _table(reader: Any, source: str) -> Any:
-    """A stream may go on without an end: no more of it is taken than its metadata state."""
+    """All batches; of a stream, which may be endless, no more instants than its metadata state."""
     if has_footer(reader):
         return reader.read_all()
     stated = schema.stated_count(_metadata(reader.schema, source), source)
-    batches, found = [], 0
+    batches, count = [], 0
     for batch in reader:
         batches.append(batch)
-        found += max(1, batch.num_rows)
-        schema.refuse_more(found, stated, source)
+        count += max(1, batch.num_rows)
+        schema.refuse_more(count, stated, source)
     return pa.Table.from_batches(batches, reader.schema)
 
 
-def _check(schema: Any, source: str) -> None:
-    """Before anything is read: the columns are ours, each once, each of its type."""
-    for name, kind in zip(schema.names, schema.types, strict=True):
-        if name not in KNOWN or schema.names.count(name) > 1:
-            raise FormatError(f"column {name!r:.40}, unknown or there twice", source)
-        wanted = pa.timestamp("ns") if name == columnar.TIME_TAI else pa.float64()
-        if kind != wanted:
-            raise FormatError(f"column {name!r} of {kind}, not {wanted}", source)
-    _metadata(schema, source)
+def _check(arrow_schema: Any, source: str) -> None:
+    """Refuses, before any data is read, unknown or repeated columns and other types."""
+    columnar.check_names(arrow_schema.names, source)
+    for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
+        if kind != _type(name):
+            raise FormatError(f"column {name!r} of {kind}, not {_type(name)}", source)
+    _metadata(arrow_schema, source)
 
 
-def _metadata(schema: Any, source: str) -> Any:
-    text = (schema.metadata or {}).get(METADATA)
+def _metadata(arrow_schema: Any, source: str) -> Any:
+    text = (arrow_schema.metadata or {}).get(METADATA)
     if text is None:
         raise FormatError("not an ephemeris of this library: no metadata under 'attitude'", source)
     try:

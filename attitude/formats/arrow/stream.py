@@ -1,4 +1,4 @@
-"""An Arrow IPC stream: batches of columns one after the other, for pipes and sockets."""
+"""An Arrow IPC stream: record batches one after the other, for pipes and sockets."""
 
 from __future__ import annotations
 

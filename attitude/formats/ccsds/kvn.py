@@ -100,7 +100,7 @@ class Content:
         return chunk
 
 
-def _stop(block: line_blocks.Block, at: int) -> int:
+def _stop(block: line_blocks.LineBlock, at: int) -> int:
     """Where the line begins at which rows stop; the block's size where it has none."""
     found = block.text.find(STOP, at)
     while found >= 0:
@@ -124,7 +124,7 @@ class Reader:
         self.is_first_row = False
         self.number = 0
 
-    def take(self, block: line_blocks.Block) -> None:
+    def take(self, block: line_blocks.LineBlock) -> None:
         at, self.number = 0, block.number - 1
         while at < block.size:
             if self.segment is not None:
@@ -199,7 +199,7 @@ class Reader:
 
     # -- rows -------------------------------------------------------------------------------------
 
-    def _data(self, segment: Segment | Skipped, block: line_blocks.Block, at: int) -> int:
+    def _data(self, segment: Segment | Skipped, block: line_blocks.LineBlock, at: int) -> int:
         """From there on in the block; the place where to go on."""
         if self.is_first_row:
             line, behind = block.line(at)
@@ -214,7 +214,7 @@ class Reader:
             self.message.remark(block.number_at(stop) - 1, empty)
         return self._closed(segment, block, stop) if stop < block.size else stop
 
-    def _closed(self, segment: Segment | Skipped, block: line_blocks.Block, at: int) -> int:
+    def _closed(self, segment: Segment | Skipped, block: line_blocks.LineBlock, at: int) -> int:
         """Past the line at which its rows stop."""
         segment.close(block.number_at(at))
         self.segment, self.fields, self.line = None, None, self._after_data

@@ -225,7 +225,7 @@ class Segment:
             table = text_rows.read(b"\n".join(texts) + b"\n", self.kinds)
             self._take(texts if table is None else table, numbers)
 
-    def _take(self, table: text_rows.Table | list[bytes], numbers: Sequence[int]) -> None:
+    def _take(self, table: text_rows.ParsedRows | list[bytes], numbers: Sequence[int]) -> None:
         """FormatError for the first row that is wrong, with the number of its line."""
         try:
             if isinstance(table, list):
@@ -534,8 +534,8 @@ class Message:
 def _check_steps(times: Instants, stamps: Stamps, shared: list[int]) -> None:
     """Refuses epochs that are one when they are written again, to the nanosecond; `shared` ones may be."""
     steps = np.diff(times.seconds)
-    if times.rest is not None:
-        steps += np.diff(times.rest)
+    if times.seconds_low is not None:
+        steps += np.diff(times.seconds_low)
     steps[np.array(shared, dtype=int) - 1] = np.inf
     if not steps.size or steps.min() > 2.1e-9:
         return

@@ -87,7 +87,7 @@ class Message:
     def __init__(self, nodes: Nodes, options: Options):
         self.nodes = nodes
         self.options = options = options.checked()
-        head = nodes.segments[0].head
+        head = nodes.segments[0].first
         self.frame = check_frame(head.frame)
         self.scale = _scale(head)
         if options.rates and not head.has_rate:
@@ -119,7 +119,7 @@ class Message:
     def metadata(self, segment: Samples) -> Pairs:
         """In the order of table 4-3."""
         options, degree = self.options, min(self.options.degree, segment.count - 1)
-        start, stop = _epochs(segment.head)[0].decode(), self._stop(segment).decode()
+        start, stop = _epochs(segment.first)[0].decode(), self._stop(segment).decode()
         center = [("CENTER_NAME", options.center_name)] if options.center_name else []
         rate = [("ANGVEL_FRAME", options.body_frame)] if self.has_rate else []
         method = [("INTERPOLATION_METHOD", "LAGRANGE"), ("INTERPOLATION_DEGREE", str(degree))]
@@ -144,7 +144,7 @@ class Message:
         the one before it ends.
         """
         left = segment.count
-        for piece in segment.pieces():
+        for piece in segment.chunks():
             epochs, begins = _epochs(piece).copy(), left == segment.count
             left -= len(piece)
             if left == 0:
@@ -162,10 +162,10 @@ class Message:
     def _stop(self, segment: Samples) -> bytes:
         """The epoch at which it ends: that of the next one's beginning, where no date lies between them."""
         following = self.nodes.segments[self.nodes.segments.index(segment) + 1 :][:1]
-        last = segment.tail.elapsed[0]
-        if following and following[0].head.elapsed[0] <= max(last + NEAR, np.nextafter(last, np.inf)):
-            return bytes(_epochs(following[0].head)[0])
-        return bytes(_epochs(segment.tail)[0])
+        last = segment.last.elapsed[0]
+        if following and following[0].first.elapsed[0] <= max(last + NEAR, np.nextafter(last, np.inf)):
+            return bytes(_epochs(following[0].first)[0])
+        return bytes(_epochs(segment.last)[0])
 
     def _check_order(self, epochs: np.ndarray, begins: bool) -> None:
         """Each after the one before; that which begins a segment may be the last of the one before."""

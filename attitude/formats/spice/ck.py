@@ -117,7 +117,7 @@ def blocks(
     frame_name : of the body's axes; else of the ephemeris's name
     """
     target = _target(nodes, naif_id, structure_id, type, rates, reference, frame_name)
-    return _blocks(nodes, target, time_origin.whole_tt_second(nodes.segments[0].head), _spice())
+    return _blocks(nodes, target, time_origin.whole_tt_second(nodes.segments[0].first), _spice())
 
 
 def _blocks(nodes: Nodes, target: Target, origin: Origin, spice: Any) -> Iterator[bytes]:
@@ -129,7 +129,7 @@ def _blocks(nodes: Nodes, target: Target, origin: Origin, spice: Any) -> Iterato
                 yield block
 
 
-def beside(
+def companions(
     nodes: Nodes,
     name: str,
     *,
@@ -142,7 +142,7 @@ def beside(
 ) -> dict[str, bytes]:
     """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm) for a CK of this name."""
     target = _target(nodes, naif_id, structure_id, type, rates, reference, frame_name)
-    origin = time_origin.whole_tt_second(nodes.segments[0].head)
+    origin = time_origin.whole_tt_second(nodes.segments[0].first)
     anchor = schema.iso_text(origin.time).item().decode()
     body = target.frame.removesuffix("_BODY")
     texts = {
@@ -250,7 +250,7 @@ def _fill(path: str, nodes: Nodes, target: Target, origin: Origin, spice: Any) -
     try:
         with _calling(spice):
             spice.dafac(handle, comments)
-        begins = [float(_ticks(segment.head, origin)[0]) for segment in nodes.segments[1:]]
+        begins = [float(_ticks(segment.first, origin)[0]) for segment in nodes.segments[1:]]
         for segment, following in zip(nodes.segments, [*begins, np.inf], strict=True):
             _write_segment(handle, segment, following, target, origin, spice)
     finally:
@@ -265,7 +265,7 @@ def _cut(text: str, length: int) -> str:
 def _comments(nodes: Nodes, target: Target, origin: Origin) -> list[str]:
     from ...version import __version__
 
-    head = nodes.segments[0].head
+    head = nodes.segments[0].first
     anchor = schema.iso_text(origin.time).item().decode()
     kept = "with" if target.rates else "without"
     return [
@@ -301,7 +301,7 @@ def _batches(
 ) -> Iterator[Records]:
     """In turn; each begins with the last record of the one before, so that no time is left out."""
     last: Records | None = None
-    for piece in segment.pieces(*turn):
+    for piece in segment.chunks(*turn):
         records = _records(piece, following, target, origin)
         time_origin.refuse_unordered(records.ticks, None if last is None else last.ticks[0], "A CK", "ticks")
         whole = records if last is None else _joined([last, records])
@@ -403,12 +403,12 @@ def _between(records: Records) -> np.ndarray:
 
 def _is_constant(segment: Samples) -> bool:
     """Whether one body rate takes the first attitude to all others."""
-    head = segment.head
+    head = segment.first
     if not head.has_rate:
         return False
     omega, q, start = head.angular_velocity[0], head.quaternion("wxyz")[0], float(head.elapsed[0])
     speed = float(np.sqrt(omega @ omega))
-    for piece in segment.pieces(0, 2):
+    for piece in segment.chunks(0, 2):
         t = piece.elapsed - start
         near = np.abs(piece.angular_velocity - omega).max() <= 4 * EPS * speed
         if not near:

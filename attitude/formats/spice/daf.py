@@ -44,7 +44,7 @@ def content(stream: BinaryIO, kind: bytes, source: str) -> bytes:
     free = int(np.frombuffer(data, f"{_order(data, source)}i4", 1, 84)[0])  # the first word that is not used
     left = max(0, -(-8 * (free - 1) // RECORD) - 1) * RECORD
     if not stream.seekable():
-        return data + bounded_read.untold(stream, source)
+        return data + bounded_read.from_pipe(stream, source)
     data += stream.read(left)
     if any(stream.read(RECORD)):  # zeros may fill it up
         raise FormatError("something after its end", source)

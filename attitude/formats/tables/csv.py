@@ -1,4 +1,4 @@
-"""Comma-separated text: metadata in comment lines, a header, one line an instant; written in blocks."""
+"""CSV: metadata in comment lines, a header, a line per instant; written in blocks."""
 
 from __future__ import annotations
 
@@ -16,32 +16,28 @@ from .. import line_blocks, schema, text_rows
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
-MARK = b"# metadata: "
-MOST_COMMENTS = 64
+METADATA_PREFIX = b"# metadata: "
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    if not samples.is_list:
-        raise FormatError(
-            f"CSV holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
-        )
+    schema.refuse_unless_list(samples, "CSV")
     meta, names = schema.metadata(samples), schema.names(samples)
     header = ",".join(names).encode()
-    yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), MARK, orjson.dumps(meta), header)
-    pieces = [b"", *[b","] * (len(names) - 1), b"\n"]
-    for piece in samples.pieces():
-        yield schema.rows(schema.columns(piece, names), names, pieces)
+    yield b"# %s\n%s%s\n%s\n" % (meta["convention"].encode(), METADATA_PREFIX, orjson.dumps(meta), header)
+    separators = [b"", *[b","] * (len(names) - 1), b"\n"]
+    for chunk in samples.chunks():
+        yield schema.rows(schema.columns(chunk, names), names, separators)
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
-    read = Reader(source)
+    reader = _CsvReader(source)
     for block in line_blocks.blocks(stream, source):
-        read.take(block)
-    return read.ephemeris()
+        reader.read(block)
+    return reader.ephemeris()
 
 
-class Reader:
-    """Comments, then the column names, then rows."""
+class _CsvReader:
+    """Reads comments, then the column names, then rows."""
 
     def __init__(self, source: str):
         self.source = source
@@ -49,38 +45,49 @@ class Reader:
         self.names: list[str] = []
         self.first_line = 0
         self.numbers: list[np.ndarray] = []
-        self.count = self.found = 0
+        self.stated_count = self.count = 0
 
-    def take(self, block: line_blocks.Block) -> None:
-        at, number = 0, block.number
-        while at < block.size and not self.names:
-            line, at = block.line(at)
-            self._head(line.decode("utf-8", errors="replace"), number)
+    def read(self, block: line_blocks.LineBlock) -> None:
+        offset, number = 0, block.number
+        while offset < block.size and not self.names:
+            line, offset = block.line(offset)
+            self._read_header_line(line.decode("utf-8", errors="replace"), number)
             number += 1
-        if at < block.size:
-            self._rows(block, at)
+        if offset < block.size:
+            self._read_rows(block, offset)
 
-    def _rows(self, block: line_blocks.Block, at: int) -> None:
-        """From there on; what is no plain row is left to numpy, which reads it or tells what is wrong."""
-        wanted = [i for i, name in enumerate(self.names) if name != schema.TIME]
+    def _read_rows(self, block: line_blocks.LineBlock, offset: int) -> None:
+        """The rows from this offset; numpy reads those that Arrow does not, or reports what is wrong."""
         kinds = "".join("-" if name == schema.TIME else "n" for name in self.names)
-        table = text_rows.read(block.text[at:], kinds, b",")
+        table = text_rows.read(block.text[offset:], kinds, b",")
         if table is None:
-            texts = block.text[at:-1].decode("utf-8", errors="replace").split("\n")
-            self._keep(_numbers(texts, wanted, len(self.names), self.source, block.number_at(at)).T)
+            rows = block.text[offset:-1].decode("utf-8", errors="replace").split("\n")
+            columns = self._slow_path(rows, block.number_at(offset))
         else:
-            self._keep(table.columns)
-
-    def _keep(self, columns: np.ndarray) -> None:
+            columns = table.columns
         self.numbers.append(columns)
-        self.found += columns.shape[1]
-        schema.refuse_more(self.found, self.count, self.source, self.first_line + self.count)
+        self.count += columns.shape[1]
+        schema.refuse_more(self.count, self.stated_count, self.source, self.first_line + self.stated_count)
 
-    def _head(self, row: str, number: int) -> None:
-        if row.startswith("#") and len(self.comments) < MOST_COMMENTS:
+    def _slow_path(self, rows: list[str], first_line: int) -> np.ndarray:
+        """(columns, n) doubles; FormatError with the line of the first row that is none."""
+        for number, row in enumerate(rows, first_line):
+            count = row.count(",") + 1
+            if count != len(self.names):
+                raise FormatError(f"{count} values where {len(self.names)} belong", self.source, number)
+        indices = [i for i, name in enumerate(self.names) if name != schema.TIME]
+        try:
+            return np.loadtxt(rows, delimiter=",", usecols=indices, ndmin=2, comments=None).T
+        except ValueError as error:
+            row_number = re.search(r"row (\d+)", str(error))
+            line = first_line + int(row_number[1]) if row_number else None
+            raise FormatError(str(error), self.source, line) from None
+
+    def _read_header_line(self, row: str, number: int) -> None:
+        if row.startswith("#") and len(self.comments) < 64:  # a file of comments alone is not read to its end
             self.comments.append(row)
             return
-        self.count = schema.stated_count(_metadata(self.comments, self.source), self.source)
+        self.stated_count = schema.stated_count(_metadata(self.comments, self.source), self.source)
         names = row.split(",")
         if len(set(names)) < len(names):
             raise FormatError("a column name twice", self.source, number)
@@ -93,33 +100,19 @@ class Reader:
         if not self.numbers:
             raise FormatError("no instants", self.source, self.first_line)
         matrix = np.concatenate(self.numbers, axis=1)
-        wanted = [name for name in self.names if name != schema.TIME]
-        table = dict(zip(wanted, matrix, strict=True))
+        names = [name for name in self.names if name != schema.TIME]
+        table = dict(zip(names, matrix, strict=True))
         return schema.ephemeris_from(meta, table, self.source, self.first_line)
 
 
 def _metadata(comments: list[str], source: str) -> dict[str, Any]:
     for number, comment in enumerate(comments, start=1):
-        if comment.startswith(MARK.decode()):
+        if comment.startswith(METADATA_PREFIX.decode()):
             try:
-                meta: dict[str, Any] = orjson.loads(comment[len(MARK) :])
+                meta: dict[str, Any] = orjson.loads(comment[len(METADATA_PREFIX) :])
             except orjson.JSONDecodeError:
                 raise FormatError("metadata that are not JSON", source, number) from None
             if not isinstance(meta, dict):
                 raise FormatError("metadata that are not an object", source, number)
             return meta
     raise FormatError("not an ephemeris of this library: no metadata comment", source, 1)
-
-
-def _numbers(texts: list[str], wanted: list[int], width: int, source: str, first_line: int) -> np.ndarray:
-    """(n, columns) doubles, with the line of the first that is none."""
-    for number, row in enumerate(texts):
-        if row.count(",") != width - 1:
-            raise FormatError(
-                f"{row.count(',') + 1} values where {width} belong", source, first_line + number
-            )
-    try:
-        return np.loadtxt(texts, delimiter=",", usecols=wanted, ndmin=2, comments=None)
-    except ValueError as error:
-        place = re.search(r"row (\d+)", str(error))
-        raise FormatError(str(error), source, first_line + int(place[1]) if place else None) from None

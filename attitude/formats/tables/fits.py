@@ -1,7 +1,7 @@
 """A FITS binary table: the header is astropy's, the rows below it are written in blocks; astropy reads both.
 
-Metadata are JSON in the card ATTITUDE, since a header holds nothing nested; some stand in cards of their
-own for people.
+The metadata are JSON in the card ATTITUDE, since a header cannot nest; some have cards of their own besides,
+for people.
 """
 
 from __future__ import annotations
@@ -20,18 +20,15 @@ from astropy.table import QTable
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
-from ..binary import refuse_rest, told_by
+from ..binary import one_line, refuse_trailing
 from .qtable import VECTORS, from_table, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
-BLOCK = 2880  # bytes; headers and data fill whole ones
-LONGEST_HEADER = 1 << 24  # bytes
-AT_ONCE = 1 << 22  # bytes
+BLOCK_BYTES = 2880  # headers and data fill whole blocks
 METADATA = "ATTITUDE"
-END = b"END".ljust(80)
-# Of the columns: how many numbers a cell has at its end, and their unit.
+# The columns: the last dimensions of a cell, and the unit.
 CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
     "time": ((2,), u.d),
     "elapsed": ((), u.s),
@@ -41,17 +38,21 @@ CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    first = to_table(samples.head, samples.shape, samples.has_rest)
+    first = to_table(samples.first, samples.shape, samples.has_seconds_low)
     kind = _kind({name: _cells(first, name).shape[1:] for name in first.colnames})
     yield fits.PrimaryHDU().header.tostring().encode("ascii")
     yield _header(first, samples).tostring().encode("ascii")
-    for piece in samples.pieces():
-        yield _rows(to_table(piece, has_rest=samples.has_rest), kind)
-    yield bytes(-samples.count * kind.itemsize % BLOCK)
+    for chunk in samples.chunks():
+        table = to_table(chunk, has_seconds_low=samples.has_seconds_low)
+        rows = np.empty(len(table), kind)
+        for name in table.colnames:
+            rows[name] = _cells(table, name)
+        yield rows.tobytes()
+    yield bytes(-samples.count * kind.itemsize % BLOCK_BYTES)
 
 
 def _header(first: QTable, samples: Samples) -> fits.Header:
-    """What astropy says of a table of one row, for all of them."""
+    """The header of all rows, from the one that astropy writes for a table of the first."""
     meta = dict(first.meta)
     first.meta = {}
     header = fits.table_to_hdu(first).header
@@ -62,34 +63,27 @@ def _header(first: QTable, samples: Samples) -> fits.Header:
         header["ZEROSCAL"] = (meta["epoch"]["scale"].upper(), "time scale of ZEROTIME")
     header["QORDER"] = (meta["quaternion_order"], "order of a quaternion's numbers")
     header["CONVENT"] = meta["convention"]
-    # ASCII is all that a header holds; and JSON without its quotes needs none doubled
+    # a header is ASCII, and doubles quotes
     header[METADATA] = json.dumps(meta, ensure_ascii=True).replace("'", "\\u0027")
     return header
 
 
 def _kind(shapes: dict[str, tuple[int, ...]]) -> np.dtype[Any]:
-    """A row's: big-endian doubles."""
+    """The type of a row of big-endian doubles."""
     return np.dtype([(name, ">f8", shape) for name, shape in shapes.items()])
 
 
 def _cells(table: QTable, name: str) -> np.ndarray:
-    """A column as FITS holds it: dates as two Julian dates."""
+    """A column's numbers; of dates, two Julian dates."""
     column = table[name]
     if name == "time":
         return np.stack([column.jd1, column.jd2], axis=-1)
     return np.asarray(getattr(column, "value", column))
 
 
-def _rows(table: QTable, kind: np.dtype[Any]) -> bytes:
-    rows = np.empty(len(table), kind)
-    for name in table.colnames:
-        rows[name] = _cells(table, name)
-    return rows.tobytes()
-
-
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of cards that astropy mends; what is ours is looked at below
+        warnings.simplefilter("ignore")  # of cards that astropy repairs; those used here are checked below
         try:
             _read_header(stream, source)
             header = _read_header(stream, source)
@@ -97,8 +91,8 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
             meta = json.loads(header[METADATA])
         except FormatError:
             raise
-        except Exception as error:  # astropy's of malformed cards: a dozen kinds
-            raise FormatError(f"not a FITS table of this library: {told_by(error)}", source) from None
+        except Exception as error:  # a dozen classes, for malformed cards
+            raise FormatError(f"not a FITS table of this library: {one_line(error)}", source) from None
     if not isinstance(meta, dict):
         raise FormatError("metadata that are not an object", source)
     rows = _read_rows(stream, count, _kind(shapes), source)
@@ -110,36 +104,36 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
 
 
 def _read_header(stream: BinaryIO, source: str) -> fits.Header:
-    """Up to the block in which it ends."""
-    text = bytearray(block := stream.read(BLOCK))
+    """The header that begins here; the stream is then after its last block."""
+    text = bytearray(block := stream.read(BLOCK_BYTES))
     if not text.startswith((b"SIMPLE  =", b"XTENSION")):
         raise FormatError("not FITS: no header where one belongs", source)
-    while END not in block:
-        text += (block := stream.read(BLOCK))
-        if len(block) < BLOCK or len(text) > LONGEST_HEADER:
+    while b"END".ljust(80) not in block:
+        text += (block := stream.read(BLOCK_BYTES))
+        if len(block) < BLOCK_BYTES or len(text) > 1 << 24:
             raise FormatError("not FITS: a header without an end", source)
     return fits.Header.fromstring(text.decode("ascii"))
 
 
 def _layout(header: fits.Header, source: str) -> tuple[int, dict[str, tuple[int, ...]]]:
-    """How many rows there are, and the shapes of their cells; refuses a table that is not ours."""
-    wanted = {"XTENSION": "BINTABLE", "BITPIX": 8, "NAXIS": 2, "PCOUNT": 0, "GCOUNT": 1}
-    for key, value in wanted.items():
+    """The number of rows, and the shapes of cells; refuses a table that `blocks` would not have written."""
+    required = {"XTENSION": "BINTABLE", "BITPIX": 8, "NAXIS": 2, "PCOUNT": 0, "GCOUNT": 1}
+    for key, value in required.items():
         if header[key] != value:
             raise FormatError(f"{key} is {header[key]!r:.40}, not {value!r}", source)
     shapes = {}
     for i in range(1, _whole(header, "TFIELDS", source) + 1):
         name = header[f"TTYPE{i}"]
         if name not in CELLS or name in shapes:
-            raise FormatError(f"column {name!r:.40}, unknown or there twice", source)
+            raise FormatError(f"column {name!r:.40}, unknown or repeated", source)
         shapes[name] = _cell_shape(header, i, name, source)
     if _kind(shapes).itemsize != header["NAXIS1"]:
-        raise FormatError(f"rows of {header['NAXIS1']!r:.40} bytes, columns of other", source)
+        raise FormatError(f"rows of {header['NAXIS1']!r:.40} bytes, unlike their columns", source)
     return _whole(header, "NAXIS2", source), shapes
 
 
 def _cell_shape(header: fits.Header, i: int, name: str, source: str) -> tuple[int, ...]:
-    """Of the i-th column, whose numbers are doubles as they stand, in our unit."""
+    """The shape of a cell of the i-th column; refuses all but unscaled doubles in the unit of CELLS."""
     form = re.fullmatch(r"(\d{0,9})D", header[f"TFORM{i}"].strip())
     numbers = re.findall(r"\d{1,9}", header.get(f"TDIM{i}", ""))
     shape = tuple(int(number) for number in reversed(numbers))
@@ -163,13 +157,13 @@ def _whole(header: fits.Header, key: str, source: str) -> int:
 
 
 def _read_rows(stream: BinaryIO, count: int, kind: np.dtype[Any], source: str) -> np.ndarray:
-    """In blocks, so that no memory is taken for rows that a file only tells of."""
-    told, data = count * kind.itemsize, bytearray()
-    while len(data) < told and (block := stream.read(min(AT_ONCE, told - len(data)))):
-        data += block
-    if len(data) < told:
+    """The rows, read in pieces, so that no memory is allocated for rows that a file only states."""
+    size, data = count * kind.itemsize, bytearray()
+    while len(data) < size and (piece := stream.read(min(1 << 22, size - len(data)))):
+        data += piece
+    if len(data) < size:
         raise FormatError(f"ends after {len(data) // kind.itemsize} of {count} rows", source)
-    if len(stream.read(-told % BLOCK)) < -told % BLOCK:
+    if len(stream.read(-size % BLOCK_BYTES)) < -size % BLOCK_BYTES:
         raise FormatError("ends within its last block", source)
-    refuse_rest(stream, source)
+    refuse_trailing(stream, source)
     return np.frombuffer(data, kind)

@@ -1,4 +1,4 @@
-"""The columnar JSON answer: metadata, then one list a column; the service sends these very bytes."""
+"""Columnar JSON: metadata, then a list for each column; the service sends the same bytes."""
 
 from __future__ import annotations
 
@@ -18,41 +18,35 @@ if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
     from ...samples.provenance import Plan
 
-# Written at once: meanwhile no other thread goes on, be it one that has only to say that it is alive.
-ROWS = 1 << 12
-MOST_BYTES = 1 << 30  # the whole text is read at once
+ROWS_PER_DUMP = 1 << 12  # orjson holds the interpreter's lock: other threads wait for the end of a dump
 
 
 def dumps(ephemeris: EphemerisData) -> bytes:
     """The whole ephemeris as JSON text; floats in their shortest form that reads back to the same bits."""
     samples = Samples.of(ephemeris)
-    table = {
-        name: _plain(values) for name, values in schema.columns(ephemeris, schema.names(samples)).items()
-    }
-    return _dump({**schema.metadata(samples), "columns": table})
+    return _whole(ephemeris, schema.names(samples), schema.metadata(samples)) + b"}"
 
 
-def answer(samples: Samples) -> Iterator[bytes]:
-    """What `blocks` gives, with the library's version, how it was computed, and what that took.
+def blocks_with_plan(samples: Samples) -> Iterator[bytes]:
+    """As `blocks`, with the library's version, the plan of the ephemeris, and the cost of computing it.
 
-    (A file's bytes should not depend on these.)
+    For responses: the bytes of a file should not depend on these.
     """
-    plan, spent = samples.head.plan, [0.0]
+    plan, sample_seconds = samples.first.plan, 0.0
 
-    def cut(first: int, last: int) -> EphemerisData:
-        piece = samples.cut(first, last)
-        spent[0] += piece.plan.sample_seconds if piece.plan else 0.0
-        return piece
+    def timed(chunk: EphemerisData) -> EphemerisData:
+        nonlocal sample_seconds
+        sample_seconds += chunk.plan.sample_seconds if chunk.plan else 0.0
+        return chunk
 
-    counted = samples if samples.is_held else Samples(samples.count, cut, samples.progress, samples.instants)
-    said = {"version": __version__, "plan": plan_of(plan, samples)}
-    yield from _members(counted, {**schema.metadata(samples), **said})
-    cost = cost_of(plan, None if samples.is_held else spent[0])
+    meta = schema.metadata(samples) | {"version": __version__, "plan": plan_of(plan, samples)}
+    yield from _members(samples if samples.in_memory else samples.transformed(timed), meta)
+    cost = cost_of(plan, None if samples.in_memory else sample_seconds)
     yield b',"cost":' + _dump(cost) + b"}\n"
 
 
 def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
-    """How the ephemeris was computed and what it is worth, as plain data; None of one from a file."""
+    """How the ephemeris was computed, and its error bound, as plain data; None of one read from a file."""
     if plan is None:
         return None
     return {
@@ -66,7 +60,7 @@ def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
 
 
 def cost_of(plan: Plan | None, sample_seconds: float | None = None) -> dict[str, float] | None:
-    """What computing took; of samples in pieces, all pieces together."""
+    """Wall-clock seconds of the computation; `sample_seconds`: the sum over chunks, if several."""
     if plan is None:
         return None
     return {
@@ -76,58 +70,62 @@ def cost_of(plan: Plan | None, sample_seconds: float | None = None) -> dict[str,
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    """Column after column; of a list of instants each in pieces, so that no column need be held."""
+    """Column after column; those of a list of instants in chunks, so that no column is held in memory."""
     yield from _members(samples, schema.metadata(samples))
     yield b"}\n"
 
 
-def _members(samples: Samples, said: dict[str, Any]) -> Iterator[bytes]:
-    """The object but for its end, with what is said before the columns."""
+def _whole(ephemeris: EphemerisData, names: list[str], meta: dict[str, Any]) -> bytes:
+    """The object without its closing brace, at once."""
+    table = {name: _plain(values) for name, values in schema.columns(ephemeris, names).items()}
+    return _dump({**meta, "columns": table})[:-1]
+
+
+def _members(samples: Samples, meta: dict[str, Any]) -> Iterator[bytes]:
+    """The object without its closing brace: metadata, then the columns."""
     names = schema.names(samples)
-    if (samples.is_short and samples.count <= ROWS) or not samples.is_list:
-        table = {name: _plain(values) for name, values in schema.columns(samples.whole(), names).items()}
-        yield _dump({**said, "columns": table})[:-1]
+    if (samples.is_one_chunk and samples.count <= ROWS_PER_DUMP) or not samples.is_list:
+        yield _whole(samples.ephemeris(), names, meta)
         samples.progress(1.0)
         return
-    held = schema.columns(samples.whole(), names) if samples.is_short else {}
-    yield _dump(said)[:-1] + b',"columns":{'
+    table = schema.columns(samples.ephemeris(), names) if samples.is_one_chunk else {}
+    yield _dump(meta)[:-1] + b',"columns":{'
     for i, name in enumerate(names):
         yield (b"," if i else b"") + _dump(name) + b":["
-        yield from _column(held[name]) if held else _pieces(samples, name, i, len(names))
+        if table:
+            yield from _column(table[name])
+        else:
+            for k, chunk in enumerate(samples.chunks(i, len(names))):
+                if k:
+                    yield b","
+                yield from _column(schema.columns(chunk, (name,))[name])
         yield b"]"
-    if held:
+    if table:
         samples.progress(1.0)
     yield b"}"
 
 
-def _pieces(samples: Samples, name: str, part: int, of: int) -> Iterator[bytes]:
-    for k, piece in enumerate(samples.pieces(part, of)):
-        if k:
-            yield b","
-        yield from _column(schema.columns(piece, (name,))[name])
-
-
 def _column(values: Any) -> Iterator[bytes]:
-    """The text of a column but for its brackets."""
+    """The text of a column without its brackets."""
     plain = _plain(values)
-    for first in range(0, len(plain), ROWS):
-        yield (b"," if first else b"") + _dump(plain[first : first + ROWS])[1:-1]
+    for first in range(0, len(plain), ROWS_PER_DUMP):
+        yield (b"," if first else b"") + _dump(plain[first : first + ROWS_PER_DUMP])[1:-1]
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
-    text = bounded_read.text(stream, source, MOST_BYTES)
+    text = bounded_read.text(stream, source)
     try:
-        answer = orjson.loads(text)
+        document = orjson.loads(text)
     except orjson.JSONDecodeError as error:
         raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
-    if not isinstance(answer, dict) or not isinstance(answer.get("columns"), dict):
+    if not isinstance(document, dict) or not isinstance(document.get("columns"), dict):
         raise FormatError("not an ephemeris: no columns", source)
-    table = {name: values for name, values in answer["columns"].items() if name != schema.TIME}
-    return schema.ephemeris_from(answer, table, source)
+    table = {name: values for name, values in document["columns"].items() if name != schema.TIME}
+    return schema.ephemeris_from(document, table, source)
 
 
 def _plain(value: Any) -> Any:
-    """What orjson writes directly: contiguous arrays, lists of text, plain scalars."""
+    """A value that orjson serializes: contiguous arrays, lists of text, plain scalars."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "S":
         return value.astype("U").tolist()
     if isinstance(value, np.ndarray) and value.ndim:

@@ -1,4 +1,4 @@
-"""A line of metadata, then a line an instant, each a JSON object."""
+"""NDJSON: a line of metadata, then a line per instant, each a JSON object."""
 
 from __future__ import annotations
 
@@ -16,106 +16,88 @@ from .. import line_blocks, schema, text_rows
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
-
-MARKS = b'{}:,"\n'
-NO_MARKS = bytes(set(range(256)) - set(MARKS))
-BLANKS = bytes.maketrans(b"{}:,", b"    ")
+NOT_PUNCTUATION = bytes(set(range(256)) - set(b'{}:,"\n'))
+PUNCTUATION_TO_BLANKS = bytes.maketrans(b"{}:,", b"    ")
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
-    if not samples.is_list:
-        raise FormatError(
-            f"NDJSON holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
-        )
+    schema.refuse_unless_list(samples, "NDJSON")
     yield orjson.dumps(schema.metadata(samples)) + b"\n"
     names = schema.names(samples)
-    pieces = _pieces(names)
-    for piece in samples.pieces():
-        yield schema.rows(schema.columns(piece, names), names, pieces)
-
-
-def _pieces(names: list[str]) -> list[bytes]:
-    """What stands around the values of an object."""
     quote = b'"' if names[0] == schema.TIME else b""
     keys = [b'"%s":' % name.encode() for name in names]
-    return [b"{" + keys[0] + quote, quote + b"," + keys[1], *(b"," + key for key in keys[2:]), b"}\n"]
+    pieces = [b"{" + keys[0] + quote, quote + b"," + keys[1], *(b"," + key for key in keys[2:]), b"}\n"]
+    for chunk in samples.chunks():
+        yield schema.rows(schema.columns(chunk, names), names, pieces)
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
-    read = Reader(source)
+    reader = _NdjsonReader(source)
     for block in line_blocks.blocks(stream, source):
-        read.take(block)
-    return read.ephemeris()
+        reader.read(block)
+    return reader.ephemeris()
 
 
-class Reader:
-    """A line of metadata, then rows, of which each block is kept as numbers."""
+class _NdjsonReader:
+    """Reads a line of metadata, then rows, each block into columns of numbers."""
 
     def __init__(self, source: str):
         self.source = source
         self.meta: Any = None
         self.names: list[str] | None = None  # of the first row
-        self.marks = b""
+        self.punctuation = b""  # of the first row
         self.numbers: list[np.ndarray] = []
-        self.count = self.found = 0
+        self.stated_count = self.count = 0
 
-    def take(self, block: line_blocks.Block) -> None:
-        at, number = 0, block.number
+    def read(self, block: line_blocks.LineBlock) -> None:
+        offset, number = 0, block.number
         if self.meta is None:
-            line, at = block.line(0)
+            line, offset = block.line(0)
             self.meta, number = _object(line, self.source, number), number + 1
-            self.count = schema.stated_count(self.meta, self.source, 1)
-        if at < block.size:
-            self._begin(block.line(at)[0], number)
-            columns = self._plain(block.text[at:])
-            self.numbers.append(self._careful(block.text[at:], number) if columns is None else columns)
-            self.found += self.numbers[-1].shape[1]
-            schema.refuse_more(self.found, self.count, self.source, self.count + 2)
-
-    def _begin(self, line: bytes, number: int) -> None:
-        """The names and the marks between them that a row has: those of the first."""
+            self.stated_count = schema.stated_count(self.meta, self.source, 1)
+        if offset == block.size:
+            return
         if self.names is None:
+            line, _ = block.line(offset)
             self.names = list(_object(line, self.source, number))
-            self.marks = line.translate(None, NO_MARKS) + b"\n"
+            self.punctuation = line.translate(None, NOT_PUNCTUATION) + b"\n"
+        text = block.text[offset:]
+        columns = self._fast_path(text, self.names)
+        self.numbers.append(self._slow_path(text, self.names, number) if columns is None else columns)
+        self.count += self.numbers[-1].shape[1]
+        schema.refuse_more(self.count, self.stated_count, self.source, self.stated_count + 2)
 
-    def _plain(self, text: bytes) -> np.ndarray | None:
-        """(c, n) numbers of rows with the names in the same order and the same marks between; else None."""
+    def _fast_path(self, text: bytes, names: list[str]) -> np.ndarray | None:
+        """(c, n) numbers of rows with names and punctuation in the order of the first row; else None."""
         from pyarrow import compute
 
-        if text.translate(None, NO_MARKS) != self.marks * text.count(b"\n"):
+        if text.translate(None, NOT_PUNCTUATION) != self.punctuation * text.count(b"\n"):
             return None
-        # Between quotes: what is in front, then each name and its number, or its colon, date and comma.
-        names = self.names or []
+        # Between quotes: the opening brace, then each name and its number, or its colon, date and comma.
         kinds = "-" + "".join("t---" if name == schema.TIME else "tn" for name in names)
-        table = text_rows.read(text.translate(BLANKS), kinds, b'"')
+        table = text_rows.read(text.translate(PUNCTUATION_TO_BLANKS), kinds, b'"')
         if table is None:
             return None
         pairs = zip(table.texts, names, strict=True)
-        same = all(compute.all(compute.equal(found, name.encode())).as_py() for found, name in pairs)
+        same = all(compute.all(compute.equal(texts, name.encode())).as_py() for texts, name in pairs)
         return table.columns if same else None
 
-    def _careful(self, text: bytes, number: int) -> np.ndarray:
-        """(c, n) numbers of any rows; FormatError for the first that is none."""
-        texts = text[:-1].split(b"\n")
-        found = [_object(line, self.source, place) for place, line in enumerate(texts, number)]
-        names = self._names(found, number)
-        self._refuse_what_is_no_number(found, number)
-        return np.array([[float(row[name]) for row in found] for name in names]).reshape(-1, len(found))
+    def _slow_path(self, text: bytes, names: list[str], first_line: int) -> np.ndarray:
+        """(c, n) numbers of any rows; FormatError with the line of the first that is none."""
+        rows = []
+        for number, line in enumerate(text[:-1].split(b"\n"), first_line):
+            row = _object(line, self.source, number)
+            if row.keys() != set(names):
+                raise FormatError("other names than in the line before", self.source, number)
+            rows.append({name: self._number(row, name, number) for name in names if name != schema.TIME})
+        columns = [[row[name] for row in rows] for name in names if name != schema.TIME]
+        return np.array(columns).reshape(-1, len(rows))
 
-    def _names(self, rows: list[dict[str, Any]], number: int) -> list[str]:
-        """Of the numbers; the same in every row."""
-        keys = dict.fromkeys(self.names or []).keys()
-        for place, row in enumerate(rows, number):
-            if row.keys() != keys:
-                raise FormatError("other names than in the line before", self.source, place)
-        return [name for name in keys if name != schema.TIME]
-
-    def _refuse_what_is_no_number(self, rows: list[dict[str, Any]], number: int) -> None:
-        for place, row in enumerate(rows, number):
-            for name, value in row.items():
-                is_number = type(value) in (float, int) and abs(value) <= sys.float_info.max
-                if name != schema.TIME and not is_number:
-                    raise FormatError(f"{name}: a number; got {value!r:.40}", self.source, place)
+    def _number(self, row: dict[str, Any], name: str, line: int) -> float:
+        value = row[name]
+        if type(value) not in (float, int) or abs(value) > sys.float_info.max:
+            raise FormatError(f"{name}: a number; got {value!r:.40}", self.source, line)
+        return float(value)
 
     def ephemeris(self) -> EphemerisData:
         if self.names is None:
@@ -127,9 +109,9 @@ class Reader:
 
 def _object(line: bytes, source: str, number: int) -> dict[str, Any]:
     try:
-        found = orjson.loads(line)
+        document = orjson.loads(line)
     except orjson.JSONDecodeError as error:
         raise FormatError(f"not JSON: {error.msg}", source, number) from None
-    if not isinstance(found, dict):
+    if not isinstance(document, dict):
         raise FormatError("not a JSON object", source, number)
-    return found
+    return document

@@ -1,4 +1,4 @@
-"""An astropy QTable, one row an instant."""
+"""An ephemeris as an astropy QTable, a row per instant."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .. import schema
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
-# A table's columns of vectors, what their components are called in other formats, and units.
+# Vector columns of a table: name, the names of the components in `schema`, and unit.
 VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
     ("quaternion", schema.QUATERNION, None),
     ("angular_velocity", schema.RATE, u.rad / u.s),
@@ -26,15 +26,12 @@ VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
 )
 
 
-MOST_PARTS = 1_000_000  # of a header
-
-
 def to_table(
-    ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_rest: bool | None = None
+    ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_seconds_low: bool | None = None
 ) -> QTable:
-    """See `Ephemeris.to_table`; of a piece, `shape` and `has_rest` are those of the whole."""
-    rest = ephemeris.instants.rest
-    has_rest = rest is not None if has_rest is None else has_rest
+    """See `Ephemeris.to_table`; for a chunk, `shape` and `has_seconds_low` are those of all samples."""
+    low = ephemeris.instants.seconds_low
+    has_seconds_low = low is not None if has_seconds_low is None else has_seconds_low
     if len(ephemeris.instants.shape) != 1:
         raise InputError(
             "instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table"
@@ -45,81 +42,78 @@ def to_table(
         table["time"] = _without_delta(ephemeris.time)
         table["time"].info.serialize_method["ecsv"] = "jd1_jd2"  # as text it would lose digits
     table["elapsed"] = ephemeris.elapsed * u.s
-    if has_rest:
-        table["elapsed_rest"] = (np.zeros(len(ephemeris)) if rest is None else rest) * u.s
-    row, column = len(ephemeris.batch_shape), {names: (name, unit) for name, names, unit in VECTORS}
+    if has_seconds_low:
+        table["elapsed_rest"] = (np.zeros(len(ephemeris)) if low is None else low) * u.s
+    axis, columns = len(ephemeris.batch_shape), {names: (name, unit) for name, names, unit in VECTORS}
     for names, vector in schema.vectors(ephemeris):
-        name, unit = column[names]
-        along_rows = np.moveaxis(vector, row, 0)
-        table[name] = along_rows if unit is None else along_rows * unit
+        name, unit = columns[names]
+        rows = np.moveaxis(vector, axis, 0)
+        table[name] = rows if unit is None else rows * unit
     return table
 
 
 def _without_delta(time: Time) -> Time:
-    """The same instants, without the TDB - TT that astropy may have kept, and would write as a column."""
+    """The same instants, without the TDB - TT that astropy may have stored, and would write as a column."""
     plain = Time(time.jd1, time.jd2, format="jd", scale=time.scale)
     plain.format, plain.precision = time.format, time.precision
     return plain
 
 
 def refuse_unfolding(header: str) -> None:
-    """Refuses YAML whose parts are repeated by name, and parts of such parts, beyond all measure.
-
-    Raises ValueError, or what the parser raises.
-    """
+    """Raises ValueError for YAML whose aliases expand to more than a million nodes."""
     if "&" not in header:
         return
     import yaml  # type: ignore[import-untyped]  # astropy's own
 
-    sizes: dict[int, int] = {}
+    limit, sizes = 1_000_000, dict[int, int]()
 
     def size(node: Any) -> int:
-        """Nodes below one, those counted again that are named again."""
+        """The number of nodes of a tree, with every alias expanded."""
         if id(node) not in sizes:
-            sizes[id(node)] = MOST_PARTS  # of a part within itself
-            below = node.value if isinstance(node.value, list) else []
+            sizes[id(node)] = limit  # of a node within itself
+            items = node.value if isinstance(node.value, list) else []
             sizes[id(node)] = 1 + sum(
-                size(each) for pair in below for each in (pair if isinstance(pair, tuple) else (pair,))
+                size(child) for item in items for child in (item if isinstance(item, tuple) else (item,))
             )
         return sizes[id(node)]
 
-    if size(yaml.compose(header, Loader=yaml.SafeLoader)) > MOST_PARTS:
-        raise ValueError("a header whose aliases stand for more than memory holds")
+    if size(yaml.compose(header, Loader=yaml.SafeLoader)) > limit:
+        raise ValueError("a header whose aliases expand to more than a million nodes")
 
 
 def from_table(table: QTable, source: str) -> EphemerisData:
-    """The ephemeris that `to_table` made it of."""
+    """The ephemeris of a table that `to_table` made; FormatError for any other."""
     known = ("time", "elapsed", "elapsed_rest", *(name for name, _, _ in VECTORS))
     unknown = [name for name in table.colnames if name not in known]
     if unknown:
-        raise FormatError(f"column {shown(unknown[0])} is not known here", source)
+        raise FormatError(f"column {shown(unknown[0])} is unknown", source)
     shape = table.meta.get("shape")
-    row = len(shape) - 1 if isinstance(shape, list) and shape else 0
+    axis = len(shape) - 1 if isinstance(shape, list) and shape else 0
     columns = {schema.ELAPSED: _values(table, "elapsed", u.s, (), source)}
     if "elapsed_rest" in table.colnames:
         columns[schema.REST] = _values(table, "elapsed_rest", u.s, (), source)
     for name, names, unit in VECTORS:
         if name in table.colnames or names is schema.QUATERNION:
             vector = _values(table, name, unit, (len(names),), source)
-            columns.update(zip(names, _components(vector, row), strict=True))
+            columns.update(zip(names, _components(vector, axis), strict=True))
     return schema.ephemeris_from(dict(table.meta), columns, source)
 
 
 def _values(
     table: QTable, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
 ) -> np.ndarray:
-    """A column's numbers; refuses one that is not there, in another unit, or of another shape."""
+    """The numbers of a column; refuses a missing one, another unit, and another shape."""
     column = table[name] if name in table.colnames else None
     if (
         column is None
         or getattr(column, "unit", None) != unit
         or column.shape[column.ndim - len(last) :] != last
     ):
-        wanted = f" of {last[0]} numbers" if last else ""
-        raise FormatError(f"no column {name!r}{wanted}" + (f" in {unit}" if unit else ""), source)
+        shape = f" of {last[0]} numbers" if last else ""
+        raise FormatError(f"no column {name!r}{shape}" + (f" in {unit}" if unit else ""), source)
     return np.asarray(column.value if unit else column)
 
 
-def _components(column: np.ndarray, row: int) -> np.ndarray:
+def _components(column: np.ndarray, axis: int) -> np.ndarray:
     """(component, batch, instant) of (instant, batch, component)."""
-    return np.moveaxis(np.moveaxis(column, 0, min(row, column.ndim - 2)), -1, 0)
+    return np.moveaxis(np.moveaxis(column, 0, min(axis, column.ndim - 2)), -1, 0)

@@ -1,4 +1,4 @@
-"""Ephemerides as other libraries' labelled arrays: xarray's Dataset, pandas' DataFrame."""
+"""Ephemerides as labelled arrays: xarray Dataset, pandas DataFrame."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
     from ...samples.ephemeris_data import EphemerisData
 
-AXES = ["x", "y", "z"]
-# A Dataset's variables: what their components are called elsewhere, their unit, and in which axes they are.
+# Variables of a Dataset: name, the names of the components in `schema`, unit, and axes.
 VARIABLES = (
     ("quaternion", schema.QUATERNION, "1", "body to inertial"),
     ("angular_velocity", schema.RATE, "rad/s", "body axes"),
@@ -40,12 +39,12 @@ def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
         for name, names, unit, axes in VARIABLES
         if names in vectors
     }
-    components = {_last(names): list("wxyz" if names is schema.QUATERNION else AXES) for names in vectors}
+    components = {_last(names): list("wxyz" if names is schema.QUATERNION else "xyz") for names in vectors}
     return xarray.Dataset(variables, {**_times(ephemeris, times), **components}, _attributes(ephemeris))
 
 
 def _attributes(ephemeris: EphemerisData) -> dict[str, Any]:
-    """The metadata as netCDF holds them, text and numbers: what is nested is JSON, what is None left out."""
+    """The metadata as netCDF attributes, nested ones as JSON, without None."""
     meta = schema.metadata(Samples.of(ephemeris))
     del meta["shape"]
     epoch = meta.pop("epoch")
@@ -57,7 +56,7 @@ def _attributes(ephemeris: EphemerisData) -> dict[str, Any]:
 
 
 def _dimensions(ephemeris: EphemerisData) -> tuple[list[str], list[str]]:
-    """Names of those of the bodies, and of the instants; one of several "time" has a number behind it."""
+    """Names of the batch dimensions, and of those of the instants; numbered where there are several."""
     bodies = ["body" if i == 0 else f"body_{i}" for i in range(len(ephemeris.batch_shape))]
     dimensions = len(ephemeris.instants.shape)
     return bodies, ["time"] if dimensions == 1 else [f"time_{i}" for i in range(dimensions)]
@@ -68,16 +67,17 @@ def _last(names: tuple[str, ...]) -> str:
 
 
 def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
-    """Seconds since the epoch, in one part or two; and the dates, if they can be held."""
-    instants = ephemeris.instants
-    said = {"units": "s", "long_name": "SI seconds since the epoch"}
-    found: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, said)}
-    if instants.rest is not None:
-        said = {"units": "s", "long_name": "what elapsed, in one double, leaves of the seconds"}
-        found["elapsed_rest"] = (dimensions, instants.rest, said)
+    """Coordinates: seconds since the epoch, in one part or two; dates, if 64 bits can hold them."""
+    low = ephemeris.instants.seconds_low
+    attributes = {"units": "s", "long_name": "SI seconds since the epoch"}
+    coordinates: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, attributes)}
+    if low is not None:
+        attributes = {"units": "s", "long_name": "rounding error of elapsed, which is one double"}
+        coordinates["elapsed_rest"] = (dimensions, low, attributes)
     if _has_dates(ephemeris):
-        found["time"] = (dimensions, _dates(ephemeris), {"long_name": columnar.MEANING, "scale": "tai"})
-    return found
+        attributes = {"long_name": columnar.MEANING, "scale": "tai"}
+        coordinates["time"] = (dimensions, _dates(ephemeris), attributes)
+    return coordinates
 
 
 def _has_dates(ephemeris: EphemerisData) -> bool:

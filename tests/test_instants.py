@@ -2,6 +2,9 @@
 
 import math
 import socket
+import subprocess
+import sys
+import threading
 import tracemalloc
 from fractions import Fraction
 
@@ -12,6 +15,8 @@ from astropy.time import Time, TimeDelta
 from astropy.utils import iers
 
 from attitude import InputError, RigidBody, TorqueFreeMotion
+from attitude.times.instants import Instants
+from attitude.times.two_part import two_sum
 from tests.bodies import ATTITUDE, ATTITUDE_TOLERANCE, angle_between
 
 # A Time is whole days and a fraction of one, so each step from text or scale to another rounds by at most
@@ -33,11 +38,9 @@ def spinner(epoch=None):
 
 
 def two_part(instants):
-    """Exact value of each instant's seconds + rest."""
-    rest = np.zeros(instants.shape) if instants.rest is None else instants.rest
-    return [
-        Fraction(high) + Fraction(low) for high, low in zip(instants.seconds.flat, rest.flat, strict=True)
-    ]
+    """Exact value of each instant's seconds + seconds_low."""
+    low = np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
+    return [Fraction(a) + Fraction(b) for a, b in zip(instants.seconds.flat, low.flat, strict=True)]
 
 
 def assert_close(found, truly, relative=TWO_PART_TOLERANCE):
@@ -329,19 +332,101 @@ UT1 = {
 }
 
 
+CONFIGURATION = ("auto_download", "auto_max_age", "iers_auto_url", "remote_timeout")
+
+
+@pytest.fixture
+def astropys_configuration():
+    """As astropy has it by default, with downloads; compared afterwards."""
+    with iers.conf.set_temp("auto_download", True), iers.conf.set_temp("auto_max_age", 30.0):
+        before = {name: getattr(iers.conf, name) for name in CONFIGURATION}
+        yield
+        assert {name: getattr(iers.conf, name) for name in CONFIGURATION} == before
+
+
 @pytest.mark.parametrize("route", UT1.values(), ids=UT1)
-def test_tables_of_ut1_are_never_downloaded(route, monkeypatch, no_network):
+def test_tables_of_ut1_are_never_downloaded(route, monkeypatch, no_network, astropys_configuration):
     consulted = []
+    monkeypatch.setattr(iers.IERS_Auto, "_refresh_table_as_needed", lambda *_: consulted.append(True))
+    route()
+    assert not consulted  # of the table that updates itself nothing is asked
 
-    def ut1_utc(table, *arguments, **named):
-        consulted.append(iers.conf.auto_download)
-        return iers.IERS.ut1_utc(table, *arguments, **named)
 
-    monkeypatch.setattr(iers.IERS_Auto, "ut1_utc", ut1_utc, raising=False)
-    with iers.conf.set_temp("auto_download", True):
-        route()
-    assert consulted
-    assert not any(consulted)
+def test_other_threads_see_the_users_configuration_throughout(astropys_configuration):
+    seen, done = set(), threading.Event()
+
+    def watch():
+        while not done.is_set():
+            seen.add(iers.conf.auto_download)
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        for route in UT1.values():
+            route()
+        motion = spinner(Time("2016-01-01", scale="ut1"))
+        motion.at([0.0, 1.0]).in_frame("ITRF")
+        motion.at([0.0, 1.0]).in_frame("TEME")
+    finally:
+        done.set()
+        watcher.join()
+    assert seen == {True}
+
+
+def test_import_and_use_leave_astropys_configuration_as_it_was():
+    program = """
+from astropy.utils import data, iers
+names = ("auto_download", "auto_max_age", "iers_auto_url", "iers_auto_url_mirror", "remote_timeout")
+before = [getattr(iers.conf, name) for name in names], data.conf.allow_internet
+import attitude
+from astropy.time import Time
+motion = attitude.TorqueFreeMotion(
+    attitude.RigidBody((1, 2, 2.5)), (1, 0, 0, 0), (1, 2, 3),
+    epoch=Time("2016-01-01", scale="ut1"), order="wxyz",
+)
+ephemeris = motion.at(Time(["2016-01-02"], scale="ut1"))
+ephemeris.in_frame("ITRF"), ephemeris.in_frame("TEME"), ephemeris.time.tai
+assert before == ([getattr(iers.conf, name) for name in names], data.conf.allow_internet)
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.parametrize(
+    "date", ["1973-02-02", "2016-12-31T23:59:59.9", "2017-01-01T00:00:00.3", "2020-02-29T12:34:56"]
+)
+def test_ut1_is_what_astropy_makes_of_the_same_tables(date):
+    epoch = Time("2015-06-01", scale="tai")
+    with iers.earth_orientation_table.set(iers.IERS_A(iers.IERS_Auto.read(iers.IERS_A_FILE))):
+        expected = Time(date, scale="ut1").tai - epoch
+        dated = (epoch + expected).ut1
+    (elapsed,) = two_part(spinner(epoch).at(Time(date, scale="ut1")).instants)
+    assert abs(elapsed - (Fraction(expected.jd1) + Fraction(expected.jd2)) * DAY) <= TIME_ROUNDING
+    made = spinner(epoch).at(TimeDelta(expected)).instants
+    made = Instants(made.seconds, made.seconds_low, made.epoch, scale="ut1").time
+    assert abs((made - dated).to_value("s")) <= TIME_ROUNDING
+
+
+def test_ut1_minus_utc_that_the_user_has_set_stands():
+    instant = Time("2016-06-01", scale="ut1")
+    instant.delta_ut1_utc = 0.25
+    elapsed = spinner(Time("2016-06-01", scale="utc")).at(instant).elapsed
+    assert elapsed == pytest.approx(-0.25, abs=1e-9)
+
+
+def test_table_of_ut1_that_the_user_has_set_is_used():
+    table = iers.IERS_B.open(iers.IERS_B_FILE)
+    table["UT1_UTC"] = table["UT1_UTC"] + 0.125 * u.s
+    epoch, instant = Time("2016-06-01", scale="utc"), Time("2016-06-01", scale="ut1")
+    bundled = spinner(epoch).at(instant).elapsed
+    with iers.earth_orientation_table.set(table):
+        elapsed = spinner(epoch).at(instant).elapsed
+    assert elapsed - bundled == pytest.approx(-0.125, abs=1e-5)
+
+
+def test_predictions_of_ut1_are_taken_however_old_they_are(no_network, astropys_configuration):
+    last = Time(iers.IERS_Auto.open().meta["predictive_mjd"] + 100.0, format="mjd", scale="ut1")
+    assert abs(spinner(Time(last.mjd, format="mjd", scale="utc")).at(last).elapsed) < 1.0
 
 
 @ut1_is_dubious_outside_its_tables
@@ -368,3 +453,22 @@ def test_date_beyond_any_calendar_is_refused():
     ephemeris = still.at([1e20])
     with pytest.raises(InputError, match=r"scale 'utc'"):
         _ = ephemeris.time
+
+
+# -- names and sums -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("old", "new"), [("rest", "seconds_low"), ("farthest", "max_abs_seconds")])
+def test_old_names_of_instants_warn_and_answer(old, new):
+    instants = spinner().at([0.1, -0.3] * u.d).instants
+    with pytest.warns(DeprecationWarning, match=new):
+        assert np.array_equal(getattr(instants, old), getattr(instants, new))
+
+
+def test_two_sum_is_exact():
+    draw = np.random.default_rng(1)
+    a, b = draw.normal(size=(2, 200)) * 10.0 ** draw.integers(-15, 16, (2, 200))
+    total, error = two_sum(a, b)
+    assert np.array_equal(total, a + b)
+    for x, y, high, low in zip(a, b, total, error, strict=True):
+        assert Fraction(x) + Fraction(y) == Fraction(high) + Fraction(low)
