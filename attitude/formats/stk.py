@@ -32,7 +32,7 @@ from .interpolation_nodes import Nodes
 if TYPE_CHECKING:
     from astropy.time import Time
 
-    from .time_origin import Origin
+    from .time_origin import TimeOrigin
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 # What this library's frames are called there; others are turned into the ICRF.
@@ -75,7 +75,7 @@ def blocks(
     version : of STK, the least that is to read it: "stk.v.<major>.<minor>"
     interpolation_order : of STK's polynomial between the instants; above 1 only where nothing jumps
     """
-    head = time_origin.first_head(nodes, "An STK attitude file")
+    head = time_origin.checked_head(nodes, "An STK attitude file")
     lagrange(interpolation_order, "interpolation_order")
     if not re.fullmatch(r"stk\.v\.\d+\.\d+", version):
         raise InputError("version", version, "a version of STK, such as stk.v.11.0")
@@ -87,7 +87,7 @@ def blocks(
         raise FormatError(
             "STK attitude files have no segments: where rates jump, interpolation_order is 1 and no other"
         )
-    origin, turn = time_origin.whole_utc_second(head), _turn(head.frame)
+    origin, turn = time_origin.utc_origin(head), _turn(head.frame)
     shared = _shared_instants(nodes, origin)
     header = _header(nodes, head, origin, sum(shared), rates, central_body, version, interpolation_order)
     return chain([header], _rows(nodes, origin, shared, rates, turn), [b"END Attitude\n"])
@@ -100,7 +100,7 @@ def _turn(frame: str) -> np.ndarray | None:
     return rotations.from_matrix(from_gcrf(frame, "an STK attitude file").T)
 
 
-def _shared_instants(nodes: Nodes, origin: Origin) -> list[bool]:
+def _shared_instants(nodes: Nodes, origin: TimeOrigin) -> list[bool]:
     """Of each segment, whether it ends where the next one begins: STK takes an instant once."""
     shared = []
     for before, after in pairwise(nodes.segments):
@@ -116,7 +116,7 @@ def _shared_instants(nodes: Nodes, origin: Origin) -> list[bool]:
 def _header(
     nodes: Nodes,
     head: EphemerisData,
-    origin: Origin,
+    origin: TimeOrigin,
     shared: int,
     rates: bool,
     central_body: str,
@@ -169,7 +169,7 @@ def _utcg(time: Time) -> str:
 
 
 def _rows(
-    nodes: Nodes, origin: Origin, shared: list[bool], rates: bool, turn: np.ndarray | None
+    nodes: Nodes, origin: TimeOrigin, shared: list[bool], rates: bool, turn: np.ndarray | None
 ) -> Iterator[bytes]:
     before, last = None, None
     for segment, ends_shared in zip(nodes.segments, shared, strict=True):
@@ -186,7 +186,7 @@ def _rows(
                 yield text_rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
 
 
-def _table(piece: EphemerisData, origin: Origin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
+def _table(piece: EphemerisData, origin: TimeOrigin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
     """(n, 5) or (n, 8): seconds, quaternion, deg/s."""
     q = piece.quaternion("wxyz")
     if turn is not None:
@@ -371,7 +371,7 @@ class _Reader:
             schema.check_dates(found.instants)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ErfaWarning)  # of years whose leap seconds nobody knows
-                origin = time_origin.whole_utc_second(found[:1])
+                origin = time_origin.utc_origin(found[:1])
                 _utcg(origin.time)
         except AttitudeError as error:
             raise self.refuse(str(error), int(numbers[0])) from None

@@ -39,7 +39,7 @@ from ..interpolation_nodes import Interpolant, Nodes
 from . import daf, text_kernels
 
 if TYPE_CHECKING:
-    from ..time_origin import Origin
+    from ..time_origin import TimeOrigin
 
 BLOCK = 1 << 22  # bytes
 REACH = 1000.0  # rad; over more, the turn from a record's start loses digits of the thirteenth place
@@ -117,10 +117,10 @@ def blocks(
     frame_name : of the body's axes; else of the ephemeris's name
     """
     target = _target(nodes, naif_id, structure_id, type, rates, reference, frame_name)
-    return _blocks(nodes, target, time_origin.whole_tt_second(nodes.segments[0].head), _spice())
+    return _blocks(nodes, target, time_origin.tt_origin(nodes.segments[0].head), _spice())
 
 
-def _blocks(nodes: Nodes, target: Target, origin: Origin, spice: Any) -> Iterator[bytes]:
+def _blocks(nodes: Nodes, target: Target, origin: TimeOrigin, spice: Any) -> Iterator[bytes]:
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "attitude.bc")
         _fill(path, nodes, target, origin, spice)
@@ -142,7 +142,7 @@ def beside(
 ) -> dict[str, bytes]:
     """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm) for a CK of this name."""
     target = _target(nodes, naif_id, structure_id, type, rates, reference, frame_name)
-    origin = time_origin.whole_tt_second(nodes.segments[0].head)
+    origin = time_origin.tt_origin(nodes.segments[0].head)
     anchor = schema.iso_text(origin.time).item().decode()
     body = target.frame.removesuffix("_BODY")
     texts = {
@@ -167,7 +167,7 @@ def _target(
     reference: str | None,
     frame_name: str | None,
 ) -> Target:
-    head = time_origin.first_head(nodes, "A CK")
+    head = time_origin.checked_head(nodes, "A CK")
     _check_id(naif_id, "naif_id")
     structure = naif_id * 1000 if structure_id is None else structure_id
     _check_id(structure, "structure_id")
@@ -242,7 +242,7 @@ def _calling(spice: Any) -> Iterator[None]:
             raise FormatError(f"CSPICE: {' '.join(str(error).split())[:300]}") from None
 
 
-def _fill(path: str, nodes: Nodes, target: Target, origin: Origin, spice: Any) -> None:
+def _fill(path: str, nodes: Nodes, target: Target, origin: TimeOrigin, spice: Any) -> None:
     """Under its own name for as long as it takes; closed whatever happens."""
     comments = _comments(nodes, target, origin)
     with _calling(spice):
@@ -262,7 +262,7 @@ def _cut(text: str, length: int) -> str:
     return text[:length].rstrip()
 
 
-def _comments(nodes: Nodes, target: Target, origin: Origin) -> list[str]:
+def _comments(nodes: Nodes, target: Target, origin: TimeOrigin) -> list[str]:
     from ...version import __version__
 
     head = nodes.segments[0].head
@@ -280,7 +280,7 @@ def _comments(nodes: Nodes, target: Target, origin: Origin) -> list[str]:
 
 
 def _write_segment(
-    handle: int, segment: Samples, following: float, target: Target, origin: Origin, spice: Any
+    handle: int, segment: Samples, following: float, target: Target, origin: TimeOrigin, spice: Any
 ) -> None:
     """All of its ticks are before the one at which the following segment begins."""
     if target.type == 3:
@@ -297,7 +297,7 @@ def _write_segment(
 
 
 def _batches(
-    segment: Samples, following: float, target: Target, origin: Origin, turn: tuple[int, int] = (0, 1)
+    segment: Samples, following: float, target: Target, origin: TimeOrigin, turn: tuple[int, int] = (0, 1)
 ) -> Iterator[Records]:
     """In turn; each begins with the last record of the one before, so that no time is left out."""
     last: Records | None = None
@@ -310,7 +310,7 @@ def _batches(
             yield whole
 
 
-def _ticks(piece: EphemerisData, origin: Origin) -> np.ndarray:
+def _ticks(piece: EphemerisData, origin: TimeOrigin) -> np.ndarray:
     """They are whole powers of two in a second: nothing is rounded but the seconds."""
     seconds, _ = origin.seconds(piece.instants)
     if not seconds[-1] < text_kernels.SECONDS:
@@ -318,7 +318,7 @@ def _ticks(piece: EphemerisData, origin: Origin) -> np.ndarray:
     return seconds * text_kernels.TICKS
 
 
-def _records(piece: EphemerisData, following: float, target: Target, origin: Origin) -> Records:
+def _records(piece: EphemerisData, following: float, target: Target, origin: TimeOrigin) -> Records:
     """An instant just before the following segment may round to its first tick: it has the one before."""
     ticks = np.minimum(_ticks(piece, origin), np.nextafter(following, -np.inf))
     q = piece.quaternion("wxyz")
@@ -627,6 +627,6 @@ def _ephemeris(run: Run, instants: Instants, frame: str, name: str, source: str)
 
 def _check_written(found: EphemerisData, source: str) -> None:
     """Instants are apart, and the clock counts them, from the second that a CK of theirs would begin with."""
-    seconds, _ = time_origin.whole_tt_second(found[:1]).seconds(found.instants)
+    seconds, _ = time_origin.tt_origin(found[:1]).seconds(found.instants)
     if not (np.diff(seconds) > 0.0).all() or not seconds[-1] < text_kernels.SECONDS:
         raise FormatError("instants that are one, or too many years, for one clock", source)
