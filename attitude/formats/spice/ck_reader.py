@@ -123,7 +123,7 @@ def _check_ticks(ticks: np.ndarray, source: str) -> None:
 
 
 def _type_3(array: daf.Array, source: str) -> CkSegment:
-    """Segment of records, their ticks, every hundredth of these, starts of intervals, the same of these, two counts."""
+    """Segment of records, their ticks, each hundredth of these, interval starts likewise, and two counts."""
     values, width = array.values, 7 if array.integers[3] == 1 else 4
     intervals, count = (_count(value, source) for value in values[-2:]) if values.size > 2 else (0, 0)
     ends = np.cumsum([count * width, count, (count - 1) // 100, intervals, (intervals - 1) // 100, 2])

@@ -222,7 +222,7 @@ def _batches(
     origin: TimeOrigin,
     passes: tuple[int, int] = (0, 1),
 ) -> Iterator[CkRecords]:
-    """Batches of records in order; each batch begins with the last record of the one before, leaving no gap."""
+    """Batches of records in order; each begins with the last record of the one before, leaving no gap."""
     last: CkRecords | None = None
     for piece in segment.pieces(*passes):
         records = _records(piece, following, target, origin)
@@ -242,7 +242,7 @@ def _ticks(piece: EphemerisData, origin: TimeOrigin) -> np.ndarray:
 
 
 def _records(piece: EphemerisData, following: float, target: CkTarget, origin: TimeOrigin) -> CkRecords:
-    """Attitude records of a piece; an instant that rounds to the first tick `following` gets the tick before it."""
+    """Attitude records of a piece; an instant that rounds to the tick `following` gets the one before."""
     ticks = np.minimum(_ticks(piece, origin), np.nextafter(following, -np.inf))
     q = piece.quaternion("wxyz")
     if target.turn is not None:

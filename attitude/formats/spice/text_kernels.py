@@ -114,7 +114,7 @@ def meta_kernel(files: list[str]) -> str:
 
 
 def _string(text: str) -> str:
-    """Text as strings of a kernel: quotes are doubled; a long one is continued in the next string after a plus."""
+    """Text as strings of a kernel: quotes doubled, and a long one continued after a plus."""
     parts = [text[i : i + MAX_STRING_LENGTH] for i in range(0, len(text), MAX_STRING_LENGTH)]
     return "\n".join(
         "  '" + part.replace("'", "''") + ("+" if part is not parts[-1] else "") + "'" for part in parts
