@@ -265,7 +265,7 @@ def test_body_on_an_orbit_is_drawn_along_it():
 
 def test_body_about_mars_is_not_drawn_about_the_earth():
     orbit = {**KEPLER, "mu": quantity(4.2828e13, "m3/s2")}
-    assert packets(orbiting(orbit).run())[1]["position"] == {"cartesian": list(czml.PLACE)}
+    assert packets(orbiting(orbit).run())[1]["position"] == {"cartesian": list(czml.DEFAULT_POSITION)}
 
 
 def test_position_may_be_given():
@@ -419,7 +419,7 @@ MALFORMED = {
         other(interval="2012-03-15T10:00:00Z/2012-03-15T10:10:00Z"),
         "attitudes outside their interval",
     ),
-    "no intervals": ([other()[0], {"id": "a", "orientation": []}], "orientation: nothing"),
+    "no intervals": ([other()[0], {"id": "a", "orientation": []}], "orientation: an empty list"),
     "intervals of something else": ([other()[0], {"orientation": [1]}], "orientation: no unitQuaternion"),
     "beyond the tables": (other(epoch="2161-03-15T10:00:00Z"), "tables of UT1 cover"),
     "before any UT1": (other(epoch="1912-03-15T10:00:00Z"), "tables of UT1 cover"),
@@ -443,7 +443,7 @@ def test_unknown_frame_to_read_into_is_refused():
 
 
 def test_too_long_a_file_is_refused(monkeypatch):
-    monkeypatch.setattr(czml, "MOST_BYTES", 100)
+    monkeypatch.setattr(czml, "MAX_BYTES", 100)
     with pytest.raises(FormatError, match="more than 100 bytes"):
         read(QUARTER)
 
