@@ -1,9 +1,9 @@
 """CZML, the format of Cesium: attitudes relative to the Earth-fixed frame, scalar last.
 
 [t, x, y, z, w, ...] of `orientation.unitQuaternion` rotate the body's axes to the Earth-fixed ones, those of
-ITRF here; times are SI seconds from `epoch`, which is UTC to the nanosecond.  Where interpolation is not allowed,
-an interval ends and holds its last attitude.  Cesium interpolates in the Earth-fixed frame, so `prepared`
-transforms the samples to it before nodes are chosen.
+ITRF here; times are SI seconds from `epoch`, which is UTC to the nanosecond.  Where interpolation is not
+allowed, an interval ends and holds its last attitude.  Cesium interpolates in the Earth-fixed frame, so
+`prepared` transforms the samples to it before nodes are chosen.
 """
 
 from __future__ import annotations
