@@ -51,16 +51,17 @@ class Interpolant(NamedTuple):
         sines = np.empty(len(intervals))
         width = 0 if self.kind == "slerp" else min(self.degree, len(t) - 1)
         signed = rotations.sign_continuous(nodes)  # as polynomials need them, and writers provide them
-        arrays = (
-            np.ascontiguousarray(t),
-            np.ascontiguousarray(signed.T),
-            np.ascontiguousarray(intervals, dtype=np.int64),
-        )
-        true = np.ascontiguousarray(true.T)
+        t, nodes = np.ascontiguousarray(t), np.ascontiguousarray(signed.T)
+        intervals = np.ascontiguousarray(intervals, dtype=np.int64)
+        true, count = np.ascontiguousarray(true), len(fractions)
 
         def interpolate(share: tuple[int, int]) -> None:
-            work, shared = np.empty((5, len(fractions))), np.empty((3, width + 1))
-            compiled.interpolate(*arrays, *share, width, fractions, true, work, shared, sines)
+            first, last = share
+            work = np.empty((8, max(count, width + 1)))
+            part = true[first * count : last * count]
+            compiled.interpolate(
+                t, nodes, intervals[first:last], width, fractions, part, work, sines[first:last]
+            )
 
         threads = min(processors(), MAX_THREADS, max(1, sines.size // MIN_INTERVALS_PER_THREAD))
         run(interpolate, cut(sines.size, threads))

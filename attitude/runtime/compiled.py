@@ -118,7 +118,7 @@ runge_kutta_each = Kernel(
     "solvers.batch.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1"
 )
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
-interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
+interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.d1.d2.d2.d1")
 draw = Kernel("statistics.dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
 gather = Kernel("statistics.moment_sums.gather", "d3.d1.d1")
 settle = Kernel("statistics.moment_sums.settle", "d1.i3")
