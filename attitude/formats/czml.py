@@ -106,7 +106,7 @@ def _document(head: EphemerisData, tail: EphemerisData, span: str, name: str) ->
     seconds = float(tail.elapsed[-1]) - float(head.elapsed[0])
     clock = {
         "interval": span,
-        "currentTime": span.split("/")[0],
+        "currentTime": span.split("/", maxsplit=1)[0],
         "multiplier": max(1.0, seconds / PLAYING_TIME),
         "range": "LOOP_STOP",
         "step": "SYSTEM_CLOCK_MULTIPLIER",
