@@ -1,4 +1,4 @@
-"""The instants that an interpolating reader is given, and how far off it will be between them."""
+"""Nodes for readers that interpolate, and the bound on the interpolation error between them."""
 
 from __future__ import annotations
 
@@ -20,37 +20,39 @@ from .interpolant import Interpolant as Interpolant
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
 
-# Where the rate jumps, or a reader of somebody's file was told not to interpolate across.
-CUTS = ("impulse", "contact", "segment")
-LEAST_TOLERANCE, GREATEST_TOLERANCE = 1e-13, 1.0  # rad
+# Events at which the rate jumps, or which a file that was read marked as not to be interpolated across.
+SEGMENT_EVENTS = ("impulse", "contact", "segment")
+MIN_TOLERANCE, MAX_TOLERANCE = 1e-13, 1.0  # rad
 MOST_NODES = 100_000_000  # in a file
-TRIED = 64  # windows in which a spacing is tried before it is checked everywhere
-ROUNDS = 30
-CONTACT_WITHIN = 1e-11  # s: how well the instant of a contact is known, on either side of which rates differ
-CHECKED = 1 << 13  # intervals at a time
-CHECKED_AT_ONCE = 1 << 18
+TRIAL_WINDOWS = 64  # windows in which a spacing is tried before it is checked everywhere
+MAX_TRIALS = 30  # spacings tried
+CONTACT_TIME_ERROR = 1e-11  # s: error of the instant of a contact, on either side of which rates differ
+INTERVALS_PER_CHECK = 1 << 13  # intervals at a time
+SIMULATED_INTERVALS_PER_CHECK = (
+    1 << 18
+)  # intervals at a time, of motion that is simulated from its beginning each time
 
-# Errors are looked for at these fractions of every interval.  They are zero at its ends and, between, the
+# Errors are evaluated at these fractions of every interval.  They are zero at its ends and, between, the
 # nodal polynomial times a smooth factor.  For factors linear in time, in every interval of the windows of
-# degrees 1 to 15, the greatest error is at most 1.05 times the greatest at these six, which were placed to
-# make that ratio least; tests/formats/test_nodes.py repeats this and compares with many motions.
-PLACES = np.array([0.175, 0.285, 0.422, 0.578, 0.715, 0.825])
-MARGIN = 1.07
-# rad; chosen nodes are no further apart at the greatest rate.  Slerp takes the wrong way round beyond pi, and
-# of polynomials, whose quaternions turn half as fast, none resolves a turn from node to node.
-MOST_TURNED = 0.5 * np.pi
-# Given instants further apart than that, or unevenly, are looked at in more places; in two turns and more
-# from one to the next readers see another motion than this one, and are off by up to half a turn.
-MANY_PLACES = (np.arange(128) + 0.5) / 128
-LOST = 4.0 * np.pi
+# degrees 1 to 15, the greatest error is at most 1.05 times the greatest at these six fractions, which
+# minimise that ratio; tests/formats/test_nodes.py repeats this and compares with many motions.
+FRACTIONS = np.array([0.175, 0.285, 0.422, 0.578, 0.715, 0.825])
+ERROR_MARGIN = 1.07
+# rad; greatest rotation between chosen nodes at the greatest rate.  Beyond pi slerp takes the wrong
+# direction, and no polynomial resolves a whole turn between nodes (its quaternions rotate half as fast).
+MAX_ROTATION_PER_INTERVAL = 0.5 * np.pi
+# Intervals of given instants that are longer than that, or uneven, are evaluated at more fractions.  Beyond
+# two turns from node to node readers reconstruct another motion, with errors of up to half a turn.
+DENSE_FRACTIONS = (np.arange(128) + 0.5) / 128
+MAX_RESOLVED_ROTATION = 4.0 * np.pi
 
 
 class Written(NamedTuple):
-    """What became of an ephemeris on its way to a file.
+    """Summary of what was written to a file.
 
-    nodes : instants written
-    interpolation_error : rad; what the format's readers are off by between them at most, where they
-        interpolate and the motion is there to compare with; else None
+    nodes : number of instants written
+    interpolation_error : rad, bound on the interpolation error of the format's readers between them; None if
+        they do not interpolate, or the motion between the instants is unknown
     """
 
     nodes: int
@@ -58,52 +60,56 @@ class Written(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """One body's instants, in segments across which nobody may interpolate.
+    """Instants of one body, in segments across which readers must not interpolate.
 
     segments : each at least one instant, in increasing order
-    interpolant : what their readers do between them
-    worst : rad, or None where it is not known
+    interpolant : how their readers interpolate
+    max_error : rad, bound on the interpolation error, or None if it is unknown
     """
 
     segments: tuple[Samples, ...]
     interpolant: Interpolant
-    worst: float | None
+    max_error: float | None
 
     @property
     def written(self) -> Written:
-        return Written(sum(segment.count for segment in self.segments), self.worst)
+        """Summary of these nodes."""
+        return Written(sum(segment.count for segment in self.segments), self.max_error)
 
     @property
     def remark(self) -> str:
-        """For people who read the file."""
-        if self.worst is None:
+        """Comment in the file."""
+        if self.max_error is None:
             return "Error of interpolation between these attitudes is not known"
-        return f"Error of interpolation ({self.interpolant}) is at most {upwards(self.worst)} rad"
+        return f"Error of interpolation ({self.interpolant}) is at most {upwards(self.max_error)} rad"
 
 
 def upwards(angle: float) -> str:
-    """To two digits, never below."""
+    """Format an angle with two digits, rounded upwards."""
     return f"{float(Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(angle)):.1e}"
 
 
 def chosen(
     samples: Samples, interpolant: Interpolant, tolerance: Any = None, most: int = MOST_NODES
 ) -> Nodes:
-    """The given instants, or at `most` so many that interpolation errs by less than `tolerance`, rad."""
+    """Choose nodes that keep a tolerance, rad; without one, the given instants.
+
+    Raises InputError if more than `most` nodes would be needed.
+    """
     if not samples.is_list:
         raise FormatError(f"one body at a list of instants is written, not shape {samples.shape}")
     if tolerance is None:
-        segments = given(samples)
-        known = samples.first.can_be_resampled
+        segments = split_at_jumps(samples)
+        known = samples.head.can_be_resampled
         read = [samples] if interpolant.crosses else segments
-        return Nodes(tuple(segments), interpolant, _worst(read, interpolant) if known else None)
-    return _spaced(samples, interpolant, _check_tolerance(tolerance, samples.first), most)
+        return Nodes(tuple(segments), interpolant, _error_bound(read, interpolant) if known else None)
+    return _evenly_spaced(samples, interpolant, _check_tolerance(tolerance, samples.head), most)
 
 
 def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
     angle = float(units.si_array(tolerance, units.ANGLE, "interpolation_error"))
-    if not LEAST_TOLERANCE <= angle <= GREATEST_TOLERANCE:
-        expected = f"an angle from {LEAST_TOLERANCE:g} to {GREATEST_TOLERANCE:g} rad"
+    if not MIN_TOLERANCE <= angle <= MAX_TOLERANCE:
+        expected = f"an angle from {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g} rad"
         raise InputError("interpolation_error", tolerance, expected)
     if not head.can_be_resampled:
         expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
@@ -114,102 +120,110 @@ def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
 # -- the instants as they are given ---------------------------------------------------------------
 
 
-def given(samples: Samples) -> list[Samples]:
-    """Cut where the rate jumps; an instant at a cut is the first of what follows."""
-    at = [event.seconds for event in samples.first.events if event.kind in CUTS]
-    if not at:
+def split_at_jumps(samples: Samples) -> list[Samples]:
+    """Split the given instants where the rate jumps; an instant at a jump belongs to what follows."""
+    cuts = [event.seconds for event in samples.head.events if event.kind in SEGMENT_EVENTS]
+    if not cuts:
         return [samples]
-    seconds = np.concatenate([piece.elapsed for piece in samples.chunks()])
-    edges = [0, *sorted({int(i) for i in np.searchsorted(seconds, at)} - {0, samples.count}), samples.count]
-    return [_part(samples, first, last) for first, last in pairwise(edges)]
+    seconds = np.concatenate([piece.elapsed for piece in samples.pieces()])
+    edges = [0, *sorted({int(i) for i in np.searchsorted(seconds, cuts)} - {0, samples.count}), samples.count]
+    return [_slice(samples, first, last) for first, last in pairwise(edges)]
 
 
-def _part(samples: Samples, first: int, last: int) -> Samples:
-    return Samples(last - first, lambda a, b: samples.chunk(first + a, first + b), samples.progress)
+def _slice(samples: Samples, first: int, last: int) -> Samples:
+    return Samples(last - first, lambda a, b: samples.cut(first + a, first + b), samples.progress)
 
 
 # -- instants chosen for a tolerance --------------------------------------------------------------
 
 
-def _spaced(samples: Samples, interpolant: Interpolant, tolerance: float, most: int) -> Nodes:
-    """Evenly, as far apart in each span between events as the tolerance lets them be."""
+def _evenly_spaced(samples: Samples, interpolant: Interpolant, tolerance: float, most: int) -> Nodes:
+    """Space nodes evenly in each span between events, as far apart as the tolerance allows."""
     segments: list[Samples] = []
-    worst = 0.0
+    max_error = 0.0
     for start, stop in _spans(samples):
         left = most - sum(segment.count for segment in segments)
-        segment, found = _kept(samples, interpolant, tolerance, start, stop, left)
+        segment, error = _nodes_of_span(samples, interpolant, tolerance, (start, stop), left)
         segments.append(segment)
-        worst = max(worst, found)
-    return Nodes(tuple(segments), interpolant, worst)
+        max_error = max(max_error, error)
+    return Nodes(tuple(segments), interpolant, max_error)
 
 
-def _kept(
-    samples: Samples, interpolant: Interpolant, tolerance: float, start: float, stop: float, most: int
+def _nodes_of_span(
+    samples: Samples, interpolant: Interpolant, tolerance: float, span: tuple[float, float], most: int
 ) -> tuple[Samples, float]:
-    """Even nodes of a span that keep the tolerance everywhere, and what they err by."""
+    """Even nodes of a span that keep the tolerance everywhere, and their interpolation error."""
+    start, stop = span
     if start == stop:
-        return _even(samples, start, stop, 1.0), 0.0
-    head, least = samples.first, (stop - start) / max(most - 1, 0.5)
-    longest = _longest(head, interpolant, start, stop)
-    even = cache(lambda step: _even(samples, start, stop, step))
+        return _even_nodes(samples, start, stop, 1.0), 0.0
+    head, least = samples.head, (stop - start) / max(most - 1, 0.5)
+    longest = _longest_spacing(head, interpolant, start, stop)
+    even = cache(lambda step: _even_nodes(samples, start, stop, step))
     step = longest
-    for error in (
-        lambda step: _worst_tried(head, interpolant, start, stop, step),
-        lambda step: _worst([even(step)], interpolant),
+    for error_of in (
+        lambda step: _trial_error(head, interpolant, start, stop, step),
+        lambda step: _error_bound([even(step)], interpolant),
     ):
-        step, found = _searched(error, step, longest, least, tolerance, interpolant.order)
+        step, error = _search_spacing(error_of, step, (least, longest), tolerance, interpolant.order)
         if step < least:
             expected = f"an angle that no more than {most} nodes can keep to"
             raise InputError("interpolation_error", tolerance, expected)
-        if found > tolerance:
-            raise InputError("interpolation_error", tolerance, f"an angle above {upwards(found)} rad")
-    return even(step), found
+        if error > tolerance:
+            raise InputError("interpolation_error", tolerance, f"an angle above {upwards(error)} rad")
+    return even(step), error
 
 
-def _searched(
-    error: Callable[[float], float], step: float, longest: float, least: float, tolerance: float, order: int
+def _search_spacing(
+    error_of: Callable[[float], float],
+    step: float,
+    limits: tuple[float, float],
+    tolerance: float,
+    order: int,
 ) -> tuple[float, float]:
-    """A spacing, s, that keeps the tolerance, and its error: the longest, or one that errs by half the
-    tolerance or more, or as near to that as there is one.  Where none was found, the last that was tried.
+    """Spacing, s, between limits, and its error: more than half the tolerance, unless it is the longest.
+
+    If no spacing with such an error is met, the longest that keeps the tolerance; if none keeps it, the last
+    that was tried.
     """
-    kept, kept_error, failed, found = 0.0, 0.0, np.inf, np.inf
-    for _ in range(ROUNDS):
+    least, longest = limits
+    best, best_error, failed, error = 0.0, 0.0, np.inf, np.inf
+    for _ in range(MAX_TRIALS):
         if step < least:
             break
-        found = error(step)
-        if found > tolerance:
+        error = error_of(step)
+        if error > tolerance:
             failed = step
         else:
-            kept, kept_error = step, found
-            if step >= longest or found > 0.5 * tolerance:
+            best, best_error = step, error
+            if step >= longest or error > 0.5 * tolerance:
                 break
-        gain = max(0.01, (0.8 * tolerance / max(found, 1e-300)) ** (1.0 / order))
-        wanted = step * gain if kept < step * gain < failed else math.sqrt(kept * failed)
-        step = min(longest, _rounded(wanted))
-        if step in (kept, failed):
+        gain = max(0.01, (0.8 * tolerance / max(error, 1e-300)) ** (1.0 / order))
+        target = step * gain if best < step * gain < failed else math.sqrt(best * failed)
+        step = min(longest, _readable_spacing(target))
+        if step in (best, failed):
             break
-    return (kept, kept_error) if kept else (step, found)
+    return (best, best_error) if best else (step, error)
 
 
 def _spans(samples: Samples) -> list[tuple[float, float]]:
-    """First and last instant of each span between events; one instant is its own first and last.
+    """First and last instant of each span between events; for a single instant they are equal.
 
-    A span ends just before its event, for what that changes comes after.
+    A span ends just before its event, whose effect belongs to the next span.
     """
     first, last = float(samples.first.elapsed[0]), float(samples.last.elapsed[0])
     if last < first:
         raise FormatError("the last instant is before the first")
     between = {event.seconds: event.kind for event in samples.first.events if first < event.seconds < last}
     starts, stops = [first], []
-    for at, kind in sorted(between.items()):
-        room = CONTACT_WITHIN if kind == "contact" else 0.0
-        stops.append(max(starts[-1], min(at - room, float(np.nextafter(at, -np.inf)))))
-        starts.append(min(at + room, last))
+    for seconds, kind in sorted(between.items()):
+        margin = CONTACT_TIME_ERROR if kind == "contact" else 0.0
+        stops.append(max(starts[-1], min(seconds - margin, float(np.nextafter(seconds, -np.inf)))))
+        starts.append(min(seconds + margin, last))
     return list(zip(starts, [*stops, last], strict=True))
 
 
-def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
-    """Nodes at start, every step, and at stop; the last but one half-way where it would be close to that."""
+def _even_nodes(samples: Samples, start: float, stop: float, step: float) -> Samples:
+    """Nodes at start, every step, and at stop; one that would be close to stop is moved half-way back."""
     intervals = max(1, math.ceil((stop - start) / step - 1e-9)) if start < stop else 0
     grid = Grid(start, stop, step=step) if intervals > 2 else Grid(start, start, 1)
     ends = [stop] if intervals else []
@@ -224,117 +238,118 @@ def _even(samples: Samples, start: float, stop: float, step: float) -> Samples:
         after = ends[max(0, first - regular) : max(0, until - regular)]
         return head.resampled(Instants(np.append(inside, after), None, head.epoch, scale=head.instants.scale))
 
-    if _is_run_as_a_whole(head):
+    if _is_simulated(head):
         return Samples.of(cut(0, count), samples.progress)
     return Samples(count, cut, samples.progress)
 
 
-def _is_run_as_a_whole(ephemeris: EphemerisData) -> bool:
-    """A scene with effects is run from its beginning, however few instants are asked for."""
+def _is_simulated(ephemeris: EphemerisData) -> bool:
+    """Whether effects are simulated: then any instants cost a run from the beginning of the scene."""
     return ephemeris.plan is not None and bool(ephemeris.plan.simulated)
 
 
-def _longest(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
-    """s: what makes one window of the span, and turns by no more than `MOST_TURNED` at the greatest rate."""
-    at = Instants(start + _fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
+def _longest_spacing(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
+    """Longest spacing, s: one window in the span, and `MAX_ROTATION_PER_INTERVAL` at the greatest rate."""
+    at = Instants(start + _trial_fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
     rate = math.sqrt(_squared_rates(head.resampled(at)).max())
-    return _rounded(min((stop - start) / interpolant.degree, MOST_TURNED / max(rate, 1e-300)))
+    return _readable_spacing(
+        min((stop - start) / interpolant.degree, MAX_ROTATION_PER_INTERVAL / max(rate, 1e-300))
+    )
 
 
-def _fractions() -> np.ndarray:
-    """Of a span, in increasing order, both ends among them."""
-    return np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, TRIED - 2)))
+def _trial_fractions() -> np.ndarray:
+    """Fractions of a span, increasing, with both ends, at which spacings are tried."""
+    return np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, TRIAL_WINDOWS - 2)))
 
 
-def _worst_tried(
+def _trial_error(
     head: EphemerisData, interpolant: Interpolant, start: float, stop: float, step: float
 ) -> float:
-    """rad: the greatest error in windows of some nodes here and there, at both ends among them.
+    """Greatest error, rad, in trial windows of a span; those at both ends are among them.
 
-    Elsewhere than at the ends readers use the middle interval of a window alone.
+    Elsewhere readers use only the middle interval of a window.
     """
     width = interpolant.degree
-    begins = start + _fractions() * max(0.0, stop - start - width * step)
+    begins = start + _trial_fractions() * max(0.0, stop - start - width * step)
     nodes = step * np.arange(width + 1.0)
-    between = (nodes[:-1, None] + step * PLACES).reshape(-1)
+    between = (nodes[:-1, None] + step * FRACTIONS).reshape(-1)
     t = begins[:, None] + np.append(nodes, between)
     order = np.argsort(t, axis=None, kind="stable")
     q = np.empty((t.size, 4))
-    q[order] = _at(head, t.reshape(-1)[order])
-    windows = q.reshape(TRIED, -1, 4)
+    q[order] = _attitudes_at(head, t.reshape(-1)[order])
+    windows = q.reshape(TRIAL_WINDOWS, -1, 4)
     errors = np.array(
-        [interpolant.errors(nodes, w[: width + 1], np.arange(width), PLACES, w[width + 1 :]) for w in windows]
+        [
+            interpolant.errors(nodes, w[: width + 1], np.arange(width), FRACTIONS, w[width + 1 :])
+            for w in windows
+        ]
     )
     middle = (width - 1) // 2
     inside = errors[1:-1, middle]
     return _with_margin(max(float(inside.max()), float(errors[0].max()), float(errors[-1].max())))
 
 
-def _rounded(step: float) -> float:
-    """To three digits, downwards: a spacing that people can read, and that is whole in nanoseconds."""
+def _readable_spacing(step: float) -> float:
+    """Spacing rounded down to three digits: easy to read, and a whole number of nanoseconds."""
     power = 10.0 ** (np.floor(np.log10(step)) - 2.0)
     return float(f"{np.floor(step / power * (1 + 1e-12)) * power:.2e}")
 
 
-# -- what interpolation gives ---------------------------------------------------------------------
+# -- interpolation errors --------------------------------------------------------------------------
 
 
-def _worst(segments: list[Samples], interpolant: Interpolant) -> float:
-    """rad: what readers are off by at most, from the motion itself, in all intervals."""
+def _error_bound(segments: list[Samples], interpolant: Interpolant) -> float:
+    """Bound on the interpolation error, rad, in all intervals, compared with the motion itself."""
     intervals = [segment for segment in segments if segment.count > 1]
-    return max((_with_margin(_worst_of(segment, interpolant)) for segment in intervals), default=0.0)
+    error = max((_greatest_error(segment, interpolant) for segment in intervals), default=0.0)
+    return _with_margin(error)
 
 
-def _with_margin(found: float) -> float:
-    return min(MARGIN * found, np.pi)
+def _with_margin(error: float) -> float:
+    return min(ERROR_MARGIN * error, np.pi)
 
 
-def _worst_of(samples: Samples, interpolant: Interpolant) -> float:
-    """rad: the greatest error found."""
-    worst, around = 0.0, interpolant.degree
-    size = CHECKED_AT_ONCE if _is_run_as_a_whole(samples.first) else CHECKED
+def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
+    """Greatest interpolation error of a segment at the fractions of all intervals, rad."""
+    max_error, around = 0.0, interpolant.degree
+    size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.head) else INTERVALS_PER_CHECK
     for first in range(0, samples.count - 1, size):
         last = min(first + size, samples.count - 1)  # intervals, from first to last
         low, high = max(0, first - around), min(samples.count, last + 1 + around)
-        piece = samples.chunk(low, high)
-        _refuse_disorder(piece, low)
-        errors, turned = _errors(piece, interpolant, np.arange(first - low, last - low), PLACES)
-        if turned.max() > LOST:
+        piece = samples.cut(low, high)
+        _check_order(piece, low)
+        intervals = np.arange(first - low, last - low)
+        errors, rotation = _interval_errors(piece, interpolant, intervals, FRACTIONS)
+        if rotation.max() > MAX_RESOLVED_ROTATION:
             return np.pi
-        far = (
-            first
-            - low
-            + np.flatnonzero(
-                (turned > MOST_TURNED * (1.0 + 1e-9))
-                | _is_uneven(piece.elapsed, interpolant)[first - low : last - low]
-            )
-        )
-        some = size * PLACES.size // MANY_PLACES.size + 1
-        for i in range(0, far.size, some):
-            more, _ = _errors(piece, interpolant, far[i : i + some], MANY_PLACES)
-            worst = max(worst, float(more.max()))
-        worst = max(worst, float(errors.max()))
-    return worst
+        is_long = rotation > MAX_ROTATION_PER_INTERVAL * (1.0 + 1e-9)
+        dense = intervals[is_long | _is_uneven(piece.elapsed, interpolant)[intervals]]
+        group = size * FRACTIONS.size // DENSE_FRACTIONS.size + 1
+        for i in range(0, dense.size, group):
+            dense_errors, _ = _interval_errors(piece, interpolant, dense[i : i + group], DENSE_FRACTIONS)
+            max_error = max(max_error, float(dense_errors.max()))
+        max_error = max(max_error, float(errors.max()))
+    return max_error
 
 
-def _errors(
-    piece: EphemerisData, interpolant: Interpolant, intervals: np.ndarray, places: np.ndarray
+def _interval_errors(
+    piece: EphemerisData, interpolant: Interpolant, intervals: np.ndarray, fractions: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of intervals, by the node that each begins with: the greatest error at places of it, and how far the
-    body turns in it at the greatest rate there; rad.
+    """Greatest error of intervals at fractions of them, and rotation at the greatest rate there; rad.
+
+    intervals : (m,), the node at which each begins
     """
     instants = piece.instants
     t = instants.seconds - instants.seconds[0]
-    t = t if instants.seconds_low is None else t + (instants.seconds_low - instants.seconds_low[0])
-    at = _between(instants, intervals, places)
-    found = piece.resampled(at)
-    errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, places, found.quaternion("wxyz"))
-    rates = np.sqrt(_squared_rates(found).reshape(-1, places.size).max(axis=1))
+    t = t if instants.rest is None else t + (instants.rest - instants.rest[0])
+    true = piece.resampled(_instants_between(instants, intervals, fractions))
+    errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, fractions, true.quaternion("wxyz"))
+    rates = np.sqrt(_squared_rates(true).reshape(-1, fractions.size).max(axis=1))
     return errors, rates * (t[intervals + 1] - t[intervals])
 
 
 def _is_uneven(t: np.ndarray, interpolant: Interpolant) -> np.ndarray:
-    """(n - 1,): which intervals are in a window with others that differ by more than a factor of 2."""
+    """(n - 1,) bool: intervals in windows whose lengths differ by more than a factor of 2."""
     lengths, width = np.diff(t), interpolant.degree
     if width == 1 or lengths.max() <= 2.0 * lengths.min():
         return np.zeros(lengths.size, dtype=bool)
@@ -348,7 +363,7 @@ def _squared_rates(ephemeris: EphemerisData) -> np.ndarray:
     return np.asarray(x * x + y * y + z * z)
 
 
-def _refuse_disorder(piece: EphemerisData, first: int) -> None:
+def _check_order(piece: EphemerisData, first: int) -> None:
     back = np.flatnonzero(~(np.diff(piece.elapsed) > 0.0))
     if back.size:
         i = int(back[0])
@@ -358,22 +373,18 @@ def _refuse_disorder(piece: EphemerisData, first: int) -> None:
         )
 
 
-def _between(instants: Instants, intervals: np.ndarray, places: np.ndarray) -> Instants:
-    """At these fractions of intervals, by the node that each begins with, in two parts."""
+def _instants_between(instants: Instants, intervals: np.ndarray, fractions: np.ndarray) -> Instants:
+    """Instants at fractions of intervals, in two parts."""
     before, after = intervals[:, None], intervals[:, None] + 1
     seconds = instants.seconds[before]
-    ahead = places * (instants.seconds[after] - seconds)
+    ahead = fractions * (instants.seconds[after] - seconds)
     at = seconds + ahead
     rest = ahead - (at - seconds)
-    if instants.seconds_low is not None:
-        rest = (
-            rest
-            + instants.seconds_low[before]
-            + places * (instants.seconds_low[after] - instants.seconds_low[before])
-        )
+    if instants.rest is not None:
+        rest = rest + instants.rest[before] + fractions * (instants.rest[after] - instants.rest[before])
     return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
 
 
-def _at(head: EphemerisData, seconds: np.ndarray) -> np.ndarray:
+def _attitudes_at(head: EphemerisData, seconds: np.ndarray) -> np.ndarray:
     instants = Instants(seconds, None, head.epoch, scale=head.instants.scale)
     return head.resampled(instants).quaternion("wxyz")

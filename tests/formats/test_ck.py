@@ -4,6 +4,7 @@ import os
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 from dataclasses import replace
 
@@ -612,7 +613,7 @@ class Interruption(BaseException):
 def test_interrupted_write_leaves_no_ck_and_no_open_file(tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr(ck.tempfile, "tempdir", None)
+    monkeypatch.setattr(tempfile, "tempdir", None)
 
     def interrupt(done):
         if done > 0.5:
@@ -717,15 +718,18 @@ DAMAGED = {
     "through a text transfer": (lambda data: data.replace(b"\r\n", b"\n\n"), "transfer as text"),
     "other descriptors": (put(8, "<ii", 3, 6), "descriptors of 3 doubles"),
     "cut in the middle": (lambda data: data[: len(data) // 2], "in a file of"),
-    "cut before the summaries": (lambda data: data[:1024], "leads nowhere"),
-    "summaries in a ring": (lambda data: in_summary(0, "<d", summary_of(data) // 1024 + 1)(data), "nowhere"),
-    "no next record": (in_summary(0, "<d", float("nan")), "nowhere"),
+    "cut before the summaries": (lambda data: data[:1024], "list is corrupt"),
+    "summaries in a ring": (
+        lambda data: in_summary(0, "<d", summary_of(data) // 1024 + 1)(data),
+        "list is corrupt",
+    ),
+    "no next record": (in_summary(0, "<d", float("nan")), "list is corrupt"),
     "too many summaries": (in_summary(16, "<d", 1e9), "summaries in a record"),
     "array before the file": (in_summary(56, "<i", -5), "an array from -5"),
     "type 5": (in_summary(48, "<i", 5), "type 5; types 2 and 3"),
     "of the Earth": (in_summary(44, "<i", 10013), "frame 10013"),
-    "rates that are none": (in_summary(52, "<i", 0), "counts are not its own"),
-    "count of records": (in_array(-1, "<d", 61.0), "counts are not its own"),
+    "rates that are none": (in_summary(52, "<i", 0), "does not match its counts"),
+    "count of records": (in_array(-1, "<d", 61.0), "does not match its counts"),
     "no count": (in_array(-1, "<d", 0.0), "a count of 0.0"),
     "NaN": (in_array(2, "<d", float("nan")), "not finite"),
     "not unit": (in_array(0, "<d", 3.0), "unit quaternion"),
@@ -747,11 +751,14 @@ CLOCKS = {
     "empty": (lambda text: "", "no SCLK_DATA_TYPE_999, the clock of structure -999000"),
     "open": (lambda text: text.replace("1 )\n\n", "1\n\n"), "closing parenthesis"),
     "no assignment": (lambda text: text.replace("SCLK01_N_FIELDS_999", "N FIELDS"), "no assignment"),
-    "type 2": (lambda text: text.replace("TYPE_999         = ( 1 )", "TYPE_999 = ( 2 )"), "none of type 1"),
-    "other time": (lambda text: text.replace("SYSTEM_999     = ( 2 )", "SYSTEM_999 = ( 3 )"), "none of type"),
-    "word": (lambda text: text.replace("( 68719476736 65536 )", "( a b )"), "none of type 1"),
-    "stopped": (lambda text: text.replace("0  0  1 )", "0  0  0 )"), "none of type 1"),
-    "later": (lambda text: text.replace("( 0  0  1 )", "( 65536  0  1 )"), "begins before its clock"),
+    "type 2": (lambda text: text.replace("TYPE_999         = ( 1 )", "TYPE_999 = ( 2 )"), "not of type 1"),
+    "other time": (lambda text: text.replace("SYSTEM_999     = ( 2 )", "SYSTEM_999 = ( 3 )"), "not of type"),
+    "word": (lambda text: text.replace("( 68719476736 65536 )", "( a b )"), "not of type 1"),
+    "stopped": (lambda text: text.replace("0  0  1 )", "0  0  0 )"), "not of type 1"),
+    "later": (
+        lambda text: text.replace("( 0  0  1 )", "( 65536  0  1 )"),
+        "begins before the first calibration",
+    ),
     "far": (lambda text: text.replace("( 0  0  1 )", "( 0  1D15  1 )"), "beyond any calendar"),
 }
 

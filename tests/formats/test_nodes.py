@@ -9,7 +9,7 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from attitude import Ephemeris, FormatError, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
-from attitude.formats.interpolation_nodes import MARGIN, PLACES, Interpolant, chosen, upwards
+from attitude.formats.interpolation_nodes import ERROR_MARGIN, FRACTIONS, Interpolant, chosen, upwards
 from attitude.samples.chunks import Samples
 
 SLERP, LAGRANGE = Interpolant("slerp"), Interpolant("lagrange", 7)
@@ -81,8 +81,8 @@ def test_reader_of_these_tests_is_scipys(degree):
 def test_interpolation_between_chosen_nodes_keeps_the_tolerance(name, interpolant, tolerance):
     ephemeris = Scene.builtin(name).run()
     nodes = chosen(Samples.of(ephemeris), interpolant, tolerance)
-    assert 0.3 * tolerance < nodes.worst <= tolerance  # and is not won by needless nodes
-    assert true_error(nodes, ephemeris) <= nodes.worst
+    assert 0.3 * tolerance < nodes.max_error <= tolerance  # and is not won by needless nodes
+    assert true_error(nodes, ephemeris) <= nodes.max_error
 
 
 def spinning(moments, rate):
@@ -122,11 +122,11 @@ def test_promise_holds_at_every_instant_of_every_motion(name, interpolant):
         ephemeris = motion.at([0.0, seconds])
         nodes = chosen(Samples.of(ephemeris), interpolant, tolerance)
         turned = most_turned(nodes, ephemeris)
-        assert true_error(nodes, ephemeris) <= nodes.worst <= tolerance
+        assert true_error(nodes, ephemeris) <= nodes.max_error <= tolerance
         assert turned <= np.pi / 2 * 1.001
         # Else a quarter of a turn, or a few windows for all of the span, are what limits the spacing.
         if turned < 0.99 * np.pi / 2 and nodes.written.nodes > 10 * interpolant.degree:
-            assert nodes.worst >= 0.4 * tolerance
+            assert nodes.max_error >= 0.4 * tolerance
 
 
 @each_body
@@ -139,7 +139,7 @@ def test_of_given_instants_no_error_is_greater_than_the_stated_one(name, interpo
         for t in (np.linspace(0.0, seconds, count), uneven):
             ephemeris = motion.at(t)
             nodes = chosen(Samples.of(ephemeris), interpolant)
-            assert true_error(nodes, ephemeris, 700) <= nodes.worst
+            assert true_error(nodes, ephemeris, 700) <= nodes.max_error
 
 
 @each_interpolant
@@ -151,16 +151,16 @@ def test_stated_error_is_the_greatest_and_little_more(interpolant):
         at = np.sort((t[:-1, None] + np.diff(t)[:, None] * np.linspace(0, 1, 60)).ravel())
         true = ephemeris.resampled(at).quaternion("wxyz")
         greatest = angle(between(interpolant, t, ephemeris.quaternion("wxyz"), at), true).max()
-        assert greatest <= nodes.worst < 1.08 * greatest
-        assert nodes.written == (200, nodes.worst)
+        assert greatest <= nodes.max_error < 1.08 * greatest
+        assert nodes.written == (200, nodes.max_error)
 
 
 @pytest.mark.parametrize("interpolant", INTERPOLANTS, ids=str)
 def test_readers_of_nodes_whole_turns_apart_are_half_a_turn_off(interpolant):
     spin = spinning([1, 2, 2.5], (0, 0, np.deg2rad(6.0)))
     nodes = chosen(Samples.of(spin.at(np.arange(0.0, 3601.0, 120.0))), interpolant)
-    assert nodes.worst == pytest.approx(np.pi, abs=1e-6)
-    assert nodes.worst >= np.pi * (1 - 1e-15)
+    assert nodes.max_error == pytest.approx(np.pi, abs=1e-6)
+    assert nodes.max_error >= np.pi * (1 - 1e-15)
 
 
 def test_greatest_error_between_the_places_is_within_the_margin():
@@ -174,7 +174,7 @@ def test_greatest_error_between_the_places_is_within_the_margin():
     for degree in range(1, 16):
         for interval in range(degree):
             true = greatest(degree, interval, np.linspace(0.0, 1.0, 401))
-            assert (true <= MARGIN * greatest(degree, interval, PLACES)).all()
+            assert (true <= ERROR_MARGIN * greatest(degree, interval, FRACTIONS)).all()
 
 
 def test_figure_for_people_is_rounded_upwards():
@@ -207,12 +207,12 @@ def test_nodes_do_not_depend_on_the_pieces_they_come_in(block, monkeypatch):
 
     ephemeris = MOTION.at(np.linspace(0.0, 20.0, 50))
     whole = [chosen(Samples.of(ephemeris), each, 1e-4) for each in (SLERP, LAGRANGE)]
-    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
-    monkeypatch.setattr(interpolation_nodes, "CHECKED", block)
+    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(interpolation_nodes, "INTERVALS_PER_CHECK", block)
     for expected in whole:
         found = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)
-        assert found.worst == expected.worst
-        pieces = [piece.elapsed for piece in found.segments[0].chunks()]
+        assert found.max_error == expected.max_error
+        pieces = [piece.elapsed for piece in found.segments[0].pieces()]
         assert max(map(len, pieces)) <= block
         assert np.array_equal(np.concatenate(pieces), expected.segments[0].ephemeris().elapsed)
 
@@ -247,7 +247,7 @@ def test_spin_at_a_constant_rate_needs_two_nodes_of_slerp_for_a_quarter_of_a_tur
     spin = spinning([1.0, 1.6, 2.1], (0.0, 0.0, 0.1))
     nodes = chosen(Samples.of(spin.at(np.linspace(0.0, 15.0, 7))), SLERP, 1e-9)
     assert nodes.written.nodes == 2
-    assert nodes.worst < 1e-14
+    assert nodes.max_error < 1e-14
     assert chosen(Samples.of(spin.at(np.linspace(0.0, 200 * np.pi, 7))), SLERP, 1e-9).written.nodes < 45
 
 
@@ -255,7 +255,7 @@ def test_what_was_read_from_a_file_has_no_motion_behind_it(tmp_path):
     MOTION.at(np.arange(9.0)).write(tmp_path / "a.csv")
     back = Ephemeris.read(tmp_path / "a.csv")
     nodes = chosen(Samples.of(back), SLERP)
-    assert nodes.worst is None
+    assert nodes.max_error is None
     assert "not known" in nodes.remark
     with pytest.raises(InputError, match="interpolation_error: none for an ephemeris read from a file"):
         chosen(Samples.of(back), SLERP, 1e-6)
@@ -277,7 +277,7 @@ def test_resampled_is_the_motion_itself():
 
 def test_tolerance_is_an_angle_within_reason():
     samples = Samples.of(MOTION.at(np.arange(9.0)))
-    assert chosen(samples, SLERP, 1 * u.arcmin).worst <= np.deg2rad(1 / 60)
+    assert chosen(samples, SLERP, 1 * u.arcmin).max_error <= np.deg2rad(1 / 60)
     for wrong in (0.0, -1.0, np.nan, 1e-14, 10.0, "a", 1 * u.m):
         with pytest.raises(InputError, match="interpolation_error"):
             chosen(samples, SLERP, wrong)

@@ -319,8 +319,8 @@ def test_dates_of_one_width_are_read_as_each_is():
     assert len(groups) > 20
     for texts in groups.values():
         together, alone = (
-            epochs.each(arrow(texts), "UTC"),
-            [epochs.one(text, "UTC") for text in texts],
+            epochs.parse_epochs(arrow(texts), "UTC"),
+            [epochs.parse_epoch(text, "UTC") for text in texts],
         )
         assert np.stack(together, axis=1).tolist() == [list(pair) for pair in alone]
 
@@ -337,19 +337,19 @@ WRONG_DATES = [
 @pytest.mark.parametrize("text", WRONG_DATES)
 @pytest.mark.parametrize("beside", [[], [b"2026-01-01T00:00:00"], [b"2026-01-01T00:00:00.5"] * 3])
 def test_no_date_is_refused_by_its_place(text, beside):
-    with pytest.raises(epochs.EpochError) as caught:
-        epochs.each(arrow([*beside, text.encode(), *beside]), "UTC")
+    with pytest.raises(epochs.RowError) as caught:
+        epochs.parse_epochs(arrow([*beside, text.encode(), *beside]), "UTC")
     assert caught.value.index == len(beside)
 
 
 def test_a_zone_and_a_leap_second_are_read():
     texts = [b"2016-12-31T23:59:59.5", b"2016-12-31T23:59:60.5", b"2017-01-01T00:00:00.5"]
-    second, atto = epochs.each(arrow(texts), "UTC")
+    second, atto = epochs.parse_epochs(arrow(texts), "UTC")
     assert np.diff(second).tolist() == [1, 1]
     assert set(atto.tolist()) == {5 * 10**17}
-    zoned = epochs.each(arrow([text + b"Z" for text in texts]), "UTC")
+    zoned = epochs.parse_epochs(arrow([text + b"Z" for text in texts]), "UTC")
     assert np.array_equal(zoned.second, second)
-    mixed = epochs.each(arrow([texts[0], texts[1] + b"Z", b"2017-001T00:00:00.5"]), "UTC")
+    mixed = epochs.parse_epochs(arrow([texts[0], texts[1] + b"Z", b"2017-001T00:00:00.5"]), "UTC")
     assert np.array_equal(mixed.second, second)
 
 

@@ -151,8 +151,8 @@ def test_rates_do_not_depend_on_signs(tmp_path):
         ]
         return AEM.replace("= QUATERNION", "= QUATERNION/DERIVATIVE").format("\n".join(text))
 
-    found = read((derivative(FLIPS), "a.aem"), tmp_path)
-    assert np.abs(found.angular_velocity - [0, 0, np.deg2rad(10.0)]).max() < 1e-14
+    back = read((derivative(FLIPS), "a.aem"), tmp_path)
+    assert np.abs(back.angular_velocity - [0, 0, np.deg2rad(10.0)]).max() < 1e-14
 
 
 def test_ck_written_by_others_is_read_with_continuous_signs(tmp_path):

@@ -1,23 +1,20 @@
-"""SPICE text kernels: those that stand beside a CK, and the clocks of others (NAIF, kernel, SCLK, FK and time
-required reading)."""
+"""SPICE text kernels: those that stand beside a CK, written, and any, read.
+
+Source: NAIF, kernel, SCLK, FK and time required reading.
+"""
 
 from __future__ import annotations
 
-import math
 import re
-from typing import Any, NamedTuple
+from typing import Any
 
 import erfa
-import numpy as np
 
 from ...errors import FormatError
 
 TICKS = 65536  # in a second of our clocks
 SECONDS = 2**36  # of our clocks, 2178 years: their ticks are whole doubles to the end
-WIDTH = 70  # characters of a string in a kernel; longer ones are continued
-
-# Of the difference between TDB and TT that SPICE takes everywhere: every leap-second kernel has these.
-K, EB, M0, M1 = 1.657e-3, 1.671e-2, 6.239996, 1.99096871e-7
+MAX_STRING_LENGTH = 70  # characters of a string in a kernel; longer ones are continued
 
 LEAP_SECONDS = """KPL/LSK
 
@@ -77,7 +74,7 @@ CK_{structure}_SPK  = {naif_id}
 \\begintext
 """
 
-TOGETHER = """KPL/MK
+META_KERNEL = """KPL/MK
 
 Loads what is beside this file.  SPICE takes relative names from the folder that a program runs in, not from
 where this file is: run there, or name the folder in PATH_VALUES and write '$DIR/...' below.
@@ -93,7 +90,7 @@ KERNELS_TO_LOAD = (
 
 
 def leap_seconds() -> str:
-    """All steps of TAI - UTC of whole seconds, as erfa has them."""
+    """Leap-second kernel (LSK) of all steps of TAI - UTC of whole seconds in erfa."""
     months = ("JAN", "FEB", "MAR", "APR", "MAY", "JUN", "JUL", "AUG", "SEP", "OCT", "NOV", "DEC")
     steps = [step for step in erfa.leap_seconds.get().tolist() if step[0] >= 1972]
     leaps = (f"{round(offset)}, @{year}-{months[month - 1]}-1" for year, month, offset in steps)
@@ -101,52 +98,53 @@ def leap_seconds() -> str:
 
 
 def clock(naif_id: int, tt: int, anchor: str) -> str:
-    """A clock whose tick 0 is at so many seconds past J2000 in TT; `anchor` is that date."""
+    """Clock kernel (SCLK) whose tick 0 is `tt` seconds past J2000 in TT; `anchor` is that date."""
     values = {"seconds": SECONDS, "ticks": TICKS, "end": SECONDS * TICKS, "tt": tt}
     return CLOCK.format(id=-naif_id, anchor=anchor[:19], day=anchor[:10], **values)
 
 
 def frames(naif_id: int, structure: int, frame: str, body: str, name: str) -> str:
+    """Frame kernel (FK) of the body's axes."""
     return FRAMES.format(naif_id=naif_id, structure=structure, frame=frame, body=body, name=name)
 
 
-def together(files: list[str]) -> str:
-    """A meta-kernel of files beside it."""
-    return TOGETHER.format(files=",\n".join(_string(file) for file in files))
+def meta_kernel(files: list[str]) -> str:
+    """Meta-kernel that loads the files beside it."""
+    return META_KERNEL.format(files=",\n".join(_string(file) for file in files))
 
 
 def _string(text: str) -> str:
-    """A quote is doubled; a long text goes on in the next string after a plus."""
-    parts = [text[i : i + WIDTH] for i in range(0, len(text), WIDTH)]
+    """Text as strings of a kernel: quotes doubled, and a long one continued after a plus."""
+    parts = [text[i : i + MAX_STRING_LENGTH] for i in range(0, len(text), MAX_STRING_LENGTH)]
     return "\n".join(
         "  '" + part.replace("'", "''") + ("+" if part is not parts[-1] else "") + "'" for part in parts
     )
 
 
-# -- and back -----------------------------------------------------------------------------------
+# -- reading ------------------------------------------------------------------------------------
 
 
 def variables(text: str, source: str) -> dict[str, list[Any]]:
-    """What a text kernel assigns: numbers as floats, all else as text."""
-    found: dict[str, list[Any]] = {}
+    """Variables that a text kernel assigns: numbers as floats, everything else as text."""
+    assigned: dict[str, list[Any]] = {}
     name, values, open_since = "", "", 0
     for number, line in _data_lines(text):
         if not open_since:
-            assigned = re.fullmatch(r"\s*([^\s=+(),']+)\s*(\+?)=\s*(.*)", line)
-            if assigned is None:
+            match = re.fullmatch(r"\s*([^\s=+(),']+)\s*(\+?)=\s*(.*)", line)
+            if match is None:
                 raise FormatError(f"no assignment: {line.strip()[:80]!r}", source, number)
-            name, values = assigned[1], assigned[3]
-            if not assigned[2]:
-                found[name] = []
+            name, values = match[1], match[3]
+            if not match[2]:
+                assigned[name] = []
         else:
             values += " " + line
         plain = re.sub(r"'[^']*'", "", values)
         open_since = (open_since or number) if "(" in plain and ")" not in plain else 0
         if not open_since:
-            found.setdefault(name, []).extend(_values(values))
+            assigned.setdefault(name, []).extend(_values(values))
     if open_since:
         raise FormatError(f"{name} has no closing parenthesis", source, open_since)
-    return found
+    return assigned
 
 
 def _data_lines(text: str) -> list[tuple[int, str]]:
@@ -160,99 +158,7 @@ def _data_lines(text: str) -> list[tuple[int, str]]:
 
 
 def _values(text: str) -> list[Any]:
-    """Numbers may have Fortran's D for the exponent."""
-    return [_number(each) for each in re.findall(r"'(?:[^']|'')*'|[^\s,()]+", text)]
-
-
-def _number(text: str) -> Any:
-    if re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", text):
-        return float(text.upper().replace("D", "E"))
-    return text
-
-
-class Clock(NamedTuple):
-    """A spacecraft's clock, linear between the instants that it was compared at.
-
-    ticks : in a count of its most significant field
-    is_tt : whether `coefficients` are in TT; else in TDB
-    coefficients : (n, 3): ticks since the clock's start, s past J2000, s a count
-    """
-
-    ticks: float
-    is_tt: bool
-    coefficients: np.ndarray
-
-    def tt(self, ticks: np.ndarray, source: str) -> tuple[int, np.ndarray, np.ndarray]:
-        """Whole seconds past J2000 in TT, and from there s in two parts, of (n,) increasing ticks."""
-        row = np.searchsorted(self.coefficients[:, 0], ticks, side="right") - 1
-        if row[0] < 0:
-            raise FormatError("begins before its clock does", source)
-        start, since, rate = self.coefficients[row].T
-        run = (ticks - start) / self.ticks * rate
-        if not (np.abs(since) + np.abs(run) < 2.5e11).all():
-            raise FormatError("instants beyond any calendar", source)
-        late = np.zeros_like(run) if self.is_tt else tdb_minus_tt(since + run)
-        anchor = math.floor(since[0] + run[0] - late[0])
-        whole = since - anchor
-        seconds = whole + run
-        part = seconds - whole
-        rest = (whole - (seconds - part)) + (run - part) - late
-        total = seconds + rest
-        return anchor, total, (seconds - total) + rest
-
-
-def tdb_minus_tt(tdb: np.ndarray) -> np.ndarray:
-    """s, of s past J2000 in TDB, as SPICE has it: one term of the equation of time, good to 30 us."""
-    mean = M0 + M1 * tdb
-    return K * np.sin(mean + EB * np.sin(mean))
-
-
-def clock_from(text: str, structure: int, source: str, clock_id: int | None = None) -> Clock:
-    """The clock of a kernel that is `clock_id`'s, or else of the spacecraft that the structure is on.
-
-    SPICE's rule: a structure's number is a thousand times that of its spacecraft, and less than a thousand
-    more; a variable of a clock ends in the negative of the spacecraft's number.
-    """
-    found = variables(text, source)
-    endings = [name.removeprefix("SCLK_DATA_TYPE_") for name in found if name.startswith("SCLK_DATA_TYPE_")]
-    spacecraft = int(structure / 1000) if clock_id is None else clock_id
-    wanted = str(-spacecraft)
-    if wanted not in endings:
-        raise FormatError(_another_clock(endings, structure, spacecraft, clock_id), source)
-    try:
-        return _clock({key: found.get(f"{key}_{wanted}") for key in _NEEDED})
-    except (TypeError, ValueError, IndexError, OverflowError):
-        raise FormatError(f"clock {wanted} is none of type 1, in TT or TDB", source) from None
-
-
-def _another_clock(endings: list[str], structure: int, spacecraft: int, clock_id: int | None) -> str:
-    """What is wrong with a kernel whose clocks have these endings, and what would take it all the same."""
-    there = [-int(ending) for ending in endings if re.fullmatch(r"-?\d{1,10}", ending)]
-    clocks = ", ".join(f"clock {-number} of spacecraft {number}" for number in there[:10]) or "no clock"
-    if clock_id is not None:
-        asked = f"no SCLK_DATA_TYPE_{-clock_id}, which clock_id={clock_id} names"
-    elif spacecraft == 0:
-        asked = f"the number of structure {structure} does not tell its spacecraft"
-    else:
-        asked = (
-            f"no SCLK_DATA_TYPE_{-spacecraft}, the clock of structure {structure} on spacecraft {spacecraft}"
-        )
-    insist = f"; clock_id={there[0]} takes that clock" if there else ""
-    return f"{asked}; this kernel has {clocks}{insist}"
-
-
-_NEEDED = ("SCLK_DATA_TYPE", "SCLK01_TIME_SYSTEM", "SCLK01_MODULI", "SCLK01_COEFFICIENTS")
-
-
-def _clock(found: dict[str, list[Any] | None]) -> Clock:
-    kind, system, moduli, coefficients = (found[key] for key in _NEEDED)
-    system = [1.0] if system is None else system
-    if kind != [1.0] or system not in ([1.0], [2.0]):
-        raise ValueError(kind, system)
-    ticks = float(np.prod(np.array(moduli, dtype=float)[1:]))
-    table = np.array(coefficients, dtype=float).reshape(-1, 3)
-    if not (0 < ticks < np.inf and len(table) and np.isfinite(table).all() and (table[:, 2] > 0).all()):
-        raise ValueError(coefficients)
-    if not (np.diff(table[:, 0]) > 0).all():
-        raise ValueError(coefficients)
-    return Clock(ticks, system == [2.0], table)
+    """Values between commas or blanks; numbers may have Fortran's D for the exponent."""
+    is_number = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?").fullmatch
+    words = re.findall(r"'(?:[^']|'')*'|[^\s,()]+", text)
+    return [float(word.upper().replace("D", "E")) if is_number(word) else word for word in words]
