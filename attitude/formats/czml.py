@@ -79,7 +79,7 @@ def blocks(
     """
     fixed = None if position is None else _three_numbers(position, "position")
     size = None if box is None or model is not None else _three_numbers(box, "box")
-    head, tail = nodes.segments[0].head, nodes.segments[-1].tail
+    head, tail = nodes.segments[0].first, nodes.segments[-1].last
     if head.epoch is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
     span = _interval(head, tail)
@@ -119,14 +119,14 @@ def _orientation(segments: tuple[Samples, ...]) -> Iterator[bytes]:
     last, is_list = None, len(segments) > 1
     yield b"[" if is_list else b""
     for i, segment in enumerate(segments):
-        head = segment.head
+        head = segment.first
         sampled = _sampled(head, "LINEAR", 1)
         if is_list:
-            following = segments[i + 1].head if i + 1 < len(segments) else segment.tail
+            following = segments[i + 1].first if i + 1 < len(segments) else segment.last
             interval = _interval(head, following)
             sampled = {"interval": interval, **sampled, "forwardExtrapolationType": "HOLD"}
         yield (b"," if i else b"") + orjson.dumps(sampled)[:-1] + b',"unitQuaternion":['
-        for k, piece in enumerate(segment.pieces()):
+        for k, piece in enumerate(segment.chunks()):
             last = _refuse_disorder(piece, last)
             yield (b"," if k else b"") + _rows(piece.elapsed, _earth_fixed(piece).quaternion("xyzw"))
         yield b"]}"

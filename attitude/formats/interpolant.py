@@ -64,7 +64,7 @@ class Interpolant(NamedTuple):
             )
 
         threads = min(processors(), MAX_THREADS, max(1, sines.size // MIN_INTERVALS_PER_THREAD))
-        run(interpolate, cut(sines.size, threads))
+        run(interpolate, ranges(sines.size, threads))
         return 2.0 * np.arcsin(np.minimum(sines, 1.0))
 
 

@@ -100,10 +100,10 @@ def chosen(
         raise FormatError(f"one body at a list of instants is written, not shape {samples.shape}")
     if tolerance is None:
         segments = split_at_jumps(samples)
-        known = samples.head.can_be_resampled
+        known = samples.first.can_be_resampled
         read = [samples] if interpolant.crosses else segments
         return Nodes(tuple(segments), interpolant, _error_bound(read, interpolant) if known else None)
-    return _evenly_spaced(samples, interpolant, _check_tolerance(tolerance, samples.head), most)
+    return _evenly_spaced(samples, interpolant, _check_tolerance(tolerance, samples.first), most)
 
 
 def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
@@ -122,16 +122,16 @@ def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
 
 def split_at_jumps(samples: Samples) -> list[Samples]:
     """Split the given instants where the rate jumps; an instant at a jump belongs to what follows."""
-    cuts = [event.seconds for event in samples.head.events if event.kind in SEGMENT_EVENTS]
+    cuts = [event.seconds for event in samples.first.events if event.kind in SEGMENT_EVENTS]
     if not cuts:
         return [samples]
-    seconds = np.concatenate([piece.elapsed for piece in samples.pieces()])
+    seconds = np.concatenate([piece.elapsed for piece in samples.chunks()])
     edges = [0, *sorted({int(i) for i in np.searchsorted(seconds, cuts)} - {0, samples.count}), samples.count]
     return [_slice(samples, first, last) for first, last in pairwise(edges)]
 
 
 def _slice(samples: Samples, first: int, last: int) -> Samples:
-    return Samples(last - first, lambda a, b: samples.cut(first + a, first + b), samples.progress)
+    return Samples(last - first, lambda a, b: samples.chunk(first + a, first + b), samples.progress)
 
 
 # -- instants chosen for a tolerance --------------------------------------------------------------
@@ -156,7 +156,7 @@ def _nodes_of_span(
     start, stop = span
     if start == stop:
         return _even_nodes(samples, start, stop, 1.0), 0.0
-    head, least = samples.head, (stop - start) / max(most - 1, 0.5)
+    head, least = samples.first, (stop - start) / max(most - 1, 0.5)
     longest = _longest_spacing(head, interpolant, start, stop)
     even = cache(lambda step: _even_nodes(samples, start, stop, step))
     step = longest
@@ -312,11 +312,11 @@ def _with_margin(error: float) -> float:
 def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
     """Greatest interpolation error of a segment at the fractions of all intervals, rad."""
     max_error, around = 0.0, interpolant.degree
-    size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.head) else INTERVALS_PER_CHECK
+    size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.first) else INTERVALS_PER_CHECK
     for first in range(0, samples.count - 1, size):
         last = min(first + size, samples.count - 1)  # intervals, from first to last
         low, high = max(0, first - around), min(samples.count, last + 1 + around)
-        piece = samples.cut(low, high)
+        piece = samples.chunk(low, high)
         _check_order(piece, low)
         intervals = np.arange(first - low, last - low)
         errors, rotation = _interval_errors(piece, interpolant, intervals, FRACTIONS)
@@ -341,7 +341,7 @@ def _interval_errors(
     """
     instants = piece.instants
     t = instants.seconds - instants.seconds[0]
-    t = t if instants.rest is None else t + (instants.rest - instants.rest[0])
+    t = t if instants.seconds_low is None else t + (instants.seconds_low - instants.seconds_low[0])
     true = piece.resampled(_instants_between(instants, intervals, fractions))
     errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, fractions, true.quaternion("wxyz"))
     rates = np.sqrt(_squared_rates(true).reshape(-1, fractions.size).max(axis=1))
@@ -380,8 +380,12 @@ def _instants_between(instants: Instants, intervals: np.ndarray, fractions: np.n
     ahead = fractions * (instants.seconds[after] - seconds)
     at = seconds + ahead
     rest = ahead - (at - seconds)
-    if instants.rest is not None:
-        rest = rest + instants.rest[before] + fractions * (instants.rest[after] - instants.rest[before])
+    if instants.seconds_low is not None:
+        rest = (
+            rest
+            + instants.seconds_low[before]
+            + fractions * (instants.seconds_low[after] - instants.seconds_low[before])
+        )
     return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
 
 

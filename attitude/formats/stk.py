@@ -115,7 +115,7 @@ def _shared_instants(nodes: Nodes, origin: TimeOrigin) -> list[bool]:
 def _header(nodes: Nodes, origin: TimeOrigin, count: int, options: StkOptions) -> bytes:
     from ..version import __version__
 
-    head = nodes.segments[0].head
+    head = nodes.segments[0].first
     name = head.name.encode("ascii", "backslashreplace").decode().replace("\n", " ").replace("\r", " ")
     comments = [
         f"Written by attitude {__version__}" + (f": {name}" if name else ""),
@@ -142,7 +142,7 @@ def _header(nodes: Nodes, origin: TimeOrigin, count: int, options: StkOptions) -
 
 
 def _jump_comment(before: Samples, after: Samples) -> str:
-    last, first = float(before.tail.elapsed[0]), float(after.head.elapsed[0])
+    last, first = float(before.last.elapsed[0]), float(after.first.elapsed[0])
     return f"the rate jumps after {last!r} s of elapsed time; STK interpolates from there to {first!r} s"
 
 
@@ -172,7 +172,7 @@ def _rows(
     last_time, last_attitude = None, None
     for segment, ends_shared in zip(nodes.segments, shared, strict=True):
         left = segment.count - ends_shared
-        for piece in segment.pieces():
+        for piece in segment.chunks():
             count = min(left, len(piece))
             left -= count
             if count:
@@ -240,7 +240,7 @@ class StkReader:
     def _error(self, message: str, line: int | None = None) -> FormatError:
         return FormatError(message, self.source, line)
 
-    def add_block(self, block: line_blocks.Block) -> None:
+    def add_block(self, block: line_blocks.LineBlock) -> None:
         """Take the next lines of the file."""
         offset, self.number = 0, block.number - 1
         while offset < block.size:
@@ -262,7 +262,7 @@ class StkReader:
         if value is not None and self.count > int(value):
             raise self._error(f"NumberOfAttitudePoints is {value}, and there are more", number)
 
-    def _add_rows(self, block: line_blocks.Block, offset: int) -> int:
+    def _add_rows(self, block: line_blocks.LineBlock, offset: int) -> int:
         """Take the rows from an offset on; the offset of the first line that is none."""
         other = NOT_IN_ROWS.search(block.text, offset)
         end = (block.text.rfind(b"\n", offset, other.start()) + 1 or offset) if other else block.size
@@ -292,7 +292,7 @@ class StkReader:
         self.tables.append(row)
         self.line_numbers.append(np.array([number]))
 
-    def _add_line(self, block: line_blocks.Block, offset: int) -> int:
+    def _add_line(self, block: line_blocks.LineBlock, offset: int) -> int:
         self.number += 1
         line, offset = block.line(offset)
         text = line.decode("utf-8", errors="replace").strip()

@@ -34,14 +34,14 @@ class TimeOrigin(NamedTuple):
 
     def seconds(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """(n,) twice: SI seconds since the origin rounded to one double, and the rounding error."""
-        rest = 0.0 if instants.rest is None else instants.rest
+        rest = 0.0 if instants.seconds_low is None else instants.seconds_low
         total, low = two_sum(self.epoch_offset, instants.seconds)
         return two_sum(total, low + (self.epoch_offset_low + rest))
 
 
 def checked_head(nodes: Nodes, format_name: str) -> EphemerisData:
     """Return the ephemeris at the first instant; FormatError without an epoch, or of many bodies."""
-    head = nodes.segments[0].head
+    head = nodes.segments[0].first
     if head.epoch is None:
         raise FormatError(f"{format_name} holds dates, and an ephemeris without an epoch has none")
     if not nodes.segments[0].is_list:
@@ -52,7 +52,7 @@ def checked_head(nodes: Nodes, format_name: str) -> EphemerisData:
 def tt_origin(head: EphemerisData) -> TimeOrigin:
     """Return the last whole second of TT that is not after the first instant."""
     first = head.instants
-    rest = 0.0 if first.rest is None else float(first.rest.reshape(-1)[0])
+    rest = 0.0 if first.seconds_low is None else float(first.seconds_low.reshape(-1)[0])
     tt = tt_seconds(head.epoch) + Fraction(float(first.seconds.reshape(-1)[0])) + Fraction(rest)
     return _origin(tt_time(tt.__floor__()), head)
 

@@ -109,19 +109,14 @@ days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
 nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
-collocate = Kernel("solvers.collocation.collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")
-split = Kernel("solvers.splitting.split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1")
-runge_kutta = Kernel("solvers.runge_kutta.runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1")
-collocate_each = Kernel("solvers.batch.collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")
-split_each = Kernel("solvers.batch.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1")
-runge_kutta_each = Kernel(
-    "solvers.batch.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1"
-)
-bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
+collocate = Kernel("solvers.collocation.collocate", f"s1.d1.d2.d3.d1.d1.{WORLD}")
+split = Kernel("solvers.splitting.split", f"s1.d1.d2.d2.d3.d2.d1.{WORLD}")
+dormand_prince = Kernel("solvers.dormand_prince.dormand_prince", f"s1.d1.d2.d2.d3.d1.d1.{WORLD}")
+bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3.d2")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.d1.d2.d2.d1")
-draw = Kernel("statistics.dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
-gather = Kernel("statistics.moment_sums.gather", "d3.d1.d1")
-settle = Kernel("statistics.moment_sums.settle", "d1.i3")
+draw = Kernel("statistics.dispersion.draw", "i1.i.d1.d1.d2.d2.d2.i1")
+accumulate = Kernel("statistics.moment_sums.accumulate", "d3.d1.d1")
+add_exactly = Kernel("statistics.moment_sums.add_exactly", "d1.i3")
 
 # Kernels that are compiled together when a missing one is called, each group in a process of its own.
 ALWAYS = [

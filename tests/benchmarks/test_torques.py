@@ -16,6 +16,8 @@ import pytest
 import torque_peers as peers
 
 from attitude import Scene
+from attitude.cost import InitialValueProblem
+from attitude.cost.initial_value_problem import environment_of
 from attitude.cost.machine import processor, versions
 from attitude.cost.methods import library_solvers
 from attitude.dynamics import integration

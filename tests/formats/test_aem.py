@@ -132,7 +132,7 @@ def test_reading_does_not_depend_on_the_blocks(syntax, monkeypatch):
     written = motion().at(np.arange(300) / 7)
     text = text_of(written, syntax)
     for size in (1, 1000, 4097):
-        monkeypatch.setattr("attitude.formats.line_blocks.BLOCK", size)
+        monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", size)
         monkeypatch.setattr("attitude.formats.ccsds.xml_reader.CHUNK_BYTES", size)
         monkeypatch.setattr("attitude.formats.ccsds.reader.FIRST_BYTES", size)
         assert_same(read(text), written)
@@ -836,7 +836,7 @@ def test_malformed_xml_is_refused_by_file_and_line(change, message, line, xml):
 
 
 def test_error_late_in_a_large_file_names_its_line(monkeypatch):
-    monkeypatch.setattr("attitude.formats.line_blocks.BLOCK", 5000)
+    monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", 5000)
     monkeypatch.setattr("attitude.formats.ccsds.xml_reader.CHUNK_BYTES", 5000)
     for syntax in MODULES:
         lines = text_of(motion().at(np.arange(500) / 7), syntax).splitlines()

@@ -220,8 +220,8 @@ def test_leap_second_is_second_sixty():
 def test_pieces_make_no_difference(monkeypatch):
     written = orbiting(count=40).run()
     whole = text_of(written)
-    monkeypatch.setattr(chunks, "BLOCK", 7)
-    monkeypatch.setattr(czml, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
+    monkeypatch.setattr(czml, "CHUNK_INSTANTS", 7)
     assert text_of(written) == whole
 
 

@@ -207,7 +207,7 @@ def test_nodes_do_not_depend_on_the_pieces_they_come_in(block, monkeypatch):
 
     ephemeris = MOTION.at(np.linspace(0.0, 20.0, 50))
     whole = [chosen(Samples.of(ephemeris), each, 1e-4) for each in (SLERP, LAGRANGE)]
-    monkeypatch.setattr(chunks, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     monkeypatch.setattr(interpolation_nodes, "INTERVALS_PER_CHECK", block)
     for expected in whole:
         found = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)

@@ -43,7 +43,7 @@ class TerminatedStream:
         return chunk
 
 
-def _find_data_stop(block: line_blocks.Block, offset: int) -> int:
+def _find_data_stop(block: line_blocks.LineBlock, offset: int) -> int:
     """Offset of the line DATA_STOP; the block's size if it has none."""
     match = block.text.find(DATA_STOP, offset)
     while match >= 0:
@@ -67,7 +67,7 @@ class KvnReader:
         self.in_data = self.at_first_row = False
         self.number = 0
 
-    def add_block(self, block: line_blocks.Block) -> None:
+    def add_block(self, block: line_blocks.LineBlock) -> None:
         """Take the next lines of the file."""
         offset, self.number = 0, block.number - 1
         while offset < block.size:
@@ -141,7 +141,7 @@ class KvnReader:
 
     # -- rows -------------------------------------------------------------------------------------
 
-    def _add_data(self, block: line_blocks.Block, offset: int) -> int:
+    def _add_data(self, block: line_blocks.LineBlock, offset: int) -> int:
         """Take the rows from an offset on; the offset of what follows them in the block."""
         if self.at_first_row:
             line, following = block.line(offset)

@@ -80,7 +80,7 @@ class Segment:
             table = text_rows.read(b"\n".join(rows) + b"\n", self._column_kinds)
             self._add(rows if table is None else table, numbers)
 
-    def _add(self, table: text_rows.Table | list[bytes], numbers: Sequence[int]) -> None:
+    def _add(self, table: text_rows.ParsedRows | list[bytes], numbers: Sequence[int]) -> None:
         """FormatError for the first row that is wrong, with the number of its line."""
         try:
             if isinstance(table, list):
@@ -218,8 +218,8 @@ def _joined(segments: list[Segment]) -> EphemerisData:
 def _check_steps(times: Instants, stamps: Timestamps, shared: list[int]) -> None:
     """Refuse epochs that coincide when written again to the nanosecond, other than `shared` ones."""
     steps = np.diff(times.seconds)
-    if times.rest is not None:
-        steps += np.diff(times.rest)
+    if times.seconds_low is not None:
+        steps += np.diff(times.seconds_low)
     steps[np.array(shared, dtype=int) - 1] = np.inf
     if not steps.size or steps.min() > 2.1e-9:
         return

@@ -102,7 +102,7 @@ class AemWriter:
 
     def __init__(self, nodes: Nodes, options: AemOptions):
         self.nodes, self.options = nodes, options
-        head = nodes.segments[0].head
+        head = nodes.segments[0].first
         self.frame = check_frame(head.frame)
         self.time_system = _time_system(head)
         if options.rates and not head.has_rate:
@@ -137,7 +137,7 @@ class AemWriter:
     def metadata(self, segment: Samples) -> Pairs:
         """Keywords of a segment and their values, in the order of table 4-3."""
         options, degree = self.options, min(self.options.degree, segment.count - 1)
-        start, stop = _epoch_texts(segment.head)[0].decode(), self._stop(segment).decode()
+        start, stop = _epoch_texts(segment.first)[0].decode(), self._stop(segment).decode()
         center = [("CENTER_NAME", options.center_name)] if options.center_name else []
         rate = [("ANGVEL_FRAME", options.body_frame)] if self.has_rate else []
         method = [("INTERPOLATION_METHOD", "LAGRANGE"), ("INTERPOLATION_DEGREE", str(degree))]
@@ -164,7 +164,7 @@ class AemWriter:
         before the one before it ends.
         """
         left = segment.count
-        for piece in segment.pieces():
+        for piece in segment.chunks():
             epochs, is_begin = _epoch_texts(piece).copy(), left == segment.count
             left -= len(piece)
             if left == 0:
@@ -182,10 +182,10 @@ class AemWriter:
     def _stop(self, segment: Samples) -> bytes:
         """Last epoch: that of the next segment's beginning if both are one when rounded."""
         following = self.nodes.segments[self.nodes.segments.index(segment) + 1 :][:1]
-        last = segment.tail.elapsed[0]
-        if following and following[0].head.elapsed[0] <= max(last + SAME_EPOCH, np.nextafter(last, np.inf)):
-            return bytes(_epoch_texts(following[0].head)[0])
-        return bytes(_epoch_texts(segment.tail)[0])
+        last = segment.last.elapsed[0]
+        if following and following[0].first.elapsed[0] <= max(last + SAME_EPOCH, np.nextafter(last, np.inf)):
+            return bytes(_epoch_texts(following[0].first)[0])
+        return bytes(_epoch_texts(segment.last)[0])
 
     def _check_order(self, epochs: np.ndarray, is_begin: bool) -> None:
         """Refuse epochs that do not increase; a segment may begin at the last epoch of the one before."""

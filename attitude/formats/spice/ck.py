@@ -37,10 +37,10 @@ def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
     return write_blocks(nodes, target, import_spiceypy())
 
 
-def beside(nodes: Nodes, name: str, **options: Any) -> dict[str, bytes]:
+def companions(nodes: Nodes, name: str, **options: Any) -> dict[str, bytes]:
     """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm) for a CK of this name."""
     target = CkTarget.of(nodes, CkOptions(**options))
-    origin = time_origin.tt_origin(nodes.segments[0].head)
+    origin = time_origin.tt_origin(nodes.segments[0].first)
     anchor = schema.iso_text(origin.time).item().decode()
     body = target.frame.removesuffix("_BODY")
     texts = {

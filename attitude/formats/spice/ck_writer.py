@@ -155,7 +155,7 @@ def _calling(spice: Any) -> Iterator[None]:
 
 def write_blocks(nodes: Nodes, target: CkTarget, spice: Any) -> Iterator[bytes]:
     """Write a temporary file, and yield its content."""
-    origin = time_origin.tt_origin(nodes.segments[0].head)
+    origin = time_origin.tt_origin(nodes.segments[0].first)
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "attitude.bc")
         _write_file(path, nodes, target, origin, spice)
@@ -173,7 +173,7 @@ def _write_file(path: str, nodes: Nodes, target: CkTarget, origin: TimeOrigin, s
     try:
         with _calling(spice):
             spice.dafac(handle, comments)
-        begins = [float(_ticks(segment.head, origin)[0]) for segment in nodes.segments[1:]]
+        begins = [float(_ticks(segment.first, origin)[0]) for segment in nodes.segments[1:]]
         for segment, following in zip(nodes.segments, [*begins, np.inf], strict=True):
             _write_segment(handle, segment, following, target, origin, spice)
     finally:
@@ -184,7 +184,7 @@ def _write_file(path: str, nodes: Nodes, target: CkTarget, origin: TimeOrigin, s
 def _comments(nodes: Nodes, target: CkTarget, origin: TimeOrigin) -> list[str]:
     from ...version import __version__
 
-    head = nodes.segments[0].head
+    head = nodes.segments[0].first
     anchor = schema.iso_text(origin.time).item().decode()
     with_or_without = "with" if target.rates else "without"
     return [
@@ -224,7 +224,7 @@ def _batches(
 ) -> Iterator[CkRecords]:
     """Batches of records in order; each begins with the last record of the one before, leaving no gap."""
     last: CkRecords | None = None
-    for piece in segment.pieces(*passes):
+    for piece in segment.chunks(*passes):
         records = _records(piece, following, target, origin)
         time_origin.refuse_unordered(records.ticks, None if last is None else last.ticks[0], "A CK", "ticks")
         batch = records if last is None else concatenated([last, records])
@@ -316,12 +316,12 @@ def _interval_rates(records: CkRecords) -> np.ndarray:
 
 def _is_constant(segment: Samples) -> bool:
     """Whether one body rate takes the first attitude to all others."""
-    head = segment.head
+    head = segment.first
     if not head.has_rate:
         return False
     omega, q, start = head.angular_velocity[0], head.quaternion("wxyz")[0], float(head.elapsed[0])
     speed = float(np.sqrt(omega @ omega))
-    for piece in segment.pieces(0, 2):
+    for piece in segment.chunks(0, 2):
         if not np.abs(piece.angular_velocity - omega).max() <= 4 * EPS * speed:
             return False
         t = piece.elapsed - start
