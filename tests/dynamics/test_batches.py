@@ -21,7 +21,7 @@ from attitude.times.instants import as_instants
 from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate
 from tests.effects.scenes import TORQUES, effect, quantity, scene
-from tests.oracles.torqued_cases import CASES, EXPECTED
+from tests.oracles.torque_cases import CASES, EXPECTED
 
 
 def problem_of(initial_state, torques, seconds, tolerance, kind=None):

@@ -514,7 +514,7 @@ def test_seconds_may_come_in_two_parts():
     whole = fly(start, ground, FALLING, np.array([0.1, 0.5, 0.9]) + low)
     assert np.allclose(split.quaternion, whole.quaternion, atol=1e-15)
     assert np.allclose(split.position, whole.position, atol=1e-4 * 10)
-    assert np.array_equal(split.seconds_low, low)
+    assert np.array_equal(split.rest, low)
 
 
 # -- what is refused --------------------------------------------------------------------------------

@@ -212,7 +212,7 @@ def test_nodes_do_not_depend_on_the_pieces_they_come_in(block, monkeypatch):
     for expected in whole:
         found = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)
         assert found.max_error == expected.max_error
-        pieces = [piece.elapsed for piece in found.segments[0].pieces()]
+        pieces = [piece.elapsed for piece in found.segments[0].chunks()]
         assert max(map(len, pieces)) <= block
         assert np.array_equal(np.concatenate(pieces), expected.segments[0].ephemeris().elapsed)
 

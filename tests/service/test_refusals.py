@@ -239,7 +239,7 @@ def test_unexpected_error_gives_fixed_text_and_an_id_that_the_log_has(client, do
     def fail(*given):
         raise RuntimeError("a secret of /srv/attitude")
 
-    monkeypatch.setattr(ephemerides, "answer", fail)
+    monkeypatch.setattr(ephemerides, "encoded_file", fail)
     answer = client.post("/v1/ephemeris", json=document)
     problem = assert_problem(answer, 500)
     assert problem["detail"] == UNEXPECTED
