@@ -18,29 +18,30 @@ from attitude.frames.rotations import check_any_frame
 from attitude.samples.chunks import Samples
 from attitude.scene.document import Scene
 
-from . import jobs, limits
-from .answers import COST, JSON, PLAN, VERSIONED, Computed, is_seen, packed, tag_of
+from . import limits
+from .compute import count_samples
 from .errors import refusal, unexpected
-from .query import OURS, Asked, no_field
+from .query import OURS, Query, no_field
 from .settings import Settings, variable
+from .streaming import COST, JSON, PLAN, VERSIONED, Computed, has_tag, tag_of
 
 Check = Callable[[float], None]
 
 
-def computed(document: bytes, asked: Asked, settings: Settings, request: Request) -> Computed | str:
+def computed(document: bytes, query: Query, settings: Settings, request: Request) -> Computed | str:
     """The answer, begun; or its tag, where the client has it already."""
     parsed = parse_json(document, "document")
-    tag = tag_of(_canonical(parsed, document), asked.known.name, asked.text)
-    if is_seen(tag, asked.seen):
+    tag = tag_of(_canonical(parsed, document), query.format.name, query.text)
+    if has_tag(tag, query.if_none_match):
         return tag
-    _check_asked(asked)
+    _check_asked(query)
     if isinstance(parsed, list):
-        found = _batch(parsed, asked, settings, request)
+        found = _batch(parsed, query, settings, request)
     else:
         scene = limits.check_effects(Scene.model_validate(parsed), settings)
-        with no_field(*OURS[:2], *OURS[3:], *asked.options):
-            found = _one(scene, asked, settings)
-    return packed(found._replace(headers={**found.headers, "etag": tag, **VERSIONED}), asked.gzip)
+        with no_field(*OURS[:2], *OURS[3:], *query.options):
+            found = _one(scene, query, settings)
+    return found._replace(headers={**found.headers, "etag": tag, **VERSIONED})
 
 
 def _canonical(parsed: Any, document: bytes) -> bytes:
@@ -51,26 +52,26 @@ def _canonical(parsed: Any, document: bytes) -> bytes:
         return document
 
 
-def _check_asked(asked: Asked) -> None:
-    if asked.frame is not None:
+def _check_asked(query: Query) -> None:
+    if query.frame is not None:
         with no_field("frame"):
-            check_any_frame(asked.frame)
+            check_any_frame(query.frame)
 
 
-def _samples(scene: Scene, asked: Asked, settings: Settings, check: Check) -> Samples:
+def _samples(scene: Scene, query: Query, settings: Settings, check: Check) -> Samples:
     most = settings.max_samples, variable("max_samples")
     progress = limits.check_wanted(settings)
-    samples = scene.samples(progress, asked.drop_below, asked.frame, *most, check)
-    jobs.count_samples(samples.count)
+    samples = scene.samples(progress, query.drop_below, query.frame, *most, check)
+    count_samples(samples.count)
     return samples
 
 
-def _one(scene: Scene, asked: Asked, settings: Settings) -> Computed:
-    samples = _samples(scene, asked, settings, limits.check_predicted(settings))
-    file = answer(samples, asked.known, asked.interpolation_error, settings.max_samples, asked.options)
-    place = "inline" if asked.known.media == JSON else "attachment"
+def _one(scene: Scene, query: Query, settings: Settings) -> Computed:
+    samples = _samples(scene, query, settings, limits.check_predicted(settings))
+    file = answer(samples, query.format, query.interpolation_error, settings.max_samples, query.options)
+    place = "inline" if query.format.media == JSON else "attachment"
     headers = {"content-disposition": f'{place}; filename="{file.name}"'}
-    said = {} if asked.known.media == JSON else _said(samples, scene)
+    said = {} if query.format.media == JSON else _said(samples, scene)
     return Computed(file.blocks, file.is_whole, file.media, headers | said)
 
 
@@ -92,11 +93,11 @@ def _said(samples: Samples, scene: Scene) -> dict[str, str]:
 BATCHED = ("json", "ndjson")
 
 
-def _batch(documents: list[Any], asked: Asked, settings: Settings, request: Request) -> Computed:
+def _batch(documents: list[Any], query: Query, settings: Settings, request: Request) -> Computed:
     """An answer or a problem for each, in the order of the list; limits hold for all together."""
-    if asked.known.name not in BATCHED:
+    if query.format.name not in BATCHED:
         expected = f"one of {', '.join(BATCHED)} for a list of scenes"
-        raise InputError("format", asked.known.name, expected, steps=())
+        raise InputError("format", query.format.name, expected, steps=())
     if not documents:
         raise InputError("document", documents, "at least one scene", steps=())
     scenes = [_scene(document, settings) for document in documents]
@@ -104,10 +105,10 @@ def _batch(documents: list[Any], asked: Asked, settings: Settings, request: Requ
     if count > settings.max_samples:
         limit = f"at most {settings.max_samples} samples in all scenes ({variable('max_samples')})"
         raise InputError("document", f"{count} samples", limit, steps=())
-    members = _members(scenes, asked, settings, request)
-    blocks = gathered(_together(members, asked.known))
+    members = _members(scenes, query, settings, request)
+    blocks = gathered(_together(members, query.format))
     return Computed(
-        _begun(blocks), False, asked.known.media, {"content-disposition": _NAMES[asked.known.name]}
+        _begun(blocks), False, query.format.media, {"content-disposition": _NAMES[query.format.name]}
     )
 
 
@@ -125,16 +126,16 @@ def _scene(document: Any, settings: Settings) -> Scene | AttitudeError:
 
 
 def _members(
-    scenes: list[Scene | AttitudeError], asked: Asked, settings: Settings, request: Request
+    scenes: list[Scene | AttitudeError], query: Query, settings: Settings, request: Request
 ) -> Iterator[Iterator[bytes]]:
     check = limits.check_predicted_together(settings)
     for place, scene in enumerate(scenes):
         try:
             if isinstance(scene, AttitudeError):
                 raise scene
-            with no_field(*OURS, *asked.options):
-                samples = _samples(scene, asked, settings, check)
-                given = asked.interpolation_error, settings.max_samples, asked.options
+            with no_field(*OURS, *query.options):
+                samples = _samples(scene, query, settings, check)
+                given = query.interpolation_error, settings.max_samples, query.options
                 yield answer(samples, FORMATS["json"], *given).blocks
         except AttitudeError as error:
             if isinstance(error, InputError):

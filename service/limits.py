@@ -15,7 +15,7 @@ from starlette.requests import Request
 from attitude.errors import InputError
 from attitude.scene.document import Scene
 
-from . import jobs
+from .compute import current
 from .settings import Settings, variable
 
 
@@ -85,7 +85,7 @@ def check_wanted(settings: Settings) -> Callable[[float], None]:
     """
 
     def check(done: float = 0.0) -> None:
-        job = jobs.current()
+        job = current.get()
         if job is not None:
             job.check(settings.max_seconds)
 

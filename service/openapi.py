@@ -17,11 +17,11 @@ from attitude.formats.registry import KNOWN
 from attitude.scene.document import Scene, builtin_names
 
 from . import errors
-from .answers import HeadAsGet
 
 SCHEMAS = "#/components/schemas/"
 JSON = "application/json"
-EXAMPLES = Path(__file__).parent / "examples.json"
+EXAMPLES = Path(__file__).with_name("examples.json")
+OUR_SCHEMAS = Path(__file__).with_name("schemas.json")
 
 DESCRIPTION = """\
 A scene document in, an answer out; `GET /v1/scenes` lists documents to begin with.
@@ -40,82 +40,6 @@ A scene document in, an answer out; `GET /v1/scenes` lists documents to begin wi
   anything fail later, the connection ends without the last block.
 """
 
-PROBLEM_SCHEMA: dict[str, Any] = {
-    "title": "Problem",
-    "description": "What was wrong (RFC 9457).",
-    "type": "object",
-    "required": ["type", "title", "status", "detail"],
-    "properties": {
-        "type": {"type": "string", "format": "uri-reference"},
-        "title": {"type": "string"},
-        "status": {"type": "integer"},
-        "detail": {"type": "string", "description": "the field, what would be right, and what was found"},
-        "pointer": {"type": "string", "description": "JSON pointer to the field in the request's document"},
-        "line": {"type": "integer", "description": "line of the document that cannot be read"},
-        "id": {"type": "string", "description": "under which the service's log has an unexpected error"},
-    },
-}
-
-_TEXT, _NUMBER = {"type": "string"}, {"type": "number"}
-_MAYBE = {"type": ["object", "null"]}
-EPHEMERIS_SCHEMA: dict[str, Any] = {
-    "title": "Ephemeris",
-    "description": "Columns, one list each, units in their names, and how to read them.",
-    "type": "object",
-    "properties": {
-        "kind": {"const": "attitude-ephemeris/1"},
-        "name": _TEXT,
-        "convention": _TEXT,
-        "quaternion_order": {"const": "wxyz"},
-        "frame": _TEXT,
-        "epoch": _MAYBE,
-        "time_scale": {"type": ["string", "null"]},
-        "body": _MAYBE,
-        "shape": {"type": "array", "items": {"type": "integer"}},
-        "events": {"type": "array", "items": {"type": "object"}},
-        "version": _TEXT,
-        "plan": {
-            "type": "object",
-            "properties": {
-                "solver": _TEXT,
-                "samples": {"type": "integer"},
-                "simulated": {"type": "array", "items": _TEXT},
-                "left_out": {"type": "array", "items": _TEXT},
-                "error_bound_rad": _NUMBER,
-                "error_bound_source": _TEXT,
-            },
-            "required": [
-                "solver",
-                "samples",
-                "simulated",
-                "left_out",
-                "error_bound_rad",
-                "error_bound_source",
-            ],
-        },
-        "columns": {"type": "object", "additionalProperties": {"type": "array"}},
-        "cost": {
-            "type": "object",
-            "properties": {"set_up_s": _NUMBER, "sample_s": _NUMBER},
-            "required": ["set_up_s", "sample_s"],
-        },
-    },
-}
-EPHEMERIS_SCHEMA["required"] = [name for name in EPHEMERIS_SCHEMA["properties"] if name != "events"]
-
-EPHEMERIDES_SCHEMA: dict[str, Any] = {
-    "title": "Ephemerides",
-    "description": "Of a list of scenes: an answer or a problem for each, in its order.",
-    "type": "object",
-    "required": ["answers"],
-    "properties": {
-        "answers": {
-            "type": "array",
-            "items": {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Problem"}]},
-        }
-    },
-}
-
 # One entry for every refusal: FastAPI would otherwise promise validation errors of its own shape.
 REFUSALS: dict[int | str, dict[str, Any]] = {
     "default": {
@@ -123,10 +47,6 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
         "content": {errors.MEDIA_TYPE: {"schema": {"$ref": SCHEMAS + "Problem"}}},
     }
 }
-# Where there is a token: what brings it, and which operations want it: all but those that say they are open.
-SECURITY_SCHEMES = {"token": {"type": "http", "scheme": "bearer"}}
-SECURITY: list[dict[str, list[str]]] = [{"token": []}]
-OPEN: dict[str, Any] = {"security": []}
 UNCHANGED = {"description": "The client has this answer: its tag is in If-None-Match"}
 
 
@@ -253,15 +173,11 @@ class DescribedAPI(FastAPI):
         # both are routes of ours: with tags, packed, and without scripts from other people's servers
         super().__init__(**given | {"openapi_url": None, "docs_url": None, "redoc_url": None})
         self.description = DESCRIPTION
-        self.add_middleware(HeadAsGet)
 
     def openapi(self) -> dict[str, Any]:
         description = super().openapi()
         components = description.setdefault("components", {})
         components.setdefault("schemas", {}).update(_schemas())
-        if self.state.settings.token is not None:
-            components["securitySchemes"] = SECURITY_SCHEMES
-            description["security"] = SECURITY
         for path, operations in description["paths"].items():
             for operation in operations.values():
                 _put_examples(operation, path)
@@ -275,5 +191,4 @@ class DescribedAPI(FastAPI):
 @cache
 def _schemas() -> dict[str, Any]:
     scene = Scene.model_json_schema(ref_template=SCHEMAS + "{model}")
-    ours = {"Problem": PROBLEM_SCHEMA, "Ephemeris": EPHEMERIS_SCHEMA, "Ephemerides": EPHEMERIDES_SCHEMA}
-    return {**scene.pop("$defs", {}), "Scene": scene, **ours}
+    return {**scene.pop("$defs", {}), "Scene": scene, **orjson.loads(OUR_SCHEMAS.read_bytes())}

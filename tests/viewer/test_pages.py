@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import re
 import subprocess
@@ -51,9 +50,9 @@ def test_file_is_served_whole_under_its_media_type(client: TestClient, name: str
     assert answer.headers["content-type"] == MEDIA[name]
     assert "content-encoding" not in answer.headers
     zipped = client.get(f"/viewer/{name}", headers={"accept-encoding": "gzip, br"})
-    assert zipped.headers["content-encoding"] == "gzip"
+    assert zipped.headers.get("content-encoding") == (None if len(content) < 1024 else "gzip")
     assert zipped.content == content  # as the client unpacks it
-    assert int(zipped.headers["content-length"]) == len(gzip.compress(content, mtime=0))
+    assert int(zipped.headers["content-length"]) < (0.6 * len(content) if len(content) >= 1024 else 1024)
 
 
 def test_file_that_is_kept_is_not_sent_again(client: TestClient) -> None:
