@@ -10,7 +10,6 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from attitude.errors import InputError
-from attitude.scene.document import Scene
 
 from . import limits, query
 from .settings import Settings, variable
@@ -51,7 +50,7 @@ class CostQuery(NamedTuple):
 
 def measured(document: bytes, asked: CostQuery, settings: Settings) -> bytes:
     """The report as JSON.  Raises HTTPException 501 where this installation cannot tell what is true."""
-    scene = limits.check_effects(Scene.from_json(document), settings)
+    scene = limits.scene_of(document, settings)
     if find_spec("mpmath") is None:
         raise HTTPException(HTTPStatus.NOT_IMPLEMENTED, ABSENT)
     from attitude import cost

@@ -38,7 +38,7 @@ def computed(document: bytes, query: Query, settings: Settings, request: Request
     if isinstance(parsed, list):
         found = _batch(parsed, query, settings, request)
     else:
-        scene = limits.check_effects(Scene.model_validate(parsed), settings)
+        scene = limits.scene_within(parsed, settings)
         with no_field(*OURS[:2], *OURS[3:], *query.options):
             found = _one(scene, query, settings)
     return found._replace(headers={**found.headers, "etag": tag, **VERSIONED})
@@ -100,6 +100,9 @@ def _batch(documents: list[Any], query: Query, settings: Settings, request: Requ
         raise InputError("format", query.format.name, expected, steps=())
     if not documents:
         raise InputError("document", documents, "at least one scene", steps=())
+    if len(documents) > settings.max_scenes:
+        limit = f"at most {settings.max_scenes} scenes in a list ({variable('max_scenes')})"
+        raise InputError("document", f"{len(documents)} scenes", limit, steps=())
     scenes = [_scene(document, settings) for document in documents]
     count = sum(scene.times.samples for scene in scenes if isinstance(scene, Scene))
     if count > settings.max_samples:
@@ -120,7 +123,7 @@ _NAMES = {
 
 def _scene(document: Any, settings: Settings) -> Scene | AttitudeError:
     try:
-        return limits.check_effects(Scene.model_validate(document), settings)
+        return limits.scene_within(document, settings)
     except AttitudeError as error:
         return error
 

@@ -21,7 +21,9 @@ from . import errors
 SCHEMAS = "#/components/schemas/"
 JSON = "application/json"
 EXAMPLES = Path(__file__).with_name("examples.json")
-OUR_SCHEMAS = Path(__file__).with_name("schemas.json")
+PARTS: dict[str, Any] = orjson.loads(Path(__file__).with_name("openapi_parts.json").read_bytes())
+PARTS["parameters"]["format"]["schema"]["enum"] = [known.name for known in KNOWN]
+PARTS["parameters"]["name"]["schema"]["enum"] = builtin_names()
 
 DESCRIPTION = """\
 A scene document in, an answer out; `GET /v1/scenes` lists documents to begin with.
@@ -50,47 +52,6 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
 UNCHANGED = {"description": "The client has this answer: its tag is in If-None-Match"}
 
 
-# -- parameters -----------------------------------------------------------------------------------
-
-
-def _query(name: str, description: str, schema: dict[str, Any], example: Any = None) -> dict[str, Any]:
-    shown = {} if example is None else {"example": example}
-    said = {"in": "query", "name": name, "required": False, "description": description}
-    return {**said, "schema": schema, **shown}
-
-
-_ANGLE = {"type": "number", "exclusiveMinimum": 0}
-DROP_BELOW = _query("drop_below", "rad: leave out torques that matter less over the span", _ANGLE)
-EPHEMERIS = (
-    DROP_BELOW,
-    _query(
-        "format",
-        "of the answer, instead of what Accept names; other parameters are options of the format",
-        {"type": "string", "enum": [known.name for known in KNOWN]},
-    ),
-    _query("frame", "attitudes relative to it, instead of the scene's", {"type": "string"}),
-    _query(
-        "interpolation_error",
-        "rad: choose the instants so that what readers of the format interpolate stays within it",
-        {"type": "number", "minimum": 1e-13, "maximum": 1},
-    ),
-)
-COST = (
-    _query("budget", "s, wall-clock, for all of it", _ANGLE, 2),
-    _query("samples", "instants of each horizon", {"type": "integer", "minimum": 2}, 1000),
-    _query("seed", "of the instants compared with the truth", {"type": "integer", "minimum": 0}),
-    _query(
-        "method", "only this family; repeatable", {"type": "array", "items": {"type": "string"}}, ["ours"]
-    ),
-)
-
-
-def name_parameter() -> dict[str, Any]:
-    schema = {"type": "string", "enum": builtin_names()}
-    named = {"in": "path", "name": "name", "required": True, "schema": schema, "example": "toutatis"}
-    return {"parameters": [named]}
-
-
 # -- requests -------------------------------------------------------------------------------------
 
 
@@ -110,22 +71,26 @@ def _put_examples(operation: dict[str, Any], path: str) -> None:
         places[part]["content"][JSON]["examples"] = named
 
 
-def scene_request(*parameters: dict[str, Any]) -> dict[str, Any]:
-    """The request of a route that takes a scene document."""
-    return _request({"$ref": SCHEMAS + "Scene"}, parameters)
+def parameters(*names: str) -> dict[str, Any]:
+    """The parameters of a route, by their names among the components of the description."""
+    return {"parameters": [{"$ref": f"#/components/parameters/{name}"} for name in names]}
+
+
+def scene_request(*names: str) -> dict[str, Any]:
+    """The request of a route that takes a scene document, with parameters of these names."""
+    return _request({"$ref": SCHEMAS + "Scene"}, names)
 
 
 def ephemeris_request() -> dict[str, Any]:
     scene = {"$ref": SCHEMAS + "Scene"}
     each = {"anyOf": [scene, {"description": "Anything else has a problem for its answer."}]}
     scenes = {"type": "array", "items": each, "minItems": 1, "title": "Scenes"}
-    return _request({"oneOf": [scene, scenes]}, EPHEMERIS)
+    return _request({"oneOf": [scene, scenes]}, ("drop_below", "format", "frame", "interpolation_error"))
 
 
-def _request(schema: dict[str, Any], parameters: tuple[dict[str, Any], ...]) -> dict[str, Any]:
-    content = {"schema": schema}
-    body = {"requestBody": {"required": True, "content": {JSON: content}}}
-    return {**body, "parameters": list(parameters)} if parameters else body
+def _request(schema: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    body = {"requestBody": {"required": True, "content": {JSON: {"schema": schema}}}}
+    return {**body, **(parameters(*names) if names else {})}
 
 
 # -- answers --------------------------------------------------------------------------------------
@@ -149,18 +114,8 @@ def ephemeris_answer() -> dict[int | str, dict[str, Any]]:
     content[JSON]["schema"] = {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Ephemerides"}]}
     media = [known.media for known in KNOWN if known.name != "json"] + ["application/zip"]
     content.update({each: {"schema": {"type": "string", "format": "binary"}} for each in media})
-    answer[200]["headers"] = {
-        "ETag": _header("of the document, the query, the format and the version"),
-        "Content-Disposition": _header("the file's name"),
-        "Attitude-Version": _header("of the library"),
-        "Attitude-Plan": _header("of a file: how it was computed and what it is worth, as JSON"),
-        "Attitude-Cost": _header("of a file: what computing took, or is predicted to take, as JSON"),
-    }
+    answer[200]["headers"] = PARTS["headers"]
     return answer
-
-
-def _header(description: str) -> dict[str, Any]:
-    return {"description": description, "schema": {"type": "string"}}
 
 
 # -- the whole ------------------------------------------------------------------------------------
@@ -178,6 +133,7 @@ class DescribedAPI(FastAPI):
         description = super().openapi()
         components = description.setdefault("components", {})
         components.setdefault("schemas", {}).update(_schemas())
+        components["parameters"] = PARTS["parameters"]
         for path, operations in description["paths"].items():
             for operation in operations.values():
                 _put_examples(operation, path)
@@ -191,4 +147,4 @@ class DescribedAPI(FastAPI):
 @cache
 def _schemas() -> dict[str, Any]:
     scene = Scene.model_json_schema(ref_template=SCHEMAS + "{model}")
-    return {**scene.pop("$defs", {}), "Scene": scene, **orjson.loads(OUR_SCHEMAS.read_bytes())}
+    return {**scene.pop("$defs", {}), "Scene": scene, **PARTS["schemas"]}

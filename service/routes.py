@@ -58,7 +58,7 @@ async def ephemeris(request: Request) -> Response:
 @router.post(
     "/v1/plan",
     summary="What of a scene would be simulated, what not and why, by which solver, at what cost and error",
-    openapi_extra=openapi.scene_request(openapi.DROP_BELOW),
+    openapi_extra=openapi.scene_request("drop_below"),
     responses=openapi.json_answer("The plan, units in its names"),
 )
 async def plan(request: Request) -> Response:
@@ -70,7 +70,7 @@ async def plan(request: Request) -> Response:
 
 
 def _plan(document: bytes, drop_below: float | None, settings: Any) -> bytes:
-    scene = limits.check_effects(Scene.from_json(document), settings)
+    scene = limits.scene_of(document, settings)
     with queries.no_field("drop_below"):
         return orjson.dumps(scene.plan(drop_below).to_dict())
 
@@ -86,18 +86,19 @@ def _plan(document: bytes, drop_below: float | None, settings: Any) -> bytes:
 async def motion(request: Request) -> Response:
     queries.none(request)
     document = await _document(request)
-    return json_response(await request.app.state.compute.run(_motion, document))
+    state = request.app.state
+    return json_response(await state.compute.run(_motion, document, state.settings))
 
 
-def _motion(document: bytes) -> bytes:
-    scene = Scene.from_json(document)
+def _motion(document: bytes, settings: Any) -> bytes:
+    scene = limits.scene_of(document, settings)
     return motion_summary(scene.motion(), scene.name)
 
 
 @router.post(
     "/v1/cost",
     summary="What accuracy costs in time on a scene's body and state, measured here within a budget",
-    openapi_extra=openapi.scene_request(*openapi.COST),
+    openapi_extra=openapi.scene_request("budget", "samples", "seed", "method"),
     responses=openapi.json_answer("Methods, their accuracy and their time, units in the names"),
 )
 async def cost(request: Request) -> Response:
@@ -133,7 +134,7 @@ def _entry(name: str) -> dict[str, Any]:
 @router.get(
     "/v1/scenes/{name}",
     summary="One of them, as a document to post",
-    openapi_extra=openapi.name_parameter(),
+    openapi_extra=openapi.parameters("name"),
     responses=openapi.json_answer("A scene document", openapi.SCHEMAS + "Scene", tagged=True),
 )
 async def scene(request: Request) -> Response:

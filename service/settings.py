@@ -43,6 +43,7 @@ class Settings(BaseSettings):
     port: int = Field(8000, ge=0, le=65535, description="port to listen at; 0 is any free one")
     max_samples: int = Field(1_000_000, ge=1, description="instants that one answer may hold")
     max_effects: int = Field(100, ge=1, description="effects that one scene may name")
+    max_scenes: int = Field(1000, ge=1, description="scenes that one list may hold")
     max_seconds: int = Field(30, ge=1, description="seconds of computing that one request may need")
     max_body_bytes: int = Field(4 * 2**20, ge=1, description="bytes that a request's document may have")
     max_requests: int | None = Field(

@@ -170,7 +170,7 @@ def test_304_of_whoever_makes_it_changes_no_policy():
 def test_unexpected_error_has_the_headers_and_the_id_too(client, document, monkeypatch):
     from attitude.scene.document import Scene
 
-    monkeypatch.setattr(Scene, "from_json", None)
+    monkeypatch.setattr(Scene, "model_validate", None)
     answer = client.post("/v1/motion", json=document, headers={"x-request-id": "mine"})
     assert_problem(answer, 500)
     assert answer.headers["x-request-id"] == "mine"

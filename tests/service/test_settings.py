@@ -46,6 +46,7 @@ GIVEN = {
     "port": ("9000", 9000),
     "max_samples": ("10", 10),
     "max_effects": ("3", 3),
+    "max_scenes": ("3", 3),
     "max_seconds": ("5", 5),
     "max_body_bytes": ("2000", 2000),
     "max_requests": ("7", 7),
