@@ -83,6 +83,7 @@ class Job:
         self.stop.set()
 
     def end(self) -> None:
+        """Watch no longer."""
         if self._disconnect is not None:
             self._disconnect.cancel()
 
@@ -126,6 +127,7 @@ class Compute:
         self.settings = settings
         self.metrics = metrics or Metrics()
         self.in_flight = 0
+        self.max_in_flight = settings.requests_in_flight
         self.running: set[Job] = set()
         self._pool = ThreadPoolExecutor(settings.computing_threads, "compute")
 
@@ -200,11 +202,10 @@ class Compute:
         """Once a request; it counts until it is over."""
         if job.is_admitted:
             return
-        limit = self.settings.requests_in_flight
-        if self.in_flight >= limit:
-            detail = f"at most {limit} requests at once ({variable('max_requests')}); try again later"
+        if self.in_flight >= self.max_in_flight:
+            limit = f"at most {self.max_in_flight} requests at once ({variable('max_requests')})"
             retry = {"retry-after": str(RETRY_AFTER_S)}
-            raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, detail, headers=retry)
+            raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, f"{limit}; try again later", retry)
         job.is_admitted = True
         self.in_flight += 1
         self.metrics.in_flight.set(self.in_flight)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from itertools import chain
 from typing import Any
 
 import orjson
@@ -34,14 +35,16 @@ def computed(document: bytes, query: Query, settings: Settings, request: Request
     tag = tag_of(_canonical(parsed, document), query.format.name, query.text)
     if has_tag(tag, query.if_none_match):
         return tag
-    _check_asked(query)
+    if query.frame is not None:
+        with no_field("frame"):
+            check_any_frame(query.frame)
     if isinstance(parsed, list):
-        found = _batch(parsed, query, settings, request)
+        answered = _batch(parsed, query, settings, request)
     else:
         scene = limits.scene_within(parsed, settings)
         with no_field(*OURS[:2], *OURS[3:], *query.options):
-            found = _one(scene, query, settings)
-    return found._replace(headers={**found.headers, "etag": tag, **VERSIONED})
+            answered = _one(scene, query, settings)
+    return answered._replace(headers={**answered.headers, "etag": tag, **VERSIONED})
 
 
 def _canonical(parsed: Any, document: bytes) -> bytes:
@@ -50,12 +53,6 @@ def _canonical(parsed: Any, document: bytes) -> bytes:
         return orjson.dumps(parsed, option=orjson.OPT_SORT_KEYS)
     except TypeError:  # an integer beyond 64 bits, or too deep: it is as it stands, whatever becomes of it
         return document
-
-
-def _check_asked(query: Query) -> None:
-    if query.frame is not None:
-        with no_field("frame"):
-            check_any_frame(query.frame)
 
 
 def _samples(scene: Scene, query: Query, settings: Settings, check: Check) -> Samples:
@@ -69,13 +66,14 @@ def _samples(scene: Scene, query: Query, settings: Settings, check: Check) -> Sa
 def _one(scene: Scene, query: Query, settings: Settings) -> Computed:
     samples = _samples(scene, query, settings, limits.check_predicted(settings))
     file = answer(samples, query.format, query.interpolation_error, settings.max_samples, query.options)
-    place = "inline" if query.format.media == JSON else "attachment"
-    headers = {"content-disposition": f'{place}; filename="{file.name}"'}
-    said = {} if query.format.media == JSON else _said(samples, scene)
-    return Computed(file.blocks, file.is_whole, file.media, headers | said)
+    disposition = "inline" if query.format.media == JSON else "attachment"
+    headers = {"content-disposition": f'{disposition}; filename="{file.name}"'}
+    if query.format.media != JSON:
+        headers |= _provenance(samples, scene)
+    return Computed(file.blocks, file.is_whole, file.media, headers)
 
 
-def _said(samples: Samples, scene: Scene) -> dict[str, str]:
+def _provenance(samples: Samples, scene: Scene) -> dict[str, str]:
     """What JSON says in its members, for files, whose bytes it is not in.
 
     Of samples that are computed as they are sent, what that takes is not known before: it is predicted.
@@ -84,8 +82,8 @@ def _said(samples: Samples, scene: Scene) -> dict[str, str]:
     cost: dict[str, Any] = dict(columns_as_json.cost_of(plan) or {})
     if not samples.is_held:
         cost = {"set_up_s": cost["set_up_s"], "predicted_s": scene.plan().predicted_seconds}
-    told = columns_as_json.plan_of(plan, samples)
-    return {PLAN: json.dumps(told, separators=(",", ":")), COST: json.dumps(cost, separators=(",", ":"))}
+    described = columns_as_json.plan_of(plan, samples)
+    return {PLAN: json.dumps(described, separators=(",", ":")), COST: json.dumps(cost, separators=(",", ":"))}
 
 
 # -- lists ------------------------------------------------------------------------------------------
@@ -109,16 +107,11 @@ def _batch(documents: list[Any], query: Query, settings: Settings, request: Requ
         limit = f"at most {settings.max_samples} samples in all scenes ({variable('max_samples')})"
         raise InputError("document", f"{count} samples", limit, steps=())
     members = _members(scenes, query, settings, request)
-    blocks = gathered(_together(members, query.format))
-    return Computed(
-        _begun(blocks), False, query.format.media, {"content-disposition": _NAMES[query.format.name]}
-    )
-
-
-_NAMES = {
-    "json": 'inline; filename="ephemerides.json"',
-    "ndjson": 'attachment; filename="ephemerides.ndjson"',
-}
+    blocks = gathered(_joined(members, query.format))
+    disposition = "inline" if query.format.name == "json" else "attachment"
+    headers = {"content-disposition": f'{disposition}; filename="ephemerides{query.format.endings[0]}"'}
+    first = next(blocks)  # whatever is refused as a whole is refused here
+    return Computed(chain([first], blocks), False, query.format.media, headers)
 
 
 def _scene(document: Any, settings: Settings) -> Scene | AttitudeError:
@@ -132,7 +125,7 @@ def _members(
     scenes: list[Scene | AttitudeError], query: Query, settings: Settings, request: Request
 ) -> Iterator[Iterator[bytes]]:
     check = limits.check_predicted_together(settings)
-    for place, scene in enumerate(scenes):
+    for index, scene in enumerate(scenes):
         try:
             if isinstance(scene, AttitudeError):
                 raise scene
@@ -142,7 +135,7 @@ def _members(
                 yield answer(samples, FORMATS["json"], *given).blocks
         except AttitudeError as error:
             if isinstance(error, InputError):
-                error.steps = (place, *error.steps)
+                error.steps = (index, *error.steps)
             yield iter([bytes(refusal(request, error).body), b"\n"])
         except ClientDisconnect:
             raise
@@ -150,21 +143,11 @@ def _members(
             yield iter([bytes(unexpected(request.scope).body), b"\n"])
 
 
-def _together(members: Iterator[Iterator[bytes]], known: Format) -> Iterator[bytes]:
+def _joined(members: Iterator[Iterator[bytes]], known: Format) -> Iterator[bytes]:
     """A list in an object; or, a member being a line, its lines."""
     is_json = known.media == JSON
     yield b'{"answers":[\n' if is_json else b""
-    for place, member in enumerate(members):
-        yield b"," if is_json and place else b""
+    for index, member in enumerate(members):
+        yield b"," if is_json and index else b""
         yield from member
     yield b"]}\n" if is_json else b""
-
-
-def _begun(blocks: Iterator[bytes]) -> Iterator[bytes]:
-    first = next(blocks)
-
-    def all_of_them() -> Iterator[bytes]:
-        yield first
-        yield from blocks
-
-    return all_of_them()

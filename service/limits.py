@@ -100,7 +100,7 @@ def check_wanted(settings: Settings) -> Callable[[float], None]:
     ClientDisconnect where nobody waits for the answer any more, InputError where its seconds are used up.
     """
 
-    def check(done: float = 0.0) -> None:
+    def check(_done: float = 0.0) -> None:
         job = current.get()
         if job is not None:
             job.check(settings.max_seconds)

@@ -90,6 +90,7 @@ class Metrics:
             self.refusals.labels(REASONS[int(status)]).inc()
 
     def text(self) -> bytes:
+        """Return the figures of all workers in Prometheus' text format."""
         if DIRECTORY not in os.environ:
             return generate_latest(self.registry)
         together = CollectorRegistry()

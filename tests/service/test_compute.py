@@ -295,3 +295,24 @@ async def sent_by(app, method, path, body=b""):
     }
     await app(scope, receive, send)
     return sent
+
+
+def test_computation_that_does_not_stop_makes_the_process_unhealthy(monkeypatch):
+    """Nothing but a new process ends it; one that was only told to stop is not counted yet."""
+    release = threading.Event()
+    monkeypatch.setattr("service.compute.STUCK_AFTER_S", 0.5)
+
+    async def scenario():
+        app = create_app(Settings(threads=1, max_seconds=1))
+        occupied = asyncio.create_task(asked(app.state.compute, release.wait, WITHIN_S))
+        with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
+            await occupied
+        before = await sent_by(app, "GET", "/healthz")
+        await asyncio.sleep(0.7)
+        after = await sent_by(app, "GET", "/healthz")
+        release.set()
+        await until(lambda: not app.state.compute.running)
+        app.state.compute.close()
+        return [messages[0]["status"] for messages in (before, after, await sent_by(app, "GET", "/healthz"))]
+
+    assert asyncio.run(scenario()) == [200, 503, 200]
