@@ -73,7 +73,7 @@ def _sendable(value: Any) -> Any:
     return value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value
 
 
-def refusal(request: Request, error: Exception) -> Response:
+def refusal(_request: Request, error: Exception) -> Response:
     """The library's refusal, with the table's status."""
     kind = next(TABLE[parent] for parent in type(error).__mro__ if parent in TABLE)
     pointer, line = getattr(error, "pointer", None), getattr(error, "line", None)

@@ -575,6 +575,24 @@ def test_other_faults_are_named_beside_the_first():
         Scene.model_validate(changed(body={"moments": ["1", 1, 1]}, colour="red"))
 
 
+def test_many_faults_are_counted_and_few_are_told():
+    with pytest.raises(InputError, match=r"also: .* and 81 more\)$") as caught:
+        Scene.model_validate(changed(**{f"colour{i}": "red" for i in range(101)}))
+    assert str(caught.value).count("colour") == 20
+
+
+def test_faulty_list_of_instants_is_refused_at_its_first_fault():
+    with pytest.raises(InputError, match=r"^times.elapsed\[0\]: a number; got ''$"):
+        Scene.model_validate(changed(times={"elapsed": [""] * 100, "unit": "s"}))
+
+
+def test_twin_of_a_key_among_many_is_found_at_once():
+    """A count for each key took half a minute."""
+    keys = "".join(f'"k{i}": 0, ' for i in range(100_000))
+    with pytest.raises(InputError, match="k99999: each key once"):
+        Scene.from_json(f'{{{keys}"k99999": 1}}')
+
+
 def test_scene_made_in_python_is_refused_as_a_document_is():
     with pytest.raises(InputError, match=UNKNOWN) as caught:
         Scene(**DOCUMENT, colour="red")

@@ -115,7 +115,7 @@ def _serve(options: argparse.Namespace) -> None:
     try:
         from service import serve
     except ModuleNotFoundError as error:
-        if error.name in ("fastapi", "uvicorn", "starlette", "h11", "prometheus_client"):
+        if error.name in ("fastapi", "uvicorn", "starlette", "h11", "prometheus_client", "pydantic_settings"):
             message = f"the service needs {error.name}: pip install 'attitude[service]'"
             raise AttitudeError(message) from None
         raise

@@ -98,6 +98,9 @@ def field_within(path: str) -> Iterator[None]:
         raise InputError(path + inner, error.value, error.expected) from None
 
 
+MAX_REPORTED_FAULTS = 20
+
+
 # -- documents that are wrong ---------------------------------------------------------------------
 
 
@@ -121,11 +124,11 @@ def parse_json(text: str | bytes, source: str) -> Any:
 
 
 def _refuse_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    document = dict(pairs)
-    if len(document) < len(pairs):
-        names = [name for name, _ in pairs]
-        duplicate = next(name for name in names if names.count(name) > 1)
-        raise InputError(duplicate, "the key twice", "each key once", steps=())
+    document: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in document:
+            raise InputError(name, "the key twice", "each key once", steps=())
+        document[name] = value
     return document
 
 
@@ -143,11 +146,12 @@ def document_errors() -> Iterator[None]:
 
 
 def _input_error(error: ValidationError) -> InputError:
-    faults = [_fault(details) for details in error.errors(include_url=False)]
+    faults = [_fault(details) for details in error.errors(include_url=False)[:MAX_REPORTED_FAULTS]]
     first = faults[0]
     if len(faults) > 1:
-        others = ", ".join(dict.fromkeys(fault.field for fault in faults[1:6]))
-        first.args = (f"{first} (also: {others})",)
+        others = ", ".join(dict.fromkeys(fault.field for fault in faults[1:]))
+        rest = error.error_count() - len(faults)
+        first.args = (f"{first} (also: {others}{f' and {rest} more' if rest else ''})",)
     return first
 
 

@@ -169,9 +169,9 @@ class Times(Part):
     stop: Number | None = None
     step: Annotated[Number, Field(gt=0)] | None = None
     count: Annotated[int, Field(ge=1, le=MAX_GRID_INSTANTS, strict=True)] | None = None
-    elapsed: list[Number] | None = Field(None, min_length=1)
+    elapsed: list[Number] | None = Field(None, min_length=1, fail_fast=True)
     unit: str | None = Field(None, examples=["s"])
-    dates: list[str] | None = Field(None, min_length=1)
+    dates: list[str] | None = Field(None, min_length=1, fail_fast=True)
     scale: Scale | None = None
 
     @model_validator(mode="after")

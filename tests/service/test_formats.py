@@ -121,7 +121,10 @@ def test_frame_is_the_one_asked_for(client):
     ("query", "detail"),
     [
         ({"format": "xls"}, "format: one of ecsv, csv, json"),
-        ({"format": "csv", "naif_id": "5"}, "naif_id: for csv an option of none"),
+        (
+            {"format": "csv", "naif_id": "5"},
+            "naif_id: unknown query parameter 'naif_id'; a parameter of drop_below, ",
+        ),
         ({"format": "csv", "interpolation_error": "1e-3"}, "interpolation_error: none for csv"),
         ({"format": "aem", "interpolation_error": "little"}, "interpolation_error: an angle in rad"),
         ({"format": "aem", "interpolation_error": "0"}, "interpolation_error: an angle from"),

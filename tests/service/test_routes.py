@@ -16,7 +16,7 @@ from attitude import Scene
 from attitude.scene.document import builtin_names
 from attitude.scene.motion_summary import motion_summary
 from service import ephemerides
-from service.answers import Computed
+from service.streaming import Computed
 
 
 def test_answer_says_what_it_cost_and_is_worth(client, document):
