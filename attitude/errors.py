@@ -90,7 +90,7 @@ def _rebuilt(kind: type[AttitudeError], args: tuple[Any, ...], state: dict[str, 
 
 
 def _steps(field: str) -> tuple[str | int, ...]:
-    """ "times.dates[3]" as ("times", "dates", 3)."""
+    """("times", "dates", 3) of "times.dates[3]"."""
     return tuple(
         int(step[1:-1]) if step[0] == "[" else step for step in re.findall(r"\[\d+\]|[^.\[\]]+", field)
     )

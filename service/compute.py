@@ -138,7 +138,7 @@ class Compute:
         has used up its seconds, ClientDisconnect where its client has gone away; and what the call raises.
         """
         job = current.get()
-        assert job is not None
+        assert job is not None  # noqa: S101 (for the type checker)
         self._admit(job)
         job.check(self.settings.max_seconds)
         piece = partial(self._piece, job, partial(work, *args, **kwargs))

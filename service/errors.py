@@ -82,7 +82,7 @@ def refusal(_request: Request, error: Exception) -> Response:
 
 def http_refusal(request: Request, error: Exception) -> Response:
     """What the framework or a handler refuses by its status: no such path, method, content type, size."""
-    assert isinstance(error, HTTPException)
+    assert isinstance(error, HTTPException)  # noqa: S101 (for the type checker)
     headers = dict(error.headers or {})
     return problem(error.status_code, _explained(request, error), headers=headers)
 

@@ -113,7 +113,8 @@ def ephemeris_answer() -> dict[int | str, dict[str, Any]]:
     content = answer[200]["content"]
     content[JSON]["schema"] = {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Ephemerides"}]}
     media = [known.media for known in FORMATS.values() if known.name != "json"] + ["application/zip"]
-    content.update({each: {"schema": {"type": "string", "format": "binary"}} for each in media})
+    file = {"schema": {"type": "string", "format": "binary"}}
+    content.update({each: {"schema": {}} if each.endswith("+json") else file for each in media})
     answer[200]["headers"] = PARTS["headers"]
     return answer
 

@@ -44,7 +44,7 @@ class Query(NamedTuple):
     @classmethod
     def of(cls, request: Request) -> Query:
         given = parameters(request)
-        format = wanted(given.get("format"), request.headers.get("accept", ""))
+        format = wanted(given.get("format"), request.headers.get("accept", ""))  # noqa: A001 (the query parameter)
         others = {name: text for name, text in given.items() if name not in OURS}
         if others:
             _check_known(others, (*OURS, *option_names(module_of(format).blocks)))

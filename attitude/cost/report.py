@@ -160,7 +160,7 @@ class Report(CostData):
         """Circumstances in comment lines, then one line for each cell; empty where nothing was measured."""
         return records.to_csv(self.header(), Cell, self.cells)
 
-    def picture(self, format: str) -> bytes:
+    def picture(self, format: str) -> bytes:  # noqa: A002 (public name)
         """The picture of `plot` as the bytes of an "svg" or "png" file."""
         from .plot import draw_costs
 

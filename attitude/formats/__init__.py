@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 def write(
     ephemeris: EphemerisData | Samples,
     path: str | Path,
-    format: str | None = None,
+    format: str | None = None,  # noqa: A002 (public name)
     progress: Progress | None = None,
     interpolation_error: Any = None,
     **options: Any,
@@ -121,7 +121,7 @@ def _no_companions(_: str) -> dict[str, bytes]:
     return {}
 
 
-def read(path: str | Path, format: str | None = None, **options: Any) -> EphemerisData:
+def read(path: str | Path, format: str | None = None, **options: Any) -> EphemerisData:  # noqa: A002 (public name)
     """See `Ephemeris.read`."""
     entry = find(path, format)
     module = module_of(entry)
@@ -137,7 +137,7 @@ def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemer
         raise FormatError("does not fit in memory", str(path)) from None
 
 
-def find(path: str | Path, format: str | None) -> Format:
+def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public name)
     """The registered format of a name, or else of the path's ending.
 
     Raises FormatError for a name or an ending that is not registered.

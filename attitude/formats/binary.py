@@ -24,18 +24,21 @@ class Sink:
         self._count = 0
 
     def write(self, data: Any) -> int:
+        """Write bytes to the blocks that are taken next."""
         size = memoryview(data).nbytes
         self._written.append(data)
         self._count += size
         return size
 
     def tell(self) -> int:
+        """Bytes written so far."""
         return self._count
 
     def flush(self) -> None:
-        pass
+        """Nothing: blocks are taken by the writer."""
 
     def close(self) -> None:
+        """Nothing: the blocks are the file."""
         self.closed = True
 
     def take(self) -> list[Any]:

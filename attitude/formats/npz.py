@@ -29,6 +29,7 @@ MAX_HEADER_BYTES = 1 << 12  # of an array
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     sink, names = Sink(), columnar.names(samples)
     with zipfile.ZipFile(sink, "w") as archive:
         with _member(archive, METADATA) as member:
@@ -73,6 +74,7 @@ def _chunks(samples: Samples, step: int, steps: int) -> Iterator[EphemerisData]:
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     stream = seekable(stream, source)
     try:
         with zipfile.ZipFile(stream) as archive:

@@ -28,7 +28,7 @@ class FrameRotation(NamedTuple):
     rate: np.ndarray
 
     def then(self, other: FrameRotation) -> FrameRotation:
-        """This rotation followed by the other."""
+        """The product: the rotation followed by the other."""
         quaternion = product(other.quaternion, self.quaternion)
         return FrameRotation(quaternion, rotate(other.quaternion, self.rate) + other.rate)
 

@@ -247,7 +247,7 @@ def _sample_transformed(body, window, t, t_low, quaternions, rates, plain):
 
 
 @kernel
-def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):
+def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):  # noqa: PLR0913, PLR0917 (an entry point takes arrays one by one)
     """Attitudes and body rates of each body at each instant, or of a part of them.
 
     Parameters

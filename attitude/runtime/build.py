@@ -36,7 +36,9 @@ def build(library: Path, processor: str, groups: list[list[Signature]]) -> None:
 def link(objects: list[Path], library: Path) -> None:
     """Links object files to a shared library; AttitudeError where that fails."""
     try:
-        run = subprocess.run([*LINK, "-o", library, *objects, *LIBRARIES], capture_output=True, text=True)
+        run = subprocess.run(
+            [*LINK, "-o", library, *objects, *LIBRARIES], capture_output=True, text=True, check=False
+        )
     except FileNotFoundError:
         raise AttitudeError("kernels cannot be linked: ld is not installed (of binutils)") from None
     if run.returncode != 0:

@@ -36,6 +36,7 @@ class Kernel:
         self._functions: dict[tuple[str, ...], Any] = {}
 
     def __call__(self, *arguments: Any) -> None:
+        """Call the machine code for arguments of these kinds, compiled or loaded at its first call."""
         values: list[Any] = [_UNREAD, _UNREAD]
         kinds = tuple([flatten(argument, values) for argument in arguments])
         function = self._functions.get(kinds)

@@ -33,6 +33,7 @@ EXAMPLES = {"f": 0.0, "i": 0, "n": None}
 
 
 def object_code(symbol: str, machine: Any) -> bytes:
+    """The object file of a kernel for a machine."""
     signature = Signature.of_symbol(symbol)
     kernel = getattr(import_module(f"attitude.kernels.{signature.module}"), signature.kernel)
     types = argument_types(kernel, signature.kinds.split("."))
@@ -51,6 +52,7 @@ def argument_types(kernel: Any, kinds: list[str]) -> tuple[Any, ...]:
 
 
 def example(kind: str) -> Any:
+    """A value of this kind, for numba to infer its type."""
     return EXAMPLES[kind] if kind in EXAMPLES else np.empty((1,) * int(kind[1:]), ELEMENTS[kind[0]])
 
 
@@ -65,6 +67,7 @@ def export_as(symbol: str, code: Any) -> None:
 
 
 def optimise(code: Any, machine: Any) -> None:
+    """Run LLVM's passes of level 3."""
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization = True
     builder = llvm.create_pass_builder(machine, options)
@@ -94,6 +97,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def main() -> None:
+    """Compile the kernels that the command line names."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--processor")
     parser.add_argument("files", nargs="+", type=Path)

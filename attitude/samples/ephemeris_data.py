@@ -51,7 +51,8 @@ class OrbitStates(Protocol):
         """The inertial frame of its path."""
 
     @property
-    def is_about_the_earth(self) -> bool: ...
+    def is_about_the_earth(self) -> bool:
+        """Whether the central body is the Earth."""
 
     def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""
@@ -107,12 +108,14 @@ class EphemerisData:
 
     @property
     def batch_shape(self) -> tuple[int, ...]:
+        """Batch dimensions."""
         return self.shape[: len(self.shape) - len(self.instants.shape)]
 
     # -- time -------------------------------------------------------------------------------
 
     @property
     def epoch(self) -> Time | None:
+        """The instant that elapsed seconds count from; None without one."""
         return self.instants.epoch
 
     @property

@@ -34,4 +34,5 @@ class Plan:
 
     @property
     def compute_seconds(self) -> float:
+        """Wall-clock time, s, of the constants and the samples together."""
         return self.set_up_seconds + self.sample_seconds

@@ -57,6 +57,7 @@ class Instants:
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Dimensions of the instants."""
         return self.seconds.shape
 
     @cached_property

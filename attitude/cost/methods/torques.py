@@ -282,7 +282,7 @@ def drag_plate(row, q, r, v):
 
 
 @routine
-def torque(row, moments, q, w, t, r, v, s):
+def torque(row, moments, q, w, t, r, v, s):  # noqa: PLR0911 (a return for each effect)
     """Torque of one effect, N m, body frame."""
     code = row[0]
     if code == BODY_FIXED:

@@ -31,6 +31,7 @@ UNITS = {"elapsed": "s", "elapsed_rest": "s", **{name: unit and str(unit) for na
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     schema.refuse_unless_list(samples, "Parquet")  # astropy would flatten the dimensions of a cell
     sink = Sink()
     first = _without_mixins(to_table(samples.first, samples.shape, samples.has_seconds_low))
@@ -66,6 +67,7 @@ def _array(column: np.ndarray) -> Any:
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     stream = seekable(stream, source)
     try:
         file = pq.ParquetFile(stream)

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     return record_batches.blocks(samples, ipc.new_stream)
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     return record_batches.parse(ipc.open_stream, stream, source)

@@ -20,6 +20,7 @@ METADATA_PREFIX = b"# metadata: "
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     schema.refuse_unless_list(samples, "CSV")
     meta, names = schema.metadata(samples), schema.names(samples)
     header = ",".join(names).encode()
@@ -30,6 +31,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     reader = _CsvReader(source)
     for block in line_blocks.blocks(stream, source):
         reader.read(block)

@@ -25,6 +25,7 @@ HEADER = re.compile(rb"(?:#[^\n]*\n)*(?:[^#\n]+\n)?")  # comments, and the names
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     first = io.StringIO()
     to_table(samples.first, samples.shape, samples.has_seconds_low).write(first, format="ascii.ecsv")
     text = first.getvalue()
@@ -47,6 +48,7 @@ def _rows(table: QTable) -> bytes:
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     text = bounded_read.text(stream, source)
     _refuse_gaps(text, source)
     try:

@@ -38,6 +38,7 @@ CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     first = to_table(samples.first, samples.shape, samples.has_seconds_low)
     kind = _kind({name: _cells(first, name).shape[1:] for name in first.colnames})
     yield fits.PrimaryHDU().header.tostring().encode("ascii")
@@ -82,6 +83,7 @@ def _cells(table: QTable, name: str) -> np.ndarray:
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of cards that astropy repairs; those used here are checked below
         try:

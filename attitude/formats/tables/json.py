@@ -113,6 +113,7 @@ def _column(values: Any) -> Iterator[bytes]:
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     text = bounded_read.text(stream, source)
     try:
         document = orjson.loads(text)

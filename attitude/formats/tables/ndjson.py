@@ -21,6 +21,7 @@ PUNCTUATION_TO_BLANKS = bytes.maketrans(b"{}:,", b"    ")
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     schema.refuse_unless_list(samples, "NDJSON")
     yield orjson.dumps(schema.metadata(samples)) + b"\n"
     names = schema.names(samples)
@@ -32,6 +33,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     reader = _NdjsonReader(source)
     for block in line_blocks.blocks(stream, source):
         reader.read(block)

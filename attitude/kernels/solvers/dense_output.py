@@ -26,11 +26,13 @@ def later(t, t_low, time):
 
 @inlined
 def momentum_of(state):
+    """The momentum in a state, a tuple of three."""
     return state[MOMENTUM], state[MOMENTUM + 1], state[MOMENTUM + 2]
 
 
 @routine
 def copied(state, spare):
+    """Copy a state into spare room, and return that."""
     for i in range(STATE):
         spare[i] = state[i]
 

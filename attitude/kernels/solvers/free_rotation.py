@@ -59,6 +59,7 @@ def attitude_of(state):
 
 @inlined
 def turned_about_third(q, sine, cosine):
+    """A quaternion after a rotation about the third axis by twice this angle."""
     w = fma(q[0], cosine, -q[3] * sine)
     x = fma(q[1], cosine, q[2] * sine)
     y = fma(q[2], cosine, -q[1] * sine)

@@ -42,6 +42,7 @@ ASTRONOMICAL_UNIT = 149597870700.0
 
 @inlined
 def three(row, first):
+    """Three numbers of a row, from `first` on."""
     return row[first], row[first + 1], row[first + 2]
 
 
@@ -129,17 +130,20 @@ def torques(world, body, work):
 
 @inlined
 def three_at(work, row, i):
+    """Three numbers of node i, from `row` on."""
     return work[row * NODES + i], work[(row + 1) * NODES + i], work[(row + 2) * NODES + i]
 
 
 @inlined
 def four_at(work, row, i):
+    """Four numbers of node i, from `row` on."""
     x, y, z = three_at(work, row + 1, i)
     return work[row * NODES + i], x, y, z
 
 
 @inlined
 def put_three(work, row, i, vector):
+    """Write three numbers of node i."""
     work[row * NODES + i] = vector[0]
     work[(row + 1) * NODES + i] = vector[1]
     work[(row + 2) * NODES + i] = vector[2]
@@ -147,6 +151,7 @@ def put_three(work, row, i, vector):
 
 @inlined
 def put_four(work, row, i, q):
+    """Write four numbers of node i."""
     work[row * NODES + i] = q[0]
     put_three(work, row + 1, i, (q[1], q[2], q[3]))
 
@@ -274,6 +279,7 @@ def body_rate(body, m):
 
 @inlined
 def rate_of(inverses, rotors, m):
+    """Body rate of a momentum, along the principal axes."""
     x = inverses[0] * (m[0] - rotors[0])
     y = inverses[1] * (m[1] - rotors[1])
     z = inverses[2] * (m[2] - rotors[2])
