@@ -45,7 +45,7 @@ class Job:
     samples : instants that the answer holds
     compute_seconds : that threads have spent on it so far
     is_admitted : counts among those in flight
-    is_abandoned : nobody waits for the answer any more
+    is_abandoned : no client waits for the answer any more
     stop : set where what computes is to end now
     """
 
@@ -93,7 +93,7 @@ class Job:
         return self.compute_seconds + (perf_counter() - begun if begun is not None else 0.0)
 
     def check(self, max_seconds: float) -> None:
-        """Raises ClientDisconnect where nobody waits any more, InputError where its time is used up."""
+        """Raises ClientDisconnect where no client waits any more, InputError where its time is used up."""
         if self.is_abandoned:
             raise ClientDisconnect
         if (spent := self.spent()) > max_seconds:

@@ -74,7 +74,7 @@ def test_each_of_many_moves_as_scipy_has_it():
     mu, a = 3.986004e14, 7e6
     rng, seconds, mean = np.random.default_rng(8), np.linspace(0.0, 3000.0, 7), np.sqrt(mu / a**3)
     start = prepared("gravity gradient, eccentric orbit")[0]
-    start = replace(start, course=kepler(mu, a))
+    start = replace(start, orbit_path=kepler(mu, a))
     states_at_epoch = [
         replace(start, body=RigidBody(np.diag(moments)), rate=rng.normal(size=3) * 0.01)
         for moments in ((10.0, 14.0, 17.0), (12.0, 12.0, 3.0), (9.0, 17.0, 17.0))
@@ -180,7 +180,7 @@ def test_fastest_rate_is_that_of_the_spin_or_of_what_the_torque_makes_of_it(name
     states_at_epoch = [
         replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)
     ]
-    orbit = 0.0 if initial_state.course is None else 2.0 * np.pi / initial_state.course.period
+    orbit = 0.0 if initial_state.orbit_path is None else 2.0 * np.pi / initial_state.orbit_path.period
     expected = [
         max(
             np.linalg.norm(one.rate),
