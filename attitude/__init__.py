@@ -3,15 +3,16 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .version import __version__ as __version__
+
 if TYPE_CHECKING:
-    from .body import RigidBody
-    from .elapsed import Grid
     from .ephemeris import Ephemeris
     from .errors import AttitudeError, AttitudeWarning, FormatError, InputError, RegimeError, ToleranceError
     from .motion import TorqueFreeMotion
-    from .scene import Scene
+    from .rigid_body.body import RigidBody
+    from .scene.document import Scene
+    from .times.instants import Grid
 
-__version__ = "0.1.0"
 
 # Each is imported when first asked for: the command answers `--version` or a mistyped argument at
 # once, and only those who use documents pay for pydantic.
@@ -20,11 +21,11 @@ _WHERE = {
     "AttitudeWarning": "errors",
     "Ephemeris": "ephemeris",
     "FormatError": "errors",
-    "Grid": "elapsed",
+    "Grid": "times.instants",
     "InputError": "errors",
     "RegimeError": "errors",
-    "RigidBody": "body",
-    "Scene": "scene",
+    "RigidBody": "rigid_body.body",
+    "Scene": "scene.document",
     "ToleranceError": "errors",
     "TorqueFreeMotion": "motion",
 }

@@ -1,244 +1,36 @@
-"""What an answer is: attitudes at instants, with everything needed to read them."""
+"""Ephemeris: attitudes at instants as users hold them, read from files and written to them."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from astropy.time import Time
-
-from . import orientation
-from .body import RigidBody
-from .dynamics.event import Event
-from .dynamics.translation import Translation
-from .elapsed import Instants, instants
-from .errors import InputError, RegimeError
-from .plan import Plan
+from .samples.ephemeris_data import EphemerisData, OrbitStates
 
 if TYPE_CHECKING:
     import pandas
     import xarray
     from astropy.table import QTable
-    from scipy.spatial.transform import Rotation
 
-    from .formats.nodes import Written
-    from .frames import Turn
-
-CONVENTION = (
-    "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
-    "continuous in time; angular velocity is that of the body relative to the inertial frame, "
-    "components in the body frame"
-)
-TURNING_CONVENTION = (
-    "q rotates body to {frame}, a frame that turns ({meaning}): v_frame = q * v_body * conj(q), Hamilton "
-    "product, unit, continuous in time; angular velocity is that of the body relative to this frame, "
-    "components in the body frame; position and velocity are relative to this frame, along its axes; "
-    "angular momentum is relative to inertial space, along the axes of this frame"
-)
+    from .formats.interpolation_nodes import Written
 
 
-def convention(frame: str) -> str:
-    """What the numbers of an ephemeris in this frame mean, for files and people."""
-    if not orientation.is_turning(frame):
-        return CONVENTION
-    return TURNING_CONVENTION.format(frame=frame, meaning=orientation.TURNING_FRAMES[frame])
+class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
+    __doc__ = EphemerisData.__doc__
 
-
-class Along(Protocol):
-    """The orbit that an ephemeris's scene has; nothing of it is computed before something is asked for."""
+    @classmethod
+    def of(cls, data: EphemerisData) -> Ephemeris:
+        """The same data, with methods for other frames, formats and tables."""
+        return cls(**{field.name: getattr(data, field.name) for field in fields(data)})
 
     @property
-    def frame(self) -> str:
-        """The inertial frame of its course."""
-
-    @property
-    def is_about_the_earth(self) -> bool: ...
-
-    def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
-        """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""
-
-    def axes(self, instants: Instants) -> Turn:
-        """From `frame` to QSW, at (n,) instants."""
-
-
-class Ephemeris:
-    """Attitude and body rate of one body, or of many, at instants.
-
-    Shape is batch + instants, as in `TorqueFreeMotion.at`; `len`, indexing and slicing go along
-    the (first) dimension of the instants.  Nothing here changes: arrays that are asked for are the caller's
-    own copies, but for `quaternion("wxyz")`, a read-only view (scipy's `Rotation.from_quat` takes it).
-
-    Attributes
-    ----------
-    frame : str, that the attitudes are relative to: an inertial one, or what `in_frame` was asked for
-    body : RigidBody or None (an ephemeris read from a file that holds no inertia)
-    epoch : Time or None
-    instants : Instants, two-part seconds since the epoch
-    name : str
-    plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
-    events : what happened at an instant: impulses, contacts, the end where a body comes to rest
-    along : the orbit of its scene, or None
-    """
-
-    def __init__(
-        self,
-        quaternion: np.ndarray,
-        instants: Instants,
-        frame: str,
-        body: RigidBody | None = None,
-        rate: np.ndarray | Callable[[Instants], np.ndarray] | None = None,
-        name: str = "",
-        plan: Plan | None = None,
-        translation: Translation | None = None,
-        events: tuple[Event, ...] = (),
-        momentum: np.ndarray | None = None,
-        resample: Callable[[Any], Ephemeris] | None = None,
-        along: Along | None = None,
-    ):
-        self._quaternion = quaternion
-        self._rate = rate
-        self.instants = instants
-        self.frame = frame
-        self.body = body
-        self.name = name
-        self.plan = plan
-        self._translation = translation
-        self.events = events
-        self._momentum = momentum
-        self._resample = resample
-        self.along = along
-        quaternion.flags.writeable = False
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Batch dimensions, then those of the instants."""
-        return self._quaternion.shape[:-1]
-
-    @property
-    def batch_shape(self) -> tuple[int, ...]:
-        return self.shape[: len(self.shape) - len(self.instants.shape)]
-
-    # -- time -------------------------------------------------------------------------------
-
-    @property
-    def epoch(self) -> Time | None:
-        return self.instants.epoch
-
-    @property
-    def elapsed(self) -> np.ndarray:
-        """(instants), s: SI seconds since the epoch, rounded to one double (`instants.rest` has the rest)."""
-        return _own(self.instants.seconds)
-
-    @property
-    def time(self) -> Time:
-        """The instants as a Time, built when first asked for.
-
-        Raises InputError where no epoch was given.
-        """
-        time = self.instants.time
-        if time is None:
-            raise InputError(
-                "epoch", None, "a Time, for instants to be dated; this ephemeris has elapsed seconds"
-            )
-        return time
-
-    # -- attitude and rate --------------------------------------------------------------------
-
-    def quaternion(self, order: str) -> np.ndarray:
-        """(..., 4) unit quaternions, body to `frame`, in the named order: "wxyz" or "xyzw"."""
-        return orientation.in_order(self._quaternion, order)
-
-    @property
-    def rotation(self) -> Rotation:
-        """scipy Rotation of the same shape: rotation.apply(v_body) is v along the axes of `frame`."""
-        from scipy.spatial.transform import Rotation
-
-        return Rotation.from_quat(self.quaternion("xyzw"))
-
-    @property
-    def has_rate(self) -> bool:
-        """Whether there is a body rate to ask for (a file may hold attitudes only)."""
-        return self._rate is not None
-
-    @property
-    def angular_velocity(self) -> np.ndarray:
-        """(..., 3), rad/s, relative to `frame`, body components; computed when first asked for."""
-        rate = self._rate  # read once: another thread may put the rates in place of the function
-        if callable(rate):
-            rate = self._rate = rate(self.instants)
-        if rate is None:
-            raise RegimeError(
-                "angular_velocity: this ephemeris was read from a file that holds attitudes only"
-            )
-        return _own(rate)
-
-    @property
-    def angular_momentum(self) -> np.ndarray:
-        """(..., 3), kg m2 rad/s, inertial components, from the sampled attitude and rate.
-
-        With rotors, or a sink of energy, inside: of the whole, as the solver carries it.
-
-        Raises RegimeError in a frame that turns, as the kinetic energy does.
-        """
-        self._refuse_turning("angular_momentum")
-        if self._momentum is not None:
-            return _own(self._momentum)
-        return orientation.rotate(self._quaternion, self._body_momentum())
-
-    @property
-    def has_own_momentum(self) -> bool:
-        """Whether rotors or a sink inside have a part in it, so that it does not follow from the rate."""
-        return self._momentum is not None
-
-    @property
-    def kinetic_energy(self) -> np.ndarray:
-        """(...), J, from the sampled rate."""
-        self._refuse_turning("kinetic_energy")
-        return 0.5 * (self.angular_velocity * self._body_momentum()).sum(axis=-1)
-
-    @property
-    def own_momentum(self) -> np.ndarray | None:
-        """(..., 3), kg m2 rad/s, inertial, along the axes of `frame`; None unless it `has_own_momentum`."""
-        return None if self._momentum is None else _own(self._momentum)
-
-    @property
-    def translation(self) -> Translation | None:
-        """Position (..., 3), m, and velocity, m/s, of the centre of mass; None where it was not followed."""
-        return self._translation and Translation(*map(_own, self._translation))
-
-    def _refuse_turning(self, what: str) -> None:
-        if orientation.is_turning(self.frame):
-            raise RegimeError(f"{what}: {self.frame} turns; ask it of the ephemeris in an inertial frame")
-
-    def _body_momentum(self) -> np.ndarray:
-        if self.body is None:
-            raise RegimeError("body: this ephemeris holds no inertia, so neither momentum nor energy")
-        added = (1,) * len(self.instants.shape)
-        tensor = self.body.tensor.reshape(*self.body.shape, *added, 3, 3)
-        return (tensor @ self.angular_velocity[..., None])[..., 0]
-
-    # -- elsewhere ----------------------------------------------------------------------------
-
-    @property
-    def can_be_resampled(self) -> bool:
-        """Whether the motion is known, not only these samples of it."""
-        return self._resample is not None
-
-    def resampled(self, t: Any) -> Ephemeris:
-        """The same motion at other instants.
-
-        t : what `TorqueFreeMotion.at` takes; of a scene with effects, instants within its span
-
-        Raises RegimeError where the motion is not known: of an ephemeris that was read from a file.
-        """
-        if self._resample is None:
-            raise RegimeError("resampled: only these samples are known, not the motion they are of")
-        found = self._resample(t if isinstance(t, Instants) else instants(t, self.epoch))
-        found.along = self.along
-        return found
+    def along(self) -> OrbitStates | None:
+        """Deprecated name of `orbit`."""
+        warnings.warn("Ephemeris.along is called orbit", DeprecationWarning, stacklevel=2)
+        return self.orbit
 
     def in_frame(self, frame: str) -> Ephemeris:
         """The same motion relative to another frame.
@@ -262,47 +54,9 @@ class Ephemeris:
             epoch, or ITRF beyond the tables of the Earth's rotation that come with astropy.
         RegimeError : axes along an orbit where there is none; from such axes to others.
         """
-        from .framed import in_frame
+        from .samples.transform import in_frame
 
         return in_frame(self, frame)
-
-    # -- parts --------------------------------------------------------------------------------
-
-    def __len__(self) -> int:
-        if not self.instants.shape:
-            raise TypeError("an ephemeris of one instant has no length")
-        return self.instants.shape[0]
-
-    def __getitem__(self, key: Any) -> Ephemeris:
-        """The same for some of the instants: an index, slice, mask or array along their dimensions."""
-        if not self.instants.shape:
-            raise TypeError("an ephemeris of one instant cannot be indexed")
-        key = key if isinstance(key, tuple) else (key,)
-        of_samples = (*(slice(None),) * len(self.batch_shape), *key, *_rest_of(key))
-        rate = self._rate
-        rate = rate if callable(rate) or rate is None else rate[of_samples]
-        quaternion = self._quaternion[of_samples]
-        plan = self.plan and replace(self.plan, samples=quaternion[..., 0].size)
-        momentum = None if self._momentum is None else self._momentum[of_samples]
-        translation = self._translation and self._translation.part(of_samples)
-        return Ephemeris(
-            quaternion,
-            self.instants[key],
-            self.frame,
-            self.body,
-            rate,
-            self.name,
-            plan,
-            translation,
-            self.events,
-            momentum,
-            self._resample,
-            self.along,
-        )
-
-    def __repr__(self) -> str:
-        epoch = f" from {self.epoch.isot} {self.epoch.scale}" if self.epoch is not None else ""
-        return f"<Ephemeris: shape {self.shape}, body to {self.frame}{epoch}>"
 
     # -- leaving and coming back ----------------------------------------------------------------
 
@@ -314,7 +68,7 @@ class Ephemeris:
         velocity [m/s] where the centre of mass was followed.  A batch's dimensions follow the row.  meta
         names frame, order and convention, and has the events where there were any.
         """
-        from .formats.table import to_table
+        from .formats.tables.qtable import to_table
 
         return to_table(self)
 
@@ -331,7 +85,7 @@ class Ephemeris:
 
         Raises FormatError where xarray is not installed.
         """
-        from .formats.labelled import to_xarray
+        from .formats.tables.xarray_pandas import to_xarray
 
         return to_xarray(self)
 
@@ -345,14 +99,14 @@ class Ephemeris:
         Raises InputError for more than one body at a list of instants, FormatError where pandas is not
         installed.
         """
-        from .formats.labelled import to_pandas
+        from .formats.tables.xarray_pandas import to_pandas
 
         return to_pandas(self)
 
     def write(
         self,
         path: str | Path,
-        format: str | None = None,
+        format: str | None = None,  # noqa: A002 (public name)
         progress: Callable[[float], None] | None = None,
         interpolation_error: float | None = None,
         **options: Any,
@@ -382,7 +136,7 @@ class Ephemeris:
         return formats.write(self, path, format, progress, interpolation_error, **options)
 
     @classmethod
-    def read(cls, path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:
+    def read(cls, path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:  # noqa: A002
         """Read a file, in the format of its ending or the one that is named.
 
         From a file in a format of this library (docs/formats.md) the bits of quaternions, rates and times
@@ -392,14 +146,4 @@ class Ephemeris:
         """
         from . import formats
 
-        return formats.read(path, format, **options)
-
-
-def _rest_of(key: tuple[Any, ...]) -> tuple[slice, ...]:
-    """An ellipsis stands for dimensions of the instants, not for that of the components."""
-    return (slice(None),) if any(part is Ellipsis for part in key) else ()
-
-
-def _own(array: np.ndarray) -> np.ndarray:
-    """The caller's own: SciPy refuses vectors that it must not write into (its issue 24751)."""
-    return array.copy(order="K")
+        return cls.of(formats.read(path, format, **options))

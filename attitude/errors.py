@@ -1,11 +1,11 @@
-"""Everything that can go wrong, as one tree.
+"""The tree of exceptions.
 
     AttitudeError                   catch this to catch all of them
-    ├── InputError                  a value the library cannot take: field, value, what would be right
-    ├── RegimeError                 the question has no answer for this motion
-    ├── ToleranceError              the answer would not have the accuracy that was promised
+    ├── InputError                  an invalid value: field, value, what would be right
+    ├── RegimeError                 a quantity that is not defined for this motion
+    ├── ToleranceError              the result would not have the promised accuracy
     └── FormatError                 a file or document that cannot be read or written
-    AttitudeWarning                 a value that is taken, but hardly meant (no error: a `UserWarning`)
+    AttitudeWarning                 a valid but implausible value (no error: a `UserWarning`)
 
 `InputError` is a `ValueError` too, so that callers who expect Python's own class find it.
 """
@@ -20,23 +20,23 @@ class AttitudeError(Exception):
     """Base of the tree.  `str()` is one line that says what was wrong and what would be right."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Comes back whole from a worker process, whatever arguments its class takes."""
+        """Pickled with all attributes, whatever arguments its class takes, for worker processes."""
         return _rebuilt, (type(self), self.args, self.__dict__)
 
 
 class InputError(AttitudeError, ValueError):
-    """A value the library cannot take.
+    """An invalid value of an argument or of a document's field.
 
     Attributes
     ----------
     field : str
-        Where the value stands: an argument's name, or a path in a document ("body.moments[2]").
+        An argument's name, or a path in a document ("body.moments[2]").
     value : object
-        What was found there, as it was given.
+        The invalid value.
     expected : str
         What would be right.
     steps : tuple
-        The field as keys and indices, one a level; () is the whole document.
+        The field as keys and indices, one per level; () is the whole document.
     """
 
     def __init__(self, field: str, value: Any, expected: str, steps: tuple[str | int, ...] | None = None):
@@ -53,7 +53,7 @@ class InputError(AttitudeError, ValueError):
 
 
 class RegimeError(AttitudeError):
-    """The question has no answer for this motion (a body without inertia asked for its energy)."""
+    """A quantity that is not defined for this motion (the energy of a body without inertia)."""
 
 
 class ToleranceError(AttitudeError):
@@ -66,9 +66,9 @@ class FormatError(AttitudeError):
     Attributes
     ----------
     source : str
-        The file's name, or what stands for it.
+        The file's name, or a name for a stream.
     line : int or None
-        Where in it, counted from 1.
+        The line, counted from 1.
     """
 
     def __init__(self, message: str, source: str = "", line: int | None = None):
@@ -79,7 +79,7 @@ class FormatError(AttitudeError):
 
 
 class AttitudeWarning(UserWarning):
-    """A value that is taken, but hardly meant; one line that names the field."""
+    """A valid but implausible value; one line that names the field."""
 
 
 def _rebuilt(kind: type[AttitudeError], args: tuple[Any, ...], state: dict[str, Any]) -> AttitudeError:
@@ -90,14 +90,14 @@ def _rebuilt(kind: type[AttitudeError], args: tuple[Any, ...], state: dict[str, 
 
 
 def _steps(field: str) -> tuple[str | int, ...]:
-    """ "times.dates[3]" as ("times", "dates", 3)."""
+    """("times", "dates", 3) of "times.dates[3]"."""
     return tuple(
         int(step[1:-1]) if step[0] == "[" else step for step in re.findall(r"\[\d+\]|[^.\[\]]+", field)
     )
 
 
 def shown(value: Any) -> str:
-    """A value as it may stand in one line of an error, however deep or long it is."""
+    """A value in one line of at most 80 characters, however deep or long it is."""
     try:
         text = " ".join(repr(value).split())
     except RecursionError:

@@ -1,4 +1,4 @@
-"""Torque-free motion: what users hold, and ask for attitudes."""
+"""Torque-free motion in closed form: attitudes, body rates and constants of one body or many."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from typing import Any
 import numpy as np
 from astropy.time import Time
 
-from . import elapsed, memory, orientation, units
-from .batch import Batch
-from .body import RigidBody
-from .constants import PaperConstants
+from . import units
 from .ephemeris import Ephemeris
 from .errors import InputError, RegimeError
-from .horizon import refuse_too_far
+from .frames import rotations
 from .kernels import layout
-from .plan import Plan
-from .runtime import compiled
-from .runtime.threads import check, cut, run
+from .rigid_body.body import RigidBody
+from .rigid_body.constants_of_motion import Batch, check_rates
+from .rigid_body.paper_constants import PaperConstants
+from .runtime.threads import check
+from .samples.provenance import Plan
+from .times import instants
+from .times.instants import as_instants
 
 
 class TorqueFreeMotion:
@@ -35,7 +36,7 @@ class TorqueFreeMotion:
     angular_velocity : array_like or Quantity, (..., 3), rad/s
         At the epoch, of the body relative to the inertial frame, components in the body frame.
     epoch : astropy Time, optional
-        Needed only where instants are given or wanted as Time.
+        Required only where instants are passed or returned as Time.
     order : "wxyz" or "xyzw"
         Order of the four numbers of a bare array; no default.
     frame : str
@@ -45,7 +46,7 @@ class TorqueFreeMotion:
 
     Raises
     ------
-    InputError : a value that cannot be taken; names the field.
+    InputError : an invalid value; names the field.
 
     Notes
     -----
@@ -54,8 +55,6 @@ class TorqueFreeMotion:
     sample then runs the same path.  Accuracy: 4e-15 rad for abs(omega t) up to 1e12 rad in every
     regime (tests/test_against_truth.py).
     """
-
-    _plain: int | None = None  # 1 for phases in plain doubles: what exact ones cost (attitude.cost)
 
     def __init__(
         self,
@@ -69,17 +68,17 @@ class TorqueFreeMotion:
         if not isinstance(body, RigidBody):
             raise InputError("body", body, "a RigidBody")
         self.body = body
-        self.epoch = elapsed.check_epoch(epoch)
-        self.frame = orientation.check_frame(frame)
-        attitudes = orientation.attitude_quaternion(attitude, order)
-        rates = _check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
+        self.epoch = instants.check_epoch(epoch)
+        self.frame = rotations.check_frame(frame)
+        attitudes = rotations.attitude_quaternion(attitude, order)
+        rates = check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
         self.shape = _batch_shape(body.shape, attitudes.shape[:-1], rates.shape[:-1])
         self._batch = Batch(body, attitudes, rates, self.shape)
 
     # -- the motion in time ---------------------------------------------------------------
 
-    def at(self, t: Any, threads: int = 1) -> Ephemeris:
-        """Attitude (and, when asked for, body rate) at instants t.
+    def at(self, t: Any, threads: int = 1, out: np.ndarray | None = None) -> Ephemeris:
+        """Attitude at instants t; the body rate is computed when it is first accessed.
 
         Parameters
         ----------
@@ -87,6 +86,10 @@ class TorqueFreeMotion:
             Any shape, either sign, any order.
         threads : int
             Share the samples among so many threads; the bits do not depend on it.
+        out : float64 array (batch..., t..., 4), optional
+            The attitudes are written there, wxyz, and the ephemeris is a view of it: valid until `out` is
+            written again.  Without a copy where each component is stored in one piece, as in
+            ``np.moveaxis(np.empty((4, *shape)), 0, -1)``.
 
         Returns
         -------
@@ -94,19 +97,25 @@ class TorqueFreeMotion:
 
         Raises
         ------
-        InputError : t is not one of these, not finite, or a Time where there is no epoch.
+        InputError : t is not one of these, not finite, or a Time where there is no epoch; or `out` has
+            another shape or type.
         ToleranceError : t is so far off that two-part phases would not give 4e-15 rad.
         """
         check(threads)
-        return self.ephemeris(elapsed.instants(t, self.epoch, threads=threads), threads=threads)
+        return self.ephemeris(as_instants(t, self.epoch, threads=threads), threads=threads, out=out)
 
     def ephemeris(
-        self, instants: elapsed.Instants, rate: bool = False, name: str = "", threads: int = 1
+        self,
+        instants: instants.Instants,
+        rate: bool = False,
+        name: str = "",
+        threads: int = 1,
+        out: np.ndarray | None = None,
     ) -> Ephemeris:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
         check(threads)
         begun = perf_counter()
-        quaternion, computed = self._sample(instants, quaternion=True, rate=rate, threads=threads)
+        quaternion, computed = self._batch.sample(instants, True, rate, threads, out)
         solver, bound = self._batch.solution
         samples = self._batch.size * instants.seconds.size
         plan = Plan(solver, samples, self._batch.seconds, perf_counter() - begun, bound)
@@ -115,9 +124,15 @@ class TorqueFreeMotion:
         return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan, resample=again)
 
     def chunks(
-        self, times: Any, size: int, rate: bool = False, threads: int = 1, name: str = ""
+        self,
+        times: Any,
+        size: int,
+        rate: bool = False,
+        threads: int = 1,
+        name: str = "",
+        out: np.ndarray | None = None,
     ) -> Iterator[Ephemeris]:
-        """Ephemerides of at most `size` instants each, one after the other: memory stays that of one.
+        """Ephemerides of at most `size` instants each, one after the other, in the memory of one.
 
         Parameters
         ----------
@@ -125,6 +140,8 @@ class TorqueFreeMotion:
         size : instants in a chunk; the last chunk may have fewer
         rate : whether the body rate is computed in the same pass
         threads, name : as in `at` and of the ephemerides
+        out : float64 array (batch..., size, 4), optional
+            The attitudes of every chunk are written there, as in `at`: a chunk is valid until the next.
 
         Raises
         ------
@@ -133,60 +150,17 @@ class TorqueFreeMotion:
         """
         if isinstance(size, bool) or not isinstance(size, int) or size < 1:
             raise InputError("size", size, "a whole number, at least 1")
-        part, count = elapsed.parts(times, self.epoch)
-        pieces = (part(first, min(first + size, count)) for first in range(0, count, size))
-        return (self.ephemeris(instants, rate, name, threads) for instants in pieces)
-
-    def _rates(self, instants: elapsed.Instants, threads: int) -> Any:
-        return self._sample(instants, quaternion=False, rate=True, threads=threads)[1]
-
-    def _sample(
-        self, instants: elapsed.Instants, quaternion: bool, rate: bool, threads: int
-    ) -> tuple[Any, Any]:
-        """(quaternions (..., 4), rates (..., 3)), None for what was not asked for.
-
-        Stored by component and viewed transposed: the compiled loop writes whole vectors.
-        """
-        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-        rest = None if instants.rest is None else np.ascontiguousarray(instants.rest).reshape(-1)
-        q = memory.empty((4, self._batch.size, seconds.size)) if quaternion else None
-        w = memory.empty((3, self._batch.size, seconds.size)) if rate else None
-        work = partial(self._sample_part, seconds, rest, instants.farthest, q, w)
-        run(work, self._shares(seconds.size, threads))
-        shape = self.shape + instants.shape
-        rows = (*range(1, len(shape) + 1), 0)
+        part, count = instants.lazy_instants(times, self.epoch)
+        chunks = (part(first, min(first + size, count)) for first in range(0, count, size))
         return (
-            None if q is None else q.reshape(4, *shape).transpose(rows),
-            None if w is None else w.reshape(3, *shape).transpose(rows),
+            self.ephemeris(
+                chunk, rate, name, threads, None if out is None else out[..., : chunk.seconds.size, :]
+            )
+            for chunk in chunks
         )
 
-    def _sample_part(
-        self,
-        seconds: np.ndarray,
-        rest: np.ndarray | None,
-        farthest: float,
-        q: Any,
-        w: Any,
-        part: tuple[int, int, int, int],
-    ) -> None:
-        """One thread's share: from first to last body, from first to last instant."""
-        first_body, last_body, first, last = part
-        for place, bodies in self._batch.blocks(first_body, last_body):
-            refuse_too_far(self._batch.pace(bodies), farthest)
-            compiled.sample(bodies, seconds, rest, q, w, self._plain, place, first, last)
-
-    def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
-        """The block of bodies and instants cut into equal shares, along whichever is longer.
-
-        Fewer than `threads` of so few samples that a thread would hardly have begun before they are done.
-        Records that are not kept are made by each thread for bodies of its own.
-        """
-        bodies = self._batch.size
-        threads = min(threads, bodies * instants // WORTH_A_THREAD + 1)
-        by_bodies = bodies > instants or not self._batch.is_kept
-        if by_bodies:
-            return [(a, b, 0, instants) for a, b in cut(bodies, threads)]
-        return [(0, bodies, a, b) for a, b in cut(instants, threads)]
+    def _rates(self, instants: instants.Instants, threads: int) -> Any:
+        return self._batch.sample(instants, quaternion=False, rate=True, threads=threads)[1]
 
     # -- constants of the motion ----------------------------------------------------------
 
@@ -205,7 +179,7 @@ class TorqueFreeMotion:
         """(..., 3), kg m2 rad/s, inertial components; constant."""
         with np.errstate(over="ignore", invalid="ignore"):
             momentum = np.einsum("...ij,...j->...i", self.body.tensor, self._batch.rates)
-            return _representable(orientation.rotate(self._batch.attitudes, momentum), "angular_momentum")
+            return _representable(rotations.rotate(self._batch.attitudes, momentum), "angular_momentum")
 
     @property
     def kinetic_energy(self) -> np.ndarray:
@@ -278,7 +252,7 @@ class TorqueFreeMotion:
         return PaperConstants.from_invariants(self._batch.fields(*(layout.INVARIANTS.names or ())))
 
     def __getitem__(self, key: Any) -> TorqueFreeMotion:
-        """The motion of some of a batch's bodies, by index or slice of the batch dimensions."""
+        """The motion of bodies of a batch, by index or slice of the batch dimensions."""
         part = copy(self)
         part._batch = self._batch[key]
         part.body, part.shape = part._batch.body, part._batch.shape
@@ -290,32 +264,13 @@ class TorqueFreeMotion:
         return f"<TorqueFreeMotion: {self.regime}, polhode period {self.polhode_period:.9g} s, {self.frame}>"
 
 
-WORTH_A_THREAD = 20_000  # samples
-# Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
-SLOWEST, FASTEST = 1e-200, 1e200
-RATES = f"zero, or a rate from {SLOWEST} to {FASTEST} rad/s"
-
-
-def _check_rates(rates: np.ndarray) -> np.ndarray:
-    if rates.ndim < 1 or rates.shape[-1] != 3:
-        raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
-    units.refuse_where(beyond_rates(rates), rates, "angular_velocity", RATES)
-    return rates
-
-
-def beyond_rates(rates: np.ndarray) -> np.ndarray:
-    """Which of (..., 3) are too fast or too slow; (...)."""
-    size = np.abs(rates).max(axis=-1)
-    return (size > FASTEST) | ((size > 0.0) & (size < SLOWEST))
-
-
 def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes)
     except ValueError:
         body, attitude, rate = shapes
-        found = f"bodies {body}, attitudes {attitude}, angular velocities {rate}"
-        raise InputError("angular_velocity", found, "leading dimensions that broadcast together") from None
+        received = f"bodies {body}, attitudes {attitude}, angular velocities {rate}"
+        raise InputError("angular_velocity", received, "leading dimensions that broadcast together") from None
 
 
 def _representable(value: np.ndarray, name: str) -> np.ndarray:

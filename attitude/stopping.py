@@ -1,11 +1,11 @@
-"""Computations that can be stopped, by whoever set them going and from another thread.
+"""Cancellation of computations from another thread.
 
     stop = Stop()
     with stoppable(stop):     # in the thread that computes
         scene.run()           # raises Stopped soon after stop.set() is called in any other
 
-Compiled loops that may go on for minutes look at the flag at every step; what computes in pieces calls
-`check` between them.
+Compiled loops that may run for minutes read the flag at every step; computations in chunks call `check`
+between them.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ import numpy as np
 
 
 class Stopped(BaseException):
-    """Not an error: nobody wants the answer any more.  Nothing that handles errors should catch it."""
+    """The computation was cancelled.  A BaseException, so that handlers of errors do not catch it."""
 
 
 class Stop:
-    """Whether to stop.
+    """A request to stop.
 
     Attributes
     ----------
-    flag : (1,) float64, nonzero once it is set: what compiled loops read
+    flag : (1,) float64, nonzero once it is set; compiled loops read it
     """
 
     __slots__ = ("flag",)
@@ -35,10 +35,11 @@ class Stop:
         self.flag = np.zeros(1)
 
     def set(self) -> None:
+        """Requests the stop."""
         self.flag[0] = 1.0
 
     def check(self) -> None:
-        """Raises Stopped where it is set."""
+        """Raises Stopped if it is set."""
         if self.flag[0]:
             raise Stopped
 
@@ -48,13 +49,13 @@ _current: ContextVar[Stop] = ContextVar("stop", default=_never)
 
 
 def current() -> Stop:
-    """That of the computation this is called in; one that is never set where there is none."""
+    """The Stop of the current computation, or one that is never set."""
     return _current.get()
 
 
 @contextmanager
 def stoppable(stop: Stop) -> Iterator[None]:
-    """What is computed within stops when `stop` is set."""
+    """Computations in this context stop when `stop` is set."""
     token = _current.set(stop)
     try:
         yield

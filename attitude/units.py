@@ -1,4 +1,4 @@
-"""Where units end: what users give becomes SI floats, or an error that names the field."""
+"""Conversion of users' quantities to SI floats, or an error that names the field."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def finite_array(value: Any, field: str) -> np.ndarray:
 
 
 def float_array(value: Any, field: str) -> np.ndarray:
-    """float64 array, a copy in C order, whose values are still to be looked at."""
+    """float64 array, a copy in C order, not checked for finite values."""
     if np.ma.is_masked(value):
         raise InputError(field, "a masked array with missing values", "a value for every element")
     try:
         array = np.asarray(value)
-        if array.dtype.kind not in "iufO":  # text, dates and booleans would be taken for numbers
+        if array.dtype.kind not in "iufO":  # text, dates and booleans would be converted to numbers
             raise TypeError
         return np.array(array, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError):
@@ -69,20 +69,20 @@ def float_array(value: Any, field: str) -> np.ndarray:
 
 
 def refuse_where(wrong: np.ndarray, values: np.ndarray, field: str, expected: str) -> None:
-    """Raises InputError with the place of the first wrong element, if there is one."""
+    """Raises InputError with the index of the first wrong element, if there is one."""
     if wrong.any():
-        place = tuple(int(i) for i in np.unravel_index(int(np.argmax(wrong)), wrong.shape))
-        raise InputError(field + "".join(f"[{i}]" for i in place), values[place].tolist(), expected)
+        index = tuple(int(i) for i in np.unravel_index(int(np.argmax(wrong)), wrong.shape))
+        raise InputError(field + "".join(f"[{i}]" for i in index), values[index].tolist(), expected)
 
 
 def extremes(array: np.ndarray) -> tuple[float, float]:
-    """Least and greatest, NaN if any is: a test for finiteness that allocates nothing."""
+    """Least and greatest, NaN if any is: a test for finite values that allocates nothing."""
     return float(array.min()), float(array.max())
 
 
 @lru_cache(maxsize=256)
 def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
-    """How many SI units (or radians) one `name` is; refuses what is no unit of that kind."""
+    """One unit `name` in SI units (or radians); InputError for a unit of another kind than `like`."""
     try:
         return float(u.Unit(name).to(like))
     except (ValueError, TypeError, u.UnitConversionError):
@@ -90,7 +90,7 @@ def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
         raise InputError(field, name, f"a unit of {kind}, such as {examples}") from None
 
 
-# What a unit is one of, and examples.  By unit: a torque and an energy are one kind of unit to astropy.
+# Physical type of each unit, and examples.  By unit, since to astropy a torque has the type of an energy.
 _KINDS = {
     MOMENT: (str(MOMENT.physical_type), '"kg m2"'),
     RATE: (str(RATE.physical_type), '"rad/s", "deg/s" or "deg/d"'),

@@ -1,24 +1,22 @@
 """The library over HTTP: a document in, one library call, the answer out.
 
-    settings   ATTITUDE_* variables, read once into a frozen object
-    limits     what is refused for its size, before anything is computed
-    errors     the one table from what can go wrong to an HTTP status
-    openapi    what /openapi.json says beyond what FastAPI finds by itself
-    routes     the handlers
-    pages      the viewer at /
+    app         create_app, and `uvicorn service.app:app`
+    server      `attitude serve`: uvicorn with the options that the settings give it
+    settings    ATTITUDE_* variables
+    routes      the handlers of /v1 and of the process; pages: the viewer and /docs
+    query       the query's parameters and the headers that choose a format
+    limits      what is refused for its size, before anything is computed
+    ephemerides, costs    the library calls
+    compute     the threads that compute, and what becomes of one request
+    streaming   responses: blocks, tags, 304
+    middleware  around every request: id, log line, figures, headers, gzip, HEAD, CORS
+    security    the bearer token
+    errors      the one table from what can go wrong to an HTTP status
+    readiness   the warm-up that /readyz waits for
+    openapi     what /openapi.json says beyond what FastAPI finds by itself
+    logs, metrics
 
-    jobs       what becomes of one request: its id, its time, whether anybody still waits
-    compute    the threads that compute, and how many requests may wait for them
-    readiness  the warm-up that /readyz waits for
-    requests   around every request: id, log, figures, headers
-    auth, cors, headers, logs, metrics    what their names say
-
-    app        create_app: wiring only
-    protocol   HTTP before an application is asked: refusals, and clients that are slow
-    server     the process that listens, and how it stops
-    workers    several of them at one port
-
-No mathematics lives here; whatever an answer says was computed by `attitude`.
+No mathematics is done here; whatever an answer says was computed by `attitude`.
 """
 
 from .app import create_app

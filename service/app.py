@@ -1,61 +1,75 @@
-"""The application: wiring only."""
+"""The application: `uvicorn service.app:app`."""
 
 from __future__ import annotations
 
-import os
+import logging.config
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Security
 
 import attitude
 
-from . import errors, metrics
-from .auth import Guard
+from . import logs, metrics, middleware, pages
 from .compute import Compute
-from .cors import CrossOrigin
+from .errors import UnexpectedErrors, install
 from .metrics import Metrics
 from .openapi import DescribedAPI
 from .readiness import Readiness
-from .requests import Requests
 from .routes import open_router, router
-from .settings import Settings
+from .security import BEARER, Guard
+from .settings import Settings, warn_of_retired
+
+app: FastAPI
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The service; without settings, those of the environment."""
+    settings = settings or Settings.read()
     app = DescribedAPI(
         title="attitude",
         summary="Exact attitude ephemerides of freely rotating bodies",
         version=attitude.__version__,
         lifespan=_lifespan,
         redirect_slashes=False,  # a path that is not there is a problem, not a redirection
-        docs_url=None,  # FastAPI's pages load their scripts from other people's servers
-        redoc_url=None,
     )
-    app.state.settings = settings or Settings.read(os.environ)
+    app.state.settings = settings
     app.state.readiness = Readiness()
-    app.state.compute = Compute(app.state.settings)
-    app.state.metrics = Metrics(app.state.compute)
-    app.include_router(router)
-    app.include_router(metrics.router)
+    app.state.metrics = Metrics()
+    app.state.compute = Compute(settings, app.state.metrics)
+    closed = [Security(BEARER)] if settings.token else []
+    app.include_router(router, dependencies=closed)
+    app.include_router(metrics.router, dependencies=closed)
     app.include_router(open_router)
-    _add_layers(app)
-    return app
-
-
-def _add_layers(app: FastAPI) -> None:
-    """What a request passes on its way to a handler; the last one added is the first one passed."""
-    settings: Settings = app.state.settings
+    app.include_router(pages.router)
     if settings.token is not None:  # innermost, where the router itself was
-        app.router.middleware_stack = Guard(app.router.middleware_stack, open_router, settings.token)
+        open_routes = [open_router, pages.router]
+        app.router.middleware_stack = Guard(app.router.middleware_stack, open_routes, settings.token)
+    install(app)
+    # The last one added is the first one that a request passes.
+    app.add_middleware(middleware.Compression)
+    app.add_middleware(middleware.HeadAsGet)
     if settings.cors_origins:
-        app.add_middleware(CrossOrigin, origins=settings.cors_origins)
-    errors.install(app)
-    app.add_middleware(Requests, metrics=app.state.metrics, readiness=app.state.readiness)
+        app.add_middleware(middleware.CrossOrigin, origins=settings.cors_origins)
+    app.add_middleware(UnexpectedErrors)
+    app.add_middleware(middleware.Requests, metrics=app.state.metrics, compute=app.state.compute)
+    return app
 
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    metrics.forget_dead_workers()
     app.state.readiness.start()
     yield
+    app.state.compute.stop()
+
+
+def __getattr__(name: str) -> FastAPI:
+    """`app`, made when a server asks for it: whoever only imports the package needs no settings."""
+    if name != "app":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    settings = Settings.read()
+    logging.config.dictConfig(logs.configuration(settings.log_level))
+    warn_of_retired()
+    made = globals()["app"] = create_app(settings)
+    return made

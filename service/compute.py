@@ -8,27 +8,110 @@ more requests than are meant to wait are refused at once, with the time after wh
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
+from contextvars import ContextVar, copy_context
 from functools import partial
 from http import HTTPStatus
+from time import perf_counter
 from typing import Any, ParamSpec, TypeVar
 
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
+from starlette.types import Message, Receive
 
-from attitude.stopping import stoppable
+from attitude.errors import InputError
+from attitude.stopping import Stop, stoppable
 
-from . import jobs
+from .metrics import Metrics
 from .settings import Settings, variable
 
 T = TypeVar("T")
 P = ParamSpec("P")
 
 RETRY_AFTER_S = 1
-# After which a piece of work is looked after: most are done before.
-LOOK_AFTER_S, LOOK_EVERY_S = 0.05, 1.0
+# When a computation is looked at: first, which is after most are done; and then.
+FIRST_LOOK_S, LOOK_EVERY_S = 0.05, 0.5
+# Beyond its limit, after which a computation that does not stop makes the process unhealthy.
+STUCK_AFTER_S = 5
+
+
+class Job:
+    """One request: what it takes, and whether anybody still waits for its answer.
+
+    Attributes
+    ----------
+    identity : goes through the logs, and back to the client
+    samples : instants that the answer holds
+    compute_seconds : that threads have spent on it so far
+    is_admitted : counts among those in flight
+    is_abandoned : no client waits for the answer any more
+    stop : set where what computes is to end now
+    """
+
+    def __init__(self, identity: str, receive: Receive):
+        self.identity = identity
+        self.samples = 0
+        self.compute_seconds = 0.0
+        self.is_admitted = self.is_abandoned = False
+        self.stop = Stop()
+        self._receive = receive
+        self._disconnect: asyncio.Task[None] | None = None
+        self._begun: float | None = None  # the piece of work under way
+
+    async def receive(self) -> Message:
+        """What the application receives; while the client is watched, its disconnection only."""
+        if self._disconnect is not None:
+            await asyncio.shield(self._disconnect)
+            return {"type": "http.disconnect"}
+        return await self._receive()
+
+    def disconnect(self) -> asyncio.Task[None]:
+        """Watch for the client to go away; nothing further of its request is read."""
+        if self._disconnect is None:
+            self._disconnect = asyncio.create_task(self._wait_for_disconnect())
+        return self._disconnect
+
+    async def _wait_for_disconnect(self) -> None:
+        while (await self._receive())["type"] != "http.disconnect":
+            pass
+        self.is_abandoned = True
+
+    def give_up(self) -> None:
+        """Stop the thread that computes, if any."""
+        self.is_abandoned = True
+        self.stop.set()
+
+    def end(self) -> None:
+        """Watch no longer."""
+        if self._disconnect is not None:
+            self._disconnect.cancel()
+
+    def spent(self) -> float:
+        """Seconds of computing, those of the piece under way included."""
+        begun = self._begun
+        return self.compute_seconds + (perf_counter() - begun if begun is not None else 0.0)
+
+    def check(self, max_seconds: float) -> None:
+        """Raises ClientDisconnect where no client waits any more, InputError where its time is used up."""
+        if self.is_abandoned:
+            raise ClientDisconnect
+        if (spent := self.spent()) > max_seconds:
+            limit = f"a scene that takes at most {max_seconds} s to compute ({variable('max_seconds')})"
+            raise InputError("times", f"{spent:.3g} s so far", limit)
+
+    def run(self, work: Callable[[], T], max_seconds: float) -> T:
+        """One piece of its work, in the thread that calls this."""
+        self._begun = perf_counter()
+        try:
+            self.check(max_seconds)
+            with stoppable(self.stop):
+                return work()
+        finally:
+            self.compute_seconds, self._begun = self.spent(), None
+
+
+current: ContextVar[Job | None] = ContextVar("job", default=None)
 
 
 class Compute:
@@ -37,43 +120,49 @@ class Compute:
     Attributes
     ----------
     in_flight : requests that compute, or wait for a thread, or whose answer is being sent
-    busy : threads that compute
-    on_change : called when either may have changed
+    running : requests that a thread computes
     """
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: Settings, metrics: Metrics | None = None):
         self.settings = settings
-        self.in_flight = self.busy = 0
-        self.on_change: Callable[[], None] = _nothing
+        self.metrics = metrics or Metrics()
+        self.in_flight = 0
+        self.max_in_flight = settings.requests_in_flight
+        self.running: set[Job] = set()
         self._pool = ThreadPoolExecutor(settings.computing_threads, "compute")
-        self._counting = threading.Lock()
 
     async def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """The result of a call that computes.
+        """The result of a call that computes, for the current request.
 
         Raises HTTPException 503 where too many requests are in flight already, InputError where the request
         has used up its seconds, ClientDisconnect where its client has gone away; and what the call raises.
         """
-        job = jobs.current()
-        if job is None:  # called by no request: nobody to watch, nothing to add up
-            job = jobs.Job()
+        job = current.get()
+        assert job is not None  # noqa: S101 (for the type checker)
         self._admit(job)
         job.check(self.settings.max_seconds)
-        loop = asyncio.get_running_loop()
-        task = partial(self._piece, job, partial(work, *args, **kwargs))
-        future = loop.run_in_executor(self._pool, copy_context().run, task)
-        looking = _Looking(self, job, future)
+        piece = partial(self._piece, job, partial(work, *args, **kwargs))
+        future = asyncio.get_running_loop().run_in_executor(self._pool, copy_context().run, piece)
         try:
-            return await future
-        except asyncio.CancelledError:
-            if looking.reason is not None:
-                raise looking.reason from None
+            await self._finished(job, future)
+        except BaseException:
             job.give_up()
+            future.cancel()
             raise
-        finally:
-            looking.end()
-            if jobs.current() is None:
-                job.end()
+        return await future
+
+    async def _finished(self, job: Job, future: asyncio.Future[Any]) -> None:
+        """Wait for a result as long as it is wanted."""
+        awaited: set[asyncio.Future[Any]] = {future}
+        seconds = FIRST_LOOK_S
+        while True:
+            await asyncio.wait(awaited, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+            if future.done():
+                return
+            job.check(self.settings.max_seconds)
+            awaited = {future, job.disconnect()}
+            left = self.settings.max_seconds - job.spent()
+            seconds = min(LOOK_EVERY_S, left + 0.01)
 
     async def blocks(self, blocks: Iterator[bytes]) -> AsyncIterator[bytes]:
         """The blocks of an answer, each computed while the one before is on its way, and none beyond that."""
@@ -84,83 +173,56 @@ class Compute:
                 await asyncio.sleep(0)  # it begins before this one is copied into the socket
                 yield block
         finally:
-            ahead.add_done_callback(_forget)
+            ahead.add_done_callback(lambda task: task.cancelled() or task.exception())
             ahead.cancel()
 
+    def leave(self, job: Job) -> None:
+        """A request is over, whatever became of it."""
+        job.end()
+        if job.is_admitted:
+            job.is_admitted = False
+            self.in_flight -= 1
+            self.metrics.in_flight.set(self.in_flight)
+
+    def stuck(self) -> bool:
+        """Whether a computation goes on that should have stopped long ago."""
+        longest = self.settings.max_seconds + STUCK_AFTER_S
+        return any(job.spent() > longest for job in tuple(self.running))
+
+    def stop(self) -> None:
+        """Stop what is computed: the process is to end."""
+        for job in tuple(self.running):
+            job.give_up()
+
     def close(self) -> None:
-        """For who makes many of them; a process that ends needs it not."""
+        """End the threads, for who makes many of them; a process that ends needs it not."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _admit(self, job: jobs.Job) -> None:
+    def _admit(self, job: Job) -> None:
         """Once a request; it counts until it is over."""
-        if self._leave in job.at_end:
+        if job.is_admitted:
             return
-        most = self.settings.requests_in_flight
-        if self.in_flight >= most:
-            detail = f"at most {most} requests at once ({variable('max_requests')}); try again later"
+        if self.in_flight >= self.max_in_flight:
+            limit = f"at most {self.max_in_flight} requests at once ({variable('max_requests')})"
             retry = {"retry-after": str(RETRY_AFTER_S)}
-            raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, detail, headers=retry)
+            raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, f"{limit}; try again later", retry)
+        job.is_admitted = True
         self.in_flight += 1
-        job.at_end.append(self._leave)
-        self.on_change()
+        self.metrics.in_flight.set(self.in_flight)
 
-    def _leave(self) -> None:
-        self.in_flight -= 1
-        self.on_change()
-
-    def _piece(self, job: jobs.Job, work: Callable[[], T]) -> T:
+    def _piece(self, job: Job, work: Callable[[], T]) -> T:
         """In a thread: some of a request's work."""
-        job.begin_piece()
-        self._count(1)
+        self.running.add(job)
+        self.metrics.busy.inc()
         try:
-            job.check(self.settings.max_seconds)
-            with stoppable(job.stop):
-                return work()
+            return job.run(work, self.settings.max_seconds)
         finally:
-            self._count(-1)
-            job.end_piece()
-
-    def _count(self, change: int) -> None:
-        with self._counting:
-            self.busy += change
+            self.running.discard(job)
+            self.metrics.busy.dec()
 
 
-def _forget(task: asyncio.Future[Any]) -> None:
-    """Of work that nobody waits for: what it raised is nobody's concern."""
-    if not task.cancelled():
-        task.exception()
-
-
-class _Looking:
-    """From time to time, whether a piece of work is still wanted; what is done by then costs no look."""
-
-    def __init__(self, compute: Compute, job: jobs.Job, future: asyncio.Future[Any]):
-        self.compute, self.job, self.future = compute, job, future
-        self.reason: Exception | None = None  # for which it was given up
-        self._timer = future.get_loop().call_later(LOOK_AFTER_S, self._begin)
-
-    def _begin(self) -> None:
-        self.job.on_gone = self._look
-        self.job.watch()
-        self._look()
-
-    def _look(self) -> None:
-        self.compute.on_change()
-        self._timer.cancel()
-        try:
-            self.job.check(self.compute.settings.max_seconds)
-        except Exception as error:
-            self.reason = error
-            self.job.give_up()
-            self.future.cancel()
-        else:
-            left = self.compute.settings.max_seconds - self.job.spent()
-            self._timer = self.future.get_loop().call_later(min(LOOK_EVERY_S, left + 0.01), self._look)
-
-    def end(self) -> None:
-        self._timer.cancel()
-        self.job.on_gone = None
-
-
-def _nothing() -> None:
-    pass
+def count_samples(samples: int) -> None:
+    """Instants that an answer holds, for the log and the metrics."""
+    job = current.get()
+    if job is not None:
+        job.samples += samples

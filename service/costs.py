@@ -10,7 +10,6 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from attitude.errors import InputError
-from attitude.scene import Scene
 
 from . import limits, query
 from .settings import Settings, variable
@@ -19,15 +18,17 @@ BUDGET = 5.0  # s
 ABSENT = "the cost needs mpmath for its truth: pip install 'attitude[cost]' where this service runs"
 
 
-class Asked(NamedTuple):
+class CostQuery(NamedTuple):
+    """What is to be measured, within which budget of seconds."""
+
     budget: float
     samples: int | None
     seed: int
     methods: list[str] | None
 
     @classmethod
-    def of(cls, request: Request, settings: Settings) -> Asked:
-        given = query.parameters(request, "budget", "samples", "seed", "method", repeated="method")
+    def of(cls, request: Request, settings: Settings) -> CostQuery:
+        given = query.parameters(request, "budget", "samples", "seed", "method", repeatable="method")
         budget = query.number(given, "budget", "a number of seconds greater than zero")
         samples = query.whole(given, "samples", "a whole number from 2")
         seed = query.whole(given, "seed", "a whole number, not negative")
@@ -47,9 +48,9 @@ class Asked(NamedTuple):
             raise InputError("samples", self.samples, limit, steps=())
 
 
-def measured(document: bytes, asked: Asked, settings: Settings) -> bytes:
+def measured(document: bytes, asked: CostQuery, settings: Settings) -> bytes:
     """The report as JSON.  Raises HTTPException 501 where this installation cannot tell what is true."""
-    scene = limits.check_effects(Scene.from_json(document), settings)
+    scene = limits.scene_of(document, settings)
     if find_spec("mpmath") is None:
         raise HTTPException(HTTPStatus.NOT_IMPLEMENTED, ABSENT)
     from attitude import cost
@@ -59,7 +60,7 @@ def measured(document: bytes, asked: Asked, settings: Settings) -> bytes:
     return report.to_json().encode()
 
 
-def _samples(asked: Asked, settings: Settings) -> int | None:
+def _samples(asked: CostQuery, settings: Settings) -> int | None:
     """As asked; left to the library where its own choice is within the limit."""
     from attitude.cost import measurement
 

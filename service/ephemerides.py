@@ -4,87 +4,77 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from itertools import chain
 from typing import Any
 
-import orjson
 from starlette.requests import ClientDisconnect, Request
 
-from attitude.document import parse_json
+from attitude.documents.fields import parse_json
 from attitude.errors import AttitudeError, InputError
-from attitude.formats import json as columns_as_json
-from attitude.formats.answer import answer, gathered
-from attitude.formats.known import FORMATS, Format
-from attitude.formats.samples import Samples
-from attitude.orientation import check_any_frame
-from attitude.scene import Scene
+from attitude.formats.encoding import coalesced, encoded_file
+from attitude.formats.registry import FORMATS, Format
+from attitude.formats.tables import json as columns_as_json
+from attitude.frames.rotations import check_any_frame
+from attitude.samples.chunks import Samples
+from attitude.scene.document import Scene
 
-from . import jobs, limits
-from .answers import COST, JSON, PLAN, VERSIONED, Computed, is_seen, packed, tag_of
+from . import limits
+from .compute import count_samples
 from .errors import refusal, unexpected
-from .query import OURS, Asked, no_field
+from .query import OURS, Query, no_field
 from .settings import Settings, variable
+from .streaming import COST, JSON, PLAN, VERSIONED, Computed, has_tag, tag_of
 
 Check = Callable[[float], None]
 
 
-def computed(document: bytes, asked: Asked, settings: Settings, request: Request) -> Computed | str:
+def computed(document: bytes, query: Query, settings: Settings, request: Request) -> Computed | str:
     """The answer, begun; or its tag, where the client has it already."""
     parsed = parse_json(document, "document")
-    tag = tag_of(_canonical(parsed, document), asked.known.name, asked.text)
-    if is_seen(tag, asked.seen):
+    tag = tag_of(document, query.format.name, query.text)
+    if has_tag(tag, query.if_none_match):
         return tag
-    _check_asked(asked)
-    if isinstance(parsed, list):
-        found = _batch(parsed, asked, settings, request)
-    else:
-        scene = limits.check_effects(Scene.model_validate(parsed), settings)
-        with no_field(*OURS[:2], *OURS[3:], *asked.options):
-            found = _one(scene, asked, settings)
-    return packed(found._replace(headers={**found.headers, "etag": tag, **VERSIONED}), asked.gzip)
-
-
-def _canonical(parsed: Any, document: bytes) -> bytes:
-    """The same text for the same document, however its keys are ordered and spaced."""
-    try:
-        return orjson.dumps(parsed, option=orjson.OPT_SORT_KEYS)
-    except TypeError:  # an integer beyond 64 bits, or too deep: it is as it stands, whatever becomes of it
-        return document
-
-
-def _check_asked(asked: Asked) -> None:
-    if asked.frame is not None:
+    if query.frame is not None:
         with no_field("frame"):
-            check_any_frame(asked.frame)
+            check_any_frame(query.frame)
+    if isinstance(parsed, list):
+        answered = _batch(parsed, query, settings, request)
+    else:
+        scene = limits.scene_within(parsed, settings)
+        with no_field(*OURS[:2], *OURS[3:], *query.options):
+            answered = _one(scene, query, settings)
+    return answered._replace(headers={**answered.headers, "etag": tag, **VERSIONED})
 
 
-def _samples(scene: Scene, asked: Asked, settings: Settings, check: Check) -> Samples:
+def _samples(scene: Scene, query: Query, settings: Settings, check: Check) -> Samples:
     most = settings.max_samples, variable("max_samples")
     progress = limits.check_wanted(settings)
-    samples = scene.samples(progress, asked.drop_below, asked.frame, *most, check)
-    jobs.count_samples(samples.count)
+    samples = scene.samples(progress, query.drop_below, query.frame, *most, check)
+    count_samples(samples.count)
     return samples
 
 
-def _one(scene: Scene, asked: Asked, settings: Settings) -> Computed:
-    samples = _samples(scene, asked, settings, limits.check_predicted(settings))
-    file = answer(samples, asked.known, asked.interpolation_error, settings.max_samples, asked.options)
-    place = "inline" if asked.known.media == JSON else "attachment"
-    headers = {"content-disposition": f'{place}; filename="{file.name}"'}
-    said = {} if asked.known.media == JSON else _said(samples, scene)
-    return Computed(file.blocks, file.is_whole, file.media, headers | said)
+def _one(scene: Scene, query: Query, settings: Settings) -> Computed:
+    samples = _samples(scene, query, settings, limits.check_predicted(settings))
+    file = encoded_file(samples, query.format, query.interpolation_error, settings.max_samples, query.options)
+    disposition = "inline" if query.format.media == JSON else "attachment"
+    headers = {"content-disposition": f'{disposition}; filename="{file.name}"'}
+    if query.format.media != JSON:
+        headers |= _provenance(samples, scene)
+    return Computed(file.blocks, file.is_whole, file.media, headers)
 
 
-def _said(samples: Samples, scene: Scene) -> dict[str, str]:
+def _provenance(samples: Samples, scene: Scene) -> dict[str, str]:
     """What JSON says in its members, for files, whose bytes it is not in.
 
     Of samples that are computed as they are sent, what that takes is not known before: it is predicted.
     """
-    plan = samples.head.plan
+    plan = samples.first.plan
     cost: dict[str, Any] = dict(columns_as_json.cost_of(plan) or {})
-    if not samples.is_held:
+    if not samples.in_memory:
         cost = {"set_up_s": cost["set_up_s"], "predicted_s": scene.plan().predicted_seconds}
-    told = columns_as_json.plan_of(plan, samples)
-    return {PLAN: json.dumps(told, separators=(",", ":")), COST: json.dumps(cost, separators=(",", ":"))}
+    described = columns_as_json.plan_of(plan, samples)
+    return {PLAN: json.dumps(described, separators=(",", ":")), COST: json.dumps(cost, separators=(",", ":"))}
 
 
 # -- lists ------------------------------------------------------------------------------------------
@@ -92,53 +82,51 @@ def _said(samples: Samples, scene: Scene) -> dict[str, str]:
 BATCHED = ("json", "ndjson")
 
 
-def _batch(documents: list[Any], asked: Asked, settings: Settings, request: Request) -> Computed:
+def _batch(documents: list[Any], query: Query, settings: Settings, request: Request) -> Computed:
     """An answer or a problem for each, in the order of the list; limits hold for all together."""
-    if asked.known.name not in BATCHED:
+    if query.format.name not in BATCHED:
         expected = f"one of {', '.join(BATCHED)} for a list of scenes"
-        raise InputError("format", asked.known.name, expected, steps=())
+        raise InputError("format", query.format.name, expected, steps=())
     if not documents:
         raise InputError("document", documents, "at least one scene", steps=())
+    if len(documents) > settings.max_scenes:
+        limit = f"at most {settings.max_scenes} scenes in a list ({variable('max_scenes')})"
+        raise InputError("document", f"{len(documents)} scenes", limit, steps=())
     scenes = [_scene(document, settings) for document in documents]
     count = sum(scene.times.samples for scene in scenes if isinstance(scene, Scene))
     if count > settings.max_samples:
         limit = f"at most {settings.max_samples} samples in all scenes ({variable('max_samples')})"
         raise InputError("document", f"{count} samples", limit, steps=())
-    members = _members(scenes, asked, settings, request)
-    blocks = gathered(_together(members, asked.known))
-    return Computed(
-        _begun(blocks), False, asked.known.media, {"content-disposition": _NAMES[asked.known.name]}
-    )
-
-
-_NAMES = {
-    "json": 'inline; filename="ephemerides.json"',
-    "ndjson": 'attachment; filename="ephemerides.ndjson"',
-}
+    members = _members(scenes, query, settings, request)
+    blocks = coalesced(_joined(members, query.format))
+    disposition = "inline" if query.format.name == "json" else "attachment"
+    headers = {"content-disposition": f'{disposition}; filename="ephemerides{query.format.endings[0]}"'}
+    first = next(blocks)  # whatever is refused as a whole is refused here
+    return Computed(chain([first], blocks), False, query.format.media, headers)
 
 
 def _scene(document: Any, settings: Settings) -> Scene | AttitudeError:
     try:
-        return limits.check_effects(Scene.model_validate(document), settings)
+        return limits.scene_within(document, settings)
     except AttitudeError as error:
         return error
 
 
 def _members(
-    scenes: list[Scene | AttitudeError], asked: Asked, settings: Settings, request: Request
+    scenes: list[Scene | AttitudeError], query: Query, settings: Settings, request: Request
 ) -> Iterator[Iterator[bytes]]:
     check = limits.check_predicted_together(settings)
-    for place, scene in enumerate(scenes):
+    for index, scene in enumerate(scenes):
         try:
             if isinstance(scene, AttitudeError):
                 raise scene
-            with no_field(*OURS, *asked.options):
-                samples = _samples(scene, asked, settings, check)
-                given = asked.interpolation_error, settings.max_samples, asked.options
-                yield answer(samples, FORMATS["json"], *given).blocks
+            with no_field(*OURS, *query.options):
+                samples = _samples(scene, query, settings, check)
+                given = query.interpolation_error, settings.max_samples, query.options
+                yield encoded_file(samples, FORMATS["json"], *given).blocks
         except AttitudeError as error:
             if isinstance(error, InputError):
-                error.steps = (place, *error.steps)
+                error.steps = (index, *error.steps)
             yield iter([bytes(refusal(request, error).body), b"\n"])
         except ClientDisconnect:
             raise
@@ -146,21 +134,11 @@ def _members(
             yield iter([bytes(unexpected(request.scope).body), b"\n"])
 
 
-def _together(members: Iterator[Iterator[bytes]], known: Format) -> Iterator[bytes]:
+def _joined(members: Iterator[Iterator[bytes]], known: Format) -> Iterator[bytes]:
     """A list in an object; or, a member being a line, its lines."""
     is_json = known.media == JSON
     yield b'{"answers":[\n' if is_json else b""
-    for place, member in enumerate(members):
-        yield b"," if is_json and place else b""
+    for index, member in enumerate(members):
+        yield b"," if is_json and index else b""
         yield from member
     yield b"]}\n" if is_json else b""
-
-
-def _begun(blocks: Iterator[bytes]) -> Iterator[bytes]:
-    first = next(blocks)
-
-    def all_of_them() -> Iterator[bytes]:
-        yield first
-        yield from blocks
-
-    return all_of_them()

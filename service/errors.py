@@ -1,7 +1,7 @@
 """What can go wrong, as HTTP answers: one table, and every answer a problem (RFC 9457).
 
 The library's text goes out as it stands, so that library, command and HTTP refuse in the same
-words; what nobody expected goes out as fixed text and an id that the log has.
+words; what no client expected goes out as fixed text and an id that the log has.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _sendable(value: Any) -> Any:
     return value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value
 
 
-def refusal(request: Request, error: Exception) -> Response:
+def refusal(_request: Request, error: Exception) -> Response:
     """The library's refusal, with the table's status."""
     kind = next(TABLE[parent] for parent in type(error).__mro__ if parent in TABLE)
     pointer, line = getattr(error, "pointer", None), getattr(error, "line", None)
@@ -82,7 +82,7 @@ def refusal(request: Request, error: Exception) -> Response:
 
 def http_refusal(request: Request, error: Exception) -> Response:
     """What the framework or a handler refuses by its status: no such path, method, content type, size."""
-    assert isinstance(error, HTTPException)
+    assert isinstance(error, HTTPException)  # noqa: S101 (for the type checker)
     headers = dict(error.headers or {})
     return problem(error.status_code, _explained(request, error), headers=headers)
 
@@ -100,7 +100,7 @@ def _explained(request: Request, error: HTTPException) -> str:
 
 
 class UnexpectedErrors:
-    """Turns what nobody expected into a fixed text and an id, which the log has beside the traceback.
+    """Turns what no client expected into a fixed text and an id, which the log has beside the traceback.
 
     A middleware rather than an exception handler: the framework's handler for Exception raises
     the error again after answering, and it would be logged twice.

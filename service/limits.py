@@ -8,14 +8,16 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from http import HTTPStatus
+from typing import Any
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
+from attitude.documents.fields import parse_json
 from attitude.errors import InputError
-from attitude.scene import Scene
+from attitude.scene.document import Scene
 
-from . import jobs
+from .compute import current
 from .settings import Settings, variable
 
 
@@ -47,12 +49,26 @@ def _too_large(settings: Settings) -> HTTPException:
     return HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"document: {limit}; got more")
 
 
-def check_effects(scene: Scene, settings: Settings) -> Scene:
-    """The scene; InputError where it names more effects than one may."""
-    if len(scene.effects) > settings.max_effects:
+def scene_of(document: bytes, settings: Settings) -> Scene:
+    """The scene of a document's text.  Raises FormatError or InputError where there is none in it."""
+    return scene_within(parse_json(document, "document"), settings)
+
+
+def scene_within(document: Any, settings: Settings) -> Scene:
+    """The scene of plain data, whose lengths are looked at before their members."""
+    times = document.get("times") if isinstance(document, dict) else None
+    for instants in (times.get("elapsed"), times.get("dates")) if isinstance(times, dict) else ():
+        if (count := _length(instants)) > settings.max_samples:
+            limit = f"at most {settings.max_samples} samples ({variable('max_samples')})"
+            raise InputError("times", f"{count} samples", limit)
+    if isinstance(document, dict) and (count := _length(document.get("effects"))) > settings.max_effects:
         limit = f"at most {settings.max_effects} effects ({variable('max_effects')})"
-        raise InputError("effects", f"{len(scene.effects)} effects", limit)
-    return scene
+        raise InputError("effects", f"{count} effects", limit)
+    return Scene.model_validate(document)
+
+
+def _length(value: Any) -> int:
+    return len(value) if isinstance(value, list) else 0
 
 
 def check_predicted(settings: Settings) -> Callable[[float], None]:
@@ -84,8 +100,8 @@ def check_wanted(settings: Settings) -> Callable[[float], None]:
     ClientDisconnect where nobody waits for the answer any more, InputError where its seconds are used up.
     """
 
-    def check(done: float = 0.0) -> None:
-        job = jobs.current()
+    def check(_done: float = 0.0) -> None:
+        job = current.get()
         if job is not None:
             job.check(settings.max_seconds)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import orjson
 
-from . import jobs
+from .compute import current
 
 FIELDS = "fields"  # of a record: members of the line beside its message
 
@@ -17,7 +17,7 @@ class JsonLines(logging.Formatter):
     """time, level, logger, message; the request it was about; the fields it was given; the error, if any."""
 
     def format(self, record: logging.LogRecord) -> str:
-        job = jobs.current()
+        job = current.get()
         line: dict[str, Any] = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
@@ -38,7 +38,7 @@ def plain(text: str) -> str:
 
 
 def configuration(level: str) -> dict[str, Any]:
-    """For logging.config: this service's lines and the server's in one form; requests are told by ours."""
+    """For logging.config: this service's lines and the server's in one form; requests are given by ours."""
     ours = {"handlers": ["stderr"], "level": level.upper(), "propagate": False}
     return {
         "version": 1,
@@ -47,8 +47,8 @@ def configuration(level: str) -> dict[str, Any]:
         "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": "json"}},
         "loggers": {
             __package__: ours,
-            # its own account of starting and stopping repeats ours
-            "uvicorn": ours | {"level": "WARNING" if level == "info" else level.upper()},
+            "uvicorn": ours,
+            "uvicorn.error": {"handlers": [], "propagate": True},
             "uvicorn.access": {"handlers": [], "propagate": False},
         },
     }

@@ -1,12 +1,12 @@
-"""What Prometheus is told at /metrics.
+"""Figures for Prometheus at /metrics, by prometheus_client.
 
-With several workers each keeps its figures in files of a directory that the parent made, and whichever is
-asked adds them up.
+With several workers its multi-process mode adds them up, in the folder that PROMETHEUS_MULTIPROC_DIR names.
 """
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, Request
@@ -20,14 +20,13 @@ from prometheus_client import (
     disable_created_metrics,
     generate_latest,
 )
-from prometheus_client.multiprocess import MultiProcessCollector
+from prometheus_client.multiprocess import MultiProcessCollector, mark_process_dead
 from starlette.responses import Response
 
 from .openapi import REFUSALS
 
 if TYPE_CHECKING:
-    from .compute import Compute
-    from .jobs import Job
+    from .compute import Job
 
 DIRECTORY = "PROMETHEUS_MULTIPROC_DIR"  # read by prometheus_client when it is imported
 BUCKETS_S = (0.002, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
@@ -54,7 +53,7 @@ disable_created_metrics()  # type: ignore[no-untyped-call]
 class Metrics:
     """Of one application, in `app.state.metrics`."""
 
-    def __init__(self, compute: Compute):
+    def __init__(self) -> None:
         self.registry = of = CollectorRegistry()
         self.requests = Counter(
             "attitude_requests", "Requests answered", ["method", "route", "status"], registry=of
@@ -78,36 +77,33 @@ class Metrics:
         self.busy = Gauge(
             "attitude_threads_busy", "Threads that compute", registry=of, multiprocess_mode="livesum"
         )
-        self.compute = compute
-        compute.on_change = self.keep
         if DIRECTORY not in os.environ:
             ProcessCollector(registry=of)
 
-    def observe(self, method: str, route: str, status: str, seconds: float, job: Job) -> None:
+    def observe(self, method: str, route: str, status: int | str, seconds: float, job: Job) -> None:
         """One request that is over; status is "gone" where its client did not wait for an answer."""
-        self.requests.labels(method if method in METHODS else "other", route, status).inc()
+        self.requests.labels(method if method in METHODS else "other", route, str(status)).inc()
         self.seconds.labels(route).observe(seconds)
         self.samples.inc(job.samples)
         self.computing.inc(job.spent())
-        if status.isdigit():
-            self.count_refusal(int(status))
-
-    def count_refusal(self, status: int) -> None:
         if status in REASONS:
-            self.refusals.labels(REASONS[status]).inc()
-
-    def keep(self) -> None:
-        """How busy this worker is, for itself and the others to tell."""
-        self.in_flight.set(self.compute.in_flight)
-        self.busy.set(self.compute.busy)
+            self.refusals.labels(REASONS[int(status)]).inc()
 
     def text(self) -> bytes:
-        self.keep()
+        """Return the figures of all workers in Prometheus' text format."""
         if DIRECTORY not in os.environ:
             return generate_latest(self.registry)
         together = CollectorRegistry()
         MultiProcessCollector(together)  # type: ignore[no-untyped-call]
         return generate_latest(together)
+
+
+def forget_dead_workers() -> None:
+    """Take the gauges of workers that were killed out of the sums."""
+    for path in Path(os.environ[DIRECTORY]).glob("gauge_live*_*.db") if DIRECTORY in os.environ else ():
+        pid = path.stem.rpartition("_")[2]
+        if not Path("/proc", pid).exists():
+            mark_process_dead(pid)  # type: ignore[no-untyped-call]
 
 
 DESCRIBED: dict[str, Any] = {

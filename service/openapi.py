@@ -13,15 +13,17 @@ from typing import Any
 import orjson
 from fastapi import FastAPI
 
-from attitude.formats.known import KNOWN
-from attitude.scene import Scene, builtin_names
+from attitude.formats.registry import FORMATS
+from attitude.scene.document import Scene, builtin_names
 
 from . import errors
-from .answers import HeadAsGet
 
 SCHEMAS = "#/components/schemas/"
 JSON = "application/json"
-EXAMPLES = Path(__file__).parent / "examples.json"
+EXAMPLES = Path(__file__).with_name("examples.json")
+PARTS: dict[str, Any] = orjson.loads(Path(__file__).with_name("openapi_parts.json").read_bytes())
+PARTS["parameters"]["format"]["schema"]["enum"] = [known.name for known in FORMATS.values()]
+PARTS["parameters"]["name"]["schema"]["enum"] = builtin_names()
 
 DESCRIPTION = """\
 A scene document in, an answer out; `GET /v1/scenes` lists documents to begin with.
@@ -40,82 +42,6 @@ A scene document in, an answer out; `GET /v1/scenes` lists documents to begin wi
   anything fail later, the connection ends without the last block.
 """
 
-PROBLEM_SCHEMA: dict[str, Any] = {
-    "title": "Problem",
-    "description": "What was wrong (RFC 9457).",
-    "type": "object",
-    "required": ["type", "title", "status", "detail"],
-    "properties": {
-        "type": {"type": "string", "format": "uri-reference"},
-        "title": {"type": "string"},
-        "status": {"type": "integer"},
-        "detail": {"type": "string", "description": "the field, what would be right, and what was found"},
-        "pointer": {"type": "string", "description": "JSON pointer to the field in the request's document"},
-        "line": {"type": "integer", "description": "line of the document that cannot be read"},
-        "id": {"type": "string", "description": "under which the service's log has an unexpected error"},
-    },
-}
-
-_TEXT, _NUMBER = {"type": "string"}, {"type": "number"}
-_MAYBE = {"type": ["object", "null"]}
-EPHEMERIS_SCHEMA: dict[str, Any] = {
-    "title": "Ephemeris",
-    "description": "Columns, one list each, units in their names, and how to read them.",
-    "type": "object",
-    "properties": {
-        "kind": {"const": "attitude-ephemeris/1"},
-        "name": _TEXT,
-        "convention": _TEXT,
-        "quaternion_order": {"const": "wxyz"},
-        "frame": _TEXT,
-        "epoch": _MAYBE,
-        "time_scale": {"type": ["string", "null"]},
-        "body": _MAYBE,
-        "shape": {"type": "array", "items": {"type": "integer"}},
-        "events": {"type": "array", "items": {"type": "object"}},
-        "version": _TEXT,
-        "plan": {
-            "type": "object",
-            "properties": {
-                "solver": _TEXT,
-                "samples": {"type": "integer"},
-                "simulated": {"type": "array", "items": _TEXT},
-                "left_out": {"type": "array", "items": _TEXT},
-                "error_bound_rad": _NUMBER,
-                "error_bound_source": _TEXT,
-            },
-            "required": [
-                "solver",
-                "samples",
-                "simulated",
-                "left_out",
-                "error_bound_rad",
-                "error_bound_source",
-            ],
-        },
-        "columns": {"type": "object", "additionalProperties": {"type": "array"}},
-        "cost": {
-            "type": "object",
-            "properties": {"set_up_s": _NUMBER, "sample_s": _NUMBER},
-            "required": ["set_up_s", "sample_s"],
-        },
-    },
-}
-EPHEMERIS_SCHEMA["required"] = [name for name in EPHEMERIS_SCHEMA["properties"] if name != "events"]
-
-EPHEMERIDES_SCHEMA: dict[str, Any] = {
-    "title": "Ephemerides",
-    "description": "Of a list of scenes: an answer or a problem for each, in its order.",
-    "type": "object",
-    "required": ["answers"],
-    "properties": {
-        "answers": {
-            "type": "array",
-            "items": {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Problem"}]},
-        }
-    },
-}
-
 # One entry for every refusal: FastAPI would otherwise promise validation errors of its own shape.
 REFUSALS: dict[int | str, dict[str, Any]] = {
     "default": {
@@ -123,52 +49,7 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
         "content": {errors.MEDIA_TYPE: {"schema": {"$ref": SCHEMAS + "Problem"}}},
     }
 }
-# Where there is a token: what brings it, and which operations want it: all but those that say they are open.
-SECURITY_SCHEMES = {"token": {"type": "http", "scheme": "bearer"}}
-SECURITY: list[dict[str, list[str]]] = [{"token": []}]
-OPEN: dict[str, Any] = {"security": []}
 UNCHANGED = {"description": "The client has this answer: its tag is in If-None-Match"}
-
-
-# -- parameters -----------------------------------------------------------------------------------
-
-
-def _query(name: str, description: str, schema: dict[str, Any], example: Any = None) -> dict[str, Any]:
-    shown = {} if example is None else {"example": example}
-    said = {"in": "query", "name": name, "required": False, "description": description}
-    return {**said, "schema": schema, **shown}
-
-
-_ANGLE = {"type": "number", "exclusiveMinimum": 0}
-DROP_BELOW = _query("drop_below", "rad: leave out torques that matter less over the span", _ANGLE)
-EPHEMERIS = (
-    DROP_BELOW,
-    _query(
-        "format",
-        "of the answer, instead of what Accept names; other parameters are options of the format",
-        {"type": "string", "enum": [known.name for known in KNOWN]},
-    ),
-    _query("frame", "attitudes relative to it, instead of the scene's", {"type": "string"}),
-    _query(
-        "interpolation_error",
-        "rad: choose the instants so that what readers of the format interpolate stays within it",
-        {"type": "number", "minimum": 1e-13, "maximum": 1},
-    ),
-)
-COST = (
-    _query("budget", "s, wall-clock, for all of it", _ANGLE, 2),
-    _query("samples", "instants of each horizon", {"type": "integer", "minimum": 2}, 1000),
-    _query("seed", "of the instants compared with the truth", {"type": "integer", "minimum": 0}),
-    _query(
-        "method", "only this family; repeatable", {"type": "array", "items": {"type": "string"}}, ["ours"]
-    ),
-)
-
-
-def name_parameter() -> dict[str, Any]:
-    schema = {"type": "string", "enum": builtin_names()}
-    named = {"in": "path", "name": "name", "required": True, "schema": schema, "example": "toutatis"}
-    return {"parameters": [named]}
 
 
 # -- requests -------------------------------------------------------------------------------------
@@ -190,22 +71,26 @@ def _put_examples(operation: dict[str, Any], path: str) -> None:
         places[part]["content"][JSON]["examples"] = named
 
 
-def scene_request(*parameters: dict[str, Any]) -> dict[str, Any]:
-    """The request of a route that takes a scene document."""
-    return _request({"$ref": SCHEMAS + "Scene"}, parameters)
+def parameters(*names: str) -> dict[str, Any]:
+    """The parameters of a route, by their names among the components of the description."""
+    return {"parameters": [{"$ref": f"#/components/parameters/{name}"} for name in names]}
+
+
+def scene_request(*names: str) -> dict[str, Any]:
+    """The request of a route that takes a scene document, with parameters of these names."""
+    return _request({"$ref": SCHEMAS + "Scene"}, names)
 
 
 def ephemeris_request() -> dict[str, Any]:
     scene = {"$ref": SCHEMAS + "Scene"}
     each = {"anyOf": [scene, {"description": "Anything else has a problem for its answer."}]}
     scenes = {"type": "array", "items": each, "minItems": 1, "title": "Scenes"}
-    return _request({"oneOf": [scene, scenes]}, EPHEMERIS)
+    return _request({"oneOf": [scene, scenes]}, ("drop_below", "format", "frame", "interpolation_error"))
 
 
-def _request(schema: dict[str, Any], parameters: tuple[dict[str, Any], ...]) -> dict[str, Any]:
-    content = {"schema": schema}
-    body = {"requestBody": {"required": True, "content": {JSON: content}}}
-    return {**body, "parameters": list(parameters)} if parameters else body
+def _request(schema: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    body = {"requestBody": {"required": True, "content": {JSON: {"schema": schema}}}}
+    return {**body, **(parameters(*names) if names else {})}
 
 
 # -- answers --------------------------------------------------------------------------------------
@@ -227,20 +112,11 @@ def ephemeris_answer() -> dict[int | str, dict[str, Any]]:
     )
     content = answer[200]["content"]
     content[JSON]["schema"] = {"anyOf": [{"$ref": SCHEMAS + "Ephemeris"}, {"$ref": SCHEMAS + "Ephemerides"}]}
-    media = [known.media for known in KNOWN if known.name != "json"] + ["application/zip"]
-    content.update({each: {"schema": {"type": "string", "format": "binary"}} for each in media})
-    answer[200]["headers"] = {
-        "ETag": _header("of the document, the query, the format and the version"),
-        "Content-Disposition": _header("the file's name"),
-        "Attitude-Version": _header("of the library"),
-        "Attitude-Plan": _header("of a file: how it was computed and what it is worth, as JSON"),
-        "Attitude-Cost": _header("of a file: what computing took, or is predicted to take, as JSON"),
-    }
+    media = [known.media for known in FORMATS.values() if known.name != "json"] + ["application/zip"]
+    file = {"schema": {"type": "string", "format": "binary"}}
+    content.update({each: {"schema": {}} if each.endswith("+json") else file for each in media})
+    answer[200]["headers"] = PARTS["headers"]
     return answer
-
-
-def _header(description: str) -> dict[str, Any]:
-    return {"description": description, "schema": {"type": "string"}}
 
 
 # -- the whole ------------------------------------------------------------------------------------
@@ -253,15 +129,12 @@ class DescribedAPI(FastAPI):
         # both are routes of ours: with tags, packed, and without scripts from other people's servers
         super().__init__(**given | {"openapi_url": None, "docs_url": None, "redoc_url": None})
         self.description = DESCRIPTION
-        self.add_middleware(HeadAsGet)
 
     def openapi(self) -> dict[str, Any]:
         description = super().openapi()
         components = description.setdefault("components", {})
         components.setdefault("schemas", {}).update(_schemas())
-        if self.state.settings.token is not None:
-            components["securitySchemes"] = SECURITY_SCHEMES
-            description["security"] = SECURITY
+        components["parameters"] = PARTS["parameters"]
         for path, operations in description["paths"].items():
             for operation in operations.values():
                 _put_examples(operation, path)
@@ -275,5 +148,4 @@ class DescribedAPI(FastAPI):
 @cache
 def _schemas() -> dict[str, Any]:
     scene = Scene.model_json_schema(ref_template=SCHEMAS + "{model}")
-    ours = {"Problem": PROBLEM_SCHEMA, "Ephemeris": EPHEMERIS_SCHEMA, "Ephemerides": EPHEMERIDES_SCHEMA}
-    return {**scene.pop("$defs", {}), "Scene": scene, **ours}
+    return {**scene.pop("$defs", {}), "Scene": scene, **PARTS["schemas"]}

@@ -10,11 +10,12 @@ import logging
 import threading
 import time
 from collections.abc import Iterator
-from typing import Any, Protocol
+from typing import Any
 
-from attitude.formats import json
+from attitude.formats.tables import json
 from attitude.runtime import compiled
-from attitude.scene import Scene, builtin_names
+from attitude.scene.document import Scene, builtin_names
+from attitude.scene.motion_summary import motion_summary
 
 log = logging.getLogger(__name__)
 
@@ -25,7 +26,6 @@ KNOWN_QUATERNION_WXYZ = (-0.8811471853104235, 0.4701825277666925, 0.011728252324
 KNOWN_WITHIN = 1e-12
 
 WARMING = "the kernel is being compiled or loaded"
-STOPPING = "the service is stopping"
 FAILED = "the warm-up ended with an unexpected error, which the service's log has"
 
 
@@ -33,58 +33,32 @@ class KnownCaseError(Exception):
     """The known case came out wrong: no answer of this process is to be trusted."""
 
 
-class Board(Protocol):
-    """Where workers tell each other that they are warm, and read what keeps the others."""
-
-    def tell(self) -> None: ...
-
-    def obstacle(self) -> str | None: ...
-
-
 class Readiness:
     """Whether work may be sent here; decided by the warm-up, which runs in a thread of its own.
 
     Attributes
     ----------
-    stopping : from the signal to stop on
+    obstacle : why not, in words; None where it may
     """
 
     def __init__(self) -> None:
-        self.stopping = False
-        self._own: str | None = WARMING
-        self._board: Board | None = None
-
-    def join(self, board: Board) -> None:
-        """Of several workers at one port, where each may be sent the next request, none is ready alone."""
-        self._board = board
-
-    @property
-    def obstacle(self) -> str | None:
-        """Why not, in words; None where it may."""
-        if self.stopping:
-            return STOPPING
-        return self._own or (self._board.obstacle() if self._board is not None else None)
+        self.obstacle: str | None = WARMING
 
     def start(self) -> None:
         # a daemon: a stop that comes while the kernel is compiled is not to wait for it
         threading.Thread(target=self.run, name="warm-up", daemon=True).start()
 
-    def stop(self) -> None:
-        self.stopping = True
-
     def run(self) -> None:
         try:
             summary = warm_up()
         except KnownCaseError as error:
-            self._own = str(error)
+            self.obstacle = str(error)
             log.critical("not ready, and never will be: %s", error)
         except Exception:
-            self._own = FAILED
+            self.obstacle = FAILED
             log.critical("not ready, and never will be", exc_info=True)
         else:
-            self._own = None
-            if self._board is not None:
-                self._board.tell()
+            self.obstacle = None
             log.info("ready: %s", summary)
 
 
@@ -99,7 +73,7 @@ def warm_up() -> str:
     for document in request_forms():
         scene = Scene.model_validate(document)
         json.dumps(scene.run())
-        json.motion_summary(scene.motion(), scene.name)
+        motion_summary(scene.motion(), scene.name)
     gc.freeze()  # what was loaded stays: to look through it for garbage takes longer than most requests
     return f"known case right, {count} kernels compiled, {time.monotonic() - begun:.2f} s"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from functools import cache, partial
+from functools import cache
 from http import HTTPStatus
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
@@ -16,13 +16,13 @@ from starlette.responses import Response
 
 import attitude
 from attitude.errors import InputError
-from attitude.formats import json
-from attitude.scene import Scene, builtin_names
+from attitude.scene.document import Scene, builtin_names
+from attitude.scene.motion_summary import motion_summary
 
-from . import costs, docs, ephemerides, limits, openapi, pages, query
-from .answers import JSON, fixed, json_answer, sent, unchanged
+from . import costs, ephemerides, limits, openapi
+from . import query as queries
 from .errors import problem
-from .slight import is_slight
+from .streaming import JSON, fixed, json_response, response, unchanged
 
 PACKAGES = ("numpy", "numba", "astropy")
 
@@ -32,9 +32,9 @@ open_router = APIRouter()  # of what is answered without a token too
 
 async def _document(request: Request) -> bytes:
     """The raw document; the library parses it, so that it is refused in the library's words."""
-    given = request.headers.get("content-type", "nothing")
-    if given != JSON and given.partition(";")[0].strip().lower() != JSON:
-        raise HTTPException(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"content-type: {JSON}; got {given}")
+    media = request.headers.get("content-type", "nothing")
+    if media.partition(";")[0].strip().lower() != JSON:
+        raise HTTPException(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"content-type: {JSON}; got {media[:200]}")
     return await limits.read_body(request, request.app.state.settings)
 
 
@@ -48,32 +48,30 @@ async def _document(request: Request) -> bytes:
     responses=openapi.ephemeris_answer(),
 )
 async def ephemeris(request: Request) -> Response:
-    asked = query.Asked.of(request)
+    query = queries.Query.of(request)
     document = await _document(request)
-    state = request.app.state
-    work = partial(ephemerides.computed, document, asked, state.settings, request)
-    at_once = state.readiness.obstacle is None and is_slight(document, asked)
-    found = work() if at_once else await state.compute.run(work)
-    return unchanged(found) if isinstance(found, str) else sent(found, state.compute)
+    compute = request.app.state.compute
+    computed = await compute.run(ephemerides.computed, document, query, compute.settings, request)
+    return unchanged(computed) if isinstance(computed, str) else response(computed, compute)
 
 
 @router.post(
     "/v1/plan",
     summary="What of a scene would be simulated, what not and why, by which solver, at what cost and error",
-    openapi_extra=openapi.scene_request(openapi.DROP_BELOW),
+    openapi_extra=openapi.scene_request("drop_below"),
     responses=openapi.json_answer("The plan, units in its names"),
 )
 async def plan(request: Request) -> Response:
-    given = query.parameters(request, "drop_below")
-    drop_below = query.angle(given, "drop_below")
+    given = queries.parameters(request, "drop_below")
+    drop_below = queries.number(given, "drop_below", queries.ANGLE)
     document = await _document(request)
     state = request.app.state
-    return json_answer(await state.compute.run(_plan, document, drop_below, state.settings))
+    return json_response(await state.compute.run(_plan, document, drop_below, state.settings))
 
 
 def _plan(document: bytes, drop_below: float | None, settings: Any) -> bytes:
-    scene = limits.check_effects(Scene.from_json(document), settings)
-    with query.no_field("drop_below"):
+    scene = limits.scene_of(document, settings)
+    with queries.no_field("drop_below"):
         return orjson.dumps(scene.plan(drop_below).to_dict())
 
 
@@ -86,27 +84,28 @@ def _plan(document: bytes, drop_below: float | None, settings: Any) -> bytes:
     ),
 )
 async def motion(request: Request) -> Response:
-    query.none(request)
+    queries.none(request)
     document = await _document(request)
-    return json_answer(await request.app.state.compute.run(_motion, document))
+    state = request.app.state
+    return json_response(await state.compute.run(_motion, document, state.settings))
 
 
-def _motion(document: bytes) -> bytes:
-    scene = Scene.from_json(document)
-    return json.motion_summary(scene.motion(), scene.name)
+def _motion(document: bytes, settings: Any) -> bytes:
+    scene = limits.scene_of(document, settings)
+    return motion_summary(scene.motion(), scene.name)
 
 
 @router.post(
     "/v1/cost",
     summary="What accuracy costs in time on a scene's body and state, measured here within a budget",
-    openapi_extra=openapi.scene_request(*openapi.COST),
+    openapi_extra=openapi.scene_request("budget", "samples", "seed", "method"),
     responses=openapi.json_answer("Methods, their accuracy and their time, units in the names"),
 )
 async def cost(request: Request) -> Response:
     state = request.app.state
-    asked = costs.Asked.of(request, state.settings)
+    asked = costs.CostQuery.of(request, state.settings)
     document = await _document(request)
-    return json_answer(await state.compute.run(costs.measured, document, asked, state.settings))
+    return json_response(await state.compute.run(costs.measured, document, asked, state.settings))
 
 
 # -- the built-in scenes --------------------------------------------------------------------------
@@ -118,7 +117,7 @@ async def cost(request: Request) -> Response:
     responses=openapi.json_answer("Their names and titles", tagged=True),
 )
 async def scenes(request: Request) -> Response:
-    query.none(request)
+    queries.none(request)
     return fixed(request, _catalogue())
 
 
@@ -135,11 +134,11 @@ def _entry(name: str) -> dict[str, Any]:
 @router.get(
     "/v1/scenes/{name}",
     summary="One of them, as a document to post",
-    openapi_extra=openapi.name_parameter(),
+    openapi_extra=openapi.parameters("name"),
     responses=openapi.json_answer("A scene document", openapi.SCHEMAS + "Scene", tagged=True),
 )
 async def scene(request: Request) -> Response:
-    query.none(request)
+    queries.none(request)
     name = request.path_params["name"]
     if name not in builtin_names():
         expected = f"a built-in scene, one of {', '.join(builtin_names())}"
@@ -148,8 +147,8 @@ async def scene(request: Request) -> Response:
 
 
 @cache
-def _scene(name: str) -> str:
-    return Scene.builtin(name).to_json()
+def _scene(name: str) -> bytes:
+    return Scene.builtin(name).to_json().encode()
 
 
 # -- the process: answered by the event loop, whatever is being computed --------------------------
@@ -158,24 +157,25 @@ def _scene(name: str) -> str:
 @open_router.get(
     "/healthz",
     summary="The process is alive",
-    openapi_extra=openapi.OPEN,
     responses=openapi.json_answer("It is"),
 )
-async def healthz() -> Response:
-    return json_answer(orjson.dumps({"status": "alive"}))
+async def healthz(request: Request) -> Response:
+    if request.app.state.compute.stuck():
+        detail = "a computation goes on long after it was told to stop; this process is to be replaced"
+        return problem(HTTPStatus.SERVICE_UNAVAILABLE, detail)
+    return json_response(orjson.dumps({"status": "alive"}))
 
 
 @open_router.get(
     "/readyz",
     summary="Work may be sent: the kernel is compiled and a known case came out right",
-    openapi_extra=openapi.OPEN,
     responses=openapi.json_answer("It may"),
 )
 async def readyz(request: Request) -> Response:
     obstacle = request.app.state.readiness.obstacle
     if obstacle is not None:
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, obstacle)
-    return json_answer(orjson.dumps({"status": "ready"}))
+    return json_response(orjson.dumps({"status": "ready"}))
 
 
 @router.get(
@@ -184,7 +184,7 @@ async def readyz(request: Request) -> Response:
     responses=openapi.json_answer("Versions, by name", tagged=True),
 )
 async def version(request: Request) -> Response:
-    query.none(request)
+    queries.none(request)
     return fixed(request, _versions())
 
 
@@ -192,15 +192,3 @@ async def version(request: Request) -> Response:
 def _versions() -> bytes:
     packages = {name: version_of(name) for name in PACKAGES if find_spec(name)}  # images have no numba
     return orjson.dumps({"attitude": attitude.__version__, "python": platform.python_version(), **packages})
-
-
-# -- the description ------------------------------------------------------------------------------
-
-
-@open_router.get("/openapi.json", include_in_schema=False)
-async def description(request: Request) -> Response:
-    return fixed(request, request.app.described)
-
-
-open_router.include_router(docs.router)
-open_router.include_router(pages.router)

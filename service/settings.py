@@ -1,179 +1,164 @@
-"""What the environment decides: ATTITUDE_* variables, read once into a frozen object."""
+"""Settings: the ATTITUDE_* variables of the environment, as pydantic-settings reads them.
+
+`python -m service.settings` prints them as a table.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+import logging
+import os
+import re
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 from urllib.parse import urlsplit
+
+from pydantic import BeforeValidator, Field, ValidationError, ValidationInfo, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from attitude.errors import InputError
 from attitude.runtime.threads import processors
 
+log = logging.getLogger(__name__)
+
 PREFIX = "ATTITUDE_"
-GREATEST_PORT = 65535
-LEVELS = ("debug", "info", "warning", "error")
-MOST_THREADS = 1024
-SHORTEST_TOKEN = 16
-ORIGINS = "origins such as https://example.org, by commas, or * for all"
-TOKEN = f"at least {SHORTEST_TOKEN} letters, digits or any of -._~+/="
-TOKEN_MARKS = "-._~+/="
+TOKEN = re.compile(r"[A-Za-z0-9\-._~+/=]{16,}")
+RETIRED = {
+    "ATTITUDE_DRAIN_SECONDS": "the server stops listening at SIGTERM and answers what it has accepted; "
+    "a pause before that is the orchestrator's (preStop in docs/deploy/kubernetes.yaml)",
+}
 
 
-def _text(name: str, value: str) -> str:
-    if not value.strip():
-        raise InputError(name, value, "an address to listen at, such as 127.0.0.1 or 0.0.0.0")
-    return value.strip()
+def _origins(value: Any) -> Any:
+    return [each.strip() for each in value.split(",") if each.strip()] if isinstance(value, str) else value
 
 
-def _port(name: str, value: str) -> int:
-    if not _is_whole(value) or int(value) > GREATEST_PORT:
-        raise InputError(name, value, f"a port, a whole number from 0 (any free one) to {GREATEST_PORT}")
-    return int(value)
+class Settings(BaseSettings):
+    """Each field is the variable ATTITUDE_ + its name in capitals; arguments win over the environment."""
 
-
-def _count(name: str, value: str) -> int:
-    if not _is_whole(value) or int(value) < 1:
-        raise InputError(name, value, "a whole number, at least 1")
-    return int(value)
-
-
-def _few(name: str, value: str) -> int:
-    if not _is_whole(value) or not 1 <= int(value) <= MOST_THREADS:
-        raise InputError(name, value, f"a whole number from 1 to {MOST_THREADS}")
-    return int(value)
-
-
-def _seconds(name: str, value: str) -> int:
-    if not _is_whole(value):
-        raise InputError(name, value, "a whole number of seconds, 0 or more")
-    return int(value)
-
-
-def _is_whole(value: str) -> bool:
-    return value.isascii() and value.isdigit() and len(value) < 20
-
-
-def _level(name: str, value: str) -> str:
-    if value.lower() not in LEVELS:
-        raise InputError(name, value, f"one of {', '.join(LEVELS)}")
-    return value.lower()
-
-
-def _origins(name: str, value: str) -> tuple[str, ...]:
-    origins = tuple(origin.strip() for origin in value.split(",") if origin.strip())
-    for origin in origins:
-        if origin != "*" and not _is_origin(origin):
-            raise InputError(name, origin, ORIGINS)
-    return origins
-
-
-def _is_origin(text: str) -> bool:
-    try:
-        parts = urlsplit(text)
-    except ValueError:
-        return False
-    return (
-        parts.scheme in ("http", "https")
-        and bool(parts.netloc)
-        and text == f"{parts.scheme}://{parts.netloc}"
+    model_config = SettingsConfigDict(
+        env_prefix=PREFIX, frozen=True, extra="ignore", str_strip_whitespace=True, hide_input_in_errors=True
     )
 
-
-def _token(name: str, value: str) -> str:
-    """Never repeated in an error: it is a secret even where it is a bad one."""
-    token = value.strip()
-    if len(token) < SHORTEST_TOKEN or not all(
-        mark.isascii() and (mark.isalnum() or mark in TOKEN_MARKS) for mark in token
-    ):
-        raise InputError(name, f"{len(token)} characters", TOKEN)
-    return token
-
-
-def _path(name: str, value: str) -> str:
-    if not value.strip():
-        raise InputError(name, value, "the path of a file that holds the token")
-    return value
-
-
-def _setting(default: Any, read: Callable[[str, str], Any], meaning: str, secret: bool = False) -> Any:
-    metadata = {"read": read, "meaning": meaning, "secret": secret}
-    return field(default=default, metadata=metadata, repr=not secret)
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Each field is the variable ATTITUDE_ + its name in capitals; its metadata says what it means."""
-
-    host: str = _setting("127.0.0.1", _text, "address to listen at")
-    port: int = _setting(8000, _port, "port to listen at; 0 is any free one")
-    max_samples: int = _setting(1_000_000, _count, "instants that one answer may hold")
-    max_effects: int = _setting(100, _count, "effects that one scene may name")
-    max_seconds: int = _setting(30, _count, "seconds of computing that one request may need")
-    max_body_bytes: int = _setting(4 * 2**20, _count, "bytes that a request's document may have")
-    max_requests: int | None = _setting(
-        None, _count, "requests that a worker computes or keeps waiting; by default 16 for each thread"
+    host: str = Field("127.0.0.1", min_length=1, description="address to listen at")
+    port: int = Field(8000, ge=0, le=65535, description="port to listen at; 0 is any free one")
+    max_samples: int = Field(1_000_000, ge=1, description="instants that one answer may hold")
+    max_effects: int = Field(100, ge=1, description="effects that one scene may name")
+    max_scenes: int = Field(1000, ge=1, description="scenes that one list may hold")
+    max_seconds: int = Field(30, ge=1, description="seconds of computing that one request may need")
+    max_body_bytes: int = Field(4 * 2**20, ge=1, description="bytes that a request's document may have")
+    max_requests: int | None = Field(
+        None, ge=1, description="requests that a worker computes or keeps waiting; by default 16 per thread"
     )
-    workers: int = _setting(1, _few, "processes that answer")
-    threads: int | None = _setting(
-        None, _few, "threads of a worker that compute; by default the processors, shared among the workers"
+    workers: int = Field(1, ge=1, le=1024, description="processes that answer")
+    threads: int | None = Field(
+        None,
+        ge=1,
+        le=1024,
+        description="threads of a worker that compute; by default the processors, shared among the workers",
     )
-    client_seconds: int = _setting(
-        20, _count, "seconds that a client may take to send a request, or to take anything of an answer"
+    client_seconds: int = Field(
+        20, ge=1, description="seconds that a client may take to send a document, or to take a block"
     )
-    drain_seconds: int = _setting(
-        1, _seconds, "seconds from SIGTERM, not ready any more, to when nothing new is taken"
+    token_file: str | None = Field(None, description="file that holds the token, instead of the token itself")
+    token: str | None = Field(
+        None,
+        repr=False,
+        validate_default=True,
+        description="bearer token that requests have to bring; none by default",
     )
-    token: str | None = _setting(
-        None, _token, "bearer token that requests have to bring; none by default", True
+    cors_origins: Annotated[tuple[str, ...], NoDecode, BeforeValidator(_origins)] = Field(
+        (), description="origins whose pages may ask, by commas; none by default"
     )
-    token_file: str | None = _setting(None, _path, "file that holds the token, instead of the token itself")
-    cors_origins: tuple[str, ...] = _setting(
-        (), _origins, "origins whose pages may ask, by commas; none by default"
-    )
-    log_level: str = _setting("info", _level, f"what is logged: {', '.join(LEVELS)}")
+    log_level: Annotated[
+        Literal["debug", "info", "warning", "error"],
+        BeforeValidator(lambda value: value.lower() if isinstance(value, str) else value),
+    ] = Field("info", description="what is logged: debug, info, warning, error")
+
+    @field_validator("token_file")
+    @classmethod
+    def _check_token_file(cls, path: str | None) -> str | None:
+        if path is not None:
+            try:
+                _check_token(Path(path).read_text().strip())
+            except OSError as error:
+                raise ValueError(f"a file that can be read ({error.strerror})") from None
+        return path
+
+    @field_validator("token")
+    @classmethod
+    def _read_token(cls, token: str | None, info: ValidationInfo) -> str | None:
+        """The token itself, or that of the file."""
+        path = info.data.get("token_file")
+        if token is not None and path is not None:
+            raise ValueError(f"either this or {variable('token_file')}, not both")
+        if path is not None:
+            return Path(path).read_text().strip()
+        return None if token is None else _check_token(token)
+
+    @field_validator("cors_origins")
+    @classmethod
+    def _check_origins(cls, origins: tuple[str, ...]) -> tuple[str, ...]:
+        for origin in origins:
+            parts = urlsplit(origin)
+            is_origin = parts.scheme in ("http", "https") and origin == f"{parts.scheme}://{parts.netloc}"
+            if origin != "*" and not (is_origin and parts.netloc):
+                raise ValueError("origins such as https://example.org, by commas, or * for all")
+        return origins
 
     @classmethod
-    def read(cls, environment: Mapping[str, str], **flags: object) -> Settings:
-        """From the environment; a flag that is not None wins.
+    def read(cls, **options: object) -> Settings:
+        """Settings of the environment; an option that is not None wins.
 
-        Raises InputError, in one line that names the variable (or flag), the value and what would be right.
+        Raises InputError, in one line that names the variable (or option), the value and what would be right.
         """
-        values = {}
-        for each in fields(cls):
-            name, flag = variable(each.name), flags.get(each.name)
-            if flag is not None:
-                values[each.name] = each.metadata["read"](f"--{each.name.replace('_', '-')}", str(flag))
-            elif name in environment:
-                values[each.name] = each.metadata["read"](name, environment[name])
-        return cls(**values)._with_token()
-
-    def _with_token(self) -> Settings:
-        """The token of the file, where one is named."""
-        if self.token_file is None:
-            return self
-        name = variable("token_file")
-        if self.token is not None:
-            raise InputError(name, self.token_file, f"either this or {variable('token')}")
+        given = {name: value for name, value in options.items() if value is not None}
         try:
-            text = Path(self.token_file).read_text()
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or "not text"
-            raise InputError(name, self.token_file, f"a file that can be read ({reason})") from None
-        return replace(self, token=_token(name, text))
+            return cls(**{name: str(value) for name, value in given.items()})  # type: ignore[arg-type]
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+        name = str(first["loc"][0])
+        value = f"{len(first['input'])} characters" if name == "token" else first["input"]
+        shown = f"--{name.replace('_', '-')}" if name in given else variable(name)
+        message = first["msg"].removeprefix("Value error, ")
+        raise InputError(shown, value, message[0].lower() + message[1:])
 
     @property
     def computing_threads(self) -> int:
-        """Of each worker: together near the number of processors, more would only take turns."""
+        """Threads of each worker: together near the number of processors, more would only take turns."""
         return self.threads or max(1, processors() // self.workers)
 
     @property
     def requests_in_flight(self) -> int:
-        """Of each worker: computing, or waiting for a thread."""
+        """Requests of each worker that compute, or wait for a thread."""
         return self.max_requests or 16 * self.computing_threads
+
+
+def _check_token(token: str) -> str:
+    if not TOKEN.fullmatch(token):
+        raise ValueError("at least 16 letters, digits or any of -._~+/=")
+    return token
 
 
 def variable(field_name: str) -> str:
     """The environment variable of a setting: "max_samples" is "ATTITUDE_MAX_SAMPLES"."""
     return PREFIX + field_name.upper()
+
+
+def warn_of_retired() -> None:
+    """Log a warning for every variable that is set and is no setting any more."""
+    for name, reason in RETIRED.items():
+        if name in os.environ:
+            log.warning("%s has no effect any more: %s", name, reason)
+
+
+def table() -> str:
+    """The settings as a Markdown table; a setting without a default says in words what holds then."""
+    rows = [
+        f"| `{variable(name)}` | {f'`{field.default}`' if field.default else ''} | {field.description} |"
+        for name, field in Settings.model_fields.items()
+    ]
+    return "\n".join(["| variable | default | what |", "|---|---|---|", *rows])
+
+
+if __name__ == "__main__":
+    print(table())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from .bodies import (
+from tests.bodies import (
     ATTITUDE,
     ATTITUDE_TOLERANCE,
     GENERIC,

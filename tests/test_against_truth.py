@@ -17,8 +17,7 @@ from mpmath import workdps
 from scipy.spatial.transform import Rotation
 
 from attitude.oracle import exact, truth
-
-from .bodies import (
+from tests.bodies import (
     ATTITUDE,
     ATTITUDE_TOLERANCE,
     GENERIC,

@@ -7,8 +7,7 @@ from mpmath import mp, mpf
 from scipy.spatial.transform import Rotation
 
 from attitude import InputError, RigidBody, TorqueFreeMotion
-
-from .bodies import ATTITUDE
+from tests.bodies import ATTITUDE
 
 # Two-part numbers hold 32 digits; a dozen Jacobi rotations may cost one or two of them.
 TWO_PART_TOLERANCE = 1e-30

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from attitude import AttitudeError, Scene
-from attitude.cost import Problem
+from attitude.cost import InitialValueProblem
 from attitude.cost.methods import ours
 from attitude.runtime import build, compiled, kernel_cache, prebuilt, signature
 from attitude.runtime.signature import Signature
@@ -44,11 +44,12 @@ sys.modules["numba"] = None
 
 import numpy as np
 from attitude import Scene
-from attitude.cost import AbsentError, Problem
-from attitude.cost.methods import runge_kutta
+from attitude.cost import AbsentError, InitialValueProblem
+from attitude.cost.methods import fixed_step
 
 try:
-    runge_kutta.ladder()[0].prepare(Problem.of_scene(Scene.builtin("toutatis")))(np.linspace(0.0, 1.0, 3))
+    problem = InitialValueProblem.of_scene(Scene.builtin("toutatis"))
+    fixed_step.methods()[0].prepare(problem)(np.linspace(0.0, 1.0, 3))
 except AbsentError as error:
     print(error)
 """
@@ -131,7 +132,9 @@ def test_everything_the_library_calls_and_measures_is_built(monkeypatch):
     monkeypatch.setattr(kernel_cache, "is_kept", is_kept)
     monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein.sample"))
     with pytest.raises(AskedError) as asked:
-        ours.plain()[0].prepare(Problem.of_scene(Scene.builtin("toutatis")))(np.linspace(0.0, 1.0, 3))
+        ours.plain()[0].prepare(InitialValueProblem.of_scene(Scene.builtin("toutatis")))(
+            np.linspace(0.0, 1.0, 3)
+        )
     assert asked.value.args[0] == build.MEASURED
 
 

@@ -8,17 +8,14 @@ import pytest
 from astropy import units as u
 from astropy.time import Time, TimeDelta
 
-from attitude import Grid, InputError, Scene
-
-from . import bodies
+from attitude import Grid, InputError, RigidBody, Scene, TorqueFreeMotion
+from tests import bodies
 
 EPOCH = Time("2016-12-31T23:00:00", scale="utc")  # an hour before a leap second
 
 
 @pytest.fixture(scope="module")
 def motion():
-    from attitude import RigidBody, TorqueFreeMotion
-
     body = bodies.SHORT_AXIS["oblate"]
     return TorqueFreeMotion(RigidBody(body.inertia), bodies.ATTITUDE, body.omega, EPOCH, order="wxyz")
 
@@ -131,3 +128,48 @@ def test_memory_is_that_of_one_chunk():
     """A chunk of 1e5 instants is 3.2 MB of attitudes and 1.6 MB of instants; all 1e7 would be 480 MB."""
     run = subprocess.run([sys.executable, "-c", RESIDENT], capture_output=True, text=True, check=True)
     assert float(run.stdout) < 32
+
+
+def by_component(shape):
+    return np.moveaxis(np.full((4, *shape), np.nan), 0, -1)
+
+
+def by_row(shape):
+    return np.full((*shape, 4), np.nan)
+
+
+@pytest.mark.parametrize("allocate", [by_component, by_row])
+@pytest.mark.parametrize("shape", [(), (7,), (2, 3)], ids=str)
+@pytest.mark.parametrize("bodies", [(), (3,), (2, 2)], ids=str)
+def test_attitudes_are_written_into_out(allocate, shape, bodies):
+    moments = 1.0 + np.arange(3 * np.prod(bodies, dtype=int)).reshape(*bodies, 3) / 40
+    motion = TorqueFreeMotion(RigidBody.from_moments(moments), (1, 0, 0, 0), (0.1, 1.0, 0.2), order="wxyz")
+    t = np.linspace(0.0, 50.0, int(np.prod(shape))).reshape(shape)
+    out = allocate(bodies + shape)
+    ephemeris = motion.at(t, out=out)
+    assert np.array_equal(out, motion.at(t).quaternion("wxyz"))
+    assert np.shares_memory(ephemeris.quaternion("wxyz"), out)
+    assert out.flags.writeable
+    assert np.array_equal(ephemeris.angular_velocity, motion.at(t).angular_velocity)
+
+
+@pytest.mark.parametrize("rate", [False, True])
+def test_chunks_are_written_into_out_in_turn(motion, rate):
+    times, out = np.linspace(0.0, 50.0, 23), by_component((5,))
+    for chunk, expected in zip(
+        motion.chunks(times, 5, rate, out=out), motion.chunks(times, 5, rate), strict=True
+    ):
+        assert np.array_equal(out[: len(chunk)], expected.quaternion("wxyz"))
+        assert np.shares_memory(chunk.quaternion("wxyz"), out)
+
+
+READ_ONLY = np.empty((3, 4))
+READ_ONLY.flags.writeable = False
+
+
+@pytest.mark.parametrize(
+    "out", [np.empty((3, 3)), np.empty((4, 3)), np.empty((3, 4), np.float32), READ_ONLY, [0.0] * 12]
+)
+def test_out_of_another_kind_is_refused(motion, out):
+    with pytest.raises(InputError, match=r"^out: a writable float64 array of shape \(3, 4\); got "):
+        motion.at([0.0, 1.0, 2.0], out=out)

@@ -1,4 +1,4 @@
-"""What the cost report says is so: injected errors come out as they went in, and time is accounted for."""
+"""The cost report: injected errors are reported as such, and the budget of time is kept."""
 
 import json
 import xml.etree.ElementTree as ElementTree
@@ -9,13 +9,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeError, InputError, RigidBody, Scene, TorqueFreeMotion
-from attitude.cost import AbsentError, Method, Problem, measure, measurement
-from attitude.cost.methods import ladder, ours, runge_kutta, scipy_integrators
+from attitude.cost import AbsentError, InitialValueProblem, Method, measure, measurement
+from attitude.cost.methods import fixed_step, ours, scipy_integrators, select_methods
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 TOUTATIS = Scene.builtin("toutatis")
-PROBLEM = Problem.of_motion(TOUTATIS.motion())
-EXACT = ours.ladder()[0].prepare(PROBLEM)
+PROBLEM = InitialValueProblem.of_motion(TOUTATIS.motion())
+EXACT = ours.methods()[0].prepare(PROBLEM)
 ANGLE = 1e-7  # rad: an injected error, far above the 1e-15 of the answers it is injected into
 
 
@@ -93,7 +93,7 @@ def test_error_that_grows_with_the_horizon_has_its_exponent():
 
 def test_truth_is_the_same_for_the_same_seed():
     def errors(seed):
-        return [cell.attitude_error_rad for cell in measured(*ours.ladder(), seed=seed).cells]
+        return [cell.attitude_error_rad for cell in measured(*ours.methods(), seed=seed).cells]
 
     assert errors(1) == errors(1) != errors(2)
 
@@ -122,7 +122,7 @@ def tensor_motion():
 @pytest.mark.parametrize("tensor", [False, True], ids=["moments", "tensor"])
 def test_runge_kutta_is_of_fourth_order(tensor, tensor_motion):
     steps = [
-        Method("RK4", str(count), lambda problem, count=count: runge_kutta.prepare(problem, count), True)
+        Method("RK4", str(count), lambda problem, count=count: fixed_step.prepare(problem, count), True)
         for count in (800, 1600)  # fine enough for interpolation of a lower order to show
     ]
     motion = tensor_motion if tensor else TOUTATIS
@@ -163,10 +163,10 @@ def test_body_at_rest_is_measured_too():
 
 
 def test_names_select_families_in_any_case_and_one_order():
-    families = [each.family for each in ladder(["LSODA", "ours"])]
+    families = [each.family for each in select_methods(["LSODA", "ours"])]
     assert families == ["closed form"] + ["LSODA (SciPy)"] * 4
     with pytest.raises(InputError, match=r"method: one of ours, .*; got 'rk5'"):
-        ladder(["rk5"])
+        select_methods(["rk5"])
 
 
 # -- what goes wrong ------------------------------------------------------------------------------
@@ -204,7 +204,7 @@ def test_each_misfortune_is_a_row_that_says_so():
         method("poisoned", poisoned, steps=True),
         method("short", lambda t: (EXACT(t)[0][1:], EXACT(t)[1])),
         method("lost", lost, steps=True),
-        *ours.ladder(),
+        *ours.methods(),
         horizons=(1.0, 100.0, 1e4),
     )
     expected = {
@@ -323,7 +323,14 @@ def test_cost_is_the_median_of_repeats_without_the_first(clock):
 )
 def test_senseless_measurement_is_refused(options, message):
     with pytest.raises(InputError, match=message):
-        measured(*ours.ladder(), **options)
+        measured(*ours.methods(), **options)
+
+
+def test_problem_is_the_former_name_of_the_initial_value_problem():
+    from attitude import cost
+
+    with pytest.warns(DeprecationWarning, match="is called InitialValueProblem"):
+        assert cost.Problem is InitialValueProblem
 
 
 def test_many_bodies_are_refused():
@@ -339,8 +346,8 @@ def test_many_bodies_are_refused():
 def report():
     """One of each kind of row."""
     return measured(
-        *ours.ladder(),
-        *runge_kutta.ladder(),
+        *ours.methods(),
+        *fixed_step.methods(),
         Method("gone", "", missing_package, steps=True),
         method("poisoned", poisoned, steps=True),
         horizons=(1.0, 100.0, 1e3),
@@ -363,7 +370,7 @@ def test_json_holds_every_cell_and_no_nan(report):
 
 
 def test_nan_in_a_report_is_not_written():
-    report = measured(*ours.ladder(), horizons=(1.0,))
+    report = measured(*ours.methods(), horizons=(1.0,))
     broken = replace(report, cells=(replace(report.cells[0], energy_error=np.nan),))
     with pytest.raises(ValueError, match="not JSON compliant"):
         broken.to_json()

@@ -17,8 +17,8 @@ from attitude.runtime import compiled
 # u^2 = 2^-106, 1.2e-32: the unit of Joldes, Muller & Popescu's theorems, whose bounds these are.
 UNIT = 2.0**-106
 BOUNDS = {"add": 3, "sub": 3, "mul": 5, "div": 10, "sqrt": 25 / 8}
-# Of hypot, sine, cosine, K and R_F: four times what is measured; exp has the rounding of its argument too.
-FEW = 16
+# Of hypot, sine, cosine, K and R_F: four times the measured error; exp adds the rounding of its argument.
+FEW_UNITS = 16
 
 
 @pytest.fixture(autouse=True)
@@ -30,30 +30,20 @@ def sixty_digits():
 def over_pairs(function, arguments):
     """The compiled function over rows of pairs: (n, arguments, 2) -> (n, 2).
 
-    Routines have no Python wrapper of their own: they are called from compiled code alone.
+    Routines have no Python wrapper: only compiled code can call them.
     """
-    if arguments == 1:
+    pair = dd.pair
+    of_row = {
+        1: lambda row: function(pair(row[0])),
+        2: lambda row: function(pair(row[0]), pair(row[1])),
+        3: lambda row: function(pair(row[0]), pair(row[1]), pair(row[2])),
+    }
+    one = njit(error_model="numpy")(of_row[arguments])
 
-        @njit(error_model="numpy")
-        def loop(x, out):
-            for i in range(x.shape[0]):
-                out[i, 0], out[i, 1] = function((x[i, 0, 0], x[i, 0, 1]))
-
-    elif arguments == 2:
-
-        @njit(error_model="numpy")
-        def loop(x, out):
-            for i in range(x.shape[0]):
-                out[i, 0], out[i, 1] = function((x[i, 0, 0], x[i, 0, 1]), (x[i, 1, 0], x[i, 1, 1]))
-
-    else:
-
-        @njit(error_model="numpy")
-        def loop(x, out):
-            for i in range(x.shape[0]):
-                out[i, 0], out[i, 1] = function(
-                    (x[i, 0, 0], x[i, 0, 1]), (x[i, 1, 0], x[i, 1, 1]), (x[i, 2, 0], x[i, 2, 1])
-                )
+    @njit(error_model="numpy")
+    def loop(x, out):
+        for i in range(x.shape[0]):
+            out[i, 0], out[i, 1] = one(x[i])
 
     def called(rows):
         out = np.empty((len(rows), 2))
@@ -110,17 +100,17 @@ EXACT = {
 @pytest.mark.parametrize("name", EXACT)
 def test_arithmetic_keeps_its_bounds_for_all_sizes_signs_and_cancellations(name):
     rows = list(random_pairs(name))
-    for row, found in zip(rows, over_pairs(getattr(dd, name), 2)(rows), strict=True):
+    for row, computed in zip(rows, over_pairs(getattr(dd, name), 2)(rows), strict=True):
         expected = EXACT[name](*map(value, row))
-        assert abs(value(found) - expected) <= Fraction(BOUNDS[name] * UNIT) * abs(expected), row
-        assert is_a_pair(found), row
+        assert abs(value(computed) - expected) <= Fraction(BOUNDS[name] * UNIT) * abs(expected), row
+        assert is_a_pair(computed), row
 
 
 def test_square_root_keeps_its_bound_and_takes_zero():
     rows = [((abs(hi), math.copysign(lo, lo * hi)),) for (hi, lo), _ in random_pairs("sqrt")]
-    for row, found in zip(rows, over_pairs(dd.sqrt, 1)(rows), strict=True):
-        assert relative(found, mp.sqrt(real(row[0]))) <= BOUNDS["sqrt"] * UNIT, row
-        assert is_a_pair(found)
+    for row, computed in zip(rows, over_pairs(dd.sqrt, 1)(rows), strict=True):
+        assert relative(computed, mp.sqrt(real(row[0]))) <= BOUNDS["sqrt"] * UNIT, row
+        assert is_a_pair(computed)
     assert over_pairs(dd.sqrt, 1)([((0.0, 0.0),)]) == [[0.0, 0.0]]
 
 
@@ -130,8 +120,8 @@ def test_hypot_keeps_its_digits_where_squares_leave_the_range():
         [random_pair(rng, decades) for _ in range(2)] for decades in (1, 20, 140, 270) for _ in range(200)
     ]
     rows += [[(1e300, 0.0), (-1e300, 0.0)], [(1e-300, 0.0), (0.0, 0.0)]]
-    for row, found in zip(rows, over_pairs(dd.hypot, 2)(rows), strict=True):
-        assert relative(found, mp.hypot(*map(real, row))) <= FEW * UNIT, row
+    for row, computed in zip(rows, over_pairs(dd.hypot, 2)(rows), strict=True):
+        assert relative(computed, mp.hypot(*map(real, row))) <= FEW_UNITS * UNIT, row
     assert over_pairs(dd.hypot, 2)([((0.0, 0.0), (0.0, 0.0))]) == [[0.0, 0.0]]
 
 
@@ -139,10 +129,10 @@ def test_exp_is_good_to_thirty_digits_down_to_the_least_double():
     rng = random.Random("exp")
     rows = [(two_part(mpf(rng.uniform(-600, 2)) * (1 + mpf(rng.random()) / 2**53)),) for _ in range(500)]
     rows += [((-x, 0.0),) for x in (0.0, 1e-300, 1e-20, 1e-3, 0.5 * math.log(2), 650.0)]
-    for row, found in zip(rows, over_pairs(dd.exp, 1)(rows), strict=True):
-        assert relative(found, mp.exp(real(row[0]))) <= (FEW + abs(row[0][0])) * UNIT, row
-    for gone in (-746.0, -1e6, -math.inf):
-        assert over_pairs(dd.exp, 1)([((gone, 0.0),)]) == [[0.0, 0.0]]
+    for row, computed in zip(rows, over_pairs(dd.exp, 1)(rows), strict=True):
+        assert relative(computed, mp.exp(real(row[0]))) <= (FEW_UNITS + abs(row[0][0])) * UNIT, row
+    for argument in (-746.0, -1e6, -math.inf):
+        assert over_pairs(dd.exp, 1)([((argument, 0.0),)]) == [[0.0, 0.0]]
 
 
 @pytest.mark.parametrize("part", [0, 1], ids=["sine", "cosine"])
@@ -155,9 +145,11 @@ def test_sine_and_cosine_are_good_to_thirty_digits_within_two_radians(part):
     rng = random.Random("sin_cos")
     rows = [(two_part(mpf(rng.uniform(-2, 2)) * (1 + mpf(rng.random()) / 2**53)),) for _ in range(500)]
     rows += [((x, 0.0),) for x in (0.0, 1e-300, -1e-20, 1e-3, -2.0, 2.0)]
-    for row, found in zip(rows, over_pairs(one_of, 1)(rows), strict=True):
+    for row, computed in zip(rows, over_pairs(one_of, 1)(rows), strict=True):
         expected = (mp.sin, mp.cos)[part](real(row[0]))
-        assert abs(real(found) - expected) <= FEW * UNIT * min(1, abs(real(row[0])) if part == 0 else 1), row
+        assert abs(real(computed) - expected) <= FEW_UNITS * UNIT * min(
+            1, abs(real(row[0])) if part == 0 else 1
+        ), row
 
 
 @pytest.mark.parametrize(
@@ -182,8 +174,8 @@ MODULI = (1.0, 0.999, 0.5, 0.1, 1e-3, 1e-8, 1e-15, 1e-77, 1e-150, 1e-280)
 def test_quarter_period_keeps_its_digits_down_to_the_least_modulus():
     rng = random.Random("K")
     rows = [(two_part(mpf(k1)),) for k1 in (*MODULI, *(10 ** rng.uniform(-20, 0) for _ in range(100)))]
-    for row, found in zip(rows, over_pairs(elliptic.quarter_period, 1)(rows), strict=True):
-        assert relative(found, mp.pi / 2 / mp.agm(1, real(row[0]))) <= FEW * UNIT, row
+    for row, computed in zip(rows, over_pairs(elliptic.quarter_period, 1)(rows), strict=True):
+        assert relative(computed, mp.pi / 2 / mp.agm(1, real(row[0]))) <= FEW_UNITS * UNIT, row
     assert over_pairs(elliptic.quarter_period, 1)([((0.0, 0.0),)])[0][0] == math.inf
 
 
@@ -192,8 +184,8 @@ def test_carlson_integral_keeps_its_digits_for_all_moduli():
     rng = random.Random("RF")
     sizes = [0.0, *MODULI, *(10 ** rng.uniform(-20, 0) for _ in range(10))]
     rows = [(two_part(mpf(x)), two_part(mpf(y)), (1.0, 0.0)) for x in sizes for y in sizes if x or y]
-    for row, found in zip(rows, over_pairs(elliptic.carlson_rf, 3)(rows), strict=True):
-        assert relative(found, mp.elliprf(*(real(root) ** 2 for root in row))) <= FEW * UNIT, row
+    for row, computed in zip(rows, over_pairs(elliptic.carlson_rf, 3)(rows), strict=True):
+        assert relative(computed, mp.elliprf(*(real(root) ** 2 for root in row))) <= FEW_UNITS * UNIT, row
 
 
 # Expansions
@@ -214,10 +206,6 @@ def expand(products):
     return parts[:count].tolist(), pair
 
 
-def exact_sum(products):
-    return sum(math.prod(map(value, row)) for row in products)
-
-
 def test_expansions_hold_sums_of_products_exactly_and_tell_their_sign():
     rng = random.Random("expansion")
     for _ in range(300):
@@ -226,9 +214,9 @@ def test_expansions_hold_sums_of_products_exactly_and_tell_their_sign():
         rng.shuffle(minus)
         nearly = [(minus[0][0] * (1 + rng.choice((0, 2.0**-52))), minus[0][1]), *minus[1:]]
         products = [row, nearly, [random_pair(rng, 5) for _ in range(4)] if rng.random() < 0.5 else row]
-        for some in (products, products[:2]):
-            parts, pair = expand(some)
-            expected = exact_sum(some)
+        for terms in (products, products[:2]):
+            parts, pair = expand(terms)
+            expected = sum(math.prod(map(value, row)) for row in terms)
             assert sum(map(Fraction, parts)) == expected
             assert (pair[0] > 0) - (pair[0] < 0) == (expected > 0) - (expected < 0)
             assert abs(value(pair) - expected) <= Fraction(UNIT) * abs(expected)
@@ -257,13 +245,13 @@ def test_principal_moments_and_axes_are_mpmaths_to_thirty_digits():
     tensors = tensors + tensors.transpose(0, 2, 1) + 5 * np.eye(3)
     moments, axes = np.empty((40, 3, 2)), np.empty((40, 3, 3, 2))
     compiled.principal_axes(tensors, moments, axes, np.empty((3, 3, 2)))
-    for tensor, found, rows in zip(tensors.tolist(), moments.tolist(), axes.tolist(), strict=True):
+    for tensor, computed, rows in zip(tensors.tolist(), moments.tolist(), axes.tolist(), strict=True):
         expected = sorted(mp.eigsy(mp.matrix(tensor), eigvals_only=True))
         size = max(map(abs, expected))
-        off = [abs(real(a) - b) for a, b in zip(sorted(found), expected, strict=True)]
+        off = [abs(real(a) - b) for a, b in zip(sorted(computed), expected, strict=True)]
         assert max(off) <= JACOBI * size
         R = mp.matrix([[real(entry) for entry in row] for row in rows])
-        diagonal = R * mp.matrix(tensor) * R.T - mp.diag([real(moment) for moment in found])
+        diagonal = R * mp.matrix(tensor) * R.T - mp.diag([real(moment) for moment in computed])
         assert max(map(abs, diagonal)) <= JACOBI * size
         assert max(map(abs, R * R.T - mp.eye(3))) <= JACOBI
         assert mp.det(R) > 0
@@ -286,6 +274,6 @@ CONSTANT = {
 @pytest.mark.parametrize(("tensor", "rate", "expected"), CONSTANT.values(), ids=CONSTANT)
 @pytest.mark.parametrize("scale", [1.0, 2.0**-500, 2.0**500])
 def test_constant_rate_is_decided_without_rounding(tensor, rate, expected, scale):
-    found = np.empty(1, dtype=bool)
-    compiled.rate_is_constant(np.array([tensor]) * scale, np.array([rate]), found, *workspace())
-    assert bool(found[0]) is expected
+    computed = np.empty(1, dtype=bool)
+    compiled.rate_is_constant(np.array([tensor]) * scale, np.array([rate]), computed, *workspace())
+    assert bool(computed[0]) is expected

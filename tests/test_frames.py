@@ -22,28 +22,20 @@ from astropy.time import Time, TimeDelta
 from astropy.utils import iers
 from scipy.spatial.transform import Rotation
 
-from attitude import (
-    Ephemeris,
-    InputError,
-    RegimeError,
-    RigidBody,
-    Scene,
-    TorqueFreeMotion,
-    earth_orientation,
-    elapsed,
-)
+from attitude import Ephemeris, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
 from attitude.cost import AbsentError
 from attitude.cost.methods import orekit
-from attitude.dynamics.event import Event
-from attitude.dynamics.translation import Translation
-from attitude.frames import from_gcrf, turn_from_gcrf
-from attitude.frames_of_date import itrf, teme
-from attitude.orbit.local import qsw
-from attitude.orbit.position import as_pieces, position, velocity
-from attitude.orientation import conjugate
-
-from .effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
-from .effects.test_orbit import TLES, course, start_of, tle_course
+from attitude.frames import earth_orientation
+from attitude.frames.earth_fixed import itrf, teme
+from attitude.frames.inertial import from_gcrf, rotation_from_gcrf
+from attitude.frames.rotations import conjugate
+from attitude.orbit.local_frames import qsw
+from attitude.orbit.path_states import as_polynomial, position, velocity
+from attitude.samples.event import Event
+from attitude.samples.translation import Translation
+from attitude.times.instants import as_instants
+from tests.effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
+from tests.effects.test_orbit import TLES, path, start_of, tle_path
 
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
 INERTIAL = ("ICRF", "GCRF", "EME2000", "ECLIPJ2000")
@@ -172,14 +164,14 @@ def spread():
 
 
 def test_earth_fixed_axes_are_those_of_astropy():
-    instants = elapsed.instants(spread(), EPOCH)
+    instants = as_instants(spread(), EPOCH)
     expected = matrices.cirs_to_itrs_mat(instants.time) @ matrices.gcrs_to_cirs_mat(instants.time)
     # the Earth rotation angle of erfa, of 1e4 days, is good to 3e-14
     assert np.abs(matrix(itrf(instants)) - expected).max() < 1e-13
 
 
 def test_axes_of_sgp4_are_those_of_astropy():
-    instants = elapsed.instants(spread(), EPOCH)
+    instants = as_instants(spread(), EPOCH)
     time = instants.time
     found = matrix(itrf(instants)) @ np.swapaxes(matrix(teme(instants)), -1, -2)
     # astropy leaves out the locator of the crust's pole there, 47 microarcseconds a century
@@ -202,7 +194,7 @@ def test_vectors_go_where_astropy_takes_them():
 
 def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
     """A body that turns as the Earth does, about its pole of 2026-03-20: the sidereal day."""
-    still = itrf(elapsed.instants([0.0], EPOCH))
+    still = itrf(as_instants([0.0], EPOCH))
     rate = still.rate[0]
     assert np.linalg.norm(rate) == pytest.approx(2 * math.pi / 86164.0989, rel=1e-7)
     at_rest = TorqueFreeMotion(
@@ -216,7 +208,7 @@ def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
 
 def test_turn_between_computed_poles_is_that_at_the_instant():
     """The polynomial against the series themselves, at instants it does not go through."""
-    instants = elapsed.instants(np.linspace(-2e7, 2e7, 500) + 3333.0, EPOCH)
+    instants = as_instants(np.linspace(-2e7, 2e7, 500) + 3333.0, EPOCH)
     time = instants.time
     expected = erfa.pnm06a(time.tt.jd1, time.tt.jd2)
     found = matrix(teme(instants))
@@ -313,7 +305,7 @@ def test_attitudes_without_rates_have_none_elsewhere():
 def test_momentum_is_asked_of_inertial_frames():
     told = motion().at([0.0]).in_frame("ITRF")
     for name in ("angular_momentum", "kinetic_energy"):
-        with pytest.raises(RegimeError, match=f"{name}: ITRF turns; ask it of the ephemeris in an inertial"):
+        with pytest.raises(RegimeError, match=f"{name}: ITRF is a rotating frame"):
             getattr(told, name)
 
 
@@ -379,7 +371,7 @@ def test_frames_along_an_orbit_need_one():
 
 @pytest.mark.parametrize("frame", ["GCRF", "ITRF", "QSW"])
 def test_nothing_leads_back_from_axes_along_an_orbit(frame):
-    with pytest.raises(RegimeError, match="nothing leads back from LVLH"):
+    with pytest.raises(RegimeError, match="no rotation from LVLH"):
         orbiting().run().in_frame("LVLH").in_frame(frame)
 
 
@@ -417,7 +409,7 @@ def test_body_that_points_to_the_nadir_stands_still():
 @pytest.mark.parametrize("eccentricity", [0.0, 0.01, 0.7])
 def test_axes_along_an_ellipse_are_those_of_position_and_velocity(eccentricity):
     orbit = {**KEPLER, "semi_major_axis": quantity(30000, "km"), "eccentricity": eccentricity}
-    made = course(orbit, stop=1e6)
+    made = path(orbit, stop=1e6)
     t = np.linspace(-1e6, 1e6, 200)
     r, v = position(made, t), velocity(made, t)
     x = r / np.linalg.norm(r, axis=1)[:, None]
@@ -437,9 +429,9 @@ def test_rates_along_an_ellipse_are_the_derivative_of_the_attitude(orbit, frame)
 
 
 def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
-    """Within the polynomials of the course: where they meet, SGP4 is followed to 1e-9 and no better."""
-    made, _ = tle_course(TLES["Molniya"], stop=86400.0)
-    pieces = as_pieces(made)
+    """Within the polynomials of the orbit: where they meet, SGP4 is followed to 1e-9 and no better."""
+    made, _ = tle_path(TLES["Molniya"], stop=86400.0)
+    pieces = as_polynomial(made)
     middles = pieces.start + pieces.length * (np.arange(len(pieces.coefficients)) + 0.5)
     step = min(pieces.length / 20, 2.0)
     found = derivative(lambda t: conjugate(qsw(made, t).quaternion), middles, step)
@@ -448,7 +440,7 @@ def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
 
 def test_plane_of_a_perturbed_orbit_turns_about_the_radius():
     """The flattened Earth turns the plane by -3/2 J2 n (R/p)^2 cos i on average: some degrees a day."""
-    made, _ = tle_course(TLES["low, eccentric"], stop=86400.0)
+    made, _ = tle_path(TLES["low, eccentric"], stop=86400.0)
     turn = qsw(made, np.linspace(0, 86400.0, 3000))
     assert np.abs(turn.rate[:, 1]).max() == 0.0
     assert 1e-7 < np.abs(turn.rate[:, 0]).max() < 1e-5
@@ -510,9 +502,9 @@ def test_orbit_that_nobody_asks_for_costs_nothing(monkeypatch):
     from attitude.orbit.kepler import Kepler
 
     def asked(*_):
-        raise AssertionError("the course is computed")
+        raise AssertionError("the path is computed")
 
-    monkeypatch.setattr(Kepler, "course", asked)
+    monkeypatch.setattr(Kepler, "path", asked)
     assert bits(orbiting().run()) == bits(
         Scene.model_validate({**orbiting().document(), "orbit": None}).run()
     )
@@ -528,7 +520,7 @@ def test_instants_beyond_the_scene_have_their_course():
 
 def test_table_that_does_not_reach_is_refused():
     t = np.arange(-600.0, 6601.0, 60.0)
-    points = position(course(KEPLER), t) / 1e3
+    points = position(path(KEPLER), t) / 1e3
     table = {"times": quantity(t.tolist(), "s"), "positions": quantity(points.tolist(), "km")}
     given = orbiting(table).run()
     assert (
@@ -559,11 +551,11 @@ def test_users_own_frame_has_axes_along_its_orbit():
 def test_centre_of_mass_moves_relative_to_the_frame():
     """Against differences of the positions there."""
     t, h = np.array([0.0, 40000.0]), 8.0
-    instants = elapsed.instants(np.concatenate([t, *(t + k * h for k in (-2, -1, 1, 2))]), EPOCH)
+    instants = as_instants(np.concatenate([t, *(t + k * h for k in (-2, -1, 1, 2))]), EPOCH)
     r0, v0 = np.array([7e6, 1e6, -2e6]), np.array([100.0, 7e3, 1e3])
     moved = Translation(r0 + v0 * instants.seconds[:, None], np.broadcast_to(v0, (10, 3)))
     given = motion().at(instants.seconds)
-    whole = Ephemeris(given.quaternion("wxyz").copy(), instants, "GCRF", translation=moved)
+    whole = Ephemeris(given.quaternion("wxyz").copy(), instants, "GCRF", centre_of_mass=moved)
     told = whole.in_frame("ITRF").translation
     r = told.position.reshape(5, 2, 3)
     found = (8 * (r[3] - r[2]) - (r[4] - r[1])) / (12 * h)
@@ -676,7 +668,7 @@ def test_mean_equator_of_j2000_is_that_of_orekit(java):
 def test_axes_along_an_ellipse_are_those_of_orekit(java, name, theirs):
     date = java("org.orekit.time.AbsoluteDate").ARBITRARY_EPOCH
     lof = java("org.orekit.frames.LOFType").valueOf(theirs)
-    made = course(KEPLER)
+    made = path(KEPLER)
     orbit = java("org.orekit.orbits.CartesianOrbit")
     vector = java("org.hipparchus.geometry.euclidean.threed.Vector3D")
     pv = java("org.orekit.utils.PVCoordinates")
@@ -696,8 +688,8 @@ def test_axes_along_an_ellipse_are_those_of_orekit(java, name, theirs):
 
 def test_turns_one_after_another():
     """`then` and `back`, by matrices and by the rate that two turning frames have to each other."""
-    instants = elapsed.instants([0.0, 5e4], EPOCH)
-    there, ecliptic = itrf(instants), turn_from_gcrf("ECLIPJ2000", "a test")
+    instants = as_instants([0.0, 5e4], EPOCH)
+    there, ecliptic = itrf(instants), rotation_from_gcrf("ECLIPJ2000", "a test")
     both = ecliptic.back().then(there)
     assert np.abs(matrix(both) - matrix(there) @ matrix(ecliptic).T).max() < 1e-15
     assert np.array_equal(both.rate, there.rate)

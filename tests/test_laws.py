@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from attitude import RigidBody, TorqueFreeMotion
-
-from .bodies import (
+from tests.bodies import (
     ATTITUDE,
     ATTITUDE_TOLERANCE,
     CONSTANT_RATE,

@@ -5,10 +5,11 @@ import random
 import numpy as np
 import pytest
 
-from attitude import Ephemeris, RigidBody, TorqueFreeMotion, batch, plan
+from attitude import Ephemeris, RigidBody, Scene, TorqueFreeMotion
+from attitude.dynamics import integration
 from attitude.oracle import truth
-
-from . import bodies
+from attitude.rigid_body import constants_of_motion, error_bounds
+from tests import bodies
 
 INSTANTS = 40
 # Both routes and constant rates, at up to 1e9 rad: what the bound is held against.
@@ -79,13 +80,13 @@ def test_batch_says_how_many_bodies_each_solution_took(many):
     counts = [int(part.split()[-2]) for part in made.solver.split("; ")]
     assert sum(counts) == 300
     assert counts[0] == 1
-    assert made.error_bound == max(bound for _, bound in plan.FORMS)
+    assert made.error_bound == max(bound for _, bound in error_bounds.FORMS)
 
 
 def test_batch_in_blocks_gives_the_same_bits(many, monkeypatch):
     whole, t = many(), np.arange(7.0)
-    monkeypatch.setattr(batch, "KEPT", 10)
-    monkeypatch.setattr(batch, "BLOCK", 64)
+    monkeypatch.setattr(constants_of_motion, "MAX_CACHED_BODIES", 10)
+    monkeypatch.setattr(constants_of_motion, "BODIES_PER_BLOCK", 64)
     blocks = many()
     for threads in (1, 2):
         expected, found = whole.at(t), blocks.at(t, threads=threads)
@@ -103,8 +104,8 @@ def test_batch_of_two_dimensions_in_blocks_gives_the_same_bits(monkeypatch):
     random = np.random.default_rng(4)
     body, rates = RigidBody.from_moments(1.0 + random.random((20, 1, 3))), random.normal(size=(30, 3))
     whole = TorqueFreeMotion(body, (1, 0, 0, 0), rates, order="wxyz").at(np.arange(3.0))
-    monkeypatch.setattr(batch, "KEPT", 10)
-    monkeypatch.setattr(batch, "BLOCK", 64)
+    monkeypatch.setattr(constants_of_motion, "MAX_CACHED_BODIES", 10)
+    monkeypatch.setattr(constants_of_motion, "BODIES_PER_BLOCK", 64)
     blocks = TorqueFreeMotion(body, (1, 0, 0, 0), rates, order="wxyz").at(np.arange(3.0))
     assert blocks.shape == (20, 30, 3)
     assert np.array_equal(blocks.quaternion("wxyz"), whole.quaternion("wxyz"))
@@ -114,3 +115,23 @@ def test_ephemeris_from_a_file_has_no_plan(tmp_path):
     ephemeris = bodies.motion(bodies.SHORT_AXIS["oblate"]).at(np.arange(3.0))
     ephemeris.write(tmp_path / "x.csv")
     assert Ephemeris.read(tmp_path / "x.csv").plan is None
+
+
+# -- one resolved object --------------------------------------------------------------------------
+
+
+def test_run_and_its_resampling_choose_the_solver_once(monkeypatch):
+    choose, calls = integration.choose, []
+    monkeypatch.setattr(integration, "choose", lambda *arguments: calls.append(1) or choose(*arguments))
+    ephemeris = Scene.builtin("envisat").run()
+    again = ephemeris.resampled(ephemeris.elapsed[:3])
+    assert len(calls) == 1
+    assert again.plan.solver.partition(":")[0] == ephemeris.plan.solver.partition(":")[0]
+
+
+@pytest.mark.parametrize("name", ["envisat", "thruster-plan", "drop", "toutatis"])
+def test_plan_and_run_agree(name):
+    scene = Scene.builtin(name)
+    plan, made = scene.plan(), scene.run().plan
+    assert made.solver.partition(":")[0].startswith(plan.solver.partition(",")[0])
+    assert list(made.simulated) == [effect.type for effect in plan.effects if effect.simulated]

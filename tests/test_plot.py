@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from attitude import Ephemeris, InputError, RigidBody, Scene, TorqueFreeMotion
-from attitude.plot import course
-from attitude.plot.drop import ROOM, _apart
+from attitude.plot import timeline
+from attitude.plot.drop import LABEL_WIDTH, _apart
 from attitude.plot.drop import picture as drop_picture
-from attitude.simulation import compared
-
-from .effects.scenes import effect, quantity, scene
+from attitude.scene.simulation import compared
+from tests.effects.scenes import effect, quantity, scene
 
 
 def words(svg):
@@ -23,7 +22,7 @@ def free(times, rate=(0.3, -0.5, 0.9)):
 
 
 def test_picture_of_a_free_body_names_its_lines_and_frame():
-    found = words(course.picture(free(np.linspace(0, 60, 400)), "svg"))
+    found = words(timeline.picture(free(np.linspace(0, 60, 400)), "svg"))
     for name in ("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z", "attitude", "body rate, rad/s"):
         assert name in found
     assert "A scene: attitude, body to ICRF" in found
@@ -33,13 +32,13 @@ def test_picture_of_a_free_body_names_its_lines_and_frame():
 
 
 def test_picture_shows_what_effects_change_and_when_they_acted():
-    found = words(course.picture(Scene.builtin("thruster-plan").run(), "svg"))
+    found = words(timeline.picture(Scene.builtin("thruster-plan").run(), "svg"))
     assert {"energy", "momentum", "impulse (4)"} <= set(found)
     assert "time, min" in found
 
 
 def test_picture_of_a_sink_shows_energy_but_not_the_momentum_that_stays():
-    found = words(course.picture(Scene.builtin("explorer-1").run(), "svg"))
+    found = words(timeline.picture(Scene.builtin("explorer-1").run(), "svg"))
     assert "energy" in found
     assert "momentum" not in found
     assert "time since 1958-02-01T03:55:00.000 tt, min" in found
@@ -49,13 +48,13 @@ def test_picture_of_a_fall_shows_where_the_centre_of_mass_is():
     fall = scene(
         effect("uniform_gravity"), position=quantity([0, 0, 9], "m"), velocity=quantity([1, 0, 0], "m/s")
     )
-    assert {"position, m", "x", "y", "z"} <= set(words(course.picture(fall.run(), "svg")))
+    assert {"position, m", "x", "y", "z"} <= set(words(timeline.picture(fall.run(), "svg")))
 
 
 def test_every_event_is_a_line_through_every_panel():
     ephemeris = Scene.builtin("thruster-plan").run()
-    colour = course.EVENTS["impulse"][0]
-    lines = re.findall(rf"stroke: {colour}", course.picture(ephemeris, "svg").decode())
+    colour = timeline.EVENTS["impulse"][0]
+    lines = re.findall(rf"stroke: {colour}", timeline.picture(ephemeris, "svg").decode())
     panels, in_legend = 3, 1
     assert len(lines) == len(ephemeris.events) * panels + in_legend
 
@@ -67,36 +66,36 @@ def test_samples_too_far_apart_are_dots_and_others_lines():
         return b"<use" in re.sub(rb'<g id="(xtick|ytick).*?</g>\n *</g>', b"", near(step), flags=re.DOTALL)
 
     def near(step):
-        svg = course.picture(free(np.arange(40) * step), "svg")
+        svg = timeline.picture(free(np.arange(40) * step), "svg")
         return svg[: svg.index(b"legend_1")]
 
     rate = np.linalg.norm((0.3, -0.5, 0.9))
-    assert not has_dots(0.9 * course.JOINED / rate)
-    assert has_dots(1.6 * course.JOINED / rate)
+    assert not has_dots(0.9 * timeline.MAX_JOINED_ANGLE / rate)
+    assert has_dots(1.6 * timeline.MAX_JOINED_ANGLE / rate)
 
 
 def test_order_of_instants_does_not_matter():
     seconds = np.linspace(0, 20, 60)
-    assert course.picture(free(seconds[::-1]), "svg") == course.picture(free(seconds), "svg")
+    assert timeline.picture(free(seconds[::-1]), "svg") == timeline.picture(free(seconds), "svg")
 
 
 @pytest.mark.parametrize(
     ("span", "unit"), [(3.0, "s"), (239.0, "s"), (241.0, "min"), (4 * 3600.0, "h"), (4 * 86400.0, "d")]
 )
 def test_unit_of_the_time_axis_fits_the_span(span, unit):
-    assert f"time, {unit}" in words(course.picture(free(np.linspace(0.0, span, 9)), "svg"))
+    assert f"time, {unit}" in words(timeline.picture(free(np.linspace(0.0, span, 9)), "svg"))
 
 
 def test_picture_does_not_change_from_one_time_to_the_next():
     ephemeris = free(np.linspace(0, 9, 30))
-    assert course.picture(ephemeris, "svg") == course.picture(ephemeris, "svg")
-    assert course.picture(ephemeris, "png").startswith(b"\x89PNG")
+    assert timeline.picture(ephemeris, "svg") == timeline.picture(ephemeris, "svg")
+    assert timeline.picture(ephemeris, "png").startswith(b"\x89PNG")
 
 
 def test_attitudes_alone_are_drawn_alone():
     whole = free(np.linspace(0, 9, 30))
     alone = Ephemeris(whole.quaternion("wxyz").copy(), whole.instants, "GCRF")
-    found = words(course.picture(alone, "svg"))
+    found = words(timeline.picture(alone, "svg"))
     assert "q_z" in found
     assert "omega_x" not in found
 
@@ -104,7 +103,7 @@ def test_attitudes_alone_are_drawn_alone():
 @pytest.mark.parametrize("times", [3.0, [3.0], [[1.0, 2.0]]], ids=["instant", "one", "two dimensions"])
 def test_what_is_no_course_is_refused(times):
     with pytest.raises(InputError, match="one body at two instants or more"):
-        course.picture(free(times), "svg")
+        timeline.picture(free(times), "svg")
 
 
 # -- of a drop -----------------------------------------------------------------------------------
@@ -139,4 +138,4 @@ def test_picture_of_a_body_that_comes_to_rest_ends_there():
 
 def test_labels_of_contacts_keep_their_distance():
     assert _apart([1.0, 1.01, 1.2, 1.3, 1.31], 0.1) == [1.0, 1.2, 1.3]
-    assert _apart([], ROOM) == []
+    assert _apart([], LABEL_WIDTH) == []

@@ -3,7 +3,7 @@
 import pytest
 
 import attitude
-from attitude.scene import Scene
+from attitude.scene.document import Scene
 
 
 def test_public_names_are_listed_in_order():

@@ -24,10 +24,9 @@ from attitude import (
     ToleranceError,
     TorqueFreeMotion,
 )
-from attitude.elapsed import Instants
-from attitude.scene import builtin_names
-
-from .bodies import ATTITUDE, ATTITUDE_TOLERANCE
+from attitude.scene.document import builtin_names
+from attitude.times.instants import Instants
+from tests.bodies import ATTITUDE, ATTITUDE_TOLERANCE
 
 DOCUMENT = {
     "name": "debris",
@@ -172,7 +171,7 @@ GRIDS = {
 @pytest.mark.parametrize(("times", "seconds"), GRIDS.values(), ids=GRIDS)
 def test_times_are_exact_in_two_parts(times, seconds):
     instants = Scene.model_validate(changed(times=times)).run().instants
-    rest = np.zeros(instants.shape) if instants.rest is None else instants.rest
+    rest = np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
     assert len(instants.seconds) == len(seconds)
     for high, low, exact in zip(instants.seconds.tolist(), rest.tolist(), seconds, strict=True):
         assert abs(Fraction(high) + Fraction(low) - exact) <= TWO_PART_TOLERANCE * abs(exact)
@@ -574,6 +573,24 @@ def test_other_faults_are_named_beside_the_first():
         Scene()
     with pytest.raises(InputError, match=r"body.moments\[0\]: .*also: body.unit, colour"):
         Scene.model_validate(changed(body={"moments": ["1", 1, 1]}, colour="red"))
+
+
+def test_many_faults_are_counted_and_few_are_told():
+    with pytest.raises(InputError, match=r"also: .* and 81 more\)$") as caught:
+        Scene.model_validate(changed(**{f"colour{i}": "red" for i in range(101)}))
+    assert str(caught.value).count("colour") == 20
+
+
+def test_faulty_list_of_instants_is_refused_at_its_first_fault():
+    with pytest.raises(InputError, match=r"^times.elapsed\[0\]: a number; got ''$"):
+        Scene.model_validate(changed(times={"elapsed": [""] * 100, "unit": "s"}))
+
+
+def test_twin_of_a_key_among_many_is_found_at_once():
+    """A count for each key took half a minute."""
+    keys = "".join(f'"k{i}": 0, ' for i in range(100_000))
+    with pytest.raises(InputError, match="k99999: each key once"):
+        Scene.from_json(f'{{{keys}"k99999": 1}}')
 
 
 def test_scene_made_in_python_is_refused_as_a_document_is():

@@ -13,8 +13,9 @@ import pytest
 from attitude import RigidBody, TorqueFreeMotion
 from attitude.effects.user import DOUBLES, UserTorque
 from attitude.ephemeris import Ephemeris
-from attitude.formats.lines import Block
-from attitude.orbit.along import Along
+from attitude.formats.line_blocks import LineBlock
+from attitude.orbit.ephemeris_orbit import EphemerisOrbit
+from attitude.samples.ephemeris_data import EphemerisData
 
 
 def interrupted(ask, made, other, *functions):
@@ -70,7 +71,8 @@ def test_rates_of_one_ephemeris(plain, part):
     def ask(ephemeris):
         return (ephemeris if part is None else ephemeris[part]).angular_velocity
 
-    functions = Ephemeris.angular_velocity.fget, Ephemeris.__getitem__
+    computed = EphemerisData.__dict__["_computed_rate"].func
+    functions = Ephemeris.angular_velocity.fget, computed, Ephemeris.__getitem__
     answers = list(interrupted(ask, made, lambda ephemeris: ephemeris.angular_velocity, *functions))
     expected = rates if part is None else rates[part]
     assert len(answers) > 10
@@ -79,24 +81,24 @@ def test_rates_of_one_ephemeris(plain, part):
 
 @pytest.mark.parametrize("span", [10.0, -10.0, 5000.0])
 def test_course_of_one_orbit(span):
-    """Where another thread is making the course of its own span, and ends amid this one's question."""
+    """Another thread computes the path over its own span, and ends while this one asks."""
 
     def made():
         begun, may_end = threading.Event(), threading.Event()
 
-        def course(start, stop):
+        def path(start, stop):
             if span in (start, stop):
                 begun.set()
                 assert may_end.wait(10)
             return start, stop
 
-        along = Along(course, lambda: (0.0, 1.0), "ICRF")
-        late = pool.submit(along._course, np.array([span]))
+        along = EphemerisOrbit(path, lambda: (0.0, 1.0), "ICRF")
+        late = pool.submit(along._path, np.array([span]))
         assert begun.wait(10)
         return along, may_end, late
 
     def ask(asked):
-        answer = asked[0]._course(np.array([1000.0]))
+        answer = asked[0]._path(np.array([1000.0]))
         asked[1].set()
         return answer
 
@@ -105,7 +107,7 @@ def test_course_of_one_orbit(span):
         asked[2].result()
 
     with ThreadPoolExecutor(1) as pool:
-        answers = list(interrupted(ask, made, other, Along._course))
+        answers = list(interrupted(ask, made, other, EphemerisOrbit._path))
     assert len(answers) > 30
     assert all(start <= 0.0 and stop >= 1000.0 for start, stop in answers)
 
@@ -116,7 +118,7 @@ def test_number_of_a_line():
     def asking(place):
         return lambda lines: lines.number_at(place)
 
-    answers = list(interrupted(asking(19), lambda: Block(1, text), asking(6), Block.number_at))
+    answers = list(interrupted(asking(19), lambda: LineBlock(1, text), asking(6), LineBlock.number_at))
     assert len(answers) > 10
     assert set(answers) == {1 + text[:19].count(b"\n")}
 

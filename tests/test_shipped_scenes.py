@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from attitude import Scene
-from attitude.orbit.position import position, velocity
+from attitude.orbit.path_states import position, velocity
 
 
 def angle(a, b):
@@ -40,7 +40,7 @@ def test_explorer_1_is_the_cylinder_that_it_says():
 def test_gravity_holds_the_captured_body_upright():
     scene = Scene.builtin("gravity-gradient-capture")
     ephemeris = scene.run()
-    up = position(scene.situation().course, ephemeris.elapsed)
+    up = position(scene.initial_state().orbit_path, ephemeris.elapsed)
     off = angle(ephemeris.rotation.apply([0.0, 0.0, 1.0]), up)
     off = np.minimum(off, 180 - off)
     hours = ephemeris.elapsed / 3600
@@ -51,7 +51,7 @@ def test_gravity_holds_the_captured_body_upright():
 
 def test_envisat_turns_as_it_was_seen_to():
     scene = Scene.builtin("envisat")
-    ephemeris, course = scene.run(), scene.situation().course
+    ephemeris, course = scene.run(), scene.initial_state().orbit_path
     start = np.zeros(1)
     axis = ephemeris.rotation[0].apply(ephemeris.angular_velocity[0].copy())
     assert angle(axis, -position(course, start)[0]) == pytest.approx(61.86, abs=0.01)

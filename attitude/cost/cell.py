@@ -1,13 +1,17 @@
-"""What was found out about one method over one horizon."""
+"""The results of a measurement as data: one cell for each method and horizon."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .method import method_name
+
 MEASURED, ABSENT, FAILED, NOT_RUN = "measured", "absent", "failed", "not run"
 
-# Beyond this an attitude is lost: a longer horizon has nothing to tell.
-LOST = 1.0  # rad
+LOST = 1.0  # rad; an attitude with a greater error is lost, and longer horizons are not run
+ZERO_ERROR = (
+    1e-17  # rad; in logarithms an error of exactly zero counts as this, far below a double's last place
+)
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,7 @@ class Cell:
     horizon : in the problem's unit of time
     status : "measured", "absent", "failed" or "not run"
     detail : why it is not "measured"
-    predicted_s : s, what one call would have taken, where it was not run
+    predicted_s : s, predicted time of one call, where it was not run
     attitude_error_rad : rad, largest at the instants of truth
     energy_error, momentum_error : largest at any sample, relative
     ns_per_sample : ns, median over `repeats` calls
@@ -44,4 +48,43 @@ class Cell:
 
     @property
     def method(self) -> str:
-        return f"{self.family}, {self.setting}" if self.setting else self.family
+        """Family and setting in one line."""
+        return method_name(self.family, self.setting)
+
+
+@dataclass(frozen=True)
+class CostData:
+    """The results of one measurement, and its circumstances.
+
+    Attributes
+    ----------
+    name, regime : of the scene and its motion
+    unit_s, unit_name : unit of the horizons
+    samples, horizons, budget_s, seed : as requested
+    truths : for each horizon the number of instants of truth, and its route
+    compilation_s : s, time before the measurement in which the library's kernels were compiled or loaded
+    machine, versions : of processor and system; of Python and packages
+    cells : one for each horizon and method; by horizon, then in the order of the methods
+    effects : the torques, by type; none of a free body
+    truth_off_rad : rad, estimated error of the truth itself, where it was computed in doubles
+    """
+
+    name: str
+    regime: str
+    unit_s: float
+    unit_name: str
+    samples: int
+    horizons: tuple[float, ...]
+    truths: tuple[tuple[int, str], ...]
+    budget_s: float
+    seed: int
+    compilation_s: float
+    machine: dict[str, str | int]
+    versions: dict[str, str]
+    cells: tuple[Cell, ...]
+    effects: tuple[str, ...] = ()
+    truth_off_rad: float = 0.0
+
+    def at(self, horizon: float) -> list[Cell]:
+        """Cells of one horizon."""
+        return [cell for cell in self.cells if cell.horizon == horizon]

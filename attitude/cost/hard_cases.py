@@ -1,8 +1,8 @@
-"""The hard places of torque-free motion, each approached by a ladder of distances.
+"""Near-singular torque-free motions: bodies at decreasing distances from a singular configuration.
 
-Beside the separatrix, an axis, symmetry or the sphere a closed form loses digits by cancellation, or has
-another form; at the far ends of scale its products leave the range of doubles; over huge times phases lose
-the digits that time has gained.  Every case is a problem of exact doubles and a handful of instants.
+Near the separatrix, a principal axis, a symmetric body or the sphere a closed form loses digits by
+cancellation or has another form; at extreme scales its products leave the range of doubles; over long times
+its phases lose digits.  A sequence of such bodies is a ladder; a case is one body with a few instants.
 """
 
 from __future__ import annotations
@@ -13,38 +13,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..body import RigidBody
 from ..motion import TorqueFreeMotion
-from .problem import Problem
+from ..rigid_body.body import RigidBody
+from .initial_value_problem import InitialValueProblem
 
 Vector = tuple[float, float, float]
-
-# abs(omega) t, rad: long enough for a body at 1e-15 from the intermediate axis to leave it.
-ANGLES = (0.0, 0.7, 3.1, 11.3, 29.0, 61.0)
-FRACTIONS = (0.0, 0.31, 0.77, 1.0)  # of a huge time
 
 BESIDE_SEPARATRIX = (1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
 BESIDE_AXIS = (1e-1, 1e-3, 1e-6, 1e-9, 1e-15, 1e-150, 0.0)
 BESIDE_SYMMETRY = (1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 0.0)
 SCALES = (1e-150, 1e-60, 1e60, 1e150)
-THIN = (1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
-HUGE = (1e3, 1e6, 1e9, 1e12)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One rung of a ladder.
+    """One body near a singular configuration.
 
     Attributes
     ----------
-    ladder : which hard place
-    distance : how far from it, relative; of the scale ladders the scale, of huge times the last angle, rad
-    problem : Problem; instants : (n,), s, ascending from 0
+    ladder : name of the singular configuration
+    distance : relative distance from it; on the ladders of scale the scale, of huge times the last angle, rad
+    problem : the body and its state; instants : (n,), s, ascending from 0
     """
 
     ladder: str
     distance: float
-    problem: Problem
+    problem: InitialValueProblem
     instants: np.ndarray
 
     @property
@@ -54,18 +48,26 @@ class Case:
 
 
 def cases(seed: int = 0) -> list[Case]:
-    """All ladders, rung by rung.  The seed draws attitudes, the order of axes and the signs of the rate."""
+    """All cases, ladder by ladder.  The seed draws attitudes, the order of axes and the signs of the rate."""
     random = np.random.default_rng(seed)
-    found = [
-        _case(random, ladder, distance, *state(distance), np.array(ANGLES))
+    # abs(omega) t, rad: long enough for a body at 1e-15 from the intermediate axis to leave it
+    angles = np.array([0.0, 0.7, 3.1, 11.3, 29.0, 61.0])
+    near_singular = [
+        _case(random, ladder, distance, *state(distance), angles)
         for ladder, (distances, state) in LADDERS.items()
         for distance in distances
     ]
     huge = [
-        _case(random, "huge times, abs(omega t) in rad", angle, *_generic(1.0), angle * np.array(FRACTIONS))
-        for angle in HUGE
+        _case(
+            random,
+            "huge times, abs(omega t) in rad",
+            angle,
+            *_generic(1.0),
+            angle * np.array([0.0, 0.31, 0.77, 1.0]),
+        )
+        for angle in (1e3, 1e6, 1e9, 1e12)
     ]
-    return found + huge
+    return near_singular + huge
 
 
 def _case(
@@ -76,13 +78,13 @@ def _case(
     omega: Vector,
     angles: np.ndarray,
 ) -> Case:
-    """What makes the place hard does not depend on the names of axes, nor on the signs of the rate."""
+    """The case, with axes in random order and random signs of the rate, which change no difficulty."""
     order = random.permutation(3)
     rate = np.array(omega)[order] * random.choice((-1.0, 1.0), 3)
     attitude = random.normal(size=4)
     attitude /= np.linalg.norm(attitude)
     motion = TorqueFreeMotion(RigidBody(np.array(moments)[order]), attitude, rate, order="wxyz")
-    return Case(ladder, distance, Problem.of_motion(motion), angles / math.hypot(*omega))
+    return Case(ladder, distance, InitialValueProblem.of_motion(motion), angles / math.hypot(*omega))
 
 
 # -- states by distance: principal moments, kg m2, and rate, rad/s ------------------------------
@@ -150,6 +152,6 @@ LADDERS: dict[str, tuple[tuple[float, ...], Callable[[float], tuple[Vector, Vect
     "near the sphere": (BESIDE_SYMMETRY, _near_sphere),
     "scale of the moments": (SCALES, _generic),
     "scale of the rate": (SCALES, _scaled_rate),
-    "needle": (THIN, _needle),
+    "needle": (BESIDE_SEPARATRIX, _needle),
     "disc": (BESIDE_SYMMETRY, _disc),
 }

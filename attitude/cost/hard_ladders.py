@@ -1,7 +1,4 @@
-"""The hard ladders: the error of every method, at its most exact, where torque-free motion is hardest.
-
-What is hard, and how it is approached, is in hard_cases.py; here methods are run on it, and the errors told.
-"""
+"""The error of every method at its tightest setting on the near-singular motions of hard_cases.py."""
 
 from __future__ import annotations
 
@@ -19,20 +16,16 @@ import numpy as np
 from ..errors import InputError
 from . import records
 from .cell import ABSENT, FAILED, MEASURED, NOT_RUN
+from .free_truth import Truth, oracle
 from .hard_cases import Case, cases
 from .machine import machine, versions
-from .method import AbsentError, Method
-from .methods import ladder as methods_named
-from .truth import Truth, oracle
+from .method import AbsentError, Method, method_name
+from .methods import select_methods
 
 KIND = "attitude-hard/1"
-BUDGET = 60.0  # s
 COMPARED = ("ours", "published", "dop853", "heyoka", "orekit")
-NAN = "NaN"
-
 WIDTH = 110
 METHOD_WIDTH = 13
-ROW = "{:<32}{:>8}"
 
 
 @dataclass(frozen=True)
@@ -57,7 +50,8 @@ class HardCell:
 
     @property
     def method(self) -> str:
-        return f"{self.family}, {self.setting}" if self.setting else self.family
+        """Family and setting in one line."""
+        return method_name(self.family, self.setting)
 
     def __str__(self) -> str:
         return self.status if self.attitude_error_rad is None else error_figure(self.attitude_error_rad)
@@ -65,13 +59,13 @@ class HardCell:
 
 @dataclass(frozen=True)
 class HardReport:
-    """What `hard` found.
+    """The results of `hard`.
 
     Attributes
     ----------
-    seed, budget_s : as they were asked for
+    seed, budget_s : as requested
     machine, versions : of processor and system; of Python and packages
-    cells : one for each case and method; ladder by ladder towards the hard place, methods in their order
+    cells : one for each case and method; ladder by ladder, with decreasing distance; methods in their order
     """
 
     seed: int
@@ -83,27 +77,29 @@ class HardReport:
     # -- for readers ------------------------------------------------------------------------
 
     def header(self) -> list[str]:
-        """The circumstances, a line each."""
+        """The circumstances of the measurement, one line each."""
         packages = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         return [
-            "largest attitude error [rad] by distance from the hard place; truth: fifty digits, theta route",
+            "largest attitude error [rad] by distance from the hard case; truth: fifty digits, theta route",
             f"{self.machine['processor']}, {self.machine['cores']} cores, {self.machine['system']}; "
             f"seed {self.seed}, budget {self.budget_s:g} s",
             packages,
         ]
 
     def table(self) -> str:
-        """For a terminal; with five methods, 110 columns wide."""
+        """Text for a terminal; 110 columns wide with five methods."""
         lines = [
-            part for line in self.header() for part in textwrap.wrap(line, WIDTH, break_on_hyphens=False)
+            wrapped
+            for line in self.header()
+            for wrapped in textwrap.wrap(line, WIDTH, break_on_hyphens=False)
         ]
         return "\n".join([*lines, "", *self._titles(), *self._rows()]) + "\n"
 
     def markdown(self) -> str:
-        """The table alone, for a document."""
+        """The table in Markdown."""
         titles = ("attitude error [rad]", "distance", *self._methods())
         rules = ("---", *["--:"] * (len(titles) - 1))
-        rows = ((ladder, distance, *map(str, row)) for ladder, distance, row in self._named_once())
+        rows = ((ladder, distance, *map(str, row)) for ladder, distance, row in self._rows_with_titles())
         return "".join(f"| {' | '.join(line)} |\n" for line in (titles, rules, *rows))
 
     def _titles(self) -> Iterator[str]:
@@ -112,18 +108,17 @@ class HardReport:
             yield _line("", "", (title[i] if i < len(title) else "" for title in wrapped))
 
     def _rows(self) -> Iterator[str]:
-        for ladder, distance, row in self._named_once():
+        for ladder, distance, row in self._rows_with_titles():
             yield _line(ladder, distance, map(str, row))
 
     def _methods(self) -> list[str]:
         return list(dict.fromkeys(cell.method for cell in self.cells))
 
-    def _named_once(self) -> Iterator[tuple[str, str, list[HardCell]]]:
-        """Ladder, beside its first row only; distance; the row's cells."""
-        for ladder, rungs in groupby(self.cells, lambda cell: cell.ladder):
-            for distance, row in groupby(rungs, lambda cell: cell.distance):
-                yield ladder, scientific(distance), list(row)
-                ladder = ""
+    def _rows_with_titles(self) -> Iterator[tuple[str, str, list[HardCell]]]:
+        """Ladder (empty after its first row), distance, cells of the row."""
+        for ladder, cells in groupby(self.cells, lambda cell: cell.ladder):
+            for i, (distance, row) in enumerate(groupby(cells, lambda cell: cell.distance)):
+                yield "" if i else ladder, scientific(distance), list(row)
 
     # -- for machines -----------------------------------------------------------------------
 
@@ -139,20 +134,21 @@ class HardReport:
         }
 
     def to_json(self) -> str:
+        """`document` as JSON text."""
         return records.to_json(self.document())
 
     def to_csv(self) -> str:
-        """The circumstances in comment lines, then one line a cell; empty where nothing was measured."""
+        """Circumstances in comment lines, then one line for each cell; empty where nothing was measured."""
         return records.to_csv(self.header(), HardCell, self.cells)
 
 
 def _line(ladder: str, distance: str, entries: Iterable[str]) -> str:
-    line = ROW.format(ladder, distance) + "".join(f"{entry:>{METHOD_WIDTH}}" for entry in entries)
+    line = f"{ladder:<32}{distance:>8}" + "".join(f"{entry:>{METHOD_WIDTH}}" for entry in entries)
     return line.rstrip()
 
 
 def scientific(value: float) -> str:
-    """3e-16, 1e3, 0."""
+    """One digit and the exponent: 3e-16, 1e3, 0."""
     if value == 0.0:
         return "0"
     digit, _, exponent = f"{value:.0e}".partition("e")
@@ -160,7 +156,7 @@ def scientific(value: float) -> str:
 
 
 def error_figure(error: float) -> str:
-    """3e-16; but 0.5 from a thousandth of a radian on, to be seen at once."""
+    """3e-16; from a thousandth of a radian on 0.5, so that large errors stand out."""
     return f"{error:.1g}" if error >= 1e-3 else scientific(error)
 
 
@@ -169,7 +165,7 @@ def error_figure(error: float) -> str:
 
 def hard(
     methods: Iterable[str | Method] | None = None,
-    budget: float = BUDGET,
+    budget: float = 60.0,
     seed: int = 0,
     say: Callable[[str], None] | None = None,
 ) -> HardReport:
@@ -177,39 +173,41 @@ def hard(
 
     Parameters
     ----------
-    methods : names of families, each then at its most exact, or Methods; ours, the published formulas,
+    methods : names of families, each at its tightest setting, or Methods; ours, the published formulas,
         DOP853, heyoka and Orekit by default
-    budget : s, what all methods that step through time may take together; the rest takes a few seconds
-    seed : of what the ladders leave open: attitudes, the order of axes, signs
-    say : is told of each ladder as it begins
+    budget : s, limit for all integrators together; the rest takes a few seconds
+    seed : of attitudes, the order of axes and signs
+    say : called with the name of each ladder as it begins
 
     Raises
     ------
-    InputError : a budget or seed that cannot be taken, a name that is no family's.
-    AttitudeError : mpmath is missing.
+    InputError : a budget or seed out of range, an unknown family.
+    AttitudeError : mpmath is not installed.
     """
     if not 0.0 < budget < math.inf:
         raise InputError("budget", budget, "a number of seconds greater than zero")
     if seed < 0:
         raise InputError("seed", seed, "a whole number, not negative")
-    given = COMPARED if methods is None else methods
-    chosen = [methods_named([each])[-1] if isinstance(each, str) else each for each in given]
-    rungs = cases(seed)
-    trials = [Trial(method, rungs[0]) for method in chosen]
+    compared = [
+        select_methods([method])[-1] if isinstance(method, str) else method
+        for method in (COMPARED if methods is None else methods)
+    ]
+    all_cases = cases(seed)
+    trials = [Trial(method, all_cases[0]) for method in compared]
     cells: list[HardCell] = []
-    for name, group in groupby(rungs, lambda case: case.ladder):
+    for name, group in groupby(all_cases, lambda case: case.ladder):
         if say is not None:
             say(name)
         for case in group:
             truth = _truth(case)
             for trial in trials:
-                left = budget - sum(each.spent for each in trials if each.method.steps)
+                left = budget - sum(other.spent for other in trials if other.method.steps)
                 cells.append(trial.cell(case, truth, left))
     return HardReport(seed, budget, machine(), versions(), tuple(cells))
 
 
 def _truth(case: Case) -> Truth:
-    """By theta quotients: Taylor series would follow a needle, or a body beside an axis, for minutes."""
+    """The truth by theta functions: Taylor series take minutes for a needle, or beside an axis."""
     exact, problem = oracle().attitude_and_rate, case.problem
     vectors = (np.diag(problem.tensor), problem.angular_velocity, problem.attitude)
     body = [vector.tolist() for vector in vectors]
@@ -218,55 +216,55 @@ def _truth(case: Case) -> Truth:
 
 
 class Trial:
-    """One method on its way through the cases: whether it is there at all, and how fast it steps.
+    """One method over all cases: its absence, its speed.
 
     Attributes
     ----------
-    spent : s, in all cases so far; pace : s a radian, in the last of them
+    spent : s, in all cases so far; seconds_per_radian : in the last case
     """
 
     def __init__(self, method: Method, first: Case):
-        self.method, self.absence, self.spent, self.pace = method, "", 0.0, 0.0
+        self.method, self.absence, self.spent, self.seconds_per_radian = method, "", 0.0, 0.0
         try:
-            _run(method, first)  # what is compiled and started once is not the first case's
+            _run(method, first)  # compilation and start-up are no part of the first case
         except AbsentError as error:
             self.absence = str(error)
-        except Exception:  # the case itself meets it again, and names it
+        except Exception:  # raised, and reported, again in the case itself
             return
 
     def cell(self, case: Case, truth: Truth, left: float) -> HardCell:
-        """`left` is what remains of the budget, s."""
-        status, detail, error = self._found(case, truth, left)
+        """The method in one case; `left` is the rest of the budget, s."""
+        status, detail, error = self._outcome(case, truth, left)
         method = self.method
         return HardCell(case.ladder, case.distance, method.family, method.setting, status, detail, error)
 
-    def _found(self, case: Case, truth: Truth, left: float) -> tuple[str, str, float | None]:
+    def _outcome(self, case: Case, truth: Truth, left: float) -> tuple[str, str, float | None]:
         """Status, detail, error."""
         if self.absence:
             return ABSENT, self.absence, None
-        predicted = self.pace * case.radians
+        predicted = self.seconds_per_radian * case.radians
         if self.method.steps and predicted > left:
             return NOT_RUN, f"would take {predicted:.2g} s of the {max(left, 0.0):.2g} s left", None
         start = perf_counter()
         try:
-            answer = _run(self.method, case)
+            samples = _run(self.method, case)
         except Exception as error:
             return FAILED, f"{type(error).__name__}: {error}", None
         finally:
-            taken = perf_counter() - start
-            self.spent, self.pace = self.spent + taken, taken / case.radians
-        return _judged(*answer, truth)
+            seconds = perf_counter() - start
+            self.spent, self.seconds_per_radian = self.spent + seconds, seconds / case.radians
+        return _judged(*samples, truth)
 
 
 def _run(method: Method, case: Case) -> tuple[np.ndarray, np.ndarray]:
-    """Warnings are a method's own affair: what counts is what it answers."""
+    """Samples of the method at the case's instants, its warnings suppressed."""
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return method.prepare(case.problem)(case.instants)
 
 
 def _judged(attitudes: np.ndarray, rates: np.ndarray, truth: Truth) -> tuple[str, str, float | None]:
-    fine = np.isfinite(attitudes).all(axis=-1) & np.isfinite(rates).all(axis=-1)
-    if not fine.all():
-        return NAN, f"not finite at {np.sum(~fine)} of {fine.size} instants", None
+    finite = np.isfinite(attitudes).all(axis=-1) & np.isfinite(rates).all(axis=-1)
+    if not finite.all():
+        return "NaN", f"not finite at {np.sum(~finite)} of {finite.size} instants", None
     return MEASURED, "", truth.error(attitudes)

@@ -1,4 +1,4 @@
-"""On what a measurement was made: figures of time mean nothing without it."""
+"""Processor, system and package versions of a measurement."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-PACKAGES = ("attitude", "numpy", "numba", "scipy", "mpmath", "heyoka", "orekit-jpype")
-
 
 def processor() -> str:
+    """Model name of the processor."""
     information = Path("/proc/cpuinfo")
     for line in information.read_text().splitlines() if information.exists() else ():
         if line.startswith("model name"):
@@ -19,15 +18,18 @@ def processor() -> str:
 
 
 def machine() -> dict[str, str | int]:
+    """Processor, number of cores, operating system."""
     return {"processor": processor(), "cores": os.cpu_count() or 1, "system": platform.system()}
 
 
-def versions(packages: tuple[str, ...] = PACKAGES) -> dict[str, str]:
-    """Of Python and of those packages that are installed."""
-    found = {"python": platform.python_version()}
+def versions(
+    packages: tuple[str, ...] = ("attitude", "numpy", "numba", "scipy", "mpmath", "heyoka", "orekit-jpype"),
+) -> dict[str, str]:
+    """Versions of Python and of the installed ones of these packages."""
+    installed = {"python": platform.python_version()}
     for package in packages:
         try:
-            found[package] = version(package)
+            installed[package] = version(package)
         except PackageNotFoundError:
             continue
-    return found
+    return installed

@@ -1,9 +1,9 @@
-"""The measurement: every method over ever longer horizons, the cheapest first, until the budget is used up.
+"""The measurement: every method over increasing horizons, the cheapest cell first, within a budget of time.
 
-Each method is tried on a small part of the shortest horizon, which warms it up and predicts its first
-cell.  The cheapest cell of all is measured next, and predicts the method's next one: as many times
-dearer as the horizon is longer where the method steps through time, the same where it does not.
-What no longer fits is reported with its prediction, never with numbers.
+A trial on a small part of the shortest horizon warms each method up and predicts the time of its first cell.
+The cheapest predicted cell of all is measured next and predicts the next one of its method: time grows with
+the horizon for a method that steps through time, and stays the same for the others.  A cell that exceeds the
+budget is reported with its prediction and without figures.
 """
 
 from __future__ import annotations
@@ -21,83 +21,87 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import stopping
-from ..body import RigidBody
-from ..elapsed import instants
 from ..errors import AttitudeError, InputError
 from ..motion import TorqueFreeMotion
-from . import followed
+from ..rigid_body.body import RigidBody
+from ..times.instants import as_instants
+from . import torque_truth
 from .cell import ABSENT, FAILED, LOST, MEASURED, NOT_RUN, Cell
-from .followed import Followed
+from .free_truth import ConservedQuantities, Truth
+from .initial_value_problem import InitialValueProblem, counted
 from .machine import machine, versions
 from .method import AbsentError, Method, Solve
-from .methods import FAMILIES, UNDER_TORQUES, ladder, stepping
-from .problem import Problem, counted
+from .methods import FAMILIES, UNDER_TORQUES, library_solvers, select_methods
 from .report import Report
-from .truth import Conserved, Truth
+from .torque_truth import TrueQuantities
 
 if TYPE_CHECKING:
-    from ..scene import Scene
+    from ..scene.document import Scene
 
-BUDGET = 60.0  # s
 SAMPLES, SAMPLES_UNDER_TORQUES = 100_000, 101
-MOST_SAMPLES = 10_000_000
+MAX_SAMPLES = 10_000_000
 HORIZONS = (1.0, 1e2, 1e4, 1e6)
-PARTS = (0.01, 0.1, 1.0)  # of the span, or of as much of it as there is a truth for, under torques
 
-TRIAL = 0.01  # of the shortest horizon and of its samples
-REPEATS = 7
-REPEAT_SECONDS = 0.5  # calls are not repeated beyond this
-SAY_EVERY = 1.0  # s
+TRIAL_FRACTION = 0.01  # of the shortest horizon and of its samples
+MAX_REPEATS = 7
+MAX_REPEAT_SECONDS = 0.5
+MIN_MESSAGE_INTERVAL = 1.0  # s
 
-Answer = tuple[np.ndarray, np.ndarray]
+Samples = tuple[np.ndarray, np.ndarray]
 
 
 def measure(
     scene: Scene | TorqueFreeMotion,
-    budget: float = BUDGET,
+    budget: float = 60.0,
     methods: Iterable[str | Method] | None = None,
     samples: int | None = None,
     horizons: Sequence[float] | None = None,
     seed: int = 0,
     say: Callable[[str], None] | None = None,
 ) -> Report:
-    """Accuracy and cost of methods on a scene's own body and state.
+    """Accuracy and computing time of methods on the body and state of a scene.
 
     Parameters
     ----------
     scene : Scene or TorqueFreeMotion, of one body
-    budget : s, wall-clock for all of it; the call under way is finished.  The library's own kernels
-        are compiled before, where that is still to be done: once on a machine, ten seconds.
+    budget : s, wall-clock time of the measurement; the running call is finished.  Kernels not yet compiled
+        are compiled before: once on a machine, ten seconds.
     methods : names of families (`attitude.cost.methods.FAMILIES`, under torques `UNDER_TORQUES`) or
         Methods; all families by default
     samples : evenly spaced from 0 to each horizon, both ends included; 100,000, under torques 101
     horizons : ascending, in polhode periods, or where there is none in turns of the body rate; under
-        torques in spans of the scene, as far as there is a truth that fits into the budget
-    seed : of the choice of samples at which the truth is taken
-    say : is told what is under way, a line at a time
+        torques in spans of the scene, as far as the budget allows a truth
+    seed : of the random choice of samples at which the truth is computed
+    say : called with a line of text as the measurement proceeds
 
     Raises
     ------
-    InputError : a value that cannot be taken, a budget in which nothing could be measured, or an effect that
-        the cost cannot judge: one at instants (ground, impulse), or the user's own.
-    AttitudeError : mpmath is missing.
+    InputError : a value out of range, a budget too small for any cell, or an effect without a truth: one at
+        instants (ground, impulse), or a user's own.
+    AttitudeError : mpmath is not installed.
     """
-    problem = Problem.of_motion(scene) if isinstance(scene, TorqueFreeMotion) else Problem.of_scene(scene)
-    samples = _samples(problem) if samples is None else samples
+    problem = (
+        InitialValueProblem.of_motion(scene)
+        if isinstance(scene, TorqueFreeMotion)
+        else InitialValueProblem.of_scene(scene)
+    )
+    free = problem.environment is None
+    if samples is None:  # fewer under torques, where each sample is a step, and steps are compared
+        samples = SAMPLES if free else SAMPLES_UNDER_TORQUES
     _check(budget, samples, HORIZONS if horizons is None else horizons, seed)
-    chosen = _methods(methods, problem)
+    selected = _methods(methods, problem)
     before = perf_counter()
     _load_kernels(problem)
     horizons = _horizons(problem, horizons, budget)
     started = perf_counter()
-    say = say or _silent
-    say("truth to fifty digits" if problem.world is None else "truth")
+    say = say or (lambda _: None)
+    say("truth to fifty digits" if free else "truth")
     grids = [np.linspace(0.0, horizon * problem.unit, samples) for horizon in horizons]
     truths = _truths(problem, grids, seed)
-    race = Race(problem, tuple(horizons), grids, truths, started, budget, say)
-    cells = race.run(chosen)
-    if race.cheapest is not None and not any(cell.status == MEASURED for cell in cells):
-        needed = perf_counter() - started + race.cheapest
+    schedule = Schedule(problem, tuple(horizons), grids, truths, started, budget, say)
+    cells = schedule.run(selected)
+    if schedule.cheapest is not None and not any(cell.status == MEASURED for cell in cells):
+        needed = perf_counter() - started + schedule.cheapest
         raise InputError("budget", budget, f"at least {_rounded_up(1.2 * needed):g} s for this scene")
     return Report(
         name="" if isinstance(scene, TorqueFreeMotion) else scene.name,
@@ -113,7 +117,9 @@ def measure(
         machine=machine(),
         versions=versions(),
         cells=tuple(cells),
-        effects=() if problem.world is None else tuple(torque.type for torque in problem.world.torques),
+        effects=()
+        if problem.environment is None
+        else tuple(torque.type for torque in problem.environment.torques),
         truth_off_rad=max(truth.off for truth in truths),
     )
 
@@ -121,8 +127,8 @@ def measure(
 def _check(budget: float, samples: int, horizons: Sequence[float], seed: int) -> None:
     if not 0.0 < budget < math.inf:
         raise InputError("budget", budget, "a number of seconds greater than zero")
-    if not 2 <= samples <= MOST_SAMPLES:
-        raise InputError("samples", samples, f"a whole number from 2 to {MOST_SAMPLES}")
+    if not 2 <= samples <= MAX_SAMPLES:
+        raise InputError("samples", samples, f"a whole number from 2 to {MAX_SAMPLES}")
     if seed < 0:
         raise InputError("seed", seed, "a whole number, not negative")
     ascending = all(a < b for a, b in zip((0.0, *horizons), (*horizons, math.inf), strict=True))
@@ -130,65 +136,66 @@ def _check(budget: float, samples: int, horizons: Sequence[float], seed: int) ->
         raise InputError("horizons", list(horizons), "numbers greater than zero, in ascending order")
 
 
-def _samples(problem: Problem) -> int:
-    """Under torques few: there each is a step of its own, and steps are what is compared."""
-    return SAMPLES if problem.world is None else SAMPLES_UNDER_TORQUES
+def _horizons(
+    problem: InitialValueProblem, requested: Sequence[float] | None, budget: float
+) -> Sequence[float]:
+    """The requested ones; by default HORIZONS, under torques parts of the span that has a truth."""
+    if problem.environment is None:
+        return HORIZONS if requested is None else requested
+    reach = torque_truth.reach(problem, problem.environment, budget)
+    if requested is None:
+        longest = 10.0 ** math.floor(math.log10(reach) + 1e-12)
+        return [part * longest for part in (0.01, 0.1, 1.0)]
+    if requested and requested[-1] > reach:
+        expected = f"at most {reach:.3g} {problem.unit_name}, as far as the budget allows a truth"
+        raise InputError("horizons", requested[-1], expected)
+    return requested
 
 
-def _horizons(problem: Problem, asked: Sequence[float] | None, budget: float) -> Sequence[float]:
-    """Those asked for; else all that a free body has, or of a scene's span what there is a truth for."""
-    if problem.world is None:
-        return HORIZONS if asked is None else asked
-    reach = followed.reach(problem, problem.world, budget)
-    if asked is None:
-        whole = 10.0 ** math.floor(math.log10(reach) + 1e-12)
-        return [part * whole for part in PARTS]
-    if asked and asked[-1] > reach:
-        expected = f"at most {reach:.3g} {problem.unit_name}, as far as there is a truth within the budget"
-        raise InputError("horizons", asked[-1], expected)
-    return asked
-
-
-def _load_kernels(problem: Problem) -> None:
-    """Have them compiled, or read from disk: what a process does once."""
-    if problem.world is not None:
-        stepping.load(problem)
-        followed.load(problem, problem.world)
+def _load_kernels(problem: InitialValueProblem) -> None:
+    """Compile the kernels, or load them from disk: once in a process."""
+    if problem.environment is not None:
+        library_solvers.load(problem)
+        torque_truth.load(problem, problem.environment)
         return
     body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
     motion = TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")
-    motion.ephemeris(instants([0.0], None), rate=True)
+    motion.ephemeris(as_instants([0.0], None), rate=True)
 
 
-def _truths(problem: Problem, grids: list[np.ndarray], seed: int) -> list[Truth]:
-    if problem.world is not None:
-        return followed.truths(problem, problem.world, grids, seed)
-    return [Truth.at_some(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)]
+def _truths(problem: InitialValueProblem, grids: list[np.ndarray], seed: int) -> list[Truth]:
+    if problem.environment is not None:
+        return torque_truth.truths(problem, problem.environment, grids, seed)
+    return [
+        Truth.at_random_samples(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)
+    ]
 
 
-def _methods(methods: Iterable[str | Method] | None, problem: Problem) -> list[Method]:
-    families = FAMILIES if problem.world is None else UNDER_TORQUES
+def _methods(methods: Iterable[str | Method] | None, problem: InitialValueProblem) -> list[Method]:
+    families = FAMILIES if problem.environment is None else UNDER_TORQUES
     if methods is None:
-        return ladder(None, families)
-    given = list(methods)
-    names = [method for method in given if isinstance(method, str)]
-    chosen = ladder(names, families) if names else []
-    return chosen + [method for method in given if isinstance(method, Method)]
+        return select_methods(None, families)
+    requested = list(methods)
+    names = [method for method in requested if isinstance(method, str)]
+    named = select_methods(names, families) if names else []
+    return named + [method for method in requested if isinstance(method, Method)]
 
 
-def _invariants(problem: Problem, truths: Sequence[Truth]) -> list[Conserved] | list[Followed]:
-    """What tells the errors of energy and momentum, for each horizon."""
-    if problem.world is None:
-        return [Conserved(problem)] * len(truths)
-    return [Followed(problem, truth) for truth in truths]
+def _quantities(
+    problem: InitialValueProblem, truths: Sequence[Truth]
+) -> list[ConservedQuantities] | list[TrueQuantities]:
+    """The reference for energy and momentum, for each horizon."""
+    if problem.environment is None:
+        return [ConservedQuantities(problem)] * len(truths)
+    return [TrueQuantities(problem, truth) for truth in truths]
 
 
 @dataclass(order=True)
-class Attempt:
-    """A method that works on the problem so far, and the horizon that is its next."""
+class PendingCell:
+    """A method that works on the problem so far, and its next horizon."""
 
     predicted_s: float
-    number: int  # decides between equals, in the order of the ladder
+    number: int  # decides between equals, in the order of the select_methods
     method: Method = field(compare=False)
     solve: Solve = field(compare=False)
     setup_s: float = field(compare=False)
@@ -196,17 +203,17 @@ class Attempt:
     horizon: int = field(compare=False, default=0)
 
 
-class Race:
-    """All cells of one report.
+class Schedule:
+    """All cells of one report, measured in the order of their predicted times.
 
     Attributes
     ----------
-    cheapest : s, the least that a cell is predicted to take of those that no longer fitted; None if all did
+    cheapest : s, least predicted time of a cell that exceeded the budget; None if none did
     """
 
     def __init__(
         self,
-        problem: Problem,
+        problem: InitialValueProblem,
         horizons: tuple[float, ...],
         grids: list[np.ndarray],
         truths: list[Truth],
@@ -215,51 +222,52 @@ class Race:
         say: Callable[[str], None],
     ):
         self.problem, self.horizons, self.grids, self.truths = problem, horizons, grids, truths
-        self.started, self.budget, self.say, self.said = started, budget, say, started
-        self.kept = _invariants(problem, truths)
-        self.queue: list[Attempt] = []
+        self.started, self.budget, self.say, self.last_message = started, budget, say, started
+        self.quantities = _quantities(problem, truths)
+        self.queue: list[PendingCell] = []
         self.cells: dict[tuple[int, int], Cell] = {}
         self.cheapest: float | None = None
 
     def run(self, methods: list[Method]) -> list[Cell]:
-        """Cells by horizon, then by method in the order given."""
+        """Cells by horizon, then in the order of the methods."""
         for number, method in enumerate(methods):
             self._try(number, method)
         while self.queue:
             stopping.current().check()
-            attempt = heapq.heappop(self.queue)
-            if attempt.predicted_s <= self.left:
-                self._measure(attempt)
+            pending = heapq.heappop(self.queue)
+            if pending.predicted_s <= self.left:
+                self._measure(pending)
             else:
-                self._leave(attempt)
+                self._give_up(pending)
         return [self.cells[i, j] for j in range(len(self.horizons)) for i in range(len(methods))]
 
     @property
     def left(self) -> float:
+        """Rest of the budget, s."""
         return self.started + self.budget - perf_counter()
 
     # -- the trial --------------------------------------------------------------------------
 
     def _try(self, number: int, method: Method) -> None:
-        """Warm a method up and predict its first cell; its cells at once where that cannot be."""
-        if self.queue and self.left < 0.5 * self.budget:  # what has been tried is to be measured too
-            self._rest(number, method, 0, NOT_RUN, "half the budget was used up before its trial")
+        """Warm a method up and predict its first cell; where that fails, its cells say why."""
+        if self.queue and self.left < 0.5 * self.budget:  # reserved for the methods already tried
+            self._fill(number, method, 0, NOT_RUN, "half the budget was used up before its trial")
             return
         self._announce(f"{method.name}: trial")
-        part = TRIAL if self.grids[0].size * TRIAL >= 2.0 else 2.0 / self.grids[0].size
+        part = TRIAL_FRACTION if self.grids[0].size * TRIAL_FRACTION >= 2.0 else 2.0 / self.grids[0].size
         count = int(self.grids[0].size * part)
         t = np.linspace(0.0, self.grids[0][-1] * part, count)
         try:
             _, first_prepare, first_call = self._prepared_and_called(method, t)
             solve, setup, call = self._prepared_and_called(method, t)
         except AbsentError as error:
-            self._rest(number, method, 0, ABSENT, _line(error))
-        except Exception as error:  # whatever a method may raise is its failure
-            self._rest(number, method, 0, FAILED, _line(error))
+            self._fill(number, method, 0, ABSENT, _one_line(error))
+        except Exception as error:  # any exception of a method is its failure
+            self._fill(number, method, 0, FAILED, _one_line(error))
         else:
             predicted = call * self.grids[0].size / count
             heapq.heappush(
-                self.queue, Attempt(predicted, number, method, solve, setup, first_prepare + first_call)
+                self.queue, PendingCell(predicted, number, method, solve, setup, first_prepare + first_call)
             )
 
     def _prepared_and_called(self, method: Method, t: np.ndarray) -> tuple[Solve, float, float]:
@@ -267,95 +275,95 @@ class Race:
             before = perf_counter()
             solve = method.prepare(self.problem)
             between = perf_counter()
-            answer = solve(t)
+            samples = solve(t)
             after = perf_counter()
-        _require_sound(answer, t)
+        _require_finite(samples, t)
         return solve, between - before, after - between
 
     # -- one cell ---------------------------------------------------------------------------
 
-    def _measure(self, attempt: Attempt) -> None:
-        horizon = counted(self.horizons[attempt.horizon], self.problem.unit_name)
-        wait = f"about {attempt.predicted_s:.2g} s; {self.left:.0f} s left"
-        self._announce(f"{attempt.method.name}, {horizon}: {wait}", attempt.predicted_s)
-        method, j = attempt.method, attempt.horizon
+    def _measure(self, pending: PendingCell) -> None:
+        horizon = counted(self.horizons[pending.horizon], self.problem.unit_name)
+        wait = f"about {pending.predicted_s:.2g} s; {self.left:.0f} s left"
+        self._announce(f"{pending.method.name}, {horizon}: {wait}", pending.predicted_s)
+        method, j = pending.method, pending.horizon
         try:
-            seconds, repeats, answer = self._timed(attempt.solve, self.grids[j])
-            _require_sound(answer, self.grids[j])
-            cell = self._cell(attempt, seconds, repeats, answer)
+            seconds, repeats, samples = self._timed(pending.solve, self.grids[j])
+            _require_finite(samples, self.grids[j])
+            cell = self._cell(pending, seconds, repeats, samples)
         except Exception as error:
-            cell = Cell(method.family, method.setting, self.horizons[j], FAILED, _line(error))
-            seconds = attempt.predicted_s
-        self.cells[attempt.number, j] = cell
-        if method.steps and (lost := _lost(cell)):  # on the way to any longer horizon it would be so again
-            self._rest(attempt.number, method, j + 1, NOT_RUN, lost)
+            cell = Cell(method.family, method.setting, self.horizons[j], FAILED, _one_line(error))
+            seconds = pending.predicted_s
+        self.cells[pending.number, j] = cell
+        if method.steps and (lost := _lost(cell)):  # longer horizons would fail in the same way
+            self._fill(pending.number, method, j + 1, NOT_RUN, lost)
         elif j + 1 < len(self.horizons):
-            attempt.horizon = j + 1
-            attempt.predicted_s = seconds * self._dearer(method, j)
-            heapq.heappush(self.queue, attempt)
+            pending.horizon = j + 1
+            pending.predicted_s = seconds * self._time_ratio(method, j)
+            heapq.heappush(self.queue, pending)
 
-    def _timed(self, solve: Solve, t: np.ndarray) -> tuple[float, int, Answer]:
-        """Median seconds of how many calls, and the last one's answer.
+    def _timed(self, solve: Solve, t: np.ndarray) -> tuple[float, int, Samples]:
+        """Median seconds, number of calls, samples of the last one.
 
-        The first call warms caches up and counts only where it is too dear to be repeated.
+        The first call warms caches up and counts only where it takes too long to be repeated.
         """
         with _quiet():
-            first, answer = _call(solve, t)
+            first, samples = _call(solve, t)
             runs: list[float] = []
-            while len(runs) < REPEATS and first + sum(runs) < REPEAT_SECONDS and self.left > first:
-                seconds, answer = _call(solve, t)
+            while len(runs) < MAX_REPEATS and first + sum(runs) < MAX_REPEAT_SECONDS and self.left > first:
+                seconds, samples = _call(solve, t)
                 runs.append(seconds)
         runs = runs or [first]
-        return statistics.median(runs), len(runs), answer
+        return statistics.median(runs), len(runs), samples
 
-    def _cell(self, attempt: Attempt, seconds: float, repeats: int, answer: Answer) -> Cell:
-        energy, momentum = self.kept[attempt.horizon].errors(*answer)
+    def _cell(self, pending: PendingCell, seconds: float, repeats: int, samples: Samples) -> Cell:
+        energy, momentum = self.quantities[pending.horizon].errors(*samples)
         return Cell(
-            attempt.method.family,
-            attempt.method.setting,
-            self.horizons[attempt.horizon],
+            pending.method.family,
+            pending.method.setting,
+            self.horizons[pending.horizon],
             MEASURED,
-            attitude_error_rad=self.truths[attempt.horizon].error(answer[0]),
+            attitude_error_rad=self.truths[pending.horizon].error(samples[0]),
             energy_error=energy,
             momentum_error=momentum,
-            ns_per_sample=seconds / len(answer[0]) * 1e9,
+            ns_per_sample=seconds / len(samples[0]) * 1e9,
             repeats=repeats,
-            setup_s=attempt.setup_s,
-            first_use_s=attempt.first_use_s,
+            setup_s=pending.setup_s,
+            first_use_s=pending.first_use_s,
         )
 
     # -- what is not measured ---------------------------------------------------------------
 
-    def _leave(self, attempt: Attempt) -> None:
-        """The cheapest that is left does not fit, so this horizon and all longer ones are not run."""
-        predicted, method = attempt.predicted_s, attempt.method
+    def _give_up(self, pending: PendingCell) -> None:
+        """Record this horizon and all longer ones as not run, with their predicted times."""
+        predicted, method = pending.predicted_s, pending.method
         self.cheapest = min(predicted, self.cheapest or math.inf)
-        for j in range(attempt.horizon, len(self.horizons)):
-            self.cells[attempt.number, j] = Cell(
+        for j in range(pending.horizon, len(self.horizons)):
+            self.cells[pending.number, j] = Cell(
                 method.family, method.setting, self.horizons[j], NOT_RUN, "beyond the budget", predicted
             )
             if j + 1 < len(self.horizons):
-                predicted *= self._dearer(method, j)
+                predicted *= self._time_ratio(method, j)
 
-    def _rest(self, number: int, method: Method, first: int, status: str, detail: str) -> None:
-        """The same for all horizons from the first on."""
+    def _fill(self, number: int, method: Method, first: int, status: str, detail: str) -> None:
+        """Record the same status for all horizons from `first` on."""
         for j in range(first, len(self.horizons)):
             self.cells[number, j] = Cell(method.family, method.setting, self.horizons[j], status, detail)
 
-    def _dearer(self, method: Method, j: int) -> float:
+    def _time_ratio(self, method: Method, j: int) -> float:
         return self.horizons[j + 1] / self.horizons[j] if method.steps else 1.0
 
     def _announce(self, text: str, seconds: float = 0.0) -> None:
-        """Now and then, and before whatever takes long; nothing more is begun once it is to stop."""
+        """Report progress, at most once a second or before a long cell; raise where a stop is requested."""
         stopping.current().check()
         now = perf_counter()
-        if now - self.said >= SAY_EVERY or seconds >= SAY_EVERY:
-            self.said = now
+        if now - self.last_message >= MIN_MESSAGE_INTERVAL or seconds >= MIN_MESSAGE_INTERVAL:
+            self.last_message = now
             self.say(text)
 
 
 def _lost(cell: Cell) -> str:
-    """Why longer horizons have nothing to tell, or nothing."""
+    """Why longer horizons are not worth running; empty where they are."""
     if cell.status == FAILED:
         return f"failed over {cell.horizon:.15g} already"
     if (error := cell.attitude_error_rad or 0.0) > LOST:
@@ -363,34 +371,34 @@ def _lost(cell: Cell) -> str:
     return ""
 
 
-def _call(solve: Solve, t: np.ndarray) -> tuple[float, Answer]:
+def _call(solve: Solve, t: np.ndarray) -> tuple[float, Samples]:
     before = perf_counter()
-    answer = solve(t)
-    return perf_counter() - before, answer
+    samples = solve(t)
+    return perf_counter() - before, samples
 
 
-def _require_sound(answer: Answer, t: np.ndarray) -> None:
-    """Finite attitudes and rates, one a sample."""
-    attitudes, rates = answer
+def _require_finite(samples: Samples, t: np.ndarray) -> None:
+    """Raise unless there is a finite attitude and rate for each instant."""
+    attitudes, rates = samples
     if attitudes.shape != (t.size, 4) or rates.shape != (t.size, 3):
         raise ArithmeticError(f"{len(attitudes)} attitudes and {len(rates)} rates at {t.size} instants")
-    sound = np.isfinite(attitudes).all(axis=1) & np.isfinite(rates).all(axis=1) & attitudes.any(axis=1)
-    if not sound.all():
-        first = int(np.argmin(sound))
+    finite = np.isfinite(attitudes).all(axis=1) & np.isfinite(rates).all(axis=1) & attitudes.any(axis=1)
+    if not finite.all():
+        first = int(np.argmin(finite))
         raise ArithmeticError(
-            f"no finite attitude at {t.size - int(sound.sum())} of {t.size} instants, from {t[first]:.6g} s"
+            f"no finite attitude at {t.size - int(finite.sum())} of {t.size} instants, from {t[first]:.6g} s"
         )
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """What methods warn of shows in their errors."""
+    """Suppress warnings of a method: their causes show in its errors."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         yield
 
 
-def _line(error: Exception) -> str:
+def _one_line(error: Exception) -> str:
     text = " ".join(str(error).split())
     if text and (isinstance(error, AttitudeError) or type(error) is ArithmeticError):
         return text
@@ -398,10 +406,6 @@ def _line(error: Exception) -> str:
 
 
 def _rounded_up(seconds: float) -> float:
-    """To two digits."""
+    """Rounded up to two digits."""
     unit = 10.0 ** (math.floor(math.log10(seconds)) - 1)
     return math.ceil(seconds / unit) * unit
-
-
-def _silent(text: str) -> None:
-    pass

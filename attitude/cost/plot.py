@@ -1,6 +1,6 @@
-"""The picture of a report: error against cost, and how both grow with the horizon.
+"""Picture of a measurement: error against cost, and both against the horizon.
 
-Every line carries its name beside it, and has a marker and a dash pattern of its own beside its colour.
+Each line is labelled and has a colour, a marker and a dash pattern of its own.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -19,14 +19,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ..plot.style import SETTINGS
-from .cell import MEASURED, Cell
-from .problem import counted
-
-if TYPE_CHECKING:
-    from .report import Report
-
-# What an exact zero is drawn at: below any double's last place.
-FLOOR = 1e-17
+from .cell import MEASURED, ZERO_ERROR, Cell, CostData
+from .initial_value_problem import counted
 
 SIZE = (10.0, 9.6)  # inches
 COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#7f3c8d", "#666666",
@@ -36,30 +30,30 @@ DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (7, 2)), (0,
           (0, (2, 1)), (0, (6, 1, 1, 1, 1, 1)))  # fmt: skip
 
 
-def picture(report: Report, format: str) -> bytes:
-    """An "svg" or "png" file."""
+def draw_costs(report: CostData, ending: str) -> bytes:
+    """The picture as the bytes of an "svg" or "png" file."""
     with rc_context(SETTINGS):
         figure = Figure(figsize=SIZE, layout="constrained")
         figure.get_layout_engine().set(w_pad=0.1, h_pad=0.07)
         canvas = FigureCanvasAgg(figure)
         panels = _draw(figure, report)
-        canvas.draw()  # labels are placed among what has its place
+        canvas.draw()  # labels are placed once axes and lines have their positions
         figure.set_layout_engine("none")
         for panel in panels:
             panel.place_labels(canvas.get_renderer())
         file = io.BytesIO()
-        metadata = {"Date": None} if format == "svg" else {}
-        figure.savefig(file, format=format, dpi=150, metadata=metadata)
+        metadata = {"Date": None} if ending == "svg" else {}
+        figure.savefig(file, format=ending, dpi=150, metadata=metadata)
     return file.getvalue()
 
 
-def _draw(figure: Figure, report: Report) -> list[Panel]:
+def _draw(figure: Figure, report: CostData) -> list[LogLogPanel]:
     families = list(dict.fromkeys(cell.family for cell in report.cells))
     styles = {family: _style(number) for number, family in enumerate(families)}
     horizon = _fullest_horizon(report)
     tightest = {family: _tightest(report, family, horizon) for family in families}
     axes = figure.subplot_mosaic([["work", "work"], ["error", "cost"]], height_ratios=[1.15, 1.0])
-    work, error, cost = (Panel(axes[name]) for name in ("work", "error", "cost"))
+    work, error, cost = (LogLogPanel(axes[name]) for name in ("work", "error", "cost"))
     for family, style in styles.items():
         at = [cell for cell in report.at(horizon) if cell.family == family and cell.status == MEASURED]
         work.add(family, [_cost(cell) for cell in at], [_error(cell) for cell in at], style)
@@ -80,7 +74,7 @@ def _draw(figure: Figure, report: Report) -> list[Panel]:
 
 
 def _style(number: int) -> dict[str, Any]:
-    """The first, which is the library's own, is drawn the strongest."""
+    """Line style of a family by its number; the first, the library's own, is drawn heaviest."""
     return {
         "color": COLOURS[number % len(COLOURS)],
         "marker": MARKERS[number % len(MARKERS)],
@@ -91,10 +85,10 @@ def _style(number: int) -> dict[str, Any]:
     }
 
 
-def _fullest_horizon(report: Report) -> float:
-    """The longest of those over which most methods were measured; under torques, most families.
+def _fullest_horizon(report: CostData) -> float:
+    """The longest horizon over which most methods were measured; under torques, most families.
 
-    There the coarsest step of a family loses the attitude where the others have the most to tell.
+    Under torques the coarsest setting of a family loses the attitude over horizons that separate the others.
     """
 
     def measured(horizon: float) -> int:
@@ -104,7 +98,7 @@ def _fullest_horizon(report: Report) -> float:
     return max(report.horizons, key=lambda horizon: (measured(horizon), horizon))
 
 
-def _tightest(report: Report, family: str, horizon: float) -> list[Cell]:
+def _tightest(report: CostData, family: str, horizon: float) -> list[Cell]:
     """The measured cells of a family's tightest setting; of those measured over the horizon, if any."""
     cells = [cell for cell in report.cells if cell.family == family and cell.status == MEASURED]
     there = [cell for cell in cells if cell.horizon == horizon] or cells
@@ -114,15 +108,15 @@ def _tightest(report: Report, family: str, horizon: float) -> list[Cell]:
 
 
 def _error(cell: Cell) -> float:
-    return max(cell.attitude_error_rad or 0.0, FLOOR)
+    return max(cell.attitude_error_rad or 0.0, ZERO_ERROR)
 
 
 def _cost(cell: Cell) -> float:
     return cell.ns_per_sample or math.nan
 
 
-def _note(report: Report, tightest: dict[str, list[Cell]]) -> str:
-    """What a reader has to know of the lines."""
+def _note(report: CostData, tightest: dict[str, list[Cell]]) -> str:
+    """The text below the panels."""
     first = [cells[0] for cells in tightest.values() if cells]
     settings = "; ".join(cell.method for cell in first if cell.setting)
     below = f"only the tightest: {settings}." if settings else "the same methods."
@@ -131,7 +125,7 @@ def _note(report: Report, tightest: dict[str, list[Cell]]) -> str:
     )
     lines.append("A line ends where the budget did, where its method failed, or where the attitude was lost.")
     if any(cell.attitude_error_rad == 0.0 for cell in report.cells):
-        lines.append(f"Errors of exactly zero are drawn at {FLOOR:g} rad.")
+        lines.append(f"Errors of exactly zero are drawn at {ZERO_ERROR:g} rad.")
     missing = {cell.family: cell.status for cell in report.cells if not tightest[cell.family]}
     if missing:
         lines.append(
@@ -143,20 +137,19 @@ def _note(report: Report, tightest: dict[str, list[Cell]]) -> str:
 
 # -- labels ---------------------------------------------------------------------------------------
 
-# Where a label may stand, from its point: direction and, in points, distance; the nearest first.
-PLACES = [
+# Candidate positions of a label relative to its point: direction, distance in points; nearest first.
+LABEL_OFFSETS = [
     (np.array([math.cos(angle), math.sin(angle)]), distance)
     for distance in (9.0, 16.0, 28.0, 44.0, 64.0, 90.0)
     for angle in np.deg2rad([0, 90, 270, 45, 315, 135, 225, 180, 20, 340, 70, 290])
 ]
-LEADER = 12.0  # points; labels farther off are tied to their point by a thin line
-MARGIN = 3.0  # pixels kept free about a label
-MARKER = 5.0 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])  # pixels that a marker takes
+LEADER_DISTANCE = 12.0  # points; labels farther off are joined to their point by a thin line
+LABEL_MARGIN = 3.0  # pixels kept free about a label
 
 
 @dataclass
-class Spot:
-    """A place for a label, in pixels: the point it names, its centre and size, how far off it is."""
+class LabelPosition:
+    """A candidate position of a label, in pixels: labelled point, centre, size, distance."""
 
     point: np.ndarray
     centre: np.ndarray
@@ -165,54 +158,64 @@ class Spot:
 
     @property
     def low(self) -> np.ndarray:
-        return self.centre - 0.5 * self.size - MARGIN
+        """Lower left corner with its margin."""
+        return self.centre - 0.5 * self.size - LABEL_MARGIN
 
     @property
     def high(self) -> np.ndarray:
-        return self.centre + 0.5 * self.size + MARGIN
+        """Upper right corner with its margin."""
+        return self.centre + 0.5 * self.size + LABEL_MARGIN
 
     @property
-    def tie(self) -> np.ndarray:
-        """The line to its point."""
-        return _filled(np.array([self.point, self.centre])) if self.distance > LEADER else np.empty((0, 2))
+    def leader(self) -> np.ndarray:
+        """Points of the line that joins the label to its point; none for a near label."""
+        return (
+            _filled(np.array([self.point, self.centre]))
+            if self.distance > LEADER_DISTANCE
+            else np.empty((0, 2))
+        )
 
-    def hides(self, taken: np.ndarray) -> int:
-        return int(((taken > self.low) & (taken < self.high)).all(axis=1).sum())
+    def hides(self, occupied: np.ndarray) -> int:
+        """Number of occupied points under the label."""
+        return int(((occupied > self.low) & (occupied < self.high)).all(axis=1).sum())
 
-    def overlaps(self, other: Spot) -> bool:
+    def overlaps(self, other: LabelPosition) -> bool:
+        """Whether two labels overlap."""
         return bool((self.low < other.high).all() and (other.low < self.high).all())
 
 
 @dataclass
-class Panel:
-    """Axes with logarithms on both, and the lines drawn in them."""
+class LogLogPanel:
+    """Axes with two logarithmic scales, and the lines drawn in them."""
 
     axes: Any
     lines: list[tuple[str, np.ndarray, dict[str, Any]]] = field(default_factory=list)
 
     def add(self, name: str, x: list[float], y: list[float], style: dict[str, Any]) -> None:
+        """Draw one line."""
         if x:
             self.axes.plot(x, y, **style)
             self.lines.append((name, np.column_stack([x, y]), style))
 
     def finish(self, title: str, x_label: str, y_label: str) -> None:
+        """Set scales, titles and margins."""
         self.axes.set(xscale="log", yscale="log", title=title, xlabel=x_label, ylabel=y_label)
         self.axes.margins(x=0.12, y=0.12)
 
     def place_labels(self, renderer: Any) -> None:
-        """One after the other, each where it hides the least."""
+        """Place labels one after the other, each where it hides least."""
         scale = self.axes.figure.dpi / 72.0
         paths = [self.axes.transData.transform(points) for _, points, _ in self.lines]
-        taken = np.concatenate([np.empty((0, 2)), *map(_filled, paths)])
+        occupied = np.concatenate([np.empty((0, 2)), *map(_filled, paths)])
         frame = self.axes.get_window_extent(renderer).extents
-        placed: list[Spot] = []
+        placed: list[LabelPosition] = []
         for (name, _, style), path in zip(self.lines, paths, strict=True):
             text = self._text(name, style, path[-1], path[-1])
-            spots = list(_spots(path, text.get_window_extent(renderer).size, scale))
+            candidates = list(_label_positions(path, text.get_window_extent(renderer).size, scale))
             text.remove()
-            best = min(spots, key=lambda spot: _cost_of(spot, taken, placed, frame))
-            self._text(name, style, best.point, best.centre, tied=best.distance > LEADER)
-            taken = np.concatenate([taken, best.tie])
+            best = min(candidates, key=lambda position: _penalty(position, occupied, placed, frame))
+            self._text(name, style, best.point, best.centre, tied=best.distance > LEADER_DISTANCE)
+            occupied = np.concatenate([occupied, best.leader])
             placed.append(best)
 
     def _text(
@@ -235,23 +238,28 @@ class Panel:
 
 
 def _filled(path: np.ndarray) -> np.ndarray:
-    """A line and its markers as points in pixels, close enough to find what a label would hide."""
-    markers = (path[:, None] + MARKER).reshape(-1, 2)
+    """A line and its markers as a dense set of points, pixels."""
+    marker = 5.0 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])  # its extent in pixels
+    markers = (path[:, None] + marker).reshape(-1, 2)
     steps = np.linspace(0.0, 1.0, 60)[:, None]
     return np.concatenate([markers, *(a + steps * (b - a) for a, b in pairwise(path))])
 
 
-def _spots(path: np.ndarray, size: np.ndarray, scale: float) -> Iterator[Spot]:
-    """About the last point of a line, its first and its middle one; the nearest edge is `distance` off."""
+def _label_positions(path: np.ndarray, size: np.ndarray, scale: float) -> Iterator[LabelPosition]:
+    """Positions about the last, first and middle point of a line; `distance` is that of the nearest edge."""
     for i in dict.fromkeys((len(path) - 1, 0, len(path) // 2)):
-        for direction, distance in PLACES:
+        for direction, distance in LABEL_OFFSETS:
             centre = path[i] + direction * (distance * scale + 0.5 * size * np.abs(direction))
-            yield Spot(path[i], centre, size, distance)
+            yield LabelPosition(path[i], centre, size, distance)
 
 
-def _cost_of(spot: Spot, taken: np.ndarray, placed: list[Spot], frame: np.ndarray) -> float:
-    """How much a label would hide; other labels and the frame weigh the most, then a tie across a label."""
-    overlaps = sum(spot.overlaps(other) for other in placed)
-    crossed = sum(other.hides(spot.tie) > 0 for other in placed)
-    outside = bool((spot.low < frame[:2]).any() or (spot.high > frame[2:]).any())
-    return spot.hides(taken) + 0.02 * spot.distance + 100.0 * crossed + 1000.0 * (overlaps + outside)
+def _penalty(
+    position: LabelPosition, occupied: np.ndarray, placed: list[LabelPosition], frame: np.ndarray
+) -> float:
+    """Penalty of a position: hidden points and distance; crossed labels count more, overlaps most."""
+    overlaps = sum(position.overlaps(other) for other in placed)
+    crossed = sum(other.hides(position.leader) > 0 for other in placed)
+    outside = bool((position.low < frame[:2]).any() or (position.high > frame[2:]).any())
+    return (
+        position.hides(occupied) + 0.02 * position.distance + 100.0 * crossed + 1000.0 * (overlaps + outside)
+    )

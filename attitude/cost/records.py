@@ -1,4 +1,4 @@
-"""Reports for machines: JSON without NaN, CSV with its circumstances in comment lines."""
+"""JSON without NaN, and CSV with the circumstances in comment lines."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 
 
 def to_json(document: dict[str, Any]) -> str:
+    """JSON text of plain data; ValueError for NaN or infinity."""
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def to_csv(header: Iterable[str], kind: type[DataclassInstance], cells: Sequence[DataclassInstance]) -> str:
-    """One line a cell of this dataclass; empty where nothing was measured."""
+    """One line for each cell, an object of this dataclass; empty where nothing was measured."""
     text = io.StringIO()
     text.writelines(f"# {line}\n" for line in header)
     writer = csv.writer(text, lineterminator="\n")

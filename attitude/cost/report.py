@@ -1,9 +1,9 @@
-"""The report: what was measured, as a table, as JSON, as CSV."""
+"""The report of a measurement: table, JSON, CSV, picture."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,12 +11,8 @@ from typing import Any
 import numpy as np
 
 from . import records
-from .cell import ABSENT, LOST, MEASURED, Cell
-from .problem import counted
-
-KIND = "attitude-cost/1"
-# What an exact zero counts as where logarithms are taken: well below any double's last place.
-FLOOR = 1e-17
+from .cell import ABSENT, LOST, MEASURED, ZERO_ERROR, Cell, CostData
+from .initial_value_problem import counted
 
 WIDTH = 110
 ROW = "{:<37}{:>13}{:>11}{:>11}{:>13}{:>12}{:>8}"
@@ -26,10 +22,9 @@ GROWTH = "{:<37}{:>13}{:>35}"
 
 @dataclass(frozen=True)
 class Growth:
-    """How a method's error and cost grow: as horizon^exponent, by a straight line through the logarithms.
+    """Exponents of a method's error and cost as powers of the horizon, by a line through the logarithms.
 
-    `error` leaves out horizons at whose end the attitude is lost (errors over 1 rad).  None where
-    fewer than two horizons are left.
+    `error` leaves out horizons with errors over 1 rad.  None with fewer than two horizons.
     """
 
     family: str
@@ -39,53 +34,28 @@ class Growth:
 
 
 @dataclass(frozen=True)
-class Report:
-    """What `measure` found.
-
-    Attributes
-    ----------
-    name, regime : of the scene and its motion
-    unit_s, unit_name : what horizons are counted in
-    samples, horizons, budget_s, seed : as they were asked for
-    truths : for each horizon at how many instants the truth was taken, and by which route
-    compilation_s : s, that the library's own kernels took to be compiled, or read from disk, before
-    machine, versions : of processor and system; of Python and packages
-    cells : one for each horizon and method; by horizon, then in the order of the ladder
-    effects : the torques, by type; none of a free body
-    truth_off_rad : rad, how far the truth itself may be off, where doubles were all there was for it
-    """
-
-    name: str
-    regime: str
-    unit_s: float
-    unit_name: str
-    samples: int
-    horizons: tuple[float, ...]
-    truths: tuple[tuple[int, str], ...]
-    budget_s: float
-    seed: int
-    compilation_s: float
-    machine: dict[str, str | int]
-    versions: dict[str, str]
-    cells: tuple[Cell, ...]
-    effects: tuple[str, ...] = ()
-    truth_off_rad: float = 0.0
-
-    def at(self, horizon: float) -> list[Cell]:
-        return [cell for cell in self.cells if cell.horizon == horizon]
+class Report(CostData):
+    """The results of `measure`, as text, JSON, CSV and picture."""
 
     def growth(self) -> list[Growth]:
-        """Of every method that was measured at all."""
+        """One Growth for each method with a measured cell."""
         methods: dict[tuple[str, str], list[Cell]] = {}
         for cell in self.cells:
             if cell.status == MEASURED:
                 methods.setdefault((cell.family, cell.setting), []).append(cell)
-        return [_growth(*method, cells) for method, cells in methods.items()]
+        growths = []
+        for method, cells in methods.items():
+            errors = [
+                (c.horizon, c.attitude_error_rad) for c in cells if (c.attitude_error_rad or 0.0) <= LOST
+            ]
+            costs = [(c.horizon, c.ns_per_sample) for c in cells]
+            growths.append(Growth(*method, _exponent(errors), _exponent(costs)))
+        return growths
 
     # -- for readers ------------------------------------------------------------------------
 
     def header(self) -> list[str]:
-        """The circumstances, a line each."""
+        """The circumstances of the measurement, one line each."""
         packages = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         return [
             f"{self.name or 'motion'}: {self._motion()}",
@@ -101,7 +71,7 @@ class Report:
         return f"{', '.join(self.effects)}; {regime} at the epoch" if self.effects else regime
 
     def _errors(self) -> list[str]:
-        """What errors are against."""
+        """The truth that the errors refer to."""
         routes = sorted({route for _, route in self.truths})
         at = f"{max(count for count, _ in self.truths)} samples (seed {self.seed})"
         if not self.effects:
@@ -136,7 +106,7 @@ class Report:
             yield GROWTH.format(_cut(name, 37), _signed(growth.error), _signed(growth.cost))
 
     def _first_use(self) -> Iterator[str]:
-        """Where the first use in a process takes much longer than any later one, by family."""
+        """By family, the time of a first use that is much longer than later set-ups."""
         first = {"the library's kernels": self.compilation_s} if self.compilation_s > 0.1 else {}
         for cell in self.cells:
             if cell.first_use_s is not None and cell.first_use_s > 0.1 + 10.0 * (cell.setup_s or 0.0):
@@ -147,7 +117,7 @@ class Report:
             yield f"first use in this process (compilation, JVM), not in the figures above: {listed}"
 
     def markdown(self) -> str:
-        """A table for a document: each family at its most exact, error and cost by horizon."""
+        """Table in Markdown: each family at its tightest setting, error and cost by horizon."""
         titles = ["error in rad, ns a sample", *(counted(each, self.unit_name) for each in self.horizons)]
         last = {cell.family: (cell.family, cell.setting) for cell in self.cells}
         rows = [
@@ -162,8 +132,9 @@ class Report:
 
     def document(self) -> dict[str, Any]:
         """Plain data; what was not measured is None."""
+        under_torques = {"effects": list(self.effects), "truth_off_rad": self.truth_off_rad}
         return {
-            "kind": KIND,
+            "kind": "attitude-cost/1",
             "name": self.name,
             "regime": self.regime,
             "unit": {"name": self.unit_name, "s": self.unit_s},
@@ -179,26 +150,21 @@ class Report:
             ],
             "cells": [asdict(cell) for cell in self.cells],
             "growth": [asdict(growth) for growth in self.growth()],
-        } | self._under_torques()
-
-    def _under_torques(self) -> dict[str, Any]:
-        """What only scenes with torques have to say."""
-        if not self.effects:
-            return {}
-        return {"effects": list(self.effects), "truth_off_rad": self.truth_off_rad}
+        } | (under_torques if self.effects else {})
 
     def to_json(self) -> str:
+        """`document` as JSON text."""
         return records.to_json(self.document())
 
     def to_csv(self) -> str:
-        """The circumstances in comment lines, then one line a cell; empty where nothing was measured."""
+        """Circumstances in comment lines, then one line for each cell; empty where nothing was measured."""
         return records.to_csv(self.header(), Cell, self.cells)
 
-    def picture(self, format: str) -> bytes:
-        """`plot` as the bytes of an "svg" or "png" file."""
-        from .plot import picture
+    def picture(self, format: str) -> bytes:  # noqa: A002 (public name)
+        """The picture of `plot` as the bytes of an "svg" or "png" file."""
+        from .plot import draw_costs
 
-        return picture(self, format)
+        return draw_costs(self, format)
 
     def plot(self, path: str | Path) -> None:
         """Three panels: error against cost; error, and cost, against the horizon.
@@ -206,10 +172,9 @@ class Report:
         Raises FormatError for another ending than svg and png, or where the file cannot be written;
         AttitudeError where matplotlib is missing.
         """
-        from ..output import check_picture, write
+        from ..runtime.output_paths import check_picture, write
 
-        format = check_picture(path)
-        write(path, self.picture(format))
+        write(path, self.picture(check_picture(path)))
 
 
 def _wrapped(lines: Iterable[str]) -> Iterator[str]:
@@ -219,7 +184,7 @@ def _wrapped(lines: Iterable[str]) -> Iterator[str]:
 
 def _row(cell: Cell) -> str:
     if cell.status != MEASURED:
-        return f"{_cut(cell.method, 37):<37}  {_cut(reason(cell), WIDTH - 39)}"
+        return f"{_cut(cell.method, 37):<37}  {_cut(_reason(cell), WIDTH - 39)}"
     return ROW.format(
         _cut(cell.method, 37),
         _error(cell.attitude_error_rad),
@@ -232,7 +197,7 @@ def _row(cell: Cell) -> str:
 
 
 def _entry(cell: Cell) -> str:
-    """One cell of a document's table; reasons at length are in the other forms."""
+    """Text of a cell in the Markdown table, with the reason in a word."""
     if cell.status == MEASURED:
         return f"{_error(cell.attitude_error_rad)}, {_three(cell.ns_per_sample or 0.0)}"
     if cell.predicted_s is not None:
@@ -240,7 +205,7 @@ def _entry(cell: Cell) -> str:
     return "lost" if "attitude lost" in cell.detail else cell.status
 
 
-def reason(cell: Cell) -> str:
+def _reason(cell: Cell) -> str:
     """Why a cell was not measured."""
     if cell.predicted_s is not None:
         return f"{cell.status}, predicted {cell.predicted_s:.1e} s"
@@ -248,21 +213,11 @@ def reason(cell: Cell) -> str:
     return cell.detail if cell.status == ABSENT else f"{cell.status}: {cell.detail}"
 
 
-def _growth(family: str, setting: str, cells: list[Cell]) -> Growth:
-    kept = [cell for cell in cells if (cell.attitude_error_rad or 0.0) <= LOST]
-    return Growth(
-        family,
-        setting,
-        _exponent(kept, lambda cell: cell.attitude_error_rad),
-        _exponent(cells, lambda cell: cell.ns_per_sample),
-    )
-
-
-def _exponent(cells: list[Cell], of: Callable[[Cell], float | None]) -> float | None:
-    if len(cells) < 2:
+def _exponent(points: list[tuple[float, float | None]]) -> float | None:
+    """Slope of log value over log horizon, by least squares."""
+    if len(points) < 2:
         return None
-    x = np.log10([cell.horizon for cell in cells])
-    y = np.log10([max(of(cell) or 0.0, FLOOR) for cell in cells])
+    x, y = np.log10([(horizon, max(value or 0.0, ZERO_ERROR)) for horizon, value in points]).T
     return float(np.polyfit(x, y, 1)[0])
 
 

@@ -6,63 +6,99 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .. import orientation
 from ..errors import InputError
+from ..frames import rotations
 from ..kernels import layout
-from .acting import Acting, Kick
-from .situation import Situation
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, CachedTorque
+from ..problem.torque_rows import turned
+from .batch_states import Bodies, named
 
-SINK_ITERATIONS = 100
-# Neighbouring doubles may take turns for ever: found, if they differ by no more than this part of the rate.
-IN_TURNS = 1e-15
-TOO_STRONG = "a coefficient so small that energy falls over more than a turn"
+MAX_RATE_ITERATIONS = 100
+# Iterations may end in two neighbouring doubles that take turns: they differ by no more than this part.
+ALTERNATION = 1e-15
 
 
-def initial_momentum(situation: Situation, torques: Sequence[Acting]) -> np.ndarray:
-    """(3,), inertial: that of the turning body, and of the rotors in it.
+def initial_momenta(template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]) -> np.ndarray:
+    """(n, 3), inertial: momentum of each body and of the rotors in it.
 
-    A sink inside turns the body too: the rate that the document gives is the whole one, from which the
+    Dissipation inside turns the body too: the rate that the document gives is the whole one, from which the
     momentum follows by iteration.
+
+    Raises
+    ------
+    InputError : dissipation that takes the energy within a turn.
     """
-    rotors, alpha = np.zeros(3), 0.0
+    rotors, alpha = _rotors_and_dissipation(template, bodies, torques)
+    rate = _momentum_rates(bodies, rotors, alpha) if alpha.any() else bodies.rate
+    for i in np.flatnonzero(~np.isfinite(rate).all(axis=1)).tolist():
+        with named(bodies, i):
+            expected = "a coefficient so small that energy falls over more than a turn"
+            raise InputError("dissipation", float(alpha[i]), expected)
+    return rotations.rotate(bodies.attitude, turned(bodies.body.tensor, rate) + rotors)
+
+
+def _rotors_and_dissipation(
+    template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Momentum of the rotors (n, 3), body frame, and coefficient of the dissipation (n,)."""
+    rotors, alpha = np.zeros((len(bodies), 3)), np.zeros(len(bodies))
     for torque in torques:
-        for row in torque.rows(situation):
-            if row[0] == layout.WHEELS:
-                rotors = rotors + situation.axes.T @ row[1:4]
-            elif row[0] == layout.DISSIPATION:
-                alpha += row[1]
-    tensor = situation.body.tensor
-    rate = before = situation.rate
-    most = 1e3 * float(np.abs(rate).max())
-    for _ in range(SINK_ITERATIONS if alpha else 0):
-        before, rate = rate, situation.rate - alpha * np.cross(tensor @ rate + rotors, rate)
-        if np.abs(rate - before).max() <= 1e-16 * np.abs(rate).max():
+        if torque.follows_axes:
+            rows, axes = np.repeat(torque.own_rows[None], len(bodies), axis=0), None
+        else:
+            states = [bodies.initial_state(template, i) for i in range(len(bodies))]
+            rows, axes = np.stack([torque.rows(state) for state in states]), bodies.axes
+        for k in range(rows.shape[1]):
+            if rows[0, k, 0] == layout.WHEELS:
+                added = rows[:, k, 1:4]
+                rotors = rotors + (added if axes is None else turned(np.swapaxes(axes, 1, 2), added))
+            elif rows[0, k, 0] == layout.DISSIPATION:
+                alpha = alpha + rows[:, k, 1]
+    return rotors, alpha
+
+
+def _momentum_rates(bodies: Bodies, rotors: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    """(n, 3): rates w that the momentum belongs to; nan where the iteration does not converge.
+
+    The document's rate is w + alpha m x w, with m = I w + h.
+    """
+    tensor, whole = bodies.body.tensor, bodies.rate
+    rate, limit = np.array(whole), 1e3 * np.abs(whole).max(axis=1)
+    left, change = np.arange(len(bodies)), np.zeros(0)  # those that still move; by what part of the rate
+    for _ in range(MAX_RATE_ITERATIONS):
+        before = rate[left]
+        inner = np.cross(turned(tensor[left], before) + rotors[left], before)
+        now = rate[left] = whole[left] - alpha[left, None] * inner
+        size, step = np.abs(now).max(axis=1), np.abs(now - before).max(axis=1)
+        diverged = ~(size <= limit[left])
+        rate[left[diverged]] = np.nan
+        on = ~diverged & (step > 1e-16 * size)
+        left, change = left[on], step[on] / size[on]
+        if not left.size:
             break
-        if not np.abs(rate).max() <= most:  # away from any solution, and on to infinity
-            raise InputError("dissipation", alpha, TOO_STRONG)
-    else:
-        if alpha and not np.abs(rate - before).max() <= IN_TURNS * np.abs(rate).max():
-            raise InputError("dissipation", alpha, TOO_STRONG)
-    return orientation.rotate(situation.attitude, tensor @ rate + rotors)
+    rate[left[change > ALTERNATION]] = np.nan
+    return rate
 
 
-def gained(kicks: Sequence[Kick], attitude: np.ndarray) -> list[np.ndarray]:
-    """(..., 3) each, N m s, inertial: what impulses have added, at the epoch and after each outwards from it.
+def impulse_sums(impulses: Sequence[AppliedImpulse], attitude: np.ndarray) -> list[np.ndarray]:
+    """(..., 3) each, N m s, inertial: momentum added at the epoch (none), and after each impulse outwards.
 
     attitude : (..., 4) wxyz, the body's at the epoch: as if it did not turn
     """
     sums = [np.zeros((*attitude.shape[:-1], 3))]
-    for sign, met in (
-        (1.0, [k for k in kicks if k.seconds >= 0.0]),
-        (-1.0, [k for k in kicks if k.seconds < 0.0]),
-    ):
+    for sign in (1.0, -1.0):
         total = sums[0]
-        for kick in sorted(met, key=lambda kick: sign * kick.seconds):
-            total = total + sign * inertial(kick, attitude)
+        outwards = sorted(
+            (impulse for impulse in impulses if (impulse.seconds >= 0.0) == (sign > 0.0)),
+            key=lambda impulse: sign * impulse.seconds,
+        )
+        for impulse in outwards:
+            total = total + sign * inertial_components(impulse, attitude)
             sums.append(total)
     return sums
 
 
-def inertial(kick: Kick, attitude: np.ndarray) -> np.ndarray:
-    """(3,), N m s, inertial components of the angular impulse."""
-    return kick.angular if kick.inertial else orientation.rotate(attitude, kick.angular)
+def inertial_components(impulse: AppliedImpulse, attitude: np.ndarray) -> np.ndarray:
+    """(..., 3), N m s: the angular impulse in the inertial frame."""
+    return impulse.angular if impulse.inertial else rotations.rotate(attitude, impulse.angular)

@@ -118,7 +118,7 @@ def gauss() -> np.ndarray:
     integrated exactly by the same nodes brought into the part of the interval.
     """
     x, w = np.polynomial.legendre.leggauss(NODES)
-    x, w = _polished(x.astype(np.longdouble), w.astype(np.longdouble))
+    x, w = _polished(x.astype(np.longdouble))
     nodes, weights = 0.5 * (x + 1.0), 0.5 * w
     work = np.zeros((layout.WORKSPACE, NODES))
     work[layout.AT], work[layout.WEIGHTS] = nodes, weights
@@ -132,7 +132,7 @@ def gauss() -> np.ndarray:
     return work.reshape(-1)
 
 
-def _polished(x: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _polished(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of Gauss's quadrature by Newton steps in the processor's longest numbers."""
     for _ in range(2):
         below, here = np.ones_like(x), x.copy()

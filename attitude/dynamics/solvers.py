@@ -1,4 +1,4 @@
-"""The solvers of scenes with torques: each marches a state over a span, and writes the instants within it.
+"""The solvers of scenes with torques: each steps a block of bodies over a span and writes their states.
 
 Chosen settings are steps (s) for splitting and collocation, the error of a step (rad) for Runge-Kutta.
 """
@@ -7,217 +7,237 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Any, NamedTuple
+from functools import cache, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import stopping
 from ..errors import ToleranceError
 from ..kernels import layout
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import CachedTorque
 from ..runtime import compiled
 from . import schemes
-from .acting import Acting
-from .situation import Situation
-from .stepped import Stepped, ascending, most_symmetric
+from .batch_states import Bodies
+from .solver_arguments import SolverArguments, ascending, most_symmetric
 
 OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
 STRIDE = 1.5  # steps of the coarser solution over those of the answer
 # Collocation in steps so long that the two differ by more than this (rad) is far from its order; splitting
 # in steps of more than so many radians meets resonances, where a finer solution may be the worse one.
-FAR, LONG = 1e-6, 1.0
-MOST_STEPS = 1e8
+MAX_DIFFERENCE_OF_ORDER, MAX_RADIANS_OF_ORDER = 1e-6, 1.0
+MAX_STEPS = 1e8
 
 
-class Part(NamedTuple):
-    """What is asked of a solver: from start to stop (s), the two-part instants within, in that direction.
+class SolverSpan(NamedTuple):
+    """From start to stop (s), with the two-part instants (2, m) within, in that direction.
 
-    With `coarsely`, in two thirds of the steps, or with ten times the tolerance: what the error is told by.
-    After `most` steps a solver that chooses its own gives up.
+    With `coarsely`, in two thirds of the steps, or with ten times the tolerance: for the error's estimate.
+    After `max_steps` a solver that chooses its own gives up.
     """
 
     start: float
     stop: float
-    seconds: np.ndarray
-    rest: np.ndarray
+    instants: np.ndarray
     coarsely: bool = False
-    most: float = MOST_STEPS
+    max_steps: float = MAX_STEPS
 
 
-class Work(NamedTuple):
-    """What it took: steps, torques computed, and steps that could not be made as exact as intended."""
+class SolverTask(NamedTuple):
+    """Some bodies of a block, to be stepped over a span.
 
-    steps: int
-    torques: int
-    failed: int
+    Attributes
+    ----------
+    arguments : of the whole block, n; which : (k,), indices of the bodies to step
+    states : (n, STATE), at the start; changed into those at the end
+    settings : (n,)
+    out : (n, OUTPUTS, m), written
+    """
+
+    arguments: SolverArguments
+    which: np.ndarray
+    states: np.ndarray
+    span: SolverSpan
+    settings: np.ndarray
+    out: np.ndarray
+
+
+class SolverWork(NamedTuple):
+    """Work of a solver, (k,) each: steps, torques computed, and steps that did not reach their exactness."""
+
+    steps: np.ndarray
+    torques: np.ndarray
+    failed: np.ndarray
 
 
 @dataclass(frozen=True)
 class Solver:
-    """A way to follow a rotation.
+    """A numerical method.
 
     Attributes
     ----------
     name : as documents and plans have it
     order : of the error in the step, as far as it is known beforehand; for `dop853`, 1: in the tolerance
     stages : kicks of a step of splitting, else 0
-    prepare : (situation, torques) -> Stepped, with axes as it needs them
-    march : (stepped, state, part, setting, out) -> Work; changes the state, writes (OUTPUTS, n)
+    prepare : (template, bodies, torques) -> SolverArguments, with axes as it needs them
+    step : the compiled solver
     """
 
     name: str
     order: int
     stages: int
-    prepare: Callable[[Situation, Sequence[Acting]], Stepped]
-    march: Callable[[Stepped, np.ndarray, Part, float, np.ndarray], Work]
+    prepare: Callable[[InitialState, Bodies, Sequence[CachedTorque]], SolverArguments]
+    step: Callable[[SolverTask], SolverWork]
 
     @property
     def coarser(self) -> float:
         """What the setting is multiplied by for the solution that the answer is compared with."""
         return 10.0 if self.kind == "dop853" else STRIDE
 
-    def gain(self, smooth: bool, apart: float, stride: float) -> float:
-        """By how much, at least, the answer is better than that one, from which it is `apart` (rad).
+    @property
+    def kind(self) -> str:
+        """Kind of solver: "splitting", "gauss" or "dop853"."""
+        return self.name.split(",")[0]
 
-        stride : rad, of a step.  Half of what order 8, or a splitting's own, would gain, unless steps are so
-        long that no order is what it will be.  Where torques break within steps, errors are of any sign and
-        size from step to step, and the two may agree by chance: then less than one.
+    def gain(self, smooth: bool, difference: np.ndarray | float, stride: np.ndarray | float) -> np.ndarray:
+        """By what factor, at least, the answer is better than the coarser solution.
+
+        difference : rad, of the two; stride : rad, of a step; (...) each
+
+        Half of what order 8, or a splitting's own, would gain, unless steps are so long that no order is
+        what it will be.  Where torques break within steps, errors are of any sign and size from step to
+        step, and the two may agree by chance: then less than one.
         """
         if not smooth:
-            return 0.1
+            return np.asarray(0.1)
         if self.kind == "dop853":
-            return 1.0
+            return np.asarray(1.0)
         if self.kind == "gauss":
-            return 4.0 if apart > FAR else 12.0
-        return 0.3 if stride > LONG else max(1.0, 0.5 * (self.coarser**self.order - 1.0))
+            return np.where(np.asarray(difference) > MAX_DIFFERENCE_OF_ORDER, 4.0, 12.0)
+        full = max(1.0, 0.5 * (self.coarser**self.order - 1.0))
+        return np.where(np.asarray(stride) > MAX_RADIANS_OF_ORDER, 0.3, full)
 
-    def follow(
-        self,
-        torques: Sequence[Acting],
-        stepped: Stepped,
-        state: np.ndarray,
-        part: Part,
-        setting: float,
-        out: np.ndarray,
-    ) -> Work:
-        """`march`; what a function of the user's raised meanwhile is raised here, and Stopped."""
+    def integrate(self, task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
+        """Step the bodies of a task; raises what a function of the user's raised meanwhile, and Stopped."""
         try:
-            work = self.march(stepped, state, part, setting, out)
+            work = self.step(task)
             stopping.current().check()
             return work
         finally:
             for torque in torques:
-                if hasattr(torque, "raise_failure"):
-                    torque.raise_failure()
-
-    @property
-    def kind(self) -> str:
-        """ "splitting", "gauss" or "dop853"."""
-        return self.name.split(",")[0]
+                torque.raise_failure()
 
 
-def steps_of(part: Part, step: float) -> int:
-    """So many equal steps, none longer than asked for; at least two, so that there is something coarser."""
-    steps = max(2, int(np.ceil(abs(part.stop - part.start) / step * (1.0 - 1e-12))))
-    return int(steps / STRIDE) if part.coarsely else steps
+def can_take(solver: Solver, arguments: SolverArguments) -> np.ndarray:
+    """(n,): whether a solver's error has the order it is said to have, for each body.
+
+    Splitting freezes the attitude under the torque: what depends on the rate otherwise than linearly, or
+    turns the body besides, is not for it; and of its schemes those for two parts are not for three.
+    """
+    if solver.kind != "splitting":
+        return np.ones(len(arguments.body), np.bool_)
+    if layout.USER in arguments.codes:
+        return np.zeros(len(arguments.body), np.bool_)
+    able = ~arguments.has_dissipation
+    if "(" in solver.name:
+        eddies = arguments.body[:, layout.EDDIES :].any(axis=1)
+        has_torque = eddies | (arguments.effects.shape[1] > 0)
+        able &= ~(arguments.has_rotors & ~arguments.symmetric & has_torque)
+    return able
 
 
-def _grid(part: Part, step: float) -> tuple[int, tuple[Any, ...]]:
-    """(steps, what a solver of equal steps is told of them: start, length, number)."""
-    steps = steps_of(part, step)
-    return steps, (np.array([part.start, 0.0]), (part.stop - part.start) / steps, steps)
-
-
-def _asked(stepped: Stepped, part: Part, out: np.ndarray, states: int = 1) -> tuple[Any, ...]:
-    """What every solver is told, and where it writes: effects, instants, rows, room for so many states."""
-    return (*stepped.world, part.seconds, part.rest, out, np.empty(states * layout.STATE))
-
-
-def _split(
-    composition: schemes.Composition,
-    stepped: Stepped,
-    state: np.ndarray,
-    part: Part,
-    setting: float,
-    out: np.ndarray,
-) -> Work:
-    steps, grid = _grid(part, setting)
-    shares = composition.drifts, composition.kicks
-    body, work = (stepped.body, int(stepped.symmetric)), np.empty((6, layout.NODES))
-    compiled.split(state, *grid, *shares, *body, *_asked(stepped, part, out), work, stopping.current().flag)
-    return Work(steps, steps * len(composition.kicks), 0)
-
-
-def _collocate(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
-    (steps, grid), counts = _grid(part, setting), np.zeros(2)
-    body, work = (stepped.body, int(stepped.symmetric)), schemes.gauss().copy()
-    compiled.collocate(
-        state, *grid, *body, *_asked(stepped, part, out), work, counts, stopping.current().flag
+def endless_steps(setting: float) -> ToleranceError:
+    """The error of a scene whose steps shrink to nothing under `dop853`, at a tolerance of a step, rad."""
+    return ToleranceError(
+        "tolerance: dop853 needs steps without end; the torque is not continuous, or not finite, or far "
+        f"too great for the body, or an error of {setting:.1g} rad a step is more than a double can keep"
     )
-    return Work(steps, int(counts[0]) * layout.NODES, int(counts[1]))
+
+
+# -- the compiled solvers -----------------------------------------------------------------------------
+
+
+def _collocate(task: SolverTask) -> SolverWork:
+    records = _records(task)
+    compiled.collocate(records, *_arguments(task, schemes.gauss().copy()))
+    task.states[task.which] = records["state"]
+    sweeps, failed, _ = records["counts"].astype(np.int64).T
+    return SolverWork(records["steps"], sweeps * layout.NODES, failed)
+
+
+def _split(composition: schemes.Composition, task: SolverTask) -> SolverWork:
+    records = _records(task)
+    scheme = np.stack([composition.drifts, np.append(composition.kicks, 0.0)])
+    span, *others = _arguments(task, np.empty((6, layout.NODES)))
+    compiled.split(records, span, scheme, *others)
+    task.states[task.which] = records["state"]
+    steps = records["steps"]
+    return SolverWork(steps, steps * len(composition.kicks), np.zeros_like(steps))
+
+
+def _runge_kutta(task: SolverTask) -> SolverWork:
+    records = _records(task)
+    span, *others = _arguments(task, np.empty(13 * 7))
+    compiled.dormand_prince(records, span, dormand_prince_table(), *others)
+    task.states[task.which] = records["state"]
+    accepted, refused, failed = records["counts"].astype(np.int64).T
+    return SolverWork(accepted, 12 * (accepted + refused), failed)
+
+
+def _records(task: SolverTask) -> np.ndarray:
+    """(k,) records of STEPPED: the bodies of a task, with the steps that their settings ask for."""
+    span, settings = task.span, task.settings[task.which]
+    records = np.zeros(len(task.which), layout.STEPPED)
+    records["index"], records["state"] = task.which, task.states[task.which]
+    records["body"] = task.arguments.body[task.which]
+    records["symmetric"] = task.arguments.symmetric[task.which]
+    records["max_steps"] = span.max_steps
+    length = span.stop - span.start
+    # equal steps: none longer than asked for; at least two, so that there is something coarser
+    steps = np.maximum(2, np.ceil(np.minimum(abs(length) / settings * (1.0 - 1e-12), 2.0**62))).astype(
+        np.int64
+    )
+    records["steps"] = (steps / STRIDE).astype(np.int64) if span.coarsely else steps
+    # steps by tolerance
+    records["tolerance"] = settings * RUNGE_KUTTA.coarser if span.coarsely else settings
+    inverses = records["body"][:, layout.INVERSES : layout.INVERSES + 3]
+    momentum = records["state"][:, layout.MOMENTUM : layout.MOMENTUM + 3]
+    rate = vector_lengths(inverses) * vector_lengths(momentum)
+    with np.errstate(divide="ignore"):
+        records["first_step"] = np.copysign(np.minimum(abs(length), 0.1 / rate), length)
+    return records
+
+
+def _arguments(task: SolverTask, work: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Span, instants, where to write, scratch, the flag that stops, effects and surroundings."""
+    span = np.array([task.span.start, task.span.stop])
+    world = task.arguments.effects, *task.arguments.surroundings
+    return span, task.span.instants, task.out, work, stopping.current().flag, *world
+
+
+def vector_lengths(vectors: np.ndarray) -> np.ndarray:
+    """(n,), of (n, 3): sums are written out, for the same bits whatever n is."""
+    x, y, z = (vectors * vectors).T
+    length: np.ndarray = np.sqrt((x + y) + z)
+    return length
 
 
 @cache
-def dormand_prince() -> np.ndarray:
+def dormand_prince_table() -> np.ndarray:
     """(16, 12): A, B, C and both error estimates of Dormand and Prince's method, as scipy has them."""
     from scipy.integrate import DOP853
 
     return np.concatenate([DOP853.A, [DOP853.B, DOP853.C, DOP853.E3[:12], DOP853.E5[:12]]])
 
 
-def _runge_kutta(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
-    counts = np.zeros(3)
-    rate = np.linalg.norm(stepped.body[layout.INVERSES : layout.INVERSES + 3]) * np.linalg.norm(state[4:7])
-    first = min(abs(part.stop - part.start), 0.1 / rate if rate > 0.0 else np.inf)
-    compiled.runge_kutta(
-        state,
-        np.array([part.start, 0.0]),
-        np.array([part.stop, 0.0]),
-        float(np.copysign(first, part.stop - part.start)),
-        setting * RUNGE_KUTTA.coarser if part.coarsely else setting,
-        dormand_prince(),
-        stepped.body,
-        *_asked(stepped, part, out, states=2),
-        np.empty(13 * 7),
-        counts,
-        part.most,
-        stopping.current().flag,
-    )
-    if counts[2]:
-        raise ToleranceError(
-            "tolerance: dop853 needs steps without end; the torque is not continuous, or not finite, or far "
-            f"too great for the body, or an error of {setting:.1g} rad a step is more than a double can keep"
-        )
-    return Work(int(counts[0]), 12 * int(counts.sum()), 0)
-
-
 def _splitting(name: str) -> Solver:
     composition = schemes.COMPOSITIONS[name]
-
-    def march(stepped: Stepped, state: np.ndarray, part: Part, setting: float, out: np.ndarray) -> Work:
-        return _split(composition, stepped, state, part, setting, out)
-
-    return Solver(f"splitting, {name}", composition.order, len(composition.kicks), ascending, march)
+    step = partial(_split, composition)
+    return Solver(f"splitting, {name}", composition.order, len(composition.kicks), ascending, step)
 
 
 COLLOCATION = Solver("gauss, order 16", 16, 0, most_symmetric, _collocate)
 RUNGE_KUTTA = Solver("dop853", 1, 0, ascending, _runge_kutta)
 SPLITTINGS = tuple(_splitting(name) for name in schemes.COMPOSITIONS)
-
-
-def can_take(solver: Solver, stepped: Stepped) -> bool:
-    """Whether a solver's error has the order it is said to have.
-
-    Splitting freezes the attitude under the torque: what depends on the rate otherwise than linearly, or
-    turns the body besides, is not for it; and of its schemes those for two parts are not for three.
-    """
-    if solver.kind != "splitting":
-        return True
-    if stepped.has_sink or layout.USER in stepped.codes:
-        return False
-    three_parts = (
-        stepped.has_rotors
-        and not stepped.symmetric
-        and (len(stepped.world[0]) > 0 or bool(stepped.body[layout.EDDIES :].any()))
-    )
-    return not (three_parts and "(" in solver.name)
+SOLVERS = {solver.name: solver for solver in (COLLOCATION, RUNGE_KUTTA, *SPLITTINGS)}

@@ -1,4 +1,4 @@
-"""The effects a scene may name, one module each; a scene imports those that it names."""
+"""Effects of a scene, one module each, imported when a scene names them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Annotated, Any
 
-from ..document import Chosen, Part
+from ..documents.fields import Chosen, Part
 from ..errors import InputError
 from .effect import Effect
 
-# The class of each effect, in the module of the effect's name.
-_CLASSES = {
+# Class of each effect, in the module of the effect's name.
+_CLASS_NAMES = {
     "uniform_gravity": "UniformGravity",
     "ground": "Ground",
     "impulse": "Impulse",
@@ -24,25 +24,24 @@ _CLASSES = {
     "drag": "Drag",
     "wheels": "Wheels",
 }
-KNOWN_EFFECTS: tuple[str, ...] = tuple(_CLASSES)
+KNOWN_EFFECTS: tuple[str, ...] = tuple(_CLASS_NAMES)
 
 
 def effect_class(name: str) -> type[Effect]:
-    """The class of a known effect."""
-    return getattr(import_module(f".{name}", __name__), _CLASSES[name])
+    """Return the class of a known effect."""
+    return getattr(import_module(f".{name}", __name__), _CLASS_NAMES[name])
 
 
-def _pick(value: Any) -> Effect:
-    """The effect that a document names by its `type`; effects made in Python pass through."""
+def _parse(value: Any) -> Effect:
+    """Choose the class of an effect by its `type`; effects made in Python pass through."""
     if isinstance(value, Effect):
         return value
     known = ", ".join(KNOWN_EFFECTS)
     if not isinstance(value, dict):
-        raise InputError(
-            "", value, f"an object with the type of an effect that this version simulates ({known})"
-        )
+        expected = f"an object with the type of an effect that this version simulates ({known})"
+        raise InputError("", value, expected)
     name = value.get("type")
-    if not isinstance(name, str) or name not in _CLASSES:
+    if not isinstance(name, str) or name not in _CLASS_NAMES:
         raise InputError("type", name, f"an effect that this version simulates ({known})")
     return effect_class(name).model_validate(value)
 
@@ -51,11 +50,11 @@ def _classes() -> Iterable[type[Part]]:
     return [effect_class(name) for name in KNOWN_EFFECTS]
 
 
-AnyEffect = Annotated[Effect, Chosen(_pick, _classes)]
+AnyEffect = Annotated[Effect, Chosen(_parse, _classes)]
 
 
 def __getattr__(name: str) -> Any:
-    """`UserTorque`, imported when it is asked for."""
+    """Import `UserTorque` on first access."""
     if name == "UserTorque":
         from .user import UserTorque
 

@@ -1,4 +1,4 @@
-"""A torque that is constant in the body or in inertial space, always or for a while."""
+"""A torque that is constant in the body or in inertial space, always or for a span of time."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from typing import Literal
 
 import numpy as np
 
-from ..dynamics.situation import Situation
+from ..documents.quantities import Instant, TorqueVector
 from ..errors import InputError
 from ..kernels import layout
-from ..quantities import Instant, TorqueVector
+from ..problem.initial_state import InitialState
 from .effect import Torque, row
-from .instants import seconds, span_text
+from .time_span import seconds, span_text
 
 
 class ConstantTorque(Torque):
     """`{"type": "constant_torque", "torque": {"value": [..3], "unit": "N m"}, "frame": "body"}`.
 
-    `frame`: "body" or "inertial", what the components are along.  `start` and `stop`: elapsed
-    (`{"value", "unit"}`) or dates (`{"date", "scale"}`); left out, it has always acted and always will.
+    `frame`: "body" or "inertial", the axes of the components.  `start` and `stop`: elapsed
+    (`{"value", "unit"}`) or dates (`{"date", "scale"}`); if left out, it acts at all times before or after.
     """
 
     type: Literal["constant_torque"]
@@ -27,32 +27,36 @@ class ConstantTorque(Torque):
     start: Instant | None = None
     stop: Instant | None = None
 
-    def check(self, situation: Situation) -> None:
-        start, stop = self._start(situation), self._stop(situation)
+    def check(self, initial_state: InitialState) -> None:
+        """Refuse a stop before the start, and a torque that acts at no time of the span."""
+        start, stop = self._limits(initial_state)
         if not start < stop:
             raise InputError("stop", stop, f"an instant after start ({start!r} s)")
-        if self.start is not None and start >= situation.stop > situation.start:
-            raise InputError("start", start, f"an instant before the end of {span_text(situation)}")
-        if self.stop is not None and stop <= situation.start < situation.stop:
-            raise InputError("stop", stop, f"an instant after the beginning of {span_text(situation)}")
+        if self.start is not None and start >= initial_state.stop > initial_state.start:
+            raise InputError("start", start, f"an instant before the end of {span_text(initial_state)}")
+        if self.stop is not None and stop <= initial_state.start < initial_state.stop:
+            raise InputError("stop", stop, f"an instant after the beginning of {span_text(initial_state)}")
 
-    def _start(self, situation: Situation) -> float:
-        return -np.inf if self.start is None else seconds(self.start, situation, "start")
+    def _limits(self, initial_state: InitialState) -> tuple[float, float]:
+        """Start and stop, s since the epoch; infinite where left out."""
+        start = -np.inf if self.start is None else seconds(self.start, initial_state, "start")
+        stop = np.inf if self.stop is None else seconds(self.stop, initial_state, "stop")
+        return start, stop
 
-    def _stop(self, situation: Situation) -> float:
-        return np.inf if self.stop is None else seconds(self.stop, situation, "stop")
-
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the torque, along the principal axes or inertial."""
         if self.frame == "inertial":
             return row(layout.CONSTANT_INERTIAL, self.torque.si)[None]
-        return row(layout.CONSTANT_BODY, situation.axes @ self.torque.si)[None]
+        return row(layout.CONSTANT_BODY, initial_state.axes @ self.torque.si)[None]
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
-        """The one from start to stop, cut to the span."""
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
+        """From start to stop, cut to the span of the scene; None for always."""
         if self.start is None and self.stop is None:
             return None
-        start, stop = max(self._start(situation), situation.start), min(self._stop(situation), situation.stop)
+        start, stop = self._limits(initial_state)
+        start, stop = max(start, initial_state.start), min(stop, initial_state.stop)
         return [(float(start), float(stop))] if start < stop else []
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
+        """Magnitude of the torque, N m."""
         return float(np.linalg.norm(self.torque.si))

@@ -1,4 +1,4 @@
-"""Internal friction: energy falls, angular momentum stays."""
+"""Internal friction: kinetic energy is dissipated, angular momentum is conserved."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
+from ..documents.quantities import DissipationCoefficient, check_not_negative
 from ..kernels import layout
-from ..quantities import DissipationCoefficient, check_not_negative
-from .effect import BodysTorque, row
+from ..problem.initial_state import InitialState, Spin
+from .effect import BodyDependentTorque, row
 
 
-class Dissipation(BodysTorque):
+class Dissipation(BodyDependentTorque):
     """`{"type": "dissipation", "coefficient": {"value": 1e-3, "unit": "1/(N m s)"}}`.
 
     The double bracket dm/dt = m x w + alpha m x (m x w), m the body's angular momentum, w = I^-1 m,
@@ -30,14 +29,16 @@ class Dissipation(BodysTorque):
         check_not_negative(self, "coefficient")
         return self
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the coefficient."""
         return row(layout.DISSIPATION, self.coefficient.si)[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
-        """alpha abs(m) abs(m x w): without rotors at most alpha L^3 (1/I_min - 1/I_max) / 2, reached halfway
-        between the axes; rotors of momentum h add h to m and h w to m x w.
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """Bound on alpha abs(m) abs(m x w).
+
+        Without rotors at most alpha L^3 (1/I_min - 1/I_max) / 2, reached halfway between the axes; rotors
+        of momentum h add h to m and h w to m x w.
         """
         spread = 1.0 / moments.min(axis=-1) - 1.0 / moments.max(axis=-1)
         across = 0.5 * spin.momentum**2 * spread + spin.rotors * spin.rate
-        size: np.ndarray = self.coefficient.si * (spin.momentum + spin.rotors) * across
-        return size
+        return self.coefficient.si * (spin.momentum + spin.rotors) * across

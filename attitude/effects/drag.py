@@ -8,33 +8,33 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..dynamics.situation import Course, Situation
+from ..documents.quantities import Length, MassDensity, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import position, samples, velocity
-from ..quantities import Density, Length, Rate, check_positive
-from . import rotation as turning
-from .effect import Torque, row
+from ..orbit.path_states import position, samples, velocity
+from ..problem.initial_state import InitialState
+from . import central_body_rotation
+from .effect import Torque, required_orbit_path, row
 from .plates import DragPlate, Surfaces
 
-# What the greatest of the samples of a revolution may lie below the greatest between them.
-BETWEEN_SAMPLES = 1.01
+# The maximum over an orbit exceeds the greatest of its samples by less than this factor.
+SAMPLING_MARGIN = 1.01
 
 
 class Drag(Torque):
     """`{"type": "drag", "plates": [...], "density": {"value": 1e-12, "unit": "kg/m3"}}`.
 
     The same density everywhere; or that at `reference_altitude` (above the central body's radius, a
-    sphere's), falling by a factor e every `scale_height`.  `corotating`: whether the air turns with the
-    central body (left out, it does), at `rotation`, the Earth's if left out.
-    On a plate that the flow meets, along the flow: density v^2 / 2 times area, coefficient and cosine.
+    sphere's), falling by a factor e every `scale_height`.  `corotating`: whether the air rotates with the
+    central body (if left out, it does), at `rotation`, the Earth's if left out.
+    On a plate that faces the flow, along the flow: density v^2 / 2 times area, coefficient and cosine.
     """
 
     NEEDS_ORBIT: ClassVar[bool] = True
 
     type: Literal["drag"]
     plates: Annotated[list[DragPlate], Field(min_length=1)]
-    density: Density
+    density: MassDensity
     reference_altitude: Length | None = None
     scale_height: Length | None = None
     corotating: bool = True
@@ -43,69 +43,64 @@ class Drag(Torque):
     @model_validator(mode="after")
     def _check(self) -> Drag:
         check_positive(self, "density", "scale_height")
-        for given, missing in (
-            ("scale_height", "reference_altitude"),
-            ("reference_altitude", "scale_height"),
-        ):
-            if getattr(self, given) is not None and getattr(self, missing) is None:
-                raise InputError(missing, None, f"a {missing} beside {given}")
+        names = ("scale_height", "reference_altitude")
+        for present, missing in (names, names[::-1]):
+            if getattr(self, present) is not None and getattr(self, missing) is None:
+                raise InputError(missing, None, f"a {missing} beside {present}")
         if self.rotation is not None and not self.corotating:
-            raise InputError(
-                "rotation", self.rotation.value, "no rotation where the air does not turn (corotating)"
-            )
+            raise InputError("rotation", self.rotation.value, "no rotation beside corotating: false")
         return self
 
-    def check(self, situation: Situation) -> None:
-        central = None if situation.course is None else situation.course.central
+    def check(self, initial_state: InitialState) -> None:
+        """Refuse a central body whose radius or rotation is needed and not known."""
+        central = initial_state.central_body
         if central is None:
             return
         if self.scale_height is not None and central.radius is None:
-            raise InputError(
-                "reference_altitude", None, "a radius of the central body in orbit, to count it from"
-            )
+            expected = "a radius of the central body in orbit, from which the altitude is measured"
+            raise InputError("reference_altitude", None, expected)
         if self.corotating and self.rotation is None and not central.is_earth:
             raise InputError("rotation", None, "the rotation of the central body, which is not the Earth")
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        radius, height = self._profile(situation)
-        air = self.density.si, radius, height, self._turning(situation)
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row a plate: area times drag coefficient, and the atmosphere."""
+        air = self.density.si, *self._profile(initial_state), self._air_rotation(initial_state)
         return np.stack(
             [
-                row(layout.DRAG_PLATE, *plate.along(situation.axes), plate.area.si * plate.coefficient, *air)
+                row(
+                    layout.DRAG_PLATE,
+                    *plate.along(initial_state.axes),
+                    plate.area.si * plate.coefficient,
+                    *air,
+                )
                 for plate in self.plates
             ]
         )
 
-    def _profile(self, situation: Situation) -> tuple[float, float]:
-        """m: radius at which the density is the one given, and scale height."""
+    def _profile(self, initial_state: InitialState) -> tuple[float, float]:
+        """Radius at which the density is `density`, and scale height, m."""
         if self.scale_height is None or self.reference_altitude is None:
             return 0.0, math.inf
-        central = None if situation.course is None else situation.course.central
+        central = initial_state.central_body
         if central is None or central.radius is None:
             raise InputError("reference_altitude", None, "an orbit about a body with a radius")
         return central.radius + self.reference_altitude.si, self.scale_height.si
 
-    def _turning(self, situation: Situation) -> np.ndarray:
-        """(3,) rad/s, of the air, inertial."""
+    def _air_rotation(self, initial_state: InitialState) -> np.ndarray:
+        """Angular velocity of the air, (3,), rad/s, inertial."""
         if not self.corotating:
             return np.zeros(3)
-        rate = turning.earth_rate() if self.rotation is None else self.rotation.si
-        return rate * turning.equator(situation)[2]
+        rate = central_body_rotation.earth_rate() if self.rotation is None else self.rotation.si
+        return rate * central_body_rotation.equator(initial_state)[2]
 
-    def size(self, situation: Situation) -> float:
-        """The greatest dynamic pressure of the orbit on the worst side of the body; a few percent above."""
-        if situation.course is None:
-            raise InputError("orbit", None, "an orbit")
-        pressure = 0.5 * self._greatest_flow(situation, situation.course)
-        return BETWEEN_SAMPLES * pressure * Surfaces.facing_flow(self.plates).greatest_torque()
-
-    def _greatest_flow(self, situation: Situation, course: Course) -> float:
-        """kg/(m s2): greatest density times squared speed through the air."""
-        t = samples(course)
-        r = position(course, t)
-        v = velocity(course, t) - np.cross(self._turning(situation), r)
-        radius, height = self._profile(situation)
-        thinning = (
-            (np.sqrt((r**2).sum(axis=1)) - radius) / height if math.isfinite(height) else np.zeros(len(t))
-        )
-        return float((self.density.si * np.exp(-thinning) * (v**2).sum(axis=1)).max())
+    def size(self, initial_state: InitialState) -> float:
+        """Greatest dynamic pressure on the orbit times the torque of the worst attitude; slightly above."""
+        orbit_path = required_orbit_path(initial_state)
+        t = samples(orbit_path)
+        r = position(orbit_path, t)
+        v = velocity(orbit_path, t) - np.cross(self._air_rotation(initial_state), r)
+        radius, height = self._profile(initial_state)
+        distance = np.sqrt((r**2).sum(axis=1))
+        exponent = (distance - radius) / height if math.isfinite(height) else np.zeros(len(t))
+        flow = float((self.density.si * np.exp(-exponent) * (v**2).sum(axis=1)).max())
+        return SAMPLING_MARGIN * (0.5 * flow) * Surfaces.facing_flow(self.plates).greatest_torque()

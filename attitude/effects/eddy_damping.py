@@ -1,4 +1,4 @@
-"""Eddy currents: a torque against the body's turning, from outside."""
+"""Eddy-current damping: an external torque against the rotation of the body."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from .. import units
-from ..document import Matrix, Number, exactly_one
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
+from ..documents.fields import Matrix, Number, exactly_one
+from ..documents.quantities import GREATEST
 from ..errors import InputError
 from ..kernels import layout
-from ..quantities import GREATEST
-from .effect import BodysTorque, row
+from ..problem.initial_state import InitialState, Spin
+from .effect import BodyDependentTorque, row
 
-# Rounding in the caller's own arithmetic that is forgiven, as in a body's tensor.
+# Asymmetry by rounding that is accepted, relative to the greatest element, as in a body's tensor.
 SYMMETRY_TOLERANCE = 1e-12
 
 
-class EddyDamping(BodysTorque):
+class EddyDamping(BodyDependentTorque):
     """`{"type": "eddy_damping", "coefficient": 1e-3, "unit": "N m s"}`: torque -C omega.
 
     C is `coefficient` in all directions, or a `tensor` in the body frame, symmetric and with no negative
@@ -41,11 +40,10 @@ class EddyDamping(BodysTorque):
         if not np.abs(C).max() <= GREATEST:
             raise InputError(form, getattr(self, form), f"a magnitude up to {GREATEST:g} N m s")
         _check_symmetric(C, self.tensor)
-        least, most = float(np.linalg.eigvalsh(C)[0]), float(np.abs(C).max())
-        if least < -SYMMETRY_TOLERANCE * most:
-            raise InputError(
-                "tensor", self.tensor, f"a tensor without negative eigenvalues (one is {least:.6g} N m s)"
-            )
+        least = float(np.linalg.eigvalsh(C)[0])
+        if least < -SYMMETRY_TOLERANCE * float(np.abs(C).max()):
+            expected = f"a tensor without negative eigenvalues (one is {least:.6g} N m s)"
+            raise InputError("tensor", self.tensor, expected)
         return self
 
     @property
@@ -54,14 +52,14 @@ class EddyDamping(BodysTorque):
         values = np.eye(3) * (self.coefficient or 0.0) if self.tensor is None else np.array(self.tensor)
         return values * units.parse_unit(self.unit, units.ANGULAR_IMPULSE, "unit")
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        C = situation.axes @ self.C @ situation.axes.T
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: C along the principal axes."""
+        C = initial_state.axes @ self.C @ initial_state.axes.T
         return row(layout.EDDY, 0.5 * (C + C.T))[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Greatest eigenvalue of C times the greatest rate."""
-        size: np.ndarray = float(np.linalg.eigvalsh(self.C)[-1]) * spin.rate
-        return size
+        return float(np.linalg.eigvalsh(self.C)[-1]) * spin.rate
 
 
 def _check_symmetric(C: np.ndarray, tensor: list[list[float]] | None) -> None:

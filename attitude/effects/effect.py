@@ -1,4 +1,4 @@
-"""What an effect is, whoever writes it."""
+"""Base classes of effects."""
 
 from __future__ import annotations
 
@@ -6,45 +6,46 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ..document import Part
-from ..dynamics.situation import Pieces, Situation
-from ..dynamics.spin import Spin, free_spin
+from ..documents.fields import Part
+from ..errors import InputError
 from ..kernels import layout
+from ..problem.initial_state import InitialState, OrbitPath, PiecewisePolynomial, Spin
+from ..problem.spin_bound import free_spin
 
 
 class Effect(Part):
-    """A part of the document's `effects`, told by its `type`.
+    """An element of the document's `effects`, identified by its `type`.
 
-    What it acts on says how it is simulated: "translation" moves the centre of mass alone, "instants"
-    change the momentum at points in time, "attitude" is a torque at every instant.
+    ACTS_ON decides how it is simulated: "translation" moves the centre of mass alone, "instants" change the
+    momentum at points in time, "attitude" is a torque at every instant.
     """
 
     type: str
     ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]]
     NEEDS_ORBIT: ClassVar[bool] = False
-    NEEDS_EPOCH: ClassVar[bool] = False
 
     @property
     def label(self) -> str:
-        """What plans call it."""
+        """Name of the effect in plans."""
         return self.type
 
     @property
     def needs_orbit(self) -> bool:
-        """Whether this one does, as it is set."""
+        """Whether this effect, with its parameters, needs an orbit."""
         return self.NEEDS_ORBIT
 
     @property
     def uses_orbit(self) -> bool:
-        """Whether the place on the orbit counts where there is one."""
+        """Whether the position on the orbit matters if there is one."""
         return self.needs_orbit
 
     @property
     def needs_epoch(self) -> bool:
-        return self.NEEDS_EPOCH
+        """Whether this effect, with its parameters, needs an epoch."""
+        return False
 
-    def check(self, situation: Situation) -> None:
-        """Refuse what only the whole scene shows to be wrong.
+    def check(self, initial_state: InitialState) -> None:
+        """Validate the effect against the body, state and span of its scene.
 
         Raises InputError with the field relative to the effect (but "frame", "epoch", "orbit": the scene's).
         """
@@ -55,35 +56,35 @@ class Torque(Effect):
 
     ACTS_ON = "attitude"
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
         """(n, EFFECT_WIDTH): the effect as kernels take it (`kernels.layout`)."""
         raise NotImplementedError
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """Spans (s) in which it acts, ascending, disjoint; None for always."""
         return None
 
-    def sun(self, situation: Situation) -> Pieces | None:
-        """The vector from the central body to the Sun, m, inertial, where the effect needs it."""
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
+        """Vector from the central body to the Sun, m, inertial; None if the effect does not need it."""
         return None
 
-    def size(self, situation: Situation) -> float:
-        """N m: the greatest torque it can exert in the span, from above, close to what it reaches."""
+    def size(self, initial_state: InitialState) -> float:
+        """Upper bound on the torque in the span, N m, close to what is reached."""
         raise NotImplementedError
 
 
-class BodysTorque(Torque):
+class BodyDependentTorque(Torque):
     """A torque whose size depends on the body's moments or spin; that of any other is the same for all."""
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """(...), N m: `size` of bodies by their moments, (..., 3), and the bounds of their spin, (...)."""
         raise NotImplementedError
 
-    def size(self, situation: Situation, spin: Spin | None = None) -> float:
+    def size(self, initial_state: InitialState, spin: Spin | None = None) -> float:
         """`Torque.size` for a body that turns no faster than `spin`, or that turns freely from the epoch."""
-        moments = situation.moments
-        spin = free_spin(moments, situation.axes @ situation.rate) if spin is None else spin
-        return float(self.sizes(situation, moments, spin))
+        moments = initial_state.moments
+        spin = free_spin(moments, initial_state.axes @ initial_state.rate) if spin is None else spin
+        return float(self.sizes(initial_state, moments, spin))
 
 
 def row(code: int, *numbers: object) -> np.ndarray:
@@ -92,3 +93,10 @@ def row(code: int, *numbers: object) -> np.ndarray:
     out = np.zeros(layout.EFFECT_WIDTH)
     out[0], out[1 : 1 + values.size] = code, values
     return out
+
+
+def required_orbit_path(initial_state: InitialState) -> OrbitPath:
+    """Return the orbit; InputError without one."""
+    if initial_state.orbit_path is None:
+        raise InputError("orbit", None, "an orbit")
+    return initial_state.orbit_path

@@ -1,4 +1,4 @@
-"""Gravity gradient: the near side of the body is pulled harder than the far side."""
+"""Gravity-gradient torque: gravity is stronger on the near side of the body than on the far side."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import least_distance
-from .effect import BodysTorque, row
+from ..orbit.path_states import least_distance
+from ..problem.initial_state import InitialState, Spin
+from .effect import BodyDependentTorque, required_orbit_path, row
 
 
-class GravityGradient(BodysTorque):
+class GravityGradient(BodyDependentTorque):
     """`{"type": "gravity_gradient"}`: torque 3 mu / r^3 (n x I n), n from the central body to this one.
 
     The first term of the series in the body's size over r (Hughes 2004, section 8.1), with the full tensor.
@@ -24,18 +23,18 @@ class GravityGradient(BodysTorque):
 
     type: Literal["gravity_gradient"]
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        return row(layout.GRAVITY_GRADIENT, _mu(situation))[None]
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the gravitational parameter."""
+        return row(layout.GRAVITY_GRADIENT, _mu(initial_state))[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Reached at the nearest point of the orbit, 45 degrees between least and greatest moment."""
-        if situation.course is None:
-            raise InputError("orbit", None, "an orbit")
+        distance = least_distance(required_orbit_path(initial_state))
         spread = moments.max(axis=-1) - moments.min(axis=-1)
-        return 1.5 * _mu(situation) / least_distance(situation.course) ** 3 * spread
+        return 1.5 * _mu(initial_state) / distance**3 * spread
 
 
-def _mu(situation: Situation) -> float:
-    if situation.course is None or situation.course.central is None:
+def _mu(initial_state: InitialState) -> float:
+    if initial_state.central_body is None:
         raise InputError("orbit", None, "an orbit about a body whose gravity is known")
-    return situation.course.central.mu
+    return initial_state.central_body.mu

@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
-from .. import orientation
-from ..document import Number, Vector
-from ..dynamics import contact
-from ..dynamics.situation import Situation
+from ..documents.fields import Number, Vector
+from ..documents.quantities import Length, unit_vector
+from ..dynamics.contact import MAX_RELATIVE_DEPTH, GroundPlane
 from ..errors import InputError
-from ..quantities import Length, unit_vector
+from ..problem.initial_state import InitialState
+from .contact_shape import Shape
 from .effect import Effect
-from .shape import Shape, Solid
-
-# Of the body's size: how far its lowest point may be below the plane, by rounding of what is given.
-DEEPEST = 1e-12
 
 
 class Ground(Effect):
     """`{"type": "ground", "normal": [0, 0, 1], "height": {"value": 0, "unit": "m"}, "shape": {...}, ...}`.
 
     `normal`: upwards, inertial; `height`: of the plane along it from the origin; `friction`: Coulomb's
-    coefficient.  `restitution`: Poisson's, 0 to 1: the normal impulse that pushes a touching point off, over
-    the one that stopped it.  A single point without friction leaves with that part of the normal speed it
+    coefficient.  `restitution`: Poisson's, 0 to 1: the normal impulse of restitution over that of
+    compression.  A single point without friction leaves with that part of the normal speed it
     approached with; with friction, or where several touch, it may leave faster or slower.
     """
 
@@ -43,34 +38,20 @@ class Ground(Effect):
         unit_vector(self.normal, "normal")
         return self
 
-    @property
-    def direction(self) -> np.ndarray:
-        """(3,), the unit normal."""
-        return unit_vector(self.normal, "normal")
+    def plane(self) -> GroundPlane:
+        """Return the plane and the body's shape as the solver takes them."""
+        normal = unit_vector(self.normal, "normal")
+        return GroundPlane(normal, self.height.si, self.shape.hull(), self.restitution, self.friction)
 
-    def solid(self) -> Solid:
-        return self.shape.solid()
-
-    def numbers(self) -> contact.Ground:
-        """As the solver takes it."""
-        solid = self.solid()
-        if solid.axis.any():
-            ends = solid.points[0] + np.outer((-solid.half_height, solid.half_height), solid.axis)
-            shape = contact.Shape(ends, solid.radius, solid.axis)
-        else:
-            shape = contact.Shape(solid.points, solid.radius)
-        return contact.Ground(self.direction, self.height.si, shape, self.restitution, self.friction)
-
-    def clearance(self, situation: Situation) -> float:
-        """m: how high the body's lowest point is above the plane at the epoch."""
-        if situation.position is None:
+    def clearance(self, initial_state: InitialState) -> float:
+        """Height of the body's lowest point above the plane at the epoch, m."""
+        if initial_state.position is None:
             raise InputError("position", None, "a position of the body")
-        inverse = situation.attitude * np.array([1.0, -1.0, -1.0, -1.0])
-        downwards = orientation.rotate(inverse, -self.direction)
-        return float(self.direction @ situation.position) - self.solid().reach(downwards) - self.height.si
+        return float(self.plane().clearance(initial_state.attitude, initial_state.position))
 
-    def check(self, situation: Situation) -> None:
-        clearance = self.clearance(situation)
-        if clearance < -DEEPEST * self.solid().size:
+    def check(self, initial_state: InitialState) -> None:
+        """Refuse a body that is in the ground at the epoch."""
+        clearance = self.clearance(initial_state)
+        if clearance < -MAX_RELATIVE_DEPTH * self.shape.hull().size:
             above = f"a plane below the body at the epoch (its lowest point is {-clearance:.6g} m under it)"
             raise InputError("height.value", self.height.value, above)

@@ -1,4 +1,4 @@
-"""Impulses: thruster firings so short that nothing turns meanwhile."""
+"""Impulses: thruster firings of no duration."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..document import Part, exactly_one
-from ..dynamics.acting import Kick
-from ..dynamics.situation import Situation
+from ..documents.fields import Part, exactly_one
+from ..documents.quantities import AngularImpulseVector, ImpulseVector, Instant, LengthVector
 from ..errors import InputError
-from ..quantities import AngularImpulseVector, ImpulseVector, Instant, LengthVector
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse
 from .effect import Effect
-from .instants import check_in_span, seconds
+from .time_span import check_in_span, seconds
 
 
 class Firing(Part):
@@ -33,13 +33,14 @@ class Firing(Part):
         _check_form(self)
         return self
 
-    def kick(self, situation: Situation, field: str) -> Kick:
-        at, inertial = seconds(self.time, situation, field), self.frame == "inertial"
+    def applied(self, initial_state: InitialState, field: str) -> AppliedImpulse:
+        """Return the impulse in SI units; `field` is that of its time, for errors."""
+        elapsed, inertial = seconds(self.time, initial_state, field), self.frame == "inertial"
         if self.angular_impulse is not None:
-            return Kick(at, self.angular_impulse.si, np.zeros(3), inertial)
+            return AppliedImpulse(elapsed, self.angular_impulse.si, np.zeros(3), inertial)
         linear = np.zeros(3) if self.impulse is None else self.impulse.si
         arm = np.zeros(3) if self.arm is None else self.arm.si
-        return Kick(at, np.cross(arm, linear), linear, inertial)
+        return AppliedImpulse(elapsed, np.cross(arm, linear), linear, inertial)
 
 
 class Impulse(Effect):
@@ -67,37 +68,36 @@ class Impulse(Effect):
                 raise InputError(name, getattr(self, name), f"no {name} beside firings")
         if self.time is not None:
             if self.frame is None:
-                raise InputError("frame", None, 'what the components are along, "body" or "inertial"')
+                raise InputError("frame", None, 'the axes of the components, "body" or "inertial"')
             _check_form(self)
         return self
 
-    def _single(self) -> Firing:
-        return Firing.model_construct(**{name: getattr(self, name) for name in Firing.model_fields})
-
     def _fields(self) -> list[tuple[str, Firing]]:
-        """Each firing, and the field that holds its instant."""
+        """Each firing, and the field of its time."""
         if self.firings is None:
-            return [("time", self._single())]
+            fields = {name: getattr(self, name) for name in Firing.model_fields}
+            return [("time", Firing.model_construct(**fields))]
         return [(f"firings[{i}].time", firing) for i, firing in enumerate(self.firings)]
 
     @property
     def moves(self) -> bool:
-        """Whether the centre of mass gets momentum too."""
+        """Whether it changes the velocity of the centre of mass."""
         return any(firing.impulse is not None for _, firing in self._fields())
 
-    def check(self, situation: Situation) -> None:
+    def check(self, initial_state: InitialState) -> None:
+        """Refuse firings outside the span of the scene."""
         for field, firing in self._fields():
-            check_in_span(firing.time, situation, field)
+            check_in_span(firing.time, initial_state, field)
 
-    def kicks(self, situation: Situation) -> list[Kick]:
-        """In the order of their instants; of one instant in that of the document."""
-        kicks = [firing.kick(situation, field) for field, firing in self._fields()]
-        return sorted(kicks, key=lambda kick: kick.seconds)
+    def applied(self, initial_state: InitialState) -> list[AppliedImpulse]:
+        """Impulses in the order of their instants; of one instant in that of the document."""
+        impulses = [firing.applied(initial_state, field) for field, firing in self._fields()]
+        return sorted(impulses, key=lambda impulse: impulse.seconds)
 
 
 def _check_form(part: Firing | Impulse) -> None:
     form = exactly_one(part, ("angular_impulse", "impulse"))
     if form == "impulse" and part.arm is None:
-        raise InputError("arm", None, "where the impulse acts, from the centre of mass, beside impulse")
+        raise InputError("arm", None, "the point of application, from the centre of mass, beside impulse")
     if form == "angular_impulse" and part.arm is not None:
         raise InputError("arm", part.arm.value, "no arm beside angular_impulse")

@@ -8,29 +8,30 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import model_validator
 
-from .. import twopart
-from ..document import Part
-from ..dynamics.situation import Situation
+from ..documents.fields import Part
+from ..documents.quantities import Angle, DipoleVector, FieldStrength, Length, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import least_distance, normals
-from ..quantities import Angle, DipoleVector, FieldStrength, Length, Rate, check_positive
-from . import rotation
-from .effect import Torque, row
+from ..orbit.path_states import least_distance, normals
+from ..problem.initial_state import InitialState
+from ..times import turn_rates
+from . import central_body_rotation
+from .effect import Torque, required_orbit_path, row
 
-# The Earth's dipole for 2025.0: g10, g11, h11 in T and the radius they belong to in m (IGRF-14, IAGA 2024).
+# The Earth's dipole for 2025.0: g10, g11, h11 in T and their reference radius in m (IGRF-14, IAGA 2024).
 G10, G11, H11 = -29350.0e-9, -1410.3e-9, 4545.5e-9
-RADIUS = 6371.2e3
+REFERENCE_RADIUS = 6371.2e3
+NO_ANGLE = Angle(value=0.0, unit="deg")
 
 
-class Source(NamedTuple):
-    """The central body's dipole.
+class RotatingDipole(NamedTuple):
+    """The central body's dipole, fixed in the rotating body.
 
     Attributes
     ----------
-    strength : T m3, field at the equator times the cube of the distance
-    direction : (3,) of the dipole, from its south-seeking pole, in axes that turn with the body, z its pole
-    turns : turns/s in two parts
+    strength : T m3, field at the magnetic equator times the cube of the distance
+    direction : (3,) of the dipole, from its south-seeking pole, in axes that rotate with the body, z its pole
+    turns : rotation, turns/s in two parts
     """
 
     strength: float
@@ -48,8 +49,8 @@ class DipoleField(Part):
 
     strength: FieldStrength
     radius: Length
-    tilt: Angle = Angle(value=0.0, unit="deg")
-    longitude: Angle = Angle(value=0.0, unit="deg")
+    tilt: Angle = NO_ANGLE
+    longitude: Angle = NO_ANGLE
     rotation: Rate | None = None
 
     @model_validator(mode="after")
@@ -57,21 +58,21 @@ class DipoleField(Part):
         check_positive(self, "strength", "radius")
         return self
 
-    def source(self) -> Source:
+    def source(self) -> RotatingDipole:
+        """Return the dipole in SI units."""
         tilt, longitude = self.tilt.si, self.longitude.si
         equatorial = math.sin(tilt)
-        inwards = np.array(
-            [equatorial * math.cos(longitude), equatorial * math.sin(longitude), math.cos(tilt)]
-        )
-        turns = rotation.earth_turns() if self.rotation is None else twopart.turns(self.rotation.si)
-        return Source(self.strength.si * self.radius.si**3, -inwards, turns)
+        inwards = [equatorial * math.cos(longitude), equatorial * math.sin(longitude), math.cos(tilt)]
+        rotation = self.rotation
+        turns = central_body_rotation.earth_turns() if rotation is None else turn_rates.turns(rotation.si)
+        return RotatingDipole(self.strength.si * self.radius.si**3, -np.array(inwards), turns)
 
 
 class MagneticDipole(Torque):
     """`{"type": "magnetic_dipole", "dipole": {"value": [0, 0, 1], "unit": "A m2"}}`: torque dipole x B.
 
-    B is that of a tilted dipole which turns with the central body: the Earth's of IGRF-14 at 2025.0, whose
-    other terms are a tenth of it at low orbits; or what `field` says.  The longitude at the epoch is by the
+    B is that of a tilted dipole which rotates with the central body: the Earth's of IGRF-14 at 2025.0, whose
+    other terms are a tenth of it at low orbits; or `field`.  The longitude at the epoch is the
     Earth rotation angle (0 where the scene has no epoch).
     """
 
@@ -81,47 +82,44 @@ class MagneticDipole(Torque):
     dipole: DipoleVector
     field: DipoleField | None = None
 
-    def check(self, situation: Situation) -> None:
-        course = situation.course
-        if (
-            self.field is None
-            and course is not None
-            and course.central is not None
-            and not course.central.is_earth
-        ):
+    def check(self, initial_state: InitialState) -> None:
+        """Refuse a central body whose field is not known."""
+        central = initial_state.central_body
+        if self.field is None and central is not None and not central.is_earth:
             raise InputError("field", None, "the field of the central body, which is not the Earth")
 
-    def source(self) -> Source:
+    def source(self) -> RotatingDipole:
+        """Return the dipole of the central body."""
         if self.field is not None:
             return self.field.source()
         gauss = np.array([G11, H11, G10])
         size = float(np.linalg.norm(gauss))
-        return Source(size * RADIUS**3, gauss / size, rotation.earth_turns())
+        return RotatingDipole(size * REFERENCE_RADIUS**3, gauss / size, central_body_rotation.earth_turns())
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the body's dipole, and the central body's as a function of time."""
         strength, direction, turns = self.source()
-        x, y, pole = rotation.equator(situation)
-        angle = rotation.longitude_of_x(situation)
+        x, y, pole = central_body_rotation.equator(initial_state)
+        angle = central_body_rotation.longitude_of_x(initial_state)
         c, s = math.cos(angle), math.sin(angle)
         at_epoch = np.array([c * direction[0] - s * direction[1], s * direction[0] + c * direction[1]])
         a = direction[2] * pole
         b = at_epoch[0] * x + at_epoch[1] * y
-        dipole = situation.axes @ self.dipole.si
+        dipole = initial_state.axes @ self.dipole.si
         return row(layout.MAGNETIC, dipole, strength, a, b, np.cross(pole, b), turns)[None]
 
-    def size(self, situation: Situation) -> float:
-        """m B at the nearest point of the orbit and the highest magnetic latitude that it reaches."""
-        if situation.course is None:
-            raise InputError("orbit", None, "an orbit")
+    def size(self, initial_state: InitialState) -> float:
+        """Dipole times field at the least distance of the orbit and its highest magnetic latitude, N m."""
+        orbit_path = required_orbit_path(initial_state)
         strength, direction, _ = self.source()
-        highest = _highest_latitude(normals(situation.course) @ rotation.equator(situation)[2], direction)
-        field = (
-            strength / least_distance(situation.course) ** 3 * math.sqrt(1.0 + 3.0 * math.sin(highest) ** 2)
-        )
+        pole = central_body_rotation.equator(initial_state)[2]
+        latitude = _max_magnetic_latitude(normals(orbit_path) @ pole, direction)
+        shape = math.sqrt(1.0 + 3.0 * math.sin(latitude) ** 2)
+        field = strength / least_distance(orbit_path) ** 3 * shape
         return float(np.linalg.norm(self.dipole.si)) * field
 
 
-def _highest_latitude(polar: np.ndarray, direction: np.ndarray) -> float:
+def _max_magnetic_latitude(polar: np.ndarray, direction: np.ndarray) -> float:
     """rad; polar (n,) cosines between orbit normal and pole.
 
     In a plane inclined by i, a dipole off the pole by t comes to latitude i + t, 90 degrees at most.

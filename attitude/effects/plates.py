@@ -1,4 +1,4 @@
-"""Flat plates that stand for a body's surface, for sunlight and for drag."""
+"""Flat plates that represent a body's surface, for sunlight and for drag."""
 
 from __future__ import annotations
 
@@ -8,18 +8,20 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..document import Number, Part, Vector
+from ..documents.fields import Number, Part, Vector
+from ..documents.quantities import Area, LengthVector, check_positive, unit_vector
 from ..errors import InputError
-from ..quantities import Area, LengthVector, check_positive, unit_vector
 
-DIRECTIONS = 20_000
+DIRECTION_COUNT = 20_000
+# No direction is farther than this from one of directions(), rad (a test measures it).
+COVERING = 2.6 / math.sqrt(DIRECTION_COUNT)
 Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]
 
 
 class Plate(Part):
     """`area`; outward `normal`; `centre` of pressure from the centre of mass; both along the body's axes.
 
-    One side of it: what shines or flows on its back does not touch it, and no plate shades another.
+    One side of it: light and flow on its back have no effect, and no plate shades another.
     """
 
     area: Area
@@ -33,12 +35,12 @@ class Plate(Part):
         return self
 
     def along(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(unit normal, centre in m), components along the rows of axes."""
+        """(unit normal, centre in m) in components along the rows of axes."""
         return axes @ unit_vector(self.normal, "normal"), axes @ self.centre.si
 
 
 class OpticalPlate(Plate):
-    """`specular` and `diffuse`: what part of the light it reflects so; the rest it absorbs."""
+    """`specular` and `diffuse`: the fractions of the light that it reflects so; the rest it absorbs."""
 
     specular: Fraction = 0.0
     diffuse: Fraction = 0.0
@@ -46,20 +48,19 @@ class OpticalPlate(Plate):
     @model_validator(mode="after")
     def _check_light(self) -> OpticalPlate:
         if self.specular + self.diffuse > 1.0:
-            raise InputError(
-                "diffuse", self.diffuse, f"at most {1.0 - self.specular!r}, what specular leaves of the light"
-            )
+            expected = f"at most {1.0 - self.specular!r}, since specular + diffuse is at most 1"
+            raise InputError("diffuse", self.diffuse, expected)
         return self
 
 
 class DragPlate(Plate):
-    """`coefficient`: of drag, 2 where the molecules stay on the plate."""
+    """`coefficient`: of drag; 2 where the molecules stick to the plate."""
 
     coefficient: Annotated[Number, Field(gt=0.0, le=1e6)] = 2.0
 
 
 class Surfaces(NamedTuple):
-    """Plates in numbers: normals, centres (n, 3); areas, specular, diffuse (n,).
+    """Plates as arrays: normals, centres (n, 3); areas, specular, diffuse (n,).
 
     The force on a lit plate, for a pressure of 1, the source in direction s (unit), c = n . s > 0:
     -area c ((1 - specular) s + 2 (specular c + diffuse / 3) n)   (Wertz 1978, eq. 17-66)
@@ -73,11 +74,12 @@ class Surfaces(NamedTuple):
 
     @classmethod
     def of(cls, plates: list[OpticalPlate]) -> Surfaces:
+        """Return the surfaces of plates in sunlight."""
         return cls(*_geometry(plates), *np.array([[p.specular, p.diffuse] for p in plates]).T)
 
     @classmethod
     def facing_flow(cls, plates: list[DragPlate]) -> Surfaces:
-        """As surfaces that absorb, areas times coefficient: the force on them is that of drag."""
+        """Return absorbing surfaces of areas times drag coefficient: the force on them is that of drag."""
         normals, centres, areas = _geometry(plates)
         none = np.zeros(len(plates))
         return cls(normals, centres, areas * np.array([p.coefficient for p in plates]), none, none)
@@ -91,22 +93,17 @@ class Surfaces(NamedTuple):
         return -np.cross(along @ self.centres, towards) - inwards @ np.cross(self.centres, self.normals)
 
     def greatest_torque(self) -> float:
-        """m3, for a pressure of 1, from above: over directions all around.
+        """Upper bound over all directions, m3, for a pressure of 1.
 
-        The greatest of DIRECTIONS directions, and what it may grow by between them: the force turns
-        by at most area (1 + specular + 2/3 diffuse) for each radian.  A few percent above what is reached.
+        The greatest of DIRECTION_COUNT directions, and what it may grow by between them: the force changes
+        by at most area (1 + specular + 2/3 diffuse) for each radian.  A few percent above the maximum.
         """
         steepest = self.areas * (1.0 + self.specular + 2.0 / 3.0 * self.diffuse)
         reach = float(steepest @ np.sqrt((self.centres**2).sum(axis=1)))
         if reach == 0.0:
             return 0.0
-        towards = _directions()
-        found = np.sqrt((self.torque(towards) ** 2).sum(axis=1).max())
-        return float(min(reach, found + reach * COVERING))
-
-
-# No direction is farther than this from one of _directions(), rad (a test measures it).
-COVERING = 2.6 / math.sqrt(DIRECTIONS)
+        greatest = np.sqrt((self.torque(directions()) ** 2).sum(axis=1).max())
+        return float(min(reach, greatest + reach * COVERING))
 
 
 def _geometry(plates: list[OpticalPlate] | list[DragPlate]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -115,9 +112,9 @@ def _geometry(plates: list[OpticalPlate] | list[DragPlate]) -> tuple[np.ndarray,
     return normals, centres, np.array([plate.area.si for plate in plates])
 
 
-def _directions() -> np.ndarray:
-    """(DIRECTIONS, 3) unit vectors, evenly over the sphere: a spiral by the golden angle."""
-    k = np.arange(DIRECTIONS) + 0.5
-    z, longitude = 1.0 - 2.0 * k / DIRECTIONS, math.pi * (3.0 - math.sqrt(5.0)) * k
+def directions() -> np.ndarray:
+    """(DIRECTION_COUNT, 3) unit vectors, evenly over the sphere: a spiral by the golden angle."""
+    k = np.arange(DIRECTION_COUNT) + 0.5
+    z, longitude = 1.0 - 2.0 * k / DIRECTION_COUNT, math.pi * (3.0 - math.sqrt(5.0)) * k
     across = np.sqrt(1.0 - z * z)
     return np.stack([across * np.cos(longitude), across * np.sin(longitude), z], axis=1)

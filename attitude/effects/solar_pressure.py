@@ -7,13 +7,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from ..document import Chosen
-from ..dynamics.situation import Pieces, Situation
+from ..documents.fields import Chosen
 from ..errors import InputError
 from ..kernels import layout
-from ..orbit.position import evaluate
+from ..orbit.path_states import evaluate
+from ..problem.initial_state import InitialState, PiecewisePolynomial
 from . import sun as sunlight
-from .effect import Torque, row
+from .effect import Torque, required_orbit_path, row
 from .plates import OpticalPlate, Surfaces
 from .shadow import sunlit
 
@@ -23,78 +23,78 @@ class SolarPressure(Torque):
 
     `sun`: "astropy" (about the Earth; needs an epoch) or `{"direction": [..3]}`, from the central body, 1 au
     away; where the scene has an orbit, the light comes from there to the body on it.  `shadow`: whether the
-    central body's cylindrical shadow takes the light away; left out, it does.
+    central body's cylindrical shadow blocks the light (if left out, it does).
     """
 
     type: Literal["solar_pressure"]
     plates: Annotated[list[OpticalPlate], Field(min_length=1)]
-    source: Annotated[Any, Chosen(sunlight.pick, sunlight.kinds, ("astropy",)), Field(alias="sun")]
+    source: Annotated[Any, Chosen(sunlight.parse, sunlight.classes, ("astropy",)), Field(alias="sun")]
     shadow: bool = True
 
     @property
     def needs_orbit(self) -> bool:
+        """Whether there is a shadow."""
         return self.shadow
 
     @property
     def uses_orbit(self) -> bool:
-        """The light comes from the Sun to the body, wherever on its orbit that is."""
+        """True: the light comes from the Sun to the body, wherever it is on its orbit."""
         return True
 
     @property
     def needs_epoch(self) -> bool:
+        """Whether the position of the Sun is computed."""
         return bool(self.source == "astropy")
 
-    def check(self, situation: Situation) -> None:
-        course = situation.course
-        if course is None or course.central is None:
+    def check(self, initial_state: InitialState) -> None:
+        """Refuse a central body whose radius or Sun direction is needed and not known."""
+        central = initial_state.central_body
+        if central is None:
             return
-        if self.shadow and course.central.radius is None:
-            raise InputError(
-                "shadow", self.shadow, "a radius of the central body in orbit, as wide as its shadow"
-            )
-        if self.source == "astropy" and not course.central.is_earth:
-            raise InputError(
-                "sun", self.source, "the direction of the Sun, where the central body is not the Earth"
-            )
+        if self.shadow and central.radius is None:
+            expected = "a radius of the central body in orbit, which is that of its shadow"
+            raise InputError("shadow", self.shadow, expected)
+        if self.source == "astropy" and not central.is_earth:
+            expected = "the direction of the Sun, where the central body is not the Earth"
+            raise InputError("sun", self.source, expected)
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row a plate."""
         pressure = sunlight.pressure()
         return np.stack(
             [
                 row(
                     layout.SOLAR_PLATE,
-                    *plate.along(situation.axes),
-                    plate.area.si,
-                    plate.specular,
-                    plate.diffuse,
-                    pressure,
+                    *plate.along(initial_state.axes),
+                    *(plate.area.si, plate.specular, plate.diffuse, pressure),
                 )
                 for plate in self.plates
             ]
         )
 
-    def intervals(self, situation: Situation) -> list[tuple[float, float]] | None:
-        """The spans in sunlight."""
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
+        """Sunlit spans; None for always."""
         if not self.shadow:
             return None
-        course = situation.course
-        if course is None or course.central is None or course.central.radius is None:
+        central = initial_state.central_body
+        if central is None or central.radius is None:
             raise InputError("orbit", None, "an orbit about a body with a radius")
-        return sunlit(course, self._place(situation), course.central.radius, situation.start, situation.stop)
+        orbit_path, sun = required_orbit_path(initial_state), self.sun(initial_state)
+        return sunlit(orbit_path, sun, central.radius, initial_state.start, initial_state.stop)
 
-    def sun(self, situation: Situation) -> Pieces:
-        return self._place(situation)
-
-    def _place(self, situation: Situation) -> Pieces:
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial:
+        """Vector from the central body to the Sun, m."""
         if isinstance(self.source, sunlight.FixedSun):
-            return self.source.place()
-        if situation.epoch is None:
+            return self.source.vector()
+        if initial_state.epoch is None:
             raise InputError("epoch", None, "an epoch, for the position of the Sun")
-        return sunlight.from_earth(situation.epoch, situation.frame, situation.start, situation.stop)
+        return sunlight.from_earth(
+            initial_state.epoch, initial_state.frame, initial_state.start, initial_state.stop
+        )
 
-    def size(self, situation: Situation) -> float:
-        """Light from the worst direction, the Sun at its nearest: a few percent above what that gives."""
-        sun = self._place(situation)
+    def size(self, initial_state: InitialState) -> float:
+        """Bound for light from the worst direction, the Sun at its nearest; slightly above it."""
+        sun = self.sun(initial_state)
         t = sun.start + sun.length * np.arange(len(sun.coefficients) + 1)
         nearest = float(np.sqrt((evaluate(sun, t) ** 2).sum(axis=1).min()))
         pressure = sunlight.pressure() * (sunlight.au() / nearest) ** 2

@@ -1,4 +1,4 @@
-"""Where the Sun is, and what its light presses with."""
+"""Position of the Sun, and the pressure of its light."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from erfa import ErfaWarning
 from pydantic import model_validator
 
-from ..document import Part, Vector
-from ..dynamics.situation import Pieces
+from ..documents.fields import Part, Vector
+from ..documents.quantities import unit_vector
 from ..errors import InputError
-from ..frames import from_gcrf
-from ..orbit.pieces import sampled
-from ..quantities import unit_vector
+from ..frames.inertial import from_gcrf
+from ..orbit.piecewise_polynomial import interpolated
+from ..problem.initial_state import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
 SOLAR_CONSTANT = 1361.0  # W/m2 at 1 au (IAU 2015 resolution B3, nominal total solar irradiance)
 DAY = 86400.0
-TOLERANCE = 1e-9  # the rounding of the series itself is 7e-11
+INTERPOLATION_TOLERANCE = 1e-9  # the rounding of the series itself is 7e-11
 
 
 class FixedSun(Part):
@@ -35,43 +35,47 @@ class FixedSun(Part):
         unit_vector(self.direction, "direction")
         return self
 
-    def place(self) -> Pieces:
-        return Pieces(0.0, 1.0, (au() * unit_vector(self.direction, "direction"))[None, :, None])
+    def vector(self) -> PiecewisePolynomial:
+        """Return the constant vector to the Sun, m."""
+        to_sun = au() * unit_vector(self.direction, "direction")
+        return PiecewisePolynomial(0.0, 1.0, to_sun[None, :, None])
 
 
-def pick(value: Any) -> Any:
-    """A fixed Sun of plain data; or the word "astropy"."""
+def parse(value: Any) -> Any:
+    """Return a FixedSun, or the word "astropy"."""
     if isinstance(value, FixedSun) or value == "astropy":
         return value
     if not isinstance(value, dict):
-        raise InputError("", value, '"astropy", or an object with the direction of a Sun that stays')
+        raise InputError("", value, '"astropy", or an object with the direction of a fixed Sun')
     return FixedSun.model_validate(value)
 
 
-def kinds() -> list[type[Part]]:
+def classes() -> list[type[Part]]:
+    """Return the classes of `sun`."""
     return [FixedSun]
 
 
 def au() -> float:
+    """Return the astronomical unit, m."""
     from astropy.constants import au
 
     return float(au.value)
 
 
 def pressure() -> float:
-    """N/m2, on a plate that absorbs, at 1 au."""
+    """Return the pressure of sunlight on an absorbing plate at 1 au, N/m2."""
     from astropy.constants import c
 
     return SOLAR_CONSTANT / float(c.value)
 
 
-def from_earth(epoch: Time, frame: str, start: float, stop: float) -> Pieces:
-    """The vector from the Earth to the Sun, m, in `frame`, within 1e-9 of its length.
+def from_earth(epoch: Time, frame: str, start: float, stop: float) -> PiecewisePolynomial:
+    """Vector from the Earth to the Sun, m, in `frame`, within 1e-9 of its length.
 
-    Where the Sun is, not where it is seen (20 arcseconds aside), by the series that astropy's built-in
-    ephemeris takes (erfa.epv00; 1900 to 2100, beyond which the series is extended).
+    The geometric position, not the apparent one (20 arcseconds apart), by the series that astropy's built-in
+    ephemeris uses (erfa.epv00; 1900 to 2100, extrapolated beyond).
     """
-    turn = au() * from_gcrf(frame, "the position of the Sun")
+    scaled_rotation = au() * from_gcrf(frame, "the position of the Sun")
     tdb = epoch.tdb
     day, fraction = float(tdb.jd1), float(tdb.jd2)
 
@@ -79,6 +83,6 @@ def from_earth(epoch: Time, frame: str, start: float, stop: float) -> Pieces:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ErfaWarning)  # a year outside 1900 to 2100
             earth = erfa.epv00(day, fraction + t / DAY)[0]
-        return -earth["p"] @ turn.T
+        return -earth["p"] @ scaled_rotation.T
 
-    return sampled(position, start - DAY, stop + DAY, 4.0 * DAY, TOLERANCE, "sun")
+    return interpolated(position, start - DAY, stop + DAY, 4.0 * DAY, INTERPOLATION_TOLERANCE, "sun")

@@ -1,4 +1,4 @@
-"""Uniform gravity: the centre of mass on a parabola, the attitude untouched."""
+"""Uniform gravity: the centre of mass moves on a parabola; no torque."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ..quantities import AccelerationVector
+from ..documents.quantities import AccelerationVector
 from .effect import Effect
 
 

@@ -1,4 +1,4 @@
-"""An effect of the user's own: a torque by a function, compiled or plain Python."""
+"""A torque computed by a function of the user, compiled or plain Python."""
 
 from __future__ import annotations
 
@@ -11,37 +11,37 @@ from typing import Any
 import numpy as np
 from pydantic import PrivateAttr
 
-from ..dynamics.situation import Situation
 from ..errors import InputError
 from ..kernels import layout
+from ..problem.initial_state import InitialState
 from .effect import Torque, row
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
-# What a compiled function is: void(double t, const double *q, const double *w, double *torque).
+# C signature of a compiled function: void(double t, const double *q, const double *w, double *torque).
 SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_double, DOUBLES, DOUBLES, DOUBLES)
 FUNCTION_POINTER: Any = SIGNATURE.__base__  # of every ctypes function, whatever its signature
 Function = Callable[[float, np.ndarray, np.ndarray], Any]
 
 
 class UserTorque(Torque):
-    """A torque that a function gives, for a Scene's `effects`; no document can hold it.
+    """A torque computed by a function, for a Scene's `effects`; it cannot be written to a document.
 
     Parameters
     ----------
     name : str
-        What plans call it.
+        Name of the effect in plans.
     function : (t, attitude, angular_velocity) -> (3,) N m, along the body's axes
         In plain Python: t s since the epoch, attitude (4,) wxyz, angular_velocity (3,) rad/s, body frame.
-        Both arrays are the solver's own: copy what is kept.
+        Both arrays belong to the solver: copy what is kept.
     compiled : numba cfunc, ctypes function, or int address; in place of `function`
         Of the C signature void(double t, const double *attitude, const double *angular_velocity,
         double *torque).  It is called without the interpreter's lock, and may write nan to stop.
     size : float, N m
-        The greatest torque it gives, at least roughly: what the plan chooses the solver and step by.
+        Approximate maximum of the torque, from which solver and step are chosen.
 
     Raises
     ------
-    InputError : none or both of function and compiled, or one that cannot be called.
+    InputError : none or both of function and compiled, one that cannot be called, or a negative size.
 
     Notes
     -----
@@ -70,33 +70,37 @@ class UserTorque(Torque):
         self._callback = SIGNATURE(self._call) if function is not None else compiled
         self._address = _address_of(self._callback)
 
-    def rows(self, situation: Situation) -> np.ndarray:
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the address of the function."""
         return row(layout.USER, np.int64(self._address).view(np.float64))[None]
 
-    def size(self, situation: Situation) -> float:
+    def size(self, initial_state: InitialState) -> float:
+        """Return the size that the user gave, N m."""
         return self._size
 
     @property
     def label(self) -> str:
+        """Name of the effect in plans."""
         return self._name
 
     @property
     def is_compiled(self) -> bool:
+        """Whether the function is called without the interpreter."""
         return self._function is None
 
     @property
     def failure(self) -> BaseException | None:
-        """What the function raised when this thread last called it, if it did."""
+        """Exception of the function in this thread, not raised yet."""
         return self._failures.get(get_ident())
 
     def raise_failure(self) -> None:
-        """Raise what the function raised, once; nothing where it did not."""
+        """Raise the exception of the function in this thread, once; return if there is none."""
         failure = self._failures.pop(get_ident(), None)
         if failure is not None:
             raise failure
 
     def _call(self, t: float, attitude: Any, rate: Any, torque: Any) -> None:
-        """What compiled code calls: nothing may leave it but through `torque`."""
+        """Write the torque, or nan after a failure: compiled code, which calls this, takes no exceptions."""
         out = np.ctypeslib.as_array(torque, (3,))
         try:
             out[:] = self._checked(
@@ -119,7 +123,7 @@ class UserTorque(Torque):
 
 
 def _address_of(code: Any) -> int:
-    """Of a numba cfunc, a ctypes function, or the number itself."""
+    """Address of a numba cfunc or ctypes function, or the number itself."""
     address = getattr(code, "address", code)
     if isinstance(address, FUNCTION_POINTER):
         address = ctypes.cast(address, ctypes.c_void_p).value

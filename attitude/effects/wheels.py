@@ -1,4 +1,4 @@
-"""Wheels that spin at a constant rate in the body: a gyrostat."""
+"""Rotors that spin at a constant rate in the body: a gyrostat."""
 
 from __future__ import annotations
 
@@ -6,27 +6,26 @@ from typing import Literal
 
 import numpy as np
 
-from ..dynamics.situation import Situation
-from ..dynamics.spin import Spin
+from ..documents.quantities import AngularImpulseVector
 from ..kernels import layout
-from ..quantities import AngularImpulseVector
-from .effect import BodysTorque, row
+from ..problem.initial_state import InitialState, Spin
+from .effect import BodyDependentTorque, row
 
 
-class Wheels(BodysTorque):
+class Wheels(BodyDependentTorque):
     """`{"type": "wheels", "momentum": {"value": [0, 0, 5], "unit": "N m s"}}`.
 
-    The angular momentum of all rotors together relative to the body, along the body's axes; constant, as
-    motors keep it.  The body's moments are those with the rotors locked (Hughes 2004, section 3.5).
+    Total angular momentum of the rotors relative to the body, along the body's axes; motors keep it
+    constant.  The body's moments are those with the rotors locked (Hughes 2004, section 3.5).
     """
 
     type: Literal["wheels"]
     momentum: AngularImpulseVector
 
-    def rows(self, situation: Situation) -> np.ndarray:
-        return row(layout.WHEELS, situation.axes @ self.momentum.si)[None]
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """One row: the momentum along the principal axes."""
+        return row(layout.WHEELS, initial_state.axes @ self.momentum.si)[None]
 
-    def sizes(self, situation: Situation, moments: np.ndarray, spin: Spin) -> np.ndarray:
-        """abs(h x omega) at most: h times the greatest rate."""
-        size: np.ndarray = float(np.linalg.norm(self.momentum.si)) * spin.rate
-        return size
+    def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """Momentum of the rotors times the greatest rate."""
+        return float(np.linalg.norm(self.momentum.si)) * spin.rate

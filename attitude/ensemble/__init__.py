@@ -1,6 +1,6 @@
-"""Many bodies: drawn about a scene or read from a table, moved, and told as statistics or stored.
+"""Ensembles: attitudes of many bodies, drawn about a scene's or read from a table; statistics and stores.
 
-The path of the data: states -> motion of a block of bodies -> gathered, or stored.
+The path of the data: states at the epoch -> motion of a block of bodies -> sums for statistics, or a store.
 """
 
 from .ensemble import Ensemble

@@ -1,4 +1,4 @@
-"""Where a body axis points: bodies counted in cells of the sphere, all of the same area."""
+"""Density of a body axis on the sphere: numbers of bodies in cells of equal area."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ from typing import Any
 
 import numpy as np
 
-from .. import orientation
-from ..elapsed import Instants
 from ..errors import InputError
-from ..scene import Scene
-from .bodies import motion_of
+from ..frames import rotations
+from ..scene.document import Scene
+from ..times.instants import Instants
+from .block_motion import motion_of
 from .redraws import Redraws, note
-from .states import Source
+from .sources.states import StateSource
 
 ROWS, COLUMNS = 60, 120  # of equal steps in z, and in longitude
-HELD = 2**18  # attitudes at a time: 8 MiB
-NAMED = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+MAX_ATTITUDES = 2**18  # at a time: 8 MiB
+BODY_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 PRINCIPAL = ("least", "middle", "greatest")
-AXES = f"one of {', '.join([*NAMED, *PRINCIPAL])} (moment), or three numbers that are not all zero"
+AXES = f"one of {', '.join([*BODY_AXES, *PRINCIPAL])} (moment), or three numbers that are not all zero"
 
 
-class Density:
-    """How many bodies have the axis in which cell.
+class AxisDensity:
+    """Numbers of bodies by the cell of the sphere that an axis of theirs points to.
 
     Attributes
     ----------
     axis : (3,), unit, body frame
     instants : the instants, m of them; frame : the inertial frame
     count : bodies, without those that are lost
-    lost : places of bodies that could not be followed, and were left out
+    lost : indices of bodies that could not be integrated, and were left out
     counts : (m, ROWS, COLUMNS), int64: rows from the south pole up, equal steps of z; columns by longitude
         from -180 degrees on
     redraws : of all bodies, whose moments were drawn again; None where moments are not spread
@@ -52,31 +52,31 @@ class Density:
 
     @property
     def relative(self) -> np.ndarray:
-        """(m, ROWS, COLUMNS): over the density of axes that point anywhere."""
+        """(m, ROWS, COLUMNS): divided by that of uniformly distributed axes."""
         return self.counts * (ROWS * COLUMNS / self.count)
 
     @property
     def covered(self) -> np.ndarray:
-        """(m,): the smallest part of the sphere, of whole cells, that has 95 % of the bodies."""
+        """(m,): the smallest fraction of the sphere, of whole cells, that has 95 % of the bodies."""
         cells = -np.sort(-self.counts.reshape(len(self.counts), -1), axis=1)
         needed = (np.cumsum(cells, axis=1) < 0.95 * self.count).sum(axis=1) + 1
         return needed / (ROWS * COLUMNS)
 
     def __repr__(self) -> str:
-        said = f"{self.count} bodies at {len(self.counts)} instants, {self.frame}{note(self.redraws)}"
-        return f"<Density: {said}>"
+        size = f"{self.count} bodies at {len(self.counts)} instants"
+        return f"<AxisDensity: {size}, {self.frame}{note(self.redraws)}>"
 
 
 def axis_of(axis: Any, scene: Scene | None) -> np.ndarray:
-    """(3,), unit: a body axis by name, a principal axis of the scene's body, or a vector along it.
+    """Return the unit vector (3,) of a body axis, a principal axis of the scene's body, or any vector.
 
-    Raises InputError for what is none of these.
+    Raises InputError for an axis that is none of these.
     """
     if isinstance(axis, str):
-        if axis in NAMED:
-            return np.array(NAMED[axis])
+        if axis in BODY_AXES:
+            return np.array(BODY_AXES[axis])
         if axis not in PRINCIPAL or scene is None:
-            raise InputError("axis", axis, AXES if scene is not None else f"one of {', '.join(NAMED)}")
+            raise InputError("axis", axis, AXES if scene is not None else f"one of {', '.join(BODY_AXES)}")
         body = scene.body.build()
         order = np.argsort(body.moments, kind="stable")
         return np.array(body.axes[order[PRINCIPAL.index(axis)]])
@@ -92,34 +92,35 @@ def axis_of(axis: Any, scene: Scene | None) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Counting:
-    """The work of a task: called with (first, last), it counts these bodies in each cell at each instant.
+class CellCounter:
+    """The work of a task: called with (first, last), it counts these bodies by cell and instant.
 
-    It gives (m, cells), and the places of bodies that were left out.
+    It gives counts (m, cells), and the indices of bodies that were left out.
     """
 
-    source: Source
+    source: StateSource
     scene: Scene | None
     choice: Any
     instants: Instants
     axis: np.ndarray
     leave_out: bool = False
 
-    def __call__(self, part: tuple[int, int]) -> tuple[np.ndarray, list[int]]:
+    def __call__(self, bodies: tuple[int, int]) -> tuple[np.ndarray, list[int]]:
+        """Return counts and left-out bodies of those from first to last."""
         counts = np.zeros((self.instants.seconds.size, ROWS * COLUMNS), np.int64)
-        size, lost = max(HELD // len(counts), 1), list[int]()
-        for first in range(*part, size):
-            states = self.source.part(first, min(first + size, part[1]))
-            block = motion_of(self.scene, states, self.instants, first, False, self.choice, self.leave_out)
-            lost += block.lost
-            cells = cell_of(orientation.rotate(block.quaternion, self.axis))
-            for found, row in zip(cells.T, counts, strict=True):
-                row += np.bincount(found, minlength=ROWS * COLUMNS)
+        size, lost = max(MAX_ATTITUDES // len(counts), 1), list[int]()
+        for first in range(*bodies, size):
+            states = self.source.part(first, min(first + size, bodies[1]))
+            motion = motion_of(self.scene, states, self.instants, first, False, self.choice, self.leave_out)
+            lost += motion.lost
+            cells = cell_of(rotations.rotate(motion.quaternion, self.axis))
+            for cells_then, counts_then in zip(cells.T, counts, strict=True):
+                np.add(counts_then, np.bincount(cells_then, minlength=ROWS * COLUMNS), out=counts_then)
         return counts, lost
 
 
 def cell_of(directions: np.ndarray) -> np.ndarray:
-    """(...): index of the cell, row after row, of unit vectors (..., 3)."""
+    """(...): index of the cell, row by row, of unit vectors (..., 3), eq. (E8)."""
     x, y, z = np.moveaxis(directions, -1, 0)
     row = np.floor((0.5 * ROWS) * (z + 1.0)).astype(np.int64)
     column = np.floor(COLUMNS * (np.arctan2(y, x) / (2.0 * np.pi) + 0.5)).astype(np.int64)

@@ -1,44 +1,46 @@
-"""Ensemble: what users hold."""
+"""Ensemble: many bodies, drawn about a scene's or read from a table, their statistics and stores."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from astropy.table import QTable
 from astropy.time import Time
 
-from .. import elapsed, orientation
-from ..elapsed import Instants
 from ..errors import InputError, RegimeError
-from ..kernels.layout import LEAF, PITCH, REGIMES
-from ..scene import Scene
+from ..frames import rotations
+from ..kernels.layout import BODIES_PER_BLOCK, REGIMES, ROW_STRIDE
+from ..scene.document import Scene
+from ..times import instants
+from ..times.instants import Instants
 from . import engine
-from .bodies import choice_of, free_motion, is_free, motion_of
-from .density import COLUMNS, ROWS, Counting, Density, axis_of
-from .dispersion import Sampled
+from .accumulation import MomentAccumulation, MomentSums, Range, ranges
+from .block_motion import free_motion, is_free, motion_of, solver_choice
+from .density import COLUMNS, ROWS, AxisDensity, CellCounter, axis_of
 from .flips import flips
-from .gathered import Gathering, Sums, cuts
-from .redraws import PART, Redraws, note, redraws_of
-from .states import Source, States, check_part
-from .statistics import Statistics
-from .table import LeftOut, Tabled
+from .redraws import BODIES_PER_TASK, Redraws, note, redraws_of
+from .sources.dispersion import Sampled
+from .sources.states import States, StateSource, check_range
+from .sources.table import LeftOut, Tabled
+from .statistics import Population, Statistics
 
 if TYPE_CHECKING:
-    from .running import Run
+    from .execution import RunSummary, StoreOptions
 
 Progress = Callable[[float], None]
 
 LOST_BODIES = ("stop", "leave out")
-TASKS = 16  # for each thread, of many bodies: none waits long for the last
-# Of a task of free bodies, at least and at most: 1024, which take ten times as long as to hand out a task,
-# to 65536, after which nothing is gained by more.  Simulated bodies take longer: then one is enough.
-FEW_LEAVES, MOST_LEAVES = 4, 256
-# Instants of one pass over all bodies: of closed forms set-up is 4 % then; simulated again in each pass.
-FREE_PASS, SIMULATED_PASS = 16 * PITCH, 128 * PITCH
+TASKS_PER_THREAD = 16  # so that no thread waits long for the last task
+# Blocks of bodies in a task: from 1024 free bodies, which take ten times as long as to submit a task, to
+# 65536, beyond which nothing is gained.  Simulated bodies take longer: a task of one block is long enough.
+MIN_FREE_BLOCKS, MAX_BLOCKS = 4, 256
+# Instants in one pass over all bodies.  The constants of closed forms take 4 % of its time then; simulated
+# bodies are integrated again in each pass.
+FREE_INSTANTS, SIMULATED_INSTANTS = 16 * ROW_STRIDE, 128 * ROW_STRIDE
 
 
 class Ensemble:
@@ -46,13 +48,13 @@ class Ensemble:
 
     Attributes
     ----------
-    source : gives the states of bodies by their index
+    source : of the states of bodies, by index
     scene : Scene of which the effects act on each body, or None where bodies are free
     size : number of bodies
-    left_out : bad rows of the table that are no bodies
+    left_out : bad rows of the table
     """
 
-    def __init__(self, source: Source, scene: Scene | None = None):
+    def __init__(self, source: StateSource, scene: Scene | None = None):
         self.source = source
         self.scene = scene
 
@@ -78,8 +80,8 @@ class Ensemble:
         attitude : of the components of a small rotation along the body's axes, such as "1 deg"
 
         A spread is a text, a Quantity, a number in SI (a ratio, rad/s, rad), or three of them, one an axis;
-        None is none.  A ratio without "%" is below 1: 2 % is "2 %" or 0.02.  Moments that no body has are
-        drawn again, which moves their mean: see `redraws`.
+        None is no spread.  A ratio without "%" is below 1: 2 % is "2 %" or 0.02.  Moments that no rigid body
+        can have are drawn again, which shifts their mean: see `redraws`.
 
         Warns
         -----
@@ -87,7 +89,7 @@ class Ensemble:
 
         Raises
         ------
-        InputError : a value that cannot be taken; names the field.
+        InputError : a value is not accepted; names the field.
         """
         return cls(Sampled(scene, n, seed, moments, angular_velocity, attitude), scene)
 
@@ -99,15 +101,15 @@ class Ensemble:
         bad_rows: str = "stop",
         units: dict[str, str] | None = None,
     ) -> Ensemble:
-        """A body for each row of a table.
+        """Read a body from each row of a table.
 
         Parameters
         ----------
         table : astropy QTable or Table, pandas or dask DataFrame, or the path of a Parquet file or of a
             directory of them
-        scene : whose epoch, frame and effects these bodies have; None for free bodies in ICRF
-        bad_rows : "stop" at rows that cannot be taken, or "leave out": then they are listed in `left_out`
-        units : of columns that do not say theirs; otherwise those are in SI
+        scene : of which these bodies have epoch, frame and effects; None for free bodies in ICRF
+        bad_rows : "stop" at rows that are not accepted, or "leave out": then they are listed in `left_out`
+        units : of columns that have none of their own; by default SI
 
         Columns (docs/ensembles.md): moments or tensor, quaternion (wxyz), angular_velocity, each as one
         column of vectors or as scalars (moments_1, tensor_xx, q_w, angular_velocity_x, ...).  Others are
@@ -115,17 +117,18 @@ class Ensemble:
 
         Raises
         ------
-        InputError : a column or value that cannot be taken, or bad rows, the first of them named.
-        FormatError : a file that cannot be read, or needs a package that is not installed.
+        InputError : a column or value is not accepted, or rows are bad, the first of them named.
+        FormatError : a file cannot be read, or needs a package that is not installed.
         """
         if scene is not None and not isinstance(scene, Scene):
             raise InputError("scene", scene, "a Scene, or None")
         return cls(Tabled(table, bad_rows, units), scene)
 
-    # -- what there is ------------------------------------------------------------------------
+    # -- bodies -------------------------------------------------------------------------------
 
     @property
     def size(self) -> int:
+        """Number of bodies."""
         return self.source.size
 
     def __len__(self) -> int:
@@ -133,19 +136,22 @@ class Ensemble:
 
     @property
     def left_out(self) -> LeftOut:
+        """Bad rows of the table, which are no bodies."""
         return self.source.left_out if isinstance(self.source, Tabled) else LeftOut()
 
     @property
     def frame(self) -> str:
+        """The inertial frame of attitudes."""
         return "ICRF" if self.scene is None else self.scene.frame
 
     @property
     def epoch(self) -> Time | None:
+        """Epoch of the scene, at which the states are; None where it has none."""
         return None if self.scene is None or self.scene.epoch is None else self.scene.epoch.build()
 
     def states(self, first: int = 0, last: int | None = None) -> States:
-        """Of the bodies from first to last, the last one excluded."""
-        return self.source.part(*check_part(first, self.size if last is None else last, self.size))
+        """States at the epoch of the bodies from first to last, the last one excluded."""
+        return self.source.part(*check_range(first, self.size if last is None else last, self.size))
 
     def redraws(
         self,
@@ -154,18 +160,18 @@ class Ensemble:
         scheduler: str | None = None,
         workers: int | None = None,
     ) -> Redraws | None:
-        """Of the bodies from first to last: whose moments were drawn again, and where their mean lies.
+        """Numbers of bodies from first to last whose moments were drawn again, and the mean of the moments.
 
         None where moments are not spread, or bodies are of a table.  Scheduler and workers, as for
-        `statistics`, count more than a million bodies.
+        `statistics`, are used for more than a million bodies.
 
-        Raises InputError for bodies that there are not, or whose moments find no value.
+        Raises InputError for indices that no body has, and where no moments are physical.
         """
-        first, last = check_part(first, self.size if last is None else last, self.size)
+        first, last = check_range(first, self.size if last is None else last, self.size)
         return redraws_of(self.source, first, last, scheduler, workers)
 
     def to_table(self, first: int = 0, last: int | None = None) -> QTable:
-        """The states of these bodies, as `from_table` takes them."""
+        """Return the states of these bodies, as a table that `from_table` reads."""
         table = self.states(first, last).to_table()
         table.meta["frame"] = self.frame
         if self.epoch is not None:
@@ -173,20 +179,20 @@ class Ensemble:
         return table
 
     def instants(self, times: Any = None) -> Instants:
-        """(m,), of what `TorqueFreeMotion.chunks` takes; None for those of the scene.
+        """Instants (m,) of times in any form that `TorqueFreeMotion.chunks` accepts; None for the scene's.
 
-        Raises InputError for what they cannot be, and where there are none.
+        Raises InputError for times that are not accepted, and where there are none.
         """
         if times is None:
             if self.scene is None:
                 raise InputError("times", None, "instants, for an ensemble without a scene")
             times = self.scene.times.lazily(self.epoch)
-        part, count = elapsed.parts(times, self.epoch)
+        part, count = instants.lazy_instants(times, self.epoch)
         if count < 1:
             raise InputError("times", f"{count} instants", "at least one")
         return part(0, count)
 
-    # -- what they do -------------------------------------------------------------------------
+    # -- results ------------------------------------------------------------------------------
 
     def run(
         self,
@@ -196,13 +202,36 @@ class Ensemble:
         scheduler: str | None = None,
         workers: int | None = None,
         progress: Progress | None = None,
-        rate: bool = True,
-        chunk: int | None = None,
-    ) -> Run:
-        """Compute attitudes and rates of all bodies, and store them; see `running.run`."""
-        from .running import run
+        **options: Unpack[StoreOptions],
+    ) -> RunSummary:
+        """Compute attitudes and rates of all bodies, and store them.
 
-        return run(self, times, to, overwrite, scheduler, workers, progress, rate, chunk)
+        Parameters
+        ----------
+        times : what `TorqueFreeMotion.chunks` accepts; None for those of the scene
+        to : "NAME.zarr" or "NAME.parquet", a directory that is made in one that exists
+        overwrite : replace a store of an ensemble (never anything else)
+        scheduler : address of a running Dask cluster, whose workers see the same file system; None for
+            threads of this machine
+        workers : threads of this machine; by default as many as it has processors
+        progress : called with the fraction that is done
+        rate : whether rates are stored too; by default True
+        chunk : bodies in a chunk; by default 4096, or fewer where there are many instants
+
+        Returns
+        -------
+        RunSummary.  A run that was interrupted resumes when it is called again: only chunks that are not
+        stored are computed.  The numbers do not depend on chunks, workers or engine.
+
+        Raises
+        ------
+        InputError : a value is not accepted.
+        FormatError : the store exists, or is another file, or cannot be written; or the extra `ensemble`,
+            which Zarr and clusters need, is not installed.
+        """
+        from .execution import run
+
+        return run(self, times, to, overwrite, scheduler, workers, progress, **options)
 
     def statistics(
         self,
@@ -216,12 +245,13 @@ class Ensemble:
 
         Parameters
         ----------
-        times : what `TorqueFreeMotion.chunks` takes; None for those of the scene
+        times : what `TorqueFreeMotion.chunks` accepts; None for those of the scene
         scheduler : address of a running Dask cluster; None for threads of this machine
         workers : threads of this machine; by default as many as it has processors
         progress : called with the fraction that is done
-        lost_bodies : "stop" at bodies that cannot be followed to the scene's tolerance, or that come to rest
-            on the ground before the last instant, or "leave out": then they are listed in `Statistics.lost`
+        lost_bodies : "stop" at bodies that cannot be integrated to the scene's tolerance, or that come to
+            rest on the ground before the last instant, or "leave out": then they are listed in
+            `Statistics.lost`
 
         Returns
         -------
@@ -229,31 +259,31 @@ class Ensemble:
 
         Raises
         ------
-        InputError : a value that cannot be taken; an error about one body names it as bodies[i].
+        InputError : a value is not accepted; an error about one body names it as bodies[i].
         ToleranceError : an instant is too far off for a body's phases.
         """
         instants, leave_out = self.instants(times), _leaves_out(lost_bodies)
-        choice = choice_of(self.scene, self.source, instants)
-        passes = cuts(len(instants.seconds), FREE_PASS if is_free(self.scene) else SIMULATED_PASS)
+        choice = solver_choice(self.scene, self.source, instants)
+        passes = ranges(len(instants.seconds), FREE_INSTANTS if is_free(self.scene) else SIMULATED_INSTANTS)
         products, references, lost = [], [], set[int]()
         for number, (a, b) in enumerate(passes):
-            told = None if progress is None else _within(progress, number, len(passes))
-            some = Instants(
-                instants.seconds[a:b], None if instants.rest is None else instants.rest[a:b], None
-            )
-            reference = self._reference(some, choice, leave_out)
-            work = self._gathering(some, choice, reference, leave_out)
-            sums = self._gathered(work, scheduler, workers, told)
+            low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low[a:b])
+            part = Instants(np.ascontiguousarray(instants.seconds[a:b]), low, None)
+            reference = self._reference(part, choice, leave_out)
+            work = MomentAccumulation(self.source, self.scene, choice, part, reference, leave_out)
+            sums = MomentSums(b - a)
+            for others in self._mapped(work, scheduler, workers, _of_pass(progress, number, len(passes))):
+                sums.add(others)
             if sums.regimes.sum() == len(sums.lost):
-                raise RegimeError(f"statistics: none of the {self.size} bodies can be followed")
+                raise RegimeError(f"statistics: none of the {self.size} bodies can be integrated")
             products.append(sums.products())
             references.append(reference)
             lost.update(sums.lost)
         regimes = {name: int(n) / self.size for name, n in zip(REGIMES, sums.regimes, strict=True)}
-        found = np.concatenate(products), np.concatenate(references)
-        count, frame = self.size - len(lost), orientation.check_frame(self.frame)
         redraws = self.redraws(scheduler=scheduler, workers=workers)
-        return Statistics(*found, instants, count, regimes, frame, tuple(lost), redraws)
+        population = Population(self.size - len(lost), regimes, tuple(lost), redraws)
+        frame = rotations.check_frame(self.frame)
+        return Statistics(np.concatenate(products), np.concatenate(references), instants, frame, population)
 
     def density(
         self,
@@ -263,8 +293,8 @@ class Ensemble:
         workers: int | None = None,
         progress: Progress | None = None,
         lost_bodies: str = "stop",
-    ) -> Density:
-        """Where a body axis points: bodies counted in cells of the sphere; nothing else is kept.
+    ) -> AxisDensity:
+        """Density of a body axis on the sphere: numbers of bodies in cells; nothing is stored.
 
         Parameters
         ----------
@@ -275,28 +305,25 @@ class Ensemble:
 
         Raises
         ------
-        What `statistics` raises, and InputError for what is no axis.
+        What `statistics` raises, and InputError for an axis that is none of these.
         """
-        instants, along = self.instants(times), axis_of(axis, self.scene)
-        choice = choice_of(self.scene, self.source, instants)
-        work = Counting(self.source, self.scene, choice, instants, along, _leaves_out(lost_bodies))
+        instants, direction = self.instants(times), axis_of(axis, self.scene)
+        choice = solver_choice(self.scene, self.source, instants)
+        work = CellCounter(self.source, self.scene, choice, instants, direction, _leaves_out(lost_bodies))
         counts, lost = np.zeros((instants.seconds.size, ROWS * COLUMNS), np.int64), list[int]()
-        with closing(
-            engine.mapped(work, self._tasks(scheduler, workers), scheduler, workers, progress)
-        ) as parts:
-            for found, left_out in parts:
-                counts += found
-                lost += left_out
-        frame = orientation.check_frame(self.frame)
+        for task_counts, task_lost in self._mapped(work, scheduler, workers, progress):
+            counts += task_counts
+            lost += task_lost
+        frame = rotations.check_frame(self.frame)
         redraws = self.redraws(scheduler=scheduler, workers=workers)
-        return Density(along, instants, frame, counts.reshape(-1, ROWS, COLUMNS), lost, redraws)
+        return AxisDensity(direction, instants, frame, counts.reshape(-1, ROWS, COLUMNS), lost, redraws)
 
     def flips(self, count: int = 1, first: int = 0, last: int | None = None) -> np.ndarray:
-        """(n, count), s: when the bodies from first to last flip, the first times after the epoch.
+        """(n, count), s: the first instants after the epoch at which the bodies from first to last flip.
 
         A body flips when its rate about its intermediate axis changes sign; infinite where it does not.
 
-        Raises InputError where the bodies are not free, or for bodies that there are not.
+        Raises InputError where the bodies are not free, and for indices that no body has.
         """
         if not is_free(self.scene):
             raise InputError("scene.effects", "effects that turn the body", "none, for flips in closed form")
@@ -304,56 +331,44 @@ class Ensemble:
             raise InputError("count", count, "a whole number, at least 1")
         return flips(free_motion(self.states(first, last), first), count)
 
-    def _tasks(self, scheduler: str | None, workers: int | None) -> list[tuple[int, int]]:
-        """Bodies of each task: whole leaves, many enough that none waits long for the last."""
-        least = FEW_LEAVES if is_free(self.scene) else 1
-        tasks = TASKS * engine.threads(scheduler, workers)
-        return cuts(self.size, LEAF * min(max(self.size // (LEAF * tasks), least), MOST_LEAVES))
+    def _mapped(
+        self,
+        work: Callable[[Range], Any],
+        scheduler: str | None,
+        workers: int | None,
+        progress: Progress | None,
+    ) -> Iterator[Any]:
+        """Results of `work` for all bodies, in tasks of whole blocks."""
+        least = MIN_FREE_BLOCKS if is_free(self.scene) else 1
+        share = self.size // (BODIES_PER_BLOCK * TASKS_PER_THREAD * engine.threads(scheduler, workers))
+        tasks = ranges(self.size, BODIES_PER_BLOCK * min(max(share, least), MAX_BLOCKS))
+        with closing(engine.mapped(work, tasks, scheduler, workers, progress)) as results:
+            yield from results
 
     def _reference(self, instants: Instants, choice: Any, leave_out: bool) -> np.ndarray:
-        """(m, 4): attitudes of the first body; none in particular where it cannot be followed."""
+        """(m, 4): attitudes of the first body; the identity where it cannot be integrated."""
         first = self.source.part(0, 1)
-        block = motion_of(self.scene, first, instants, rate=False, choice=choice, leave_out=leave_out)
-        if block.lost:
+        motion = motion_of(self.scene, first, instants, rate=False, choice=choice, leave_out=leave_out)
+        if motion.lost:
             return np.tile([1.0, 0.0, 0.0, 0.0], (instants.seconds.size, 1))
-        return np.ascontiguousarray(block.quaternion[0])
-
-    def _gathering(
-        self, instants: Instants, choice: Any, reference: np.ndarray, leave_out: bool
-    ) -> Gathering:
-        rest = None if instants.rest is None else np.ascontiguousarray(instants.rest)
-        seconds = np.ascontiguousarray(instants.seconds)
-        return Gathering(self.source, self.scene, choice, seconds, rest, reference, leave_out)
-
-    def _gathered(
-        self, work: Gathering, scheduler: str | None, workers: int | None, progress: Progress | None
-    ) -> Sums:
-        """The sums over all bodies at the instants of one pass."""
-        total = Sums(len(work.seconds))
-        with closing(
-            engine.mapped(work, self._tasks(scheduler, workers), scheduler, workers, progress)
-        ) as parts:
-            for sums in parts:
-                total.add(sums)
-        return total
+        return np.ascontiguousarray(motion.quaternion[0])
 
     def __repr__(self) -> str:
-        where = (
-            "free" if is_free(self.scene) else f"with {len(self.scene.effects if self.scene else ())} effects"
-        )
-        return f"<Ensemble: {self.size} bodies, {where}, {self.frame}{self._redraws_text()}>"
+        count = len(self.scene.effects) if self.scene else 0
+        effects = "free" if is_free(self.scene) else f"with {count} effects"
+        return f"<Ensemble: {self.size} bodies, {effects}, {self.frame}{self._redraws_note()}>"
 
-    def _redraws_text(self) -> str:
-        """Of the first million bodies, where there are more: nobody waits for a name."""
+    def _redraws_note(self) -> str:
+        """Of at most a million bodies, so that a repr takes no time."""
         try:
-            found = note(self.redraws(0, min(self.size, PART)))
+            text = note(self.redraws(0, min(self.size, BODIES_PER_TASK)))
         except InputError as error:
             return f"; {error}"
-        return f"; of the first {PART}{found}" if found and self.size > PART else found
+        return f"; of the first {BODIES_PER_TASK}{text}" if text and self.size > BODIES_PER_TASK else text
 
 
-def _within(progress: Progress, number: int, passes: int) -> Progress:
-    return lambda done: progress((number + done) / passes)
+def _of_pass(progress: Progress | None, number: int, passes: int) -> Progress | None:
+    return None if progress is None else lambda done: progress((number + done) / passes)
 
 
 def _leaves_out(lost_bodies: Any) -> bool:

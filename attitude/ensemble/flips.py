@@ -1,4 +1,4 @@
-"""When a free body flips: the rate about its intermediate axis changes sign."""
+"""Times at which a free body flips: the rate about its intermediate axis changes sign."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ..motion import TorqueFreeMotion
 
 
 def flips(motion: TorqueFreeMotion, count: int) -> np.ndarray:
-    """(..., count), s: the first instants after the epoch at which that rate is zero, and changes sign.
+    """(..., count), s: the first instants after the epoch at which that rate changes sign, eq. (E9).
 
-    It goes as sn(u), u = u0 + u' t (docs/theory.md, section 2), and sn is zero at every 2K: half a polhode
-    period from one to the next.  Infinite where there are no more: a body at a constant rate has none, one
-    on the separatrix one at most.
+    It is proportional to sn(u), u = u0 + u' t (docs/theory.md, section 2), and sn is zero at every 2K: half a
+    polhode period from one to the next.  Infinite where there are no more: a body at a constant rate has
+    none, one on the separatrix one at most.
     """
     bodies = motion._batch.fields("regime", "u_rate", "u0", "K")
     u0, rate, K = (bodies[name][..., None] for name in ("u0", "u_rate", "K"))

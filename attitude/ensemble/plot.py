@@ -1,4 +1,4 @@
-"""The picture of an ensemble: where an axis may point, how the spread grows, when bodies flip."""
+"""The picture of an ensemble: density of an axis, growth of the spread, times of flips."""
 
 from __future__ import annotations
 
@@ -12,37 +12,34 @@ from ..plot.style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .density import Density
+    from .density import AxisDensity
     from .statistics import Statistics
 
 SIZE = (9.0, 8.6)  # inches
-FAR = 500.0  # the last instant over the first
-SMALL, ROUNDED = 0.3, 1e-9  # parts of the greatest spread
-BINS = 160
-# Of the times of flips, what is drawn; the rest is a long tail of bodies close to the separatrix.
-DRAWN = 0.98
+FLIP_BINS = 160
+DRAWN_FLIPS = 0.98  # of all; the others are a long tail of bodies close to the separatrix
 
 
 def picture(
     statistics: Statistics,
-    density: Density,
+    density: AxisDensity,
     flips: np.ndarray | None,
-    format: str,
+    ending: str,
     name: str = "",
     axis: str = "",
 ) -> bytes:
-    """An "svg" or "png" file: the density at its last instant, the statistics over theirs.
+    """Draw an "svg" or "png" file: the density at its last instant, the statistics over theirs.
 
-    flips : (n, k), s: when free bodies flip; drawn where most of them do at all before the last instant
+    flips : (n, k), s: of free bodies; drawn if most of them flip before the last instant
     """
     if flips is not None and not np.median(flips[:, 0]) < statistics.seconds.max():
         flips = None
-    return drawn(partial(_draw, statistics, density, flips, name, axis), SIZE, format)
+    return drawn(partial(_draw, statistics, density, flips, name, axis), SIZE, ending)
 
 
 def _draw(
     statistics: Statistics,
-    density: Density,
+    density: AxisDensity,
     flips: np.ndarray | None,
     name: str,
     axis: str,
@@ -57,13 +54,13 @@ def _draw(
     figure.suptitle(title, fontsize=13)
 
 
-def _sphere(figure: Figure, place: Any, density: Density, axis: str) -> None:
-    axes = figure.add_subplot(place, projection="mollweide")
+def _sphere(figure: Figure, cell: Any, density: AxisDensity, axis: str) -> None:
+    axes = figure.add_subplot(cell, projection="mollweide")
     relative = density.relative[-1]
     longitude = np.linspace(-np.pi, np.pi, relative.shape[1] + 1)
     latitude = np.arcsin(np.linspace(-1.0, 1.0, relative.shape[0] + 1))
-    seen = np.ma.masked_equal(relative, 0.0)
-    mesh = axes.pcolormesh(longitude, latitude, seen, cmap="viridis", norm="log", rasterized=True)
+    occupied = np.ma.masked_equal(relative, 0.0)
+    mesh = axes.pcolormesh(longitude, latitude, occupied, cmap="viridis", norm="log", rasterized=True)
     axes.grid(color="0.85")
     axes.tick_params(labelsize=7)
     unit, seconds = time_unit(density.instants.seconds[-1:])
@@ -84,19 +81,19 @@ def _growth(axes: Any, statistics: Statistics) -> None:
         axes.plot(t, angle, color=color, linestyle=(DASHED, "-.", ":")[k], label=f"axis {'xyz'[k]}")
     axes.set(xlabel=f"time, {unit}", ylabel="spread, deg", title="how the spread grows")
     greatest = float(spread.max())
-    if np.median(spread) < SMALL * greatest:  # most of the time it is too small to be seen on an even scale
-        started = spread[spread > ROUNDED * greatest]
-        axes.set(yscale="log", ylim=(0.5 * started.min(), 2.0 * greatest))
-    begun = t[t > 0.0]
-    if begun.size and begun.max() > FAR * begun.min():  # instants that are closer together at the beginning
-        axes.set(xscale="log", xlim=(begun.min(), begun.max()))
+    if np.median(spread) < 0.3 * greatest:  # most of the curve would be too low on a linear scale
+        above_rounding = spread[spread > 1e-9 * greatest]
+        axes.set(yscale="log", ylim=(0.5 * above_rounding.min(), 2.0 * greatest))
+    after = t[t > 0.0]
+    if after.size and after.max() > 500.0 * after.min():  # instants are denser at the beginning
+        axes.set(xscale="log", xlim=(after.min(), after.max()))
     axes.legend(frameon=False, fontsize=8)
 
 
 def _histogram(axes: Any, flips: np.ndarray) -> None:
-    last = float(np.quantile(flips[:, -1], DRAWN))
+    last = float(np.quantile(flips[:, -1], DRAWN_FLIPS))
     unit, seconds = time_unit(np.array([last]))
-    edges = np.linspace(0.0, last / seconds, BINS + 1)
+    edges = np.linspace(0.0, last / seconds, FLIP_BINS + 1)
     width = edges[1] - edges[0]
     for k, color in enumerate((RED, BLUE, GREEN)[: flips.shape[1]]):
         counts, _ = np.histogram(flips[:, k] / seconds, edges)

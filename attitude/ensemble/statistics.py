@@ -1,34 +1,49 @@
-"""What sums over bodies say: mean attitude, covariance, where body axes point, fractions by regime.
+"""Statistics of attitudes from sums over bodies: mean, covariance, directions of the body axes.
 
 Equation numbers are those of docs/ensembles.md.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from astropy import units as u
 from astropy.table import QTable
 
-from .. import orientation
-from ..elapsed import Instants
+from ..frames import rotations
+from ..times.instants import Instants
 from .redraws import Redraws, note
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-ROUNDING = 1e-15  # a mean of unit vectors shorter than this points nowhere
+ROUNDING = 1e-15  # a mean of unit vectors that is shorter has no direction
+
+
+@dataclass(frozen=True)
+class Population:
+    """The bodies that statistics are of.
+
+    count : bodies, without those that are lost
+    regimes : fraction of all bodies by regime of the free motion from their states at the epoch
+    lost : indices of bodies that could not be integrated to the scene's tolerance, and were left out
+    redraws : of all bodies, lost ones too, whose moments were drawn again; None where moments are not spread
+    """
+
+    count: int
+    regimes: dict[str, float]
+    lost: tuple[int, ...] = ()
+    redraws: Redraws | None = None
 
 
 class Statistics:
-    """Of the attitudes of many bodies at m instants.
+    """Statistics of the attitudes of many bodies at m instants.
 
     Attributes
     ----------
-    count : bodies, without those that are lost
-    lost : places of bodies that could not be followed to the scene's tolerance, and were left out
+    count, regimes, lost, redraws : of the bodies, as in `Population`; lost is an array
     instants : the instants; seconds : (m,), s since the epoch
     frame : the inertial frame
     mean : (m, 4), wxyz: the chordal mean, eq. (E3), on the side of the first body's quaternion
@@ -39,8 +54,6 @@ class Statistics:
     resultants : (m, 3): length of the mean of each body axis, 1 where all bodies agree, 0 where none do
     spreads : (m, 3), rad: root mean square of each body axis's distance from its mean direction, as a chord
         of the unit sphere (of small spreads the angle), eq. (E7)
-    regimes : fraction of the bodies by regime of the free motion from their states at the epoch
-    redraws : of all bodies, lost ones too, whose moments were drawn again; None where moments are not spread
     """
 
     def __init__(
@@ -48,22 +61,20 @@ class Statistics:
         products: np.ndarray,
         reference: np.ndarray,
         instants: Instants,
-        count: int,
-        regimes: dict[str, float],
         frame: str,
-        lost: Sequence[int] = (),
-        redraws: Redraws | None = None,
+        population: Population,
     ):
-        self.lost = np.array(sorted(set(lost)), np.int64)
-        self.count, self.instants, self.regimes, self.frame = count, instants, regimes, frame
-        self.redraws = redraws
+        self.count, self.regimes, self.redraws = population.count, population.regimes, population.redraws
+        self.lost = np.array(sorted(population.lost), np.int64)
+        self.instants, self.frame = instants, frame
         offset = mean_departure(products)
-        self.mean = orientation.product(reference, offset)
+        self.mean = rotations.product(reference, offset)
         self.covariance = covariance(products, offset)
         self.directions, self.resultants, self.spreads = axes(products, reference)
 
     @property
     def seconds(self) -> np.ndarray:
+        """(m,), s since the epoch."""
         return self.instants.seconds
 
     @property
@@ -82,18 +93,18 @@ class Statistics:
         return len(self.mean)
 
     def to_table(self) -> QTable:
-        """One row an instant; count, regimes, frame, who is lost and redraws are in meta.
+        """One row an instant; count, regimes, frame, lost bodies and redraws are in meta.
 
         Columns time (with an epoch), elapsed [s], quaternion (w, x, y, z; the mean), covariance [rad2]
         (3, 3), directions (3, 3), resultants (3) and spreads [rad] (3).
         """
-        said = (
+        convention = (
             "q rotates body to inertial; covariance along the mean's body axes; rows of directions are axes"
         )
         meta = {"count": self.count, "regimes": dict(self.regimes), "frame": self.frame}
         meta |= {"lost": self.lost.tolist()} if len(self.lost) else {}
         meta |= {"redraws": self.redraws.document()} if self.redraws is not None else {}
-        table = QTable(meta=meta | {"quaternion_order": "wxyz", "convention": said})
+        table = QTable(meta=meta | {"quaternion_order": "wxyz", "convention": convention})
         if self.instants.time is not None:
             table["time"] = self.instants.time
         table["elapsed"] = self.seconds * u.s
@@ -120,7 +131,7 @@ class Statistics:
 
 
 def mean_departure(products: np.ndarray) -> np.ndarray:
-    """(m, 4): eigenvector of the greatest eigenvalue of (m, 4, 4), eq. (E3); its first number not below 0."""
+    """(m, 4): eigenvector of the greatest eigenvalue of (m, 4, 4), eq. (E3), with a first component >= 0."""
     vector = np.linalg.eigh(products)[1][..., -1]
     vector /= np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.where(vector[:, :1] < 0.0, -vector, vector)
@@ -133,27 +144,26 @@ def covariance(products: np.ndarray, mean: np.ndarray) -> np.ndarray:
     left = np.stack(
         [np.stack([-x, w, z, -y], -1), np.stack([-y, -z, w, x], -1), np.stack([-z, y, -x, w], -1)], axis=1
     )
-    found = 4.0 * np.einsum("mai,mij,mbj->mab", left, products, left)
-    return 0.5 * (found + np.swapaxes(found, 1, 2))
+    matrix = 4.0 * np.einsum("mai,mij,mbj->mab", left, products, left)
+    return 0.5 * (matrix + np.swapaxes(matrix, 1, 2))
 
 
 def axes(products: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(directions, resultants, spreads) of the three body axes, eqs. (E5) to (E7)."""
-    # columns of 1 - R are short where spreads are small: what is lost there would be lost to the spread
-    short = _short(products)
-    squares = (short * short).sum(axis=1)
-    along = np.diagonal(short, axis1=1, axis2=2)
-    left_out = 2.0 * along - squares  # 1 - length^2, without cancellation
-    turned = np.swapaxes(np.eye(3) - short, 1, 2)  # rows are the axes
-    lengths = np.linalg.norm(turned, axis=-1)
-    spreads = np.sqrt(np.maximum(2.0 * left_out / (1.0 + lengths), 0.0))
-    inertial = orientation.rotate(reference[:, None], turned)
+    # columns of 1 - R are short where spreads are small, and have the digits that R would lose
+    defect = _mean_rotation_defect(products)
+    squares = (defect * defect).sum(axis=1)
+    one_minus_square = 2.0 * np.diagonal(defect, axis1=1, axis2=2) - squares  # 1 - length^2, uncancelled
+    means = np.swapaxes(np.eye(3) - defect, 1, 2)  # rows are the axes
+    lengths = np.linalg.norm(means, axis=-1)
+    spreads = np.sqrt(np.maximum(2.0 * one_minus_square / (1.0 + lengths), 0.0))
+    inertial = rotations.rotate(reference[:, None], means)
     inertial /= np.maximum(np.linalg.norm(inertial, axis=-1, keepdims=True), ROUNDING)
     return np.where(lengths[..., None] > ROUNDING, inertial, 0.0), lengths, spreads
 
 
-def _short(products: np.ndarray) -> np.ndarray:
-    """(m, 3, 3): 1 - mean of R(p), from the mean of p p^T of trace one."""
+def _mean_rotation_defect(products: np.ndarray) -> np.ndarray:
+    """(m, 3, 3): 1 - mean of R(p), eq. (E5), from the mean of p p^T of trace one."""
     out = np.empty((len(products), 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         out[:, i, i] = 2.0 * (products[:, 1 + j, 1 + j] + products[:, 1 + k, 1 + k])

@@ -1,23 +1,24 @@
-"""Ephemerides as files: one module a format, and here the way in and out.
+"""Ephemerides as files: one module per format, and the functions that write and read them.
 
-answer    a file that is sent rather than kept, and options as text
-known     which formats there are
-samples   an ephemeris piece by piece, as every writer takes it
-nodes     the instants that an interpolating reader is given, and how far off it will be between them
-parts     what the formats of this library say: metadata and columns, with their units in the names
-events    what happened at instants, as plain data
-files     whole or not at all
-lines     text in blocks of lines
-rows      numbers as rows of text, and back
-whole     contents that are read at once, within measure
+registry              the formats: names, endings, media types
+encoding              files that are sent, not stored; options from text
+schema                metadata and columns, with their units in the names
+interpolation_nodes   the instants written for readers that interpolate, and the error between them
+columnar              numbers alone, with dates as nanoseconds of TAI
+text_rows             numbers as rows of text, and back
+line_blocks           text in blocks of lines
+bounded_read          contents that are read at once, up to a limit
+binary                sinks and size checks of binary formats
+time_origin           instants as seconds since a whole second
 
 Each format is a module with
 
-    blocks(samples, **options) -> Iterator[bytes]          the file, at the memory of one piece
-    parse(stream, source, **options) -> Ephemeris          and back
+    blocks(samples, **options) -> Iterator[bytes]          the file, at the memory of one chunk
+    parse(stream, source, **options) -> EphemerisData      and back
 
-or, where readers interpolate, `blocks(nodes, ...)` and `interpolant(**options)`; where they do so in a frame
-of the format's own, `prepared(samples)` turns to it; where other files go with it, `beside(nodes, name)`.
+or, where readers interpolate, `blocks(nodes, ...)` and `interpolant(**options)`.  A format that is
+interpolated in a frame of its own has `prepared(samples)`, which transforms the samples to that frame; a
+format with companion files has `companions(nodes, name, **options)`.
 """
 
 from __future__ import annotations
@@ -32,99 +33,99 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import FormatError, InputError
-from . import nodes
-from .files import STANDARD_STREAM as STANDARD_STREAM
-from .files import write_together
-from .files import write_whole as write_whole
-from .known import BY_ENDING, FORMATS
-from .known import Format as Format
-from .nodes import Written
-from .parts import is_utf8
-from .samples import Progress, Samples
+from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
+from ..runtime.atomic_files import write_together
+from ..runtime.atomic_files import write_whole as write_whole
+from ..samples.chunks import Progress, Samples
+from . import interpolation_nodes
+from .interpolation_nodes import Written
+from .registry import BY_ENDING, FORMATS
+from .registry import Format as Format
+from .schema import is_utf8
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
-
-
-# What the ways in and out say about every format, and no format has as an option of its own.
-_GIVEN = ("samples", "nodes", "name", "stream", "source")
+    from ..samples.ephemeris_data import EphemerisData
 
 
 def write(
-    ephemeris: Ephemeris | Samples,
+    ephemeris: EphemerisData | Samples,
     path: str | Path,
-    format: str | None = None,
+    format: str | None = None,  # noqa: A002 (public name)
     progress: Progress | None = None,
     interpolation_error: Any = None,
     **options: Any,
 ) -> Written:
     """See `Ephemeris.write`; the path "-" is standard output, and then the format must be named."""
-    known = find(path, format)
-    if known.has_companions and str(path) == STANDARD_STREAM:
-        raise FormatError(f"{known.name} is several files: it needs a name to go by", str(path))
+    entry = find(path, format)
+    if entry.has_companions and str(path) == STANDARD_STREAM:
+        raise FormatError(
+            f"{entry.name} has companion files: it needs a path, not standard output", str(path)
+        )
     samples = ephemeris if isinstance(ephemeris, Samples) else Samples.of(ephemeris, progress)
     try:
-        whole = encode(samples, known, interpolation_error, options)
+        encoded = encode(samples, entry, interpolation_error, options)
     except FormatError as error:
         raise error if error.source else FormatError(str(error), str(path)) from None
-    if not known.has_companions:
-        write_whole(whole.blocks, path)
-        return whole.written
-    beside = {
-        Path(path).with_suffix(ending): [content] for ending, content in whole.beside(Path(path).name).items()
-    }
-    write_together({Path(path): whole.blocks, **beside})
-    return whole.written
+    if entry.has_companions:
+        companions = encoded.companions(Path(path).name)
+        files = {Path(path).with_suffix(ending): [content] for ending, content in companions.items()}
+        write_together({Path(path): encoded.blocks, **files})
+    else:
+        write_whole(encoded.blocks, path)
+    return encoded.written
 
 
 class Encoded(NamedTuple):
-    """An ephemeris on its way out.
+    """An ephemeris in a format.
 
-    blocks : the file; computed as they are taken
-    written : what is in it
-    beside : the files that go with it, by their endings, for a file of this name
+    blocks : the file; computed as they are read
+    written : how many attitudes it holds, and the interpolation error between them
+    companions : the companion files of a file of this name: their contents by their endings
     """
 
     blocks: Iterator[bytes]
     written: Written
-    beside: Callable[[str], dict[str, bytes]]
+    companions: Callable[[str], dict[str, bytes]]
 
 
 def encode(
     samples: Samples,
-    known: Format,
+    entry: Format,
     interpolation_error: Any = None,
     options: dict[str, Any] | None = None,
-    most_nodes: int = nodes.MOST_NODES,
+    max_nodes: int = interpolation_nodes.MOST_NODES,
 ) -> Encoded:
-    """The file of a format; refuses what it cannot hold before the first block is taken."""
-    module, options = module_of(known), options or {}
+    """The ephemeris in a format; refuses what the format cannot hold before the first block is computed."""
+    module, options = module_of(entry), options or {}
     if samples.count == 0 or not all(samples.shape):
         raise FormatError("an ephemeris of no instants is not written")
-    if not is_utf8(samples.head.name):
-        raise FormatError(f"the name {samples.head.name!a} has half of a character, which no file holds")
-    check_options(known, options)
+    if not is_utf8(samples.first.name):
+        raise FormatError(f"the name {samples.first.name!a} contains an unpaired surrogate; not valid UTF-8")
+    check_options(entry, options)
     if hasattr(module, "interpolant"):
-        if hasattr(module, "prepared"):  # interpolated in another frame than the ephemeris is in
+        if hasattr(module, "prepared"):
             samples = module.prepared(samples)
-        given = nodes.chosen(samples, module.interpolant(**options), interpolation_error, most_nodes)
-        beside = partial(module.beside, given, **options) if known.has_companions else _alone
-        return Encoded(module.blocks(given, **options), given.written, beside)
+        nodes = interpolation_nodes.chosen(
+            samples, module.interpolant(**options), interpolation_error, max_nodes
+        )
+        companions = partial(module.companions, nodes, **options) if entry.has_companions else _no_companions
+        return Encoded(module.blocks(nodes, **options), nodes.written, companions)
     if interpolation_error is not None:
-        expected = f"none for {known.name}, whose readers are given every attitude"
+        expected = f"none for {entry.name}, which holds every attitude"
         raise InputError("interpolation_error", interpolation_error, expected)
-    return Encoded(module.blocks(samples, **options), nodes.Written(math.prod(samples.shape)), _alone)
+    written = Written(math.prod(samples.shape))
+    return Encoded(module.blocks(samples, **options), written, _no_companions)
 
 
-def _alone(name: str) -> dict[str, bytes]:
+def _no_companions(_: str) -> dict[str, bytes]:
     return {}
 
 
-def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:
+def read(path: str | Path, format: str | None = None, **options: Any) -> EphemerisData:  # noqa: A002 (public name)
     """See `Ephemeris.read`."""
-    known = find(path, format)
-    module = module_of(known)
-    _refuse_unknown(module.parse, options, known)
+    entry = find(path, format)
+    module = module_of(entry)
+    _refuse_unknown(module.parse, options, entry)
     try:
         with open(path, "rb") as stream:
             return module.parse(stream, str(path), **options)
@@ -133,38 +134,42 @@ def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemer
             raise
         raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
     except MemoryError:
-        raise FormatError("more than memory holds", str(path)) from None
+        raise FormatError("does not fit in memory", str(path)) from None
 
 
-def find(path: str | Path, format: str | None) -> Format:
-    """The format of a name, or else of the path's ending; refuses an unknown one."""
+def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public name)
+    """The registered format of a name, or else of the path's ending.
+
+    Raises FormatError for a name or an ending that is not registered.
+    """
     name = Path(path).suffix.lower() if format is None else format.lower()
-    known = BY_ENDING.get(name) if format is None else FORMATS.get(name)
-    if known is None:
-        found = f"format {name.removeprefix('.')!r}" if name else "no format and no file ending"
-        raise FormatError(f"{found}; this version knows {', '.join(FORMATS)}", str(path))
-    return known
+    entry = BY_ENDING.get(name) if format is None else FORMATS.get(name)
+    if entry is None:
+        requested = (
+            f"unknown format {name.removeprefix('.')!r}" if name else "neither a format nor a file ending"
+        )
+        raise FormatError(f"{requested}; this version has {', '.join(FORMATS)}", str(path))
+    return entry
 
 
-def module_of(known: Format) -> ModuleType:
-    """The module that writes and reads a format; what it rests on may not be installed."""
-    return import_module(f".{known.module}", __name__)
+def module_of(entry: Format) -> ModuleType:
+    """The module that writes and reads a format; ImportError where a package it needs is not installed."""
+    return import_module(f".{entry.module}", __name__)
 
 
-def check_options(known: Format, options: dict[str, Any]) -> None:
-    """Of the writer: the keyword arguments of the format's own function; InputError for any other."""
-    _refuse_unknown(module_of(known).blocks, options, known)
+def check_options(entry: Format, options: dict[str, Any]) -> None:
+    """Raises InputError for an option that the format's writer does not have."""
+    _refuse_unknown(module_of(entry).blocks, options, entry)
 
 
 def option_names(function: Callable[..., Any]) -> list[str]:
-    """Of a format's writer (`blocks`) or reader (`parse`)."""
-    return [name for name in inspect.signature(function).parameters if name not in _GIVEN]
+    """The options of a format's writer (`blocks`) or reader (`parse`)."""
+    arguments = ("samples", "nodes", "name", "stream", "source")  # of every format
+    return [name for name in inspect.signature(function).parameters if name not in arguments]
 
 
-def _refuse_unknown(function: Any, options: dict[str, Any], known: Format) -> None:
-    if not options:
-        return
-    taken = option_names(function)
+def _refuse_unknown(function: Any, options: dict[str, Any], entry: Format) -> None:
+    names = option_names(function) if options else []
     for name, value in options.items():
-        if name not in taken:
-            raise InputError(name, value, f"for {known.name} an option of {', '.join(taken) or 'none'}")
+        if name not in names:
+            raise InputError(name, value, f"for {entry.name} an option of {', '.join(names) or 'none'}")

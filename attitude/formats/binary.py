@@ -1,4 +1,4 @@
-"""What formats of bytes have in common: written without seeking, read without trust in the sizes told."""
+"""Sinks and checks of binary formats: written without seeking, read without trust in stated sizes."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ from itertools import groupby
 from typing import Any, BinaryIO
 
 from ..errors import FormatError
-from . import whole
+from . import bounded_read
 
-# A file may tell of more bytes than it has (packed ones): of so many more, or of so many in all.
-MOST_TIMES = 100
-ALWAYS = 1 << 30
-LONG = 1 << 16  # bytes; shorter pieces are handed out together
+MAX_INFLATED_BYTES = 1 << 30  # that any file may unpack to; a larger file, to MAX_INFLATION times its size
+MAX_INFLATION = 100
+MIN_PIECE_BYTES = 1 << 16  # shorter pieces are joined
 
 
 class Sink:
-    """A file for libraries to write to, that hands out what they wrote and keeps none of it."""
+    """A file object for libraries to write to; `take` returns what they wrote and drops it."""
 
     closed = False
 
@@ -25,57 +24,58 @@ class Sink:
         self._count = 0
 
     def write(self, data: Any) -> int:
+        """Write bytes to the blocks that are taken next."""
         size = memoryview(data).nbytes
         self._written.append(data)
         self._count += size
         return size
 
     def tell(self) -> int:
+        """Bytes written so far."""
         return self._count
 
     def flush(self) -> None:
-        pass
+        """Nothing: blocks are taken by the writer."""
 
     def close(self) -> None:
+        """Nothing: the blocks are the file."""
         self.closed = True
 
     def take(self) -> list[Any]:
-        """What was written since it was last asked: bytes, or where it is long a view of the library's."""
+        """What was written since the last call: joined bytes, and views of long pieces."""
         written, self._written = self._written, []
         pieces: list[Any] = []
-        for is_long, some in groupby(written, lambda data: memoryview(data).nbytes >= LONG):
+        for is_long, group in groupby(written, lambda data: memoryview(data).nbytes >= MIN_PIECE_BYTES):
             if is_long:
-                pieces.extend(map(memoryview, some))
+                pieces.extend(map(memoryview, group))
             else:
-                pieces.append(b"".join(some))
+                pieces.append(b"".join(group))
         return pieces
 
 
 def seekable(stream: BinaryIO, source: str) -> BinaryIO:
-    """The same bytes, in memory if they come through a pipe."""
-    return stream if stream.seekable() else io.BytesIO(whole.untold(stream, source))
+    """The stream itself, or the contents of a pipe in memory."""
+    return stream if stream.seekable() else io.BytesIO(bounded_read.from_pipe(stream, source))
 
 
-def size(stream: BinaryIO) -> int:
-    """Bytes in all; the stream is at its beginning afterwards."""
-    end = stream.seek(0, io.SEEK_END)
+def refuse_inflated(stated: int, stream: BinaryIO, source: str) -> None:
+    """Raises FormatError where the stated unpacked size is out of proportion to the file's.
+
+    The stream is at its beginning afterwards.
+    """
+    size = stream.seek(0, io.SEEK_END)
     stream.seek(0)
-    return end
+    limit = max(MAX_INFLATED_BYTES, MAX_INFLATION * size)
+    if stated > limit:
+        raise FormatError(f"states {stated} bytes of data, and a file of its size may have {limit}", source)
 
 
-def refuse_inflated(told: int, stream: BinaryIO, source: str) -> None:
-    """Refuses to unpack so many bytes from so small a file: no attitudes repeat themselves like that."""
-    most = max(ALWAYS, MOST_TIMES * size(stream))
-    if told > most:
-        raise FormatError(f"tells of {told} bytes, more than the {most} that a file of its size may", source)
-
-
-def refuse_rest(stream: BinaryIO, source: str) -> None:
-    """Refuses a file that goes on where it should end; of a pipe nobody knows whether more will come."""
+def refuse_trailing(stream: BinaryIO, source: str) -> None:
+    """Raises FormatError where bytes follow the end of the data (unless in a pipe, which may block)."""
     if stream.seekable() and stream.read(1):
-        raise FormatError("something after its end", source)
+        raise FormatError("data after its end", source)
 
 
-def told_by(error: Exception) -> str:
-    """What a library says of a file it cannot read, in one line."""
+def one_line(error: Exception) -> str:
+    """A library's message of an error, in one line of at most 200 characters."""
     return " ".join(str(error).split())[:200] or type(error).__name__

@@ -1,55 +1,62 @@
-"""Columns of numbers alone: dates as nanoseconds of TAI, which has no leap seconds to leave out.
+"""Columns of numbers alone: dates as nanoseconds of TAI, which has no leap seconds.
 
 A datetime64, or an Arrow timestamp, cannot be at a leap second; UTC would be wrong by it, or ambiguous.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from astropy.time import Time
 
-from .. import memory
-from ..elapsed import Instants
+from ..errors import FormatError
 from ..runtime import compiled
-from . import parts
-from .samples import Samples
+from ..samples.chunks import Samples
+from ..times.instants import Instants
+from . import schema
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
 TIME_TAI = "time_tai"
 MEANING = "TAI, nanoseconds since 1970-01-01T00:00:00 TAI"
 LEFT_OUT = "left out: dates beyond those that 64-bit nanoseconds hold, 1678 to 2261"
 
-JD_1970 = 2440587.5
-HALF_DAY = 43_200 * 10**9  # ns
-BEYOND = 9_200_000_000 * 10**9  # ns; the greatest of 64 bits is 0.25 % further
+HALF_DAY_NS = 43_200 * 10**9
+MAX_DATE_NS = 9_200_000_000 * 10**9  # the greatest of 64 bits is 0.25 % more
+TIME_COLUMNS = (TIME_TAI, schema.ELAPSED, schema.REST)
+VECTOR_COLUMNS = (
+    *(*schema.QUATERNION, *schema.RATE, *schema.MOMENTUM),
+    *(*schema.POSITION, *schema.VELOCITY),
+)
 
 
 def names(samples: Samples) -> list[str]:
-    """Of the columns: the same for every piece; the dates first, if they can be held."""
-    plain = [name for name in parts.names(samples) if name != parts.TIME]
-    return [TIME_TAI, *plain] if has_dates(samples) else plain
+    """Names of the columns, the same for every chunk; dates, if 64 bits can hold them, first."""
+    numbers = [name for name in schema.names(samples) if name != schema.TIME]
+    epoch = samples.first.epoch
+    return [TIME_TAI, *numbers] if epoch is not None and can_hold(epoch, *samples.span) else numbers
 
 
-def has_dates(samples: Samples) -> bool:
-    epoch = samples.head.epoch
-    return epoch is not None and can_hold(epoch, *samples.span)
+def check_names(names: Sequence[str], source: str, what: str = "column") -> None:
+    """Raises FormatError for a name that is not a column's, and for one that is there twice."""
+    for i, name in enumerate(names):
+        if name not in (*TIME_COLUMNS, *VECTOR_COLUMNS) or name in names[:i]:
+            raise FormatError(f"{what} {name!r:.40}, unknown or repeated", source)
 
 
 def can_hold(epoch: Time, least: float, greatest: float) -> bool:
-    """Whether 64-bit nanoseconds reach from the first of these (s since the epoch) to the last."""
+    """Whether 64-bit nanoseconds can hold dates from the least to the greatest, s since the epoch."""
     start = sum(_since_1970(epoch))
-    return start + least * 1e9 > -BEYOND and start + greatest * 1e9 < BEYOND
+    return start + least * 1e9 > -MAX_DATE_NS and start + greatest * 1e9 < MAX_DATE_NS
 
 
-def columns(ephemeris: Ephemeris, wanted: Collection[str]) -> dict[str, np.ndarray]:
-    """Those asked for by name, each of the ephemeris's shape (those of time: of the instants')."""
-    table = parts.columns(ephemeris, wanted)
-    if TIME_TAI in wanted and ephemeris.epoch is not None:
+def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.ndarray]:
+    """The columns of these names, each of the ephemeris's shape (those of time: of the instants')."""
+    table = schema.columns(ephemeris, names)
+    if TIME_TAI in names and ephemeris.epoch is not None:
         table[TIME_TAI] = nanoseconds(ephemeris.instants, ephemeris.epoch)
     return table
 
@@ -58,15 +65,17 @@ def nanoseconds(instants: Instants, epoch: Time) -> np.ndarray:
     """datetime64[ns] of the instants' shape: TAI, to the nearest nanosecond."""
     start, below = _since_1970(epoch)
     seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-    rest = np.zeros_like(seconds) if instants.rest is None else np.ascontiguousarray(instants.rest)
-    counts = memory.empty(seconds.shape)
-    compiled.nanoseconds(seconds, rest.reshape(-1), start, below, counts)
+    low = instants.seconds_low
+    low = np.zeros_like(seconds) if low is None else np.ascontiguousarray(low).reshape(-1)
+    counts = np.empty(seconds.shape)
+    compiled.nanoseconds(seconds, low, start, below, counts)
     return counts.view("M8[ns]").reshape(instants.shape)
 
 
 def _since_1970(epoch: Time) -> tuple[int, float]:
-    """ns, in two parts: jd1 is a multiple of half a day, jd2 less than a day."""
+    """ns of TAI in two parts: jd1 is a multiple of half a day, jd2 less than a day."""
     tai = epoch.tai
-    halves = round(2.0 * (float(tai.jd1) - JD_1970))
-    below = (float(tai.jd1) - JD_1970 - 0.5 * halves + float(tai.jd2)) * 2.0 * HALF_DAY
-    return halves * HALF_DAY + round(below), below - round(below)
+    days = float(tai.jd1) - 2440587.5
+    halves = round(2.0 * days)
+    below = (days - 0.5 * halves + float(tai.jd2)) * 2.0 * HALF_DAY_NS
+    return halves * HALF_DAY_NS + round(below), below - round(below)

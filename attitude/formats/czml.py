@@ -1,9 +1,9 @@
-"""CZML, what Cesium shows: attitudes relative to the Earth-fixed frame, scalar last, seconds from an epoch.
+"""CZML, the format of Cesium: attitudes relative to the Earth-fixed frame, scalar last.
 
-[t, x, y, z, w, ...] of `orientation.unitQuaternion` turn the body's axes to the Earth-fixed ones, which here
-are ITRF (`Ephemeris.in_frame`); times are SI seconds from `epoch`, which is UTC to the nanosecond.  Where
-nobody may interpolate, an interval ends and holds its last attitude.  Cesium interpolates in the Earth-fixed
-frame, so that is where nodes should be judged: `prepared` gives the samples there.
+[t, x, y, z, w, ...] of `orientation.unitQuaternion` rotate the body's axes to the Earth-fixed ones, those of
+ITRF here; times are SI seconds from `epoch`, which is UTC to the nanosecond.  Where interpolation is not
+allowed, an interval ends and holds its last attitude.  Cesium interpolates in the Earth-fixed frame, so
+`prepared` transforms the samples to it before nodes are chosen.
 """
 
 from __future__ import annotations
@@ -19,27 +19,28 @@ import numpy as np
 import orjson
 from astropy.time import Time
 
-from .. import elapsed, orientation
-from ..dates import parse_time, parse_times
-from ..dynamics.event import Event
-from ..elapsed import Instants
-from ..ephemeris import Along, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
-from ..frames import turn_from_gcrf
-from ..frames_of_date import itrf
-from . import parts, whole
-from .nodes import Interpolant, Nodes
-from .samples import BLOCK, Samples
+from ..frames import rotations
+from ..frames.earth_fixed import itrf
+from ..frames.inertial import rotation_from_gcrf
+from ..samples.chunks import CHUNK_INSTANTS, Samples
+from ..samples.ephemeris_data import EphemerisData, OrbitStates
+from ..samples.event import Event
+from ..samples.transform import in_frame
+from ..times.instants import Instants, as_instants
+from ..times.iso8601 import parse_time, parse_times
+from . import bounded_read, schema
+from .interpolation_nodes import Interpolant, Nodes
 
 FRAME = "ITRF"
-MOST_BYTES = 1 << 30  # the whole text is read at once
-# Where a body without an orbit is drawn: 1000 km above the equator, at longitude 0.
-PLACE = (7378137.0, 0.0, 0.0)
-BOX = (3.0, 2.0, 1.0)
-# s; no orbit about the Earth turns faster than 1.8e-3 rad/s: one of degree 5 errs by 5 cm.
+MAX_BYTES = 1 << 30  # the text is read as a whole
+# Position, m, of a body without an orbit: 1000 km above the equator, at longitude 0.
+DEFAULT_POSITION = (7378137.0, 0.0, 0.0)
+DEFAULT_BOX = (3.0, 2.0, 1.0)  # m
+# s; no orbit about the Earth turns faster than 1.8e-3 rad/s, so that degree 5 errs by 5 cm at most.
 POSITION_STEP, POSITION_DEGREE = 60.0, 5
-A_MINUTE = 60.0  # what playing all of it takes, unless it is shorter
-SAID_OF_IT = (
+PLAYING_TIME = 60.0  # s, of longer ephemerides
+DESCRIPTION = (
     "Attitude: rotation from the body's axes to the Earth-fixed frame (ITRF, IAU 2006/2000A, UT1 and the "
     "pole from the tables of the IERS), scalar last, unit quaternion"
 )
@@ -48,41 +49,44 @@ SAID_OF_IT = (
 # -- writing ------------------------------------------------------------------------------------
 
 
-def interpolant(
-    *, id: str | None = None, position: Any = None, box: Any = BOX, model: str | None = None
-) -> Interpolant:
-    """Cesium's LINEAR of a quaternion is slerp; the options make no difference."""
+def interpolant(**_: Any) -> Interpolant:
+    """Slerp, which is what Cesium's LINEAR does with a quaternion."""
     return Interpolant("slerp")
 
 
 def prepared(samples: Samples) -> Samples:
-    """The samples as Cesium interpolates them: relative to the Earth-fixed frame."""
+    """Transform samples to the Earth-fixed frame, in which Cesium interpolates."""
     return Samples(
-        samples.count, lambda first, last: _earth_fixed(samples.cut(first, last)), samples.progress
+        samples.count, lambda first, last: _earth_fixed(samples.chunk(first, last)), samples.progress
     )
 
 
 def blocks(
-    nodes: Nodes, *, id: str | None = None, position: Any = None, box: Any = BOX, model: str | None = None
+    nodes: Nodes,
+    *,
+    id: str | None = None,  # noqa: A002 (public name)
+    position: Any = None,
+    box: Any = DEFAULT_BOX,
+    model: str | None = None,
 ) -> Iterator[bytes]:
-    """The document's packet, and one of the body.
+    """Packet of the document, and packet of the body.
 
-    id : of the packet; the ephemeris's name where there is one
-    position : (x, y, z), m, Earth-fixed, where it is drawn; else along the scene's orbit about the Earth, and
-        without one at PLACE
-    box : (x, y, z), m, how large a box along the body's axes stands for it; None for none
-    model : the URI of a glTF model to draw instead
+    id : of the body's packet; by default the ephemeris's name
+    position : (x, y, z), m, Earth-fixed, at which the body is drawn; by default along the scene's orbit about
+        the Earth, and without one at DEFAULT_POSITION
+    box : (x, y, z), m, size of the box that is drawn along the body's axes; None for none
+    model : URI of a glTF model that is drawn instead of the box
     """
-    place = None if position is None else _three(position, "position")
-    size = None if box is None or model is not None else _three(box, "box")
-    head, tail = nodes.segments[0].head, nodes.segments[-1].tail
+    fixed = None if position is None else _three_numbers(position, "position")
+    size = None if box is None or model is not None else _three_numbers(box, "box")
+    head, tail = nodes.segments[0].first, nodes.segments[-1].last
     if head.epoch is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
     span = _interval(head, tail)
     name = head.name or "attitude"
     yield b"[" + orjson.dumps(_document(head, tail, span, name)) + b","
     packet: dict[str, Any] = {"id": id or name, "name": name, "availability": span}
-    packet["description"] = "<p>" + html.escape(f"{SAID_OF_IT}. {nodes.remark}.") + "</p>"
+    packet["description"] = "<p>" + html.escape(f"{DESCRIPTION}. {nodes.remark}.") + "</p>"
     if model is not None:
         packet["model"] = {"gltf": model, "minimumPixelSize": 64}
     if size is not None:
@@ -92,18 +96,18 @@ def blocks(
             "outlineColor": {"rgba": [0, 0, 0, 255]},
         }
     yield orjson.dumps(packet)[:-1] + b',"position":'
-    yield from _position(head, tail, place)
+    yield from _position(head, tail, fixed)
     yield b',"orientation":'
     yield from _orientation(nodes.segments)
     yield b"}]\n"
 
 
-def _document(head: Ephemeris, tail: Ephemeris, span: str, name: str) -> dict[str, Any]:
-    seconds = _last(tail) - _first(head)
+def _document(head: EphemerisData, tail: EphemerisData, span: str, name: str) -> dict[str, Any]:
+    seconds = float(tail.elapsed[-1]) - float(head.elapsed[0])
     clock = {
         "interval": span,
-        "currentTime": span.split("/")[0],
-        "multiplier": max(1.0, seconds / A_MINUTE),
+        "currentTime": span.split("/", maxsplit=1)[0],
+        "multiplier": max(1.0, seconds / PLAYING_TIME),
         "range": "LOOP_STOP",
         "step": "SYSTEM_CLOCK_MULTIPLIER",
     }
@@ -111,63 +115,60 @@ def _document(head: Ephemeris, tail: Ephemeris, span: str, name: str) -> dict[st
 
 
 def _orientation(segments: tuple[Samples, ...]) -> Iterator[bytes]:
-    """One object; or one an interval, up to where the next begins."""
-    last, several = None, len(segments) > 1
-    yield b"[" if several else b""
+    """Orientation as one object, or a list of one object an interval, which extends to the next."""
+    last, is_list = None, len(segments) > 1
+    yield b"[" if is_list else b""
     for i, segment in enumerate(segments):
-        head = segment.head
-        property = _sampled(head, "LINEAR", 1)
-        if several:
-            following = segments[i + 1].head if i + 1 < len(segments) else segment.tail
-            property = {
-                "interval": _interval(head, following),
-                **property,
-                "forwardExtrapolationType": "HOLD",
-            }
-        yield (b"," if i else b"") + orjson.dumps(property)[:-1] + b',"unitQuaternion":['
-        for k, piece in enumerate(segment.pieces()):
+        head = segment.first
+        sampled = _sampled(head, "LINEAR", 1)
+        if is_list:
+            following = segments[i + 1].first if i + 1 < len(segments) else segment.last
+            interval = _interval(head, following)
+            sampled = {"interval": interval, **sampled, "forwardExtrapolationType": "HOLD"}
+        yield (b"," if i else b"") + orjson.dumps(sampled)[:-1] + b',"unitQuaternion":['
+        for k, piece in enumerate(segment.chunks()):
             last = _refuse_disorder(piece, last)
             yield (b"," if k else b"") + _rows(piece.elapsed, _earth_fixed(piece).quaternion("xyzw"))
         yield b"]}"
-    yield b"]" if several else b""
+    yield b"]" if is_list else b""
 
 
-def _position(head: Ephemeris, tail: Ephemeris, place: list[float] | None) -> Iterator[bytes]:
-    along = head.along
-    if place is None and along is not None and along.frame != "INERTIAL" and along.is_about_the_earth:
-        first, last = _first(head), _last(tail)
+def _position(head: EphemerisData, tail: EphemerisData, fixed: list[float] | None) -> Iterator[bytes]:
+    orbit = head.orbit
+    if fixed is None and orbit is not None and orbit.frame != "INERTIAL" and orbit.is_about_the_earth:
+        first, last = float(head.elapsed[0]), float(tail.elapsed[-1])
         if last > first:
             yield orjson.dumps(_sampled(head, "LAGRANGE", POSITION_DEGREE))[:-1] + b',"cartesian":['
-            yield from _positions(along, head, first, last)
+            yield from _positions(orbit, head, first, last)
             yield b"]}"
             return
-        place = _place(along, head.instants)[0].tolist()
-    yield orjson.dumps({"cartesian": list(PLACE) if place is None else place})
+        fixed = _earth_fixed_positions(orbit, head.instants)[0].tolist()
+    yield orjson.dumps({"cartesian": list(DEFAULT_POSITION) if fixed is None else fixed})
 
 
-def _positions(along: Along, head: Ephemeris, first: float, last: float) -> Iterator[bytes]:
-    """Rows of positions at even instants, close enough for a polynomial between them."""
+def _positions(orbit: OrbitStates, head: EphemerisData, first: float, last: float) -> Iterator[bytes]:
+    """Rows of positions at even instants, close enough for interpolation."""
     intervals = max(POSITION_DEGREE, math.ceil((last - first) / POSITION_STEP))
-    for k in range(0, intervals + 1, BLOCK):
-        i = np.arange(k, min(k + BLOCK, intervals + 1))
+    for k in range(0, intervals + 1, CHUNK_INSTANTS):
+        i = np.arange(k, min(k + CHUNK_INSTANTS, intervals + 1))
         t = np.where(i == intervals, last, first + (last - first) * (i / intervals))
-        yield (b"," if k else b"") + _rows(t, _place(along, Instants(t, None, head.epoch)))
+        yield (b"," if k else b"") + _rows(t, _earth_fixed_positions(orbit, Instants(t, None, head.epoch)))
 
 
-def _place(along: Along, instants: Instants) -> np.ndarray:
-    """(n, 3) m, Earth-fixed."""
-    turn = turn_from_gcrf(along.frame, "an Earth-fixed position").back().then(itrf(instants))
-    return orientation.rotate(turn.quaternion, along.state(instants)[0])
+def _earth_fixed_positions(orbit: OrbitStates, instants: Instants) -> np.ndarray:
+    """(n, 3) m."""
+    turn = rotation_from_gcrf(orbit.frame, "an Earth-fixed position").back().then(itrf(instants))
+    return rotations.rotate(turn.quaternion, orbit.state(instants)[0])
 
 
-def _earth_fixed(ephemeris: Ephemeris) -> Ephemeris:
+def _earth_fixed(ephemeris: EphemerisData) -> EphemerisData:
     try:
-        return ephemeris.in_frame(FRAME)
+        return in_frame(ephemeris, FRAME)
     except AttitudeError as error:
         raise FormatError(f"CZML is relative to the Earth-fixed frame ({error})") from None
 
 
-def _sampled(ephemeris: Ephemeris, algorithm: str, degree: int) -> dict[str, Any]:
+def _sampled(ephemeris: EphemerisData, algorithm: str, degree: int) -> dict[str, Any]:
     return {
         "epoch": _date(ephemeris.epoch),
         "interpolationAlgorithm": algorithm,
@@ -176,13 +177,13 @@ def _sampled(ephemeris: Ephemeris, algorithm: str, degree: int) -> dict[str, Any
 
 
 def _rows(seconds: np.ndarray, values: np.ndarray) -> bytes:
-    """t, x, y, z, ... of all rows, between commas."""
+    """Numbers of all rows, t, x, y, z, ..., between commas."""
     table = np.column_stack([seconds, values]).reshape(-1)
     return orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1]
 
 
-def _refuse_disorder(piece: Ephemeris, last: float | None) -> float:
-    """The last instant of a piece; refuses one that is not after the one before it, `last` at first."""
+def _refuse_disorder(piece: EphemerisData, last: float | None) -> float:
+    """Return the last instant of a piece; refuses instants that do not increase, from `last` on."""
     seconds = piece.elapsed
     before = np.concatenate([[-np.inf if last is None else last], seconds[:-1]])
     late = ~(seconds > before)
@@ -194,7 +195,7 @@ def _refuse_disorder(piece: Ephemeris, last: float | None) -> float:
     return float(seconds[-1])
 
 
-def _interval(head: Ephemeris, tail: Ephemeris) -> str:
+def _interval(head: EphemerisData, tail: EphemerisData) -> str:
     return f"{_date(head.time[0])}/{_date(tail.time[-1])}"
 
 
@@ -202,33 +203,24 @@ def _date(time: Time | None) -> str:
     """ISO 8601, UTC to the nanosecond, without zeros at its end."""
     if time is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
-    text = parts.iso_text(time.utc).item().decode()
+    text = schema.iso_text(time.utc).item().decode()
     return text.rstrip("0").rstrip(".") + "Z"
 
 
-def _first(ephemeris: Ephemeris) -> float:
-    return float(ephemeris.elapsed[0])
-
-
-def _last(ephemeris: Ephemeris) -> float:
-    return float(ephemeris.elapsed[-1])
-
-
-def _three(value: Any, field: str) -> list[float]:
-    """Three finite numbers, or text of them between commas."""
+def _three_numbers(value: Any, field: str) -> list[float]:
+    """Three finite numbers, given as such or as text with commas."""
     try:
-        numbers = value.split(",") if isinstance(value, str) else list(value)
-        found = [float(number) for number in numbers]
+        numbers = [float(number) for number in (value.split(",") if isinstance(value, str) else value)]
     except (TypeError, ValueError):
-        found = []
-    if len(found) != 3 or not np.isfinite(found).all():
+        numbers = []
+    if len(numbers) != 3 or not np.isfinite(numbers).all():
         raise InputError(field, value, "three finite numbers, m")
-    return found
+    return numbers
 
 
 # -- reading ------------------------------------------------------------------------------------
 
-SAMPLED = {
+SAMPLED_KEYS = {
     "epoch",
     "interval",
     "interpolationAlgorithm",
@@ -239,38 +231,42 @@ SAMPLED = {
     "backwardExtrapolationDuration",
     "unitQuaternion",
 }
-WITHIN = 1e-9  # s: dates are written to the nanosecond
+DATE_TOLERANCE = 1e-9  # s: dates are written to the nanosecond
 
 
-def parse(stream: BinaryIO, source: str, *, id: str | None = None, frame: str = "GCRF") -> Ephemeris:
-    """The attitudes of one packet, turned from the Earth-fixed frame to `frame`; they have no rates.
+def parse(
+    stream: BinaryIO,
+    source: str,
+    *,
+    id: str | None = None,  # noqa: A002 (public name)
+    frame: str = "GCRF",
+) -> EphemerisData:
+    """Attitudes of one packet, without rates, transformed from the Earth-fixed frame to `frame`.
 
-    id : of the packet, where several have an orientation
-    frame : "ITRF" for the very numbers of the file
+    id : of the packet, if several have an orientation
+    frame : "ITRF" for the numbers of the file, unchanged
     """
-    orientation.check_any_frame(frame)
+    rotations.check_any_frame(frame)
     try:
-        packet = _packet(_packets(stream, source), id)
-        found = _ephemeris(packet).in_frame(frame)
+        packet = _packet_with_orientation(_packets(stream, source), id)
+        ephemeris = in_frame(_ephemeris(packet), frame)
     except FormatError as error:
         raise FormatError(str(error), source) if not error.source else error from None
     except AttitudeError as error:
         raise FormatError(str(error), source) from None
-    if not _states_polynomials(packet):  # slerp does not mind the signs
-        return found
-    q = orientation.sign_continuous(found.quaternion("wxyz"))
-    return Ephemeris(q, found.instants, frame, name=found.name, events=found.events)
+    if not any(part.get("interpolationAlgorithm") in ("LAGRANGE", "HERMITE") for part in _intervals(packet)):
+        return ephemeris  # slerp does not depend on the signs
+    q = rotations.sign_continuous(ephemeris.quaternion("wxyz"))
+    return EphemerisData(q, ephemeris.instants, frame, name=ephemeris.name, events=ephemeris.events)
 
 
-def _states_polynomials(packet: dict[str, Any]) -> bool:
-    """Whether any interval of its orientation is to be interpolated by Lagrange's or Hermite's."""
-    given = packet["orientation"]
-    intervals = given if isinstance(given, list) else [given]
-    return any(part.get("interpolationAlgorithm") in ("LAGRANGE", "HERMITE") for part in intervals)
+def _intervals(packet: dict[str, Any]) -> list[Any]:
+    orientation = packet["orientation"]
+    return orientation if isinstance(orientation, list) else [orientation]
 
 
 def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
-    text = whole.text(stream, source, MOST_BYTES)
+    text = bounded_read.text(stream, source, MAX_BYTES)
     try:
         packets = orjson.loads(text)
     except orjson.JSONDecodeError as error:
@@ -289,53 +285,44 @@ def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
     return packets[1:]
 
 
-def _packet(packets: list[dict[str, Any]], id: str | None) -> dict[str, Any]:
-    """The one with an orientation, or that of the id."""
-    turning = [packet for packet in packets if "orientation" in packet and id in (None, packet.get("id"))]
-    if not turning:
-        raise FormatError(
-            "no packet has an orientation" if id is None else f"no packet {id!r} has an orientation"
-        )
-    if len(turning) > 1:
-        names = ", ".join(repr(packet.get("id")) for packet in turning[:10])
-        raise FormatError(f"several packets have an orientation ({names}): one is read, by its id")
-    return turning[0]
-
-
-def _ephemeris(packet: dict[str, Any]) -> Ephemeris:
-    given = packet["orientation"]
-    intervals = given if isinstance(given, list) else [given]
-    if not intervals:
-        raise FormatError("orientation: nothing")
-    several = len(intervals) > 1
-    read = [
-        _segment(part, f"orientation[{i}]" if several else "orientation") for i, part in enumerate(intervals)
+def _packet_with_orientation(packets: list[dict[str, Any]], name: str | None) -> dict[str, Any]:
+    """Packet with an orientation, of this id if one is given."""
+    candidates = [
+        packet for packet in packets if "orientation" in packet and name in (None, packet.get("id"))
     ]
-    epoch = read[0][0]
-    seconds = [t + _between(start, epoch) for start, t, _ in read]
+    if not candidates:
+        raise FormatError(f"no packet {'' if name is None else f'{name!r} '}has an orientation")
+    if len(candidates) > 1:
+        names = ", ".join(repr(packet.get("id")) for packet in candidates[:10])
+        raise FormatError(f"several packets have an orientation ({names}): one is read, by its id")
+    return candidates[0]
+
+
+def _ephemeris(packet: dict[str, Any]) -> EphemerisData:
+    intervals = _intervals(packet)
+    if not intervals:
+        raise FormatError("orientation: an empty list")
+    fields = [f"orientation[{i}]" for i in range(len(intervals))] if len(intervals) > 1 else ["orientation"]
+    segments = [_segment(part, field) for part, field in zip(intervals, fields, strict=True)]
+    epoch = segments[0][0]
+    seconds = [t + _seconds_between(start, epoch) for start, t, _ in segments]
     for before, after in pairwise(np.concatenate(seconds).tolist()):
         if not before < after:
             raise FormatError(f"orientation: {after!r} s is not after {before!r} s")
-    quaternion = np.concatenate([q for _, _, q in read])
-    orientation.attitude_quaternion(quaternion, "wxyz", "unitQuaternion")
+    quaternion = np.concatenate([q for _, _, q in segments])
+    rotations.attitude_quaternion(quaternion, "wxyz", "unitQuaternion")
     events = tuple(Event(float(t[0]), "segment", "a new interval of the file") for t in seconds[1:])
+    instants = Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion")
     name = packet.get("name", packet.get("id", ""))
-    return Ephemeris(
-        quaternion,
-        parts.check_dates(
-            Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion")
-        ),
-        FRAME,
-        name=name if isinstance(name, str) else "",
-        events=events,
-    )
+    name = name if isinstance(name, str) else ""
+    return EphemerisData(quaternion, schema.check_dates(instants), FRAME, name=name, events=events)
 
 
 def _segment(part: Any, field: str) -> tuple[Time, np.ndarray, np.ndarray]:
-    """Epoch, (n,) s since it, and (n, 4) wxyz of one interval."""
+    """Epoch, (n,) s since it, and (n, 4) wxyz, of one interval."""
     if not isinstance(part, dict) or not isinstance(part.get("unitQuaternion"), list):
         raise FormatError(f"{field}: no unitQuaternion with its samples")
-    unknown = sorted(set(part) - SAMPLED)
+    unknown = sorted(set(part) - SAMPLED_KEYS)
     if unknown:
         raise FormatError(f"{field}: {unknown[0]!r} is not read here")
     values = part["unitQuaternion"]
@@ -352,40 +339,40 @@ def _segment(part: Any, field: str) -> tuple[Time, np.ndarray, np.ndarray]:
 
 
 def _times(part: dict[str, Any], times: Sequence[Any], field: str) -> tuple[Time, np.ndarray]:
-    """Numbers since the epoch, or dates."""
+    """Epoch, and seconds since it, of times that are all numbers or all dates."""
     if all(isinstance(time, str) for time in times):
         dates = parse_times([_plain_date(time, field) for time in times], "utc")
-        return dates[0], np.asarray(elapsed.instants(dates, dates[0]).seconds)
+        return dates[0], np.asarray(as_instants(dates, dates[0]).seconds)
     if not all(type(time) in (int, float) for time in times):
         raise FormatError(f"{field}: times that are neither all numbers nor all dates")
     if "epoch" not in part:
         raise FormatError(f"{field}: times without an epoch")
-    return _read_date(part["epoch"], f"{field}.epoch"), np.array(times, dtype=float)
+    return _parse_date(part["epoch"], f"{field}.epoch"), np.array(times, dtype=float)
 
 
 def _check_interval(interval: Any, epoch: Time, seconds: np.ndarray, field: str) -> None:
-    """Samples outside their interval would not be shown."""
+    """Refuse attitudes outside their interval, which Cesium would not show."""
     if interval is None:
         return
     ends = interval.split("/") if isinstance(interval, str) else []
     if len(ends) != 2:
         raise FormatError(f"{field}.interval: no two dates with / between them")
-    start, stop = (_between(_read_date(end, f"{field}.interval"), epoch) for end in ends)
-    if not (start - WITHIN <= seconds.min() and seconds.max() <= stop + WITHIN):
+    start, stop = (_seconds_between(_parse_date(end, f"{field}.interval"), epoch) for end in ends)
+    if not (start - DATE_TOLERANCE <= seconds.min() and seconds.max() <= stop + DATE_TOLERANCE):
         raise FormatError(f"{field}: attitudes outside their interval")
 
 
-def _between(time: Time, epoch: Time) -> float:
-    """s, from the epoch to the time."""
-    return float(elapsed.instants(time, epoch).seconds)
+def _seconds_between(time: Time, epoch: Time) -> float:
+    """From the epoch to the time, s."""
+    return float(as_instants(time, epoch).seconds)
 
 
-def _read_date(text: Any, field: str) -> Time:
+def _parse_date(text: Any, field: str) -> Time:
     return parse_time(_plain_date(text, field), "utc", field)
 
 
 def _plain_date(text: Any, field: str) -> str:
-    """UTC, without its Z."""
+    """UTC date without its Z."""
     if not isinstance(text, str) or not re.fullmatch(
         r"\d{4}-\d\d-\d\dT\d\d:\d\d(:\d\d(\.\d{1,20})?)?Z", text
     ):

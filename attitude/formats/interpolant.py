@@ -1,7 +1,7 @@
-"""How readers of other tools find attitudes between those of a file, and how far off that is.
+"""Interpolation as readers of files do it, and its error.
 
 slerp      constant rate from node to node, along the shorter arc
-lagrange   of each component, the polynomial through the nearest nodes; brought to unit length
+lagrange   polynomial through the nearest nodes, of each component; then normalised
 """
 
 from __future__ import annotations
@@ -10,20 +10,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import orientation
 from ..errors import InputError
+from ..frames import rotations
 from ..runtime import compiled
-from ..runtime.threads import cut, processors, run
+from ..runtime.threads import processors, ranges, run
 
-MOST_DEGREE = 15
+MAX_DEGREE = 15
 MIN_INTERVALS_PER_THREAD = 4096
 MAX_THREADS = 4
 
 
 class Interpolant(NamedTuple):
-    """`kind` is "slerp" or "lagrange", then of polynomials of the `degree`.
+    """How readers interpolate.
 
-    crosses : whether its readers know no segments, and interpolate from the last node of one to the next
+    kind : "slerp" or "lagrange"
+    degree : of the polynomials; 1 for slerp
+    crosses : whether readers know no segments, and interpolate from the last node of one to the next
     """
 
     kind: str
@@ -35,43 +37,39 @@ class Interpolant(NamedTuple):
 
     @property
     def order(self) -> int:
-        """Power of the spacing that errors fall with."""
+        """Power of the spacing to which errors are proportional."""
         return self.degree + 1
 
     def errors(
-        self, t: np.ndarray, nodes: np.ndarray, intervals: np.ndarray, places: np.ndarray, true: np.ndarray
+        self, t: np.ndarray, nodes: np.ndarray, intervals: np.ndarray, fractions: np.ndarray, true: np.ndarray
     ) -> np.ndarray:
-        """(m,) rad: of each interval the greatest error at these places of it.
+        """(m,) rad: greatest error in each interval, at fractions of it.
 
-        t : (n,) s, increasing; nodes : (n, 4) wxyz; intervals : (m,) int, the node that each begins with;
-        places : (p,), fractions of an interval; true : (m * p, 4), the attitudes there
+        t : (n,) s, increasing; nodes : (n, 4) wxyz; intervals : (m,) int, the node at which each begins;
+        fractions : (p,), of an interval; true : (m * p, 4), the attitudes there
         """
-        size = np.empty(len(intervals))
+        sines = np.empty(len(intervals))
         width = 0 if self.kind == "slerp" else min(self.degree, len(t) - 1)
-        signed = orientation.sign_continuous(nodes)  # as writers of polynomials have them
-        given = (
-            np.ascontiguousarray(t),
-            _by_component(signed),
-            np.ascontiguousarray(intervals, dtype=np.int64),
-        )
-        wanted = _by_component(true)
+        signed = rotations.sign_continuous(nodes)  # as polynomials need them, and writers provide them
+        t, nodes = np.ascontiguousarray(t), np.ascontiguousarray(signed.T)
+        intervals = np.ascontiguousarray(intervals, dtype=np.int64)
+        true, count = np.ascontiguousarray(true), len(fractions)
 
         def interpolate(share: tuple[int, int]) -> None:
-            work, shared = np.empty((5, len(places))), np.empty((3, width + 1))
-            compiled.interpolate(*given, *share, width, places, wanted, work, shared, size)
+            first, last = share
+            work = np.empty((8, max(count, width + 1)))
+            part = true[first * count : last * count]
+            compiled.interpolate(
+                t, nodes, intervals[first:last], width, fractions, part, work, sines[first:last]
+            )
 
-        threads = min(processors(), MAX_THREADS, max(1, size.size // MIN_INTERVALS_PER_THREAD))
-        run(interpolate, cut(size.size, threads))
-        return 2.0 * np.arcsin(np.minimum(size, 1.0))
+        threads = min(processors(), MAX_THREADS, max(1, sines.size // MIN_INTERVALS_PER_THREAD))
+        run(interpolate, ranges(sines.size, threads))
+        return 2.0 * np.arcsin(np.minimum(sines, 1.0))
 
 
 def lagrange(degree: int, field: str) -> Interpolant:
-    """Of this degree; InputError, of the field that holds it, for one that nobody should interpolate with."""
-    if isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MOST_DEGREE:
-        raise InputError(field, degree, f"a whole number from 1 to {MOST_DEGREE}")
+    """Interpolant of this degree; InputError naming the field if it is out of range."""
+    if isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MAX_DEGREE:
+        raise InputError(field, degree, f"a whole number from 1 to {MAX_DEGREE}")
     return Interpolant("lagrange", degree)
-
-
-def _by_component(q: np.ndarray) -> np.ndarray:
-    """(4, n) of (n, 4)."""
-    return np.ascontiguousarray(q.T)

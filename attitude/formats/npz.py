@@ -1,7 +1,7 @@
-"""numpy's own: a zip of arrays, as `numpy.savez` writes it, column after column.
+"""NPZ: a zip archive of arrays, as `numpy.savez` writes it, column after column.
 
-A column goes out piece by piece; where there are bodies as well, its array is in Fortran's order, whose
-last dimension, that of the instants, is the slowest.  The metadata are JSON in an array of one text.
+A column is written chunk by chunk; with batch dimensions its array is in Fortran order, whose last
+dimension, that of the instants, varies slowest.  The metadata are JSON in an array of one text.
 """
 
 from __future__ import annotations
@@ -17,61 +17,64 @@ import orjson
 from numpy.lib import format as npy
 
 from ..errors import FormatError
-from . import columnar, parts
-from .binary import Sink, refuse_inflated, seekable, told_by
-from .samples import Samples
+from ..samples.chunks import Samples
+from . import columnar, schema
+from .binary import Sink, one_line, refuse_inflated, seekable
 
 if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
 METADATA = "metadata"
-OF_TIME = (columnar.TIME_TAI, parts.ELAPSED, parts.REST)
-KNOWN = (*OF_TIME, *parts.QUATERNION, *parts.RATE, *parts.MOMENTUM, *parts.POSITION, *parts.VELOCITY)
-NS, DOUBLE = np.dtype("<M8[ns]"), np.dtype("<f8")
-LONGEST_HEADER = 1 << 12  # bytes, of an array
+MAX_HEADER_BYTES = 1 << 12  # of an array
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
     sink, names = Sink(), columnar.names(samples)
     with zipfile.ZipFile(sink, "w") as archive:
         with _member(archive, METADATA) as member:
-            npy.write_array(member, np.array(orjson.dumps(parts.metadata(samples)).decode()))
+            npy.write_array(member, np.array(orjson.dumps(schema.metadata(samples)).decode()))
         for i, name in enumerate(names):
             with _member(archive, name) as member:
                 member.write(_header(samples, name))
-                for piece in _pieces(samples, i, len(names)):
-                    values = columnar.columns(piece, (name,))[name]
+                for chunk in _chunks(samples, i, len(names)):
+                    values = columnar.columns(chunk, (name,))[name]
                     member.write(np.ascontiguousarray(values.T).reshape(-1).view(np.uint8).data)
                     yield from sink.take()
     yield from sink.take()
 
 
 def _member(archive: zipfile.ZipFile, name: str) -> Any:
-    """An array's place in the archive; without a date, so that the same ephemeris gives the same bytes."""
+    """A member for an array; without a date, so that the same ephemeris gives the same bytes."""
     return archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True)
 
 
+def _dtype(name: str) -> np.dtype[Any]:
+    return np.dtype("<M8[ns]" if name == columnar.TIME_TAI else "<f8")
+
+
 def _header(samples: Samples, name: str) -> bytes:
-    """numpy's, before an array's numbers."""
-    instants = samples.head.instants.shape
-    shape = samples.shape[len(samples.shape) - len(instants) :] if name in OF_TIME else samples.shape
-    kind = NS if name == columnar.TIME_TAI else DOUBLE
+    """numpy's header of an array."""
+    shape = samples.shape
+    if name in columnar.TIME_COLUMNS:
+        shape = shape[len(shape) - len(samples.first.instants.shape) :]
     sink = Sink()
-    described = {"descr": npy.dtype_to_descr(kind), "fortran_order": len(shape) > 1, "shape": shape}
-    npy.write_array_header_1_0(sink, described)
+    fields = {"descr": npy.dtype_to_descr(_dtype(name)), "fortran_order": len(shape) > 1, "shape": shape}
+    npy.write_array_header_1_0(sink, fields)
     return b"".join(sink.take())
 
 
-def _pieces(samples: Samples, part: int, of: int) -> Iterator[Ephemeris]:
-    """Of instants along one dimension; of others all at once, whose order no pieces have."""
-    if len(samples.head.instants.shape) == 1:
-        yield from samples.pieces(part, of)
+def _chunks(samples: Samples, step: int, steps: int) -> Iterator[EphemerisData]:
+    """Chunks where the instants have one dimension; else all at once, since chunks would be out of order."""
+    if len(samples.first.instants.shape) == 1:
+        yield from samples.chunks(step, steps)
         return
-    yield samples.whole()
-    samples.progress((part + 1) / of)
+    yield samples.ephemeris()
+    samples.progress((step + 1) / steps)
 
 
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     stream = seekable(stream, source)
     try:
         with zipfile.ZipFile(stream) as archive:
@@ -82,27 +85,28 @@ def parse(stream: BinaryIO, source: str) -> Ephemeris:
             table = {name: _column(archive, each, name, source) for name, each in members.items()}
     except FormatError:
         raise
-    except Exception as error:  # of zip and of numpy: a dozen kinds
-        raise FormatError(f"not NPZ: {told_by(error)}", source) from None
+    except Exception as error:  # a dozen classes, of zipfile and of numpy
+        raise FormatError(f"not NPZ: {one_line(error)}", source) from None
     table.pop(columnar.TIME_TAI, None)  # the seconds are exact
-    return parts.ephemeris_from(meta, table, source)
+    return schema.ephemeris_from(meta, table, source)
 
 
 def _refuse_tail(stream: BinaryIO, source: str) -> None:
-    """A zip ends with 22 bytes of its own; what follows them, or a comment in them, is none of ours."""
+    """Refuses bytes after the archive's last record, of 22 bytes, and a comment in it."""
     stream.seek(-22, io.SEEK_END)
     if stream.read(4) != b"PK\5\6":
-        raise FormatError("something after its end", source)
+        raise FormatError("data after its end", source)
 
 
 def _members(archive: zipfile.ZipFile, source: str) -> dict[str, zipfile.ZipInfo]:
-    """By name; refuses one that is not ours, or there twice."""
+    """The members by the names of their columns; refuses unknown and repeated ones."""
     members: dict[str, zipfile.ZipInfo] = {}
-    for each in archive.infolist():
-        name = each.filename.removesuffix(".npy")
-        if name == each.filename or name not in (METADATA, *KNOWN) or name in members:
-            raise FormatError(f"member {each.filename!r:.40}, unknown or there twice", source)
-        members[name] = each
+    for member in archive.infolist():
+        name = member.filename.removesuffix(".npy")
+        known = name in (METADATA, *columnar.TIME_COLUMNS, *columnar.VECTOR_COLUMNS)
+        if name == member.filename or not known or name in members:
+            raise FormatError(f"member {member.filename!r:.40}, unknown or repeated", source)
+        members[name] = member
     if METADATA not in members:
         raise FormatError("not an ephemeris of this library: no member 'metadata'", source)
     return members
@@ -117,26 +121,25 @@ def _text(archive: zipfile.ZipFile, each: zipfile.ZipInfo, source: str) -> str:
 
 
 def _column(archive: zipfile.ZipFile, each: zipfile.ZipInfo, name: str, source: str) -> np.ndarray:
-    """An array whose header tells of no more numbers than the archive does."""
+    """An array; refuses another type, and a shape that does not fit the member's size."""
     with archive.open(each) as member:
-        shape, is_fortrans, kind = _read_header(member)
-        wanted = NS if name == columnar.TIME_TAI else DOUBLE
-        if kind != wanted:
-            raise FormatError(f"array {name!r} of {kind}, not {wanted}", source)
-        if not 0 <= each.file_size - prod(shape) * kind.itemsize <= LONGEST_HEADER:
+        shape, is_fortran, kind = _read_header(member)
+        if kind != _dtype(name):
+            raise FormatError(f"array {name!r} of {kind}, not {_dtype(name)}", source)
+        if not 0 <= each.file_size - prod(shape) * kind.itemsize <= MAX_HEADER_BYTES:
             raise FormatError(f"array {name!r} of shape {shape} in {each.file_size} bytes", source)
         numbers = _numbers(member, kind, prod(shape))
-        return numbers.reshape(shape, order="F" if is_fortrans else "C")
+        return numbers.reshape(shape, order="F" if is_fortran else "C")
 
 
 def _read_header(member: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-    return read[npy.read_magic(member)](member, LONGEST_HEADER)
+    readers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+    return readers[npy.read_magic(member)](member, MAX_HEADER_BYTES)
 
 
 def _numbers(member: Any, kind: np.dtype[Any], count: int) -> np.ndarray:
-    """So many, and then the end, at which the archive's own sum of the bytes is compared."""
+    """`count` numbers up to the member's end, where zipfile compares its checksum."""
     data = member.read(count * kind.itemsize)
     if len(data) != count * kind.itemsize or member.read(1):
-        raise ValueError("an array of another length than its header tells")
+        raise ValueError("an array of another length than its header states")
     return np.frombuffer(data, kind)

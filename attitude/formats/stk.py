@@ -11,156 +11,144 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import chain, pairwise
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from erfa import ErfaWarning
 
-from .. import orientation
-from ..dates import parse_time
-from ..elapsed import Instants
-from ..ephemeris import CONVENTION, Ephemeris
 from ..errors import AttitudeError, FormatError, InputError
-from ..frames import from_gcrf
+from ..frames import rotations
+from ..frames.inertial import from_gcrf
+from ..samples.chunks import Samples
+from ..samples.ephemeris_data import CONVENTION, EphemerisData
+from ..times.instants import Instants
+from ..times.iso8601 import parse_time
 from ..units import finite_array
-from . import dated, lines, parts, rows
+from . import line_blocks, schema, text_rows, time_origin
 from .interpolant import Interpolant, lagrange
-from .nodes import Nodes
-from .samples import Samples
+from .interpolation_nodes import Nodes
+from .time_origin import TimeOrigin
+from .writer_options import takes_options
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
-    from .dated import Origin
-
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-# What this library's frames are called there; others are turned into the ICRF.
+# STK's names of the axes; attitudes in any other frame are rotated into the ICRF.
 AXES = {"ICRF": "ICRF", "GCRF": "ICRF", "EME2000": "J2000"}
-# Numbers after the time, and where w, x, y, z stand among them.
+# Data keywords: the columns of w, x, y, z after the time, and whether rates follow.
 ROWS = {
-    "attitudetimequaternions": (4, (3, 0, 1, 2)),
-    "attitudetimequatscalarfirst": (4, (0, 1, 2, 3)),
-    "attitudetimequatangvels": (7, (3, 0, 1, 2)),
+    "attitudetimequaternions": ((3, 0, 1, 2), False),
+    "attitudetimequatscalarfirst": ((0, 1, 2, 3), False),
+    "attitudetimequatangvels": ((3, 0, 1, 2), True),
 }
-GREATEST_RATE = 1e306  # rad/s: in deg/s it is still a number
-MOST_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
-ODD = re.compile(rb"[^-+.\deE \t\r\n]")  # what no row of numbers has
+MAX_RATE = 1e306  # rad/s: in deg/s it is still a finite double
+MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
+NOT_IN_ROWS = re.compile(rb"[^-+.\deE \t\r\n]")  # a byte that no row of numbers has
 SAME_ATTITUDE = 1e-9  # rad; more between the end of one segment and the beginning of the next is a jump
+VERSION_FORM = r"stk\.v\.\d+\.\d+"
 
 
-def interpolant(
-    *,
-    rates: bool = False,
-    central_body: str = "Earth",
-    version: str = "stk.v.11.0",
-    interpolation_order: int = 1,
-) -> Interpolant:
-    """STK interpolates as the file asks it to: by Lagrange's polynomial of this order."""
+@dataclass(frozen=True)
+class StkOptions:
+    """Options of the writer; InputError for one that STK does not take.
+
+    rates : write angular velocities too (AttitudeTimeQuatAngVels)
+    central_body : STK's name of it
+    version : the oldest version of STK that is to read the file: "stk.v.<major>.<minor>"
+    interpolation_order : of STK's polynomial between the instants; above 1 only where no rate jumps
+    """
+
+    rates: bool = False
+    central_body: str = "Earth"
+    version: str = "stk.v.11.0"
+    interpolation_order: int = 1
+
+    def __post_init__(self) -> None:
+        lagrange(self.interpolation_order, "interpolation_order")
+        if not re.fullmatch(VERSION_FORM, self.version):
+            raise InputError("version", self.version, "a version of STK, such as stk.v.11.0")
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", self.central_body):
+            raise InputError("central_body", self.central_body, "the name of one of STK's central bodies")
+
+
+def interpolant(*, interpolation_order: int = 1, **_: Any) -> Interpolant:
+    """Lagrange polynomials of the order that the file asks STK for."""
     return lagrange(interpolation_order, "interpolation_order")._replace(crosses=True)
 
 
-def blocks(
-    nodes: Nodes,
-    *,
-    rates: bool = False,
-    central_body: str = "Earth",
-    version: str = "stk.v.11.0",
-    interpolation_order: int = 1,
-) -> Iterator[bytes]:
-    """The file.
-
-    rates : write angular velocities too (AttitudeTimeQuatAngVels)
-    central_body : as STK calls it
-    version : of STK, the least that is to read it: "stk.v.<major>.<minor>"
-    interpolation_order : of STK's polynomial between the instants; above 1 only where nothing jumps
-    """
-    head = dated.first_head(nodes, "An STK attitude file")
-    lagrange(interpolation_order, "interpolation_order")
-    if not re.fullmatch(r"stk\.v\.\d+\.\d+", version):
-        raise InputError("version", version, "a version of STK, such as stk.v.11.0")
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", central_body):
-        raise InputError("central_body", central_body, "the name of one of STK's central bodies")
-    if rates and not head.has_rate:
-        raise InputError("rates", rates, "False for an ephemeris that holds attitudes only")
-    if interpolation_order > 1 and len(nodes.segments) > 1:
+@takes_options(StkOptions)
+def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
+    """File, with the options of `StkOptions`."""
+    head = time_origin.checked_head(nodes, "An STK attitude file")
+    checked = StkOptions(**options)
+    if checked.rates and not head.has_rate:
+        raise InputError("rates", checked.rates, "False for an ephemeris that holds attitudes only")
+    if checked.interpolation_order > 1 and len(nodes.segments) > 1:
         raise FormatError(
             "STK attitude files have no segments: where rates jump, interpolation_order is 1 and no other"
         )
-    origin, turn = dated.whole_utc_second(head), _turn(head.frame)
+    turn = None
+    if head.frame not in AXES:
+        turn = rotations.from_matrix(from_gcrf(head.frame, "an STK attitude file").T)
+    origin = time_origin.utc_origin(head)
     shared = _shared_instants(nodes, origin)
-    header = _header(nodes, head, origin, sum(shared), rates, central_body, version, interpolation_order)
-    return chain([header], _rows(nodes, origin, shared, rates, turn), [b"END Attitude\n"])
+    header = _header(nodes, origin, nodes.written.nodes - sum(shared), checked)
+    return chain([header], _rows(nodes, origin, shared, checked.rates, turn), [b"END Attitude\n"])
 
 
-def _turn(frame: str) -> np.ndarray | None:
-    """(4,) wxyz by which attitudes are turned into the axes that the file names, or None."""
-    if frame in AXES:
-        return None
-    return orientation.from_matrix(from_gcrf(frame, "an STK attitude file").T)
-
-
-def _shared_instants(nodes: Nodes, origin: Origin) -> list[bool]:
-    """Of each segment, whether it ends where the next one begins: STK takes an instant once."""
+def _shared_instants(nodes: Nodes, origin: TimeOrigin) -> list[bool]:
+    """Whether each segment ends where the next one begins: STK takes an instant once."""
     shared = []
     for before, after in pairwise(nodes.segments):
-        last, first = before.tail, after.head
+        last, first = before.last, after.first
         same = origin.seconds(last.instants)[0][0] == origin.seconds(first.instants)[0][0]
-        apart = orientation.angle_between(last.quaternion("wxyz"), first.quaternion("wxyz"))[0]
+        apart = rotations.angle_between(last.quaternion("wxyz"), first.quaternion("wxyz"))[0]
         if same and apart > SAME_ATTITUDE:
             raise FormatError(f"STK takes an instant once; two attitudes {apart:.1e} rad apart have the same")
         shared.append(bool(same))
     return [*shared, False]
 
 
-def _header(
-    nodes: Nodes,
-    head: Ephemeris,
-    origin: Origin,
-    shared: int,
-    rates: bool,
-    central_body: str,
-    version: str,
-    order: int,
-) -> bytes:
-    from .. import __version__
+def _header(nodes: Nodes, origin: TimeOrigin, count: int, options: StkOptions) -> bytes:
+    from ..version import __version__
 
+    head = nodes.segments[0].first
+    name = head.name.encode("ascii", "backslashreplace").decode().replace("\n", " ").replace("\r", " ")
     comments = [
-        f"Written by attitude {__version__}" + (f": {_plain(head.name)}" if head.name else ""),
+        f"Written by attitude {__version__}" + (f": {name}" if name else ""),
         CONVENTION,
         "In this file: transformation from CoordinateAxes to body axes, scalar last (the same four numbers)",
-        "angular velocity in deg/s, body components" if rates else "no angular velocity",
+        "angular velocity in deg/s, body components" if options.rates else "no angular velocity",
         f"attitude was relative to {head.frame}",
         nodes.remark,
-        *(_jump(before, after) for before, after in pairwise(nodes.segments)),
+        *(_jump_comment(before, after) for before, after in pairwise(nodes.segments)),
     ]
     keywords = {
-        "NumberOfAttitudePoints": nodes.written.nodes - shared,
-        "ScenarioEpoch": _utcg(origin.time),
+        "NumberOfAttitudePoints": count,
+        "ScenarioEpoch": _format_utcg(origin.time),
         "BlockingFactor": 20,
         "InterpolationMethod": "Lagrange",
-        "InterpolationOrder": order,
-        "CentralBody": central_body,
+        "InterpolationOrder": options.interpolation_order,
+        "CentralBody": options.central_body,
         "CoordinateAxes": AXES.get(head.frame, "ICRF"),
     }
-    text = [version, "", *(f"# {comment}" for comment in comments), "", "BEGIN Attitude", ""]
+    text = [options.version, "", *(f"# {comment}" for comment in comments), "", "BEGIN Attitude", ""]
     text += [f"{name:<24}{value}" for name, value in keywords.items()]
-    text += ["", "AttitudeTimeQuatAngVels" if rates else "AttitudeTimeQuaternions", ""]
+    text += ["", "AttitudeTimeQuatAngVels" if options.rates else "AttitudeTimeQuaternions", ""]
     return "\n".join(text).encode("ascii")
 
 
-def _jump(before: Samples, after: Samples) -> str:
-    last, first = float(before.tail.elapsed[0]), float(after.head.elapsed[0])
+def _jump_comment(before: Samples, after: Samples) -> str:
+    last, first = float(before.last.elapsed[0]), float(after.first.elapsed[0])
     return f"the rate jumps after {last!r} s of elapsed time; STK interpolates from there to {first!r} s"
 
 
-def _plain(text: str) -> str:
-    """In one line of ASCII."""
-    return text.encode("ascii", "backslashreplace").decode().replace("\n", " ").replace("\r", " ")
-
-
-def _utcg(time: Time) -> str:
-    text = parts.iso_text(time).item().decode()
+def _format_utcg(time: Time) -> str:
+    """Date as STK writes it: day, month, year and time of day."""
+    text = schema.iso_text(time).item().decode()
     date = re.fullmatch(r"(\d{4})-(\d\d)-(\d\d)T(.+)", text)
     if date is None:
         raise FormatError(f"STK has years of four digits, not {text}")
@@ -168,280 +156,264 @@ def _utcg(time: Time) -> str:
     return f"{int(day)} {MONTHS[int(month) - 1]} {year} {clock}"
 
 
+def _parse_utcg(text: str) -> Time:
+    form = r"(\d{1,2}) ([A-Za-z]{3}) (\d{4}) (\d{2}:\d{2}:\d{2}(?:\.\d*)?)"
+    date = re.fullmatch(form, " ".join(text.split()))
+    if date is None:
+        raise ValueError(text)
+    day, month, year, clock = date.groups()
+    number = MONTHS.index(month.capitalize()) + 1
+    return parse_time(f"{year}-{number:02}-{int(day):02}T{clock.rstrip('.')}", "utc", "ScenarioEpoch")
+
+
 def _rows(
-    nodes: Nodes, origin: Origin, shared: list[bool], rates: bool, turn: np.ndarray | None
+    nodes: Nodes, origin: TimeOrigin, shared: list[bool], rates: bool, turn: np.ndarray | None
 ) -> Iterator[bytes]:
-    before, last = None, None
+    last_time, last_attitude = None, None
     for segment, ends_shared in zip(nodes.segments, shared, strict=True):
         left = segment.count - ends_shared
-        for piece in segment.pieces():
-            taken = min(left, len(piece))
-            left -= taken
-            if taken:
-                table = _table(piece[:taken], origin, rates, turn)
-                table[:, 1:5] = orientation.sign_continuous(table[:, 1:5], last)
-                last = table[-1, 1:5]
-                dated.refuse_unordered(table[:, 0], before, "An STK attitude file", "s of its epoch")
-                before = float(table[-1, 0])
-                yield rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
+        for piece in segment.chunks():
+            count = min(left, len(piece))
+            left -= count
+            if count:
+                table = _table(piece[:count], origin, rates, turn)
+                table[:, 1:5] = rotations.sign_continuous(table[:, 1:5], last_attitude)
+                last_attitude = table[-1, 1:5]
+                time_origin.refuse_unordered(table[:, 0], last_time, "An STK attitude file", "s of its epoch")
+                last_time = float(table[-1, 0])
+                yield text_rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
 
 
-def _table(piece: Ephemeris, origin: Origin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
+def _table(piece: EphemerisData, origin: TimeOrigin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
     """(n, 5) or (n, 8): seconds, quaternion, deg/s."""
     q = piece.quaternion("wxyz")
     if turn is not None:
-        q = orientation.product(turn, q)
-    columns = [origin.seconds(piece.instants)[0][:, None], orientation.in_order(q, "xyzw")]
+        q = rotations.product(turn, q)
+    columns = [origin.seconds(piece.instants)[0][:, None], rotations.in_order(q, "xyzw")]
     if rates:
-        columns.append(parts.degrees(piece))
+        columns.append(schema.degrees(piece))
     return np.concatenate(columns, axis=1)
 
 
-# -- and back -----------------------------------------------------------------------------------
+# -- reading ------------------------------------------------------------------------------------
 
-
-def parse(stream: BinaryIO, source: str) -> Ephemeris:
-    """Quaternions, with angular velocities or without, relative to inertial axes."""
-    read = _Reader(source)
-    for block in lines.blocks(stream, source):
-        read.take(block)
-    return read.ephemeris()
-
-
-class _Keyword(NamedTuple):
-    """What may stand after it; values of no consequence here are checked all the same."""
-
-    name: str
-    form: str
-
-
-_KEYWORDS = {
-    word.name.lower(): word
-    for word in (
-        _Keyword("NumberOfAttitudePoints", r"\d{1,15}"),
-        _Keyword("ScenarioEpoch", r".+"),
-        _Keyword("BlockingFactor", r"\d+"),
-        _Keyword("InterpolationMethod", r"(?i:lagrange|hermite)"),
-        _Keyword("InterpolationOrder", r"\d+"),
-        _Keyword("CentralBody", r"\S+"),
-        _Keyword("CoordinateAxes", r".+"),
-        _Keyword("MessageLevel", r"(?i:errors|warnings|verbose)"),
-        _Keyword("AttitudeDeviations", r"(?i:rapid|mild)"),
-        _Keyword("TimeFormat", r"(?i:epsec)"),
-    )
+# Keywords and the form of their values, which are checked even where they are not used.
+KEYWORDS = {
+    "NumberOfAttitudePoints": r"\d{1,15}",
+    "ScenarioEpoch": r".+",
+    "BlockingFactor": r"\d+",
+    "InterpolationMethod": r"(?i:lagrange|hermite)",
+    "InterpolationOrder": r"\d+",
+    "CentralBody": r"\S+",
+    "CoordinateAxes": r".+",
+    "MessageLevel": r"(?i:errors|warnings|verbose)",
+    "AttitudeDeviations": r"(?i:rapid|mild)",
+    "TimeFormat": r"(?i:epsec)",
 }
+KEYWORD_NAMES = {name.lower(): name for name in KEYWORDS}
 
 
-class _Reader:
-    """The version, keywords, rows, and the end; of each line its number."""
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """Quaternions, with angular velocities or without, relative to inertial axes."""
+    reader = StkReader(source)
+    for block in line_blocks.blocks(stream, source):
+        reader.add_block(block)
+    return reader.ephemeris()
+
+
+class StkReader:
+    """Takes the version, the keywords, the rows and the end of a file, in this order."""
 
     def __init__(self, source: str):
         self.source = source
-        self.take_line: Callable[[str, int], None] = self._version
-        self.number = 0
-        self.keywords: dict[str, tuple[str, int]] = {}
-        self.kind = ""
-        self.last: float | None = None
-        self.count = self.remarks = self.checked = 0
+        self.add_line: Callable[[str, int], None] = self._add_version
+        self.number = 0  # of the last line
+        self.keywords: dict[str, tuple[str, int]] = {}  # values and their lines
+        self.row_kind = ""  # a key of ROWS, once it was read
+        self.width = 0  # numbers in a row
+        self.last_time: float | None = None
+        self.count = self.remark_count = self.checked_tables = 0
         self.tables: list[np.ndarray] = []
-        self.numbers: list[np.ndarray] = []
+        self.line_numbers: list[np.ndarray] = []  # of the rows of each table
         self.ended = False
 
-    def refuse(self, message: str, line: int | None = None) -> FormatError:
+    def _error(self, message: str, line: int | None = None) -> FormatError:
         return FormatError(message, self.source, line)
 
-    def take(self, block: lines.Block) -> None:
-        at, self.number = 0, block.number - 1
-        while at < block.size:
-            if self.kind and not self.ended:
-                at = self._rows(block, at)
-            if at < block.size:
-                at = self._line(block, at)
-        self._check_new()
+    def add_block(self, block: line_blocks.LineBlock) -> None:
+        """Take the next lines of the file."""
+        offset, self.number = 0, block.number - 1
+        while offset < block.size:
+            if self.row_kind and not self.ended:
+                offset = self._add_rows(block, offset)
+            if offset < block.size:
+                offset = self._add_line(block, offset)
+        self._check_new_rows()
 
-    def _check_new(self) -> None:
-        """What a block has brought is checked at once: a file may go on without an end."""
-        if self.checked == len(self.tables):
+    def _check_new_rows(self) -> None:
+        """Check the rows of a block at once: a file may go on without an end."""
+        if self.checked_tables == len(self.tables):
             return
-        seconds = np.concatenate([table[:, 0] for table in self.tables[self.checked :]])
-        self._check_order(seconds, np.concatenate(self.numbers[self.checked :]), self.last)
-        self.last, self.count, self.checked = float(seconds[-1]), self.count + len(seconds), len(self.tables)
+        seconds = np.concatenate([table[:, 0] for table in self.tables[self.checked_tables :]])
+        self._check_order(seconds, np.concatenate(self.line_numbers[self.checked_tables :]), self.last_time)
+        self.last_time, self.checked_tables = float(seconds[-1]), len(self.tables)
+        self.count += len(seconds)
         value, number = self.keywords.get("NumberOfAttitudePoints", (None, 0))
         if value is not None and self.count > int(value):
-            raise self.refuse(f"NumberOfAttitudePoints is {value}, and there are more", number)
+            raise self._error(f"NumberOfAttitudePoints is {value}, and there are more", number)
 
-    def _rows(self, block: lines.Block, at: int) -> int:
-        """From there on; where the line begins that is no row of numbers."""
-        odd = ODD.search(block.text, at)
-        end = (block.text.rfind(b"\n", at, odd.start()) + 1 or at) if odd else block.size
-        if end > at:
-            number, self.number = block.number_at(at), block.number_at(end) - 1
-            self._take(block.text[at:end], number)
+    def _add_rows(self, block: line_blocks.LineBlock, offset: int) -> int:
+        """Take the rows from an offset on; the offset of the first line that is none."""
+        other = NOT_IN_ROWS.search(block.text, offset)
+        end = (block.text.rfind(b"\n", offset, other.start()) + 1 or offset) if other else block.size
+        if end == offset:
+            return end
+        number, self.number = block.number_at(offset), block.number_at(end) - 1
+        text = block.text[offset:end]
+        table, numbers = text_rows.read_spaced(text, number, "n" * self.width)
+        self._add_remarks(text.count(b"\n") - len(numbers))
+        if isinstance(table, list):
+            for line, i in zip(table, numbers, strict=True):
+                self._add_row(line.decode(), i)
+        elif numbers:
+            self.tables.append(table.columns.T)
+            self.line_numbers.append(np.array(numbers))
         return end
 
-    def _take(self, text: bytes, number: int) -> None:
-        width = 1 + ROWS[self.kind][0]
-        table, numbers = rows.read_spaced(text, number, "n" * width)
-        self._remark(text.count(b"\n") - len(numbers))
-        if not numbers:  # blank lines alone
-            return
-        if isinstance(table, list):
-            each = zip(table, numbers, strict=True)
-            self.tables.append(
-                np.concatenate([_numbers(line.decode(), i, width, self.source) for line, i in each])
-            )
-        else:
-            self.tables.append(table.columns.T)
-        self.numbers.append(np.array(numbers))
+    def _add_row(self, text: str, number: int) -> None:
+        """Take a row that is not in the form that Arrow reads."""
+        count = len(text.split())
+        if count != self.width:
+            raise self._error(f"{count} numbers where {self.width} belong", number)
+        try:
+            row = finite_array(np.loadtxt([text], ndmin=2, comments=None), "row")
+        except (InputError, ValueError) as error:
+            raise self._error(str(error), number) from None
+        self.tables.append(row)
+        self.line_numbers.append(np.array([number]))
 
-    def _line(self, block: lines.Block, at: int) -> int:
+    def _add_line(self, block: line_blocks.LineBlock, offset: int) -> int:
         self.number += 1
-        line, at = block.line(at)
+        line, offset = block.line(offset)
         text = line.decode("utf-8", errors="replace").strip()
         if not text or text.startswith("#"):
-            self._remark()
-            return at
-        if self.kind and not self.ended and text[0] not in "Ee":
-            self.tables.append(_numbers(text, self.number, 1 + ROWS[self.kind][0], self.source))
-            self.numbers.append(np.array([self.number]))
+            self._add_remarks()
         elif self.ended:
-            raise self.refuse("something after END Attitude", self.number)
+            raise self._error("something after END Attitude", self.number)
+        elif self.row_kind and text[0] not in "Ee":
+            self._add_row(text, self.number)
         else:
-            self.take_line(text, self.number)
-        return at
+            self.add_line(text, self.number)
+        return offset
 
-    def _remark(self, count: int = 1) -> None:
-        self.remarks += count
-        if self.remarks > max(MOST_REMARKS, self.count):
-            raise self.refuse(f"more than {MOST_REMARKS} comments and empty lines", self.number)
+    def _add_remarks(self, count: int = 1) -> None:
+        self.remark_count += count
+        if self.remark_count > max(MAX_REMARKS, self.count):
+            raise self._error(f"more than {MAX_REMARKS} comments and empty lines", self.number)
 
-    def _version(self, text: str, number: int) -> None:
-        if number != 1 or not re.fullmatch(r"stk\.v\.\d+\.\d+", text.lower()):
-            raise self.refuse("not an STK file: its first line is stk.v.<major>.<minor>", 1)
-        self.take_line = self._begin
+    def _add_version(self, text: str, number: int) -> None:
+        if number != 1 or not re.fullmatch(VERSION_FORM, text.lower()):
+            raise self._error("not an STK file: its first line is stk.v.<major>.<minor>", 1)
+        self.add_line = self._begin
 
     def _begin(self, text: str, number: int) -> None:
         if text.lower().split() != ["begin", "attitude"]:
-            raise self.refuse(f"BEGIN Attitude belongs here, not {text[:80]!r}", number)
-        self.take_line = self._keyword
+            raise self._error(f"BEGIN Attitude belongs here, not {text[:80]!r}", number)
+        self.add_line = self._add_keyword
 
-    def _keyword(self, text: str, number: int) -> None:
-        name, *values = text.split(maxsplit=1)
-        if name.lower() in ROWS:
+    def _add_keyword(self, text: str, number: int) -> None:
+        word, *values = text.split(maxsplit=1)
+        if word.lower() in ROWS:
             if values:
-                raise self.refuse(f"{values[0][:80]!r} after {name}", number)
-            self.kind, self.take_line = name.lower(), self._end
+                raise self._error(f"{values[0][:80]!r} after {word}", number)
+            self.row_kind, self.add_line = word.lower(), self._end
+            self.width = 8 if ROWS[self.row_kind][1] else 5
             return
-        known = _KEYWORDS.get(name.lower())
-        if known is None:
+        name = KEYWORD_NAMES.get(word.lower())
+        if name is None:
             kinds = "quaternions with or without angular velocities are read"
-            raise self.refuse(f"keyword {name[:80]!r} is not known here; {kinds}", number)
+            raise self._error(f"keyword {word[:80]!r} is not known here; {kinds}", number)
         value = " ".join(values).strip().strip('"').strip()
-        if not re.fullmatch(known.form, value):
-            raise self.refuse(f"{known.name} {value[:80]!r}", number)
-        if known.name in self.keywords:
-            raise self.refuse(f"{known.name} twice", number)
-        self.keywords[known.name] = value, number
+        if not re.fullmatch(KEYWORDS[name], value):
+            raise self._error(f"{name} {value[:80]!r}", number)
+        if name in self.keywords:
+            raise self._error(f"{name} twice", number)
+        self.keywords[name] = value, number
 
     def _end(self, text: str, number: int) -> None:
         if text.lower().split() != ["end", "attitude"]:
-            raise self.refuse(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
+            raise self._error(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
         self.ended = True
 
-    def ephemeris(self) -> Ephemeris:
+    # -- the ephemeris --------------------------------------------------------------------------
+
+    def ephemeris(self) -> EphemerisData:
+        """Return what was read; FormatError if it is truncated, or no ephemeris."""
         if not self.ended:
-            raise self.refuse("ends before END Attitude", self.number or None)
+            raise self._error("ends before END Attitude", self.number or None)
         if not self.tables:
-            raise self.refuse("no attitudes", self.number)
-        table, numbers = np.concatenate(self.tables), np.concatenate(self.numbers)
-        self._check_count(len(table))
+            raise self._error("no attitudes", self.number)
+        table, numbers = np.concatenate(self.tables), np.concatenate(self.line_numbers)
+        stated, line = self.keywords.get("NumberOfAttitudePoints", (None, 0))
+        if stated is not None and int(stated) != len(table):
+            raise self._error(f"{len(table)} attitudes, and NumberOfAttitudePoints is {stated}", line)
         epoch, frame = self._epoch(), self._frame()
-        quaternion = table[:, 1:5][:, ROWS[self.kind][1]]
-        self._check(quaternion, numbers)
-        quaternion = orientation.sign_continuous(quaternion)
-        rate = np.deg2rad(table[:, 5:8]) if table.shape[1] == 8 else None
-        found = Ephemeris(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
-        self._check_instants(found, numbers)
-        self._check_rate(rate, numbers)
-        return found
+        quaternion = table[:, 1:5][:, ROWS[self.row_kind][0]]
+        self._check_quaternion(quaternion, numbers)
+        quaternion = rotations.sign_continuous(quaternion)
+        rate = np.deg2rad(table[:, 5:8]) if self.width == 8 else None
+        ephemeris = EphemerisData(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
+        self._check_instants(ephemeris, numbers)
+        if rate is not None and not np.abs(rate).max() <= MAX_RATE:
+            i = int(np.argmax(~(np.abs(rate) <= MAX_RATE).all(axis=1)))
+            raise self._error(f"a rate of more than {MAX_RATE:g} rad/s", int(numbers[i]))
+        return ephemeris
 
-    def _check_instants(self, found: Ephemeris, numbers: np.ndarray) -> None:
-        """They have dates, and are apart when they are counted from the first, as they are written."""
+    def _check_instants(self, ephemeris: EphemerisData, numbers: np.ndarray) -> None:
+        """Refuse instants without dates, or that coincide when they are written again."""
         try:
-            parts.check_dates(found.instants)
+            schema.check_dates(ephemeris.instants)
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ErfaWarning)  # of years whose leap seconds nobody knows
-                origin = dated.whole_utc_second(found[:1])
-                _utcg(origin.time)
+                warnings.simplefilter("ignore", ErfaWarning)  # years whose leap seconds are unknown
+                origin = time_origin.utc_origin(ephemeris[:1])
+                _format_utcg(origin.time)
         except AttitudeError as error:
-            raise self.refuse(str(error), int(numbers[0])) from None
-        self._check_order(origin.seconds(found.instants)[0], numbers, None)
-
-    def _check_rate(self, rate: np.ndarray | None, numbers: np.ndarray) -> None:
-        if rate is not None and not np.abs(rate).max() <= GREATEST_RATE:
-            i = int(np.argmax(~(np.abs(rate) <= GREATEST_RATE).all(axis=1)))
-            raise self.refuse(f"a rate of more than {GREATEST_RATE:g} rad/s", int(numbers[i]))
-
-    def _check_count(self, count: int) -> None:
-        stated = self.keywords.get("NumberOfAttitudePoints")
-        if stated is not None and int(stated[0]) != count:
-            raise self.refuse(f"{count} attitudes, and NumberOfAttitudePoints is {stated[0]}", stated[1])
+            raise self._error(str(error), int(numbers[0])) from None
+        self._check_order(origin.seconds(ephemeris.instants)[0], numbers, None)
 
     def _check_order(self, seconds: np.ndarray, numbers: np.ndarray, last: float | None) -> None:
         before = np.concatenate([[-np.inf if last is None else last], seconds[:-1]])
         wrong = np.flatnonzero(~(seconds > before))
         if wrong.size:
             i = int(wrong[0])
-            raise self.refuse(f"{float(seconds[i])!r} s is not after {float(before[i])!r} s", int(numbers[i]))
+            raise self._error(f"{float(seconds[i])!r} s is not after {float(before[i])!r} s", int(numbers[i]))
 
-    def _check(self, quaternion: np.ndarray, numbers: np.ndarray) -> None:
+    def _check_quaternion(self, quaternion: np.ndarray, numbers: np.ndarray) -> None:
         try:
-            orientation.attitude_quaternion(quaternion, "wxyz", "quaternion")
+            rotations.attitude_quaternion(quaternion, "wxyz", "quaternion")
         except InputError as error:
             row = error.steps[1] if len(error.steps) > 1 else 0
-            raise self.refuse(str(error), int(numbers[int(row)])) from None
+            raise self._error(str(error), int(numbers[int(row)])) from None
 
     def _epoch(self) -> Time:
         if "ScenarioEpoch" not in self.keywords:
-            raise self.refuse("no ScenarioEpoch: the instants have no dates")
+            raise self._error("no ScenarioEpoch: the instants have no dates")
         text, number = self.keywords["ScenarioEpoch"]
         try:
-            return _read_utcg(text)
+            return _parse_utcg(text)
         except (AttitudeError, ValueError):
             expected = "a date in UTC such as 1 Jul 2007 12:00:00.000"
-            raise self.refuse(f"ScenarioEpoch {text[:80]!r} is not {expected}", number) from None
+            raise self._error(f"ScenarioEpoch {text[:80]!r} is not {expected}", number) from None
 
     def _frame(self) -> str:
-        """Of axes that do not turn; Inertial is the ICRF for the Earth and the Sun (help.agi.com)."""
+        """Inertial frame of the axes; Inertial is the ICRF for the Earth and the Sun (help.agi.com)."""
         body, _ = self.keywords.get("CentralBody", ("Earth", 0))
         if "CoordinateAxes" not in self.keywords:
-            raise self.refuse("no CoordinateAxes: nobody knows what the attitude is relative to")
+            raise self._error("no CoordinateAxes: what the attitude is relative to is unknown")
         axes, number = self.keywords["CoordinateAxes"]
-        known = {"icrf": "ICRF", "j2000": "EME2000"}
+        frames = {"icrf": "ICRF", "j2000": "EME2000"}
         if body.lower() in ("earth", "sun"):
-            known["inertial"] = "ICRF"
-        if axes.lower() not in known:
-            raise self.refuse(f"CoordinateAxes {axes[:80]!r}; ICRF and J2000 are read", number)
-        return known[axes.lower()]
-
-
-def _numbers(text: str, number: int, width: int, source: str) -> np.ndarray:
-    """(1, width) finite doubles of a row that is not plain."""
-    found = len(text.split())
-    if found != width:
-        raise FormatError(f"{found} numbers where {width} belong", source, number)
-    try:
-        return finite_array(np.loadtxt([text], ndmin=2, comments=None), "row")
-    except (InputError, ValueError) as error:
-        raise FormatError(str(error), source, number) from None
-
-
-def _read_utcg(text: str) -> Time:
-    """Day, month, year and clock, as STK writes dates."""
-    form = r"(\d{1,2}) ([A-Za-z]{3}) (\d{4}) (\d{2}:\d{2}:\d{2}(?:\.\d*)?)"
-    found = re.fullmatch(form, " ".join(text.split()))
-    if found is None:
-        raise ValueError(text)
-    day, month, year, clock = found.groups()
-    number = MONTHS.index(month.capitalize()) + 1
-    return parse_time(f"{year}-{number:02}-{int(day):02}T{clock.rstrip('.')}", "utc", "ScenarioEpoch")
+            frames["inertial"] = "ICRF"
+        if axes.lower() not in frames:
+            raise self._error(f"CoordinateAxes {axes[:80]!r}; ICRF and J2000 are read", number)
+        return frames[axes.lower()]

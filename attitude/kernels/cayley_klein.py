@@ -1,38 +1,35 @@
-"""From time to phases to alpha and beta to quaternion and body rate: the path that all samples run.
+"""Samples: time to phases, to alpha and beta, to quaternion and body rate.
 
 alpha = q0 + i q3 and beta = q1 + i q2 are the attitude in the frame whose z axis is the angular
-momentum (Cayley-Klein parameters).  Both carry the common turn exp(i lambda t); what is left is
+momentum (Cayley-Klein parameters).  Both have the common factor exp(i lambda t); the rest is
 periodic.  Equation numbers are those of docs/theory.md.
 
 Straight-line arithmetic without calls or branches, so that LLVM turns each loop into vector
-instructions; outputs are rows by component for the same reason.  A fused multiply-add is written
-where one is wanted, and nowhere left to the compiler: the two-part products depend on it.
+instructions; outputs are rows by component for the same reason.  Fused multiply-adds are explicit,
+since the two-part products depend on them.
 """
 
 import math
 
 import numpy as np
 
-from . import doubledouble
-from .doubledouble import two_product, two_sum
+from .doubledouble import LN2, TURN, two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, kernel, routine
 from .layout import THETA
-from .phase import ROUND, TURN, argument, phase, sine_cosine
-
-LOG2_E = 1.4426950408889634
-LN2, LN2_LOW = doubledouble.LN2
+from .phase import ROUND, argument, phase, sine_cosine
+from .vectors import dot, first_three
 
 
 @routine
 def _exp_pair(x):
     """e^x and e^-x for x <= 0, each within an ulp or two; x below -707 counts as -707.
 
-    The even and odd parts of the polynomial serve both, which saves the division.
+    Both share the even and odd parts of the polynomial, which saves the division.
     """
     x = max(x, -707.0)
-    shifted = fma(x, LOG2_E, ROUND)
+    shifted = fma(x, 1.4426950408889634, ROUND)  # log2 e
     n = shifted - ROUND
-    r = fma(n, -LN2_LOW, fma(n, -LN2, x))
+    r = fma(n, -LN2[1], fma(n, -LN2[0], x))
     r2 = r * r
     p = fma(r2, 2.7620201591031547e-07, 2.4801521057868204e-05)
     p = fma(r2, p, 0.0013888888917367081)
@@ -51,9 +48,9 @@ def _exp_pair(x):
 def _inverse_root(x):
     """1/sqrt(x) for a normal x > 0, within an ulp.
 
-    A guess from the bits (off by 3.5 %) and two Householder steps: the processor's own square
-    root and division take as long as the rest of a sample.
-    Source: for the guess, Lomont, "Fast inverse square root" (2003).
+    A guess from the bits (relative error 3.5 %) and two Householder steps: the processor's square
+    root and division would take as long as the rest of a sample.
+    Source of the guess: Lomont, "Fast inverse square root" (2003).
     """
     y = double_of(0x5FE6EB50C7B537A9 - (bits_of(x) >> 1))
     h = fma(-x * y, y, 1.0)
@@ -87,13 +84,8 @@ def _compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
 
 
 @routine
-def _dot4(m0, m1, m2, m3, w, x, y, z):
-    return fma(m0, w, fma(m1, x, fma(m2, y, m3 * z)))
-
-
-@routine
-def _dot3(m0, m1, m2, x, y, z):
-    return fma(m0, x, fma(m1, y, m2 * z))
+def _dot4(a, b):
+    return fma(a[0], b[0], fma(a[1], b[1], fma(a[2], b[2], a[3] * b[3])))
 
 
 @routine
@@ -107,38 +99,34 @@ def _five(x):
 
 
 @routine
-def _three(x):
-    return x[0], x[1], x[2]
-
-
-@routine
-def _turned(frame, q):
+def _frame_times(frame, q):
     """The 4 by 4 frame matrix (four rows) on (w, x, y, z)."""
-    return (
-        _dot4(*frame[0], *q),
-        _dot4(*frame[1], *q),
-        _dot4(*frame[2], *q),
-        _dot4(*frame[3], *q),
-    )
+    return _dot4(frame[0], q), _dot4(frame[1], q), _dot4(frame[2], q), _dot4(frame[3], q)
 
 
 @routine
-def _theta_pair(s, c, w, ar, ai, br, bi):
+def _theta_pair(s, c, w, series):
     """alpha from theta4 and beta from theta1 of v - ih, as polynomials in w = cos 2v (eqs. 21, 22)."""
+    ar, ai, br, bi = series
     alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
     return _cubic(*ar, w), alpha_im, s * _cubic(*br, w), c * _cubic(*bi, w)
 
 
 @routine
-def _theta_direction(s, c, w, g1, g2, g3, below):
-    """gamma by theta quotients (eq. 31): each component keeps its own relative digits, however small."""
+def _theta_direction(s, c, w, direction):
+    """gamma by theta quotients (eq. 31), each component with full relative accuracy."""
+    g1, g2, g3, below = direction
     inverse = 1.0 / _quartic(*below, w)
     return c * inverse * _quartic(*g1, w), s * inverse * _quartic(*g2, w), inverse * _quartic(*g3, w)
 
 
 @routine
-def _transformed_pair(e, z, far, sign, flip, parity, ar, ai, br, bi):
-    """alpha and beta after the modular transform (eqs. 23, 25)."""
+def _transformed_pair(powers, signs, series):
+    """alpha and beta after the modular transform (eqs. 23, 25).
+
+    powers : e, z, far; signs : of y, flip, parity (`_since_half_turn`); series : of alpha and beta
+    """
+    (e, z, far), (sign, flip, parity), (ar, ai, br, bi) = powers, signs, series
     alpha_re = fma(e, _cubic(*ar, far), _cubic(*ar, z))
     alpha_im = sign * fma(-e, _cubic(*ai, far), _cubic(*ai, z))
     beta_re = flip * fma(-e, _cubic(*br, far), _cubic(*br, z))
@@ -146,8 +134,9 @@ def _transformed_pair(e, z, far, sign, flip, parity, ar, ai, br, bi):
 
 
 @routine
-def _transformed_direction(e, z, far, flip, parity, Q, factor):
-    """gamma after the modular transform (eq. 32)."""
+def _transformed_direction(powers, signs, Q, factor):
+    """gamma after the modular transform (eq. 32); powers and signs as in `_transformed_pair`."""
+    (e, z, far), (_sign, flip, parity) = powers, signs
     Q2 = Q * Q
     Q4 = Q2 * Q2
     z2, far2 = z * z, far * far
@@ -161,19 +150,19 @@ def _transformed_direction(e, z, far, flip, parity, Q, factor):
 
 @routine
 def _since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
-    """y less n half turns, to the nearest u = 0 (mod 2K); its sign, that times (-1)^n, (-1)^n, and n."""
+    """y less n half turns, to the nearest u = 0 (mod 2K); its sign, that times (-1)^n and (-1)^n; n."""
     shifted = fma(y, per_half_turn, ROUND)
     n = shifted - ROUND
     whole, whole_lo = two_product(n, half_turn)
     y = (y - whole) + (rest - fma(n, half_turn_lo, whole_lo))
     odd = (bits_of(shifted) & 1) << 63
     sign = math.copysign(1.0, y)
-    return y, sign, double_of(bits_of(sign) ^ odd), double_of(bits_of(1.0) ^ odd), n
+    return y, (sign, double_of(bits_of(sign) ^ odd), double_of(bits_of(1.0) ^ odd)), n
 
 
 @routine
 def _low(rate, plain):
-    """The second part of a rate, or None where phases are to be plain doubles."""
+    """The second part of a rate; None for phases in plain doubles."""
     if plain is None:
         return rate[1]
     return None
@@ -181,7 +170,7 @@ def _low(rate, plain):
 
 @routine
 def _half_turn(body):
-    """Length of a half turn in y and its inverse; on the separatrix none is ever passed."""
+    """Length of a half turn in y (two parts) and its inverse; zeros on the separatrix, which has none."""
     if body.per_half_turn == 0.0:
         return 0.0, 0.0, 0.0
     return body.half_turn[0], body.half_turn[1], body.per_half_turn
@@ -193,24 +182,25 @@ def _series(body):
 
 
 @routine
-def _direction(body):
-    g = body.direction
-    return _five(g[0]), _five(g[1]), _five(g[2]), _five(g[3])
-
-
-@routine
 def _outputs(body):
     """The frame matrix for quaternions and the matrix for rates, by rows."""
     F, W = body.frame, body.rate
-    return (_four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])), (_three(W[0]), _three(W[1]), _three(W[2]))
+    return (_four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])), (
+        first_three(W[0]),
+        first_three(W[1]),
+        first_three(W[2]),
+    )
 
 
 @routine
-def _sample_theta(body, b, first, last, t, t_low, quaternions, rates, plain):
+def _sample_theta(body, window, t, t_low, quaternions, rates, plain):
+    """Samples of one body by theta functions; window : its row in the outputs, first and last instant."""
+    b, first, last = window
     lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
     v_hi, v_lo = body.argument[0], _low(body.argument, plain)
     v0, v0_lo = body.argument0[0], body.argument0[1]
-    series, direction = _series(body), _direction(body)
+    series, g = _series(body), body.direction
+    direction = _five(g[0]), _five(g[1]), _five(g[2]), _five(g[3])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
@@ -218,44 +208,46 @@ def _sample_theta(body, b, first, last, t, t_low, quaternions, rates, plain):
         w = fma(c, c, -s * s)
         if quaternions is not None:
             turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
-            q = _turned(frame, _compose(*_theta_pair(s, c, w, *series), *sine_cosine(turns, rest)))
+            q = _frame_times(frame, _compose(*_theta_pair(s, c, w, series), *sine_cosine(turns, rest)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
-            g = _theta_direction(s, c, w, *direction)
+            gamma = _theta_direction(s, c, w, direction)
             for j in range(3):
-                rates[j, b, i] = _dot3(*to_rate[j], *g)
+                rates[j, b, i] = dot(to_rate[j], gamma)
 
 
 @routine
-def _sample_transformed(body, b, first, last, t, t_low, quaternions, rates, plain):
+def _sample_transformed(body, window, t, t_low, quaternions, rates, plain):
+    """Samples of one body by the transformed series; window as in `_sample_theta`."""
+    b, first, last = window
     lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
     y_hi, y_lo = body.argument[0], _low(body.argument, plain)
     y0, y0_lo = body.argument0[0], body.argument0[1]
     slip, Q, half_turn = body.slip, body.nome, _half_turn(body)
-    series, factor = _series(body), _three(body.direction[0])
+    series, factor = _series(body), first_three(body.direction[0])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
         y, rest = argument(y_hi, y_lo, t[i], low, y0, y0_lo)
-        y, sign, flip, parity, _n = _since_half_turn(y, rest, *half_turn)
+        y, signs, _n = _since_half_turn(y, rest, *half_turn)
         e, inverse = _exp_pair(-2.0 * abs(y))
-        z, far = Q * inverse, Q * e
+        powers = e, Q * inverse, Q * e
         if quaternions is not None:
             turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
             turns, joined = two_sum(turns, slip * y)
-            pair = _transformed_pair(e, z, far, sign, flip, parity, *series)
-            q = _turned(frame, _compose(*pair, *sine_cosine(turns, rest + joined)))
+            pair = _transformed_pair(powers, signs, series)
+            q = _frame_times(frame, _compose(*pair, *sine_cosine(turns, rest + joined)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
-            g = _transformed_direction(e, z, far, flip, parity, Q, factor)
+            gamma = _transformed_direction(powers, signs, Q, factor)
             for j in range(3):
-                rates[j, b, i] = _dot3(*to_rate[j], *g)
+                rates[j, b, i] = dot(to_rate[j], gamma)
 
 
 @kernel
-def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):
+def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):  # noqa: PLR0913, PLR0917 (an entry point takes arrays one by one)
     """Attitudes and body rates of each body at each instant, or of a part of them.
 
     Parameters
@@ -264,15 +256,17 @@ def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
     quaternions : (4, m, k), written: w, x, y, z, body to inertial; or None
     rates : (3, m, k), written: rad/s, body frame; or None
-    plain : None; or anything else for phases in plain doubles (what exact ones cost: attitude.cost)
-    place : where in the outputs the first body's samples go; the others' follow
-    first, last : which instants, the last one excluded
+    plain : None, or anything else for phases in plain doubles (compared by attitude.cost)
+    place : row of the first body in the outputs; the others follow
+    first, last : indices of the instants, the last one excluded
+
+    Nine arguments, since it is called often with small work: packing them would take longer.
     """
     for b in range(bodies.shape[0]):
         if bodies[b].route == THETA:
-            _sample_theta(bodies[b], place + b, first, last, t, t_low, quaternions, rates, plain)
+            _sample_theta(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
         else:
-            _sample_transformed(bodies[b], place + b, first, last, t, t_low, quaternions, rates, plain)
+            _sample_transformed(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
 
 
 @kernel
@@ -290,13 +284,14 @@ def azimuth(bodies, sense, t, angles):
             x, rest = argument(body.argument[0], body.argument[1], t[i], None, start, start_lo)
             if body.route == THETA:
                 s, c = sine_cosine(x, rest)
-                pair = _theta_pair(s, c, fma(c, c, -s * s), *series)
-                # beta leads or trails exp(i s v) by less than half a turn: that part counts turns
+                pair = _theta_pair(s, c, fma(c, c, -s * s), series)
+                # beta differs from exp(i s v) by less than half a turn: v counts the turns
                 lead = math.atan2(pair[3] * c - pair[2] * s * sense[b], pair[2] * c + pair[3] * s * sense[b])
-                lead += sense[b] * TURN * (x + rest)
+                lead += sense[b] * TURN[0] * (x + rest)
             else:
-                y, sign, _flip, _parity, n = _since_half_turn(x, rest, *half_turn)
+                y, (sign, _flip, _parity), n = _since_half_turn(x, rest, *half_turn)
                 e, inverse = _exp_pair(-2.0 * abs(y))
-                pair = _transformed_pair(e, body.nome * inverse, body.nome * e, sign, sign, 1.0, *series)
-                lead = math.atan2(pair[3], pair[2]) + sense[b] * n * math.pi + 2.0 * TURN * body.slip * y
-            angles[b, i] = 2.0 * TURN * (turns + low) + math.atan2(pair[1], pair[0]) + lead
+                powers = e, body.nome * inverse, body.nome * e
+                pair = _transformed_pair(powers, (sign, sign, 1.0), series)
+                lead = math.atan2(pair[3], pair[2]) + sense[b] * n * math.pi + 2.0 * TURN[0] * body.slip * y
+            angles[b, i] = 2.0 * TURN[0] * (turns + low) + math.atan2(pair[1], pair[0]) + lead

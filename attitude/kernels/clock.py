@@ -1,12 +1,12 @@
-"""Days and seconds in two parts, exact to 1e-32 of the span: what stands between a Time and a phase."""
+"""Conversions between days and seconds in two parts, exact to 1e-32 of the span."""
 
 import numpy as np
 
 from .doubledouble import add, div, mul, two_product, two_sum
 from .intrinsics import bits_of, double_of, kernel
+from .phase import ROUND
 
-DAY = 86400.0
-NEAREST = 1.5 * 2.0**52  # added and taken away, it leaves the nearest whole number
+DAY = 86400.0  # s
 
 
 @kernel
@@ -47,23 +47,26 @@ def nanoseconds(seconds, seconds_low, start, below, counts):
     for i in range(seconds.shape[0]):
         whole = np.int64(seconds[i])
         part = (seconds[i] - float(whole)) * 1e9 + (seconds_low[i] * 1e9 + below)
-        counts[i] = double_of(start + whole * 1_000_000_000 + np.int64((part + NEAREST) - NEAREST))
+        counts[i] = double_of(start + whole * 1_000_000_000 + np.int64((part + ROUND) - ROUND))
 
 
 @kernel
-def grid(start, stop, intervals, step, times, over, skipped, seconds, seconds_low):
+def grid(spacing, first, seconds, seconds_low):
     """start + k*step, or `intervals` equal steps to stop where step is 0; in units of times/over seconds.
 
-    k from `skipped` on, as many as there is room for in `seconds` and `seconds_low`, (n,), written.
+    spacing : (6,), start, stop, intervals, step, times, over
+    first : float, the first k; seconds, seconds_low : (n,), written
     """
+    start, stop, intervals, step = spacing[0], spacing[1], spacing[2], spacing[3]
+    times, over = spacing[4], spacing[5]
     unit = div((times, 0.0), (over, 0.0))
-    first = mul((start, 0.0), unit)
+    begin = mul((start, 0.0), unit)
     if step == 0.0:
-        pace = div(mul(two_sum(stop, -start), unit), (max(intervals, 1.0), 0.0))
+        interval = div(mul(two_sum(stop, -start), unit), (max(intervals, 1.0), 0.0))
     else:
-        pace = mul((step, 0.0), unit)
+        interval = mul((step, 0.0), unit)
     for i in range(seconds.shape[0]):
-        seconds[i], seconds_low[i] = add(first, mul(pace, (skipped + float(i), 0.0)))
+        seconds[i], seconds_low[i] = add(begin, mul(interval, (first + float(i), 0.0)))
 
 
 @kernel

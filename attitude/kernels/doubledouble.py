@@ -1,7 +1,7 @@
 """Two-part arithmetic: a number is a pair (hi, lo) with hi = fl(hi + lo), about 32 digits.
 
-Used once per body, for the constants and the phase rates: a phase is a rate times a time,
-so a rate has to carry as many digits more than the answer as the time has.
+Used once per body, for the constants and the phase rates: a phase is a rate times a time, so
+that a rate needs as many digits beyond those of the phase as the time has.
 
 Error bounds (in units of 2**-106, relative): add 3, mul 5, div 10, sqrt 25/8.
 Source: Joldes, Muller, Popescu, "Tight and rigorous error bounds for basic building blocks
@@ -11,6 +11,7 @@ arithmetic", ACM TOMS 49 (2023).
 """
 
 import math
+from fractions import Fraction
 
 import numpy as np
 
@@ -24,19 +25,11 @@ TURN = (6.283185307179586, 2.4492935982947064e-16)  # radians
 PER_TURN = (0.15915494309189535, -9.839338337591243e-18)  # turns per radian
 
 
-def _inverse_factorials(count):
-    """1/n! as pairs, from exact integers."""
-    from fractions import Fraction
-
-    table = np.empty((count, 2))
-    for n in range(count):
-        exact = Fraction(1, math.factorial(n))
-        table[n, 0] = float(exact)
-        table[n, 1] = float(exact - Fraction(table[n, 0]))
-    return table
+def _two_part(exact):
+    return float(exact), float(exact - Fraction(float(exact)))
 
 
-INVERSE_FACTORIAL = _inverse_factorials(24)
+INVERSE_FACTORIAL = np.array([_two_part(Fraction(1, math.factorial(n))) for n in range(24)])
 
 
 @inlined
@@ -62,7 +55,21 @@ def two_product(a, b):
 
 
 @routine
+def pair(array):
+    """The two numbers of an array."""
+    return array[0], array[1]
+
+
+@routine
+def store(array, a):
+    """Write a pair to an array of two numbers."""
+    array[0] = a[0]
+    array[1] = a[1]
+
+
+@routine
 def neg(a):
+    """-a."""
     return -a[0], -a[1]
 
 
@@ -74,6 +81,7 @@ def scale(a, power_of_two):
 
 @routine
 def add(a, b):
+    """a + b."""
     s, e = two_sum(a[0], b[0])
     t, f = two_sum(a[1], b[1])
     s, e = fast_two_sum(s, e + t)
@@ -82,11 +90,13 @@ def add(a, b):
 
 @routine
 def sub(a, b):
+    """a - b."""
     return add(a, (-b[0], -b[1]))
 
 
 @routine
 def mul(a, b):
+    """a * b."""
     p, e = two_product(a[0], b[0])
     e = fma(a[1], b[0], fma(a[0], b[1], fma(a[1], b[1], e)))
     return fast_two_sum(p, e)
@@ -94,11 +104,13 @@ def mul(a, b):
 
 @routine
 def square(a):
+    """a * a."""
     return mul(a, a)
 
 
 @routine
 def div(a, b):
+    """a / b."""
     q1 = a[0] / b[0]
     r = sub(a, mul(b, (q1, 0.0)))
     q2 = r[0] / b[0]
@@ -141,21 +153,15 @@ def exp(a):
         return 0.0, 0.0
     k = np.rint(a[0] / LN2[0])
     r = scale(sub(a, mul(LN2, (k, 0.0))), 1.0 / 256.0)
-    s = mul(r, (INVERSE_FACTORIAL[10, 0], INVERSE_FACTORIAL[10, 1]))
+    s = mul(r, pair(INVERSE_FACTORIAL[10]))
     for n in range(9, 0, -1):
-        s = mul(r, add(s, (INVERSE_FACTORIAL[n, 0], INVERSE_FACTORIAL[n, 1])))
+        s = mul(r, add(s, pair(INVERSE_FACTORIAL[n])))
     for _ in range(8):  # expm1(2r) = 2 expm1(r) + expm1(r)^2
         s = add(scale(s, 2.0), square(s))
     s = add(s, ONE)
     half = int(k) >> 1  # in two steps, since e^-745 = 2^-1075 is no power that a normal double holds
-    return _times_power_of_two(s, half, int(k) - half)
-
-
-@routine
-def _times_power_of_two(a, m, n):
-    """a * 2^m * 2^n for abs(m), abs(n) < 1022."""
-    first, second = double_of((m + 1023) << 52), double_of((n + 1023) << 52)
-    return a[0] * first * second, a[1] * first * second
+    first, second = double_of((half + 1023) << 52), double_of((int(k) - half + 1023) << 52)
+    return s[0] * first * second, s[1] * first * second
 
 
 @routine
@@ -165,8 +171,8 @@ def sin_cos(a):
     r2 = square(r)
     s, c1 = ZERO, ZERO  # c1 = 1 - cos: keeps its digits through the doublings
     for n in range(9, -1, -1):
-        s = sub((INVERSE_FACTORIAL[2 * n + 1, 0], INVERSE_FACTORIAL[2 * n + 1, 1]), mul(r2, s))
-        c1 = sub((INVERSE_FACTORIAL[2 * n + 2, 0], INVERSE_FACTORIAL[2 * n + 2, 1]), mul(r2, c1))
+        s = sub(pair(INVERSE_FACTORIAL[2 * n + 1]), mul(r2, s))
+        c1 = sub(pair(INVERSE_FACTORIAL[2 * n + 2]), mul(r2, c1))
     s, c1 = mul(r, s), mul(r2, c1)
     for _ in range(4):  # sin 2r = 2 sin r cos r,  1 - cos 2r = 2 sin^2 r
         s, c1 = scale(mul(s, sub(ONE, c1)), 2.0), scale(square(s), 2.0)

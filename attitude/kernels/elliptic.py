@@ -1,8 +1,8 @@
 """Elliptic integrals in two parts, from moduli and roots rather than parameters.
 
 Convention: parameter m = k^2, complement m1 = k1^2 = 1 - m.  Everything here takes k and k1
-(each carried with its own digits, neither formed from the other): near the separatrix k1, and
-near a principal axis k, may be 1e-300, where their squares are nothing.
+(each to its own digits, neither formed from the other): near the separatrix k1, and near a
+principal axis k, may be 1e-300, where their squares underflow.
 Source: DLMF 19.8(i) (AGM), 19.25.5 and 19.36(i) (R_F).
 """
 
@@ -10,8 +10,6 @@ import math
 
 from .doubledouble import ONE, PI, ZERO, add, div, mul, scale, sqrt, square, sub
 from .intrinsics import routine
-
-HALF_PI = (PI[0] / 2.0, PI[1] / 2.0)
 
 
 @routine
@@ -24,7 +22,7 @@ def quarter_period(complementary_modulus):
         a, g = scale(add(a, g), 0.5), sqrt(mul(a, g))
     # one more mean, whose error (a-g)^2/16a falls below the two parts after it
     a, g = scale(add(a, g), 0.5), sqrt(mul(a, g))
-    return div(HALF_PI, scale(add(a, g), 0.5))
+    return div(scale(PI, 0.5), scale(add(a, g), 0.5))
 
 
 @routine

@@ -1,16 +1,16 @@
-"""How kernels are compiled, and the instructions numba has no name for."""
+"""Compilation of kernels, and instructions that numba does not offer."""
 
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-# error_model="numpy": a division is a division, with no test that would stop vectorisation.
-# No fastmath anywhere: reassociation and contraction would break the two-part arithmetic.
-# Neither allocates: what is compiled needs nothing of numba's when it runs.
-# `kernel` is what attitude/runtime/compiled.py calls, `routine` what kernels call.
+# error_model="numpy": division without a test for zero, which would prevent vectorisation.
+# No fastmath: reassociation and contraction would break the two-part arithmetic.
+# No allocation: compiled kernels run without numba's runtime.
+# `kernel` marks functions that attitude/runtime/compiled.py calls, `routine` those that kernels call.
 OPTIONS = {"error_model": "numpy", "nogil": True, "_nrt": False}
 routine = kernel = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-# For what stands in loops over nodes: a call that is left there keeps the loop from becoming vectors.
+# For functions in inner loops: a call that is not inlined prevents vectorisation.
 inlined = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
 
 

@@ -1,9 +1,9 @@
-"""From body, momentum and attitude to everything the samples need: decided once, in two parts.
+"""Constants of the motion from body, rate and attitude, in two parts: all that the samples need.
 
 Equation numbers are those of docs/theory.md.  Letters: axis 3 is the one that the momentum
-circles, axis 1 the other extreme, axis 2 the middle one; s = +1 about the greatest moment, -1
-about the least.  gamma is the direction of the momentum seen from the body.  Squares never
-appear where they could leave the range of a double: the chain runs on roots (r21, S3, k, k1...).
+circulates about, axis 1 the other extreme, axis 2 the middle one; s = +1 about the greatest moment, -1
+about the least.  gamma is the direction of the momentum in the body frame.  Squares that could
+leave the range of a double are avoided: the formulas are in roots (r21, S3, k, k1...).
 """
 
 import math
@@ -22,11 +22,13 @@ from .doubledouble import (
     hypot,
     mul,
     neg,
+    pair,
     power_of_two_near,
     scale,
     sin_cos,
     sqrt,
     square,
+    store,
     sub,
 )
 from .elliptic import carlson_rf, quarter_period
@@ -35,7 +37,7 @@ from .layout import CONSTANT_RATE, LONG_AXIS, SEPARATRIX, SHORT_AXIS, THETA, TRA
 from .principal import over_powers_of_two
 
 # At this complementary parameter (m = 0.97, q = 0.207) the degree-four polynomials of eq. (31) leave
-# out 2 q^25 = 1.6e-17; beyond it the transformed series, with Q < 0.044, is the short one.
+# out 2 q^25 = 1.6e-17; below it the transformed series, with Q < 0.044, is shorter.
 TRANSFORM_BELOW = 0.03
 
 # Below this the products that make up D from a tensor's own numbers leave the range of a double.
@@ -43,7 +45,7 @@ SMALLEST_ROOT = 1e-120
 
 
 class Polhode(NamedTuple):
-    """The shape of gamma's path and where on it the motion starts (theory, section 3)."""
+    """The polhode and the start of the motion on it (theory, section 3)."""
 
     s: float
     gamma: tuple
@@ -100,12 +102,6 @@ def invariants(tensors, moments, axes, rates, attitudes, constant, out, *space):
 
 
 @routine
-def _store(field, value):
-    field[0] = value[0]
-    field[1] = value[1]
-
-
-@routine
 def _constant_rate(rate, attitude, out):
     """q = q0 exp(omega t / 2), eq. (30): the theta route with beta = 0."""
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
@@ -114,7 +110,7 @@ def _constant_rate(rate, attitude, out):
     inverse = div(ONE, speed) if speed[0] > 0.0 else ZERO
     spin = quaternion.product(attitude, (ZERO, mul(x, inverse), mul(y, inverse), mul(z, inverse)))
     out.route, out.regime = THETA, CONSTANT_RATE
-    _store(out.precession, scale(mul(speed, PER_TURN), 0.5 * unit))
+    store(out.precession, scale(mul(speed, PER_TURN), 0.5 * unit))
     out.alpha_re[0] = 1.0
     out.direction[2, 0] = out.direction[3, 0] = 1.0
     for i in range(4):
@@ -130,8 +126,17 @@ def _constant_rate(rate, attitude, out):
 def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
     size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
-    inertia = _scaled_moments(moments, 1.0 / size)
-    omega = _principal_rate(axes, rate, 1.0 / unit)
+    # only ratios of moments reach the attitude: the greatest is brought to [1, 2)
+    inertia = (
+        scale(pair(moments[0]), 1.0 / size),
+        scale(pair(moments[1]), 1.0 / size),
+        scale(pair(moments[2]), 1.0 / size),
+    )
+    omega = (
+        _component(axes[0], rate, 1.0 / unit),
+        _component(axes[1], rate, 1.0 / unit),
+        _component(axes[2], rate, 1.0 / unit),
+    )
     lo, mid, hi = ascending(inertia)
     diagonal = tensor[0, 1] == 0.0 and tensor[0, 2] == 0.0 and tensor[1, 2] == 0.0
     root_D, sign_D = root_of_D(inertia, omega, lo, mid, hi, space)
@@ -141,10 +146,10 @@ def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
     first, third = (hi, lo) if sign_D < 0.0 else (lo, hi)
     polhode, signs = _polhode(inertia, omega, first, mid, third, root_D)
     if polhode.A1[0] == 0.0 or polhode.r32[0] == 0.0 or polhode.u_rate[0] == 0.0:
-        _constant_rate(rate, attitude, out)  # off a principal axis by less than two parts can hold
+        _constant_rate(rate, attitude, out)  # nearer to a principal axis than two parts resolve
         return
     K, K_prime = quarter_period(polhode.k1), quarter_period(polhode.k)
-    # docs/theory.md (12): the start, as an amplitude kept by its sine and cosine
+    # docs/theory.md (12): the initial amplitude by its sine and cosine
     S = scale(div(polhode.gamma[1], polhode.A2), polhode.s)
     C = div(polhode.gamma[0], polhode.A1)
     u0 = mul(S, carlson_rf(C, div(polhode.gamma[2], polhode.A3), ONE))
@@ -152,39 +157,23 @@ def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
         series = _theta_series(polhode, K, K_prime, u0, out)
     else:
         series = _transformed_series(polhode, K, K_prime, u0, out)
-    _write_rates(series, unit, out)
-    _write_series(series, out)
-    R_PB = _principal_frame(axes, (first, mid, third), signs)
+    _write_series(series, unit, out)
+    # R_PB: axes 1, 2, 3 as rows, right-handed, with signs that make gamma1 and gamma3 non-negative
+    R_PB = _signed(axes[first], signs[0]), _signed(axes[mid], signs[1]), _signed(axes[third], signs[2])
     _write_frame(R_PB, series, attitude, out)
-    _write_body_rate(R_PB, polhode.spin_rates, unit, out)
+    for i in range(3):  # omega_B = R_BP diag(L/I) gamma
+        for j in range(3):
+            out.rate[j, i] = mul(R_PB[i][j], polhode.spin_rates[i])[0] * unit
     out.regime = SEPARATRIX if sign_D == 0.0 else (SHORT_AXIS if sign_D > 0.0 else LONG_AXIS)
-    _write_public(polhode, K, K_prime, u0, unit, out)
+    _write_public_fields(polhode, K, K_prime, u0, unit, out)
 
 
 @routine
-def _scaled_moments(moments, inverse):
-    """Only ratios of moments reach the attitude: the greatest is brought to [1, 2)."""
-    return (
-        (moments[0, 0] * inverse, moments[0, 1] * inverse),
-        (moments[1, 0] * inverse, moments[1, 1] * inverse),
-        (moments[2, 0] * inverse, moments[2, 1] * inverse),
-    )
-
-
-@routine
-def _principal_component(axis, rate, factor):
-    total = mul((axis[0, 0], axis[0, 1]), (rate[0] * factor, 0.0))
-    total = add(total, mul((axis[1, 0], axis[1, 1]), (rate[1] * factor, 0.0)))
-    return add(total, mul((axis[2, 0], axis[2, 1]), (rate[2] * factor, 0.0)))
-
-
-@routine
-def _principal_rate(axes, rate, factor):
-    return (
-        _principal_component(axes[0], rate, factor),
-        _principal_component(axes[1], rate, factor),
-        _principal_component(axes[2], rate, factor),
-    )
+def _component(axis, rate, factor):
+    """Component of factor * rate along a two-part axis (3, 2)."""
+    total = mul(pair(axis[0]), (rate[0] * factor, 0.0))
+    total = add(total, mul(pair(axis[1]), (rate[1] * factor, 0.0)))
+    return add(total, mul(pair(axis[2]), (rate[2] * factor, 0.0)))
 
 
 @routine
@@ -242,7 +231,7 @@ def _eta_complement(polhode):
 
 @routine
 def _nomes(polhode, K, K_prime, out):
-    """q, E = exp(-2h) and E' = q/E (eq. 16): the nearer of the two poles is measured, the other follows."""
+    """q, E = exp(-2h) and E' = q/E (eq. 16), from the distance to the nearer of the two poles."""
     over_K = div(PI, K)
     q = ZERO if K_prime[0] == math.inf else exp(neg(mul(over_K, K_prime)))
     if polhode.r32[0] * polhode.A1[0] <= polhode.r21[0] * polhode.A3[0]:
@@ -360,22 +349,12 @@ def _doubled(x):
 
 
 @routine
-def _alternate_signs(x):
-    return x[0], neg(x[1]), x[2], neg(x[3]), x[4]
-
-
-@routine
 def _odd_cosines(x):
     """sum x_n cos (2n+1)v / cos v as powers of w; with every second sign changed, of sines in -w."""
     p0 = add(sub(sub(x[0], x[1]), sub(x[2], x[3])), x[4])
     p1 = add(sub(scale(x[1], 2.0), scale(x[2], 2.0)), sub(scale(x[4], 4.0), scale(x[3], 4.0)))
     p2 = sub(sub(scale(x[2], 4.0), scale(x[3], 4.0)), mul(x[4], (12.0, 0.0)))
     return p0, p1, p2, sub(scale(x[3], 8.0), scale(x[4], 8.0)), scale(x[4], 16.0)
-
-
-@routine
-def _sum5(x):
-    return add(add(add(x[0], x[1]), add(x[2], x[3])), x[4])
 
 
 @routine
@@ -387,8 +366,9 @@ def _write_theta_direction(polhode, q, out):
     even = (ONE, q, q4, q9, square(q8))  # q^(n^2)
     odd = (ONE, q2, q6, square(q6), mul(square(q8), q4))  # q^(n(n+1))
     theta3, theta2 = _doubled(even), _odd_cosines(odd)
-    theta4, theta1 = _alternate_signs(theta3), _alternate_signs(theta2)
-    at_zero2, at_zero3, at_zero4 = _sum5(theta2), _sum5(theta3), _sum5(theta4)
+    theta4, theta1 = (*_alternating(theta3), theta3[4]), (*_alternating(theta2), theta2[4])
+    at_zero2 = add(_sum4(theta2), theta2[4])
+    at_zero3, at_zero4 = add(_sum4(theta3), theta3[4]), add(_sum4(theta4), theta4[4])
     factor1 = mul(polhode.A1, div(at_zero4, at_zero2))
     factor2 = mul(scale(polhode.A2, polhode.s), div(at_zero3, at_zero2))
     factor3 = mul(polhode.A3, div(at_zero4, at_zero3))
@@ -518,7 +498,7 @@ def _transformed_series(polhode, K, K_prime, u0, out):
     rate = sub(rate, mul(slip, y_rate))
 
     out.route, out.nome, out.slip = TRANSFORMED, Q[0], slip[0]
-    _store(out.half_turn, half_turn)
+    store(out.half_turn, half_turn)
     out.per_half_turn = 0.0 if infinite else 1.0 / half_turn[0]
     alpha, beta = _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip)
     return Series(rate, y_rate, y0, alpha_re, alpha_im, beta_re, beta_im, alpha, beta)
@@ -543,14 +523,10 @@ def _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
 
 
 @routine
-def _write_rates(series, unit, out):
-    _store(out.precession, scale(series.precession, unit))
-    _store(out.argument, scale(series.argument, unit))
-    _store(out.argument0, series.argument0)
-
-
-@routine
-def _write_series(series, out):
+def _write_series(series, unit, out):
+    store(out.precession, scale(series.precession, unit))
+    store(out.argument, scale(series.argument, unit))
+    store(out.argument0, series.argument0)
     for i in range(4):
         out.alpha_re[i] = series.alpha_re[i][0]
         out.alpha_im[i] = series.alpha_im[i][0]
@@ -559,21 +535,9 @@ def _write_series(series, out):
 
 
 @routine
-def _signed_row(axes, row, sign):
-    x = axes[row, 0, 0] * sign, axes[row, 0, 1] * sign
-    y = axes[row, 1, 0] * sign, axes[row, 1, 1] * sign
-    z = axes[row, 2, 0] * sign, axes[row, 2, 1] * sign
-    return x, y, z
-
-
-@routine
-def _principal_frame(axes, order, signs):
-    """R_PB: axes 1, 2, 3 as rows, right-handed, turned so that gamma1 and gamma3 are not negative."""
-    return (
-        _signed_row(axes, order[0], signs[0]),
-        _signed_row(axes, order[1], signs[1]),
-        _signed_row(axes, order[2], signs[2]),
-    )
+def _signed(axis, sign):
+    """A two-part axis (3, 2), times 1 or -1, as three pairs."""
+    return scale(pair(axis[0]), sign), scale(pair(axis[1]), sign), scale(pair(axis[2]), sign)
 
 
 @routine
@@ -597,15 +561,7 @@ def _write_frame(R_PB, series, attitude, out):
 
 
 @routine
-def _write_body_rate(R_PB, spin_rates, unit, out):
-    """omega_B = R_BP diag(L/I) gamma."""
-    for i in range(3):
-        for j in range(3):
-            out.rate[j, i] = mul(R_PB[i][j], spin_rates[i])[0] * unit
-
-
-@routine
-def _write_public(polhode, K, K_prime, u0, unit, out):
+def _write_public_fields(polhode, K, K_prime, u0, unit, out):
     amplitudes = (polhode.A1, polhode.A2, polhode.A3)
     for i in range(3):
         out.amplitude[i] = amplitudes[i][0]

@@ -65,6 +65,26 @@ STEPPED_BODY = 23
 ATTITUDE, MOMENTUM, MOMENTUM_LOW, AXIAL, AXIAL_LOW, SPIN, SPIN_LOW = 0, 4, 7, 10, 11, 12, 13
 STATE = 14
 
+# A body and how it is stepped: its index in the arrays of effects and of results; numbers as above, and
+# whether it is symmetric about the third axis; state, at the start and, when a solver returns, at the end.
+# Steps are equal ones, so many; or begin with the first one (s, signed), and are as long as a tolerance (rad
+# in the attitude, and of the momentum relative to it) lets them be, no more than so many, those refused
+# included.  Counts : zeros, written as the solver says; scratch : of two states.
+STEPPED = np.dtype(
+    [
+        ("index", "i8"),
+        ("body", "f8", STEPPED_BODY),
+        ("symmetric", "i8"),
+        ("state", "f8", STATE),
+        ("steps", "i8"),
+        ("first_step", "f8"),
+        ("tolerance", "f8"),
+        ("max_steps", "f8"),
+        ("counts", "f8", 3),
+        ("scratch", "f8", 2 * STATE),
+    ]
+)
+
 # Nodes of a quadrature or a collocation: as many as the widest vectors hold.  A workspace has rows of
 # so many numbers, one after the other; in one dimension, for the compiler to see that rows are apart.
 NODES = 8
@@ -82,8 +102,8 @@ UNKNOWNS = 8
 # (n, 3), from the centre of mass, body frame.  Corners alone are a polyhedron; BALL puts a ball of the radius
 # about each, RIM a disc across the axis: a cylinder is two corners on its axis, each with a rim.
 #   mass, kg; gravity (3), m/s2; unit normal of the plane (3), away from the ground; height of the plane along
-#   it, m; restitution; friction; rounding; its radius, m; unit axis (3), body frame; greatest distance of a
-#   corner's lowest point (or of a ball's centre) and of any point from the centre of mass, m
+#   it, m; restitution; friction; kind of corner, its radius, m, and unit axis (3), body frame; greatest
+#   distance of a corner's lowest point (or of a ball's centre) and of any point from the centre of mass, m
 SHARP, RIM, BALL = range(3)
 WORLD_WIDTH = 17
 # A flight between two contacts: its start, s in two parts, and the state there: attitude (4), body rate (3),
@@ -100,18 +120,18 @@ TIME_IS_UP, AT_REST, NO_ROOM, OUT_OF_RANGE, TOO_LONG = range(5)
 # Points of a rim that stand for all of it where it lies flat.
 RIM_POINTS = 8
 
-# Random words of a body, a multiple of the four of one counter; and how often moments that no body can have
-# are drawn again, each time from words of another range.
-WORDS_A_BODY = 12
-MOST_ATTEMPTS = 1000
+# Random words of a body, a multiple of the four of one counter; and how often its moments are drawn, each
+# time from words of another range, until they are physical.
+WORDS_PER_BODY = 12
+MAX_DRAWS = 1000
 
-# Sums of products of unit quaternions over the bodies of a leaf, kept as whole numbers: three limbs, the
-# first in units of 2^-30, the last of 2^-114.  A leaf has no more than 2^42 of any, so that 64 bits hold the
-# sum of two million leaves, and of the first limb that of 2^33 bodies.
-LEAF = 256
+# Sums of products of unit quaternions over a block of bodies, as whole numbers: three limbs, the first in
+# units of 2^-30, the last of 2^-114.  A block has no more than 2^42 of any, so that 64 bits hold the sum of
+# two million blocks, and of the first limb that of 2^33 bodies.
+BODIES_PER_BLOCK = 256
 LIMB_FIRST, LIMB_BITS = 30, 42
-# From row to row of these sums: instants at once, and an odd number of cache lines: no two rows share a set.
-PITCH = 1032
+# From row to row of these sums: instants at a time, in an odd number of cache lines: no two rows share a set.
+ROW_STRIDE = 1032
 
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42

@@ -1,26 +1,20 @@
-"""Phases that advance for ever: a rate times a time in two parts, and the sine and cosine of what is left.
+"""Phases as a rate times a time in two parts, and their sine and cosine.
 
 Straight-line arithmetic without calls or branches, so that LLVM turns each loop into vector
 instructions.  A fused multiply-add is written where one is wanted, and nowhere left to the compiler:
 the two-part products depend on it.
 """
 
-from . import doubledouble
-from .doubledouble import two_sum
+from .doubledouble import TURN, two_sum
 from .intrinsics import bits_of, double_of, fma, inlined
 
 # Adding and subtracting this rounds to the nearest whole number, and leaves it in the low bits.
 ROUND = 1.5 * 2.0**52
 
-TURN, TURN_LOW = doubledouble.TURN
-COS2, COS2_LOW = -19.739208802178716, -1.2530591017479423e-15
-COS4, COS6, COS8 = 64.9393940226683, -85.45681720668301, 60.24464136411913
-COS10, COS12, COS14 = -26.426254729094907, 7.903290410841581, -1.7008083860210004
-
 
 @inlined
 def phase(rate_hi, rate_lo, t, t_low):
-    """rate * time in two parts; the first product is exact.  In one, where the rate has no second."""
+    """rate * time in two parts, the first product exact; in one part if rate_lo is None."""
     if rate_lo is None:
         return rate_hi * t, 0.0
     hi = rate_hi * t
@@ -42,10 +36,10 @@ def argument(rate_hi, rate_lo, t, t_low, start, start_lo):
 
 @inlined
 def sine_cosine(turns, rest):
-    """Sine and cosine of 2 pi (turns + rest), rest small: whole quarter turns drop out exactly.
+    """Sine and cosine of 2 pi (turns + rest), rest small; whole quarter turns are removed exactly.
 
     Polynomials: Chebyshev interpolation of sin(2 pi r) and cos(2 pi r) on abs(r) <= 1/8 + 1/512
-    (off by at most 2e-17), leading coefficients in two parts.
+    (error at most 2e-17), leading coefficients in two parts.
     """
     shifted = fma(turns, 4.0, ROUND)
     quarter = bits_of(shifted)
@@ -56,13 +50,13 @@ def sine_cosine(turns, rest):
     p = fma(r2, p, -76.70585973332197)
     p = fma(r2, p, 81.60524927604779)
     p = fma(r2, p, -41.341702240399755)
-    sine = fma(r, TURN, r * fma(r2, p, TURN_LOW))
-    p = fma(r2, COS14, COS12)
-    p = fma(r2, p, COS10)
-    p = fma(r2, p, COS8)
-    p = fma(r2, p, COS6)
-    p = fma(r2, p, COS4)
-    cosine = 1.0 + fma(r2, COS2, r2 * fma(r2, p, COS2_LOW))
+    sine = fma(r, TURN[0], r * fma(r2, p, TURN[1]))
+    p = fma(r2, -1.7008083860210004, 7.903290410841581)
+    p = fma(r2, p, -26.426254729094907)
+    p = fma(r2, p, 60.24464136411913)
+    p = fma(r2, p, -85.45681720668301)
+    p = fma(r2, p, 64.9393940226683)
+    cosine = 1.0 + fma(r2, -19.739208802178716, r2 * fma(r2, p, -1.2530591017479423e-15))
     swap = (quarter & 1) != 0
     s = cosine if swap else sine
     c = sine if swap else cosine

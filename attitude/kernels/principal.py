@@ -1,6 +1,20 @@
 """Principal moments and axes of an inertia tensor, in two parts."""
 
-from .doubledouble import ONE, ZERO, add, div, mul, neg, power_of_two_near, scale, sqrt, square, sub
+from .doubledouble import (
+    ONE,
+    ZERO,
+    add,
+    div,
+    mul,
+    neg,
+    pair,
+    power_of_two_near,
+    scale,
+    sqrt,
+    square,
+    store,
+    sub,
+)
 from .expansion import add_product
 from .intrinsics import kernel, routine
 
@@ -19,17 +33,16 @@ def principal_axes(tensors, moments, axes, matrix):
 
     Notes
     -----
-    Cyclic Jacobi rotations, run until nothing is left beside the diagonal: a moment is good to
-    3e-32 of the greatest one, and an axis keeps what tilts it however little, since either
-    becomes a phase error in proportion to elapsed time.
+    Cyclic Jacobi rotations until the off-diagonal elements vanish: moments are accurate to 3e-32
+    of the greatest one and axes keep the smallest tilt, since an error of either becomes a phase
+    error in proportion to elapsed time.
     Source: Golub and Van Loan, Matrix Computations, 4th ed., section 8.5.
     """
     for b in range(tensors.shape[0]):
         for i in range(3):
             for j in range(3):
-                _set(matrix, i, j, (tensors[b, i, j], 0.0))
-                axes[b, i, j, 0] = 1.0 if i == j else 0.0
-                axes[b, i, j, 1] = 0.0
+                store(matrix[i, j], (tensors[b, i, j], 0.0))
+                store(axes[b, i, j], ONE if i == j else ZERO)
         for _ in range(20):
             if matrix[0, 1, 0] == 0.0 and matrix[0, 2, 0] == 0.0 and matrix[1, 2, 0] == 0.0:
                 break
@@ -37,43 +50,31 @@ def principal_axes(tensors, moments, axes, matrix):
                 for j in range(i + 1, 3):
                     _rotate(matrix, axes[b], i, j)
         for i in range(3):
-            moments[b, i, 0] = matrix[i, i, 0]
-            moments[b, i, 1] = matrix[i, i, 1]
-
-
-@routine
-def _get(matrix, i, j):
-    return matrix[i, j, 0], matrix[i, j, 1]
-
-
-@routine
-def _set(matrix, i, j, value):
-    matrix[i, j, 0] = value[0]
-    matrix[i, j, 1] = value[1]
+            store(moments[b, i], pair(matrix[i, i]))
 
 
 @routine
 def _rotate(matrix, axes, i, j):
     """One Jacobi rotation in the plane (i, j), zeroing matrix[i, j]."""
-    off = _get(matrix, i, j)
+    off = pair(matrix[i, j])
     if off[0] == 0.0:
         return
-    t, c, s = _jacobi_angle(_get(matrix, i, i), _get(matrix, j, j), off)
-    _set(matrix, i, i, sub(_get(matrix, i, i), mul(t, off)))
-    _set(matrix, j, j, add(_get(matrix, j, j), mul(t, off)))
-    _set(matrix, i, j, ZERO)
-    _set(matrix, j, i, ZERO)
+    t, c, s = _jacobi_angle(pair(matrix[i, i]), pair(matrix[j, j]), off)
+    store(matrix[i, i], sub(pair(matrix[i, i]), mul(t, off)))
+    store(matrix[j, j], add(pair(matrix[j, j]), mul(t, off)))
+    store(matrix[i, j], ZERO)
+    store(matrix[j, i], ZERO)
     k = 3 - i - j
-    x, y = _get(matrix, i, k), _get(matrix, j, k)
+    x, y = pair(matrix[i, k]), pair(matrix[j, k])
     x, y = sub(mul(c, x), mul(s, y)), add(mul(s, x), mul(c, y))
-    _set(matrix, i, k, x)
-    _set(matrix, k, i, x)
-    _set(matrix, j, k, y)
-    _set(matrix, k, j, y)
+    store(matrix[i, k], x)
+    store(matrix[k, i], x)
+    store(matrix[j, k], y)
+    store(matrix[k, j], y)
     for k in range(3):
-        x, y = _get(axes, i, k), _get(axes, j, k)
-        _set(axes, i, k, sub(mul(c, x), mul(s, y)))
-        _set(axes, j, k, add(mul(s, x), mul(c, y)))
+        x, y = pair(axes[i, k]), pair(axes[j, k])
+        store(axes[i, k], sub(mul(c, x), mul(s, y)))
+        store(axes[j, k], add(mul(s, x), mul(c, y)))
 
 
 @routine

@@ -1,11 +1,11 @@
-"""The one statement of order and direction.
+"""The convention of quaternions, and their arithmetic in two parts.
 
 A quaternion is (w, x, y, z), unit, with the Hamilton product; it is the active rotation from
 body to inertial:
 
     v_inertial = q * (0, v_body) * conj(q)
 
-Here in two parts, as tuples of pairs, for the constants; `cayley_klein` builds on the same order.
+Components are pairs, for the constants; `cayley_klein` has the same order.
 """
 
 from .doubledouble import ONE, add, div, mul, neg, scale, sqrt, square, sub
@@ -14,6 +14,7 @@ from .intrinsics import routine
 
 @routine
 def product(p, q):
+    """Hamilton product p * q."""
     w = sub(sub(mul(p[0], q[0]), mul(p[1], q[1])), add(mul(p[2], q[2]), mul(p[3], q[3])))
     x = add(add(mul(p[0], q[1]), mul(p[1], q[0])), sub(mul(p[2], q[3]), mul(p[3], q[2])))
     y = add(add(mul(p[0], q[2]), mul(p[2], q[0])), sub(mul(p[3], q[1]), mul(p[1], q[3])))
@@ -23,11 +24,13 @@ def product(p, q):
 
 @routine
 def conjugate(q):
+    """The inverse of a unit quaternion."""
     return q[0], neg(q[1]), neg(q[2]), neg(q[3])
 
 
 @routine
 def normalised(q):
+    """The unit quaternion along q."""
     norm2 = add(add(square(q[0]), square(q[1])), add(square(q[2]), square(q[3])))
     inverse = div(ONE, sqrt(norm2))
     return mul(q[0], inverse), mul(q[1], inverse), mul(q[2], inverse), mul(q[3], inverse)
@@ -37,7 +40,7 @@ def normalised(q):
 def from_rotation_matrix(R):
     """The quaternion of a proper rotation matrix R (three rows of pairs), v' = R v.
 
-    The largest component is found first, so that nothing is divided by a small one.
+    The divisor is the largest component, so that no digits are lost.
     Source: Shepperd, J. Guidance and Control 1 (1978) 223.
     """
     trace = R[0][0][0] + R[1][1][0] + R[2][2][0]

@@ -1,4 +1,4 @@
-"""Quaternions (w, x, y, z) as tuples of plain doubles: what a step works with.
+"""Quaternions (w, x, y, z) as tuples of plain doubles, for the solvers.
 
 Order and direction are those of `quaternion`: v_inertial = q * (0, v_body) * conj(q).
 """
@@ -24,6 +24,7 @@ def product(p, q):
 
 @inlined
 def conjugate(q):
+    """The inverse of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 
@@ -44,7 +45,7 @@ def rotated_back(q, v):
 
 @inlined
 def normalised(q):
-    """q, whose norm is 1 but for rounding, brought back to it: one Newton step."""
+    """Unit quaternion of q, whose norm is 1 but for rounding: one Newton step."""
     norm2 = fma(q[0], q[0], fma(q[1], q[1], fma(q[2], q[2], q[3] * q[3])))
     factor = fma(-0.5, norm2, 1.5)
     return q[0] * factor, q[1] * factor, q[2] * factor, q[3] * factor
@@ -52,7 +53,7 @@ def normalised(q):
 
 @inlined
 def about(vector, time):
-    """The turn by `time` at the rate `vector` (rad/s and s, or any two whose product is an angle)."""
+    """Rotation by the rate `vector` over `time` (rad/s and s, or any two whose product is an angle)."""
     rate = math.sqrt(dot(vector, vector))
     if rate == 0.0:
         return 1.0, 0.0, 0.0, 0.0

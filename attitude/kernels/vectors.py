@@ -1,4 +1,4 @@
-"""Vectors as tuples of three doubles, and their components before and after a rotation."""
+"""Vectors as tuples of three doubles, and matrices as tuples of three rows."""
 
 import math
 
@@ -6,18 +6,20 @@ from .intrinsics import fma, inlined, routine
 
 
 @routine
-def taken(array):
+def first_three(array):
     """The first three numbers of an array."""
     return array[0], array[1], array[2]
 
 
 @inlined
 def dot(a, b):
+    """Scalar product."""
     return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2]))
 
 
 @inlined
 def cross(a, b):
+    """Vector product."""
     x = fma(a[1], b[2], -a[2] * b[1])
     y = fma(a[2], b[0], -a[0] * b[2])
     z = fma(a[0], b[1], -a[1] * b[0])
@@ -26,6 +28,7 @@ def cross(a, b):
 
 @routine
 def norm(a):
+    """Length of a vector."""
     return math.sqrt(dot(a, a))
 
 
@@ -37,6 +40,7 @@ def add_scaled(a, factor, b):
 
 @inlined
 def scaled(factor, a):
+    """factor a."""
     return factor * a[0], factor * a[1], factor * a[2]
 
 
@@ -69,5 +73,6 @@ def rotation(q):
 
 @routine
 def transposed(rows):
+    """The transpose of a matrix of three rows."""
     a, b, c = rows
     return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])

@@ -1,5 +1,5 @@
-"""Attitude and rate of rigid bodies to as many digits as asked for, by routes independent of ours.
+"""Attitude and rate of rigid bodies to any number of digits, independent of the library's own computation.
 
-Free bodies to fifty digits by two routes (`truth`), bodies under torques to thirty by one (`torqued`).
-Needs mpmath (the extra `cost`), is quicker with gmpy2, and serves the tests and `attitude.cost`.
+`truth` has free bodies to fifty digits by two routes, `torque_motion` bodies under torques to thirty by one.
+The package needs mpmath (the extra `cost`) and is faster with gmpy2; the tests and `attitude.cost` use it.
 """

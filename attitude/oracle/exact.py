@@ -1,7 +1,7 @@
-"""Exact inputs, and the quaternion arithmetic that every route uses.
+"""Exact rational inputs, and the quaternion arithmetic of all routes.
 
-A float is taken as the binary fraction it is; ratios such as m and 1 - m, rational in moments and rate, are
-formed as `Fraction` and rounded once, so no route loses digits before its own mathematics begins.
+A float is an exact binary fraction; ratios such as m and 1 - m, rational in moments and rate, are formed as
+`Fraction` and rounded once, so that no route starts with rounded constants.
 
 Quaternions are tuples (w, x, y, z), Hamilton product, active: ``v_inertial = q * v_body * conj(q)``.
 """
@@ -26,11 +26,12 @@ def fraction(value):
 
 
 def fractions(values):
+    """The exact values as a tuple of Fractions."""
     return tuple(fraction(value) for value in values)
 
 
 def elapsed(t):
-    """Exact seconds of a number, or of a tuple (hi, lo) summed."""
+    """Exact seconds of a number, or of the sum of a tuple (hi, lo)."""
     return sum(fractions(t), Fraction(0)) if isinstance(t, tuple) else fraction(t)
 
 
@@ -66,7 +67,7 @@ class Circulation(NamedTuple):
     m1: Fraction
     u_rate_squared: Fraction
 
-    def framed(self, vector):
+    def along_axes(self, vector):
         """Components of a body vector along axes 1, 2, 3."""
         return [sign * vector[axis] for sign, axis in zip(self.signs, self.axes, strict=True)]
 
@@ -81,7 +82,7 @@ def circulation(moments, omega):
     """Regime, axes and invariants of a body; moments and rate are Fractions.
 
     Regimes: ``constant_rate``, ``symmetric`` (m = 0), ``separatrix``, ``short_axis`` and ``long_axis``.
-    For ``constant_rate`` only the regime and the trivial axes are filled in.
+    For ``constant_rate`` all entries but the regime are zero or trivial.
     """
     if is_parallel(moments, omega):
         zero = (Fraction(0),) * 3
@@ -137,6 +138,7 @@ def multiply(p, q):
 
 
 def conjugate(q):
+    """The inverse of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 

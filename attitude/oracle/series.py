@@ -1,11 +1,11 @@
 """Taylor series of a system of differential equations, coefficient by coefficient, to any number of digits.
 
-A `Tape` is told the equations once, as sums, products and powers; then it expands the solution about any
+A `Tape` records the equations once, as sums, products and powers; then it expands the solution about any
 state. With tau = (t - start) / scale a series is a list of its coefficients in powers of tau, integers scaled
 by 2^bits, and for state' = rhs: state[n + 1] = scale rhs[n] / (n + 1), rhs[n] from the coefficients up to n.
 Products are rounded to nearest: rounded down, their errors would add up to a drift of the momentum, and of
 the attitude with the square of time.
-Whoever tells the equations chooses units in which nothing is much greater than one.
+Equations must be in units in which no value is much greater than one.
 """
 
 from operator import mul
@@ -19,7 +19,7 @@ except ImportError:
 
 
 class Tape:
-    """Equations as rules that append to each series its next coefficient, in the order they were told."""
+    """Equations as rules that append to each series its next coefficient, in the order of recording."""
 
     def __init__(self, bits, order):
         self.bits, self.order = bits, order
@@ -36,12 +36,13 @@ class Tape:
         return mpz(int(mp.nint(mp.ldexp(mpf(value), self.bits))))
 
     def real(self, integer):
+        """Integer scaled by 2^bits to mpf."""
         return mp.ldexp(mpf(int(integer)), -self.bits)
 
     # Equations
 
     def state(self, value):
-        """A series that begins with a value (mpf); what it changes by is told by `rate`."""
+        """A series that begins with a value (mpf); `rate` adds to its derivative."""
         self.states.append(self._new())
         self.start.append(self.fixed(value))
         self.rates.append([])
@@ -49,8 +50,8 @@ class Tape:
 
     def rate(self, state, *terms):
         """Add series to the derivative of a state."""
-        found = next(k for k, series in enumerate(self.states) if series is state)
-        self.rates[found].extend(terms)
+        index = next(k for k, series in enumerate(self.states) if series is state)
+        self.rates[index].extend(terms)
 
     def combination(self, terms, offset=0):
         """Sum of constant times series, over pairs (mpf, series), and of a constant."""
@@ -67,21 +68,21 @@ class Tape:
     def bilinear(self, factors, rows):
         """For each row the sum of products of the factors with its entries: a series, (-1, series), or None.
 
-        What is multiplied by one factor is laid side by side in one long integer, so that Python multiplies
-        and adds once for all rows.
+        The entries that one factor multiplies are packed in one long integer, so that Python multiplies and
+        adds once for all rows.
         """
         outs = [self._new() for _ in rows]
         packed = [self._side_by_side([row[i] for row in rows]) for i in range(len(factors))]
-        places = [(out, self.slot * j) for j, out in enumerate(outs)]
+        shifts = [(out, self.slot * j) for j, out in enumerate(outs)]
         # slots hold numbers of either sign, raised by half a slot so that none borrows from the next
         half, mask = mpz(1) << (self.slot - 1), (mpz(1) << self.slot) - 1
-        bias, bits = sum((half + self.half) << at for _, at in places), self.bits
+        bias, bits = sum((half + self.half) << at for _, at in shifts), self.bits
 
-        def rule(n):
+        def rule(_n):
             total = bias
             for factor, column in zip(factors, packed, strict=True):
                 total += sum(map(mul, factor, reversed(column)))
-            for out, at in places:
+            for out, at in shifts:
                 out.append(((total >> at & mask) - half) >> bits)
 
         self.rules.append(rule)
@@ -89,7 +90,7 @@ class Tape:
 
     def _side_by_side(self, entries):
         """Integers that hold a coefficient of each entry, a slot apart."""
-        out, signed = self._new(kept=False), [_signed(entry) for entry in entries]
+        out, signed = self._new(packed=True), [_signed(entry) for entry in entries]
         parts = [
             (sign, series, self.slot * j) for j, (sign, series) in enumerate(signed) if series is not None
         ]
@@ -97,11 +98,11 @@ class Tape:
         return out
 
     def power(self, base, halves):
-        """base^(halves / 2), base > 0, by s base' halves / 2 = s' base:
+        """base^(halves / 2) for base > 0, by s base' halves / 2 = s' base.
 
         n base[0] s[n] = sum over k = 1..n of (halves k / 2 - (n - k)) base[k] s[n - k].
         """
-        out, weighted = self._new(), self._new(kept=False)
+        out, weighted = self._new(), self._new(packed=True)
 
         def rule(n):
             weighted.append(n * base[n])
@@ -117,18 +118,17 @@ class Tape:
         self.rules.append(rule)
         return out
 
-    def _new(self, kept=True):
-        kind = self.series if kept else self.packed
+    def _new(self, packed=False):
+        kind = self.packed if packed else self.series
         kind.append([])
         return kind[-1]
 
     # Solution
 
     def expand(self, start, scale):
-        """Coefficients of the states about `start`, in (t - start) / scale, and the scale that they are in.
+        """Coefficients of the states about `start`, in (t - start) / scale, and that scale.
 
-        A scale in which coefficients outgrow their room, because the series converges nowhere near that far,
-        is halved.
+        The scale is halved until no coefficient overflows its slot.
         """
         while True:
             self._expand(start, self.fixed(scale))

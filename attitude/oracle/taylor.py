@@ -99,9 +99,11 @@ class TaylorMotion:
         return mpz(int(mp.nint(mp.ldexp(value, self.bits))))
 
     def real(self, integer):
+        """Integer scaled by 2^bits to mpf."""
         return mp.ldexp(mpf(int(integer)), -self.bits)
 
     def initial_state(self):
+        """gamma and p at t = 0, as integers."""
         one = mpz(1) << self.bits
         return [self.fixed(component) for component in self.gamma0] + [one, mpz(0), mpz(0), mpz(0)]
 
@@ -195,8 +197,8 @@ class TaylorMotion:
 
     def _crossings(self):
         """Times of two successive zeros of gamma_mid, which are half a period apart."""
-        found, number = [], 0
-        while len(found) < 2:
+        times, number = [], 0
+        while len(times) < 2:
             if number == len(self.steps[1]):
                 self.next_step(1)
             step = self.steps[1][number]
@@ -204,8 +206,8 @@ class TaylorMotion:
             before = step.series[self.mid_axis][0]
             after = self.evaluate(step, step.length)[self.mid_axis]
             if before == 0 or ((before < 0) != (after < 0) and after != 0):
-                found.append(step.start + step.scale * self._root(step))
-        return found
+                times.append(step.start + step.scale * self._root(step))
+        return times
 
     def _root(self, step):
         """Newton's method for gamma_mid = 0 within a step, from a bisected start."""
@@ -290,7 +292,7 @@ class TaylorMotion:
     def precession_period(self, axis=None):
         """Mean time in which a body axis goes once round the momentum, s; negative if against it.
 
-        The axis of least moment unless told: the long axis of an asteroid, in either mode. In a polhode
+        By default the axis of least moment: the long axis of an asteroid, in either mode. In a polhode
         period the axis circulated about goes a turn more, or less, than `turn_per_period`; the others that.
         """
         if axis is None:
@@ -309,12 +311,12 @@ def _dot(forward, backward):
 
 def _character(moments, omega):
     """Regime, middle axis, axis circulated about with its sign, and decimal digits that the motion loses."""
-    found = circulation(moments, omega)
-    if found.regime == "constant_rate":
-        return found.regime, 1, 2, 1, 0
-    lost = decades(min(found.amplitude_squared[:2])) // 2 + 1
-    if found.regime == "separatrix":
+    invariants = circulation(moments, omega)
+    if invariants.regime == "constant_rate":
+        return invariants.regime, 1, 2, 1, 0
+    lost = decades(min(invariants.amplitude_squared[:2])) // 2 + 1
+    if invariants.regime == "separatrix":
         lost += SEPARATRIX_DIGITS
-    elif found.regime != "symmetric":
-        lost += decades(found.m1)
-    return found.regime, found.axes[1], found.axes[2], found.signs[2], lost
+    elif invariants.regime != "symmetric":
+        lost += decades(invariants.m1)
+    return invariants.regime, invariants.axes[1], invariants.axes[2], invariants.signs[2], lost

@@ -10,7 +10,7 @@ conj(alpha) beta = (gamma1 + i gamma2) / 2i is periodic. It is taken from the ki
     i lambda = i Im[(i omega3 - conj(omega1 + i omega2) beta/alpha) / 2 - v' theta4'/theta4]
 
 (the real part is the decay of the norm), never from a closed sum, and c_b / c_a from the momentum direction.
-Moments and rates are exact fractions; what sums would cancel is made up by working digits.
+Moments and rates are exact fractions; extra working digits make up for cancellation.
 """
 
 from functools import lru_cache
@@ -41,7 +41,7 @@ def attitude_and_rate(moments, omega, q0, t, digits=50):
     moments, omega : 3 numbers each; principal moments in any order, body rate, rad/s; exact as given
     q0 : 4 numbers, wxyz, body to inertial; normalised at the working precision
     t : number or tuple (hi, lo) of numbers, s; either sign
-    digits : good digits of the result
+    digits : correct digits of the result
 
     Returns
     -------
@@ -55,23 +55,24 @@ def attitude_and_rate(moments, omega, q0, t, digits=50):
 def motion(moments, omega, digits=50):
     """The motion of a body, as an object with `at(t, q0)`, from Fractions."""
     kind = {"constant_rate": ConstantRate, "symmetric": Symmetric, "separatrix": Separatrix}
-    found = circulation(moments, omega)
-    return kind.get(found.regime, Theta)(moments, omega, found, digits)
+    invariants = circulation(moments, omega)
+    return kind.get(invariants.regime, Theta)(moments, omega, invariants, digits)
 
 
 class Motion:
-    """What all regimes share: exact inputs, working digits, and q(t) = q0 * turn(t) with turn(0) = 1."""
+    """Base of all regimes: exact inputs, working digits, q(t) = q0 * turn(t) with turn(0) = 1."""
 
-    def __init__(self, moments, omega, found, digits):
-        self.moments, self.omega, self.circulation = moments, omega, found
-        self.regime, self.digits, self.known = found.regime, digits, {}
+    def __init__(self, moments, omega, invariants, digits):
+        self.moments, self.omega, self.circulation = moments, omega, invariants
+        self.regime, self.digits, self.cached_constants = invariants.regime, digits, {}
         self.base_digits = digits + GUARD_DIGITS + self.lost_digits()
 
     def lost_digits(self):
+        """Digits lost to cancellation in the constants."""
         return 0
 
     def working_digits(self, t):
-        """Digits that leave `digits` good ones in phases of |t| times the rate."""
+        """Working digits for `digits` correct ones in phases of |t| times the rate."""
         fastest = max(abs(component) for component in self.omega)
         phase = abs(t) * fastest * max(self.moments) / min(self.moments) + 1
         return self.base_digits + decades(1 / phase)
@@ -88,6 +89,7 @@ class ConstantRate(Motion):
     """Rest, sphere, spin about a principal axis: q = q0 exp(omega t / 2)."""
 
     def turn_and_rate(self, t):
+        """turn(t) and the body rate, at the working precision."""
         omega = tuple(real(component) for component in self.omega)
         rate = mp.sqrt(sum(component * component for component in omega))
         if not rate:
@@ -100,6 +102,7 @@ class Symmetric(Motion):
     """I1 = I2: q = q0 exp(Lb a1 t / 2) exp(k (omega3 - Lb3 a1) t / 2), elementary."""
 
     def turn_and_rate(self, t):
+        """turn(t) and the body rate, at the working precision."""
         body_axis = self.circulation.axes[2]
         inverse = self.circulation.inverse[0]
         momentum = [moment * component for moment, component in zip(self.moments, self.omega, strict=True)]
@@ -117,22 +120,23 @@ class CayleyKlein(Motion):
     """Motions given by alpha and beta in the frame of axes 1, 2, 3 with z along the momentum."""
 
     def constants(self):
-        """Constants of the motion at the working precision, kept for the next time."""
-        if mp.dps not in self.known:
-            self.known[mp.dps] = self.initial_constants()
-        return self.known[mp.dps]
+        """Constants of the motion at the working precision, cached."""
+        if mp.dps not in self.cached_constants:
+            self.cached_constants[mp.dps] = self.initial_constants()
+        return self.cached_constants[mp.dps]
 
     def initial_constants(self):
-        found = self.circulation
-        a = [real(inverse) for inverse in found.inverse]
+        """Constants of the motion at the working precision."""
+        invariants = self.circulation
+        a = [real(inverse) for inverse in invariants.inverse]
         momentum = [real(self.moments[k] * self.omega[k]) for k in range(3)]
         L = mp.sqrt(sum(component * component for component in momentum))
-        gamma = [component / L for component in found.framed(momentum)]
-        A = [mp.sqrt(real(square)) for square in found.amplitude_squared]
-        s = 1 if found.inverse[0] > found.inverse[1] else -1
-        turned = list(zip(found.signs, found.axes, strict=True))
+        gamma = [component / L for component in invariants.along_axes(momentum)]
+        A = [mp.sqrt(real(square)) for square in invariants.amplitude_squared]
+        s = 1 if invariants.inverse[0] > invariants.inverse[1] else -1
+        signed_axes = list(zip(invariants.signs, invariants.axes, strict=True))
         frame = quaternion_of_matrix(
-            [[mpf(sign * int(axis == k)) for sign, axis in turned] for k in range(3)]
+            [[mpf(sign * int(axis == k)) for sign, axis in signed_axes] for k in range(3)]
         )
         common = {"a": a, "L": L, "gamma": gamma, "A": A, "s": s, "frame": frame}
         common["ratio"] = -1j * mpc(gamma[0], gamma[1]) / (1 + gamma[2])
@@ -144,24 +148,27 @@ class CayleyKlein(Motion):
         return (mpc(0, w3) - mpc(w1, -w2) * common["ratio"]) / 2
 
     def turn_and_rate(self, t):
-        known = self.constants()
-        alpha, beta = self.alpha_beta(known, real(t))
+        """turn(t) and the body rate, at the working precision."""
+        constants = self.constants()
+        alpha, beta = self.alpha_beta(constants, real(t))
         norm = mp.sqrt(abs(alpha) ** 2 + abs(beta) ** 2)
         alpha, beta = alpha / norm, beta / norm
-        start = self.start(known)
+        start = self.start(constants)
         now = (alpha.real, beta.real, beta.imag, alpha.imag)
-        turn = multiply(multiply(known["frame"], multiply(conjugate(start), now)), conjugate(known["frame"]))
+        turn = multiply(
+            multiply(constants["frame"], multiply(conjugate(start), now)), conjugate(constants["frame"])
+        )
         transverse = 2j * mp.conj(alpha) * beta
         gamma = (transverse.real, transverse.imag, abs(alpha) ** 2 - abs(beta) ** 2)
         rate = [mpf(0)] * 3
         for k, (sign, axis) in enumerate(zip(self.circulation.signs, self.circulation.axes, strict=True)):
-            rate[axis] = sign * known["L"] * known["a"][k] * gamma[k]
+            rate[axis] = sign * constants["L"] * constants["a"][k] * gamma[k]
         return turn, tuple(rate)
 
-    def start(self, known):
+    def start(self, constants):
         """Quaternion at t = 0 with alpha > 0: |alpha|^2 = (1 + gamma3) / 2, beta = ratio * alpha."""
-        alpha = mp.sqrt((1 + known["gamma"][2]) / 2)
-        beta = known["ratio"] * alpha
+        alpha = mp.sqrt((1 + constants["gamma"][2]) / 2)
+        beta = constants["ratio"] * alpha
         return (alpha, beta.real, beta.imag, mpf(0))
 
 
@@ -169,17 +176,18 @@ class Theta(CayleyKlein):
     """Short and long axis modes."""
 
     def lost_digits(self):
+        """Digits lost to cancellation in the constants."""
         return decades(self.circulation.m) + decades(self.circulation.m1)
 
     def phase_constants(self, common):
         """K, K', eta, u0, nome, lambda; `log_rate` is i lambda less the logarithmic rate of the norm."""
-        found, gamma, A, s = self.circulation, common["gamma"], common["A"], common["s"]
-        a1, a2, a3 = found.inverse
-        m, m1 = real(found.m), real(found.m1)
+        invariants, gamma, A, s = self.circulation, common["gamma"], common["A"], common["s"]
+        a1, a2, a3 = invariants.inverse
+        m, m1 = real(invariants.m), real(invariants.m1)
         K, K_prime = mp.ellipk(m), mp.pi / (2 * mp.agm(1, mp.sqrt(m)))
         eta = mp.ellipf(mp.atan(mp.sqrt(real((a3 - a2) / (a2 - a1)))), m1)
         u0 = mp.ellipf(mp.atan2(s * gamma[1] / A[1], gamma[0] / A[0]), m)
-        u_rate = mp.sqrt(real(found.u_rate_squared))
+        u_rate = mp.sqrt(real(invariants.u_rate_squared))
         v_rate, v0, h = mp.pi * u_rate / (2 * K), mp.pi * u0 / (2 * K), s * mp.pi * eta / (2 * K)
         nome2 = mp.exp(-2 * mp.pi * K_prime / K)
         z0 = mpc(v0, -h)
@@ -192,14 +200,15 @@ class Theta(CayleyKlein):
             "c_a": 1 / theta4, "c_b": common["ratio"] / theta1,
         }  # fmt: skip
 
-    def alpha_beta(self, known, t):
-        v = known["v0"] + known["v_rate"] * t
+    def alpha_beta(self, constants, t):
+        """alpha and beta at time t, before normalisation."""
+        v = constants["v0"] + constants["v_rate"] * t
         turns = mp.nint(v / mp.pi)
-        z = mpc(v - turns * mp.pi, -known["h"])
-        phase = mp.expj(known["lambda"] * t)
+        z = mpc(v - turns * mp.pi, -constants["h"])
+        phase = mp.expj(constants["lambda"] * t)
         flip = -1 if int(turns) % 2 else 1
-        alpha = known["c_a"] * phase * mp.jtheta(4, z, known["nome2"])
-        return alpha, flip * known["c_b"] * phase * mp.jtheta(1, z, known["nome2"])
+        alpha = constants["c_a"] * phase * mp.jtheta(4, z, constants["nome2"])
+        return alpha, flip * constants["c_b"] * phase * mp.jtheta(1, z, constants["nome2"])
 
 
 class Separatrix(CayleyKlein):
@@ -215,6 +224,7 @@ class Separatrix(CayleyKlein):
         return super().working_digits(t) + int(min(decay, 1000))
 
     def phase_constants(self, common):
+        """Constants of alpha and beta."""
         gamma, A, s = common["gamma"], common["A"], common["s"]
         a1, a2, a3 = self.circulation.inverse
         x = s * mp.atan(mp.sqrt(real((a3 - a2) / (a2 - a1)))) / 2
@@ -227,8 +237,9 @@ class Separatrix(CayleyKlein):
             "c_a": 1 / mp.cos(z0), "c_b": common["ratio"] / mp.sin(z0),
         }  # fmt: skip
 
-    def alpha_beta(self, known, t):
-        z = mpc(known["x"], (known["u0"] + known["u_rate"] * t) / 2)
-        phase = mp.expj(known["lambda"] * t)
+    def alpha_beta(self, constants, t):
+        """alpha and beta at time t, before normalisation."""
+        z = mpc(constants["x"], (constants["u0"] + constants["u_rate"] * t) / 2)
+        phase = mp.expj(constants["lambda"] * t)
         scale = mp.cosh(z.imag)
-        return known["c_a"] * phase * mp.cos(z) / scale, known["c_b"] * phase * mp.sin(z) / scale
+        return constants["c_a"] * phase * mp.cos(z) / scale, constants["c_b"] * phase * mp.sin(z) / scale

@@ -1,16 +1,16 @@
-"""What the tests of the library compare with: attitude and rate to fifty digits, and errors against them.
+"""Attitude and rate of free bodies to fifty digits, and errors of computed ones against them.
 
-Inputs are taken as the exact binary numbers they are. Attitudes are wxyz, Hamilton, active, body to inertial:
+Inputs are exact binary numbers. Attitudes are wxyz, Hamilton, active, body to inertial:
 ``v_inertial = q * v_body * conj(q)``, continuous in t with q(0) = q0. Rates are in the body frame.
 
-The results are mpf with more digits than `mpmath.mp` shows by default: put arithmetic on them inside
-``mpmath.workdps(60)``, or use `attitude_error`, `component_error` and `rate_error`, which do so.
+The results are mpf with more digits than `mpmath.mp` has by default: arithmetic on them belongs inside
+``mpmath.workdps(60)``, as in `attitude_error`, `component_error` and `rate_error`.
 """
 
 from mpmath import mp, mpf
 
 from . import taylor, theta
-from .exact import conjugate, fraction, multiply, normalised, quaternion_of_matrix, real, rotate
+from .exact import conjugate, fraction, fractions, multiply, normalised, quaternion_of_matrix, real, rotate
 
 ROUTES = {"theta": theta.attitude_and_rate, "taylor": taylor.attitude_and_rate}
 COMPARISON_DIGITS = 60
@@ -25,7 +25,7 @@ def attitude_and_rate(moments, omega, q0, t, digits=50, route="theta"):
     omega : 3 numbers, rad/s, body frame
     q0 : 4 numbers, wxyz; normalised at high precision
     t : float, int, mpf, Fraction, or tuple (hi, lo) of them summed exactly; s, either sign
-    digits : good digits of every component of q, and of the rate relative to its norm
+    digits : correct digits of every component of q, and of the rate relative to its norm
     route : "theta" (milliseconds) or "taylor" (a tenth of a second for a body, then milliseconds)
 
     Returns
@@ -68,19 +68,15 @@ def principal_axes(tensor):
 
 def polhode_period(moments, omega):
     """Period of the body-frame momentum, s, by Taylor series (mpf)."""
-    return taylor.motion(*_exact(moments, omega)).polhode_period()
+    return taylor.motion(fractions(moments), fractions(omega)).polhode_period()
 
 
 def precession_period(moments, omega, axis=None):
-    """Mean period of a body axis, that of least moment unless told, about the momentum, s (mpf).
+    """Mean period of a body axis about the momentum, s (mpf); by default the axis of least moment.
 
     Negative against the momentum. The axis circulated about and the others differ by a turn a polhode period.
     """
-    return taylor.motion(*_exact(moments, omega)).precession_period(axis)
-
-
-def _exact(moments, omega):
-    return tuple(map(fraction, moments)), tuple(map(fraction, omega))
+    return taylor.motion(fractions(moments), fractions(omega)).precession_period(axis)
 
 
 # Errors

@@ -1,40 +1,32 @@
-"""Where the centre of mass goes: the document's `orbit`, and positions along it.
-
-Three forms: Keplerian elements (`kepler`), two lines of a TLE (`tle`), a table of positions (`table`).
-"""
+"""The document's `orbit`: Keplerian elements (`kepler`), a TLE (`tle`) or positions (`tabulated`)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Annotated, Any
 
-from ..document import Chosen, Part
+from ..documents.fields import Chosen
 from ..errors import InputError
-from .orbit import Orbit
+from .orbit import OrbitDefinition
 
 
-def _pick(value: Any) -> Orbit:
-    """The part that the keys of a document tell."""
-    if isinstance(value, Orbit):
+def _parse(value: Any) -> OrbitDefinition:
+    """Choose the form of an orbit by the keys of the document; orbits made in Python pass through."""
+    if isinstance(value, OrbitDefinition):
         return value
     if not isinstance(value, dict):
         raise InputError("", value, "an orbit: Keplerian elements, a tle, or times and positions")
-    kepler, tle, table = _kinds()
+    kepler, tle, table = _forms()
     if "tle" in value:
         return tle.model_validate(value)
     return (table if "times" in value or "positions" in value else kepler).model_validate(value)
 
 
-def _kinds() -> tuple[type[Orbit], type[Orbit], type[Orbit]]:
+def _forms() -> tuple[type[OrbitDefinition], type[OrbitDefinition], type[OrbitDefinition]]:
     from .kepler import Kepler
-    from .table import Table
+    from .tabulated import OrbitTable
     from .tle import TwoLine
 
-    return Kepler, TwoLine, Table
+    return Kepler, TwoLine, OrbitTable
 
 
-def _parts() -> Iterable[type[Part]]:
-    return _kinds()
-
-
-AnyOrbit = Annotated[Orbit, Chosen(_pick, _parts)]
+AnyOrbit = Annotated[OrbitDefinition, Chosen(_parse, _forms)]

@@ -1,4 +1,4 @@
-"""Keplerian elements: the exact motion of two bodies."""
+"""Keplerian elements: exact two-body motion."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from .. import twopart
-from ..document import Number, exactly_one
-from ..dynamics.situation import Central, Course
+from ..documents.fields import Number, exactly_one
+from ..documents.quantities import Angle, Length, check_positive
 from ..errors import InputError
 from ..kernels import layout
-from ..quantities import Angle, Length, check_positive
+from ..problem.initial_state import CentralBody, OrbitPath
+from ..times import turn_rates
 from .orbit import AboutABody
 
 if TYPE_CHECKING:
@@ -54,24 +54,25 @@ class Kepler(AboutABody):
             raise InputError(f"{field}.value", getattr(self, field).value, above)
         return self
 
-    def _semi_major_axis(self, central: Central) -> float:
+    def _semi_major_axis(self, central: CentralBody) -> float:
         if self.semi_major_axis is not None:
             return self.semi_major_axis.si
         if central.radius is None:
             raise InputError("radius", None, "the radius of the central body, which altitude is above")
         return central.radius + (0.0 if self.altitude is None else self.altitude.si)
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
+    def path(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
+        """Return the ellipse; the same over any span, along the axes of the scene's frame."""
         central, e = self.central(), self.eccentricity
         a = self._semi_major_axis(central)
-        high, low, rate = twopart.mean_motion(central.mu, a)
+        high, low, rate = turn_rates.mean_motion(central.mu, a)
         numbers = np.zeros(layout.ORBIT_WIDTH)
         numbers[:7] = layout.KEPLER, a, e, self._mean_anomaly(), high, low, rate
         numbers[7:10], numbers[10:13] = self._directions()
-        return Course(numbers, np.zeros((1, 3, 1)), 1.0 / high, central)
+        return OrbitPath(numbers, np.zeros((1, 3, 1)), 1.0 / high, central)
 
     def _mean_anomaly(self) -> float:
-        """At the epoch, in turns, from -0.5 to 0.5."""
+        """Mean anomaly at the epoch, turns, from -0.5 to 0.5."""
         if self.true_anomaly is None:
             mean = NO_ANGLE.si if self.mean_anomaly is None else self.mean_anomaly.si
             return math.remainder(mean, math.tau) / math.tau
@@ -81,7 +82,7 @@ class Kepler(AboutABody):
         return mean / math.tau
 
     def _directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unit vectors to the pericentre, and along the motion there (Vallado 2013, section 2.6)."""
+        """Perifocal unit vectors P, to the pericentre, and Q, along the velocity there (Vallado 2.6)."""
         node, argument, i = self.raan.si, self.argument_of_pericentre.si, self.inclination.si
         along_node = np.array([math.cos(node), math.sin(node), 0.0])
         across = np.array([-math.sin(node) * math.cos(i), math.cos(node) * math.cos(i), math.sin(i)])

@@ -1,44 +1,45 @@
-"""What an orbit is, whatever form it is given in."""
+"""Base classes of the forms in which an orbit is given."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..document import Part
-from ..dynamics.situation import Central, Course
-from ..quantities import GravitationalParameter, Length, check_positive
+from ..documents.fields import Part
+from ..documents.quantities import GravitationalParameter, Length, check_positive
+from ..problem.initial_state import CentralBody, OrbitPath
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
 
-class Orbit(Part):
+class OrbitDefinition(Part):
     """The document's `orbit`."""
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
-        """Positions as kernels take them, over the span from start to stop (s since the epoch).
+    def path(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
+        """Orbit of the centre of mass as kernels take it, over a span from start to stop, s since the epoch.
 
         Raises InputError with the field relative to the orbit.
         """
         raise NotImplementedError
 
 
-class AboutABody(Orbit):
-    """About the Earth, or about a body by its `mu` and, where an effect asks for it, its `radius`."""
+class AboutABody(OrbitDefinition):
+    """About the Earth, or about a body by its `mu` and, where an effect needs it, its `radius`."""
 
     mu: GravitationalParameter | None = None
     radius: Length | None = None
 
-    def central(self) -> Central:
+    def central(self) -> CentralBody:
+        """Return the central body; InputError where `mu` or `radius` is not positive."""
         check_positive(self, "mu", "radius")
         if self.mu is None and self.radius is None:
             return earth()
         mu = earth().mu if self.mu is None else self.mu.si
-        return Central(mu, None if self.radius is None else self.radius.si, is_earth=self.mu is None)
+        return CentralBody(mu, None if self.radius is None else self.radius.si, is_earth=self.mu is None)
 
 
-def earth() -> Central:
-    """Of astropy.constants: the nominal values of IAU 2015 resolution B3 (radius at the equator)."""
+def earth() -> CentralBody:
+    """Return the Earth of astropy.constants: nominal values of IAU 2015 resolution B3, equatorial radius."""
     from astropy.constants import GM_earth, R_earth
 
-    return Central(float(GM_earth.value), float(R_earth.value), is_earth=True)
+    return CentralBody(float(GM_earth.value), float(R_earth.value), is_earth=True)

@@ -1,4 +1,4 @@
-"""Two lines of a TLE: the course by SGP4, turned from the frame of its elements to the scene's."""
+"""Two-line elements: positions by SGP4, rotated from TEME to the scene's frame."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
-from .. import elapsed, frames, orientation
-from ..dynamics.situation import Course
 from ..errors import InputError
-from ..frames_of_date import teme
-from .orbit import Orbit, earth
-from .pieces import sampled
-from .table import course_of
+from ..frames import inertial, rotations
+from ..frames.earth_fixed import teme
+from ..problem.initial_state import OrbitPath
+from ..times import instants
+from ..times.instants import as_instants
+from .orbit import OrbitDefinition, earth
+from .piecewise_polynomial import interpolated
+from .tabulated import tabulated_path
 
 if TYPE_CHECKING:
     from astropy.time import Time
@@ -22,10 +24,10 @@ if TYPE_CHECKING:
 # SGP4 itself jumps by 1e-10 of r where its iteration for Kepler's equation takes one step more.
 TOLERANCE = 1e-9
 DAY = 86400.0
-LENGTH = 69
+LINE_LENGTH = 69  # characters
 
 
-class TwoLine(Orbit):
+class TwoLine(OrbitDefinition):
     """`{"tle": ["1 ...", "2 ..."]}`, both lines of 69 characters with their checksums.  Needs an epoch.
 
     Positions by SGP4 (Vallado et al. 2006, package `sgp4`) and from its frame, true equator and mean
@@ -42,54 +44,56 @@ class TwoLine(Orbit):
             raise InputError("tle[1]", self.tle[1], f"the second line of satellite {self.tle[0][2:7]}")
         return self
 
-    def course(self, start: float, stop: float, epoch: Time | None, frame: str) -> Course:
+    def path(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
+        """Interpolate the positions of SGP4 over the span and a twelfth of a revolution on either side."""
+        from astropy.time import Time
+
         if epoch is None:
-            raise InputError("epoch", None, "an epoch, from which the times of a TLE are counted")
-        turn = frames.from_gcrf(frame, "the positions of a TLE")
+            raise InputError("epoch", None, "an epoch; the times of a TLE are dates")
+        from_gcrf = inertial.from_gcrf(frame, "the positions of a TLE")
         satellite = self._satellite()
         period = 2.0 * np.pi / satellite.no_kozai * 60.0
         step = period / 12.0
         first, last = start - step, stop + step
-        offset = float(elapsed.instants(_epoch_of(satellite), epoch, "epoch").seconds)
+        elements_epoch = Time(satellite.jdsatepoch, satellite.jdsatepochF, format="jd", scale="utc")
+        offset = float(as_instants(elements_epoch, epoch, "epoch").seconds)
 
         def position(t: np.ndarray) -> np.ndarray:
-            found = _teme(satellite, t - offset)
-            to_gcrf = teme(elapsed.Instants(t, None, epoch)).back()
-            return orientation.rotate(to_gcrf.quaternion, found) @ turn.T
+            in_teme = _teme(satellite, t - offset)
+            to_gcrf = teme(instants.Instants(t, None, epoch)).back()
+            return rotations.rotate(to_gcrf.quaternion, in_teme) @ from_gcrf.T
 
-        pieces = sampled(position, first, last, step, TOLERANCE, "tle")
-        return course_of(pieces, period, earth())
+        polynomial = interpolated(position, first, last, step, TOLERANCE, "tle")
+        return tabulated_path(polynomial, period, earth())
 
     def _satellite(self) -> Any:
         try:
             from sgp4.api import Satrec
         except ImportError:
-            extra = "an orbit of another form, or sgp4 installed (pip install 'attitude[orbit]')"
-            raise InputError("tle", "a TLE", extra) from None
+            expected = (
+                "the package sgp4 installed (pip install 'attitude[orbit]'), or an orbit of another form"
+            )
+            raise InputError("tle", "a TLE", expected) from None
         try:
             satellite = Satrec.twoline2rv(*self.tle)
         except ValueError as error:
-            raise InputError("tle", self.tle[0], f"two lines that sgp4 reads ({error})") from None
+            raise InputError("tle", self.tle[0], f"two lines that sgp4 can read ({error})") from None
         if satellite.error:
             raise InputError(
-                "tle", self.tle[0], f"elements that sgp4 takes (it says: {_reason(satellite.error)})"
+                "tle", self.tle[0], f"elements that sgp4 accepts (it reports: {_reason(satellite.error)})"
             )
         return satellite
 
 
 def _check_line(line: str, i: int) -> None:
     number = str(i + 1)
-    if not re.fullmatch(rf"{number} [ -~]{{{LENGTH - 3}}}\d", line):
-        raise InputError(f"tle[{i}]", line, f"line {number} of a TLE, {LENGTH} characters ending in a digit")
+    if not re.fullmatch(rf"{number} [ -~]{{{LINE_LENGTH - 3}}}\d", line):
+        raise InputError(
+            f"tle[{i}]", line, f"line {number} of a TLE, {LINE_LENGTH} characters ending in a digit"
+        )
     checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[:-1]) % 10
     if checksum != int(line[-1]):
-        raise InputError(f"tle[{i}]", line, f"a line whose checksum is right (by its digits {checksum})")
-
-
-def _epoch_of(satellite: Any) -> Time:
-    from astropy.time import Time
-
-    return Time(satellite.jdsatepoch, satellite.jdsatepochF, format="jd", scale="utc")
+        raise InputError(f"tle[{i}]", line, f"a line with a valid checksum (its digits give {checksum})")
 
 
 def _teme(satellite: Any, t: np.ndarray) -> np.ndarray:
@@ -99,8 +103,8 @@ def _teme(satellite: Any, t: np.ndarray) -> np.ndarray:
     errors, positions, _ = satellite.sgp4_array(satellite.jdsatepoch + days, fraction)
     if errors.any():
         i = int(np.argmax(errors != 0))
-        reason = f"sgp4 says {t[i]:g} s after them: {_reason(int(errors[i]))}"
-        raise InputError("tle", "a TLE", f"elements that last over the span ({reason})")
+        reason = f"sgp4 reports {t[i]:g} s after their epoch: {_reason(int(errors[i]))}"
+        raise InputError("tle", "a TLE", f"elements that are valid over the whole span ({reason})")
     return positions * 1e3
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dynamics.drop import Curve, Drop
+from ..dynamics.drop_comparison import Curve, Drop
 from .style import BLUE, DASHED, GREEN, RED, drawn
 
 if TYPE_CHECKING:
@@ -17,13 +17,13 @@ SIZE = (9.0, 9.0)  # inches
 MODEL = "model: the closed form, without ground"
 FALLING = "simulation with gravity"
 WEIGHTLESS = "simulation without gravity"
-CIRCLES = 60  # of the weightless curve, so that the line below them is seen
-ROOM = 0.14  # of the span: what the label of a contact takes
+MAX_CIRCLES = 60  # of the weightless curve, so that the line below them is seen
+LABEL_WIDTH = 0.14  # of the span: the label of a contact
 
 
-def picture(drop: Drop, format: str, name: str = "") -> bytes:
+def picture(drop: Drop, file_format: str, name: str = "") -> bytes:
     """An "svg" or "png" file."""
-    return drawn(partial(_draw, drop, name), SIZE, format)
+    return drawn(partial(_draw, drop, name), SIZE, file_format)
 
 
 def _draw(drop: Drop, name: str, figure: Figure) -> None:
@@ -58,7 +58,7 @@ def _attitude(axes: Any, drop: Drop, component: int) -> None:
 
 
 def _departure(axes: Any, drop: Drop) -> None:
-    """How far the simulated attitudes are from the model's, and where the ground was met."""
+    """The angle between simulated and modelled attitudes, and the contacts."""
     for curve, color, style in ((drop.falling, BLUE, "-"), (_thinned(drop.weightless), RED, "o")):
         model = drop.model.quaternion[np.searchsorted(drop.model.seconds, curve.seconds)]
         angle = np.rad2deg(_angle(model, curve.quaternion))
@@ -67,20 +67,20 @@ def _departure(axes: Any, drop: Drop) -> None:
         )
     axes.set(ylabel="from the model, deg", ylim=(-5, 185), yticks=[0, 90, 180])
     start, stop = float(drop.falling.seconds[0]), float(drop.falling.seconds[-1])
-    for number, moment in enumerate(_apart(drop.falling.contacts, ROOM * (stop - start))):
+    for number, moment in enumerate(_apart(drop.falling.contacts, LABEL_WIDTH * (stop - start))):
         text = f"contact, {moment:.3f} s" if number == 0 else f"{moment:.3f} s"
-        side = (-5, "right") if moment - start > ROOM * (stop - start) else (5, "left")
-        place = {"xytext": (side[0], 0), "textcoords": "offset points", "ha": side[1], "va": "center"}
-        axes.annotate(text, (moment, 150.0), color="0.25", fontsize=9, **place)
+        side = (-5, "right") if moment - start > LABEL_WIDTH * (stop - start) else (5, "left")
+        offset = {"xytext": (side[0], 0), "textcoords": "offset points", "ha": side[1], "va": "center"}
+        axes.annotate(text, (moment, 150.0), color="0.25", fontsize=9, **offset)
 
 
-def _apart(moments: list[float], room: float) -> list[float]:
-    """Those of ascending moments that are so far from each other that their labels are too."""
-    kept: list[float] = []
+def _apart(moments: list[float], distance: float) -> list[float]:
+    """Those of ascending moments whose labels do not overlap."""
+    labelled: list[float] = []
     for moment in moments:
-        if not kept or moment - kept[-1] >= room:
-            kept.append(moment)
-    return kept
+        if not labelled or moment - labelled[-1] >= distance:
+            labelled.append(moment)
+    return labelled
 
 
 def _until(curve: Curve, seconds: float) -> Curve:
@@ -89,7 +89,7 @@ def _until(curve: Curve, seconds: float) -> Curve:
 
 
 def _thinned(curve: Curve) -> Curve:
-    step = max(1, len(curve.seconds) // CIRCLES)
+    step = max(1, len(curve.seconds) // MAX_CIRCLES)
     return Curve(curve.seconds[::step], curve.quaternion[::step], curve.contacts)
 
 

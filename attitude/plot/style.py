@@ -1,4 +1,4 @@
-"""How every picture of a scene looks, and how it becomes a file."""
+"""The style of the pictures of scenes, and their encoding as SVG or PNG."""
 
 from __future__ import annotations
 
@@ -25,21 +25,23 @@ SETTINGS = {
 RED, BLUE, GREEN, BLACK = "#d55e00", "#0072b2", "#009e73", "#000000"
 DASHED = (0, (4, 2))
 UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
-LEAST_UNITS = 4.0  # a span is told in the largest unit that it has so many of
+MIN_UNITS = 4.0  # a span is measured in the largest unit that it has so many of
 
 
 def time_unit(seconds: np.ndarray) -> tuple[str, float]:
     """The unit of the time axis of these instants, and how many seconds it has."""
     span = float(np.abs(seconds).max())
-    return next((each for each in UNITS if span >= LEAST_UNITS * each[1]), UNITS[-1])
+    return next((each for each in UNITS if span >= MIN_UNITS * each[1]), UNITS[-1])
 
 
-def drawn(draw: Callable[[Figure], None], size: tuple[float, float], format: str) -> bytes:
+def drawn(draw: Callable[[Figure], None], size: tuple[float, float], file_format: str) -> bytes:
     """An "svg" or "png" file of what `draw` puts on a figure of that size, inches."""
     with rc_context(SETTINGS):
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure)
         file = io.BytesIO()
-        figure.savefig(file, format=format, dpi=150, metadata={"Date": None} if format == "svg" else {})
+        figure.savefig(
+            file, format=file_format, dpi=150, metadata={"Date": None} if file_format == "svg" else {}
+        )
     return file.getvalue()

@@ -1,6 +1,6 @@
 """The kernels as Python calls them: `compiled.sample(bodies, t, ...)` and the others.
 
-How a kernel gets from its source to here is told in attitude/runtime/__init__.py.
+attitude/runtime/__init__.py describes the way from a kernel's source to a call.
 """
 
 from __future__ import annotations
@@ -18,24 +18,25 @@ LETTERS = {dtype: letter for letter, dtype in ELEMENTS.items()}
 DOUBLES = ELEMENTS["d"]
 SCALARS = {"f": ctypes.c_double, "i": ctypes.c_int64, "n": ctypes.c_void_p}
 
-_lock = RLock()  # one thread at a time finds, compiles and loads
-_unread = ctypes.create_string_buffer(8)  # results and exceptions, of which kernels have none
+_lock = RLock()  # one thread at a time looks up, compiles and loads
+_unread = ctypes.create_string_buffer(8)  # for the result and the exception of a kernel, which has neither
 _UNREAD = ctypes.addressof(_unread)
 
 
 class Kernel:
     """One compiled function; called with C-ordered arrays, floats, ints and Nones.
 
-    For each combination of kinds of arguments there is machine code of its own; that for `kinds`
-    (signature.Signature) is compiled together with others.  Releases the interpreter's lock.
+    Each combination of kinds of arguments has machine code of its own; that for `kinds`
+    (signature.Signature) is compiled together with others.  Calls release the interpreter's lock.
     """
 
     def __init__(self, name: str, *kinds: str):
-        self.module, self.name = name.split(".")
+        self.module, _, self.name = name.rpartition(".")
         self.signatures = [Signature(self.module, self.name, each) for each in kinds]
         self._functions: dict[tuple[str, ...], Any] = {}
 
     def __call__(self, *arguments: Any) -> None:
+        """Call the machine code for arguments of these kinds, compiled or loaded at its first call."""
         values: list[Any] = [_UNREAD, _UNREAD]
         kinds = tuple([flatten(argument, values) for argument in arguments])
         function = self._functions.get(kinds)
@@ -45,18 +46,19 @@ class Kernel:
             raise RuntimeError(f"{self.module}.{self.name} raised an exception")
 
     def signature(self, kinds: tuple[str, ...]) -> Signature:
+        """The signature for arguments of these kinds."""
         return Signature(self.module, self.name, ".".join(kinds))
 
     def _function(self, kinds: tuple[str, ...]) -> Any:
-        wanted = self.signature(kinds)
+        signature = self.signature(kinds)
         with _lock:
-            if not kernel_cache.is_kept(wanted):
-                kernel_cache.compile_missing(compiled_with(wanted))
-            return prototype(kinds)(kernel_cache.address(wanted))
+            if not kernel_cache.is_kept(signature):
+                kernel_cache.compile_missing(compiled_with(signature))
+            return prototype(kinds)(kernel_cache.address(signature))
 
 
 def flatten(argument: Any, values: list[Any]) -> str:
-    """The argument's kind; what numba's calling convention makes of it is appended to the values.
+    """The argument's kind; appends the values that it is in numba's calling convention.
 
     An array is: its owner (two numbers, none here), size, bytes of an element, address, shape, strides.
     """
@@ -74,14 +76,14 @@ def flatten(argument: Any, values: list[Any]) -> str:
 
 
 def _address(array: np.ndarray) -> int:
-    """Where it begins: `array.ctypes` knows for any, but takes five times as long to say so."""
+    """The address of an array's data; `array.ctypes`, which works for any array, takes five times as long."""
     if array.dtype is DOUBLES and array.size and array.flags.writeable:
         return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
     return array.ctypes.data
 
 
 def prototype(kinds: tuple[str, ...]) -> Any:
-    """The C type of a kernel for arguments of these kinds: result, exception, and what `flatten` makes."""
+    """The C type of a kernel for arguments of these kinds: result, exception, and the values of `flatten`."""
     types: list[Any] = [ctypes.c_void_p] * 2
     for kind in kinds:
         if kind in SCALARS:
@@ -92,11 +94,10 @@ def prototype(kinds: tuple[str, ...]) -> Any:
     return ctypes.CFUNCTYPE(ctypes.c_int, *types)
 
 
-# -- the kernels, and what the library calls them with ------------------------------------------------
+# -- the kernels, and the signatures that the library calls ----------------------------------------------
 
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
-WORLD = "d2.d1.d3.d1.d3"  # effects, orbit, its pieces, sun, its pieces
-WORLDS = "d3.d1.d3.d1.d3"  # effects of each body, and the world of all
+WORLD = "d3.d1.d3.d1.d3"  # effects of each body; orbit, its pieces, sun, its pieces
 
 invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
@@ -107,21 +108,18 @@ farthest = Kernel("clock.farthest", "d1.i.i.d1")
 seconds_from_days = Kernel("clock.seconds_from_days", "d1.d1.f.f.d1.d1")
 days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
 nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
-grid = Kernel("clock.grid", "f.f.f.f.f.f.f.d1.d1")
+grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
-collocate = Kernel("collocation.collocate", f"d1.d1.f.i.d1.i.{WORLD}.d1.d1.d2.d1.d1.d1.d1")
-split = Kernel("splitting.split", f"d1.d1.f.i.d1.d1.d1.i.{WORLD}.d1.d1.d2.d1.d2.d1")
-runge_kutta = Kernel("runge_kutta.runge_kutta", f"d1.d1.d1.f.f.d2.d1.{WORLD}.d1.d1.d2.d1.d1.d1.f.d1")
-collocate_each = Kernel("many.collocate_each", f"i1.d2.d1.f.i1.d2.i1.{WORLDS}.d1.d1.d3.d1.d1.d2.d1")
-split_each = Kernel("many.split_each", f"i1.d2.d1.f.i1.d1.d1.d2.i1.{WORLDS}.d1.d1.d3.d1.d2.d1")
-runge_kutta_each = Kernel("many.runge_kutta_each", f"i1.d2.d1.d1.d1.d1.d2.d2.{WORLDS}.d1.d1.d3.d1.d1.d2.f.d1")
-bounce = Kernel("contact.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d2.d1.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3")
-interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.i.i.d1.d2.d2.d2.d1")
-draw = Kernel("dispersion.draw", "i.i.i.d1.d1.d2.d2.d2.i1")
-gather = Kernel("gathering.gather", "d3.d1.d1")
-settle = Kernel("gathering.settle", "d1.i3")
+collocate = Kernel("solvers.collocation.collocate", f"s1.d1.d2.d3.d1.d1.{WORLD}")
+split = Kernel("solvers.splitting.split", f"s1.d1.d2.d2.d3.d2.d1.{WORLD}")
+dormand_prince = Kernel("solvers.dormand_prince.dormand_prince", f"s1.d1.d2.d2.d3.d1.d1.{WORLD}")
+bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3.d2")
+interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.d1.d2.d2.d1")
+draw = Kernel("statistics.dispersion.draw", "i1.i.d1.d1.d2.d2.d2.i1")
+accumulate = Kernel("statistics.moment_sums.accumulate", "d3.d1.d1")
+add_exactly = Kernel("statistics.moment_sums.add_exactly", "d1.i3")
 
-# What is compiled together, each group in a process of its own, when any of it is missing and called.
+# Kernels that are compiled together when a missing one is called, each group in a process of its own.
 ALWAYS = [
     [invariants],
     [
@@ -129,28 +127,28 @@ ALWAYS = [
         *(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
     ],
 ]
-TORQUES = [[collocate], [split, runge_kutta]]
-MANY = [[collocate_each], [split_each, runge_kutta_each]]
+TORQUES = [[collocate], [split, dormand_prince]]
 CONTACT = [[bounce]]
 INTERPOLATION = [[interpolate]]
-ENSEMBLES = [[draw], [gather, settle]]
+ENSEMBLES = [[draw], [accumulate, add_exactly]]
 WINGS = [
     [[signature for kernel in group for signature in kernel.signatures] for group in wing]
-    for wing in (ALWAYS, TORQUES, MANY, CONTACT, INTERPOLATION, ENSEMBLES)
+    for wing in (ALWAYS, TORQUES, CONTACT, INTERPOLATION, ENSEMBLES)
 ]
 
 
-def compiled_with(wanted: Signature) -> list[list[Signature]]:
-    return next((wing for wing in WINGS if any(wanted in group for group in wing)), [[wanted]])
+def compiled_with(signature: Signature) -> list[list[Signature]]:
+    """The groups that are compiled together with a signature."""
+    return next((wing for wing in WINGS if any(signature in group for group in wing)), [[signature]])
 
 
 def compile_all() -> int:
-    """Compile what the library calls and is not kept yet; returns how many kernels that was."""
+    """Compiles all missing kernels; returns their number."""
     with _lock:
         return sum(map(kernel_cache.compile_missing, WINGS))
 
 
 def loaded() -> set[Signature]:
-    """What this process has called."""
+    """The signatures that this process has called."""
     kernels = [value for value in globals().values() if isinstance(value, Kernel)]
     return {kernel.signature(kinds) for kernel in kernels for kinds in kernel._functions}

@@ -33,6 +33,7 @@ EXAMPLES = {"f": 0.0, "i": 0, "n": None}
 
 
 def object_code(symbol: str, machine: Any) -> bytes:
+    """The object file of a kernel for a machine."""
     signature = Signature.of_symbol(symbol)
     kernel = getattr(import_module(f"attitude.kernels.{signature.module}"), signature.kernel)
     types = argument_types(kernel, signature.kinds.split("."))
@@ -44,18 +45,19 @@ def object_code(symbol: str, machine: Any) -> bytes:
 
 
 def argument_types(kernel: Any, kinds: list[str]) -> tuple[Any, ...]:
-    """Numba's types of a kernel's arguments; those that its *argument takes are one of them."""
+    """Numba's types of a kernel's arguments; those of its *argument are one tuple."""
     types = tuple(numba.typeof(example(kind)) for kind in kinds)
     count = kernel.py_func.__code__.co_argcount
     return types if count == len(types) else (*types[:count], numba.types.StarArgTuple(types[count:]))
 
 
 def example(kind: str) -> Any:
+    """A value of this kind, for numba to infer its type."""
     return EXAMPLES[kind] if kind in EXAMPLES else np.empty((1,) * int(kind[1:]), ELEMENTS[kind[0]])
 
 
 def export_as(symbol: str, code: Any) -> None:
-    """Name the one function that is for others to call; the routines it calls are its own."""
+    """Names the kernel's function by its symbol; makes the routines that it calls internal."""
     for function in code.functions:
         if not function.is_declaration:
             if function.linkage == llvm.Linkage.external:
@@ -65,6 +67,7 @@ def export_as(symbol: str, code: Any) -> None:
 
 
 def optimise(code: Any, machine: Any) -> None:
+    """Run LLVM's passes of level 3."""
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization = True
     builder = llvm.create_pass_builder(machine, options)
@@ -72,7 +75,7 @@ def optimise(code: Any, machine: Any) -> None:
 
 
 def target_machine(processor: str | None) -> Any:
-    """For code that is linked, of a processor by name; or loaded where it is, of this very processor.
+    """The target of code that is linked, for a named processor, or that is loaded by this processor.
 
     LLVM uses half of AVX-512 by default, for the sake of code that is mostly scalar; loops over samples
     are a third faster in whole vectors (measured by tests/benchmarks/figures.py speed).
@@ -86,7 +89,7 @@ def target_machine(processor: str | None) -> Any:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Whole or absent, whoever else writes it now."""
+    """Writes a file atomically, also while other processes write the same one."""
     with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
         file.write(content)
     os.chmod(file.name, 0o644)
@@ -94,11 +97,12 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def main() -> None:
+    """Compile the kernels that the command line names."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--processor")
     parser.add_argument("files", nargs="+", type=Path)
     options = parser.parse_args()
-    gc.disable()  # little of what a compiler makes is garbage before it ends: an eighth of its time
+    gc.disable()  # a compiler makes little garbage before it ends: saves an eighth of its time
     numba_internals.link_routines_once()
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()

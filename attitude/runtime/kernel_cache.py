@@ -1,7 +1,7 @@
-"""Machine code of the kernels on disk: found again, compiled where it is missing, and loaded.
+"""Cache of the kernels' machine code on disk: looked up, compiled where it is missing, loaded.
 
-It is kept beside the kernels' sources where that may be written to, else in the user's cache;
-ATTITUDE_CACHE_DIR names another place.  A directory holds the code for one processor, of one compiler.
+It is stored beside the kernels' sources where these are writeable, else in the user's cache directory, or
+in ATTITUDE_CACHE_DIR.  Each directory holds the code for one processor and one compiler.
 """
 
 from __future__ import annotations
@@ -26,29 +26,30 @@ from .signature import SOURCES, Signature
 if TYPE_CHECKING:
     from llvmlite.binding import ExecutionEngine
 
-# Called with the number of kernels before they are compiled: on a new machine a run would look hung.
+# Called with the number of kernels before they are compiled, which takes seconds.
 on_compilation: list[Callable[[int], None]] = []
 
-_engines: list[ExecutionEngine] = []  # they own the code: alive as long as the process
+_engines: list[ExecutionEngine] = []  # own the code, for the life of the process
 
 
 def is_kept(signature: Signature) -> bool:
+    """Whether the kernel was built ahead or is in the cache."""
     return prebuilt.address(signature) is not None or _file(signature) is not None
 
 
 def address(signature: Signature) -> int:
-    """Where the kernel's machine code is in memory; it has been built ahead, or compiled."""
+    """The address of the kernel's machine code, which was built ahead or is in the cache."""
     built = prebuilt.address(signature)
     if built is not None:
         return built
     file = _file(signature)
     if file is None:
-        raise AttitudeError(f"the kernels cannot be kept: {signature.symbol} was compiled, and is gone")
+        raise AttitudeError(f"the kernels cannot be cached: {signature.symbol} was compiled, and is gone")
     return load(file.read_bytes(), signature.symbol)
 
 
 def load(code: bytes, symbol: str) -> int:
-    """The address of a function of an object file that is loaded."""
+    """Loads an object file; returns the address of a function of it."""
     import llvmlite.binding as llvm
 
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
@@ -68,7 +69,7 @@ def _target_machine() -> Any:
 
 
 def compile_missing(groups: list[list[Signature]]) -> int:
-    """Compile what is not kept, each group in a process of its own; returns how many kernels that was."""
+    """Compiles missing kernels, each group in a process of its own; returns their number."""
     missing = [[signature for signature in group if not is_kept(signature)] for group in groups]
     count = sum(map(len, missing))
     if count:
@@ -79,7 +80,7 @@ def compile_missing(groups: list[list[Signature]]) -> int:
 
 
 def run_compilers(directory: Path, groups: list[list[Signature]], *options: str) -> None:
-    """A process for each group that is not empty, side by side; they write to the directory."""
+    """Runs a compiler process for each group that is not empty, at the same time, into the directory."""
     settings = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     packages = os.pathsep.join([str(SOURCES.parents[1]), settings.get("PYTHONPATH", "")]).rstrip(os.pathsep)
     running = [
@@ -104,7 +105,7 @@ def run_compilers(directory: Path, groups: list[list[Signature]], *options: str)
             raise AttitudeError(f"the kernels cannot be compiled: {reason}")
 
 
-# -- where ------------------------------------------------------------------------------------------
+# -- directories ------------------------------------------------------------------------------------------
 
 
 def _file(signature: Signature) -> Path | None:
@@ -113,15 +114,15 @@ def _file(signature: Signature) -> Path | None:
 
 
 def _directories() -> Iterator[Path]:
-    """Where machine code may be kept; the first that can be written to is written to."""
+    """Directories of machine code; the first writeable one is written to."""
     chosen = os.environ.get("ATTITUDE_CACHE_DIR")
     cache_home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
-    for place in [Path(chosen)] if chosen else [SOURCES / "__pycache__", cache_home / "attitude"]:
-        yield place / _compiler_digest()
+    for parent in [Path(chosen)] if chosen else [SOURCES / "__pycache__", cache_home / "attitude"]:
+        yield parent / _compiler_digest()
     yield from (Path(directory.name) for directory in _temporary)
 
 
-_temporary: list[tempfile.TemporaryDirectory[str]] = []  # one of this process, where no other can be had
+_temporary: list[tempfile.TemporaryDirectory[str]] = []  # of this process, where no other is writeable
 
 
 def _writeable_directory() -> Path:
@@ -136,7 +137,7 @@ def _writeable_directory() -> Path:
 
 @cache
 def _compiler_digest() -> str:
-    """Of what machine code depends on beside its sources: compiler and processor."""
+    """Digest of what machine code depends on besides its sources: compiler and processor."""
     try:
         import llvmlite.binding as llvm
 

@@ -1,8 +1,8 @@
-"""Kernels built ahead: a shared library beside the kernels' sources, for machines that have no compiler.
+"""Kernels built ahead: shared libraries beside the kernels' sources, for machines without a compiler.
 
-attitude/runtime/build.py makes one for each of several kinds of processor; the one for the most that
-this processor can do is taken.  Where none were built, which is everywhere but in container images,
-kernels are compiled for the very processor (attitude/runtime/kernel_cache.py).
+attitude/runtime/build.py builds one for each level of processors; that of the highest level which this
+processor supports is loaded.  Where there are none (all machines but container images), kernels are
+compiled for this processor (attitude/runtime/kernel_cache.py).
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from pathlib import Path
 
 from .signature import SOURCES, Signature
 
-PLACE = SOURCES / "built"
+DIRECTORY = SOURCES / "built"
 
-# LLVM's names of processors, and what /proc/cpuinfo has to list for their code to run: the levels of the
-# x86-64 psABI.  The last of each architecture runs on all of it.
+# LLVM's names of processors, and the flags of /proc/cpuinfo that their code requires: the levels of the
+# x86-64 psABI.  The last of each architecture requires none.
 _V2 = frozenset(["cx16", "lahf_lm", "popcnt", "pni", "ssse3", "sse4_1", "sse4_2"])
 _V3 = _V2 | {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"}
 _V4 = _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
@@ -28,7 +28,7 @@ PROCESSORS = {
 
 
 def address(signature: Signature) -> int | None:
-    """Where the kernel's code is; None where none was built of the sources as they are."""
+    """The address of the kernel's code; None where the present sources were not built ahead."""
     library = _library()
     if library is None:
         return None
@@ -38,24 +38,24 @@ def address(signature: Signature) -> int | None:
         return None
 
 
-def processor(abilities: frozenset[str], machine: str) -> str | None:
-    """Which of PROCESSORS is the most that a processor with these abilities can run."""
+def processor(flags: frozenset[str], machine: str) -> str | None:
+    """The highest of PROCESSORS that a processor with these flags supports."""
     for name, needed in PROCESSORS.get(machine, {}).items():
-        if needed <= abilities:
+        if needed <= flags:
             return name
     return None
 
 
 @cache
 def _library() -> ctypes.CDLL | None:
-    if not PLACE.is_dir():
+    if not DIRECTORY.is_dir():
         return None
-    path = PLACE / f"{processor(_abilities(), platform.machine())}.so"
+    path = DIRECTORY / f"{processor(_flags(), platform.machine())}.so"
     return ctypes.CDLL(str(path)) if path.exists() else None
 
 
-def _abilities() -> frozenset[str]:
-    """What the system says that every core can do and programs may use; nothing where it does not say."""
+def _flags() -> frozenset[str]:
+    """The flags of all cores by /proc/cpuinfo; none where there is no such file."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -1,8 +1,8 @@
-"""Signatures of kernels: which kernel, for arguments of which kinds, made of which sources."""
+"""Signatures of kernels: name, kinds of arguments, digest of the sources."""
 
 from __future__ import annotations
 
-import re
+import ast
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernels
-from ..kernels.layout import INVARIANTS
+from ..kernels.layout import INVARIANTS, STEPPED
 
 SOURCES = Path(kernels.__file__).parent
 COMPILER = Path(__file__).with_name("compiler.py")
@@ -21,6 +21,7 @@ ELEMENTS = {
     "c": np.dtype(np.uint8),
     "i": np.dtype(np.int64),
     "r": INVARIANTS,
+    "s": STEPPED,
 }
 
 
@@ -28,7 +29,8 @@ class Signature(NamedTuple):
     """A kernel, and the kinds of its arguments with points between them.
 
     A kind is "f" (float), "i" (int), "n" (None), or element and dimensions of a C-ordered array:
-    "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS.
+    "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS, "s1" records
+    of STEPPED.
     """
 
     module: str
@@ -37,30 +39,38 @@ class Signature(NamedTuple):
 
     @property
     def symbol(self) -> str:
-        """Name of the machine code, in its file and of it: "clock.grid-f.d1-0123456789abcdef"."""
+        """Name of the machine code's function and file: "clock.grid-f.d1-0123456789abcdef"."""
         return f"{self.module}.{self.kernel}-{self.kinds}-{source_digest(self.module)}"
 
     @classmethod
     def of_symbol(cls, symbol: str) -> Signature:
+        """The signature of a symbol."""
         function, kinds, _ = symbol.split("-")
-        module, kernel = function.split(".")
+        module, _, kernel = function.rpartition(".")
         return cls(module, kernel, kinds)
 
 
 @cache
 def source_digest(module: str) -> str:
-    """Of what a module's machine code is made of: its source, those it imports, and the compiler's."""
+    """Digest of the sources of a module's machine code: its own, those it imports, and compiler.py."""
     digest = sha256(COMPILER.read_bytes())
     for name in sorted(modules_of(module)):
-        digest.update((SOURCES / f"{name}.py").read_bytes())
+        digest.update(source_of(name).read_bytes())
     return digest.hexdigest()[:16]
+
+
+def source_of(module: str) -> Path:
+    """The source file of a module of kernels."""
+    return SOURCES.joinpath(*module.split(".")).with_suffix(".py")
 
 
 @cache
 def modules_of(module: str) -> frozenset[str]:
-    """The module, the modules of kernels that it imports, and those that they import."""
-    source = (SOURCES / f"{module}.py").read_text()
-    imported = re.findall(r"^from \.(\w+) import", source, re.MULTILINE)
-    for names in re.findall(r"^from \. import (.+)", source, re.MULTILINE):
-        imported += names.split(", ")
+    """The module, and all modules of kernels that it imports, directly or not."""
+    package, imported = module.split(".")[:-1], []
+    for node in ast.walk(ast.parse(source_of(module).read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = package[: len(package) + 1 - node.level]
+            names = [node.module] if node.module else [alias.name for alias in node.names]
+            imported += [".".join([*base, name]) for name in names]
     return frozenset([module]).union(*map(modules_of, imported))

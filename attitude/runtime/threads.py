@@ -1,4 +1,4 @@
-"""Work shared among threads: what releases the interpreter's lock then runs on as many cores."""
+"""Work in threads, for computations that release the interpreter's lock."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from ..errors import InputError
 
 Share = TypeVar("Share")
 
-# Where containers are told how much of the processors they may use: "quota period", or "max period".
+# The processor limit of a container: "quota period", or "max period".
 CPU_SHARE = Path("/sys/fs/cgroup/cpu.max")
 
 
 def check(threads: Any) -> int:
+    """The number of threads; InputError unless it is a whole number, at least 1."""
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
         raise InputError("threads", threads, "a whole number, at least 1")
     return threads
 
 
 def processors() -> int:
-    """How many this process may use; fewer than it may run on where a container has only a share of them."""
+    """The number of processors this process may use, by its affinity and its container's limit."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     try:
         quota, period = CPU_SHARE.read_text().split()
@@ -35,14 +36,14 @@ def processors() -> int:
         return count
 
 
-def cut(length: int, parts: int) -> list[tuple[int, int]]:
-    """(first, last) of equal parts, the last one excluded; fewer parts where there is less to cut."""
+def ranges(length: int, parts: int) -> list[tuple[int, int]]:
+    """`parts` ranges (first, last), last excluded, of equal length; fewer where the length is less."""
     edges = [length * i // parts for i in range(parts + 1)]
     return [(a, b) for a, b in pairwise(edges) if a < b]
 
 
 def run(work: Callable[[Share], None], shares: Sequence[Share]) -> None:
-    """Each share in a thread of its own, the first in this one; raises what any of them raises."""
+    """Runs `work` on each share, in a thread each, the first in this one; raises what any of them raises."""
     if len(shares) < 2:
         for share in shares:
             work(share)
@@ -59,7 +60,7 @@ def run(work: Callable[[Share], None], shares: Sequence[Share]) -> None:
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
-    """Kept: to begin and end a thread takes as long as a hundred thousand samples."""
+    """A pool that stays: to start and end a thread takes as long as a hundred thousand samples."""
     return ThreadPoolExecutor(threads, "attitude")
 
 

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from attitude import Ephemeris, Scene
-from attitude.formats.known import KNOWN
+from attitude.formats.registry import KNOWN
 from attitude.runtime import kernel_cache
 from service import readiness
 

@@ -3,7 +3,7 @@
     python tests/benchmarks/ensemble_scaling.py                 measure, check, and simulate (3 minutes)
     python tests/benchmarks/ensemble_scaling.py --no-measure    simulate with the figures below
 
-Simulated are the tasks of `attitude.ensemble.engine`: one client and scheduler, which hands out each task and
+Simulated are the tasks of `attitude.ensemble.cluster`: one client and scheduler, which submits a task and
 takes its result, one after the other; threads of workers, which have two tasks each; disks, or one store that
 all share.  docs/scaling.md says what came of it.
 """
@@ -23,6 +23,7 @@ import numpy as np
 
 from attitude import Scene
 from attitude.ensemble import Ensemble, engine
+from attitude.ensemble.cluster import MAX_TASKS_PER_BATCH, REMAINING_PER_BATCH, TASKS_PER_THREAD
 
 SAMPLE_BYTES = 56  # quaternion and rate
 SUM_BYTES = 240  # of a part's statistics, each instant
@@ -102,8 +103,8 @@ def simulate(job: Job, cluster: Cluster, costs: Costs) -> Outcome:
     done: list[tuple[float, int]] = []  # (when, parts) of tasks under way
     now, worked, taken = costs.start, 0.0, costs.start
     while left or pending:
-        while left and pending < engine.AHEAD * threads:
-            together = min(max(left // (engine.SHARES * threads), 1), engine.MOST_TOGETHER, left)
+        while left and pending < TASKS_PER_THREAD * threads:
+            together = min(max(left // (REMAINING_PER_BATCH * threads), 1), MAX_TASKS_PER_BATCH, left)
             begun = max(heapq.heappop(free), now)
             end = begun + together * one
             heapq.heappush(free, end)
@@ -212,11 +213,11 @@ def checked(address: str, costs: Costs) -> None:
 
 
 def _gathering(some: Ensemble, times: np.ndarray):
-    from attitude.ensemble.gathered import Gathering
+    from attitude.ensemble.accumulation import MomentAccumulation
 
     instants = some.instants(times)
     reference = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (len(times), 4)).copy()
-    return Gathering(some.source, some.scene, None, instants.seconds, instants.rest, reference)
+    return MomentAccumulation(some.source, some.scene, None, instants, reference)
 
 
 # -- 1e9 bodies -------------------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ from zarr.codecs import TransposeCodec
 
 from attitude import Scene
 from attitude.ensemble import Ensemble
-from attitude.ensemble.chunks import chunked
+from attitude.ensemble.storage.chunk_grid import chunk_grid
 
 THREADS = 2
 OURS = {"filters": [TransposeCodec(order=(2, 0, 1))], "compressors": None}
@@ -38,7 +38,7 @@ WHERE = {False: "left to the system", True: "brought to the disk"}
 
 def zarr_alone(place: Path, bodies: int, instants: int, options: dict[str, Any]) -> None:
     """Random doubles, made before, one block for all chunks: only the writing is done here."""
-    group, cut = zarr.create_group(place), chunked(bodies, instants)
+    group, cut = zarr.create_group(place), chunk_grid(bodies, instants)
     arrays = [
         group.create_array(
             name,
@@ -64,7 +64,7 @@ RANDOM: dict[tuple[int, int], list[np.ndarray]] = {}
 
 def make_random(bodies: int, instants: int) -> None:
     """By component, as an ensemble's blocks are."""
-    at_once, generator = chunked(bodies, instants).shape[0], np.random.default_rng(1)
+    at_once, generator = chunk_grid(bodies, instants).shape[0], np.random.default_rng(1)
     RANDOM[at_once, instants] = [
         np.moveaxis(generator.random((width, at_once, instants)), 0, -1) for width in (4, 3)
     ]

@@ -18,12 +18,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from attitude.ensemble.simulation import choose, simulated
+
 from attitude import RigidBody, Scene
 from attitude.cost.machine import processor
-from attitude.dynamics import many
-from attitude.elapsed import instants
-from attitude.ensemble.simulated import choose, simulated
-from attitude.orientation import angle_between
+from attitude.dynamics import integration, refinement
+from attitude.frames.rotations import angle_between
+from attitude.times.instants import as_instants
 
 ORBIT = {"altitude": {"value": 766, "unit": "km"}, "inclination": {"value": 98.4, "unit": "deg"}}
 REVOLUTION = 6010.0  # s
@@ -71,7 +72,7 @@ def part(states, first, last):
 def measured(pool, threads, name, revolutions, count, few, tolerance):
     moments, rate = BODIES[name]
     rng, t = np.random.default_rng(7), np.linspace(0.0, revolutions * REVOLUTION, INSTANTS)
-    states, at = states_about(moments, rate, count, rng), instants(t, None)
+    states, at = states_about(moments, rate, count, rng), as_instants(t, None)
     made = scene_of(moments, (0.5, -0.5, 0.1, 0.7), rate, t, tolerance)
     scenes = [
         scene_of(states.body.moments[i], states.attitude[i], states.angular_velocity[i], t, tolerance)
@@ -102,19 +103,19 @@ def measured(pool, threads, name, revolutions, count, few, tolerance):
     rates = count / wall[0], few / wall[1]
     each = 1e3 * used[0] / count, 1e3 * used[1] / few
     again = [0, 0]
-    compared, alone = many._compared, many._alone
+    compare, alone = refinement.compare, integration.solve_alone
 
-    def counted(problem, bodies, which, *rest):
-        again[0] += len(which)
-        return compared(problem, bodies, which, *rest)
+    def counted(problem, bodies, *rest):
+        again[0] += len(bodies) if bodies.index is not None else 0  # of a block, not of a body alone
+        return compare(problem, bodies, *rest)
 
     def counted_alone(*arguments):
         again[1] += 1
         return alone(*arguments)
 
-    many._compared, many._alone = counted, counted_alone
+    refinement.compare, integration.solve_alone = counted, counted_alone
     ensemble()
-    many._compared, many._alone = compared, alone
+    refinement.compare, integration.solve_alone = compare, alone
     print(
         f"{name:13} {revolutions:3} rev  {rates[0]:6.0f} bodies/s  loop {rates[1]:5.0f}"
         f"  x {rates[0] / rates[1]:4.1f}  CPU {each[0]:.3g} and {each[1]:.3g} ms a body"

@@ -25,7 +25,7 @@ def lazy(count):
     from astropy.time import Time
 
     from attitude import Grid, RigidBody, TorqueFreeMotion
-    from attitude.formats.samples import Samples
+    from attitude.samples.chunks import Samples
 
     epoch = Time("2020-01-01T00:00:00", scale="utc")
     body, identity = RigidBody((1.0, 2.0, 3.0)), (1.0, 0.0, 0.0, 0.0)
@@ -44,11 +44,11 @@ def resident(field):
 def measure(format, count):
     """(MiB that the process grew by, seconds) of writing so many instants."""
     from attitude import formats
-    from attitude.formats.samples import BLOCK
+    from attitude.samples.chunks import CHUNK_INSTANTS
 
     formats.write(lazy(10), "/dev/null", format)  # what the format rests on is imported
     samples = lazy(count)
-    samples.cut(0, min(BLOCK, count))
+    samples.chunk(0, min(CHUNK_INSTANTS, count))
     before, begun = resident("VmRSS"), time.perf_counter()
     formats.write(samples, "/dev/null", format)
     return resident("VmHWM") - before, time.perf_counter() - begun

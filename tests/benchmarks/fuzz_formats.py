@@ -16,9 +16,8 @@ import warnings
 from collections import Counter
 from pathlib import Path
 
-from attitude.formats.known import FORMATS
-
-from ..formats.damage import edited, originals, outcome, random_edits
+from attitude.formats.registry import FORMATS
+from tests.formats.damage import edited, originals, outcome, random_edits
 
 # Parts of all inputs: ECSV, FITS and what is written through SPICE or turned with the Earth is slow.
 SHARES = dict.fromkeys(FORMATS, 10) | {"ecsv": 1, "fits": 3, "parquet": 5, "ck": 4, "czml": 6}

@@ -24,8 +24,8 @@ import orjson
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from attitude.formats.known import FORMATS
-from attitude.scene import Scene, builtin_names
+from attitude.formats.registry import FORMATS
+from attitude.scene.document import Scene, builtin_names
 from service import create_app
 from service.settings import Settings
 

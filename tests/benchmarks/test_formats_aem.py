@@ -22,11 +22,12 @@ import pytest
 from astropy.time import Time
 
 from attitude import Ephemeris, RigidBody, TorqueFreeMotion
-from attitude.formats import aem, aem_xml, nodes
-from attitude.formats.samples import Samples
+from attitude.formats import interpolation_nodes
+from attitude.formats.ccsds import kvn, xml
+from attitude.samples.chunks import Samples
 
 COUNT, REPEATS = 100_000, 5
-MODULES = {"kvn": aem, "xml": aem_xml}
+MODULES = {"kvn": kvn, "xml": xml}
 LEAST_RATE = 500_000  # records a second
 LEAST_RATES = {"read xml": 50_000}  # what expat and Python's calls from it leave
 LEAST_RATIO = 5.0
@@ -66,7 +67,9 @@ def ephemeris(motion):
 
 def written(ephemeris, syntax):
     module = MODULES[syntax]
-    return b"".join(module.blocks(nodes.chosen(Samples.of(ephemeris), module.interpolant(), None)))
+    return b"".join(
+        module.blocks(interpolation_nodes.chosen(Samples.of(ephemeris), module.interpolant(), None))
+    )
 
 
 def read(content, syntax):

@@ -15,9 +15,9 @@ import pytest
 from astropy.time import Time
 
 from attitude import Ephemeris, RigidBody, TorqueFreeMotion
-from attitude.elapsed import instants
 from attitude.formats import columnar
-from attitude.formats.samples import BLOCK, Samples
+from attitude.samples.chunks import CHUNK_INSTANTS, Samples
+from attitude.times.instants import as_instants
 
 COUNT = 1_000_000
 REPEATS = 21
@@ -28,7 +28,7 @@ EPOCHS = {"undated": None, "dated": Time("2020-01-01T00:00:00", scale="utc")}
 
 def sampled(epoch):
     motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), (1, 0, 0, 0), (0.3, 0.4, 0.5), epoch, order="wxyz")
-    return motion.ephemeris(instants(np.linspace(0.0, 1e6, COUNT), epoch), rate=True)
+    return motion.ephemeris(as_instants(np.linspace(0.0, 1e6, COUNT), epoch), rate=True)
 
 
 def in_turns(works, path):
@@ -57,7 +57,7 @@ def test_arrow_against_pyarrow_alone(benchmark, format, epoch, tmp_path):
     def theirs(to):
         table = pa.table([pa.array(columns[name]) for name in names], names)
         with WRITERS[format](str(to), table.schema) as writer:
-            writer.write_table(table, max_chunksize=BLOCK)
+            writer.write_table(table, max_chunksize=CHUNK_INSTANTS)
 
     found = []
     for write in (ours, theirs):

@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from attitude import Scene
-from attitude.cost import AbsentError, Problem
+from attitude.cost import AbsentError, InitialValueProblem
 from attitude.cost.machine import processor, versions
 from attitude.cost.methods import FAMILIES
-from attitude.elapsed import instants
 from attitude.oracle import truth
+from attitude.times.instants import as_instants
 
 SAMPLES, PERIODS = 100_000, 100.0
 COMPARED = 40  # samples, the last among them
@@ -29,9 +29,9 @@ PEERS = {"heyoka": (10.0, 1e-10), "orekit": (50.0, 1e-10), "dop853": (100.0, 1e-
 TIMES_MORE_EXACT = 100.0
 
 MOTION = Scene.builtin("toutatis").motion()
-PROBLEM = Problem.of_motion(MOTION)
+PROBLEM = InitialValueProblem.of_motion(MOTION)
 SECONDS = np.linspace(0.0, PERIODS * PROBLEM.unit, SAMPLES)
-INSTANTS = instants(SECONDS, None)
+INSTANTS = as_instants(SECONDS, None)
 
 
 def ours():

@@ -30,8 +30,9 @@ from serving import (
 )
 
 from attitude import Scene
-from attitude.formats import columnar, json
-from attitude.formats.samples import BLOCK, Samples
+from attitude.formats import columnar
+from attitude.formats.tables import json
+from attitude.samples.chunks import CHUNK_INSTANTS, Samples
 
 REPEATS = 15
 CONNECTIONS = 8
@@ -109,7 +110,7 @@ def test_arrow_of_1e6_samples_against_library_and_pyarrow(connection):
         table = pa.table([pa.array(columns[name]) for name in names], names)
         sink = pa.BufferOutputStream()
         with pa.ipc.new_stream(sink, table.schema) as writer:
-            writer.write_table(table, max_chunksize=BLOCK)
+            writer.write_table(table, max_chunksize=CHUNK_INSTANTS)
         return sink.getvalue()
 
     room = bytearray(100_000_000)

@@ -16,12 +16,13 @@ import pytest
 import torque_peers as peers
 
 from attitude import Scene
-from attitude.cost import Problem
+from attitude.cost import InitialValueProblem
+from attitude.cost.initial_value_problem import environment_of
 from attitude.cost.machine import processor, versions
-from attitude.cost.methods import stepping
-from attitude.cost.problem import of_world
-from attitude.dynamics import torqued
-from attitude.elapsed import instants
+from attitude.cost.methods import library_solvers
+from attitude.dynamics import integration
+from attitude.dynamics.batch_states import TorqueProblem
+from attitude.times.instants import as_instants
 
 
 class Row(NamedTuple):
@@ -55,13 +56,14 @@ def ours(problem, tolerance, repeats):
 
     whole()  # kernels are read from disk
     answer = peers.repeated(whole, repeats)
-    posed, t = Problem.of_scene(scene), np.array([problem.seconds])
-    world = of_world(posed)
-    found = torqued.choose(world.situation, world.torques, (), tolerance)
-    used = torqued.solve(world.situation, world.torques, (), instants(t, None), tolerance, found).candidate
+    posed, t = InitialValueProblem.of_scene(scene), np.array([problem.seconds])
+    world = environment_of(posed)
+    posed_to_solvers = TorqueProblem(world.initial_state, world.torques, (), tolerance)
+    choice = integration.choose(posed_to_solvers)
+    used = integration.solve(posed_to_solvers, as_instants(t, None), choice).candidate
 
     def alone():
-        return tuple(stepping.march(posed, used.solver, used.setting, t)[0][0].tolist())
+        return tuple(library_solvers.march(posed, used.solver, used.setting, t)[0][0].tolist())
 
     bare = peers.repeated(alone, repeats)
     truth = peers.TRUTH[problem.name]

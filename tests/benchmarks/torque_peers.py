@@ -314,11 +314,13 @@ def table(problem: Problem) -> None:
 def truth(problem: Problem) -> None:
     """The last attitude by the oracle at two precisions, as it stands in TRUTH."""
     from attitude.oracle import truth as measure
-    from attitude.oracle.torqued import Orbit, Torqued
+    from attitude.oracle.torque_motion import KeplerianOrbit, TorqueMotion
 
-    torques, orbit = [("gravity_gradient", problem.mu)], Orbit(problem.mu, problem.radius)
+    torques, orbit = [("gravity_gradient", problem.mu)], KeplerianOrbit(problem.mu, problem.radius)
     (rough,), (fine,) = (
-        Torqued(problem.moments, problem.omega, problem.attitude, torques, orbit, d).at([problem.seconds])
+        TorqueMotion(problem.moments, problem.omega, problem.attitude, torques, orbit, d).at(
+            [problem.seconds]
+        )
         for d in (14, 20)
     )
     assert measure.component_error(rough[0], fine[0]) < 1e-16

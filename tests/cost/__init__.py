@@ -1,1 +1,1 @@
-"""Tests of the methods compared and of the hard ladders."""
+"""Tests of the compared methods and of the near-singular cases."""

@@ -1,11 +1,10 @@
-"""What a method answers on the named bodies, and how far that is from the truth."""
+"""Errors of a method on the named bodies."""
 
 import numpy as np
 
-from attitude.cost import Problem
+from attitude.cost import InitialValueProblem
 from attitude.oracle import truth
-
-from ..bodies import ATTITUDE, TRUTH_DIGITS, Body, motion, speed
+from tests.bodies import ATTITUDE, TRUTH_DIGITS, Body, motion, speed
 
 RADIANS = (0.0, 0.3, 1.7, 11.0, 53.0)
 
@@ -15,7 +14,7 @@ FULL_TENSOR = Body(tuple(map(tuple, (0.5 * (_tensor + _tensor.T)).tolist())), (0
 
 
 def problem(body):
-    return Problem.of_motion(motion(body))
+    return InitialValueProblem.of_motion(motion(body))
 
 
 def instants(body, radians=RADIANS):

@@ -9,10 +9,9 @@ import pytest
 
 from attitude.cost import AbsentError
 from attitude.cost.methods import heyoka, orekit
-from attitude.cost.methods.euler import Equations
-
-from ..bodies import GENERIC, Body, each
-from .answers import FULL_TENSOR, errors, instants, problem
+from attitude.cost.methods.euler import FreeEquations
+from tests.bodies import GENERIC, Body, each
+from tests.cost.answers import FULL_TENSOR, errors, instants, problem
 
 RIGHT = 1e-11  # rad, and relative for the rate: what three generic bodies keep over ten periods
 THREE = {"short axis": GENERIC["short axis"], "Toutatis": GENERIC["Toutatis"], "full tensor": FULL_TENSOR}
@@ -39,13 +38,13 @@ def ten_periods(body):
 @needs_heyoka
 @pytest.mark.parametrize("body", **each(THREE))
 def test_heyoka_is_right_over_ten_periods(body):
-    assert max(errors(heyoka.ladder()[-1], body, ten_periods(body))) < RIGHT
+    assert max(errors(heyoka.methods()[-1], body, ten_periods(body))) < RIGHT
 
 
 @needs_heyoka
 def test_heyoka_is_more_exact_the_tighter_its_tolerance():
     body = GENERIC["short axis"]
-    found = [errors(method, body, ten_periods(body))[0] for method in heyoka.ladder()]
+    found = [errors(method, body, ten_periods(body))[0] for method in heyoka.methods()]
     assert found[0] > 1e-9
     assert found == sorted(found, reverse=True)
 
@@ -55,13 +54,13 @@ def test_heyoka_is_more_exact_the_tighter_its_tolerance():
 def test_tolerance_means_the_same_at_any_scale_of_the_rate(scale):
     moments, omega = GENERIC["short axis"]
     body = Body(moments, tuple(scale * w for w in omega))
-    assert max(errors(heyoka.ladder()[-1], body, instants(body))) < RIGHT
+    assert max(errors(heyoka.methods()[-1], body, instants(body))) < RIGHT
 
 
 @needs_heyoka
 def test_heyoka_answers_again_as_it_did():
     body = GENERIC["Toutatis"]
-    solve, t = heyoka.ladder()[-1].prepare(problem(body)), ten_periods(body)
+    solve, t = heyoka.methods()[-1].prepare(problem(body)), ten_periods(body)
     first, second = solve(t), solve(t)
     assert (first[0] == second[0]).all()
     assert (first[1] == second[1]).all()
@@ -69,7 +68,7 @@ def test_heyoka_answers_again_as_it_did():
 
 @needs_heyoka
 def test_heyoka_that_comes_to_grief_names_the_outcome():
-    integrator = heyoka._integrator(Equations.of(problem(GENERIC["Toutatis"])), 1e-9)
+    integrator = heyoka._integrator(FreeEquations.of(problem(GENERIC["Toutatis"])), 1e-9)
     integrator.state[4] = 1e200  # whose square is beyond a double
     with pytest.raises(ArithmeticError, match="heyoka: err_nf_state at t = nan of 1"):
         heyoka._propagate(integrator, np.array([0.0, 1.0]))
@@ -81,7 +80,7 @@ def test_heyoka_that_comes_to_grief_names_the_outcome():
 @pytest.mark.usefixtures("java")
 @pytest.mark.parametrize("body", **each(THREE))
 def test_orekit_is_right_over_ten_periods(body):
-    (method,) = orekit.ladder()
+    (method,) = orekit.methods()
     assert max(errors(method, body, ten_periods(body))) < RIGHT
 
 
@@ -89,7 +88,7 @@ def test_orekit_is_right_over_ten_periods(body):
 @pytest.mark.parametrize("scale", [1e-150, 1e150])
 def test_orekit_is_right_at_any_scale(scale):
     moments, omega = GENERIC["short axis"]
-    (method,) = orekit.ladder()
+    (method,) = orekit.methods()
     slow = Body(moments, tuple(scale * w for w in omega))
     assert max(errors(method, slow, instants(slow))) < RIGHT
     light = Body(tuple(scale * moment for moment in moments), omega)
@@ -98,7 +97,7 @@ def test_orekit_is_right_at_any_scale(scale):
 
 @pytest.mark.usefixtures("java")
 def test_orekits_exceptions_are_arithmetic_errors():
-    (method,) = orekit.ladder()
+    (method,) = orekit.methods()
     with pytest.raises(ArithmeticError, match=r"Orekit: org\.hipparchus"):
         method.prepare(problem(Body((3.0, 4.0, 6.0), (2.0, 0.7, 1.0))))
 
@@ -162,7 +161,7 @@ def afresh():
 def test_missing_package_is_absence_and_names_the_remedy(monkeypatch, module, package):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(AbsentError, match=r"pip install 'attitude\[peers\]'"):
-        module.ladder()[-1].prepare(problem(GENERIC["Toutatis"]))
+        module.methods()[-1].prepare(problem(GENERIC["Toutatis"]))
 
 
 class NoJavaError(Exception):
@@ -185,7 +184,7 @@ class MachineWithoutJava:
 def test_missing_java_is_absence(monkeypatch):
     monkeypatch.setattr(orekit, "_packages", lambda: (MachineWithoutJava(), None))
     with pytest.raises(AbsentError, match=r"needs Java.*No JVM"):
-        orekit.ladder()[0].prepare(problem(GENERIC["Toutatis"]))
+        orekit.methods()[0].prepare(problem(GENERIC["Toutatis"]))
 
 
 class NoCompiler:
@@ -198,7 +197,7 @@ class NoCompiler:
 def test_java_without_compiler_is_absence(monkeypatch):
     monkeypatch.setattr(orekit, "_java", lambda name: NoCompiler)
     with pytest.raises(AbsentError, match="a JDK is needed"):
-        orekit.ladder()[0].prepare(problem(GENERIC["Toutatis"]))
+        orekit.methods()[0].prepare(problem(GENERIC["Toutatis"]))
 
 
 def test_java_that_warns_of_native_code_is_told_not_to(tmp_path):

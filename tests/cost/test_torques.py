@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from attitude import InputError, Scene, cli
-from attitude.cost import AbsentError, Method, Problem, followed, measure, plot
-from attitude.cost.methods import UNDER_TORQUES, ladder, stepping
+from attitude import InputError, Scene
+from attitude.cli import command
+from attitude.cost import AbsentError, InitialValueProblem, Method, measure, plot, torque_truth
+from attitude.cost.methods import UNDER_TORQUES, library_solvers, select_methods
 from attitude.cost.report import Report
 from attitude.effects import UserTorque
 from attitude.oracle import truth
-
-from ..effects.scenes import effect, quantity, scene
+from tests.effects.scenes import effect, quantity, scene
 
 SPAN = 400.0  # s: fifteen radians of the scenes' body
 TIMES = {"start": 0, "stop": SPAN, "count": 5, "unit": "s"}
@@ -38,7 +38,7 @@ def under(*names, times=TIMES, **changes):
 
 
 def problem(*names, **changes):
-    return Problem.of_scene(under(*names, **changes))
+    return InitialValueProblem.of_scene(under(*names, **changes))
 
 
 def answers(found, instants):
@@ -56,7 +56,7 @@ def apart(found, attitudes, rates):
 
 
 def method(name, setting):
-    return next(each for each in ladder([name], UNDER_TORQUES) if each.setting == setting)
+    return next(each for each in select_methods([name], UNDER_TORQUES) if each.setting == setting)
 
 
 # -- truth ----------------------------------------------------------------------------------------
@@ -74,8 +74,8 @@ def exact():
         key = tuple(names)
         if key not in kept:
             posed = problem(*names)
-            assert followed._is_known(posed.world)
-            kept[key] = (posed, *followed._taylor(posed, posed.world, GRID)[:2])
+            assert torque_truth._is_known(posed.environment)
+            kept[key] = (posed, *torque_truth._taylor(posed, GRID)[:2])
         return kept[key]
 
     return of
@@ -84,9 +84,9 @@ def exact():
 @pytest.mark.parametrize("names", BY_ORACLE, ids="+".join)
 def test_extrapolation_and_oracle_share_nothing_and_agree(names, exact):
     posed, attitudes, rates = exact(names)
-    q, w, route, off = followed._extrapolated(posed, posed.world, GRID)
+    q, w, route, off = torque_truth._extrapolated(posed, GRID)
     angle, rate = apart((q, w), attitudes, rates)
-    assert route == followed.EXTRAPOLATED
+    assert route == torque_truth.EXTRAPOLATED
     assert angle < 2e-14
     assert rate < 2e-14
     assert off < 1e-13
@@ -103,9 +103,9 @@ ELSEWISE = {
 def test_truth_without_oracle_is_what_the_librarys_own_formulas_give(name):
     given = [effect("constant_torque", **WEAK["constant_torque"], **SWITCHED)] if name == "switched" else []
     given += [effect(each) for each in ELSEWISE[name]]
-    posed = Problem.of_scene(scene(*given, times=TIMES))
-    assert not followed._is_known(posed.world)
-    attitudes, rates, _, off = followed._extrapolated(posed, posed.world, GRID)
+    posed = InitialValueProblem.of_scene(scene(*given, times=TIMES))
+    assert not torque_truth._is_known(posed.environment)
+    attitudes, rates, _, off = torque_truth._extrapolated(posed, GRID)
     ours = answers(method("compiled", "tol 1e-15").prepare(posed)(GRID), GRID)
     angle, rate = apart(ours, attitudes, rates)
     assert off < 1e-12
@@ -120,8 +120,8 @@ def test_orbit_by_table_is_followed_by_both():
         "positions": {"value": places.tolist(), "unit": "m"},
     }
     posed = problem("gravity_gradient", orbit=orbit)
-    assert not followed._is_known(posed.world)
-    attitudes, rates, _, _ = followed._extrapolated(posed, posed.world, GRID)
+    assert not torque_truth._is_known(posed.environment)
+    attitudes, rates, _, _ = torque_truth._extrapolated(posed, GRID)
     ours = answers(method("gauss", "1 rad").prepare(posed)(GRID), GRID)
     assert max(apart(ours, attitudes, rates)) < 1e-12
     pytest.importorskip("heyoka")
@@ -149,12 +149,14 @@ def test_tightest_of_every_family_is_right(name, setting, names, exact):
         pytest.importorskip("heyoka")
     posed, attitudes, rates = exact(names)
     if name == "splitting" and "dissipation" in names:
-        with pytest.raises(AbsentError, match="splitting, order 2 is not for these effects"):
+        with pytest.raises(AbsentError, match="splitting, order 2 does not take these effects"):
             method(name, setting).prepare(posed)
         return
     chosen = "splitting, order 8" if name == "splitting" else None
     each = next(
-        m for m in ladder([name], UNDER_TORQUES) if m.setting == setting and chosen in (None, m.family)
+        m
+        for m in select_methods([name], UNDER_TORQUES)
+        if m.setting == setting and chosen in (None, m.family)
     )
     angle, _ = apart(answers(each.prepare(posed)(GRID), GRID), attitudes, rates)
     assert angle < TIGHT[name, setting]
@@ -164,7 +166,7 @@ def test_tightest_of_every_family_is_right(name, setting, names, exact):
 def test_finer_settings_are_more_exact(name, exact):
     posed, attitudes, rates = exact(["gravity_gradient"])
     families = {}
-    for each in ladder([name], UNDER_TORQUES):
+    for each in select_methods([name], UNDER_TORQUES):
         error, _ = apart(answers(each.prepare(posed)(GRID), GRID), attitudes, rates)
         families.setdefault(each.family, []).append(error)
     for errors in families.values():
@@ -178,8 +180,12 @@ def test_steps_have_the_order_that_their_family_is_named_for(exact):
     for order in (2, 4, 6):
         family = f"splitting, order {order}"
         coarse, fine = (
-            apart(stepping.march(posed, solver, step / posed.world.pace, GRID), attitudes, rates)[0]
-            for solver in stepping.SPLITTINGS
+            apart(
+                library_solvers.integrate(posed, solver, step / posed.environment.pace, GRID),
+                attitudes,
+                rates,
+            )[0]
+            for solver in library_solvers.SPLITTINGS
             if solver.name == family
             for step in (0.5, 0.25)
         )
@@ -189,8 +195,8 @@ def test_steps_have_the_order_that_their_family_is_named_for(exact):
 @pytest.mark.parametrize("name", ["solar_pressure", "drag"])
 def test_heyoka_says_why_it_is_absent(name):
     pytest.importorskip("heyoka")
-    with pytest.raises(AbsentError, match=f"not told of {name} here: it is not smooth in time"):
-        method("heyoka", "tol eps").prepare(Problem.of_scene(scene(effect(name), times=TIMES)))
+    with pytest.raises(AbsentError, match=f"cannot integrate {name} here: it is not smooth in time"):
+        method("heyoka", "tol eps").prepare(InitialValueProblem.of_scene(scene(effect(name), times=TIMES)))
 
 
 # -- errors as they were put in -------------------------------------------------------------------
@@ -238,26 +244,26 @@ def test_horizons_are_parts_of_the_span():
     assert report.horizons == pytest.approx((0.01, 0.1, 1.0))
     assert (report.unit_s, report.unit_name, report.samples) == (SPAN, "spans of the scene", 101)
     assert report.effects == ("gravity_gradient",)
-    assert report.truths == ((30, followed.TAYLOR),) * 3
+    assert report.truths == ((30, torque_truth.TAYLOR),) * 3
     assert {cell.status for cell in report.cells} == {"measured"}
 
 
 def test_no_horizon_is_longer_than_there_is_time_for_its_truth():
     times = {"start": 0, "stop": 1e6, "count": 5, "unit": "s"}
     turning, pushed = problem("gravity_gradient", times=times), problem("constant_torque", times=times)
-    reach = followed.reach(turning, turning.world, 60.0)
+    reach = torque_truth.reach(turning, turning.environment, 60.0)
     assert reach < 0.1
-    assert followed.reach(turning, turning.world, 30.0) == pytest.approx(0.5 * reach, rel=0.1)
+    assert torque_truth.reach(turning, turning.environment, 30.0) == pytest.approx(0.5 * reach, rel=0.1)
     # a constant torque makes it spin ever faster: few radians by the rate at the epoch, many in truth
-    assert followed.reach(pushed, pushed.world, 60.0) < 0.1 * reach
+    assert torque_truth.reach(pushed, pushed.environment, 60.0) < 0.1 * reach
     with pytest.raises(InputError, match=r"horizons: at most 0\.0\d+ spans of the scene, as far as .* truth"):
         measure(under("gravity_gradient", times=times), methods=["gauss"], horizons=(0.01, 1.0))
 
 
 def test_scene_whose_effects_turn_nothing_is_a_free_body():
     falling = {"position": quantity([0, 0, 2], "m"), "velocity": quantity([0, 0, -1], "m/s")}
-    posed = Problem.of_scene(scene(effect("uniform_gravity"), times=TIMES, **falling))
-    assert posed.world is None
+    posed = InitialValueProblem.of_scene(scene(effect("uniform_gravity"), times=TIMES, **falling))
+    assert posed.environment is None
     assert posed.unit_name == "polhode periods"
 
 
@@ -314,7 +320,7 @@ def test_report_says_what_its_truth_is_worth(report):
     text = report.table()
     assert text.startswith("wind: drag; long axis regime at the epoch\n")
     assert "against extrapolation in doubles, itself off by about " in text
-    assert text.count("heyoka is not told of drag here") == 8
+    assert text.count("heyoka cannot integrate drag here") == 8
     assert 0.0 < report.truth_off_rad < 1e-12
     assert max(map(len, text.splitlines())) <= 110
 
@@ -328,7 +334,7 @@ def test_json_has_effects_only_where_there_are_torques(report):
 
 
 def test_every_family_of_a_picture_has_a_look_of_its_own():
-    families = {each.family for each in ladder(None, UNDER_TORQUES)}
+    families = {each.family for each in select_methods(None, UNDER_TORQUES)}
     styles = [plot._style(number) for number in range(len(families))]
     for part in ("color", "marker", "linestyle"):
         assert len({str(style[part]) for style in styles}) == len(families)
@@ -343,7 +349,7 @@ def test_picture_names_every_family_that_was_measured(report):
 def test_command_measures_a_scene_with_torques(tmp_path, capsys):
     path = tmp_path / "scene.json"
     path.write_text(under("gravity_gradient").to_json())
-    assert cli.main(["cost", str(path), "--method", "gauss", "--samples", "5", "--json", "-", "-q"]) == 0
+    assert command.main(["cost", str(path), "--method", "gauss", "--samples", "5", "--json", "-", "-q"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert {cell["family"] for cell in document["cells"]} == {"gauss, order 16"}
     assert [cell["status"] for cell in document["cells"]] == ["measured"] * 12

@@ -3,8 +3,7 @@
 import numpy as np
 
 from attitude import Scene
-
-from .test_torques_effects import plate, quantity
+from tests.dynamics.test_torques_effects import plate, quantity
 
 NEXT_TO_REST = 1e-12  # rad/s
 SPAN = 60.0  # s

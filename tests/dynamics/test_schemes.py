@@ -6,7 +6,7 @@ import pytest
 
 from attitude.dynamics.schemes import COMPOSITIONS, gauss
 from attitude.kernels import layout
-from attitude.kernels.free_rotation import RADAU_NODES, RADAU_WEIGHTS
+from attitude.kernels.solvers.free_rotation import RADAU_NODES, RADAU_WEIGHTS
 
 
 def rows():

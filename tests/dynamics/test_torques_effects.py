@@ -5,8 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from attitude import InputError, Scene
-
-from .marching import angle, integrated, matrix, situation
+from tests.dynamics.motions import angle, initial_state, integrated, matrix
 
 MU, RADIUS = 3.986004e14, 6378100.0  # nominal Earth (IAU 2015)
 C, SOLAR_CONSTANT, AU = 299792458.0, 1361.0, 149597870700.0
@@ -70,7 +69,7 @@ def agrees(run, torque, within=AGREEMENT, rtol=1e-12, **more):
 def run_situation(run):
     """Body and state that `integrated` starts from: those of the first instant, which is the epoch."""
     assert run.elapsed[0] == 0.0
-    return situation(run.body.tensor, run.angular_velocity[0], run.quaternion("wxyz")[0])
+    return initial_state(run.body.tensor, run.angular_velocity[0], run.quaternion("wxyz")[0])
 
 
 # Gravity gradient
@@ -237,7 +236,7 @@ def agrees_in_pieces(run, torque, cuts, within=AGREEMENT):
         t = np.append(run.elapsed[inside], cut) - before
         at = before + 1e-9  # on this side of the edge
         found, rates = integrated(
-            situation(run.body.tensor, w, q), lambda s, R, w, at=at: torque(at + s, R, w), t, rtol=1e-12
+            initial_state(run.body.tensor, w, q), lambda s, R, w, at=at: torque(at + s, R, w), t, rtol=1e-12
         )
         if inside.any():
             assert angle(run.quaternion("wxyz")[inside].T, found[:, :-1]) < within

@@ -5,11 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics import torqued
-from attitude.simulation import route
-
-from .marching import SOLVERS, angle
-from .test_torques_effects import orbit, plate, quantity
+from attitude.dynamics.arc_integration import integrate
+from attitude.dynamics.batch_states import TorqueProblem
+from attitude.dynamics.solvers import SOLVERS
+from attitude.scene.simulation import resolve as route
+from tests.dynamics.motions import angle
+from tests.dynamics.test_torques_effects import orbit, plate, quantity
 
 # By Runge-Kutta at 1e-15 a step, which shares with the others nothing but the torques: what it is off by
 # after these turns (against collocation in short steps, and SciPy).
@@ -74,12 +75,12 @@ def random_scene(rng, kind, symmetric, tolerance, solver, turns):
 def truth(made):
     """(4, n), by the solver of no cleverness, as finely as doubles allow."""
     way = route(made)
-    directions = torqued.by_direction(way.situation, way.torques, way.kicks)
-    seconds = made.times.build(None).seconds
-    tight = torqued.Candidate(SOLVERS["dop853"], 1e-15, 0.0, 0.0)
-    return torqued._march(
-        way.situation, directions, seconds, np.zeros_like(seconds), tight, False, None
-    ).rows[:4]
+    problem, seconds = (
+        TorqueProblem(way.initial_state, way.torques, way.kicks),
+        made.times.build(None).seconds,
+    )
+    at = np.array([seconds, np.zeros_like(seconds)])
+    return integrate(problem, problem.body, at, SOLVERS["dop853"], np.array([1e-15])).rows[0, :4]
 
 
 def told_and_true(made):

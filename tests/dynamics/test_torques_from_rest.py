@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics import many
-from attitude.dynamics.choice import pace
-from attitude.dynamics.spin import reached_spin
+from attitude.dynamics.angular_rates import max_angular_rates
 from attitude.effects import UserTorque
-from attitude.simulation import route
-
-from .at_rest import EFFECTS, differences, random_scene
-from .test_many import bodies_of
-from .test_torques_effects import orbit, plate, quantity, scene
+from attitude.problem.spin_bound import reached_spin
+from attitude.scene.simulation import resolve as route
+from tests.dynamics.at_rest import EFFECTS, differences, random_scene
+from tests.dynamics.motions import matrix
+from tests.dynamics.test_batches import bodies_of
+from tests.dynamics.test_torques_effects import orbit, plate, quantity, scene
 
 EDDIES = {"type": "eddy_damping", "coefficient": 0.05, "unit": "N m s"}
 WHEELS = {"type": "wheels", "momentum": quantity([0.0, 0.3, 0.4], "N m s")}
@@ -121,7 +120,7 @@ def test_wheels_turn_an_impulse_away():
 
 @pytest.mark.parametrize("first", range(0, 55, 5))
 def test_rest_is_where_motions_of_less_and_less_rate_lead(first):
-    """`tests/benchmarks/torques_from_rest.py` takes all pairs many times over."""
+    """All pairs were run many times over (docs/design/torque-solvers.md)."""
     from itertools import combinations
 
     names = list(combinations(EFFECTS, 2))[first + 2]
@@ -170,7 +169,7 @@ def test_no_body_turns_faster_than_it_is_taken_to(elapsed):
         except ToleranceError:  # eddies that feed a body for long
             continue
         way = route(made)
-        spin = reached_spin(way.situation, [one.effect for one in way.torques], way.kicks)
+        spin = reached_spin(way.initial_state, [one.effect for one in way.torques], way.kicks)
         alpha = sum(e.coefficient.si for e in made.effects if e.type == "dissipation")
         if not alpha:  # a sink turns the body besides
             assert np.linalg.norm(run.angular_velocity, axis=1).max() <= spin.rate * (1.0 + 1e-9)
@@ -226,13 +225,15 @@ def test_bound_counts_the_turns_that_a_torque_makes(moments):
 
 
 @pytest.mark.parametrize("frame", ["body", "inertial"])
-def test_paces_of_many_count_impulses_as_that_of_one_does(frame):
+def test_fastest_rate_counts_impulses(frame):
+    """Moments (10, 14, 17): L = 3 x + y after the first impulse, none after the second, y + z backwards."""
     kicks = [impulse(10.0, [3.0, 1.0, 0.0], frame), impulse(20.0, [-3.0, -1.0, 0.0], frame)]
     kicks.append(impulse(-10.0, [0.0, 1.0, 1.0], frame))
-    made = [at_rest(EDDIES, *kicks, moments=moments) for moments in ((10, 14, 17), (9, 9, 3), (17, 10, 14))]
-    ways = [route(one) for one in made]
-    problem = many.Problem(ways[0].situation, ways[0].torques, ways[0].kicks, 1e-9)
-    each = [pace(way.situation, way.torques, way.kicks) for way in ways]
-    assert np.allclose(many.paces(problem, bodies_of(*(way.situation for way in ways))), each, rtol=1e-14)
-    if frame == "body":  # after the first
-        assert each[0] == pytest.approx(np.hypot(3.0 / 10.0, 1.0 / 14.0), rel=1e-12)
+    kinds = ((10, 14, 17), (9, 9, 3), (17, 10, 14))
+    ways = [route(at_rest(EDDIES, *kicks, moments=moments)) for moments in kinds]
+    bodies, way = bodies_of(*(way.initial_state for way in ways)), ways[0]
+    rates = max_angular_rates(way.initial_state, bodies, way.torques, way.kicks)
+    after = np.array([[3.0, 1.0, 0.0], [0.0, 1.0, 1.0]])
+    after = after @ matrix(way.initial_state.attitude) if frame == "inertial" else after
+    expected = [np.linalg.norm(after / np.array(moments), axis=1).max() for moments in kinds]
+    assert rates == pytest.approx(expected, rel=1e-12)

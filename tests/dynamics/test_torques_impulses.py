@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from attitude.simulation import route
-
-from .marching import angle, matrix
-from .test_torques_effects import MOMENTS, quantity, scene
+from attitude.scene.simulation import resolve as route
+from tests.dynamics.motions import angle, matrix
+from tests.dynamics.test_torques_effects import MOMENTS, quantity, scene
 
 RATE = (0.3, -0.5, 0.4)
 FIRINGS = (
@@ -41,12 +40,14 @@ def test_momentum_is_the_sum_of_the_firings():
 
 def test_book_of_inertial_firings_is_exact_to_the_bit():
     """The momentum that the solver carries, with numbers that doubles add without rounding."""
-    from attitude.dynamics.free import coast
+    from attitude.dynamics.batch_states import Bodies
+    from attitude.dynamics.coasting import coast
 
     inertial = [(t, H, "inertial") for t, H, _ in FIRINGS]
     made = scene(plan_of(inertial), rate=RATE, elapsed=[0.0, 30.0], moments=(2.0, 4.0, 3.0))
     way = route(made)
-    rows = coast(way.situation, way.kicks, made.times.build(None))
+    body = Bodies.of(way.initial_state)
+    rows = coast(way.initial_state, body, way.kicks, made.times.build(None))[0]
     L = np.array([2.0, 4.0, 3.0]) * RATE
     assert (rows[7:, 0] == L).all()
     for _, H, _ in inertial:

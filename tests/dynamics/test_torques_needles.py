@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics import many
-from attitude.elapsed import instants
-from attitude.oracle.torqued import Torqued
-from attitude.simulation import route
-
-from .at_rest import direction
-from .marching import angle
-from .test_many import bodies_of
-from .test_torques_effects import quantity
+from attitude.dynamics import integration
+from attitude.dynamics.batch_states import TorqueProblem
+from attitude.oracle.torque_motion import TorqueMotion
+from attitude.scene.simulation import resolve as route
+from attitude.times.instants import as_instants
+from tests.dynamics.at_rest import direction
+from tests.dynamics.motions import angle
+from tests.dynamics.test_batches import bodies_of
+from tests.dynamics.test_torques_effects import quantity
 
 ATTITUDE = (0.8, 0.2, 0.4, 0.4)
 SPAN = 600.0
@@ -59,7 +59,7 @@ def document(moments, rate, effect, solver, tolerance):
 
 def truth(moments, rate, torque):
     """(4, 1)"""
-    (state,) = Torqued(moments, rate, ATTITUDE, [torque], None, 20).states([SPAN])
+    (state,) = TorqueMotion(moments, rate, ATTITUDE, [torque], None, 20).states([SPAN])
     q = np.array([float(x) for x in state.attitude])
     return (q / np.linalg.norm(q))[:, None]
 
@@ -99,11 +99,13 @@ def test_many_thin_bodies_are_followed_as_one_is(torque, solver):
     effect, row = EFFECTS[torque]
     made = Scene.model_validate(document(*SYMMETRIC["needle about z"], effect, solver, 1e-9))
     way = route(made)
-    problem = many.Problem(way.situation, way.torques, way.kicks, 1e-9, solver)
-    at, cases = instants(np.array([0.0, SPAN]), None), list(SYMMETRIC.values())
-    others = [route(Scene.model_validate(document(*case, effect, solver, 1e-9))).situation for case in cases]
-    chosen = many.choose(problem, at)
-    rows = many.solve(problem, bodies_of(*others), at, chosen)
+    problem = TorqueProblem(way.initial_state, way.torques, way.kicks, 1e-9, solver)
+    at, cases = as_instants(np.array([0.0, SPAN]), None), list(SYMMETRIC.values())
+    others = [
+        route(Scene.model_validate(document(*case, effect, solver, 1e-9))).initial_state for case in cases
+    ]
+    chosen = integration.choose_for_all(problem, at)
+    rows = integration.solve_each(problem, bodies_of(*others), at, chosen)
     for case, found in zip(cases, rows, strict=True):
         assert angle(found[:4, 1:], truth(*case, row)) < (1e-9 if torque == "inertial" else 3e-10)
 
@@ -129,7 +131,7 @@ def test_impulses_leave_the_momentum_along_a_needle_as_exact_as_they_are(frame):
     moments = SYMMETRIC["needle about z"][0]
     for firing in [*firings, None]:
         at = SPAN if firing is None else firing["time"]["value"]
-        (state,) = Torqued(moments, w, q, [], None, 20).states([at - before])
+        (state,) = TorqueMotion(moments, w, q, [], None, 20).states([at - before])
         q, w, before = state.attitude, state.rate, at
         if firing is not None:
             w = pushed(q, w, moments, firing)

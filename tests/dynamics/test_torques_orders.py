@@ -7,9 +7,8 @@ import pytest
 
 from attitude import TorqueFreeMotion
 from attitude.dynamics import schemes
-from attitude.dynamics.solvers import SPLITTINGS
-
-from .marching import SOLVERS, Rows, angle, kepler, layout, march, situation
+from attitude.dynamics.solvers import SOLVERS, SPLITTINGS
+from tests.dynamics.motions import Rows, angle, initial_state, integrate_arc, kepler, layout
 
 RATE, ATTITUDE = np.array([0.3, -0.5, 0.6]), (0.1, -0.7, 0.5, 0.5)
 SYMMETRIC, TRIAXIAL = (2.0, 2.0, 1.2), (2.0, 3.0, 4.0)
@@ -19,7 +18,7 @@ GAUSS = SOLVERS["gauss, order 16"]
 
 
 def body(moments):
-    return situation(moments, RATE, ATTITUDE)
+    return initial_state(moments, RATE, ATTITUDE)
 
 
 def pushed(moments, share, kind=layout.CONSTANT_BODY):
@@ -29,7 +28,7 @@ def pushed(moments, share, kind=layout.CONSTANT_BODY):
 
 
 def end(solver, moments, torques, step, **more):
-    return march(solver, body(moments), torques, step, [SPAN], **more)
+    return integrate_arc(solver, body(moments), torques, step, [SPAN], **more)
 
 
 def departure(p, q):
@@ -163,8 +162,8 @@ def test_error_of_splitting_a_triaxial_body_is_proportional_to_the_torque_too(so
 def test_forward_and_back_returns_to_the_start(solver, moments):
     """The same steps backwards: time-symmetric, so that only rounding is left (errors are 1e-3 to 1e-13)."""
     start, torques = body(moments), pushed(moments, 0.05)
-    there, _ = march(solver, start, torques, 0.5, [SPAN])
-    back, _ = march(
+    there, _ = integrate_arc(solver, start, torques, 0.5, [SPAN])
+    back, _ = integrate_arc(
         solver, start, torques, 0.5, [0.0], state=(there[:4, 0], there[7:, 0]), start=SPAN, stop=0.0
     )
     assert angle(there[:4], start.attitude[:, None]) > 0.1
@@ -183,7 +182,7 @@ def test_without_torque_every_solver_gives_the_closed_form(solver, moments, shar
     start, t = body(moments), np.linspace(0.0, 15.0, 16)
     torques = pushed(moments, share) if share else ()
     setting = {"dop853": 1e-15, "gauss": 1.0, "splitting": 7.5}[solver.kind]
-    rows, _ = march(solver, start, torques, setting, t)
+    rows, _ = integrate_arc(solver, start, torques, setting, t)
     free = TorqueFreeMotion(start.body, start.attitude, RATE, order="wxyz").at(t)
     is_symmetric = len(set(moments)) == 2
     within = {"dop853": 5e-14, "gauss": 1e-14, "splitting": 1e-14 if is_symmetric else 2e-14}[solver.kind]
@@ -197,14 +196,14 @@ def test_without_torque_every_solver_gives_the_closed_form(solver, moments, shar
 @pytest.mark.parametrize("moments", BODIES.values(), ids=BODIES)
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
 def test_dense_output_changes_no_step_and_is_as_good_as_stepping_there(solver, moments):
-    start = situation(moments, RATE, ATTITUDE, course=kepler(4.0, 10.0, 0.3, 0.5))
+    start = initial_state(moments, RATE, ATTITUDE, orbit_path=kepler(4.0, 10.0, 0.3, 0.5))
     torques = (Rows(layout.GRAVITY_GRADIENT, 4.0), *pushed(moments, 1e-3))
     setting = 1e-13 if solver.kind == "dop853" else 0.25
     t = np.sort(np.random.default_rng(5).uniform(0.0, SPAN, 40))
-    alone, few = march(solver, start, torques, setting, [SPAN])
-    dense, many = march(solver, start, torques, setting, [*t, SPAN])
+    alone, few = integrate_arc(solver, start, torques, setting, [SPAN])
+    dense, many = integrate_arc(solver, start, torques, setting, [*t, SPAN])
     assert dense[:, -1].tobytes() == alone[:, 0].tobytes()
     assert many.steps == few.steps
-    truth, _ = march(GAUSS, start, torques, 0.06, t)
-    at_end = angle(alone[:4], march(GAUSS, start, torques, 0.06, [SPAN])[0][:4])
+    truth, _ = integrate_arc(GAUSS, start, torques, 0.06, t)
+    at_end = angle(alone[:4], integrate_arc(GAUSS, start, torques, 0.06, [SPAN])[0][:4])
     assert angle(dense[:4, :-1], truth[:4]) < 2.0 * at_end + 2e-13

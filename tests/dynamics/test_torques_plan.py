@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from attitude import InputError, ToleranceError
-
-from .marching import angle
-from .test_torques_effects import MOMENTS, MU, orbit, quantity, scene
+from tests.dynamics.motions import angle
+from tests.dynamics.test_torques_effects import MOMENTS, MU, orbit, quantity, scene
 
 RATE = (0.03, -0.05, 0.04)
 T = np.linspace(0.0, 600.0, 7)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from attitude.dynamics.solvers import can_take
-from tests.oracles.torqued_cases import CASES, EXPECTED
-
-from .marching import SOLVERS, acting, angle, kepler, march, situation
+from attitude.dynamics.solvers import SOLVERS
+from tests.dynamics.motions import acting, angle, initial_state, integrate_arc, is_taken, kepler
+from tests.oracles.torque_cases import CASES, EXPECTED
 
 # rad, and the rate relative to itself: what each reaches over these tens of radians.  Runge-Kutta adds its
 # thousands of steps in plain doubles; splitting of a triaxial body reads its rate off the attitude, whose
@@ -30,7 +29,7 @@ def prepared(name):
     """(situation, torques) of a case; the rate of a body with a sink inside is the whole one."""
     case = CASES[name]
     course = None if case.orbit is None else kepler(*case.orbit)
-    start = situation(case.inertia, whole_rate(case, case.omega), case.attitude, course=course)
+    start = initial_state(case.inertia, whole_rate(case, case.omega), case.attitude, orbit_path=course)
     return start, [acting(*torque) for torque in case.torques]
 
 
@@ -61,7 +60,7 @@ def pairs():
         start, torques = prepared(name)
         for solver_name in SETTINGS:
             solver = SOLVERS[solver_name]
-            if can_take(solver, solver.prepare(start, torques)):
+            if is_taken(solver, start, torques):
                 yield pytest.param(name, solver, id=f"{solver_name}: {name}")
 
 
@@ -70,7 +69,7 @@ def test_solver_ends_where_fifty_digits_end(name, solver):
     start, torques = prepared(name)
     within = WITHIN[solver.kind]
     for state in EXPECTED[name]:
-        rows, work = march(solver, start, torques, setting_of(solver, name, start), state.seconds)
+        rows, work = integrate_arc(solver, start, torques, setting_of(solver, name, start), state.seconds)
         attitude = np.array([float(x) for x in state.attitude])
         rate = whole_rate(CASES[name], [float(x) for x in state.rate])
         assert work.failed == 0

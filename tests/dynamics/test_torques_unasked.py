@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from .test_torques_effects import quantity, scene
+from tests.dynamics.test_torques_effects import quantity, scene
 
 RATE = (0.3, -0.5, 0.4)
 GRAVITY = {"type": "uniform_gravity", "acceleration": quantity([0, 0, -9.81], "m/s2")}
@@ -58,7 +58,7 @@ made = Scene.from_json(sys.stdin.read())
 made.plan()
 made.run().quaternion("wxyz")
 from attitude.runtime import compiled
-used = [name for name in ("split", "collocate", "runge_kutta") if getattr(compiled, name)._functions]
+used = [name for name in ("split", "collocate", "dormand_prince") if getattr(compiled, name)._functions]
 print(json.dumps([sorted(sys.modules), used]))
 """
 

@@ -9,9 +9,8 @@ from numba import cfunc, types
 
 from attitude import AttitudeError, InputError
 from attitude.effects import UserTorque
-
-from .marching import angle, matrix
-from .test_torques_effects import quantity, scene
+from tests.dynamics.motions import angle, matrix
+from tests.dynamics.test_torques_effects import quantity, scene
 
 T = np.array([0.02, -0.01, 0.015])
 RATE = (0.3, -0.5, 0.4)

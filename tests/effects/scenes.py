@@ -88,9 +88,9 @@ def scene(*effects, **changes):
 
 
 def built(name, changes=None, **parts):
-    """(the effect, its situation) of a scene with it alone."""
+    """(the effect, its initial state) of a scene with it alone."""
     made = scene(effect(name, **(changes or {})), **parts)
-    return made.effects[0], made.situation()
+    return made.effects[0], made.initial_state()
 
 
 def torque(row, moments, R, rate, r, v, t, to_sun=None):

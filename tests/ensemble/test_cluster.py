@@ -6,14 +6,14 @@ import signal
 import numpy as np
 import pytest
 
+from attitude.ensemble import cluster as cluster_module
 from attitude.ensemble import engine, redraws
 from attitude.ensemble.engine import mapped
-from attitude.ensemble.running import run
+from attitude.ensemble.execution import run
 from attitude.errors import AttitudeError, FormatError, InputError
-
-from .standing_in import many
-from .test_redraws import disc
-from .test_store import assert_stored, entries
+from tests.ensemble.fake_source import many
+from tests.ensemble.test_redraws import disc
+from tests.ensemble.test_store import assert_stored, entries
 
 TIMES = np.linspace(0.0, 60.0, 20)
 # Dask's servers, as they are closed, now and then leave a socket to the collector.
@@ -52,11 +52,11 @@ def dies(_):
 
 
 def test_every_part_is_computed_once(address):
-    told = []
-    assert sorted(mapped(absolute, range(-20, 20), address, progress=told.append)) == sorted(
+    fractions = []
+    assert sorted(mapped(absolute, range(-20, 20), address, progress=fractions.append)) == sorted(
         abs(i) for i in range(-20, 20)
     )
-    assert told == [i / 40 for i in range(1, 41)]
+    assert fractions == [i / 40 for i in range(1, 41)]
 
 
 def test_error_of_the_work_is_raised_as_it_is(address):
@@ -76,7 +76,7 @@ def test_numbers_are_those_of_threads(address, tmp_path):
 
 def test_redraws_are_those_of_threads(address, tmp_path, monkeypatch):
     whole = disc().redraws()
-    monkeypatch.setattr(redraws, "PART", 100)
+    monkeypatch.setattr(redraws, "BODIES_PER_TASK", 100)
     assert disc().redraws(scheduler=address) == whole
     assert disc().statistics([0.0, 1.0], scheduler=address).redraws == whole
     assert run(disc(), [0.0, 1.0], tmp_path / "out.zarr", scheduler=address, chunk=300).redraws == whole
@@ -110,8 +110,10 @@ def test_target_that_cannot_be_written_is_said_by_workers_too(address, tmp_path,
 
 
 def test_other_version_of_a_worker_is_refused(address, monkeypatch):
-    monkeypatch.setattr(engine, "__version__", "0.0.0")
-    with pytest.raises(AttitudeError, match=r"a worker has version [\d.]+ of this library, .* has 0\.0\.0"):
+    monkeypatch.setattr(cluster_module, "__version__", "0.0.0")
+    with pytest.raises(
+        AttitudeError, match=r"a worker has version [\d.]+ of this library, and its client 0\.0\.0"
+    ):
         list(mapped(absolute, range(10), address))
 
 
@@ -148,7 +150,7 @@ def test_work_that_kills_its_workers_is_given_up(cluster, address, monkeypatch):
     ("scheduler", "why"), [("somewhere", "missing port"), ("tcp://127.0.0.1:1", "Timed out|refused")]
 )
 def test_cluster_that_is_not_there_is_refused(scheduler, why, monkeypatch):
-    monkeypatch.setattr(engine, "PATIENCE", "0.5 s")
+    monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", "0.5 s")
     with pytest.raises(InputError, match=f"^scheduler: the address of a running Dask cluster.*{why}"):
         list(mapped(absolute, range(3), scheduler))
 
@@ -156,7 +158,7 @@ def test_cluster_that_is_not_there_is_refused(scheduler, why, monkeypatch):
 def test_cluster_without_workers_is_refused(monkeypatch):
     from distributed import LocalCluster
 
-    monkeypatch.setattr(engine, "PATIENCE", "0.5 s")
+    monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", "0.5 s")
     with (
         LocalCluster(n_workers=0, dashboard_address=":0") as empty,
         pytest.raises(InputError, match=r"a cluster with workers: none came in 0\.5 s"),

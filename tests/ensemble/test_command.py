@@ -8,10 +8,11 @@ import sys
 import numpy as np
 import pytest
 from astropy.table import QTable
+from tqdm import tqdm
 
 from attitude import Scene, TorqueFreeMotion
 from attitude.cli import main
-from attitude.ensemble import Ensemble, command, store
+from attitude.ensemble import Ensemble, storage
 
 TOUTATIS = Scene.builtin("toutatis")
 SPREADS = {"moments": "2 %", "angular_velocity": "0.1 deg/d", "attitude": "1 deg"}
@@ -212,7 +213,7 @@ def test_attitudes_are_stored(answer, expected, tmp_path, ending):
     states = expected.states()
     motion = TorqueFreeMotion(states.body, states.attitude, states.angular_velocity, order="wxyz")
     ephemeris = motion.ephemeris(expected.instants())
-    found = store.read(to)
+    found = storage.read(to)
     quaternion, rate = found.part(0, 300)
     np.testing.assert_array_equal(quaternion, ephemeris.quaternion("wxyz"))
     np.testing.assert_array_equal(rate, ephemeris.angular_velocity)
@@ -222,12 +223,14 @@ def test_attitudes_are_stored(answer, expected, tmp_path, ending):
 def test_interrupted_run_says_how_to_go_on_and_does(answer, tmp_path, monkeypatch):
     to = tmp_path / "out.zarr"
 
-    def interrupt(self, done):
-        if done > 0.5:
-            raise KeyboardInterrupt
+    class Interrupt(tqdm):
+        def update(self, n):
+            super().update(n)
+            if self.n > 0.5:
+                raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(command.Bar, "__call__", interrupt)
+        patch.setattr("tqdm.tqdm", Interrupt)
         code, _, err = answer("toutatis", *FLAGS, "-o", to, "--chunk", 30, "--workers", 1, terminal=True)
     assert code == 130
     assert err.endswith(f"attitude: {to}: interrupted; the same command goes on from there\n")
@@ -243,7 +246,7 @@ def test_existing_store_needs_overwrite(answer, tmp_path):
     assert (code, out, err) == (
         2,
         "",
-        f"attitude: {to}: there already, and complete; it can be overwritten, if asked for\n",
+        f"attitude: {to}: store exists and is complete; pass overwrite=True to replace it\n",
     )
     assert answer("toutatis", *FLAGS, "-o", to, "-q", "--overwrite") == (0, "", "")
 
@@ -252,33 +255,19 @@ def test_stored_and_statistics_at_once(answer, tmp_path):
     code, out, _ = answer("toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--statistics", "-")
     assert code == 0
     assert json.loads(out)["count"] == 300
-    assert store.read(tmp_path / "out.zarr").bodies == 300
+    assert storage.read(tmp_path / "out.zarr").bodies == 300
 
 
 # -- progress ---------------------------------------------------------------------------------------
 
 
-def test_bar_is_for_terminals(answer, tmp_path, monkeypatch):
-    monkeypatch.setattr(command.Bar, "EVERY", 0.0)
-    _, _, err = answer(
-        "toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--chunk", 30, "--workers", 1, terminal=True
-    )
-    assert "[###############               ]  50%" in err
-    assert "[##############################] 100%" in err
+def test_progress_is_for_terminals(answer, tmp_path):
+    to = tmp_path / "out.zarr"
+    _, _, err = answer("toutatis", *FLAGS, "-o", to, "--chunk", 30, "--workers", 1, terminal=True)
+    assert "10% |" in err
     assert err.endswith("\r")
-    code, _, err = answer("toutatis", *FLAGS, "-o", tmp_path / "out.zarr", "--overwrite", "-q", terminal=True)
+    code, _, err = answer("toutatis", *FLAGS, "-o", to, "--overwrite", "-q", terminal=True)
     assert (code, err) == (0, "")
-
-
-def test_bar_tells_the_time_that_is_left(monkeypatch):
-    now = iter([0.0, 0.0, 10.0, 20.0])
-    monkeypatch.setattr(command, "monotonic", lambda: next(now))
-    stream = io.StringIO()
-    bar = command.Bar(stream)
-    bar.begin()
-    bar(0.5)  # there already
-    bar(0.75)
-    assert stream.getvalue().rstrip().endswith("75%, 20 s left")
 
 
 # -- what is wrong ----------------------------------------------------------------------------------

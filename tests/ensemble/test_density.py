@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from attitude import InputError, Scene, TorqueFreeMotion
 from attitude.ensemble import Ensemble
-from attitude.ensemble.density import COLUMNS, ROWS, Counting, axis_of, cell_of
+from attitude.ensemble.density import COLUMNS, ROWS, CellCounter, axis_of, cell_of
 
 TOUTATIS = Scene.builtin("toutatis")
 TIMES = [0.0, 3e5, 1e6]
@@ -58,7 +58,7 @@ def test_counts_are_those_of_each_body_by_itself():
 
 def test_counts_do_not_depend_on_how_bodies_are_shared_out():
     ensemble = spread_ensemble()
-    work = Counting(ensemble.source, TOUTATIS, None, ensemble.instants(TIMES), np.array([0.0, 0.0, 1.0]))
+    work = CellCounter(ensemble.source, TOUTATIS, None, ensemble.instants(TIMES), np.array([0.0, 0.0, 1.0]))
     parts = [(0, 1), (1, 1000), (1000, 3000)]
     assert (
         sum(work(part)[0] for part in parts).reshape(3, ROWS, COLUMNS) == ensemble.density(TIMES).counts

@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeWarning, InputError
 from attitude.ensemble import Ensemble
-from attitude.ensemble.dispersion import Sampled, spread
-
-from .scenes import PLATE, SPREADS, TENSOR, scene
+from attitude.ensemble.sources.dispersion import Sampled, spread
+from tests.ensemble.scenes import PLATE, SPREADS, TENSOR, scene
 
 COUNT = 20_000
 
@@ -192,9 +191,9 @@ def test_bare_ratio_of_one_is_refused_and_an_angle_of_two_radians_is_not():
 def test_relative_spread_above_a_half_warns_where_it_is_asked_for(value):
     with pytest.warns(
         AttitudeWarning, match=r"moments: a relative standard deviation of .*, above 50 %"
-    ) as told:
+    ) as warned:
         Ensemble.sample(scene(), 10, 1, moments=value)
-    assert [each.filename for each in told] == [__file__]
+    assert [each.filename for each in warned] == [__file__]
 
 
 def test_relative_spread_of_a_half_and_absolute_ones_do_not_warn():

@@ -1,5 +1,6 @@
 """Parts computed by threads: each once, few at a time, and an error or an interruption at once."""
 
+import subprocess
 import sys
 import threading
 import time
@@ -24,21 +25,10 @@ def test_no_parts_are_no_results():
     assert list(mapped(square, [])) == []
 
 
-def test_parts_may_be_anything():
-    """Dask takes tuples in a graph for calls, and what equals a key for that key's result."""
-    parts = [(square, 3), ("part-0", "part-1"), ["part-0"], "part-0", {"part-0": 1}, 0, None]
-    assert sorted(map(repr, mapped(lambda part: part, parts))) == sorted(map(repr, parts))
-
-
-def test_more_parts_than_dask_is_given_at_a_time(monkeypatch):
-    monkeypatch.setattr("attitude.ensemble.engine.GRAPH", 7)
-    assert sorted(mapped(square, range(100))) == [i * i for i in range(100)]
-
-
 def test_progress_goes_up_to_one():
-    told = []
-    list(mapped(square, range(8), progress=told.append))
-    assert told == [i / 8 for i in range(1, 9)]
+    fractions = []
+    list(mapped(square, range(8), progress=fractions.append))
+    assert fractions == [i / 8 for i in range(1, 9)]
 
 
 def test_so_many_workers_work_at_the_same_time():
@@ -119,17 +109,35 @@ def test_workers_are_not_for_a_cluster():
         check("tcp://127.0.0.1:8786", 2)
 
 
-def test_extra_that_is_not_installed_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "dask", None)
-    monkeypatch.setitem(sys.modules, "dask.threaded", None)
-    with pytest.raises(FormatError, match=r"needs dask: pip install 'attitude\[ensemble\]'"):
-        list(mapped(square, range(3)))
+def test_cluster_needs_the_extra(monkeypatch):
+    for name in [name for name in sys.modules if name.partition(".")[0] == "distributed"]:
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(FormatError, match=r"needs distributed: pip install 'attitude\[ensemble\]'"):
+        list(mapped(square, range(3), "tcp://127.0.0.1:8786"))
+
+
+WITHOUT_DASK = """
+import sys
+sys.modules.update(dict.fromkeys(("dask", "distributed", "zarr")))
+from attitude.ensemble import Ensemble
+from tests.ensemble.scenes import scene
+ensemble = Ensemble.sample(scene(), 3000, 7, attitude="1 deg")
+assert ensemble.statistics([0.0, 1.0], workers=2).count == 3000
+assert ensemble.density([1.0], workers=2).count == 3000
+assert ensemble.run([0.0, 1.0], sys.argv[1], chunk=500, workers=2).chunks == 6
+"""
+
+
+def test_one_machine_needs_no_dask(tmp_path):
+    """Statistics, density and a Parquet store, where neither Dask nor zarr can be imported."""
+    program = [sys.executable, "-c", WITHOUT_DASK, str(tmp_path / "out.parquet")]
+    subprocess.run(program, check=True, timeout=100)
 
 
 def test_extra_of_a_store_is_named(monkeypatch, tmp_path):
-    from attitude.ensemble.running import run
-
-    from .standing_in import many
+    from attitude.ensemble.execution import run
+    from tests.ensemble.fake_source import many
 
     for name in [name for name in sys.modules if name.partition(".")[0] == "zarr"]:
         monkeypatch.setitem(sys.modules, name, None)

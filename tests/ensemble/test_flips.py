@@ -30,24 +30,24 @@ def about_middle(motion, t):
 @pytest.mark.parametrize("moments", MOMENTS)
 def test_rate_about_the_intermediate_axis_is_zero_at_flips_and_changes_sign(moments):
     motion = bodies(40, moments)
-    found = flips(motion, 3)
+    actual = flips(motion, 3)
     step = 1e-6 * motion.polhode_period
     for k in range(3):
-        assert np.abs(about_middle(motion, found[:, k])).max() < 1e-12
-        before, after = (about_middle(motion, found[:, k] + side * step) for side in (-1.0, 1.0))
+        assert np.abs(about_middle(motion, actual[:, k])).max() < 1e-12
+        before, after = (about_middle(motion, actual[:, k] + side * step) for side in (-1.0, 1.0))
         assert (before * after < 0.0).all()
 
 
 @pytest.mark.parametrize("moments", MOMENTS)
 def test_no_flip_is_missed(moments):
     motion = bodies(20, moments)
-    found = flips(motion, 2)
+    actual = flips(motion, 2)
     middle = int(np.argsort(motion.body.moments[0])[1])
     for i in range(20):
-        t = np.linspace(0.0, float(found[i, 1]), 400)[1:-1]
+        t = np.linspace(0.0, float(actual[i, 1]), 400)[1:-1]
         signs = np.sign(motion[i].at(t).angular_velocity[:, middle])
         assert np.count_nonzero(np.diff(signs)) == 1
-    assert np.diff(found, axis=1)[:, 0] == pytest.approx(0.5 * motion.polhode_period, rel=1e-12)
+    assert np.diff(actual, axis=1)[:, 0] == pytest.approx(0.5 * motion.polhode_period, rel=1e-12)
 
 
 def test_one_that_keeps_its_rate_never_flips_and_one_on_the_separatrix_once_at_most():
@@ -57,10 +57,10 @@ def test_one_that_keeps_its_rate_never_flips_and_one_on_the_separatrix_once_at_m
     w1, w3 = 2.0, 1.0  # on the separatrix: I1 (I2 - I1) w1^2 = I3 (I3 - I2) w3^2
     both = [TorqueFreeMotion(body, [1, 0, 0, 0], [w1, w2, w3], order="wxyz") for w2 in (-1.0, 1.0)]
     assert [motion.regime for motion in both] == ["separatrix"] * 2
-    found = np.array([flips(motion, 2) for motion in both])
-    assert np.isfinite(found).sum() == 1
-    which = int(np.argmax(np.isfinite(found[:, 0])))
-    assert abs(both[which].at(float(found[which, 0])).angular_velocity[1]) < 1e-12
+    actual = np.array([flips(motion, 2) for motion in both])
+    assert np.isfinite(actual).sum() == 1
+    which = int(np.argmax(np.isfinite(actual[:, 0])))
+    assert abs(both[which].at(float(actual[which, 0])).angular_velocity[1]) < 1e-12
 
 
 def test_ensemble_tells_when_its_bodies_flip():

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from attitude import InputError, RegimeError, Scene, ToleranceError
 from attitude.cli import main
 from attitude.ensemble import Ensemble
-from attitude.ensemble.bodies import choice_of, motion_of
+from attitude.ensemble.block_motion import motion_of, solver_choice
 
 
 def hopeless():
@@ -27,15 +27,15 @@ def test_body_that_cannot_be_followed_stops_an_ensemble_by_its_name():
 
 def test_bodies_that_cannot_be_followed_are_left_out_and_listed():
     ensemble = hopeless()
-    found = ensemble.statistics(lost_bodies="leave out")
-    assert 0 < len(found.lost) < 40
-    assert found.count == 40 - len(found.lost)
-    assert found.to_table().meta["lost"] == found.lost.tolist()
+    actual = ensemble.statistics(lost_bodies="leave out")
+    assert 0 < len(actual.lost) < 40
+    assert actual.count == 40 - len(actual.lost)
+    assert actual.to_table().meta["lost"] == actual.lost.tolist()
     density = ensemble.density(lost_bodies="leave out")
-    assert (density.lost == found.lost).all()
-    assert (density.counts.sum(axis=(1, 2)) == found.count).all()
+    assert (density.lost == actual.lost).all()
+    assert (density.counts.sum(axis=(1, 2)) == actual.count).all()
     # of the others, the mean is that of an ensemble which has no others
-    kept = [i for i in range(40) if i not in found.lost]
+    kept = [i for i in range(40) if i not in actual.lost]
     quaternions = np.array([simulated_alone(ensemble, i) for i in kept])
     mean = np.array(
         [
@@ -43,21 +43,21 @@ def test_bodies_that_cannot_be_followed_are_left_out_and_listed():
             for q in quaternions.transpose(1, 0, 2)
         ]
     )
-    assert np.abs(np.abs((mean * found.mean).sum(axis=1)) - 1.0).max() < 1e-12
+    assert np.abs(np.abs((mean * actual.mean).sum(axis=1)) - 1.0).max() < 1e-12
 
 
 def simulated_alone(ensemble, i):
     instants = ensemble.instants()
-    choice = choice_of(ensemble.scene, ensemble.source, instants)
+    choice = solver_choice(ensemble.scene, ensemble.source, instants)
     return motion_of(ensemble.scene, ensemble.states(i, i + 1), instants, i, choice=choice).quaternion[0]
 
 
-def test_nothing_is_told_where_no_body_can_be_followed():
+def test_no_statistics_where_no_body_can_be_integrated():
     document = Scene.builtin("drop").document() | {"times": {"elapsed": [1e3], "unit": "s"}}
     ensemble = Ensemble.sample(Scene.model_validate(document), 3, 7, attitude="1 deg")
     with pytest.raises(RegimeError, match=r"^bodies\[0\]: times: the body comes to rest"):
         ensemble.statistics()
-    with pytest.raises(RegimeError, match="none of the 3 bodies can be followed"):
+    with pytest.raises(RegimeError, match="none of the 3 bodies can be integrated"):
         ensemble.statistics(lost_bodies="leave out")
 
 
@@ -70,14 +70,14 @@ def test_command_leaves_them_out_where_it_is_told_to(capfd, tmp_path):
     path = tmp_path / "a.json"
     ensemble = hopeless()
     path.write_text(ensemble.scene.to_json())
-    given = ["ensemble", str(path), "--bodies", "40", "--seed", "7", "--moments", "2 %"]
-    assert main(given) == 2
+    arguments = ["ensemble", str(path), "--bodies", "40", "--seed", "7", "--moments", "2 %"]
+    assert main(arguments) == 2
     assert capfd.readouterr().err.startswith("attitude: bodies[")
-    assert main([*given, "--leave-out-lost-bodies"]) == 0
+    assert main([*arguments, "--leave-out-lost-bodies"]) == 0
     out, err = capfd.readouterr()
     lost = ensemble.statistics(lost_bodies="leave out").lost.tolist()
-    told = ", ".join(map(str, lost[:10])) + (" ..." if len(lost) > 10 else "")
-    assert err == f"attitude: left out, for they cannot be followed: {len(lost)} bodies ({told})\n"
+    names = ", ".join(map(str, lost[:10])) + (" ..." if len(lost) > 10 else "")
+    assert err == f"attitude: left out, for they cannot be followed: {len(lost)} bodies ({names})\n"
     assert out.startswith(f"# {40 - len(lost)} bodies in GCRF")
 
 

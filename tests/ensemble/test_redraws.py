@@ -9,9 +9,8 @@ from scipy.special import ndtri
 
 from attitude import InputError
 from attitude.cli import main
-from attitude.ensemble import Ensemble, redraws, store
-
-from .scenes import PLATE, TENSOR, scene
+from attitude.ensemble import Ensemble, redraws, storage
+from tests.ensemble.scenes import PLATE, TENSOR, scene
 
 TIMES = [0.0, 10.0]
 NOMINAL = np.array([1.0, 1.0, 2.0])
@@ -23,7 +22,7 @@ def disc(n=1000, seed=4, moments="1 %", **spreads):
 
 def by_numpy(n, seed, spread):
     """(bodies drawn again, draws rejected, mean deviates (3,)), of numpy's words and scipy's quantiles."""
-    found, attempts = [], []
+    actual, attempts = [], []
     for body in range(n):
         for attempt in range(1000):
             words = np.random.Philox(key=seed, counter=3 * body + attempt * 2**192).random_raw(3)
@@ -31,9 +30,9 @@ def by_numpy(n, seed, spread):
             moments = NOMINAL * (1.0 + spread * deviates)
             if (moments > 0.0).all() and (2.0 * moments <= moments.sum()).all():
                 break
-        found.append(deviates)
+        actual.append(deviates)
         attempts.append(attempt)
-    return np.count_nonzero(attempts), sum(attempts), np.mean(found, axis=0)
+    return np.count_nonzero(attempts), sum(attempts), np.mean(actual, axis=0)
 
 
 # -- what it says -----------------------------------------------------------------------------------
@@ -41,14 +40,14 @@ def by_numpy(n, seed, spread):
 
 @pytest.mark.parametrize("spread", [0.01, 0.3])
 def test_redraws_are_those_of_a_rejection_by_numpy(spread):
-    found = disc(400, 11, spread).redraws()
+    actual = disc(400, 11, spread).redraws()
     redrawn, rejected, mean = by_numpy(400, 11, spread)
-    assert (found.bodies, found.redrawn, found.rejected) == (400, redrawn, rejected)
+    assert (actual.bodies, actual.redrawn, actual.rejected) == (400, redrawn, rejected)
     assert 100 < redrawn < rejected
     # deviates are (I / I0 - 1) / s of rounded moments, in units of 2^-36
-    assert np.abs(found.shift - mean).max() <= 1e-10
-    assert np.abs(found.mean / (NOMINAL * (1.0 + spread * mean)) - 1.0).max() <= 1e-11
-    assert found.nominal == (1.0, 1.0, 2.0)
+    assert np.abs(actual.shift - mean).max() <= 1e-10
+    assert np.abs(actual.mean / (NOMINAL * (1.0 + spread * mean)) - 1.0).max() <= 1e-11
+    assert actual.nominal == (1.0, 1.0, 2.0)
 
 
 def test_mean_of_a_disc_moves_by_that_of_half_a_normal_distribution():
@@ -57,36 +56,36 @@ def test_mean_of_a_disc_moves_by_that_of_half_a_normal_distribution():
     n . (1, 1, -2) / sqrt(6) becomes half-normal, of mean sqrt(2 / pi); n3 moves by -2 / sqrt(6) of that.
     """
     n = 200_000
-    found = disc(n).redraws()
+    actual = disc(n).redraws()
     expected = np.sqrt(2.0 / np.pi) * np.array([1.0, 1.0, -2.0]) / np.sqrt(6.0)
     assert expected[2] == pytest.approx(-0.6515, abs=1e-4)
-    assert np.abs(found.shift - expected).max() <= 4.0 / np.sqrt(n)  # of deviates no wider than one
-    assert found.redrawn / n == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(n))
-    assert found.rejected / n == pytest.approx(1.0, abs=4 * np.sqrt(2.0 / n))
+    assert np.abs(actual.shift - expected).max() <= 4.0 / np.sqrt(n)  # of deviates no wider than one
+    assert actual.redrawn / n == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(n))
+    assert actual.rejected / n == pytest.approx(1.0, abs=4 * np.sqrt(2.0 / n))
 
 
 def test_mean_is_that_of_the_states():
     ensemble = disc(moments=["1 %", "0 %", "3 %"])
-    found, moments = ensemble.redraws(100, 900), ensemble.states(100, 900).body.moments
-    np.testing.assert_allclose(found.mean, moments.mean(axis=0), rtol=1e-12)
-    assert found.bodies == 800
-    assert (found.shift[1], found.mean[1]) == (0.0, 1.0)
+    actual, moments = ensemble.redraws(100, 900), ensemble.states(100, 900).body.moments
+    np.testing.assert_allclose(actual.mean, moments.mean(axis=0), rtol=1e-12)
+    assert actual.bodies == 800
+    assert (actual.shift[1], actual.mean[1]) == (0.0, 1.0)
 
 
 def test_body_by_its_tensor_is_counted_too():
     ensemble = Ensemble.sample(scene(body=TENSOR), 2000, 4, moments="10 %")
-    found, tensors = ensemble.redraws(), ensemble.states().body.tensor
-    assert found.redrawn > 100
+    actual, tensors = ensemble.redraws(), ensemble.states().body.tensor
+    assert actual.redrawn > 100
     axes = ensemble.source.body.axes
     along = np.einsum("ij,njk,ik->ni", axes, tensors, axes)
-    np.testing.assert_allclose(found.mean, along.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(actual.mean, along.mean(axis=0), rtol=1e-12)
 
 
 def test_nothing_is_said_where_nothing_is_drawn_again():
     ensemble = Ensemble.sample(scene(), 500, 4, moments="2 %")
-    found = ensemble.statistics(TIMES)
-    assert (found.redraws.redrawn, found.redraws.rejected) == (0, 0)
-    for text in (str(found), repr(found), repr(ensemble)):
+    actual = ensemble.statistics(TIMES)
+    assert (actual.redraws.redrawn, actual.redraws.rejected) == (0, 0)
+    for text in (str(actual), repr(actual), repr(ensemble)):
         assert "drawn again" not in text
 
 
@@ -126,15 +125,15 @@ def test_it_is_printed_with_everything_that_comes_of_the_bodies(tmp_path):
     statistics, density = ensemble.statistics(TIMES), ensemble.density(TIMES)
     result = ensemble.run(TIMES, tmp_path / "out.zarr")
     said = repr(ensemble), repr(statistics), str(statistics), repr(density), str(result)
-    for shown in (*said, repr(store.read(tmp_path / "out.zarr"))):
+    for shown in (*said, repr(storage.read(tmp_path / "out.zarr"))):
         assert text in shown
 
 
 def test_it_is_in_the_tables_of_statistics(tmp_path):
-    found = disc().statistics(TIMES)
-    found.to_table().write(tmp_path / "a.ecsv")
+    actual = disc().statistics(TIMES)
+    actual.to_table().write(tmp_path / "a.ecsv")
     meta = QTable.read(tmp_path / "a.ecsv").meta["redraws"]
-    assert redraws.Redraws.of_document(meta) == found.redraws
+    assert redraws.Redraws.of_document(meta) == actual.redraws
     assert meta["shift"][2] == pytest.approx(-0.65, abs=0.1)
 
 
@@ -174,8 +173,8 @@ def test_command_says_nothing_where_nothing_is_drawn_again(capfd):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_they_do_not_depend_on_parts_and_workers(monkeypatch, part, workers):
     whole = disc().redraws()
-    monkeypatch.setattr(redraws, "PART", part)
-    monkeypatch.setattr("attitude.ensemble.dispersion.TALLIED", 13)
+    monkeypatch.setattr(redraws, "BODIES_PER_TASK", part)
+    monkeypatch.setattr("attitude.ensemble.sources.dispersion.TALLIED_BODIES", 13)
     assert disc().redraws(workers=workers) == whole
     assert disc().statistics(TIMES, workers=workers).redraws == whole
 
@@ -185,7 +184,7 @@ def test_they_do_not_depend_on_what_is_spread_besides():
 
 
 def test_name_of_many_bodies_has_those_of_the_first(monkeypatch):
-    monkeypatch.setattr("attitude.ensemble.ensemble.PART", 100)
+    monkeypatch.setattr("attitude.ensemble.ensemble.BODIES_PER_TASK", 100)
     assert repr(disc()).endswith(f"of the first 100; {disc().redraws(0, 100)}>")
 
 
@@ -203,13 +202,13 @@ def test_a_store_has_those_of_all_bodies_also_when_it_was_gone_on_with(tmp_path,
         disc().run(TIMES, to, workers=1, chunk=100, progress=stop)
     result = disc().run(TIMES, to, workers=2)
     assert result.resumed
-    assert (result.redraws, store.read(to).redraws) == (whole, whole)
+    assert (result.redraws, storage.read(to).redraws) == (whole, whole)
     one = disc().run(TIMES, tmp_path / f"one.{ending}", chunk=1000)
-    assert store.read(one.path).head["redraws"] == store.read(to).head["redraws"] == whole.document()
+    assert storage.read(one.path).head["redraws"] == storage.read(to).head["redraws"] == whole.document()
     disc(moments=None).run(TIMES, to, overwrite=True)
-    assert store.read(to).redraws is None
+    assert storage.read(to).redraws is None
 
 
 def test_store_of_moments_that_are_not_spread_has_no_redraws(tmp_path):
     disc(moments=None).run(TIMES, tmp_path / "a.zarr")
-    assert "redraws" not in store.read(tmp_path / "a.zarr").head
+    assert "redraws" not in storage.read(tmp_path / "a.zarr").head

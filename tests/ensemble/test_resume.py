@@ -10,12 +10,12 @@ import time
 import numpy as np
 import pytest
 
-from attitude.ensemble import running, store
-from attitude.ensemble.running import run
+from attitude.ensemble import execution, storage
+from attitude.ensemble.execution import run
+from attitude.ensemble.storage import store, store_head
 from attitude.errors import FormatError
-
-from .standing_in import Many, many
-from .test_store import TIMES, assert_stored, entries
+from tests.ensemble.fake_source import Many, many
+from tests.ensemble.test_store import TIMES, assert_stored, entries
 
 
 class Stop(Exception):  # noqa: N818
@@ -40,19 +40,19 @@ def interrupted(to, ensemble=None, at=0.5, **options):
 def test_only_missing_chunks_are_computed(to, monkeypatch):
     interrupted(to)
     there = entries(to)
-    computed, motion_of = [], running.motion_of
+    computed, motion_of = [], execution.motion_of
 
     def counted(scene, states, instants, first, *rest):
         computed.append(first)
         return motion_of(scene, states, instants, first, *rest)
 
-    monkeypatch.setattr(running, "motion_of", counted)
-    told = []
-    result = run(many(100), TIMES, to, chunk=10, progress=told.append)
+    monkeypatch.setattr(execution, "motion_of", counted)
+    fractions = []
+    result = run(many(100), TIMES, to, chunk=10, progress=fractions.append)
     assert 5 <= result.resumed < 10
     assert len(computed) == 10 - result.resumed
-    assert min(told) > 0.5
-    assert told[-1] == 1.0
+    assert min(fractions) > 0.5
+    assert fractions[-1] == 1.0
     assert_stored(to, many(100))
     chunks = [name for name in there if "/c/" in name or "part-" in name]
     assert all(entries(to)[name] == there[name] for name in chunks)
@@ -69,7 +69,7 @@ def test_same_files_as_of_a_run_in_one_go(to):
 def test_incomplete_store_is_not_read(to):
     interrupted(to)
     with pytest.raises(FormatError, match="not complete: the same run once more computes what is missing"):
-        store.read(to)
+        storage.read(to)
 
 
 def test_chunk_need_not_be_said_again(to):
@@ -91,15 +91,17 @@ def test_chunk_need_not_be_said_again(to):
 def test_other_run_is_refused_and_told_apart(to, other, named):
     interrupted(to)
     before = entries(to)
-    given = {"ensemble": many(100), "times": TIMES, "chunk": 10} | other
-    with pytest.raises(FormatError, match=f"a part of another run, with {named}; it can be overwritten"):
-        run(to=to, **given)
+    arguments = {"ensemble": many(100), "times": TIMES, "chunk": 10} | other
+    with pytest.raises(
+        FormatError, match=f"store exists and is of another run, with {named}; pass overwrite"
+    ):
+        run(to=to, **arguments)
     assert entries(to) == before
 
 
 def test_other_version_is_refused(to, monkeypatch):
     interrupted(to)
-    monkeypatch.setattr(store, "__version__", "0.0.0")
+    monkeypatch.setattr(store_head, "__version__", "0.0.0")
     with pytest.raises(FormatError, match=r"with version '[\d.]+' instead of '0\.0\.0'"):
         run(many(100), TIMES, to, chunk=10)
 
@@ -145,14 +147,14 @@ def test_arrays_that_were_not_made_yet_are_made(to, monkeypatch):
         raise Stop
 
     with monkeypatch.context() as patch:
-        patch.setattr(type(store.target(to)), "prepare", fail)
+        patch.setattr(type(storage.target(to)), "prepare", fail)
         with pytest.raises(Stop):
             run(many(100), TIMES, to)
     run(many(100), TIMES, to)
     assert_stored(to, many(100))
 
 
-def test_chunk_that_somebody_removed_is_missed_at_the_end(to, monkeypatch):
+def test_chunk_that_somebody_removed_is_missed_at_the_end(to):
     def remove(done):
         if done == 1.0:
             chunks = [path for path in to.rglob("*") if "/c/0/" in str(path) or "part-000000" in path.name]
@@ -161,17 +163,17 @@ def test_chunk_that_somebody_removed_is_missed_at_the_end(to, monkeypatch):
     with pytest.raises(FormatError, match="1 of 10 chunks are gone, the first of body 0"):
         run(many(100), TIMES, to, chunk=10, workers=1, progress=remove)
     with pytest.raises(FormatError, match="not complete"):
-        store.read(to)
+        storage.read(to)
 
 
 def test_store_that_somebody_replaced_takes_no_more_chunks(to):
-    work = running._work(many(100), many(100).instants(TIMES), store.target(to), False, True, 10)
+    work = execution.chunk_writer(many(100), many(100).instants(TIMES), storage.target(to), False, True, 10)
     store.begin(work.target, work.head, work.instants, overwrite=False)
-    assert work(work.chunks[0]) >= 10 * len(TIMES) * 7 * 8
+    assert work(work.grid[0]) >= 10 * len(TIMES) * 7 * 8
     run(many(20, seed=9), TIMES, to, chunk=10, overwrite=True)
     before = entries(to)
     with pytest.raises(FormatError, match="not there any more, or not on the machine of a worker"):
-        work(work.chunks[1])
+        work(work.grid[1])
     assert entries(to) == before
 
 
@@ -179,10 +181,10 @@ SLOWLY = """
 import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
 import numpy as np
-from attitude.ensemble import running
-from tests.ensemble.standing_in import many
+from attitude.ensemble import execution
+from tests.ensemble.fake_source import many
 slowly = lambda _: time.sleep(0.02)
-running.run(many(20_000), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=100, progress=slowly)
+execution.run(many(20_000), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=100, progress=slowly)
 """
 
 
@@ -199,7 +201,7 @@ def test_process_that_is_stopped_leaves_whole_chunks(tmp_path, ending, kill):
     process.send_signal(kill)
     assert process.wait(timeout=10) != 0
     with pytest.raises(FormatError, match="not complete"):
-        store.read(to)
+        storage.read(to)
     times = np.linspace(0.0, 60.0, 7)
     assert run(many(20_000), times, to, chunk=100).resumed > 2
     assert_stored(to, many(20_000), times)

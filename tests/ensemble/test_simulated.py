@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from attitude import InputError, RegimeError, RigidBody, Scene, ToleranceError
-from attitude.dynamics import many
+from attitude.dynamics import error_estimate, integration
 from attitude.effects import UserTorque
-from attitude.elapsed import instants
-from attitude.ensemble.simulated import Choice, choose, is_needed, simulated
-from attitude.orientation import angle_between
+from attitude.ensemble.block_motion import is_free
+from attitude.ensemble.effects_simulation import SolverChoice, choose, simulated
+from attitude.frames.rotations import angle_between
 from attitude.stopping import Stop, Stopped, stoppable
+from attitude.times.instants import as_instants
 from tests.effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
 
 T = np.linspace(0.0, 900.0, 16)
@@ -65,7 +66,7 @@ def alone(made, states, i, t):
 def agree(made, n=5, t=T, states=None, within=1.0):
     """Every body's attitudes are those of its own scene, within both tolerances."""
     states = dispersed(made, n) if states is None else states
-    at = instants(t, None)
+    at = as_instants(t, None)
     quaternion, rate = simulated(made, states, at, choose(made, at))
     for i in range(n):
         run = alone(made, states, i, t)
@@ -136,7 +137,7 @@ def test_impulses_alone_are_the_closed_form_between_them():
         tolerance=quantity(1e-12, "rad"),
     )
     agree(made, t=np.array([-80.0, -50.0, 0.0, 99.0, 100.0, 640.0]))
-    assert choose(made, instants(T, None)).solver is None
+    assert choose(made, as_instants(T, None)).solver is None
 
 
 def test_bodies_over_ground_bounce_as_each_does():
@@ -146,20 +147,20 @@ def test_bodies_over_ground_bounce_as_each_does():
 
 def test_effect_that_moves_the_centre_of_mass_alone_leaves_free_rotation():
     made = scene(effect("uniform_gravity"))
-    assert not is_needed(made)
-    assert is_needed(scene(FIRING))
+    assert is_free(made)
+    assert not is_free(scene(FIRING))
     agree(made)
 
 
 class Sideways(type(scene(effect("wheels")).effects[0])):
     """Rotors whose momentum is along the axis of the greatest moment, whichever that is."""
 
-    def rows(self, situation):
+    def rows(self, initial_state):
         from attitude.kernels import layout
 
         out = np.zeros((1, layout.EFFECT_WIDTH))
         out[0, 0] = layout.WHEELS
-        out[0, 1 + int(np.argmax(situation.moments))] = 0.03
+        out[0, 1 + int(np.argmax(initial_state.moments))] = 0.03
         return out
 
 
@@ -184,7 +185,7 @@ def test_what_a_function_of_the_users_raises_is_raised():
     def push(t, q, w):
         raise KeyError("nothing here")
 
-    made, at = scene(UserTorque("push", push, size=2e-5)), instants(T, None)
+    made, at = scene(UserTorque("push", push, size=2e-5)), as_instants(T, None)
     with pytest.raises(KeyError, match="nothing here"):
         choose(made, at)
     choice = choose(scene(UserTorque("push", lambda t, q, w: [0.0, 0.0, 1e-6], size=2e-5)), at)
@@ -196,11 +197,11 @@ def test_what_a_function_of_the_users_raises_is_raised():
 
 
 def settings_seen(monkeypatch):
-    """Solvers' settings of every march, as they are made; and bodies that are solved alone."""
+    """Solvers' settings of every integration, as they are made; and bodies that are solved alone."""
     seen, single = [], []
-    march, solve_alone = many.march, many._alone
-    monkeypatch.setattr(many, "march", lambda *a: seen.append(a[4]) or march(*a))
-    monkeypatch.setattr(many, "_alone", lambda *a: single.append(a[1]) or solve_alone(*a))
+    integrate, solve_alone = error_estimate.integrate, integration.solve_alone
+    monkeypatch.setattr(error_estimate, "integrate", lambda *a: seen.append(a[4]) or integrate(*a))
+    monkeypatch.setattr(integration, "solve_alone", lambda *a: single.append(a[1]) or solve_alone(*a))
     return seen, single
 
 
@@ -209,13 +210,13 @@ def settings_seen(monkeypatch):
     [("gauss", 1.0), ("gauss", 3.5), ("splitting", 2.5), ("dop853", 30.0), ("gauss", 25.0)],
 )
 def test_bits_do_not_depend_on_the_company(solver, factor, monkeypatch):
-    """Also of those that are marched again in steps of their own, or solved alone."""
+    """Also of those that are integrated again in steps of their own, or solved alone."""
     made = scene(
         effect("gravity_gradient"),
         effect("wheels", momentum=quantity([0, 0.01, 0.02], "N m s")),
         solver=solver,
     )
-    at, states = instants(T[:6], None), dispersed(made, 9, spread=0.1)
+    at, states = as_instants(T[:6], None), dispersed(made, 9, spread=0.1)
     chosen = choose(made, at)
     choice = replace(chosen, setting=factor * chosen.setting)
     seen, single = settings_seen(monkeypatch)
@@ -231,7 +232,7 @@ def test_bits_do_not_depend_on_the_company(solver, factor, monkeypatch):
 @pytest.mark.parametrize("factor", [4.0, 40.0])
 def test_steps_that_are_too_long_are_made_shorter(factor, monkeypatch):
     made = scene(effect("gravity_gradient"))
-    at, states = instants(T, None), dispersed(made, 4)
+    at, states = as_instants(T, None), dispersed(made, 4)
     chosen = choose(made, at)
     fine, _ = simulated(made, states, at, replace(chosen, setting=0.3 * chosen.setting))
     seen, _ = settings_seen(monkeypatch)
@@ -242,10 +243,10 @@ def test_steps_that_are_too_long_are_made_shorter(factor, monkeypatch):
 
 def test_blocks_within_do_not_show(monkeypatch):
     made = scene(effect("gravity_gradient"), FIRING)
-    at, states = instants(T, None), dispersed(made, 7)
+    at, states = as_instants(T, None), dispersed(made, 7)
     choice = choose(made, at)
     whole = simulated(made, states, at, choice)
-    monkeypatch.setattr(many, "ROOM", 2 * T.size * 10)
+    monkeypatch.setattr(integration, "MAX_NUMBERS_PER_BLOCK", 2 * T.size * 10)
     for one, other in zip(whole, simulated(made, states, at, choice), strict=True):
         assert np.array_equal(one, other)
 
@@ -258,7 +259,7 @@ TURNED = effect("impulse", time=quantity(0.3, "s"), frame="body")
     "effects", [[PUSHED, TURNED], [effect("uniform_gravity"), effect("ground")], [effect("uniform_gravity")]]
 )
 def test_bits_of_closed_forms_do_not_depend_on_the_company(effects):
-    made, at = scene(*effects), instants(np.linspace(0.0, 0.45, 7), None)
+    made, at = scene(*effects), as_instants(np.linspace(0.0, 0.45, 7), None)
     states, choice = dispersed(made, 20), choose(made, at)
     whole = simulated(made, states, at, choice)
     pieces = [simulated(made, part(states, a, a + 1), at, choice, a) for a in range(20)]
@@ -270,7 +271,7 @@ def test_bits_of_closed_forms_do_not_depend_on_the_company(effects):
 
 
 def test_choice_is_small_and_the_same_after_a_journey():
-    made, at = scene(effect("gravity_gradient")), instants(T, None)
+    made, at = scene(effect("gravity_gradient")), as_instants(T, None)
     choice = choose(made, at)
     assert len(pickle.dumps(choice)) < 1000
     other = pickle.loads(pickle.dumps(choice))
@@ -285,7 +286,7 @@ def test_choice_by_a_few_of_the_bodies_is_for_bodies_like_them():
     """A scene's own body may be symmetric, and splitting cheap for it, but none of the dispersed ones is."""
     made, at = (
         scene(effect("gravity_gradient"), **CYLINDER, tolerance=quantity(1e-6, "rad")),
-        instants(T, None),
+        as_instants(T, None),
     )
     own, theirs = choose(made, at), choose(made, at, part(dispersed(made, 3), 0, 3))
     assert own.solver.startswith("splitting")
@@ -295,7 +296,7 @@ def test_choice_by_a_few_of_the_bodies_is_for_bodies_like_them():
 def test_scene_longer_than_the_instants_keeps_its_effects():
     """An impulse after the last instant is no error, and changes nothing."""
     late = effect("impulse", time=quantity(5000, "s"))
-    made, at = scene(effect("gravity_gradient"), late), instants(T, None)
+    made, at = scene(effect("gravity_gradient"), late), as_instants(T, None)
     without = scene(effect("gravity_gradient"))
     states = dispersed(made, 2)
     one, _ = simulated(made, states, at, choose(made, at))
@@ -308,7 +309,7 @@ def test_scene_longer_than_the_instants_keeps_its_effects():
 
 def test_body_that_cannot_be_followed_is_named():
     made = scene(effect("gravity_gradient"), tolerance=quantity(1e-12, "rad"))
-    at, states = instants(T, None), dispersed(made, 4)
+    at, states = as_instants(T, None), dispersed(made, 4)
     choice = choose(made, at)
     states.angular_velocity[2] *= 300.0  # rounding of 1e4 rad is more than is asked for
     with pytest.raises(ToleranceError, match=r"^bodies\[42\]: tolerance: 1.0e-12 rad cannot be reached"):
@@ -317,7 +318,7 @@ def test_body_that_cannot_be_followed_is_named():
 
 def test_body_too_fast_for_its_sink_is_named():
     made = scene(effect("dissipation"))
-    at, states = instants(T, None), dispersed(made, 4)
+    at, states = as_instants(T, None), dispersed(made, 4)
     choice = choose(made, at)
     states.angular_velocity[3] *= 1e3
     with pytest.raises(InputError, match=r"^bodies\[13\].dissipation: a coefficient so small"):
@@ -326,7 +327,7 @@ def test_body_too_fast_for_its_sink_is_named():
 
 def test_body_that_comes_to_rest_before_the_last_instant_is_named():
     made = scene(effect("uniform_gravity"), effect("ground"))
-    at = instants(np.linspace(0.0, 60.0, 13), None)
+    at = as_instants(np.linspace(0.0, 60.0, 13), None)
     with pytest.raises(RegimeError, match=r"^bodies\[7\]: times: the body comes to rest on the ground at"):
         simulated(made, dispersed(made, 2), at, choose(made, at), first=7)
 
@@ -335,7 +336,7 @@ def test_body_in_the_ground_is_named():
     upright = {"quaternion": [1, 0, 0, 0], "order": "wxyz"}
     lying = {"position": quantity([0, 0, 0.6], "m"), "attitude": upright}
     made = scene(effect("uniform_gravity"), effect("ground"), **lying)
-    at, states = instants(np.linspace(0.0, 0.01, 2), None), dispersed(made, 3)
+    at, states = as_instants(np.linspace(0.0, 0.01, 2), None), dispersed(made, 3)
     states.attitude[1] = np.cos(0.4), np.sin(0.4), 0.0, 0.0  # an edge of the cube down
     with pytest.raises(InputError, match=r"^bodies\[1\].position: a body above the ground"):
         simulated(made, states, at, choose(made, at))
@@ -344,22 +345,22 @@ def test_body_in_the_ground_is_named():
 def test_effects_outside_the_span_of_scene_and_instants_are_refused_as_in_scenes():
     made = scene(effect("impulse", time=quantity(7000, "s")), effect("gravity_gradient"))
     with pytest.raises(InputError, match=r"effects\[0\].time"):
-        choose(made, instants(T, None))
-    assert choose(made, instants(np.array([0.0, 8000.0]), None)).stop == 8000.0
+        choose(made, as_instants(T, None))
+    assert choose(made, as_instants(np.array([0.0, 8000.0]), None)).stop == 8000.0
 
 
 def test_document_is_not_changed():
     made = scene(effect("gravity_gradient"))
     before = made.to_json()
-    choose(made, instants(T, None))
+    choose(made, as_instants(T, None))
     assert made.to_json() == before
     assert DOCUMENT["times"]["stop"] == 6000
 
 
 def test_what_nobody_waits_for_is_stopped():
     made = scene(effect("gravity_gradient"))
-    at, states = instants(np.linspace(0.0, 1e7, 3), None), dispersed(made, 3)
-    choice = Choice("gauss, order 16", 0.5, 0.0, 1e7)  # minutes of work
+    at, states = as_instants(np.linspace(0.0, 1e7, 3), None), dispersed(made, 3)
+    choice = SolverChoice("gauss, order 16", 0.5, 0.0, 1e7)  # minutes of work
     stop = Stop()
     timer = Timer(0.3, stop.set)
     timer.start()

@@ -8,14 +8,13 @@ from mpmath import mp
 from scipy.spatial.transform import Rotation
 
 from attitude import InputError, ToleranceError, TorqueFreeMotion
-from attitude.elapsed import Instants
-from attitude.ensemble import Ensemble, gathered
-from attitude.ensemble.bodies import choice_of, motion_of
-from attitude.ensemble.gathered import Gathering, Sums
-from attitude.kernels.layout import LEAF, PITCH
-
-from ..bodies import angle_between, conjugate, product
-from .scenes import SPREADS, TENSOR, scene
+from attitude.ensemble import Ensemble, accumulation
+from attitude.ensemble.accumulation import MomentAccumulation, MomentSums
+from attitude.ensemble.block_motion import motion_of, solver_choice
+from attitude.kernels.layout import BODIES_PER_BLOCK, ROW_STRIDE
+from attitude.times.instants import Instants
+from tests.bodies import angle_between, conjugate, product
+from tests.ensemble.scenes import SPREADS, TENSOR, scene
 
 TIMES = np.array([0.0, 1.0, 7.5, 1e3])
 
@@ -40,47 +39,49 @@ def ensemble(n=500, seed=3, spreads=SPREADS, **changes):
 @pytest.mark.parametrize("degrees", [1e-3, 1, 40])
 def test_mean_is_scipys(body, degrees):
     bodies = ensemble(spreads=SPREADS | {"attitude": f"{degrees} deg"}, body=body)
-    found, given = bodies.statistics(TIMES), attitudes(bodies)
+    actual, quaternions = bodies.statistics(TIMES), attitudes(bodies)
     for i in range(len(TIMES)):
         # scipy's weights are one a body; both are eigenvectors of sums of a few hundred terms
-        expected = Rotation.from_quat(given[:, i], scalar_first=True).mean()
-        assert (expected.inv() * found.rotation[i]).magnitude() <= 1e-12
+        expected = Rotation.from_quat(quaternions[:, i], scalar_first=True).mean()
+        assert (expected.inv() * actual.rotation[i]).magnitude() <= 1e-12
 
 
 def test_covariance_is_that_of_small_rotation_vectors():
     spreads = {"angular_velocity": "1e-4 deg/s", "attitude": ["0.01 deg", "0.02 deg", "0.03 deg"]}
     bodies = ensemble(spreads=spreads)
-    found, given = bodies.statistics(TIMES[:3]), attitudes(bodies, TIMES[:3])
+    actual, quaternions = bodies.statistics(TIMES[:3]), attitudes(bodies, TIMES[:3])
     for i in range(3):
-        vectors = (found.rotation[i].inv() * Rotation.from_quat(given[:, i], scalar_first=True)).as_rotvec()
+        vectors = (
+            actual.rotation[i].inv() * Rotation.from_quat(quaternions[:, i], scalar_first=True)
+        ).as_rotvec()
         expected = vectors.T @ vectors / len(vectors)
         # a rotation vector is longer than twice the sine by a 24th of its square: here 1e-7
-        assert np.abs(found.covariance[i] / expected - 1.0)[np.eye(3, dtype=bool)].max() <= 1e-6
-        assert np.abs(found.covariance[i] - expected).max() <= 1e-6 * np.trace(expected)
-        assert np.allclose(found.deviation[i] ** 2, np.diag(found.covariance[i]), rtol=1e-15)
+        assert np.abs(actual.covariance[i] / expected - 1.0)[np.eye(3, dtype=bool)].max() <= 1e-6
+        assert np.abs(actual.covariance[i] - expected).max() <= 1e-6 * np.trace(expected)
+        assert np.allclose(actual.deviation[i] ** 2, np.diag(actual.covariance[i]), rtol=1e-15)
 
 
 @pytest.mark.parametrize("degrees", [1e-6, 1, 60])
 def test_all_is_what_its_definition_says_to_thirty_digits(degrees):
     bodies = ensemble(n=40, spreads={"attitude": f"{degrees} deg", "moments": "0.0001 %"})
-    found, given = bodies.statistics(TIMES[:2]), attitudes(bodies, TIMES[:2])
+    actual, quaternions = bodies.statistics(TIMES[:2]), attitudes(bodies, TIMES[:2])
     spread = np.radians(degrees)
     with mp.workdps(30):
         for i in range(2):
-            mean, covariance, axes = _by_definition(given[:, i].tolist())
-            q = [mp.mpf(number) for number in found.mean[i].tolist()]
+            mean, covariance, axes = _by_definition(quaternions[:, i].tolist())
+            q = [mp.mpf(number) for number in actual.mean[i].tolist()]
             off = mp.sqrt(sum(part**2 for part in _product(_conjugate(mean), q)[1:]))
             # in units of the spread, whose square is what small sums are made of
             assert off <= 1e-15 + 1e-14 * spread
             assert max(
-                abs(found.covariance[i, j, k] - covariance[j][k]) for j in range(3) for k in range(3)
+                abs(actual.covariance[i, j, k] - covariance[j][k]) for j in range(3) for k in range(3)
             ) <= (4e-14 * spread**2 + 4e-15 * spread)
             for k, axis in enumerate(axes):
                 length = mp.sqrt(sum(part**2 for part in axis))
-                assert abs(found.resultants[i, k] - length) <= 1e-14
-                assert max(abs(found.directions[i, k, j] - axis[j] / length) for j in range(3)) <= 1e-14
+                assert abs(actual.resultants[i, k] - length) <= 1e-14
+                assert max(abs(actual.directions[i, k, j] - axis[j] / length) for j in range(3)) <= 1e-14
                 chord = mp.sqrt(2 * (1 - length))
-                assert abs(found.spreads[i, k] - chord) <= 1e-8 * chord
+                assert abs(actual.spreads[i, k] - chord) <= 1e-8 * chord
 
 
 def _conjugate(q):
@@ -125,59 +126,59 @@ def _by_definition(quaternions):
 
 def test_at_the_epoch_statistics_are_those_asked_for():
     degrees = [0.5, 1.0, 2.0]
-    found = ensemble(n=20_000, spreads={"attitude": [f"{each} deg" for each in degrees]}).statistics([0.0])
+    actual = ensemble(n=20_000, spreads={"attitude": [f"{each} deg" for each in degrees]}).statistics([0.0])
     # a standard deviation of so many is off by 1 / sqrt(2 n), here half a percent
-    assert np.degrees(found.deviation[0]) == pytest.approx(degrees, rel=0.02)
-    assert np.degrees(angle_between(found.mean[0], (0.1, -0.7, 0.5, 0.5))) < 0.1
-    assert found.spreads[0] ** 2 == pytest.approx(
+    assert np.degrees(actual.deviation[0]) == pytest.approx(degrees, rel=0.02)
+    assert np.degrees(angle_between(actual.mean[0], (0.1, -0.7, 0.5, 0.5))) < 0.1
+    assert actual.spreads[0] ** 2 == pytest.approx(
         np.radians([np.hypot(1, 2), np.hypot(0.5, 2), np.hypot(0.5, 1)]) ** 2, rel=0.02
     )
 
 
 def test_bodies_that_all_agree_have_no_spread():
-    found = ensemble(n=300, spreads={}).statistics(TIMES)
+    actual = ensemble(n=300, spreads={}).statistics(TIMES)
     plain = scene().motion().at(TIMES).quaternion("wxyz")
-    assert np.abs(product(conjugate(plain), found.mean)[:, 1:]).max() <= 1e-15
-    assert np.abs(found.covariance).max() <= 1e-30
-    assert np.abs(found.resultants - 1.0).max() <= 1e-15
-    assert found.spreads.max() <= 1e-15
+    assert np.abs(product(conjugate(plain), actual.mean)[:, 1:]).max() <= 1e-15
+    assert np.abs(actual.covariance).max() <= 1e-30
+    assert np.abs(actual.resultants - 1.0).max() <= 1e-15
+    assert actual.spreads.max() <= 1e-15
 
 
 def test_opposite_axes_have_no_direction_and_no_nan():
     table = ensemble(n=2, spreads={}).to_table()
     table["quaternion"] = [[1.0, 0, 0, 0], [0, 1.0, 0, 0]]
-    found = Ensemble.from_table(table).statistics([0.0])
-    assert found.resultants[0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-15)
-    assert found.directions[0, 0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-16)
-    assert found.directions[0, 1:].tolist() == [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
-    assert found.spreads[0] == pytest.approx([0.0, np.sqrt(2), np.sqrt(2)])
+    actual = Ensemble.from_table(table).statistics([0.0])
+    assert actual.resultants[0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-15)
+    assert actual.directions[0, 0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-16)
+    assert actual.directions[0, 1:].tolist() == [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    assert actual.spreads[0] == pytest.approx([0.0, np.sqrt(2), np.sqrt(2)])
 
 
 def test_sign_of_a_quaternion_does_not_matter():
     table = ensemble(n=300).to_table()
-    found = Ensemble.from_table(table).statistics(TIMES)
+    actual = Ensemble.from_table(table).statistics(TIMES)
     table["quaternion"][1::2] *= -1.0
     turned = Ensemble.from_table(table).statistics(TIMES)
-    assert np.array_equal(found.mean, turned.mean)
-    assert np.array_equal(found.covariance, turned.covariance)
+    assert np.array_equal(actual.mean, turned.mean)
+    assert np.array_equal(actual.covariance, turned.covariance)
 
 
 def test_fractions_by_regime_are_those_of_the_bodies():
     bodies = ensemble(n=1000, spreads={"angular_velocity": "0.4 rad/s"})
     states = bodies.states()
     motion = TorqueFreeMotion(states.body, states.attitude, states.angular_velocity, order="wxyz")
-    found = bodies.statistics([0.0]).regimes
-    assert found == {
+    actual = bodies.statistics([0.0]).regimes
+    assert actual == {
         name: float(np.mean(motion.regime == name))
         for name in ("constant_rate", "short_axis", "long_axis", "separatrix")
     }
-    assert found["short_axis"] > 0.1
-    assert found["long_axis"] > 0.1
+    assert actual["short_axis"] > 0.1
+    assert actual["long_axis"] > 0.1
 
 
 # -- the same bits ----------------------------------------------------------------------------------
 
-CUT = PITCH + 5
+CUT = ROW_STRIDE + 5
 
 
 def bits(statistics):
@@ -187,30 +188,28 @@ def bits(statistics):
     ]
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("AT_ONCE", 100), ("AT_ONCE", 2**20)], ids=["few at once", "many at once"]
-)
-def test_bits_do_not_depend_on_blocks(monkeypatch, name, value):
-    bodies = ensemble(n=2 * LEAF + 7)
+@pytest.mark.parametrize("samples", [100, 2**20], ids=["few at once", "many at once"])
+def test_bits_do_not_depend_on_blocks(monkeypatch, samples):
+    bodies = ensemble(n=2 * BODIES_PER_BLOCK + 7)
     expected = bits(bodies.statistics(TIMES))
-    monkeypatch.setattr(gathered, name, value)
+    monkeypatch.setattr(accumulation, "CACHED_SAMPLES", samples)
     assert bits(bodies.statistics(TIMES)) == expected
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3])
 def test_bits_do_not_depend_on_workers(workers):
-    bodies = ensemble(n=9 * LEAF + 7)
+    bodies = ensemble(n=9 * BODIES_PER_BLOCK + 7)
     assert bits(bodies.statistics(TIMES, workers=workers)) == bits(bodies.statistics(TIMES, workers=1))
 
 
 def test_bits_do_not_depend_on_tasks_nor_their_order(monkeypatch):
     from attitude.ensemble import ensemble as module
 
-    bodies = ensemble(n=9 * LEAF + 7)
+    bodies = ensemble(n=9 * BODIES_PER_BLOCK + 7)
     expected = bits(bodies.statistics(TIMES))
-    monkeypatch.setattr(module, "TASKS", 1)
-    monkeypatch.setattr(module, "FEW_LEAVES", 1)
-    monkeypatch.setattr(module, "MOST_LEAVES", 1)
+    monkeypatch.setattr(module, "TASKS_PER_THREAD", 1)
+    monkeypatch.setattr(module, "MIN_FREE_BLOCKS", 1)
+    monkeypatch.setattr(module, "MAX_BLOCKS", 1)
     monkeypatch.setattr(
         module.engine, "mapped", lambda work, parts, *_: (work(part) for part in reversed(parts))
     )
@@ -220,12 +219,12 @@ def test_bits_do_not_depend_on_tasks_nor_their_order(monkeypatch):
 def test_bits_do_not_depend_on_the_other_instants(monkeypatch):
     from attitude.ensemble import ensemble as module
 
-    bodies, times = ensemble(n=LEAF + 3), np.linspace(0.0, 100.0, CUT)
+    bodies, times = ensemble(n=BODIES_PER_BLOCK + 3), np.linspace(0.0, 100.0, CUT)
     whole = bodies.statistics(times)
     part = bodies.statistics(times[1000:])
     assert np.array_equal(whole.mean[1000:], part.mean)
     assert np.array_equal(whole.covariance[1000:], part.covariance)
-    monkeypatch.setattr(module, "FREE_PASS", PITCH)
+    monkeypatch.setattr(module, "FREE_INSTANTS", ROW_STRIDE)
     assert bits(bodies.statistics(times)) == bits(whole)
 
 
@@ -236,13 +235,14 @@ def test_second_part_of_an_instant_counts():
 
 
 def test_whole_numbers_hold_sums_exactly():
-    work = Gathering(ensemble(n=600).source, None, None, TIMES, None, np.tile([1.0, 0, 0, 0], (4, 1)))
-    parts = [(0, LEAF), (LEAF, 2 * LEAF), (2 * LEAF, 600)]
-    total = Sums(len(TIMES))
+    identity = np.tile([1.0, 0, 0, 0], (4, 1))
+    work = MomentAccumulation(ensemble(n=600).source, None, None, Instants(TIMES, None, None), identity)
+    parts = [(0, BODIES_PER_BLOCK), (BODIES_PER_BLOCK, 2 * BODIES_PER_BLOCK), (2 * BODIES_PER_BLOCK, 600)]
+    total = MomentSums(len(TIMES))
     for part in parts:
         total.add(work(part))
-    given = attitudes(ensemble(n=600))
-    expected = np.einsum("nmi,nmj->mij", given, given) / 600
+    quaternions = attitudes(ensemble(n=600))
+    expected = np.einsum("nmi,nmj->mij", quaternions, quaternions) / 600
     assert np.abs(total.products() - expected).max() <= 1e-15
     assert total.regimes.sum() == 600
 
@@ -256,21 +256,21 @@ FALL = {"type": "uniform_gravity", "acceleration": {"value": [0, 0, -9.81], "uni
 
 def test_statistics_of_turned_bodies_are_those_of_their_attitudes():
     bodies = ensemble(n=60, effects=[TORQUE])
-    found, instants = bodies.statistics(TURNED), bodies.instants(TURNED)
-    choice = choice_of(bodies.scene, bodies.source, instants)
-    given = motion_of(bodies.scene, bodies.states(), instants, choice=choice).quaternion
+    actual, instants = bodies.statistics(TURNED), bodies.instants(TURNED)
+    choice = solver_choice(bodies.scene, bodies.source, instants)
+    quaternions = motion_of(bodies.scene, bodies.states(), instants, choice=choice).quaternion
     for i in range(3):
-        expected = Rotation.from_quat(given[:, i], scalar_first=True).mean()
-        assert (expected.inv() * found.rotation[i]).magnitude() <= 1e-12
+        expected = Rotation.from_quat(quaternions[:, i], scalar_first=True).mean()
+        assert (expected.inv() * actual.rotation[i]).magnitude() <= 1e-12
     free = ensemble(n=60).statistics(TURNED)
-    assert angle_between(free.mean[2], found.mean[2]) > 1e-3
-    assert found.regimes == free.regimes
+    assert angle_between(free.mean[2], actual.mean[2]) > 1e-3
+    assert actual.regimes == free.regimes
 
 
 def test_bits_of_turned_bodies_do_not_depend_on_blocks_nor_workers(monkeypatch):
-    bodies = ensemble(n=LEAF + 20, effects=[TORQUE])
+    bodies = ensemble(n=BODIES_PER_BLOCK + 20, effects=[TORQUE])
     expected = bits(bodies.statistics(TURNED, workers=1))
-    monkeypatch.setattr(gathered, "HELD", 300)
+    monkeypatch.setattr(accumulation, "MAX_SIMULATED_SAMPLES", 300)
     assert bits(bodies.statistics(TURNED, workers=2)) == expected
 
 
@@ -294,16 +294,16 @@ def test_instants_may_be_time_or_the_scenes():
 
 
 def test_table_and_summary_have_what_was_found():
-    found = ensemble(n=100).statistics(TIMES)
-    table = found.to_table()
+    actual = ensemble(n=100).statistics(TIMES)
+    table = actual.to_table()
     assert table.meta["count"] == 100
     assert table.meta["frame"] == "GCRF"
-    assert np.array_equal(table["covariance"].to_value(u.rad**2), found.covariance)
+    assert np.array_equal(table["covariance"].to_value(u.rad**2), actual.covariance)
     assert np.array_equal(table["elapsed"].to_value(u.s), TIMES)
-    text = str(found)
+    text = str(actual)
     assert text.startswith("100 bodies at 4 instants, GCRF\n  short_axis: 100.0000%\n")
     assert len(text.splitlines()) == 6
-    assert len(found) == 4
+    assert len(actual) == 4
 
 
 def test_states_leave_as_a_table_with_frame_and_epoch():
@@ -321,17 +321,17 @@ def test_states_leave_as_a_table_with_frame_and_epoch():
 
 
 def test_progress_is_told_to_the_end():
-    told = []
-    ensemble(n=20 * LEAF).statistics(TIMES, progress=told.append)
-    assert told == sorted(told)
-    assert len(told) == 5
-    assert told[-1] == 1.0
+    fractions = []
+    ensemble(n=20 * BODIES_PER_BLOCK).statistics(TIMES, progress=fractions.append)
+    assert fractions == sorted(fractions)
+    assert len(fractions) == 5
+    assert fractions[-1] == 1.0
 
 
 def test_body_that_is_at_fault_is_named():
-    table = ensemble(n=LEAF + 10, spreads={}).to_table()
-    table["moments"][LEAF + 3] = [1e-300, 1.0, 1.0] * u.kg * u.m**2
-    table["angular_velocity"][LEAF + 3] = [1e199, 1e199, 1e199] * u.rad / u.s
+    table = ensemble(n=BODIES_PER_BLOCK + 10, spreads={}).to_table()
+    table["moments"][BODIES_PER_BLOCK + 3] = [1e-300, 1.0, 1.0] * u.kg * u.m**2
+    table["angular_velocity"][BODIES_PER_BLOCK + 3] = [1e199, 1e199, 1e199] * u.rad / u.s
     with pytest.raises(InputError, match=r"bodies\[259\].angular_velocity: a rate that a body so thin"):
         Ensemble.from_table(table).statistics(TIMES)
 

@@ -12,14 +12,14 @@ import pytest
 import zarr
 
 from attitude import Scene, TorqueFreeMotion
-from attitude.elapsed import instants
-from attitude.ensemble import Ensemble, store
-from attitude.ensemble.chunks import Chunks, chunked
-from attitude.ensemble.running import run
+from attitude.ensemble import Ensemble, storage
+from attitude.ensemble.execution import run
+from attitude.ensemble.storage import store_head
+from attitude.ensemble.storage.chunk_grid import ChunkGrid, chunk_grid
 from attitude.errors import AttitudeError, FormatError, InputError
-from attitude.formats.parts import ELAPSED, QUATERNION, RATE
-
-from .standing_in import many
+from attitude.formats.schema import ELAPSED, QUATERNION, RATE
+from attitude.times.instants import as_instants
+from tests.ensemble.fake_source import many
 
 ENDINGS = ["zarr", "parquet"]
 TIMES = np.linspace(0.0, 60.0, 7)
@@ -45,10 +45,10 @@ def entries(path):
 
 
 def assert_stored(path, ensemble, times=TIMES):
-    stored = store.read(path)
+    stored = storage.read(path)
     quaternion, rate = stored.part(0, ensemble.size)
-    for found, wanted in zip((quaternion, rate), expected(ensemble, times), strict=True):
-        np.testing.assert_array_equal(found, wanted)
+    for actual, reference in zip((quaternion, rate), expected(ensemble, times), strict=True):
+        np.testing.assert_array_equal(actual, reference)
 
 
 # -- what is stored ---------------------------------------------------------------------------------
@@ -57,7 +57,7 @@ def assert_stored(path, ensemble, times=TIMES):
 def test_numbers_are_those_of_the_motion(to):
     run(many(100), TIMES, to, chunk=30)
     assert_stored(to, many(100))
-    stored = store.read(to)
+    stored = storage.read(to)
     assert (stored.bodies, stored.instants, stored.rest) == (100, 7, None)
     np.testing.assert_array_equal(stored.seconds, TIMES)
     np.testing.assert_array_equal(stored.part(25, 95)[0], expected(many(100))[0][25:95])
@@ -68,25 +68,35 @@ def test_two_part_instants_are_kept(to):
 
     days = np.array([0.1, 0.2, 3e5]) * u.d
     run(many(3), days, to)
-    kept, stored = instants(days, None), store.read(to)
+    kept, stored = as_instants(days, None), storage.read(to)
     np.testing.assert_array_equal(stored.seconds, kept.seconds)
-    assert kept.rest.any()
-    np.testing.assert_array_equal(stored.rest, kept.rest)
+    assert kept.seconds_low.any()
+    np.testing.assert_array_equal(stored.rest, kept.seconds_low)
 
 
 def test_rates_are_left_out_where_they_are_not_wanted(to):
     run(many(20), TIMES, to, rate=False, chunk=8)
-    quaternion, rate = store.read(to).part(0, 20)
+    quaternion, rate = storage.read(to).part(0, 20)
     np.testing.assert_array_equal(quaternion, expected(many(20))[0])
     assert rate is None
 
 
 def test_instants_are_cut_too_where_one_body_is_too_large_for_a_chunk(to, monkeypatch):
-    monkeypatch.setattr("attitude.ensemble.chunks.USUAL_BYTES", 3 * 56)
+    monkeypatch.setattr("attitude.ensemble.storage.chunk_grid.DEFAULT_CHUNK_BYTES", 3 * 56)
     result = run(many(5), TIMES, to)
     assert result.chunks == 5 * 3
-    assert store.read(to).head["chunk"] == [1, 3]
+    assert storage.read(to).head["chunk"] == [1, 3]
     assert_stored(to, many(5))
+
+
+def test_bodies_are_read_across_chunks_of_bodies_and_of_instants(to, monkeypatch):
+    monkeypatch.setattr("attitude.ensemble.storage.chunk_grid.MAX_CHUNK_BYTES", 2 * 3 * 56)
+    run(many(5), TIMES, to, chunk=2)
+    stored = storage.read(to)
+    assert stored.head["chunk"] == [2, 3]
+    for first, last in ((0, 5), (1, 4), (3, 4), (2, 2), (5, 5)):
+        for actual, reference in zip(stored.part(first, last), expected(many(5)), strict=True):
+            np.testing.assert_array_equal(actual, reference[first:last])
 
 
 def test_zarr_is_what_other_readers_expect(tmp_path):
@@ -122,7 +132,7 @@ def test_parquet_has_a_row_for_each_body_and_instant(tmp_path):
         RATE, b"rad/s"
     )
     head = json.loads(table.schema.metadata[b"attitude_ensemble"])
-    assert head["source"] == store.read(tmp_path / "out.parquet").head["source"]
+    assert head["source"] == storage.read(tmp_path / "out.parquet").head["source"]
 
 
 @pytest.mark.filterwarnings("ignore:The inplace keyword")  # of pandas, which Dask uses
@@ -140,7 +150,7 @@ def test_parquet_is_read_by_dask(tmp_path):
 def test_complete_store_is_not_touched(to):
     run(many(30), TIMES, to, chunk=10)
     before = entries(to)
-    with pytest.raises(FormatError, match=r"out\.\w+: there already, and complete"):
+    with pytest.raises(FormatError, match=r"out\.\w+: store exists and is complete; pass overwrite=True"):
         run(many(30), TIMES, to, chunk=10)
     assert entries(to) == before
 
@@ -219,9 +229,9 @@ def test_target_is_known_by_its_ending(to):
 LIMITED = """
 import resource, sys
 import numpy as np
-from attitude.ensemble.running import run
+from attitude.ensemble.execution import run
 from attitude.errors import FormatError
-from tests.ensemble.standing_in import many
+from tests.ensemble.fake_source import many
 run(many(10), np.linspace(0.0, 60.0, 7), sys.argv[1], chunk=5, overwrite=True)  # everything is loaded
 resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, resource.RLIM_INFINITY))
 try:
@@ -239,7 +249,7 @@ def test_file_that_cannot_be_written_leaves_nothing_of_itself(to):
     left = {name.split("/")[0] for name in entries(to) if not name.endswith("zarr.json")}
     assert left <= {"seconds", "_attitude.json", "_times.npz"}  # no chunk, nor a part of one
     with pytest.raises(FormatError, match="not complete"):
-        store.read(to)
+        storage.read(to)
 
 
 @pytest.fixture
@@ -271,7 +281,7 @@ def test_first_file_that_a_full_disk_refuses_is_said_too(to, monkeypatch):
     def refuse(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(type(store.target(to)), "put_head", refuse)
+    monkeypatch.setattr(type(storage.target(to)), "put_head", refuse)
     with pytest.raises(FormatError, match="No space left on device"):
         run(many(3), TIMES, to)
 
@@ -281,37 +291,37 @@ def test_first_file_that_a_full_disk_refuses_is_said_too(to, monkeypatch):
 
 def test_what_is_not_there_is_not_read(tmp_path):
     with pytest.raises(FormatError, match=r"nothing\.zarr: no store of an ensemble"):
-        store.read(tmp_path / "nothing.zarr")
+        storage.read(tmp_path / "nothing.zarr")
 
 
 @pytest.mark.parametrize("bodies", [(-1, 2), (2, 1), (0, 4)])
 def test_bodies_that_are_not_there_are_refused(to, bodies):
     run(many(3), TIMES, to)
     with pytest.raises(InputError, match="first and last of 0 to 3"):
-        store.read(to).part(*bodies)
+        storage.read(to).part(*bodies)
 
 
 def test_head_of_something_else_is_none():
-    assert store.checked({"kind": "attitude-ensemble/2", "complete": True}) is None
-    assert store.checked({"kind": "attitude-ensemble/1", "complete": "yes"}) is None
-    assert store.checked([]) is None
+    assert store_head.checked({"kind": "attitude-ensemble/2", "complete": True}) is None
+    assert store_head.checked({"kind": "attitude-ensemble/1", "complete": "yes"}) is None
+    assert store_head.checked([]) is None
 
 
 # -- chunks -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("bodies", "instants", "wanted"),
+    ("bodies", "instants", "reference"),
     [(10, 3, (10, 3)), (10**6, 100, (4096, 100)), (10**6, 1000, (512, 1000)), (2, 10**6, (1, 599186))],
 )
-def test_usual_chunks_are_of_at_most_32_mebibytes(bodies, instants, wanted):
-    cut = chunked(bodies, instants)
-    assert (cut.bodies_at_once, cut.instants_at_once) == wanted
-    assert cut.bodies_at_once * cut.instants_at_once * 56 <= 2**25
+def test_usual_chunks_are_of_at_most_32_mebibytes(bodies, instants, reference):
+    cut = chunk_grid(bodies, instants)
+    assert (cut.chunk_bodies, cut.chunk_instants) == reference
+    assert cut.chunk_bodies * cut.chunk_instants * 56 <= 2**25
 
 
 def test_parts_cover_everything_once():
-    cut = Chunks(11, 7, 4, 3)
+    cut = ChunkGrid(11, 7, 4, 3)
     counts = np.zeros((11, 7), dtype=int)
     for number, part in enumerate(cut):
         assert part.number == number
@@ -323,14 +333,14 @@ def test_parts_cover_everything_once():
 
 
 def test_chunk_is_of_at_most_a_gibibyte():
-    assert chunked(10**6, 1000, 10**6).instants_at_once == 19
-    assert chunked(10**6, 1000, 19173, together=True).instants_at_once == 1000
+    assert chunk_grid(10**6, 1000, 10**6).chunk_instants == 19
+    assert chunk_grid(10**6, 1000, 19173, all_instants=True).chunk_instants == 1000
     with pytest.raises(InputError, match=r"^chunk: at most 19173 bodies \(1 GiB of numbers\); got 19174"):
-        chunked(10**6, 1000, 19174, together=True)
+        chunk_grid(10**6, 1000, 19174, all_instants=True)
     with pytest.raises(InputError, match=r"^chunk: at most 19173961 bodies"):
-        chunked(10**9, 1, 10**8)
+        chunk_grid(10**9, 1, 10**8)
     with pytest.raises(InputError, match=r"^times: at most 19173961 of bodies that effects turn"):
-        chunked(3, 2 * 10**7, together=True)
+        chunk_grid(3, 2 * 10**7, all_instants=True)
 
 
 @pytest.mark.parametrize("chunk", [0, -1, 1.5, True, "many"])
@@ -356,11 +366,11 @@ def test_bits_of_a_scene_do_not_depend_on_chunks(name, tmp_path, monkeypatch):
     times = np.linspace(0.0, 30.0, 9)
     run(ensemble, times, tmp_path / "whole.zarr")
     run(ensemble, times, tmp_path / "parts.parquet", chunk=5)
-    monkeypatch.setattr("attitude.ensemble.chunks.USUAL_BYTES", 4 * 56)
+    monkeypatch.setattr("attitude.ensemble.storage.chunk_grid.DEFAULT_CHUNK_BYTES", 4 * 56)
     run(ensemble, times, tmp_path / "instants.zarr")
     cut = 9 if ensemble.scene.effects else 4  # instants of bodies that effects turn stay together
-    assert store.read(tmp_path / "instants.zarr").head["chunk"] == [1, cut]
-    whole = store.read(tmp_path / "whole.zarr").part(0, 12)
+    assert storage.read(tmp_path / "instants.zarr").head["chunk"] == [1, cut]
+    whole = storage.read(tmp_path / "whole.zarr").part(0, 12)
     for other in ("parts.parquet", "instants.zarr"):
-        for one, two in zip(whole, store.read(tmp_path / other).part(0, 12), strict=True):
+        for one, two in zip(whole, storage.read(tmp_path / other).part(0, 12), strict=True):
             np.testing.assert_array_equal(one, two)

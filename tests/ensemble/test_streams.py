@@ -6,9 +6,8 @@ from mpmath import mp
 from scipy.special import ndtri
 
 from attitude import InputError
-from attitude.ensemble.dispersion import Sampled
-
-from .scenes import PLATE, scene
+from attitude.ensemble.sources.dispersion import Sampled
+from tests.ensemble.scenes import PLATE, scene
 
 # Deviates about zero, of a spread of one, come out as they are; moments of one part in a million as
 # 1 + 1e-6 n, whose rounding is 1.1e-16 of one.
@@ -36,8 +35,8 @@ def test_rates_are_numpys_numbers_at_the_documented_counter(body):
 @pytest.mark.parametrize("body", [0, 77, 2**32])
 def test_moments_are_numpys_numbers_at_the_documented_counter(body):
     drawn = Sampled(scene(), 2**33, SEED, moments=1e-6).part(body, body + 1)
-    found = (drawn.body.moments[0] / [1.0, 1.6, 2.1] - 1.0) / 1e-6
-    assert np.abs(found - deviates(3 * body)).max() <= ROUNDED
+    actual = (drawn.body.moments[0] / [1.0, 1.6, 2.1] - 1.0) / 1e-6
+    assert np.abs(actual - deviates(3 * body)).max() <= ROUNDED
 
 
 def test_attitudes_are_numpys_numbers_at_the_documented_counter():
@@ -45,8 +44,8 @@ def test_attitudes_are_numpys_numbers_at_the_documented_counter():
     drawn = Sampled(identity, 10, SEED, attitude=[1e-3, 2e-3, 3e-3]).part(5, 6)
     w, *vector = drawn.attitude[0]
     angle = 2 * np.arctan2(np.linalg.norm(vector), w)
-    found = np.array(vector) / np.linalg.norm(vector) * angle / [1e-3, 2e-3, 3e-3]
-    assert np.abs(found - deviates(3 * 5 + 2)).max() <= 1e-12
+    actual = np.array(vector) / np.linalg.norm(vector) * angle / [1e-3, 2e-3, 3e-3]
+    assert np.abs(actual - deviates(3 * 5 + 2)).max() <= 1e-12
 
 
 def test_moments_that_no_body_has_are_drawn_again_from_the_next_range():

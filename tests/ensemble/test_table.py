@@ -9,9 +9,8 @@ from astropy.table import MaskedColumn, QTable, Table
 
 from attitude import FormatError, InputError
 from attitude.ensemble import Ensemble
-from attitude.ensemble.table import BadRowsError, Tabled
-
-from .scenes import SPREADS, TENSOR, scene
+from attitude.ensemble.sources.table import BadRowsError, Tabled
+from tests.ensemble.scenes import SPREADS, TENSOR, scene
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
@@ -24,30 +23,30 @@ def states(body=None):
     return Ensemble.sample(scene(**changes), COUNT, 1, **SPREADS).states()
 
 
-def scalars(given):
+def scalars(reference):
     """Columns of numbers, each a component."""
-    columns = {f"moments_{i + 1}": given.body.moments[:, i] for i in range(3)}
-    columns |= {name: given.attitude[:, i] for i, name in enumerate(("q_w", "q_x", "q_y", "q_z"))}
+    columns = {f"moments_{i + 1}": reference.body.moments[:, i] for i in range(3)}
+    columns |= {name: reference.attitude[:, i] for i, name in enumerate(("q_w", "q_x", "q_y", "q_z"))}
     return columns | {
-        f"angular_velocity_{axis}": given.angular_velocity[:, i] for i, axis in enumerate("xyz")
+        f"angular_velocity_{axis}": reference.angular_velocity[:, i] for i, axis in enumerate("xyz")
     }
 
 
-def six(given):
-    tensor = given.body.tensor
+def six(reference):
+    tensor = reference.body.tensor
     places = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
     return {f"tensor_{name}": tensor[:, i, j] for name, (i, j) in places.items()}
 
 
-def assert_same(source, given, rows=slice(None)):
-    found = source.part(0, source.size)
-    assert np.array_equal(found.body.tensor, given.body.tensor[rows])
-    assert np.array_equal(found.attitude, given.attitude[rows])
-    assert np.array_equal(found.angular_velocity, given.angular_velocity[rows])
+def assert_same(source, reference, rows=slice(None)):
+    actual = source.part(0, source.size)
+    assert np.array_equal(actual.body.tensor, reference.body.tensor[rows])
+    assert np.array_equal(actual.attitude, reference.attitude[rows])
+    assert np.array_equal(actual.angular_velocity, reference.angular_velocity[rows])
     for first, last in ((0, 1), (3, 20), (source.size - 1, source.size)):
         part = source.part(first, last)
-        assert np.array_equal(part.attitude, found.attitude[first:last])
-        assert np.array_equal(part.body.moments, found.body.moments[first:last])
+        assert np.array_equal(part.attitude, actual.attitude[first:last])
+        assert np.array_equal(part.body.moments, actual.body.moments[first:last])
 
 
 # -- what is taken ----------------------------------------------------------------------------------
@@ -55,102 +54,102 @@ def assert_same(source, given, rows=slice(None)):
 
 @pytest.mark.parametrize("body", [None, TENSOR], ids=["moments", "tensor"])
 def test_table_of_an_ensemble_gives_its_states_back(body):
-    given = states(body)
-    assert_same(Tabled(given.to_table()), given)
+    reference = states(body)
+    assert_same(Tabled(reference.to_table()), reference)
 
 
 def test_vectors_and_scalars_are_the_same():
-    given = states()
-    assert_same(Tabled(Table(scalars(given))), given)
-    assert_same(Tabled(QTable(scalars(given) | {"name": ["debris"] * COUNT})), given)
-    rates = {f"omega_{axis}_rad_s": given.angular_velocity[:, i] for i, axis in enumerate("xyz")}
-    plain = {name: column for name, column in scalars(given).items() if not name.startswith("angular")}
-    assert_same(Tabled(Table(plain | rates)), given)
+    reference = states()
+    assert_same(Tabled(Table(scalars(reference))), reference)
+    assert_same(Tabled(QTable(scalars(reference) | {"name": ["debris"] * COUNT})), reference)
+    rates = {f"omega_{axis}_rad_s": reference.angular_velocity[:, i] for i, axis in enumerate("xyz")}
+    plain = {name: column for name, column in scalars(reference).items() if not name.startswith("angular")}
+    assert_same(Tabled(Table(plain | rates)), reference)
 
 
 def test_tensor_of_six_scalars_or_nine_numbers_is_the_same():
-    given = states(TENSOR)
-    rest = {name: column for name, column in scalars(given).items() if not name.startswith("moments")}
-    assert_same(Tabled(Table(rest | six(given))), given)
-    assert_same(Tabled(Table(rest | {"tensor": given.body.tensor.reshape(COUNT, 9)})), given)
+    reference = states(TENSOR)
+    rest = {name: column for name, column in scalars(reference).items() if not name.startswith("moments")}
+    assert_same(Tabled(Table(rest | six(reference))), reference)
+    assert_same(Tabled(Table(rest | {"tensor": reference.body.tensor.reshape(COUNT, 9)})), reference)
 
 
 def test_units_are_those_of_columns_then_those_given_then_si():
-    given = states()
-    columns = scalars(given)
+    reference = states()
+    columns = scalars(reference)
     table = QTable(columns)
     table["angular_velocity_x"] = np.degrees(columns["angular_velocity_x"]) * u.deg / u.s
     table["moments_1"] = columns["moments_1"] * 1e4
     source = Tabled(table, units={"moments_1": "kg cm2", "angular_velocity_x": "rad/d"})
-    found = source.part(0, COUNT)
-    assert found.body.moments == pytest.approx(given.body.moments, rel=1e-15)
-    assert found.angular_velocity == pytest.approx(given.angular_velocity, rel=1e-15)
+    actual = source.part(0, COUNT)
+    assert actual.body.moments == pytest.approx(reference.body.moments, rel=1e-15)
+    assert actual.angular_velocity == pytest.approx(reference.angular_velocity, rel=1e-15)
 
 
 @pytest.mark.parametrize("rows", [7, 1000], ids=["row groups", "one row group"])
 def test_parquet_as_astropy_writes_it_keeps_its_units(tmp_path, rows):
-    given = states()
-    table = given.to_table()
-    table["angular_velocity"] = np.degrees(given.angular_velocity) * u.deg / u.s
-    table.write(tmp_path / "given.parquet")
-    pq.write_table(pq.read_table(tmp_path / "given.parquet"), tmp_path / "t.parquet", row_group_size=rows)
-    found = Ensemble.from_table(str(tmp_path / "t.parquet")).states()
-    assert np.array_equal(found.body.moments, given.body.moments)
-    assert found.angular_velocity == pytest.approx(given.angular_velocity, rel=1e-15)
+    reference = states()
+    table = reference.to_table()
+    table["angular_velocity"] = np.degrees(reference.angular_velocity) * u.deg / u.s
+    table.write(tmp_path / "reference.parquet")
+    pq.write_table(pq.read_table(tmp_path / "reference.parquet"), tmp_path / "t.parquet", row_group_size=rows)
+    actual = Ensemble.from_table(str(tmp_path / "t.parquet")).states()
+    assert np.array_equal(actual.body.moments, reference.body.moments)
+    assert actual.angular_velocity == pytest.approx(reference.angular_velocity, rel=1e-15)
 
 
 def test_parquet_says_units_in_its_fields(tmp_path):
-    given = states()
-    columns = scalars(given) | {"angular_velocity_y": np.degrees(given.angular_velocity[:, 1])}
+    reference = states()
+    columns = scalars(reference) | {"angular_velocity_y": np.degrees(reference.angular_velocity[:, 1])}
     fields = [
         pa.field(name, pa.float64(), metadata={"unit": "deg/s"} if name == "angular_velocity_y" else None)
         for name in columns
     ]
     pq.write_table(pa.table(columns, schema=pa.schema(fields)), tmp_path / "t.parquet")
-    found = Tabled(tmp_path / "t.parquet").part(0, COUNT)
-    assert found.angular_velocity == pytest.approx(given.angular_velocity, rel=1e-15)
+    actual = Tabled(tmp_path / "t.parquet").part(0, COUNT)
+    assert actual.angular_velocity == pytest.approx(reference.angular_velocity, rel=1e-15)
 
 
 def test_directory_of_parquet_is_one_table(tmp_path):
-    given = states()
-    table = pa.table(scalars(given))
+    reference = states()
+    table = pa.table(scalars(reference))
     for i, (first, last) in enumerate(((0, 11), (11, 12), (12, COUNT))):
         pq.write_table(table.slice(first, last - first), tmp_path / f"part-{i}.parquet", row_group_size=5)
     source = Tabled(tmp_path)
-    assert_same(source, given)
-    assert_same(pickle.loads(pickle.dumps(source)), given)
+    assert_same(source, reference)
+    assert_same(pickle.loads(pickle.dumps(source)), reference)
 
 
 def test_parquet_of_lists_is_taken(tmp_path):
-    given = states(TENSOR)
+    reference = states(TENSOR)
     columns = {
-        "tensor": given.body.tensor.tolist(),
-        "quaternion": given.attitude.tolist(),
-        "angular_velocity": given.angular_velocity.tolist(),
+        "tensor": reference.body.tensor.tolist(),
+        "quaternion": reference.attitude.tolist(),
+        "angular_velocity": reference.angular_velocity.tolist(),
     }
     pq.write_table(pa.table(columns), tmp_path / "t.parquet")
-    assert_same(Tabled(tmp_path / "t.parquet"), given)
+    assert_same(Tabled(tmp_path / "t.parquet"), reference)
 
 
 def test_pandas_and_dask_frames_are_taken():
     pd = pytest.importorskip("pandas")
     dd = pytest.importorskip("dask.dataframe")
-    given = states()
-    frame = pd.DataFrame(scalars(given))
-    assert_same(Tabled(frame), given)
+    reference = states()
+    frame = pd.DataFrame(scalars(reference))
+    assert_same(Tabled(frame), reference)
     source = Tabled(dd.from_pandas(frame, npartitions=4))
-    assert_same(source, given)
-    assert_same(pickle.loads(pickle.dumps(source)), given)
+    assert_same(source, reference)
+    assert_same(pickle.loads(pickle.dumps(source)), reference)
 
 
 def test_statistics_are_the_same_from_a_table_as_from_what_it_was_made_of(tmp_path):
     drawn = Ensemble.sample(scene(), 700, 3, **SPREADS)
     pq.write_table(pa.table(scalars(drawn.states())), tmp_path / "t.parquet", row_group_size=64)
-    found = Ensemble.from_table(tmp_path / "t.parquet", scene()).statistics(workers=2)
+    actual = Ensemble.from_table(tmp_path / "t.parquet", scene()).statistics(workers=2)
     expected = drawn.statistics()
-    assert np.array_equal(found.mean, expected.mean)
-    assert np.array_equal(found.covariance, expected.covariance)
-    assert found.frame == "GCRF"
+    assert np.array_equal(actual.mean, expected.mean)
+    assert np.array_equal(actual.covariance, expected.covariance)
+    assert actual.frame == "GCRF"
 
 
 # -- rows that are bad --------------------------------------------------------------------------------
@@ -225,10 +224,10 @@ def test_neighbouring_bad_rows_and_bad_ends_are_passed_over():
 
 
 def test_list_of_bad_rows_is_bounded_and_their_count_is_not(monkeypatch):
-    from attitude.ensemble import table as module
+    from attitude.ensemble.sources import table as module
 
-    monkeypatch.setattr(module, "LISTED", 3)
-    monkeypatch.setattr(module, "CHECKED", 4)
+    monkeypatch.setattr(module, "MAX_LISTED", 3)
+    monkeypatch.setattr(module, "CHECKED_ROWS", 4)
     table, bad = spoiled()
     left_out = Tabled(table, "leave out").left_out
     assert left_out.rows.tolist() == bad
@@ -292,10 +291,10 @@ def test_table_that_cannot_be_taken_is_refused_by_name(table, message):
 
 
 def test_wrong_units_are_refused_by_name():
-    given = states().to_table()
-    given["angular_velocity"] = given["angular_velocity"].value * u.m
+    reference = states().to_table()
+    reference["angular_velocity"] = reference["angular_velocity"].value * u.m
     with pytest.raises(InputError, match=r"table.angular_velocity: a unit of angular .*; got 'm'"):
-        Tabled(given)
+        Tabled(reference)
     with pytest.raises(InputError, match=r"table.q_w: no unit"):
         Tabled(with_column(), units={"q_w": "deg"})
     with pytest.raises(InputError, match="units: units by column"):

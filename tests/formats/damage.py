@@ -22,10 +22,10 @@ from astropy.time import Time
 from hypothesis import strategies as st
 
 from attitude import AttitudeError, Ephemeris, FormatError, RigidBody, Scene, TorqueFreeMotion
-from attitude.dynamics.event import Event
 from attitude.formats import encode, module_of
-from attitude.formats.known import FORMATS
-from attitude.formats.samples import Samples
+from attitude.formats.registry import FORMATS
+from attitude.samples.chunks import Samples
+from attitude.samples.event import Event
 
 EXACT = ("ecsv", "csv", "json", "ndjson", "arrow", "arrows", "parquet", "fits", "npz")
 TEXT = ("ecsv", "csv", "json", "ndjson", "aem", "aem-xml", "stk", "czml")
@@ -109,7 +109,7 @@ def clock():
     atexit.register(rmtree, folder)
     path = Path(folder) / "a.tsc"
     whole = encode(Samples.of(motion().at(T)), FORMATS["ck"])
-    path.write_bytes(whole.beside("a.bc")[".tsc"])
+    path.write_bytes(whole.companions("a.bc")[".tsc"])
     return path
 
 
@@ -292,7 +292,7 @@ def _is_line(error):
 def check_same_ck(found):
     """A CK has its clock beside it."""
     with TemporaryDirectory() as folder:
-        found.write(Path(folder) / "a.bc")
+        Ephemeris.of(found).write(Path(folder) / "a.bc")
         check_same("ck", found, Ephemeris.read(Path(folder) / "a.bc"))
 
 
@@ -317,7 +317,7 @@ def check_same(format, found, again):
 
 def check_same_instants(format, one, other):
     if format in EXACT:
-        rests = [0.0 if each.rest is None else each.rest for each in (one, other)]
+        rests = [0.0 if each.seconds_low is None else each.seconds_low for each in (one, other)]
         assert np.array_equal(one.seconds, other.seconds)
         assert np.array_equal(*np.broadcast_arrays(*rests))
         assert (one.epoch is None) == (other.epoch is None)

@@ -1,5 +1,7 @@
 """CCSDS AEM: what other readers find in our files, we in theirs, and what is refused."""
 
+import dataclasses
+import inspect
 import io
 import re
 from itertools import pairwise
@@ -11,16 +13,19 @@ from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
-from attitude.dynamics.event import Event
-from attitude.elapsed import instants
-from attitude.formats import aem, aem_epochs, aem_xml, nodes
-from attitude.formats.samples import Samples
+from attitude.formats import interpolation_nodes
+from attitude.formats.ccsds import kvn as kvn_format
+from attitude.formats.ccsds import xml as xml_format
+from attitude.formats.ccsds.writer import AemOptions
+from attitude.samples.chunks import Samples
+from attitude.samples.event import Event
+from attitude.times.instants import as_instants
+from attitude.times.leap_seconds import tai_minus_utc
+from tests.bodies import ATTITUDE
+from tests.formats import aem_oracles
+from tests.formats.damage import EDITS, edited
 
-from ..bodies import ATTITUDE
-from . import aem_oracles
-from .damage import EDITS, edited
-
-MODULES = {"kvn": aem, "xml": aem_xml}
+MODULES = {"kvn": kvn_format, "xml": xml_format}
 FORMATS = {"kvn": "aem", "xml": "aem-xml"}
 both = pytest.mark.parametrize("syntax", MODULES)
 EPOCH = Time("2016-12-31T23:59:50.123456789", scale="utc")
@@ -37,20 +42,24 @@ def motion(epoch=EPOCH, attitude=ATTITUDE, frame="GCRF"):
 
 def text_of(ephemeris, syntax="kvn", **options):
     module = MODULES[syntax]
-    given = nodes.chosen(Samples.of(ephemeris), module.interpolant(**options), None)
-    return b"".join(module.blocks(given, **options)).decode()
+    nodes = interpolation_nodes.chosen(Samples.of(ephemeris), module.interpolant(**options), None)
+    return b"".join(module.blocks(nodes, **options)).decode()
 
 
-def read(text, module=aem, **options):
+def read(text, module=kvn_format, **options):
     return module.parse(io.BytesIO(text.encode() if isinstance(text, str) else text), "given", **options)
 
 
 def rebuilt(ephemeris, **changes):
     """The same samples, with other properties."""
-    kept = {"rate": ephemeris.angular_velocity, "name": ephemeris.name, "events": ephemeris.events} | changes
-    q = np.array(kept.pop("quaternion", ephemeris.quaternion("wxyz")))
-    times = kept.pop("instants", ephemeris.instants)
-    return Ephemeris(q, times, kept.pop("frame", ephemeris.frame), None, **kept)
+    properties = {
+        "rate": ephemeris.angular_velocity,
+        "name": ephemeris.name,
+        "events": ephemeris.events,
+    } | changes
+    q = np.array(properties.pop("quaternion", ephemeris.quaternion("wxyz")))
+    times = properties.pop("instants", ephemeris.instants)
+    return Ephemeris(q, times, properties.pop("frame", ephemeris.frame), None, **properties)
 
 
 def assert_same(back, written, times=NANOSECOND):
@@ -114,7 +123,7 @@ def test_leap_second_is_second_60(syntax):
 @both
 def test_pieces_are_one_file(syntax, monkeypatch):
     whole = text_of(motion().at(T), syntax, creation_date="2020-01-01T00:00:00")
-    monkeypatch.setattr("attitude.formats.samples.BLOCK", 7)
+    monkeypatch.setattr("attitude.samples.chunks.CHUNK_INSTANTS", 7)
     assert text_of(motion().at(T), syntax, creation_date="2020-01-01T00:00:00") == whole
 
 
@@ -123,9 +132,9 @@ def test_reading_does_not_depend_on_the_blocks(syntax, monkeypatch):
     written = motion().at(np.arange(300) / 7)
     text = text_of(written, syntax)
     for size in (1, 1000, 4097):
-        monkeypatch.setattr("attitude.formats.lines.BLOCK", size)
-        monkeypatch.setattr("attitude.formats.aem_xml.CHUNK", size)
-        monkeypatch.setattr("attitude.formats.aem.FIRST_BYTES", size)
+        monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", size)
+        monkeypatch.setattr("attitude.formats.ccsds.xml_reader.CHUNK_BYTES", size)
+        monkeypatch.setattr("attitude.formats.ccsds.reader.FIRST_BYTES", size)
         assert_same(read(text), written)
 
 
@@ -239,7 +248,7 @@ OPTIONS = {
 def small():
     q = np.array([[1.0, -0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [1.0, -1e-9, 0.0, 0.0]])
     rate = np.deg2rad([[0.0, 0.0, 5e-8], [-0.0, 0.0, 5e-8], [0.0, 0.0, -1.5e-300]])
-    times = instants([0.0, 1.0, 2.0], Time("2020-01-01", scale="tt"))
+    times = as_instants([0.0, 1.0, 2.0], Time("2020-01-01", scale="tt"))
     return Ephemeris(q, times, "ECLIPJ2000", None, rate, "other")
 
 
@@ -254,9 +263,9 @@ def test_whole_xml():
     assert 'id="CCSDS_AEM_VERS" version="2.0">\n<header>\n<COMMENT>' in text
     assert "<MESSAGE_ID>A &amp; B</MESSAGE_ID>\n</header>\n<body>\n<segment>\n<metadata>\n<OBJECT_" in text
     pairs = [line.split(" = ") for line in WHOLE.splitlines() if " = " in line and "COMMENT" not in line]
-    found = dict(re.findall(r"<([A-Z_]+)>([^<]*)</\1>", text))
+    fields = dict(re.findall(r"<([A-Z_]+)>([^<]*)</\1>", text))
     assert all(
-        found[name] == value.replace("&", "&amp;") for name, value in pairs if name != "CCSDS_AEM_VERS"
+        fields[name] == value.replace("&", "&amp;") for name, value in pairs if name != "CCSDS_AEM_VERS"
     )
     assert text.endswith(
         "<attitudeState>\n<quaternionAngVel>\n<EPOCH>2020-01-01T00:00:02.000000000</EPOCH>\n"
@@ -282,8 +291,7 @@ def test_no_line_is_longer_than_the_standard_allows():
 @pytest.mark.parametrize("reader", aem_oracles.READERS)
 def test_other_readers_find_our_attitudes(reader, rates, syntax):
     written = motion(attitude=GENERIC, frame="EME2000").at(T)
-    found = aem_oracles.READERS[reader](text_of(written, syntax, rates=rates))
-    seconds, quaternion, rate = found
+    seconds, quaternion, rate = aem_oracles.READERS[reader](text_of(written, syntax, rates=rates))
     assert np.abs(quaternion - written.quaternion("wxyz")).max() <= 1e-12
     if seconds is not None:
         assert np.abs(seconds - T).max() <= BRAHE_EPOCH
@@ -368,8 +376,8 @@ V1 = {"version": "1.0", "ATTITUDE_DIR": "A2B", "QUATERNION_TYPE": "LAST"}
 V1_RATE = {"ATTITUDE_TYPE": "QUATERNION/RATE", "RATE_FRAME": "REF_FRAME_B"}
 EULER = {"EULER_ROT_SEQ": "ZXY"}
 ANGLES = OURS.as_euler("ZXY", degrees=True)
-# The same attitude, and rate where there is one, in every way that it may be told.
-TOLD = {
+# The same attitude, and rate where there is one, in every convention of the standard.
+EQUIVALENT_ROWS = {
     "inertial to body": (LAST, {}),
     "body to inertial": (INVERSE, REVERSED),
     "rate in the body": (f"{LAST} {words(RATE)}", ANGVEL | {"ANGVEL_FRAME": "SC_BODY_1"}),
@@ -420,7 +428,7 @@ TOLD = {
 }
 
 
-@pytest.mark.parametrize(("numbers", "metadata"), TOLD.values(), ids=TOLD)
+@pytest.mark.parametrize(("numbers", "metadata"), EQUIVALENT_ROWS.values(), ids=EQUIVALENT_ROWS)
 def test_one_attitude_in_every_way_it_may_be_told(numbers, metadata):
     back = read(file(f"{EPOCH_TEXT} {numbers}", **metadata))
     assert (back.frame, back.name, back.instants.scale) == ("EME2000", "SAT", "utc")
@@ -479,13 +487,13 @@ def test_seconds_between_epochs_are_exact():
     rows = "2000-01-01T00:00:00.3 0 0 0 1\n2020-01-01T00:00:00.4 0 0 0 1"
     back = read(file(rows, TIME_SYSTEM="TAI", START_TIME="2000-01-01T00:00:00"))
     whole = 7305 * 86400
-    assert abs((back.elapsed[1] - whole) + back.instants.rest[1] - 0.1) <= 1e-16
+    assert abs((back.elapsed[1] - whole) + back.instants.seconds_low[1] - 0.1) <= 1e-16
 
 
 def test_leap_seconds_are_those_of_astropy():
     days = Time(np.arange(41317, 61000, 10), format="mjd", scale="utc")
     tai = np.rint((days.tai.mjd - days.mjd) * 86400).astype(int)
-    assert np.array_equal(aem_epochs.tai_minus_utc(np.arange(41317, 61000, 10)), tai)
+    assert np.array_equal(tai_minus_utc(np.arange(41317, 61000, 10)), tai)
 
 
 NUMBERS = ["1", "1.", "+1.0", "1.0e0", "10.E-1", "01.00", ".1e1"]
@@ -561,7 +569,7 @@ def test_xml_in_other_forms_is_read_as_well():
     }
     for name, variant in variants.items():
         assert variant != text, name
-        back = read(variant, aem_xml)
+        back = read(variant, xml_format)
         assert_same(back, written)
         assert_same_rate(back, written)
 
@@ -821,15 +829,15 @@ def xml():
 def test_malformed_xml_is_refused_by_file_and_line(change, message, line, xml):
     content = change(xml).encode("utf-8", "surrogateescape")
     with pytest.raises(FormatError, match=message) as caught:
-        aem_xml.parse(io.BytesIO(content), "given")
+        xml_format.parse(io.BytesIO(content), "given")
     assert caught.value.source == "given"
     assert "\n" not in str(caught.value)
     assert caught.value.line == line or line is None
 
 
 def test_error_late_in_a_large_file_names_its_line(monkeypatch):
-    monkeypatch.setattr("attitude.formats.lines.BLOCK", 5000)
-    monkeypatch.setattr("attitude.formats.aem_xml.CHUNK", 5000)
+    monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", 5000)
+    monkeypatch.setattr("attitude.formats.ccsds.xml_reader.CHUNK_BYTES", 5000)
     for syntax in MODULES:
         lines = text_of(motion().at(np.arange(500) / 7), syntax).splitlines()
         wrong = max(i for i, line in enumerate(lines) if "2017-01-01T00:01:00.4" in line)
@@ -843,13 +851,13 @@ class Endless(io.RawIOBase):
     """More bytes than anybody holds, which count themselves."""
 
     def __init__(self, beginning, pattern):
-        self.beginning, self.pattern, self.given = beginning, pattern, 0
+        self.beginning, self.pattern, self.byte_count = beginning, pattern, 0
 
     def read(self, size=-1):
         chunk = self.beginning or self.pattern * (size // len(self.pattern) + 1)
         self.beginning = b""
-        self.given += len(chunk)
-        if self.given > 1 << 25:
+        self.byte_count += len(chunk)
+        if self.byte_count > 1 << 25:
             raise AssertionError("asked for more than 32 MB")
         return chunk
 
@@ -860,7 +868,7 @@ class Endless(io.RawIOBase):
 )
 def test_endless_garbage_is_refused_at_once(beginning, pattern):
     with pytest.raises(FormatError):
-        aem.parse(Endless(beginning.encode(), pattern), "given")
+        kvn_format.parse(Endless(beginning.encode(), pattern), "given")
 
 
 # -- what is not written ---------------------------------------------------------------------------
@@ -918,6 +926,16 @@ def test_option_that_a_file_cannot_hold_is_named(options, syntax, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@both
+def test_writer_shows_its_options_as_keyword_arguments(syntax):
+    parameters = inspect.signature(MODULES[syntax].blocks).parameters
+    assert list(parameters) == ["nodes", *(field.name for field in dataclasses.fields(AemOptions))]
+    assert parameters["degree"].kind is inspect.Parameter.KEYWORD_ONLY
+    assert parameters["object_id"].default == "UNKNOWN"
+    with pytest.raises(InputError, match=r"subject: for .* an option of object_name, object_id, "):
+        motion().at(T).write("-", FORMATS[syntax], subject="X")
+
+
 def test_rates_that_are_not_there_are_refused():
     with pytest.raises(InputError, match="rates: an ephemeris that holds rates"):
         text_of(rebuilt(motion().at(T), rate=None), rates=True)
@@ -930,8 +948,8 @@ def test_name_that_a_line_cannot_hold_is_refused():
 
 
 def test_degree_is_told_and_is_what_nodes_are_chosen_by():
-    assert aem.interpolant(degree=3, object_id="X") == nodes.Interpolant("lagrange", 3)
-    assert aem_xml.interpolant() == nodes.Interpolant("lagrange", 7)
+    assert kvn_format.interpolant(degree=3, object_id="X") == interpolation_nodes.Interpolant("lagrange", 3)
+    assert xml_format.interpolant() == interpolation_nodes.Interpolant("lagrange", 7)
     assert "INTERPOLATION_DEGREE = 3\n" in text_of(motion().at(T), degree=3)
     cut = rebuilt(motion().at(T), events=(Event(T[2], "impulse", ""), Event(T[3], "contact", "")))
     assert re.findall("DEGREE = (.*)", text_of(cut)) == ["1", "7"]

@@ -4,7 +4,9 @@ import os
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,9 +14,11 @@ from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
 from attitude.cli import main
-from attitude.dynamics.event import Event
-from attitude.elapsed import Instants
-from attitude.formats import ck, nodes, samples, spice_text
+from attitude.formats import interpolation_nodes
+from attitude.formats.spice import ck, text_kernels
+from attitude.samples import chunks
+from attitude.samples.event import Event
+from attitude.times.instants import Instants
 
 spice = pytest.importorskip("spiceypy")
 
@@ -258,7 +262,7 @@ def test_an_attitude_alone_between_impulses_is_kept(tmp_path):
 
 @pytest.mark.parametrize("type", [2, 3])
 def test_blocks_share_their_boundary_so_that_no_time_is_left_out(type, tmp_path, monkeypatch):
-    monkeypatch.setattr(samples, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
     path, ephemeris = written(tmp_path, type=type)
     assert len(segments_of(path)) == 9
     load(path)
@@ -276,7 +280,7 @@ def test_blocks_share_their_boundary_so_that_no_time_is_left_out(type, tmp_path,
 @pytest.mark.parametrize("frame", ["ICRF", "ECLIPJ2000"])
 def test_bits_of_quaternions_and_instants_come_back(frame, tmp_path):
     ephemeris = motion(frame).at(T)
-    ephemeris.name = "4179 Toutatis"
+    ephemeris = replace(ephemeris, name="4179 Toutatis")
     path, _ = written(tmp_path, ephemeris)
     back = Ephemeris.read(path)
     assert np.array_equal(back.quaternion("wxyz"), ephemeris.quaternion("wxyz"))
@@ -353,7 +357,7 @@ NAMES = {
 @pytest.mark.parametrize(("name", "frame"), NAMES.items(), ids=["accents", "long", "other letters"])
 def test_frame_is_called_as_the_ephemeris_if_spice_can(name, frame, tmp_path):
     ephemeris = motion().at(T)
-    ephemeris.name = name
+    ephemeris = replace(ephemeris, name=name)
     path, _ = written(tmp_path, ephemeris)
     load(path)
     assert spice.namfrm(frame) == STRUCTURE
@@ -417,7 +421,7 @@ def other(folder, system=1, **changes):
 def test_clock_of_another_dates_records_as_spice_does(system, tmp_path):
     path, ticks, q = other(tmp_path, system)
     back = Ephemeris.read(path)
-    (tmp_path / "a.tls").write_text(spice_text.leap_seconds())
+    (tmp_path / "a.tls").write_text(text_kernels.leap_seconds())
     spice.furnsh([str(tmp_path / "a.tls"), str(tmp_path / "c.tsc")])
     expected = [spice.unitim(spice.sct2e(-82, tick), "ET", "TDT") for tick in ticks]
     found = (back.epoch.tt - Time("2000-01-01T12:00:00", scale="tt")).sec + back.elapsed
@@ -575,7 +579,7 @@ def swapped(data):
 
 
 def test_pool_of_the_user_stays_as_it_was(tmp_path):
-    (tmp_path / "mine.tls").write_text(spice_text.leap_seconds())
+    (tmp_path / "mine.tls").write_text(text_kernels.leap_seconds())
     spice.furnsh(str(tmp_path / "mine.tls"))
     spice.pdpool("MINE", [1.0, 2.0])
     path, _ = written(tmp_path)
@@ -607,9 +611,9 @@ class Interruption(BaseException):
 
 
 def test_interrupted_write_leaves_no_ck_and_no_open_file(tmp_path, monkeypatch):
-    monkeypatch.setattr(samples, "BLOCK", 7)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr(ck.tempfile, "tempdir", None)
+    monkeypatch.setattr(tempfile, "tempdir", None)
 
     def interrupt(done):
         if done > 0.5:
@@ -627,7 +631,7 @@ def test_interrupted_write_leaves_no_ck_and_no_open_file(tmp_path, monkeypatch):
 
 def test_standard_output_is_no_place_for_several_files(tmp_path, monkeypatch, capfdbinary):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(FormatError, match="ck is several files"):
+    with pytest.raises(FormatError, match="ck has companion files"):
         motion().at(T).write("-", format="ck")
     assert capfdbinary.readouterr().out == b""
     assert os.listdir() == []
@@ -714,15 +718,18 @@ DAMAGED = {
     "through a text transfer": (lambda data: data.replace(b"\r\n", b"\n\n"), "transfer as text"),
     "other descriptors": (put(8, "<ii", 3, 6), "descriptors of 3 doubles"),
     "cut in the middle": (lambda data: data[: len(data) // 2], "in a file of"),
-    "cut before the summaries": (lambda data: data[:1024], "leads nowhere"),
-    "summaries in a ring": (lambda data: in_summary(0, "<d", summary_of(data) // 1024 + 1)(data), "nowhere"),
-    "no next record": (in_summary(0, "<d", float("nan")), "nowhere"),
+    "cut before the summaries": (lambda data: data[:1024], "list is corrupt"),
+    "summaries in a ring": (
+        lambda data: in_summary(0, "<d", summary_of(data) // 1024 + 1)(data),
+        "list is corrupt",
+    ),
+    "no next record": (in_summary(0, "<d", float("nan")), "list is corrupt"),
     "too many summaries": (in_summary(16, "<d", 1e9), "summaries in a record"),
     "array before the file": (in_summary(56, "<i", -5), "an array from -5"),
     "type 5": (in_summary(48, "<i", 5), "type 5; types 2 and 3"),
     "of the Earth": (in_summary(44, "<i", 10013), "frame 10013"),
-    "rates that are none": (in_summary(52, "<i", 0), "counts are not its own"),
-    "count of records": (in_array(-1, "<d", 61.0), "counts are not its own"),
+    "rates that are none": (in_summary(52, "<i", 0), "does not match its counts"),
+    "count of records": (in_array(-1, "<d", 61.0), "does not match its counts"),
     "no count": (in_array(-1, "<d", 0.0), "a count of 0.0"),
     "NaN": (in_array(2, "<d", float("nan")), "not finite"),
     "not unit": (in_array(0, "<d", 3.0), "unit quaternion"),
@@ -744,11 +751,14 @@ CLOCKS = {
     "empty": (lambda text: "", "no SCLK_DATA_TYPE_999, the clock of structure -999000"),
     "open": (lambda text: text.replace("1 )\n\n", "1\n\n"), "closing parenthesis"),
     "no assignment": (lambda text: text.replace("SCLK01_N_FIELDS_999", "N FIELDS"), "no assignment"),
-    "type 2": (lambda text: text.replace("TYPE_999         = ( 1 )", "TYPE_999 = ( 2 )"), "none of type 1"),
-    "other time": (lambda text: text.replace("SYSTEM_999     = ( 2 )", "SYSTEM_999 = ( 3 )"), "none of type"),
-    "word": (lambda text: text.replace("( 68719476736 65536 )", "( a b )"), "none of type 1"),
-    "stopped": (lambda text: text.replace("0  0  1 )", "0  0  0 )"), "none of type 1"),
-    "later": (lambda text: text.replace("( 0  0  1 )", "( 65536  0  1 )"), "begins before its clock"),
+    "type 2": (lambda text: text.replace("TYPE_999         = ( 1 )", "TYPE_999 = ( 2 )"), "not of type 1"),
+    "other time": (lambda text: text.replace("SYSTEM_999     = ( 2 )", "SYSTEM_999 = ( 3 )"), "not of type"),
+    "word": (lambda text: text.replace("( 68719476736 65536 )", "( a b )"), "not of type 1"),
+    "stopped": (lambda text: text.replace("0  0  1 )", "0  0  0 )"), "not of type 1"),
+    "later": (
+        lambda text: text.replace("( 0  0  1 )", "( 65536  0  1 )"),
+        "begins before the first calibration",
+    ),
     "far": (lambda text: text.replace("( 0  0  1 )", "( 0  1D15  1 )"), "beyond any calendar"),
 }
 
@@ -801,8 +811,8 @@ def test_memory_does_not_grow_with_the_number_of_records(tmp_path):
 import resource, time, numpy as np
 from astropy.time import Time
 from attitude import RigidBody, TorqueFreeMotion, formats
-from attitude.elapsed import Grid
-from attitude.formats.samples import Samples
+from attitude.times.instants import Grid
+from attitude.samples.chunks import Samples
 epoch = Time("2000-01-01T12:00:00", scale="tt")
 motion = TorqueFreeMotion(RigidBody((1, 1.6, 2.1)), {Q0}, {OMEGA}, epoch, order="wxyz")
 def of(n):
@@ -819,4 +829,4 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 
 def test_readers_are_told_that_they_turn_evenly():
-    assert ck.interpolant() == ck.interpolant(type=2) == nodes.Interpolant("slerp")
+    assert ck.interpolant() == ck.interpolant(type=2) == interpolation_nodes.Interpolant("slerp")

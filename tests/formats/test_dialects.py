@@ -21,7 +21,7 @@ from astropy.table import QTable
 from astropy.time import Time
 
 from attitude import Ephemeris
-from attitude.elapsed import Instants
+from attitude.times.instants import Instants
 
 HALF = math.sqrt(0.5)
 EPOCH = Time("2026-01-01T00:00:00", scale="utc")

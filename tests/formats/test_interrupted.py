@@ -11,11 +11,12 @@ import time
 import pytest
 
 from attitude import FormatError, InputError
-from attitude.formats import files, samples, write
-from attitude.formats.known import FORMATS
-from attitude.formats.samples import Samples
-
-from .damage import T, motion, options_of, written
+from attitude.formats import write
+from attitude.formats.registry import FORMATS
+from attitude.runtime import atomic_files
+from attitude.samples import chunks
+from attitude.samples.chunks import Samples
+from tests.formats.damage import T, motion, options_of, written
 
 each_format = pytest.mark.parametrize("format", FORMATS)
 COMPANIONS = {"ck": (".tsc", ".tf", ".tls", ".tm")}
@@ -65,7 +66,7 @@ FAILURES = {
 @each_format
 @pytest.mark.parametrize(("error", "kind", "words"), FAILURES.values(), ids=FAILURES)
 def test_failure_between_pieces_leaves_what_was_there(format, error, kind, words, folder, monkeypatch):
-    monkeypatch.setattr(samples, "BLOCK", 5)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 5)
     with pytest.raises((kind, OSError) if kind is FormatError else kind, match=words):
         write(failing(error), folder / names(format)[0], **options_of(format, motion().at(T)))
     assert_untouched(folder, format)
@@ -73,7 +74,7 @@ def test_failure_between_pieces_leaves_what_was_there(format, error, kind, words
 
 @each_format
 def test_full_disk_leaves_what_was_there_and_is_said(format, folder, monkeypatch):
-    made = files.tempfile.NamedTemporaryFile
+    made = atomic_files.tempfile.NamedTemporaryFile
 
     def full(*arguments, **options):
         file = made(*arguments, **options)
@@ -85,7 +86,7 @@ def test_full_disk_leaves_what_was_there_and_is_said(format, folder, monkeypatch
         file.write = write
         return file
 
-    monkeypatch.setattr(files.tempfile, "NamedTemporaryFile", full)
+    monkeypatch.setattr(atomic_files.tempfile, "NamedTemporaryFile", full)
     path = folder / names(format)[0]
     with pytest.raises(FormatError, match=r"cannot be written \(No space left on device\)") as caught:
         motion().at(T).write(path)
@@ -95,14 +96,14 @@ def test_full_disk_leaves_what_was_there_and_is_said(format, folder, monkeypatch
 
 
 def test_last_file_that_cannot_be_written_leaves_none_of_them(tmp_path, monkeypatch):
-    beside = files._beside
+    beside = atomic_files._beside
 
     def full(path, blocks, written):
         if path.suffix == ".tm":
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         beside(path, blocks, written)
 
-    monkeypatch.setattr(files, "_beside", full)
+    monkeypatch.setattr(atomic_files, "_beside", full)
     with pytest.raises(FormatError, match="No space left on device"):
         motion().at(T).write(tmp_path / "a.bc")
     assert list(tmp_path.iterdir()) == []
@@ -129,7 +130,7 @@ def ends(folder, ways):
     """Writes each format in processes of its own, ends them in the middle, and prints how they ended."""
     for format in FORMATS:
         written(format, motion().at(T))  # what the format rests on is imported once
-    samples.BLOCK = 100
+    chunks.CHUNK_INSTANTS = 100
     for number in ways:
         for format in FORMATS:
             print(json.dumps([format, *ended(os.path.join(folder, str(number), format), format, number)]))

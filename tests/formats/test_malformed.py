@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from attitude import AttitudeError, Ephemeris, FormatError
-from attitude.elapsed import Instants
-from attitude.formats.known import FORMATS, KNOWN
-
-from .damage import EXACT, T, clock, motion, originals, read, written
+from attitude.formats.registry import FORMATS
+from attitude.times.instants import Instants
+from tests.formats.damage import EXACT, T, clock, motion, originals, read, written
 
 each_format = pytest.mark.parametrize("format", FORMATS)
 
@@ -223,7 +222,7 @@ BY_FILE = [
     ("aem-xml", "unknown keyword", swap(rb"<OBJECT_ID>", b"<X>r</X>\n<OBJECT_ID>"), NO_KEYWORD, b"<X>"),
     ("stk", "unknown keyword", swap(rb"(?m)^CentralB", b"Colour red\nCentralB"), "not known here", b"Colour"),
     ("czml", "unknown keyword", swap(rb'"epoch":', b'"colour":1,"epoch":'), "'colour' is not read", None),
-    ("json", "unknown column", column("mass_kg", [1.0] * 5), "column 'mass_kg' is not known here", None),
+    ("json", "unknown column", column("mass_kg", [1.0] * 5), "column 'mass_kg' is unknown", None),
     (
         "csv",
         "unknown column",
@@ -241,12 +240,12 @@ BY_FILE = [
     ("aem-xml", "character of no AEM", swap(b">ATTITUDE<", ">Å<".encode()), "printable ASCII", "Å".encode()),
     ("aem", "control character", swap(rb"= ATTITUDE", b"= A\x07T"), "printable ASCII", b"\x07"),
     ("aem", "long value", swap(rb"= ATTITUDE", b"= " + b"A" * 231), "1 to 230 printable", b"AAA"),
-    ("ecsv", "laughs", swap(rb"# - \{name: ''\}\n", LAUGHS), "aliases stand for more", None),
+    ("ecsv", "laughs", swap(rb"# - \{name: ''\}\n", LAUGHS), "aliases expand to more", None),
     (
         "ecsv",
         "alias of itself",
         swap(rb"# - \{name: ''\}\n", b"# - {name: &a [*a]}\n"),
-        "aliases stand for more",
+        "aliases expand to more",
         None,
     ),
     ("ecsv", "name of half a character", swap(rb"name: ''", rb'name: "\\ud800"'), "name .*ud800", None),
@@ -461,11 +460,11 @@ def measure(folder):
     def most():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
-    for known in KNOWN:
+    for known in FORMATS.values():
         for content in originals(known.name):
             read(known.name, content)
     clock()
-    for known in KNOWN:
+    for known in FORMATS.values():
         for name, act in [*endless_cases(known.name), *sparse_cases(known, folder)]:
             before, begun, said = most(), time.perf_counter(), "whole"
             try:

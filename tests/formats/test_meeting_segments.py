@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from attitude import Ephemeris, FormatError, Scene
-from attitude.formats.nodes import Interpolant
-
-from .test_nodes import angle, between
+from attitude.formats.interpolation_nodes import Interpolant
+from tests.formats.test_nodes import angle, between
 
 SCENE = {
     "body": {"moments": [1, 2, 2.5], "unit": "kg m2", "mass": {"value": 3, "unit": "kg"}},
@@ -209,18 +208,18 @@ def read(text, tmp_path):
 
 @pytest.mark.parametrize("degrees", [60, 75], ids=["the same attitude", "another attitude"])
 def test_of_a_shared_epoch_both_attitudes_are_read_one_double_apart(degrees, tmp_path):
-    found = read(file([(0, 0), (60, 60)], [(60, degrees), (120, 120)]), tmp_path)
-    assert found.elapsed.tolist() == [0.0, np.nextafter(60.0, 0.0), 60.0, 120.0]
-    turned = np.rad2deg(2 * np.arctan2(*found.quaternion("wxyz")[:, [3, 0]].T))
+    back = read(file([(0, 0), (60, 60)], [(60, degrees), (120, 120)]), tmp_path)
+    assert back.elapsed.tolist() == [0.0, np.nextafter(60.0, 0.0), 60.0, 120.0]
+    turned = np.rad2deg(2 * np.arctan2(*back.quaternion("wxyz")[:, [3, 0]].T))
     assert turned == pytest.approx([0, 60, degrees, 120], abs=1e-12)
-    assert [(event.kind, event.seconds) for event in found.events] == [("segment", 60.0)]
+    assert [(event.kind, event.seconds) for event in back.events] == [("segment", 60.0)]
 
 
 def test_segment_of_one_instant_may_stand_between_two_that_share_it(tmp_path):
-    found = read(file([(0, 0), (60, 60)], [(60, 70)], [(60, 80), (120, 120)]), tmp_path)
-    assert (np.diff(found.elapsed) > 0).all()
-    assert found.elapsed == pytest.approx([0, 60, 60, 60, 120], abs=1e-9)
-    found.write(tmp_path / "b.aem")
+    back = read(file([(0, 0), (60, 60)], [(60, 70)], [(60, 80), (120, 120)]), tmp_path)
+    assert (np.diff(back.elapsed) > 0).all()
+    assert back.elapsed == pytest.approx([0, 60, 60, 60, 120], abs=1e-9)
+    back.write(tmp_path / "b.aem")
     starts, stops = spans(tmp_path / "b.aem")
     assert starts[1:] == stops[:-1]
     assert len(starts) == 3

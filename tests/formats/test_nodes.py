@@ -9,8 +9,8 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from attitude import Ephemeris, FormatError, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
-from attitude.formats.nodes import MARGIN, PLACES, Interpolant, chosen, upwards
-from attitude.formats.samples import Samples
+from attitude.formats.interpolation_nodes import ERROR_MARGIN, FRACTIONS, Interpolant, chosen, upwards
+from attitude.samples.chunks import Samples
 
 SLERP, LAGRANGE = Interpolant("slerp"), Interpolant("lagrange", 7)
 each_interpolant = pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def angle(p, q):
 
 def true_error(nodes, ephemeris, count=2000, seed=1):
     """rad; the greatest of what readers find, at so many random instants of the whole span."""
-    segments = [part for part in (segment.whole() for segment in nodes.segments) if len(part) > 1]
+    segments = [part for part in (segment.ephemeris() for segment in nodes.segments) if len(part) > 1]
     spans = np.array([np.ptp(part.elapsed) for part in segments])
     worst = 0.0
     for part, span in zip(segments, spans, strict=True):
@@ -58,7 +58,7 @@ def true_error(nodes, ephemeris, count=2000, seed=1):
 
 def most_turned(nodes, ephemeris):
     """rad; how far the body turns from one node to the next at its greatest rate."""
-    steps = [np.diff(segment.whole().elapsed).max() for segment in nodes.segments if segment.count > 1]
+    steps = [np.diff(segment.ephemeris().elapsed).max() for segment in nodes.segments if segment.count > 1]
     at = np.linspace(ephemeris.elapsed[0], ephemeris.elapsed[-1], 3000)
     return max(steps) * np.linalg.norm(ephemeris.resampled(at).angular_velocity, axis=1).max()
 
@@ -81,8 +81,8 @@ def test_reader_of_these_tests_is_scipys(degree):
 def test_interpolation_between_chosen_nodes_keeps_the_tolerance(name, interpolant, tolerance):
     ephemeris = Scene.builtin(name).run()
     nodes = chosen(Samples.of(ephemeris), interpolant, tolerance)
-    assert 0.3 * tolerance < nodes.worst <= tolerance  # and is not won by needless nodes
-    assert true_error(nodes, ephemeris) <= nodes.worst
+    assert 0.3 * tolerance < nodes.max_error <= tolerance  # and is not won by needless nodes
+    assert true_error(nodes, ephemeris) <= nodes.max_error
 
 
 def spinning(moments, rate):
@@ -122,11 +122,11 @@ def test_promise_holds_at_every_instant_of_every_motion(name, interpolant):
         ephemeris = motion.at([0.0, seconds])
         nodes = chosen(Samples.of(ephemeris), interpolant, tolerance)
         turned = most_turned(nodes, ephemeris)
-        assert true_error(nodes, ephemeris) <= nodes.worst <= tolerance
+        assert true_error(nodes, ephemeris) <= nodes.max_error <= tolerance
         assert turned <= np.pi / 2 * 1.001
         # Else a quarter of a turn, or a few windows for all of the span, are what limits the spacing.
         if turned < 0.99 * np.pi / 2 and nodes.written.nodes > 10 * interpolant.degree:
-            assert nodes.worst >= 0.4 * tolerance
+            assert nodes.max_error >= 0.4 * tolerance
 
 
 @each_body
@@ -139,7 +139,7 @@ def test_of_given_instants_no_error_is_greater_than_the_stated_one(name, interpo
         for t in (np.linspace(0.0, seconds, count), uneven):
             ephemeris = motion.at(t)
             nodes = chosen(Samples.of(ephemeris), interpolant)
-            assert true_error(nodes, ephemeris, 700) <= nodes.worst
+            assert true_error(nodes, ephemeris, 700) <= nodes.max_error
 
 
 @each_interpolant
@@ -147,20 +147,20 @@ def test_stated_error_is_the_greatest_and_little_more(interpolant):
     for t in (np.linspace(0, 30, 200), np.sort(np.random.default_rng(3).uniform(0.0, 30.0, 200))):
         ephemeris = MOTION.at(t)
         nodes = chosen(Samples.of(ephemeris), interpolant)
-        assert [segment.whole().elapsed.tolist() for segment in nodes.segments] == [t.tolist()]
+        assert [segment.ephemeris().elapsed.tolist() for segment in nodes.segments] == [t.tolist()]
         at = np.sort((t[:-1, None] + np.diff(t)[:, None] * np.linspace(0, 1, 60)).ravel())
         true = ephemeris.resampled(at).quaternion("wxyz")
         greatest = angle(between(interpolant, t, ephemeris.quaternion("wxyz"), at), true).max()
-        assert greatest <= nodes.worst < 1.08 * greatest
-        assert nodes.written == (200, nodes.worst)
+        assert greatest <= nodes.max_error < 1.08 * greatest
+        assert nodes.written == (200, nodes.max_error)
 
 
 @pytest.mark.parametrize("interpolant", INTERPOLANTS, ids=str)
 def test_readers_of_nodes_whole_turns_apart_are_half_a_turn_off(interpolant):
     spin = spinning([1, 2, 2.5], (0, 0, np.deg2rad(6.0)))
     nodes = chosen(Samples.of(spin.at(np.arange(0.0, 3601.0, 120.0))), interpolant)
-    assert nodes.worst == pytest.approx(np.pi, abs=1e-6)
-    assert nodes.worst >= np.pi * (1 - 1e-15)
+    assert nodes.max_error == pytest.approx(np.pi, abs=1e-6)
+    assert nodes.max_error >= np.pi * (1 - 1e-15)
 
 
 def test_greatest_error_between_the_places_is_within_the_margin():
@@ -174,7 +174,7 @@ def test_greatest_error_between_the_places_is_within_the_margin():
     for degree in range(1, 16):
         for interval in range(degree):
             true = greatest(degree, interval, np.linspace(0.0, 1.0, 401))
-            assert (true <= MARGIN * greatest(degree, interval, PLACES)).all()
+            assert (true <= ERROR_MARGIN * greatest(degree, interval, FRACTIONS)).all()
 
 
 def test_figure_for_people_is_rounded_upwards():
@@ -190,7 +190,7 @@ def test_figure_for_people_is_rounded_upwards():
 def test_chosen_nodes_cover_the_span_and_no_more(interpolant):
     ephemeris = Scene.builtin("toutatis").run()
     (segment,) = chosen(Samples.of(ephemeris), interpolant, 1e-5).segments
-    t = segment.whole().elapsed
+    t = segment.ephemeris().elapsed
     assert (t[0], t[-1]) == (ephemeris.elapsed[0], ephemeris.elapsed[-1])
     assert (np.diff(t) > 0).all()
     step = t[1] - t[0]
@@ -202,18 +202,19 @@ def test_chosen_nodes_cover_the_span_and_no_more(interpolant):
 
 @pytest.mark.parametrize("block", [1, 10, 1000])
 def test_nodes_do_not_depend_on_the_pieces_they_come_in(block, monkeypatch):
-    from attitude.formats import nodes, samples
+    from attitude.formats import interpolation_nodes
+    from attitude.samples import chunks
 
     ephemeris = MOTION.at(np.linspace(0.0, 20.0, 50))
     whole = [chosen(Samples.of(ephemeris), each, 1e-4) for each in (SLERP, LAGRANGE)]
-    monkeypatch.setattr(samples, "BLOCK", block)
-    monkeypatch.setattr(nodes, "CHECKED", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
+    monkeypatch.setattr(interpolation_nodes, "INTERVALS_PER_CHECK", block)
     for expected in whole:
         found = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)
-        assert found.worst == expected.worst
-        pieces = [piece.elapsed for piece in found.segments[0].pieces()]
+        assert found.max_error == expected.max_error
+        pieces = [piece.elapsed for piece in found.segments[0].chunks()]
         assert max(map(len, pieces)) <= block
-        assert np.array_equal(np.concatenate(pieces), expected.segments[0].whole().elapsed)
+        assert np.array_equal(np.concatenate(pieces), expected.segments[0].ephemeris().elapsed)
 
 
 def test_nobody_interpolates_across_an_impulse():
@@ -221,16 +222,16 @@ def test_nobody_interpolates_across_an_impulse():
     firings = [event.seconds for event in ephemeris.events]
     for tolerance in (None, 1e-5):
         nodes = chosen(Samples.of(ephemeris), LAGRANGE, tolerance)
-        starts = [float(segment.head.elapsed[0]) for segment in nodes.segments]
-        ends = [float(segment.tail.elapsed[0]) for segment in nodes.segments]
+        starts = [float(segment.first.elapsed[0]) for segment in nodes.segments]
+        ends = [float(segment.last.elapsed[0]) for segment in nodes.segments]
         assert len(starts) == len(firings) + 1
         assert all(
             end < firing <= start for end, firing, start in zip(ends, firings, starts[1:], strict=False)
         )
     for segment, firing in zip(nodes.segments, firings, strict=False):  # chosen: up to the impulse itself
-        assert 0.0 < firing - float(segment.tail.elapsed[0]) < 1e-9
+        assert 0.0 < firing - float(segment.last.elapsed[0]) < 1e-9
     for segment in nodes.segments:  # and the rate is the one of this side
-        energy = segment.whole().kinetic_energy
+        energy = segment.ephemeris().kinetic_energy
         assert np.ptp(energy) <= 1e-9 * energy[0]
 
 
@@ -239,14 +240,14 @@ def test_one_instant_has_nothing_between():
     assert nodes.written == (1, 0.0)
     nodes = chosen(Samples.of(MOTION.at([3.0])), SLERP, 1e-6)
     assert nodes.written == (1, 0.0)
-    assert nodes.segments[0].whole().elapsed.tolist() == [3.0]
+    assert nodes.segments[0].ephemeris().elapsed.tolist() == [3.0]
 
 
 def test_spin_at_a_constant_rate_needs_two_nodes_of_slerp_for_a_quarter_of_a_turn():
     spin = spinning([1.0, 1.6, 2.1], (0.0, 0.0, 0.1))
     nodes = chosen(Samples.of(spin.at(np.linspace(0.0, 15.0, 7))), SLERP, 1e-9)
     assert nodes.written.nodes == 2
-    assert nodes.worst < 1e-14
+    assert nodes.max_error < 1e-14
     assert chosen(Samples.of(spin.at(np.linspace(0.0, 200 * np.pi, 7))), SLERP, 1e-9).written.nodes < 45
 
 
@@ -254,11 +255,11 @@ def test_what_was_read_from_a_file_has_no_motion_behind_it(tmp_path):
     MOTION.at(np.arange(9.0)).write(tmp_path / "a.csv")
     back = Ephemeris.read(tmp_path / "a.csv")
     nodes = chosen(Samples.of(back), SLERP)
-    assert nodes.worst is None
+    assert nodes.max_error is None
     assert "not known" in nodes.remark
     with pytest.raises(InputError, match="interpolation_error: none for an ephemeris read from a file"):
         chosen(Samples.of(back), SLERP, 1e-6)
-    with pytest.raises(RegimeError, match="only these samples"):
+    with pytest.raises(RegimeError, match="read from a file cannot be evaluated"):
         back.resampled([1.0])
 
 
@@ -276,7 +277,7 @@ def test_resampled_is_the_motion_itself():
 
 def test_tolerance_is_an_angle_within_reason():
     samples = Samples.of(MOTION.at(np.arange(9.0)))
-    assert chosen(samples, SLERP, 1 * u.arcmin).worst <= np.deg2rad(1 / 60)
+    assert chosen(samples, SLERP, 1 * u.arcmin).max_error <= np.deg2rad(1 / 60)
     for wrong in (0.0, -1.0, np.nan, 1e-14, 10.0, "a", 1 * u.m):
         with pytest.raises(InputError, match="interpolation_error"):
             chosen(samples, SLERP, wrong)

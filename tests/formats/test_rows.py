@@ -15,12 +15,15 @@ from hypothesis import given
 from hypothesis.strategies import floats, lists
 from scipy.interpolate import BarycentricInterpolator
 
-from attitude import Ephemeris, FormatError, RigidBody, TorqueFreeMotion, orientation
-from attitude.dynamics.translation import Translation
-from attitude.elapsed import Instants
-from attitude.formats import FORMATS, aem_epochs, ecsv, encode, module_of, ndjson, parts, rows
+from attitude import Ephemeris, FormatError, RigidBody, TorqueFreeMotion
+from attitude.formats import FORMATS, encode, module_of, schema, text_rows
+from attitude.formats.ccsds import epochs
 from attitude.formats.interpolant import lagrange
-from attitude.formats.samples import Samples
+from attitude.formats.tables import ecsv, ndjson
+from attitude.frames import rotations
+from attitude.samples.chunks import Samples
+from attitude.samples.translation import Translation
+from attitude.times.instants import Instants
 
 EPOCH = Time("2016-12-31T23:59:58", scale="utc")
 EXTREMES = [
@@ -57,7 +60,7 @@ def usual_doubles(count):
 
 
 def text_of(values):
-    return rows.texts(np.ascontiguousarray(values)[None, :], [b"", b"\n"])
+    return text_rows.texts(np.ascontiguousarray(values)[None, :], [b"", b"\n"])
 
 
 # -- numbers ----------------------------------------------------------------------------------------
@@ -72,7 +75,7 @@ def test_digits_are_the_shortest_and_read_back_to_the_same_bits(values):
     assert np.array_equal(
         np.array(orjson.loads(b"[" + b",".join(words) + b"]")).view("i8"), values.view("i8")
     )
-    assert np.array_equal(rows.read(written, "n").columns[0].view("i8"), values.view("i8"))
+    assert np.array_equal(text_rows.read(written, "n").columns[0].view("i8"), values.view("i8"))
 
 
 def digits(word):
@@ -94,7 +97,7 @@ def test_formats_give_back_every_bit_of_any_double(format):
     count = values.shape[1]
     moved = Translation(values[:3].T, values[3:].T)
     q = np.tile([0.5, -0.5, 0.5, -0.5], (count, 1))
-    written = Ephemeris(q, Instants(np.arange(count) / 8, None, None), "ICRF", translation=moved)
+    written = Ephemeris(q, Instants(np.arange(count) / 8, None, None), "ICRF", centre_of_mass=moved)
     content = b"".join(encode(Samples.of(written), FORMATS[format]).blocks)
     back = module_of(FORMATS[format]).parse(io.BytesIO(content), "given").translation
     for found, true in ((back.position, moved.position), (back.velocity, moved.velocity)):
@@ -124,7 +127,7 @@ def halves():
 @pytest.mark.parametrize("words", [many_forms, halves])
 def test_numbers_are_rounded_as_python_rounds_them(words):
     words = list(words())
-    found = rows.read("\n".join([*words, ""]).encode(), "n").columns[0]
+    found = text_rows.read("\n".join([*words, ""]).encode(), "n").columns[0]
     assert np.array_equal(found.view("i8"), np.array([float(word) for word in words]).view("i8"))
 
 
@@ -160,19 +163,19 @@ NO_NUMBERS += [
 
 @pytest.mark.parametrize("word", NO_NUMBERS)
 def test_what_is_no_number_is_read_by_nobody(word):
-    assert rows.read(b"a 1.5\n\xff 2.5\n", "tn").columns.tolist() == [[1.5, 2.5]]
-    assert rows.read(b"a 1.5\nb %b\nc 2.5\n" % word, "tn") is None
+    assert text_rows.read(b"a 1.5\n\xff 2.5\n", "tn").columns.tolist() == [[1.5, 2.5]]
+    assert text_rows.read(b"a 1.5\nb %b\nc 2.5\n" % word, "tn") is None
 
 
 @pytest.mark.parametrize("text", [b"1 2\n3\n", b"1 2\n\n3 4\n", b"1 2\n3 4 5\n", b"1  2\n", b" 1 2\n", b""])
 def test_a_row_of_another_form_is_read_by_nobody(text):
-    assert rows.read(text, "nn") is None
+    assert text_rows.read(text, "nn") is None
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_what_is_not_finite_is_not_written(bad):
     with pytest.raises(FormatError, match=r"not finite, in row 9001,"):
-        rows.texts(np.array([[*[1.0] * 9001, bad]]), [b"", b"\n"])
+        text_rows.texts(np.array([[*[1.0] * 9001, bad]]), [b"", b"\n"])
 
 
 # -- rows -------------------------------------------------------------------------------------------
@@ -180,7 +183,7 @@ def test_what_is_not_finite_is_not_written(bad):
 
 @pytest.mark.parametrize("most", [1, 10_000, 1 << 30])
 def test_rows_are_pieces_a_date_and_numbers(monkeypatch, most):
-    monkeypatch.setattr(rows, "MOST_BYTES", most)
+    monkeypatch.setattr(text_rows, "MAX_TEXT_BYTES", most)
     values = np.random.default_rng(4).uniform(-1, 1, (7, 301))
     epochs = np.array([f"2026-01-01T00:{k // 60:02}:{k % 60:02}.000000000" for k in range(301)], dtype="S29")
     pieces = [b"<row><e>", b"</e> ", *[b" "] * 6, b"</row> at the end\n"]
@@ -188,20 +191,20 @@ def test_rows_are_pieces_a_date_and_numbers(monkeypatch, most):
         b"<row><e>" + epoch + b"</e> " + b" ".join(repr(v).encode() for v in row) + b"</row> at the end\n"
         for epoch, row in zip(epochs.tolist(), values.T.tolist(), strict=True)
     )
-    assert rows.texts(values, pieces, epochs).replace(b".0e-", b"e-") == expected
-    spaced = rows.texts(values, [b"", *[b" "] * 7, b"\n"], epochs)
-    table = rows.read(spaced, "t" + "n" * 7)
+    assert text_rows.texts(values, pieces, epochs).replace(b".0e-", b"e-") == expected
+    spaced = text_rows.texts(values, [b"", *[b" "] * 7, b"\n"], epochs)
+    table = text_rows.read(spaced, "t" + "n" * 7)
     assert np.array_equal(table.columns, values)
-    assert np.array_equal(rows.read(spaced, "-" + "n" * 7).columns, values)
-    assert bytes(rows.contents(table.texts[0])) == b"".join(epochs.tolist())
+    assert np.array_equal(text_rows.read(spaced, "-" + "n" * 7).columns, values)
+    assert bytes(text_rows.contents(table.texts[0])) == b"".join(epochs.tolist())
 
 
 def test_any_blanks_separate_values_and_empty_lines_are_passed_over():
     text = b"1 2\n\n \t 3\t  4\r\n5 6 \n"
-    table, numbers = rows.read_spaced(text, 7, "nn")
+    table, numbers = text_rows.read_spaced(text, 7, "nn")
     assert table.columns.T.tolist() == [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]
     assert list(numbers) == [7, 9, 10]
-    lines, numbers = rows.read_spaced(text + b"\n x  7\n", 7, "nn")
+    lines, numbers = text_rows.read_spaced(text + b"\n x  7\n", 7, "nn")
     assert lines == [b"1 2", b"3 4", b"5 6", b"x 7"]
     assert list(numbers) == [7, 9, 10, 12]
 
@@ -225,7 +228,7 @@ WRONG = {
 )
 @pytest.mark.parametrize("block", [5000, 1 << 22])
 def test_what_is_wrong_late_in_a_file_is_told_by_its_line(monkeypatch, format, old, new, block):
-    monkeypatch.setattr("attitude.formats.lines.BLOCK", block)
+    monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", block)
     text = ephemeris(400, format).split(b"\n")
     wrong = next(i for i in range(len(text) * 3 // 4, len(text)) if old in text[i])
     text[wrong] = text[wrong].replace(old, new, 1)
@@ -306,7 +309,7 @@ def some_dates():
 
 
 def arrow(texts):
-    return rows.read(b"".join(text + b"\n" for text in texts), "t", b"|").texts[0]
+    return text_rows.read(b"".join(text + b"\n" for text in texts), "t", b"|").texts[0]
 
 
 def test_dates_of_one_width_are_read_as_each_is():
@@ -316,8 +319,8 @@ def test_dates_of_one_width_are_read_as_each_is():
     assert len(groups) > 20
     for texts in groups.values():
         together, alone = (
-            aem_epochs.each(arrow(texts), "UTC"),
-            [aem_epochs.one(text, "UTC") for text in texts],
+            epochs.parse_epochs(arrow(texts), "UTC"),
+            [epochs.parse_epoch(text, "UTC") for text in texts],
         )
         assert np.stack(together, axis=1).tolist() == [list(pair) for pair in alone]
 
@@ -334,19 +337,19 @@ WRONG_DATES = [
 @pytest.mark.parametrize("text", WRONG_DATES)
 @pytest.mark.parametrize("beside", [[], [b"2026-01-01T00:00:00"], [b"2026-01-01T00:00:00.5"] * 3])
 def test_no_date_is_refused_by_its_place(text, beside):
-    with pytest.raises(aem_epochs.EpochError) as caught:
-        aem_epochs.each(arrow([*beside, text.encode(), *beside]), "UTC")
+    with pytest.raises(epochs.RowError) as caught:
+        epochs.parse_epochs(arrow([*beside, text.encode(), *beside]), "UTC")
     assert caught.value.index == len(beside)
 
 
 def test_a_zone_and_a_leap_second_are_read():
     texts = [b"2016-12-31T23:59:59.5", b"2016-12-31T23:59:60.5", b"2017-01-01T00:00:00.5"]
-    second, atto = aem_epochs.each(arrow(texts), "UTC")
+    second, atto = epochs.parse_epochs(arrow(texts), "UTC")
     assert np.diff(second).tolist() == [1, 1]
     assert set(atto.tolist()) == {5 * 10**17}
-    zoned = aem_epochs.each(arrow([text + b"Z" for text in texts]), "UTC")
+    zoned = epochs.parse_epochs(arrow([text + b"Z" for text in texts]), "UTC")
     assert np.array_equal(zoned.second, second)
-    mixed = aem_epochs.each(arrow([texts[0], texts[1] + b"Z", b"2017-001T00:00:00.5"]), "UTC")
+    mixed = epochs.parse_epochs(arrow([texts[0], texts[1] + b"Z", b"2017-001T00:00:00.5"]), "UTC")
     assert np.array_equal(mixed.second, second)
 
 
@@ -364,20 +367,20 @@ def test_dates_are_written_as_astropy_writes_them(scale, epoch):
         np.arange(-8, 8, 0.125),
         np.random.default_rng(6).integers(-(10**11), 10**11, 2000) / 128,
     ):
-        written = parts.dates(Instants(seconds, None, start)).astype("U")
+        written = schema.dates(Instants(seconds, None, start)).astype("U")
         time = Instants(seconds, None, start).time
         assert np.array_equal(written, plainly(time))
     assert (
         scale != "utc"
         or epoch[:4] != "2016"
-        or "2016-12-31T23:59:60.250000000" in parts.dates(Instants(np.array([2.5]), None, start)).astype("U")
+        or "2016-12-31T23:59:60.250000000" in schema.dates(Instants(np.array([2.5]), None, start)).astype("U")
     )
 
 
 def test_dates_use_both_parts_and_are_rounded_once():
     start = Time("2026-01-01", scale="tai")
     seconds, rest = np.array([1e8, 1e8, -1e8, 86399.9999999996]), np.array([4.9e-10, 5.1e-10, -5.1e-10, 0.0])
-    assert parts.dates(Instants(seconds, rest, start)).tolist() == [
+    assert schema.dates(Instants(seconds, rest, start)).tolist() == [
         b"2029-03-03T09:46:40.000000000",
         b"2029-03-03T09:46:40.000000001",
         b"2022-10-31T14:13:19.999999999",
@@ -389,7 +392,7 @@ def test_dates_use_both_parts_and_are_rounded_once():
 @pytest.mark.parametrize("far", [4e11, -1e11])
 def test_dates_beyond_four_digits_are_left_to_astropy(far):
     instants = Instants(np.array([0.0, far]), None, Time("2026-01-01", scale="tai"))
-    assert parts.dates(instants).tolist() == parts.iso_text(instants.time).tolist()
+    assert schema.dates(instants).tolist() == schema.iso_text(instants.time).tolist()
 
 
 # -- interpolation ----------------------------------------------------------------------------------
@@ -401,7 +404,7 @@ def test_errors_are_those_of_the_polynomials(degree):
     t = np.cumsum(generator.uniform(0.5, 1.5, 40))
     nodes, true = generator.normal(size=(40, 4)), generator.normal(size=(60, 4))
     places = np.array([0.3, 0.9])
-    nodes = orientation.sign_continuous(nodes / np.linalg.norm(nodes, axis=1)[:, None])
+    nodes = rotations.sign_continuous(nodes / np.linalg.norm(nodes, axis=1)[:, None])
     true /= np.linalg.norm(true, axis=1)[:, None]
     found = lagrange(degree, "degree").errors(t, nodes, np.arange(5, 35), places, true)
     for i, error in enumerate(found):
@@ -409,5 +412,5 @@ def test_errors_are_those_of_the_polynomials(degree):
         window = slice(begin, begin + degree + 1)
         q = BarycentricInterpolator(t[window], nodes[window])(t[5 + i] + places * (t[6 + i] - t[5 + i]))
         q /= np.linalg.norm(q, axis=1)[:, None]
-        expected = orientation.angle_between(q, true[2 * i : 2 * i + 2]).max()
+        expected = rotations.angle_between(q, true[2 * i : 2 * i + 2]).max()
         assert error == pytest.approx(float(expected), abs=1e-7 if expected > 3.1 else 1e-9)

@@ -8,8 +8,9 @@ import pytest
 from scipy.interpolate import BarycentricInterpolator
 
 from attitude import Ephemeris
-from attitude.dynamics.event import Event
-from attitude.formats import aem, aem_xml, samples
+from attitude.formats.ccsds import kvn, xml
+from attitude.samples import chunks
+from attitude.samples.event import Event
 
 COUNT = 20
 ANGLES = np.deg2rad(94.0 + 10.0 * np.arange(COUNT))  # about z, 10 deg/s
@@ -78,7 +79,7 @@ def as_czml(signs):
 def as_csv(signs):
     """As a user has them who wrote the file with other tools, or changed signs in it."""
     text, _ = as_aem(np.ones(COUNT))
-    whole = aem.parse(io.BytesIO(text.encode()), "a.aem")
+    whole = kvn.parse(io.BytesIO(text.encode()), "a.aem")
     flipped = Ephemeris(xyzw(signs)[:, [3, 0, 1, 2]], whole.instants, "EME2000")
     return flipped, "a.csv"
 
@@ -131,7 +132,7 @@ def test_what_is_read_to_be_interpolated_has_continuous_signs(make, signs, tmp_p
 def test_what_is_written_to_be_interpolated_has_continuous_signs(
     make, ending, block, signs, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(samples, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     read(make(signs), tmp_path).write(tmp_path / f"b{ending}")
     q = written_rows(tmp_path / f"b{ending}")
     assert q.shape == (COUNT, 4)
@@ -150,8 +151,8 @@ def test_rates_do_not_depend_on_signs(tmp_path):
         ]
         return AEM.replace("= QUATERNION", "= QUATERNION/DERIVATIVE").format("\n".join(text))
 
-    found = read((derivative(FLIPS), "a.aem"), tmp_path)
-    assert np.abs(found.angular_velocity - [0, 0, np.deg2rad(10.0)]).max() < 1e-14
+    back = read((derivative(FLIPS), "a.aem"), tmp_path)
+    assert np.abs(back.angular_velocity - [0, 0, np.deg2rad(10.0)]).max() < 1e-14
 
 
 def test_ck_written_by_others_is_read_with_continuous_signs(tmp_path):
@@ -169,17 +170,17 @@ def test_signs_that_slerp_does_not_mind_stay_as_they_are_in_czml(tmp_path):
     assert np.array_equal(q, xyzw(FLIPS))
 
 
-@pytest.mark.parametrize("module", [aem, aem_xml])
+@pytest.mark.parametrize("module", [kvn, xml])
 def test_signs_continue_across_segments(module, tmp_path):
     content, _ = as_aem(np.ones(COUNT))
-    whole = aem.parse(io.BytesIO(content.encode()), "a.aem")
+    whole = kvn.parse(io.BytesIO(content.encode()), "a.aem")
     cut = Ephemeris(
         xyzw(np.where(np.arange(COUNT) < 8, 1.0, -1.0))[:, [3, 0, 1, 2]],
         whole.instants,
         "EME2000",
         events=(Event(8.0, "segment", "a segment begins"),),
     )
-    path = tmp_path / ("a.xml" if module is aem_xml else "a.aem")
+    path = tmp_path / ("a.xml" if module is xml else "a.aem")
     cut.write(path)
     q = written_rows(path)
     assert ((q[1:] * q[:-1]).sum(axis=1) > 0.99).all()

@@ -1,15 +1,17 @@
 """STK attitude files: literal ones read, bits that come back, and what is refused with its line."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
-from attitude.dynamics.event import Event
-from attitude.elapsed import Instants
-from attitude.formats import nodes, samples, stk
+from attitude.formats import interpolation_nodes, stk
+from attitude.samples import chunks
+from attitude.samples.event import Event
+from attitude.times.instants import Instants
 
 BODY = RigidBody((1.0, 1.6, 2.1))
 Q0, OMEGA = (0.1, -0.7, 0.5, 0.5), (0.3, -0.5, 0.9)
@@ -94,13 +96,13 @@ def test_options_are_written_as_they_stand(tmp_path):
     assert text.startswith("stk.v.12.2\n")
     assert keywords(text)["CentralBody"] == "Sun"
     assert keywords(text)["InterpolationOrder"] == "7"
-    assert stk.interpolant(**options) == nodes.Interpolant("lagrange", 7, crosses=True)
-    assert stk.interpolant() == nodes.Interpolant("lagrange", 1, crosses=True)
+    assert stk.interpolant(**options) == interpolation_nodes.Interpolant("lagrange", 7, crosses=True)
+    assert stk.interpolant() == interpolation_nodes.Interpolant("lagrange", 1, crosses=True)
 
 
 def test_comments_say_convention_and_error_in_ascii(tmp_path):
     ephemeris = motion().at(T)
-    ephemeris.name = "Å\nBEGIN Attitude\r"
+    ephemeris = replace(ephemeris, name="Å\nBEGIN Attitude\r")
     text = text_of(tmp_path, ephemeris)
     assert text.isascii()
     assert "# q rotates body to inertial" in text
@@ -137,7 +139,7 @@ def test_bits_of_quaternions_come_back(frame, rates, tmp_path):
 @pytest.mark.parametrize("block", [1, 7, 39, 40, 41])
 def test_files_do_not_depend_on_the_size_of_their_blocks(block, monkeypatch, tmp_path):
     whole = text_of(tmp_path, motion().at(T), rates=True)
-    monkeypatch.setattr(samples, "BLOCK", block)
+    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     assert text_of(tmp_path, motion().at(T), rates=True) == whole
 
 
@@ -160,8 +162,8 @@ def in_segments(*groups, jump=False):
         part = whole[list(group)]
         if jump and i:
             part = Ephemeris(motion().at(T + 1)[list(group)].quaternion("wxyz").copy(), part.instants, "ICRF")
-        segments.append(samples.Samples.of(part))
-    return nodes.Nodes(tuple(segments), stk.interpolant(), None)
+        segments.append(chunks.Samples.of(part))
+    return interpolation_nodes.Nodes(tuple(segments), stk.interpolant(), None)
 
 
 def test_an_instant_that_two_segments_share_stands_once(tmp_path):

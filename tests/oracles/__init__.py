@@ -1,1 +1,1 @@
-"""The tests of the 50-digit oracle, and the closed form as it was published."""
+"""Tests of the 50-digit oracle, and the published closed form in mpmath."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from attitude import Scene
-from attitude.formats import json
+from attitude.formats.tables import json
 
 # Limits of the service that the tests ask.
 MAX_SAMPLES = 10_000
@@ -45,4 +45,4 @@ def without_cost(content: bytes) -> bytes:
 
 def library_json(scene: Scene) -> bytes:
     """What the library itself makes of a scene, without what that took."""
-    return without_cost(b"".join(json.answer(scene.samples())))
+    return without_cost(b"".join(json.blocks_with_plan(scene.samples())))

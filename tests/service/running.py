@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -18,26 +19,36 @@ from urllib.parse import urlsplit
 from asking import READY_WITHIN_S, wait_until_ready
 
 COMMAND = (sys.executable, "-m", "attitude.cli", "serve", "--port", "0")
+UVICORN = (sys.executable, "-m", "uvicorn", "service.app:app", "--port", "0")
 
 
 class Running:
     """Started with the settings given by name; `log` is what it has written so far."""
 
-    def __init__(self, **settings: Any):
+    def __init__(
+        self, command: tuple[str, ...] = COMMAND, variables: dict[str, str] | None = None, **settings: Any
+    ):
         environment = {name: value for name, value in os.environ.items() if not name.startswith("ATTITUDE_")}
         environment |= {f"ATTITUDE_{name.upper()}": str(value) for name, value in settings.items()}
+        environment |= variables or {}
         self._written = Path(tempfile.mkstemp(suffix=".log")[1])
         with self._written.open("wb") as log:
-            self.process = subprocess.Popen(COMMAND, stderr=log, env=environment)
+            self.process = subprocess.Popen(command, stderr=log, env=environment)
 
     def __enter__(self) -> Running:
         try:
             wait_until_ready(lambda: self.address is not None)
-            wait_until_ready(lambda: self.get("/readyz")[0] == 200)
+            wait_until_ready(self._is_ready)
         except BaseException:
             self.__exit__(None, None, None)
             raise
         return self
+
+    def _is_ready(self) -> bool:
+        try:
+            return self.get("/readyz")[0] == 200
+        except ConnectionRefusedError:  # bound, and no worker listens yet
+            return False
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -53,14 +64,15 @@ class Running:
     def log(self) -> list[dict[str, Any]]:
         """Every whole line."""
         text = self._written.read_text()
-        return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
+        lines = text[: text.rfind("\n") + 1].splitlines()
+        return [json.loads(line) if line.startswith("{") else {"message": line} for line in lines]
 
     @property
     def address(self) -> tuple[str, int] | None:
         assert self.process.poll() is None, self._written.read_text()
         for line in self.log:
-            if "address" in line:
-                parts = urlsplit(line["address"])
+            if found := re.search(r"running on (http://\S+)", line["message"]):
+                parts = urlsplit(found[1])
                 assert parts.hostname
                 assert parts.port
                 return parts.hostname, parts.port

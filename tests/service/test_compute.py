@@ -12,9 +12,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from attitude import InputError, Scene
-from service import create_app, jobs, limits
-from service.compute import Compute
-from service.jobs import Job
+from service import create_app, limits
+from service.compute import Compute, Job, current
 from service.settings import Settings
 
 WITHIN_S = 30
@@ -34,11 +33,11 @@ class Client:
 async def asked(compute, work, *arguments, client=None):
     """A request that calls `work` once."""
     job = Job("test", (client or Client()).receive)
-    jobs.begin(job)
+    current.set(job)
     try:
         return await compute.run(work, *arguments)
     finally:
-        job.end()
+        compute.leave(job)
 
 
 def computing(scenario, **settings):
@@ -67,7 +66,7 @@ def test_result_and_errors_of_the_work_come_through():
         assert await asked(compute, divmod, 7, 2) == (3, 1)
         with pytest.raises(KeyError):
             await asked(compute, fail)
-        assert (compute.busy, compute.in_flight) == (0, 0)
+        assert (len(compute.running), compute.in_flight) == (0, 0)
 
     computing(scenario)
 
@@ -84,7 +83,7 @@ def test_no_more_than_the_threads_compute_at_once_and_others_wait_in_turn():
         await until(lambda: len(order) == 2)
         await asyncio.sleep(0.05)
         assert order == [0, 1]
-        assert (compute.busy, compute.in_flight) == (2, 5)
+        assert (len(compute.running), compute.in_flight) == (2, 5)
         release.set()
         await asyncio.gather(*tasks)
         assert sorted(order) == list(range(5))
@@ -120,11 +119,11 @@ def test_blocks_of_one_request_count_once_and_let_others_between():
 
     async def stream(compute, name):
         job = Job(name, Client().receive)
-        jobs.begin(job)
+        current.set(job)
         try:
             return [block async for block in compute.blocks(blocks(name))]
         finally:
-            job.end()
+            compute.leave(job)
 
     async def scenario(compute):
         answers = await asyncio.gather(stream(compute, "a"), stream(compute, "b"))
@@ -156,7 +155,7 @@ def test_computation_stops_between_pieces_when_the_client_has_gone():
         with pytest.raises(ClientDisconnect):
             await task
         await until(stopped.is_set)
-        await until(lambda: compute.busy == 0)
+        await until(lambda: not compute.running)
         assert compute.in_flight == 0
 
     computing(scenario)
@@ -167,7 +166,7 @@ def test_what_waited_for_a_thread_is_not_begun_for_a_client_that_has_gone():
 
     async def scenario(compute):
         first = asyncio.create_task(asked(compute, release.wait, WITHIN_S))
-        await until(lambda: compute.busy == 1)
+        await until(lambda: len(compute.running) == 1)
         client = Client()
         second = asyncio.create_task(asked(compute, begun.append, 2, client=client))
         await until(lambda: compute.in_flight == 2)
@@ -242,10 +241,10 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
             await asyncio.sleep(0.4)  # a client that takes its time
 
     async def scenario(compute):
-        jobs.begin(job := Job("test", Client().receive))
+        current.set(job := Job("test", Client().receive))
         with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
             await take(compute)
-        job.end()
+        compute.leave(job)
         assert len(taken) == 3
         assert 1.0 < job.spent() < 2.0
 
@@ -257,7 +256,7 @@ def test_busy_service_answers_503_as_a_problem_and_keeps_answering_health():
         app = create_app(Settings(threads=1, max_requests=1))
         release = threading.Event()
         occupied = asyncio.create_task(asked(app.state.compute, release.wait, WITHIN_S))
-        await until(lambda: app.state.compute.busy == 1)
+        await until(lambda: len(app.state.compute.running) == 1)
         refused = await sent_by(app, "POST", "/v1/motion", b"{}")
         healthy = await sent_by(app, "GET", "/healthz")
         release.set()
@@ -296,3 +295,24 @@ async def sent_by(app, method, path, body=b""):
     }
     await app(scope, receive, send)
     return sent
+
+
+def test_computation_that_does_not_stop_makes_the_process_unhealthy(monkeypatch):
+    """Nothing but a new process ends it; one that was only told to stop is not counted yet."""
+    release = threading.Event()
+    monkeypatch.setattr("service.compute.STUCK_AFTER_S", 0.5)
+
+    async def scenario():
+        app = create_app(Settings(threads=1, max_seconds=1))
+        occupied = asyncio.create_task(asked(app.state.compute, release.wait, WITHIN_S))
+        with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
+            await occupied
+        before = await sent_by(app, "GET", "/healthz")
+        await asyncio.sleep(0.7)
+        after = await sent_by(app, "GET", "/healthz")
+        release.set()
+        await until(lambda: not app.state.compute.running)
+        app.state.compute.close()
+        return [messages[0]["status"] for messages in (before, after, await sent_by(app, "GET", "/healthz"))]
+
+    assert asyncio.run(scenario()) == [200, 503, 200]

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import re
-from dataclasses import fields
 from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
 import yaml
 
-from service import settings_table
-from service.settings import Settings, variable
+from service.server import GRACE_S
+from service.settings import RETIRED, Settings, table, variable
 
 ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text()
 NGINX = (ROOT / "docs" / "deploy" / "nginx.conf").read_text()
-SETTINGS = {variable(each.name): each.default for each in fields(Settings)}
+SETTINGS = {variable(name): field.default for name, field in Settings.model_fields.items()}
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs" / name for name in ("service.md", "http.md", "installation.md"))]
 NAMED = [*ROOT.glob("docs/deploy/*"), ROOT / "Dockerfile", *PAGES]
 OTHERS = {"ATTITUDE_CACHE_DIR", "ATTITUDE_PLAIN_NUMBA"}  # the library's own
@@ -40,20 +39,14 @@ def container(pod):
 
 
 def test_settings_table_is_that_of_the_settings():
-    """Renewed by: python -m service.settings_table docs/service.md"""
-    text = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
-    assert settings_table.renewed(text) == text
-
-
-def test_text_without_a_place_for_the_table_is_left_alone():
-    with pytest.raises(ValueError, match="stands between"):
-        settings_table.renewed("no marks")
+    """Printed by: python -m service.settings"""
+    assert f"\n\n{table()}\n\n" in (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("path", NAMED, ids=[str(path.relative_to(ROOT)) for path in NAMED])
 def test_variables_that_are_named_are_settings(path):
     named = set(re.findall(r"ATTITUDE_[A-Z_]+[A-Z]", path.read_text(encoding="utf-8")))
-    assert named <= SETTINGS.keys() | OTHERS
+    assert named <= SETTINGS.keys() | OTHERS | (RETIRED.keys() if path.name == "service.md" else set())
 
 
 # -- image ----------------------------------------------------------------------------------------
@@ -114,9 +107,10 @@ def test_probes_ask_routes_that_are_there_and_need_no_token(container, client):
 
 
 def test_pod_has_time_to_finish_what_it_accepted(pod, container):
-    values = {each["name"]: each["value"] for each in container["env"]}
-    drain = int(values["ATTITUDE_DRAIN_SECONDS"])
-    assert pod["terminationGracePeriodSeconds"] > drain + SETTINGS["ATTITUDE_MAX_SECONDS"]
+    command, seconds = container["lifecycle"]["preStop"]["exec"]["command"]
+    assert command == "sleep"
+    longest = int(seconds) + SETTINGS["ATTITUDE_MAX_SECONDS"] + GRACE_S
+    assert pod["terminationGracePeriodSeconds"] > longest
 
 
 def test_pod_may_do_nothing_it_need_not(pod, container):

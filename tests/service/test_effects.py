@@ -7,7 +7,7 @@ import pytest
 from asking import assert_problem, library_json, without_cost
 
 from attitude import InputError, Scene
-from attitude.scene import builtin_names
+from attitude.scene.document import builtin_names
 from service import limits
 from service.settings import Settings
 
@@ -135,4 +135,4 @@ def test_body_so_thin_that_no_step_follows_its_torques_is_a_problem(client):
     for path in ("/v1/plan", "/v1/ephemeris"):
         problem = assert_problem(client.post(path, json=thin), 422)
         assert problem["type"].endswith(":tolerance")
-        assert "no step through time follows" in problem["detail"]
+        assert "too high to integrate numerically" in problem["detail"]

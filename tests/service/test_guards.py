@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+import os
 
 import pytest
 from asking import assert_problem
 from starlette.responses import Response
 from starlette.testclient import TestClient
 
-from service import create_app, docs, pages
+from service import create_app, metrics, pages
 from service.settings import Settings
 
 TOKEN = "0123456789abcdef-A"
@@ -114,7 +115,7 @@ KEPT = [
     "/",
     *(f"/viewer/{name}" for name in pages.MEDIA),
     "/docs",
-    *(f"/docs/{name}" for name in docs.MEDIA),
+    *(f"/docs/{name}" for name in pages.DOCS_MEDIA),
     "/openapi.json",
     "/version",
     "/v1/scenes",
@@ -124,6 +125,10 @@ KEPT = [
 
 def policy(answer):
     return {name: value for name, value in answer.headers.items() if name in POLICY}
+
+
+def varies(answer):
+    return {name.strip().lower() for name in answer.headers["vary"].split(",")}
 
 
 @pytest.mark.parametrize("encoding", ["gzip", "identity"])
@@ -136,8 +141,9 @@ def test_answer_that_is_kept_keeps_its_policy(client, path, method, encoding):
     again = client.request(method, path, headers=headers | {"if-none-match": full.headers["etag"]})
     assert (full.status_code, again.status_code) == (200, 304)
     assert policy(again) == policy(full)
-    for name in ("cache-control", "etag", "vary"):
+    for name in ("cache-control", "etag"):
         assert again.headers.get(name) == full.headers.get(name)
+    assert varies(again) == varies(full) == {"accept-encoding"}
 
 
 @pytest.mark.parametrize("format", ["json", "csv", "npz"])
@@ -162,13 +168,20 @@ def test_304_of_whoever_makes_it_changes_no_policy():
 
 
 def test_unexpected_error_has_the_headers_and_the_id_too(client, document, monkeypatch):
-    from attitude.scene import Scene
+    from attitude.scene.document import Scene
 
-    monkeypatch.setattr(Scene, "from_json", None)
+    monkeypatch.setattr(Scene, "model_validate", None)
     answer = client.post("/v1/motion", json=document, headers={"x-request-id": "mine"})
     assert_problem(answer, 500)
     assert answer.headers["x-request-id"] == "mine"
     assert answer.headers["x-content-type-options"] == "nosniff"
+
+
+@pytest.mark.parametrize("name", ["accept", "x-request-id", "x" * 9000])
+def test_header_over_8_kb_is_a_problem_and_one_below_is_none(client, name):
+    answer = client.get("/healthz", headers={name: "," * 8192})
+    assert "at most 8192 bytes" in assert_problem(answer, 431)["detail"]
+    assert client.get("/healthz", headers={name[:20]: "," * 8000}).status_code == 200
 
 
 # -- pages from elsewhere -------------------------------------------------------------------------
@@ -192,6 +205,8 @@ def test_named_origin_may_ask_with_its_token_and_others_get_a_problem():
     assert "origin" in assert_problem(refused, 400)["detail"]
     answer = asked.get("/version", headers={"origin": "https://a.example"})
     assert answer.status_code == 401
+    shown = set(answer.headers["access-control-expose-headers"].lower().split(", "))
+    assert {"attitude-plan", "attitude-cost", "attitude-version", "etag", "retry-after"} <= shown
     assert answer.headers["access-control-allow-origin"] == "https://a.example"  # the page may read why
 
 
@@ -237,11 +252,10 @@ def test_methods_and_paths_that_are_none_make_no_series_of_their_own(client):
     assert not [name for name in figures(client) if "BREW" in name or "POUR" in name]
 
 
-def test_readiness_is_lost_with_the_signal_to_stop_and_not_regained():
-    app = create_app(Settings())
-    readiness = app.state.readiness
-    readiness.stop()
-    readiness.run()
-    answer = TestClient(app).get("/readyz")
-    assert assert_problem(answer, 503)["detail"] == "the service is stopping"
-    assert answer.headers["connection"] == "close"
+def test_worker_that_was_killed_counts_no_more(monkeypatch, tmp_path):
+    monkeypatch.setenv(metrics.DIRECTORY, str(tmp_path))
+    dead, alive = tmp_path / "gauge_livesum_4194305.db", tmp_path / f"gauge_livesum_{os.getpid()}.db"
+    for path in (dead, alive):
+        path.touch()
+    metrics.forget_dead_workers()
+    assert [path.exists() for path in (dead, alive)] == [False, True]

@@ -52,8 +52,9 @@ COUNT = """
 import sys
 from attitude import Scene
 from attitude.runtime import compiled, kernel_cache
-from attitude.formats import json
+from attitude.formats.tables import json
 from service import readiness
+from attitude.scene.motion_summary import motion_summary
 
 readiness.warm_up()
 compilations = []
@@ -80,7 +81,7 @@ for change in forms:
             continue
         scene = Scene.model_validate(base | dated | change)
         json.dumps(scene.run())
-        json.motion_summary(scene.motion(), scene.name)
+        motion_summary(scene.motion(), scene.name)
 assert "sample" in {signature.kernel for signature in compiled.loaded()}
 assert not compilations
 assert "numba" not in sys.modules

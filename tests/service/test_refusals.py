@@ -9,9 +9,11 @@ import re
 import pytest
 from asking import MAX_BODY_BYTES, MAX_SAMPLES, assert_problem
 
-from attitude import AttitudeError, Scene, errors
+from attitude import AttitudeError, InputError, Scene, errors
 from service import ephemerides
 from service.errors import TABLE, UNEXPECTED
+from service.limits import scene_within
+from service.settings import Settings
 
 # -- values that cannot be taken ------------------------------------------------------------------
 
@@ -102,6 +104,35 @@ def test_time_too_far_for_the_promised_accuracy_is_a_problem(client, document):
     problem = assert_problem(client.post("/v1/ephemeris", json=far), 422)
     assert problem["type"].endswith(":tolerance")
     assert "nearer instants" in problem["detail"]
+
+
+LONG = MAX_SAMPLES // 10  # more than the test's limits of effects and scenes, in a short document
+
+
+@pytest.mark.parametrize("path", ["/v1/ephemeris", "/v1/plan", "/v1/motion", "/v1/cost"])
+def test_lengths_are_looked_at_before_members(client, document, path, monkeypatch):
+    monkeypatch.setattr(Scene, "model_validate", None)
+    spoilt = document | {"effects": [{}] * LONG}
+    problem = assert_problem(client.post(path, json=spoilt), 422)
+    assert problem["detail"] == "effects: at most 100 effects (ATTITUDE_MAX_EFFECTS); got '1000 effects'"
+    assert problem["pointer"] == "/effects"
+
+
+@pytest.mark.parametrize("name", ["elapsed", "dates"])
+def test_instants_are_counted_before_they_are_read(document, name):
+    spoilt = document | times(**{name: [""] * 11})
+    with pytest.raises(
+        InputError, match=r"^times: at most 10 samples \(ATTITUDE_MAX_SAMPLES\); got '11 samples'"
+    ):
+        scene_within(spoilt, Settings(max_samples=10))
+
+
+def test_list_of_more_scenes_than_may_be_is_a_problem(client):
+    problem = assert_problem(client.post("/v1/ephemeris", json=[0] * 1001), 422)
+    assert (
+        problem["detail"]
+        == "document: at most 1000 scenes in a list (ATTITUDE_MAX_SCENES); got '1001 scenes'"
+    )
 
 
 # -- documents that cannot be read ----------------------------------------------------------------
@@ -239,7 +270,7 @@ def test_unexpected_error_gives_fixed_text_and_an_id_that_the_log_has(client, do
     def fail(*given):
         raise RuntimeError("a secret of /srv/attitude")
 
-    monkeypatch.setattr(ephemerides, "answer", fail)
+    monkeypatch.setattr(ephemerides, "encoded_file", fail)
     answer = client.post("/v1/ephemeris", json=document)
     problem = assert_problem(answer, 500)
     assert problem["detail"] == UNEXPECTED

@@ -13,10 +13,10 @@ from asking import library_json, without_cost
 
 import attitude
 from attitude import Scene
-from attitude.formats import json
-from attitude.scene import builtin_names
+from attitude.scene.document import builtin_names
+from attitude.scene.motion_summary import motion_summary
 from service import ephemerides
-from service.answers import Computed
+from service.streaming import Computed
 
 
 def test_answer_says_what_it_cost_and_is_worth(client, document):
@@ -75,7 +75,7 @@ def test_motion_answer_is_the_librarys_own_bytes(client, name):
     answer = client.post("/v1/motion", json=scene.document())
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "application/json"
-    assert answer.content == json.motion_summary(scene.motion(), scene.name)
+    assert answer.content == motion_summary(scene.motion(), scene.name)
 
 
 def test_motion_of_the_nasa_brick_has_the_published_periods(client):

@@ -2,19 +2,40 @@
 
 from __future__ import annotations
 
-import dataclasses
+import logging
 import os
 
 import pytest
+from pydantic import ValidationError
 
 from attitude import InputError
 from attitude.runtime.threads import processors
 from service import create_app
-from service.settings import Settings
+from service.settings import RETIRED, Settings, warn_of_retired
 
 
-def test_environment_that_says_nothing_gives_the_defaults():
-    assert Settings.read({}) == Settings()
+@pytest.fixture(autouse=True)
+def clean(monkeypatch):
+    """No setting but those of the test."""
+    for name in [name for name in os.environ if name.startswith("ATTITUDE_")]:
+        monkeypatch.delenv(name)
+
+
+@pytest.fixture
+def read(monkeypatch):
+    """Settings of an environment that has these variables."""
+
+    def read(environment, **options):
+        with monkeypatch.context() as patched:
+            for name, value in environment.items():
+                patched.setenv(name, value)
+            return Settings.read(**options)
+
+    return read
+
+
+def test_environment_that_says_nothing_gives_the_defaults(read):
+    assert read({}) == Settings()
     assert (Settings().host, Settings().port, Settings().workers) == ("127.0.0.1", 8000, 1)
     assert Settings().token is None
     assert Settings().cors_origins == ()
@@ -25,13 +46,13 @@ GIVEN = {
     "port": ("9000", 9000),
     "max_samples": ("10", 10),
     "max_effects": ("3", 3),
+    "max_scenes": ("3", 3),
     "max_seconds": ("5", 5),
     "max_body_bytes": ("2000", 2000),
     "max_requests": ("7", 7),
     "workers": ("2", 2),
     "threads": ("3", 3),
     "client_seconds": ("4", 4),
-    "drain_seconds": ("0", 0),
     "token": ("0123456789abcdef", "0123456789abcdef"),
     "cors_origins": (
         "https://a.example, http://b.example:8080",
@@ -42,29 +63,29 @@ GIVEN = {
 
 
 @pytest.mark.parametrize(("name", "text", "value"), [(name, *pair) for name, pair in GIVEN.items()])
-def test_every_setting_has_its_variable(name, text, value):
-    assert Settings.read({f"ATTITUDE_{name.upper()}": text}) == Settings(**{name: value})
+def test_every_setting_has_its_variable(read, name, text, value):
+    assert read({f"ATTITUDE_{name.upper()}": text}) == Settings(**{name: value})
 
 
 def test_no_setting_is_forgotten_here():
-    assert {*GIVEN, "token_file"} == {field.name for field in dataclasses.fields(Settings)}
+    assert {*GIVEN, "token_file"} == set(Settings.model_fields)
 
 
-def test_token_is_read_from_its_file(tmp_path):
+def test_token_is_read_from_its_file(read, tmp_path):
     path = tmp_path / "token"
     path.write_text("0123456789abcdef\n")
-    assert Settings.read({"ATTITUDE_TOKEN_FILE": str(path)}).token == "0123456789abcdef"
+    assert read({"ATTITUDE_TOKEN_FILE": str(path)}).token == "0123456789abcdef"
     with pytest.raises(InputError, match="either this or ATTITUDE_TOKEN"):
-        Settings.read({"ATTITUDE_TOKEN_FILE": str(path), "ATTITUDE_TOKEN": "0123456789abcdef"})
+        read({"ATTITUDE_TOKEN_FILE": str(path), "ATTITUDE_TOKEN": "0123456789abcdef"})
     for text in ("", "short", "with blanks in it all over"):
         path.write_text(text)
         with pytest.raises(InputError, match=r"^ATTITUDE_TOKEN_FILE: at least 16"):
-            Settings.read({"ATTITUDE_TOKEN_FILE": str(path)})
+            read({"ATTITUDE_TOKEN_FILE": str(path)})
 
 
-def test_bad_token_is_not_repeated():
+def test_bad_token_is_not_repeated(read):
     with pytest.raises(InputError) as refusal:
-        Settings.read({"ATTITUDE_TOKEN": "my secret"})
+        read({"ATTITUDE_TOKEN": "my secret"})
     assert "secret" not in str(refusal.value)
 
 
@@ -85,9 +106,9 @@ def test_processors_are_those_of_the_containers_share(monkeypatch, tmp_path, tex
     assert processors() == (count or len(os.sched_getaffinity(0)))
 
 
-def test_flag_wins_over_the_environment():
+def test_flag_wins_over_the_environment(read):
     environment = {"ATTITUDE_HOST": "0.0.0.0", "ATTITUDE_PORT": "9000"}
-    settings = Settings.read(environment, host=None, port=9001)
+    settings = read(environment, host=None, port=9001)
     assert (settings.host, settings.port) == ("0.0.0.0", 9001)
 
 
@@ -109,7 +130,6 @@ def test_flag_wins_over_the_environment():
         ("ATTITUDE_WORKERS", "1025"),
         ("ATTITUDE_THREADS", "two"),
         ("ATTITUDE_CLIENT_SECONDS", "0"),
-        ("ATTITUDE_DRAIN_SECONDS", "-1"),
         ("ATTITUDE_TOKEN_FILE", ""),
         ("ATTITUDE_TOKEN_FILE", "no/such/file"),
         ("ATTITUDE_CORS_ORIGINS", "example.org"),
@@ -118,28 +138,38 @@ def test_flag_wins_over_the_environment():
         ("ATTITUDE_LOG_LEVEL", "loud"),
     ],
 )
-def test_bad_setting_names_the_variable_and_the_value_in_one_line(name, value):
+def test_bad_setting_names_the_variable_and_the_value_in_one_line(read, name, value):
     with pytest.raises(InputError) as refusal:
-        Settings.read({name: value})
+        read({name: value})
     text = str(refusal.value)
     assert text.startswith(f"{name}: ")
     assert repr(value)[:50] in text
     assert "\n" not in text
 
 
-def test_bad_flag_names_the_flag():
+def test_bad_flag_names_the_flag(read):
     with pytest.raises(InputError, match=r"^--port: .*; got '70000'$"):
-        Settings.read({"ATTITUDE_PORT": "8000"}, port=70000)
+        read({"ATTITUDE_PORT": "8000"}, port=70000)
 
 
-def test_variables_that_are_no_settings_are_let_be():
+def test_variables_that_are_no_settings_are_let_be(read):
     """An orchestrator adds some of its own under the same prefix (ATTITUDE_SERVICE_HOST)."""
-    assert Settings.read({"ATTITUDE_SERVICE_HOST": "10.0.0.1"}) == Settings()
+    assert read({"ATTITUDE_SERVICE_HOST": "10.0.0.1"}) == Settings()
 
 
 def test_settings_are_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
+    with pytest.raises(ValidationError):
         Settings().port = 1
+
+
+@pytest.mark.parametrize("name", RETIRED)
+def test_variable_that_is_no_setting_any_more_is_warned_of(name, monkeypatch, caplog):
+    monkeypatch.setenv(name, "5")
+    with caplog.at_level(logging.WARNING):
+        warn_of_retired()
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{name} has no effect any more: {RETIRED[name]}"
+    ]
 
 
 def test_application_without_settings_reads_the_environment(monkeypatch):

@@ -14,8 +14,8 @@ import pytest
 from attitude import Scene
 from attitude.cost.cell import Cell
 from attitude.cost.report import Report
-from attitude.formats.known import FORMATS
-from attitude.scene import builtin_names
+from attitude.formats.registry import FORMATS
+from attitude.scene.document import builtin_names
 from service.pages import BUNDLE
 
 SOURCES = BUNDLE.parent / "src"

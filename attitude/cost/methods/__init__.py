@@ -1,15 +1,15 @@
-"""The methods that are compared, by the names that select them.
+"""The methods that the cost compares, by the names that select them.
 
-ours               the library itself: the closed form
-stepping           the library itself: its solvers under torques
-published          the closed form as its authors printed it
-runge_kutta        fixed steps
+ours               the library's closed form
+library_solvers    the library's solvers for motion under torques
+published          the closed form as van Zon & Schofield published it
+fixed_step         Runge-Kutta, order 4, fixed steps
 scipy_integrators  DOP853 and LSODA
 heyoka, orekit     peers, where they are installed
-heyoka_torques     what heyoka is told of torques
+heyoka_torques     torques as heyoka's expressions
 
-principal, euler   what they share: principal axes, units near one; the equations of motion, compiled
-torques            the equations under torques, compiled, and their integration to the last digits
+principal_frame, euler   shared: principal axes, powers of two as units; Euler's equations, compiled
+torques                  the equations of motion under torques, compiled, and their extrapolation
 """
 
 from __future__ import annotations
@@ -18,41 +18,43 @@ from collections.abc import Callable, Iterable
 
 from ...errors import InputError
 from ..method import Method
-from . import heyoka, orekit, ours, published, runge_kutta, scipy_integrators, stepping
+from . import fixed_step, heyoka, library_solvers, orekit, ours, published, scipy_integrators
 
 FAMILIES: dict[str, Callable[[], list[Method]]] = {
-    "ours": ours.ladder,
+    "ours": ours.methods,
     "plain": ours.plain,
-    "published": published.ladder,
-    "rk4": runge_kutta.ladder,
+    "published": published.methods,
+    "rk4": fixed_step.methods,
     "dop853": scipy_integrators.dop853,
     "lsoda": scipy_integrators.lsoda,
-    "heyoka": heyoka.ladder,
-    "orekit": orekit.ladder,
+    "heyoka": heyoka.methods,
+    "orekit": orekit.methods,
 }
 
 UNDER_TORQUES: dict[str, Callable[[], list[Method]]] = {
-    "automatic": stepping.automatic,
-    "splitting": stepping.splitting,
-    "gauss": stepping.gauss,
-    "compiled": stepping.compiled,
+    "automatic": library_solvers.automatic,
+    "splitting": library_solvers.splitting,
+    "gauss": library_solvers.gauss,
+    "compiled": library_solvers.compiled,
     "dop853": scipy_integrators.dop853,
-    "heyoka": heyoka.ladder,
+    "heyoka": heyoka.methods,
 }
 
 
-def ladder(
+def select_methods(
     names: Iterable[str] | None = None, families: dict[str, Callable[[], list[Method]]] = FAMILIES
 ) -> list[Method]:
-    """Every setting of the families named (keys, in any case), or of all, in one fixed order.
+    """Every setting of the named families, or of all, in the order of `families`.
 
-    Raises InputError for a name that is none of them.
+    Parameters
+    ----------
+    names : keys of `families`, in any case
+
+    Raises
+    ------
+    InputError : a name that is not a key of `families`.
     """
-    wanted = set(families) if names is None else {_known(name, families) for name in names}
-    return [method for name, family in families.items() if name in wanted for method in family()]
-
-
-def _known(name: str, families: dict[str, Callable[[], list[Method]]]) -> str:
-    if name.lower() not in families:
+    selected = set(families) if names is None else {name.lower() for name in names}
+    for name in selected - set(families):
         raise InputError("method", name, f"one of {', '.join(families)}")
-    return name.lower()
+    return [method for name, family in families.items() if name in selected for method in family()]

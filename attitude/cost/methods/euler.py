@@ -1,10 +1,10 @@
-"""The equations that the step-by-step methods integrate, compiled.
+"""Euler's equations of free motion, compiled, as the integrators take them.
 
 Principal axes, and time in a unit that makes the body rate of order one: y = (q, w), and
 
     q' = q w / 2,     w1' = (I2 - I3) / I1  w2 w3   (and cyclic).
 
-Both are quadratic in y, so that a second derivative costs two products more.
+Both are quadratic in y, so that a second derivative costs two more products.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..initial_value_problem import InitialValueProblem
 from ..method import AbsentError
-from ..problem import Problem
-from .principal import exponent, principal_axes
+from .principal_frame import exponent, principal_axes
 
 try:
     from numba import njit
@@ -27,35 +27,35 @@ except ModuleNotFoundError:  # as in the container image, whose other kernels ar
 
 
 def routine(function: Callable[..., Any]) -> Callable[..., Any]:
-    """What kernels call."""
+    """Compile a function that kernels call."""
     return function if njit is None else njit(error_model="numpy")(function)
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """What Python calls; kept by numba on disk, where it can write: all that it calls is in this file."""
+    """Compile a function that Python calls; cached on disk where numba can write."""
     if njit is None:
         return _absent
     try:
         return njit(cache=True, error_model="numpy", nogil=True)(function)
-    except RuntimeError:  # nowhere to write to
+    except RuntimeError:  # no writable cache directory
         return njit(error_model="numpy", nogil=True)(function)
 
 
 def _absent(*_: Any) -> None:
-    """Not run as Python instead: what was measured then would not be the method."""
+    """Raise, rather than measure interpreted Python in place of the method."""
     raise AbsentError("numba, which compiles the equations of motion, is not installed: pip install numba")
 
 
 @dataclass(frozen=True)
-class Equations:
-    """The initial value problem of one body.
+class FreeEquations:
+    """Euler's equations of one body, and its initial state.
 
     Attributes
     ----------
     k : (3,); (I2 - I3) / I1 and cyclic
     start : (7,), wxyz and rate, rad a unit of time
     second : units of time in a second; a power of two, so that instants keep their bits
-    axes : of the principal frame in the body frame, or None where they are the body's own
+    axes : of the principal frame in the body frame; None where the frames coincide
     """
 
     k: np.ndarray
@@ -64,7 +64,8 @@ class Equations:
     axes: Rotation | None
 
     @classmethod
-    def of(cls, problem: Problem) -> Equations:
+    def of(cls, problem: InitialValueProblem) -> FreeEquations:
+        """Equations of a free body."""
         (I1, I2, I3), columns = principal_axes(problem)
         attitude, rate, axes = problem.attitude, problem.angular_velocity, None
         if problem.moments is None:
@@ -75,19 +76,19 @@ class Equations:
         k = np.array([(I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3])
         return cls(k, np.concatenate([attitude, rate / second]), second, axes)
 
-    def answer(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 7) states as unit quaternions (n, 4) and rates (n, 3), rad/s, of the body as it was given."""
+    def to_body(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 7) states as unit quaternions (n, 4) and rates (n, 3), rad/s, in the body frame."""
         attitudes, rates = np.empty((len(y), 4)), np.empty((len(y), 3))
         normalise(y, self.second, attitudes, rates)
         if self.axes is None:
             return attitudes, rates
-        turned = Rotation.from_quat(attitudes, scalar_first=True) * self.axes.inv()
-        return turned.as_quat(scalar_first=True), self.axes.apply(rates)
+        q = Rotation.from_quat(attitudes, scalar_first=True) * self.axes.inv()
+        return q.as_quat(scalar_first=True), self.axes.apply(rates)
 
 
 @kernel
 def normalise(y, second, attitudes, rates):
-    """States (n, 7) into unit quaternions (n, 4) and rates (n, 3), rad/s."""
+    """Write states (n, 7) as unit quaternions (n, 4) and rates (n, 3), rad/s."""
     for j in range(len(y)):
         norm = 1.0 / np.sqrt(y[j, 0] ** 2 + y[j, 1] ** 2 + y[j, 2] ** 2 + y[j, 3] ** 2)
         for i in range(4):
@@ -117,7 +118,7 @@ def derivative(y, k):
 
 
 @routine
-def moved(y, h, f):
+def add_scaled(y, h, f):
     """y + h f."""
     return (
         y[0] + h * f[0],
@@ -134,23 +135,23 @@ def moved(y, h, f):
 def step(y, h, k):
     """One step of the classical fourth-order method, the quaternion normalised."""
     f1 = product(y, y, k)
-    y2 = moved(y, 0.5 * h, f1)
+    y2 = add_scaled(y, 0.5 * h, f1)
     f2 = product(y2, y2, k)
-    y3 = moved(y, 0.5 * h, f2)
+    y3 = add_scaled(y, 0.5 * h, f2)
     f3 = product(y3, y3, k)
-    y4 = moved(y, h, f3)
+    y4 = add_scaled(y, h, f3)
     f4 = product(y4, y4, k)
-    z = moved(moved(moved(moved(y, h / 6.0, f1), h / 3.0, f2), h / 3.0, f3), h / 6.0, f4)
+    z = add_scaled(add_scaled(add_scaled(add_scaled(y, h / 6.0, f1), h / 3.0, f2), h / 3.0, f3), h / 6.0, f4)
     norm = 1.0 / np.sqrt(z[0] * z[0] + z[1] * z[1] + z[2] * z[2] + z[3] * z[3])
     return z[0] * norm, z[1] * norm, z[2] * norm, z[3] * norm, z[4], z[5], z[6]
 
 
 @routine
 def hermite(y0, y1, h, k, c):
-    """Coefficients (6, 7) of the quintic through both ends of a step, with two derivatives at each."""
+    """Write to c (6, 7) the coefficients of the quintic through both ends of a step and two derivatives."""
     f0, f1 = product(y0, y0, k), product(y1, y1, k)
-    g0 = moved(product(y0, f0, k), 1.0, product(f0, y0, k))
-    g1 = moved(product(y1, f1, k), 1.0, product(f1, y1, k))
+    g0 = add_scaled(product(y0, f0, k), 1.0, product(f0, y0, k))
+    g1 = add_scaled(product(y1, f1, k), 1.0, product(f1, y1, k))
     for i in range(7):
         c1, c2 = h * f0[i], 0.5 * h * h * g0[i]
         D, E, F = y1[i] - y0[i] - c1 - c2, h * f1[i] - c1 - 2.0 * c2, h * h * g1[i] - 2.0 * c2
@@ -164,10 +165,10 @@ def hermite(y0, y1, h, k, c):
 
 @kernel
 def runge_kutta(start, k, h, t, out):
-    """States (n, 7) at ascending instants t, by steps of h from 0.
+    """Write states (n, 7) at ascending instants t, by steps of h from 0.
 
-    Between steps a quintic: its error is far below that of the steps at any h, and it is cheaper than
-    shortened steps where samples are dense.
+    Between steps a quintic interpolates: its error is far below that of the steps at any h, and it is cheaper
+    than shortened steps where samples are dense.
     """
     left, fresh, c = 0, False, np.empty((6, 7))
     y0 = (start[0], start[1], start[2], start[3], start[4], start[5], start[6])

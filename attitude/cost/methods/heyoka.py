@@ -13,44 +13,47 @@ from typing import Any
 
 import numpy as np
 
+from ..initial_value_problem import InitialValueProblem
 from ..method import AbsentError, Method, Solve
-from ..problem import Problem
 from . import torques
-from .euler import Equations
+from .euler import FreeEquations
 
 FAMILY = "heyoka"
 TOLERANCES = {"tol 1e-6": 1e-6, "tol 1e-9": 1e-9, "tol 1e-12": 1e-12, "tol eps": 2.0**-52}
 
 
-def ladder() -> list[Method]:
-    """From loose to as tight as a double has digits."""
+def methods() -> list[Method]:
+    """heyoka at tolerances from 1e-6 to the rounding unit."""
     return [
         Method(FAMILY, setting, partial(prepare, tolerance=tolerance), steps=True)
         for setting, tolerance in TOLERANCES.items()
     ]
 
 
-def prepare(problem: Problem, tolerance: float) -> Solve:
-    """The integrator, compiled; heyoka keeps what it compiled, so that a second body costs less.
+def prepare(problem: InitialValueProblem, tolerance: float) -> Solve:
+    """The integrator, compiled; heyoka caches it, so that a second body costs less.
 
     Raises
     ------
-    AbsentError : heyoka is not installed, or is not told of the torques.
-    ArithmeticError : the integration ends otherwise than at the last instant; when instants are asked for.
+    AbsentError : heyoka is not installed, or a torque is not written for it.
+    ArithmeticError : the integration ends before the last instant; raised when the solution is evaluated.
     """
-    if problem.world is not None:
-        told, numbers = _told(problem)
-        return _solve(_adaptive(told, numbers.start.tolist(), [], tolerance), numbers)
-    equations = Equations.of(problem)
+    if problem.environment is not None:
+        _heyoka()
+        from .heyoka_torques import equations_of_motion
+
+        system, under_torques = equations_of_motion(problem)
+        return _solve(_adaptive(system, under_torques.start.tolist(), [], tolerance), under_torques)
+    equations = FreeEquations.of(problem)
     return _solve(_integrator(equations, tolerance), equations)
 
 
-def _solve(integrator: Any, equations: Equations | torques.Equations) -> Solve:
+def _solve(integrator: Any, equations: FreeEquations | torques.TorqueEquations) -> Solve:
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         integrator.time = 0.0
         integrator.state[:] = equations.start
-        return equations.answer(_propagate(integrator, instants * equations.second))
+        return equations.to_body(_propagate(integrator, instants * equations.second))
 
     return solve
 
@@ -63,14 +66,7 @@ def _heyoka() -> Any:
     return heyoka
 
 
-def _told(problem: Problem) -> tuple[list[tuple[Any, Any]], torques.Equations]:
-    _heyoka()
-    from .heyoka_torques import equations
-
-    return equations(problem)
-
-
-def _integrator(problem: Equations, tolerance: float) -> Any:
+def _integrator(problem: FreeEquations, tolerance: float) -> Any:
     heyoka = _heyoka()
     q0, q1, q2, q3, x, y, z = heyoka.make_vars("q0", "q1", "q2", "q3", "x", "y", "z")
     equations = [
@@ -94,6 +90,6 @@ def _adaptive(
 def _propagate(integrator: Any, grid: np.ndarray) -> np.ndarray:
     """The state (n, 7) at ascending instants from 0."""
     outcome, *_, path = integrator.propagate_grid(grid)
-    if outcome.name != "time_limit":  # heyoka's name for having come to the end of the grid
+    if outcome.name != "time_limit":  # heyoka's name for the end of the grid
         raise ArithmeticError(f"heyoka: {outcome.name} at t = {integrator.time:.6g} of {grid[-1]:.6g}")
     return np.asarray(path)

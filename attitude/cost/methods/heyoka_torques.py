@@ -1,8 +1,7 @@
-"""What heyoka is told of torques: their formulas, in principal axes, as its expressions.
+"""Torques as expressions of heyoka, in principal axes.
 
-Constant torques, gravity gradient and a magnetic dipole on two-body orbits, eddies, friction and rotors, as
-long as each acts all the time.  Sunlight and drag come and go with the attitude, which a Taylor series cannot
-follow.
+Constant torques, gravity gradient and a magnetic dipole on two-body orbits, eddy damping, dissipation and
+rotors, each acting all the time.  Sunlight and drag are not smooth in the attitude, as a Taylor series needs.
 """
 
 from __future__ import annotations
@@ -13,56 +12,55 @@ from typing import Any
 import numpy as np
 
 from ...kernels import layout
+from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from ..method import AbsentError
-from ..problem import Problem, World, of_world
 from . import torques
 
 Vector = Sequence[Any]
-TOLD = (
-    "constant_torque",
-    "gravity_gradient",
-    "eddy_damping",
-    "dissipation",
-    "wheels",
-    "magnetic_dipole",
+SUPPORTED_TORQUES = (
+    *("constant_torque", "gravity_gradient", "eddy_damping", "dissipation", "wheels", "magnetic_dipole"),
 )
 
 
-def equations(problem: Problem) -> tuple[list[tuple[Any, Any]], torques.Equations]:
-    """Pairs of variable and its rate of change, in the time of the `Equations` that go with them.
+def equations_of_motion(
+    problem: InitialValueProblem,
+) -> tuple[list[tuple[Any, Any]], torques.TorqueEquations]:
+    """Pairs of variable and its rate of change, in the unit of time of the returned `TorqueEquations`.
 
-    Raises AbsentError for what is not told here.
+    Raises
+    ------
+    AbsentError : a torque or an orbit that is not written here.
     """
     import heyoka
 
-    world = of_world(problem)
-    _check(world)
-    numbers = torques.Equations.of(problem)
+    environment = environment_of(problem)
+    _check(environment)
+    numbers = torques.TorqueEquations.of(problem)
     q0, q1, q2, q3, x, y, z = variables = heyoka.make_vars("q0", "q1", "q2", "q3", "x", "y", "z")
     q, w = (q0, q1, q2, q3), (x, y, z)
-    W, spins = _turning(numbers, w)
-    pushes = _pushes(world, numbers, q, w)
+    W, spins = _rates(numbers, w)
+    torque_terms = _torque_terms(environment, numbers, q, w)
     slopes = [
         -0.5 * (q1 * W[0] + q2 * W[1] + q3 * W[2]),
         0.5 * (q0 * W[0] + q2 * W[2] - q3 * W[1]),
         0.5 * (q0 * W[1] + q3 * W[0] - q1 * W[2]),
         0.5 * (q0 * W[2] + q1 * W[1] - q2 * W[0]),
-        *(heyoka.expression(0.0) + a + b for a, b in zip(spins, pushes, strict=True)),
+        *(heyoka.expression(0.0) + a + b for a, b in zip(spins, torque_terms, strict=True)),
     ]
     return list(zip(variables, slopes, strict=True)), numbers
 
 
-def _check(world: World) -> None:
-    for torque in world.torques:
-        if torque.type not in TOLD or torque.intervals(world.situation) is not None:
-            raise AbsentError(f"heyoka is not told of {torque.type} here: it is not smooth in time")
-    course = world.situation.course
+def _check(environment: TorqueEnvironment) -> None:
+    for torque in environment.torques:
+        if torque.type not in SUPPORTED_TORQUES or torque.intervals(environment.initial_state) is not None:
+            raise AbsentError(f"heyoka cannot integrate {torque.type} here: it is not smooth in time")
+    course = environment.initial_state.orbit_path
     if course is not None and int(course.numbers[0]) != layout.KEPLER:
-        raise AbsentError("heyoka is not told of orbits other than Keplerian ones here")
+        raise AbsentError("heyoka takes no orbits other than Keplerian ones here")
 
 
-def _turning(numbers: torques.Equations, w: Vector) -> tuple[Vector, Vector]:
-    """W, and I^-1 (m x W); what is zero is left out."""
+def _rates(numbers: torques.TorqueEquations, w: Vector) -> tuple[Vector, Vector]:
+    """W, and I^-1 (m x W), without the terms that are zero."""
     I1, I2, I3 = numbers.moments.tolist()
     x, y, z = w
     spins = [
@@ -72,30 +70,34 @@ def _turning(numbers: torques.Equations, w: Vector) -> tuple[Vector, Vector]:
     ]
     h = numbers.rotors / numbers.second
     if h.any():
-        pushed = _cross(h.tolist(), w)
-        spins = [a + b / c for a, b, c in zip(spins, pushed, (I1, I2, I3), strict=True)]
+        gyroscopic = _cross(h.tolist(), w)
+        spins = [a + b / c for a, b, c in zip(spins, gyroscopic, (I1, I2, I3), strict=True)]
     if not numbers.alpha:
         return w, spins
     m = [a * b + c for a, b, c in zip((I1, I2, I3), w, h.tolist(), strict=True)]
     inner = [numbers.alpha * numbers.second * component for component in _cross(m, w)]
-    lost = _cross(m, inner)
-    spins = [a + b / c for a, b, c in zip(spins, lost, (I1, I2, I3), strict=True)]
+    dissipated = _cross(m, inner)
+    spins = [a + b / c for a, b, c in zip(spins, dissipated, (I1, I2, I3), strict=True)]
     return [a + b for a, b in zip(w, inner, strict=True)], spins
 
 
-def _pushes(world: World, numbers: torques.Equations, q: Vector, w: Vector) -> list[Any]:
+def _torque_terms(
+    environment: TorqueEnvironment, numbers: torques.TorqueEquations, q: Vector, w: Vector
+) -> list[Any]:
     """I^-1 torque, over `second` squared."""
-    situation, second = world.situation, numbers.second
+    initial_state, second = environment.initial_state, numbers.second
     total: list[Any] = [0.0, 0.0, 0.0]
-    for torque in world.torques:
-        for row in torque.rows(situation):
-            one = _torque(row, world, numbers, q, w)
+    for torque in environment.torques:
+        for row in torque.rows(initial_state):
+            one = _torque(row, environment, numbers, q, w)
             scale = [1.0 / (moment * second**2) for moment in numbers.moments.tolist()]
             total = [a + _term(b, c) for a, b, c in zip(total, scale, one, strict=True)]
     return total
 
 
-def _torque(row: np.ndarray, world: World, numbers: torques.Equations, q: Vector, w: Vector) -> Vector:
+def _torque(
+    row: np.ndarray, environment: TorqueEnvironment, numbers: torques.TorqueEquations, q: Vector, w: Vector
+) -> Vector:
     code, values = int(row[0]), row[1:].tolist()
     if code == layout.CONSTANT_BODY:
         return values[:3]
@@ -104,15 +106,17 @@ def _torque(row: np.ndarray, world: World, numbers: torques.Equations, q: Vector
     if code == layout.EDDY:
         return [_dot([-numbers.second * c for c in values[i : i + 3]], w) for i in (0, 3, 6)]
     if code == layout.GRAVITY_GRADIENT:
-        return _gradient(values[0], world, numbers, q)
+        return _gradient(values[0], environment, numbers, q)
     if code == layout.MAGNETIC:
-        return _magnetic(values, world, numbers, q)
-    return [0.0, 0.0, 0.0]  # rotors and friction turn the body by themselves
+        return _magnetic(values, environment, numbers, q)
+    return [0.0, 0.0, 0.0]  # rotors and dissipation are in the rates
 
 
-def _gradient(mu: float, world: World, numbers: torques.Equations, q: Vector) -> Vector:
+def _gradient(
+    mu: float, environment: TorqueEnvironment, numbers: torques.TorqueEquations, q: Vector
+) -> Vector:
     """3 mu / r^3 e x I e, component by component: terms of equal moments vanish."""
-    e, distance = _direction(world, numbers)
+    e, distance = _direction(environment, numbers)
     down = _to_body(q, e)
     size = 3.0 * mu * distance**-3.0
     I1, I2, I3 = numbers.moments.tolist()
@@ -123,24 +127,26 @@ def _gradient(mu: float, world: World, numbers: torques.Equations, q: Vector) ->
     ]
 
 
-def _magnetic(values: list[float], world: World, numbers: torques.Equations, q: Vector) -> Vector:
+def _magnetic(
+    values: list[float], environment: TorqueEnvironment, numbers: torques.TorqueEquations, q: Vector
+) -> Vector:
     import heyoka
 
-    e, distance = _direction(world, numbers)
+    e, distance = _direction(environment, numbers)
     angle = 2.0 * np.pi * (values[13] + values[14]) / numbers.second * heyoka.time
     c, s = heyoka.cos(angle), heyoka.sin(angle)
     axis = [values[4 + i] + _term(values[7 + i], c) + _term(values[10 + i], s) for i in range(3)]
-    along = 3.0 * _dot(axis, e)
-    field = _to_body(q, [along * a - b for a, b in zip(e, axis, strict=True)])
+    radial = 3.0 * _dot(axis, e)
+    field = _to_body(q, [radial * a - b for a, b in zip(e, axis, strict=True)])
     size = values[3] * distance**-3.0
     return [size * component for component in _cross(values[:3], field)]
 
 
-def _direction(world: World, numbers: torques.Equations) -> tuple[Vector, Any]:
+def _direction(environment: TorqueEnvironment, numbers: torques.TorqueEquations) -> tuple[Vector, Any]:
     """Unit vector from the central body, inertial, and distance, m, as functions of time."""
     import heyoka
 
-    course = world.situation.course
+    course = environment.initial_state.orbit_path
     assert course is not None
     a, e, start, high, low = course.numbers[1:6].tolist()
     P, Q = course.numbers[7:10].tolist(), course.numbers[10:13].tolist()

@@ -1,9 +1,8 @@
-"""Orekit's TorqueFree (org.orekit.attitudes), asked in its own language: the loop is in the JVM.
+"""Orekit's TorqueFree (org.orekit.attitudes), with the loop over instants inside the JVM.
 
-A class of a page, TorqueFreeLoop.java, is compiled in the process by the JDK's own compiler and holds the
-loop; one call takes all instants in one array and brings all answers back in another.  The virtual machine
-starts once in a process, with the first problem prepared unless `start` was called before; one that runs
-already is used as it is.
+A small class, TorqueFreeLoop.java, is compiled in the process by the JDK's own compiler and holds the
+loop; one call takes all instants in one array and returns all samples in another.  The virtual machine
+starts once in a process, in `start`; one that runs already is used as it is.
 
 No orekit-data is needed: dates count from ARBITRARY_EPOCH, attitudes refer to GCRF.  Orekit's dates resolve
 an attosecond and no less, so time is counted in a power of two of seconds such that the body turns by about a
@@ -24,31 +23,30 @@ from typing import Any
 
 import numpy as np
 
+from ..initial_value_problem import InitialValueProblem
 from ..method import AbsentError, Method, Solve
-from ..problem import Problem
-from .principal import exponent, principal_axes
+from .principal_frame import exponent, principal_axes
 
 FAMILY = "Orekit TorqueFree"
 SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
-# Python keeps its own handling of ctrl-C; no warning is printed; and JPype, which asks for a full collection
-# when Python collects, is not heeded: a tenth of a second, it would fall into the timing of whoever is next.
+# Python keeps its own handling of ctrl-C; no warnings are printed; JPype's requests for full collections (a
+# tenth of a second each, in somebody else's timing) are ignored.
 FLAGS = ["-Xrs", "-Xlog:disable", "-XX:+DisableExplicitGC"]
-WARNS_OF_NATIVE_CODE, NATIVE_CODE_FLAG = 22, "--enable-native-access=ALL-UNNAMED"  # Java 11 does not know it
-WARM_UP = 200_000  # samples; until the JVM has compiled the loop, and all it calls, as well as it can
+NATIVE_CODE_FLAG = "--enable-native-access=ALL-UNNAMED"
 
 
-def ladder() -> list[Method]:
-    """One method: Orekit offers no accuracy to choose."""
+def methods() -> list[Method]:
+    """One method: Orekit has no accuracy to choose."""
     return [Method(FAMILY, "", prepare, steps=False)]
 
 
-def prepare(problem: Problem) -> Solve:
+def prepare(problem: InitialValueProblem) -> Solve:
     """Orekit's model of the motion, which integrates one angle over a period when it is made.
 
     Raises
     ------
     AbsentError : no package, no Java, or a Java without compiler.
-    ArithmeticError : what Orekit threw, now or when instants are asked for.
+    ArithmeticError : an exception of Orekit, here or when the solution is evaluated.
     """
     loop_class = start()
     second = exponent(problem.angular_velocity)
@@ -57,14 +55,14 @@ def prepare(problem: Problem) -> Solve:
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         with _java_errors_named():
-            answer = _doubles(loop.evaluate(_java_array(np.ldexp(instants, second))))
-        rows = answer.reshape(-1, 7)
+            samples = loop.evaluate(_java_array(np.ldexp(instants, second)))
+        rows = np.array(memoryview(samples), dtype=float).reshape(-1, 7)  # copied as a block
         return rows[:, :4], np.ldexp(rows[:, 4:], second)
 
     return solve
 
 
-def _loop(loop_class: Any, problem: Problem, second: int) -> Any:
+def _loop(loop_class: Any, problem: InitialValueProblem, second: int) -> Any:
     """A TorqueFreeLoop of the problem, with 2^second units of time in a second."""
     moments, axes = principal_axes(problem)
     arguments = (
@@ -106,39 +104,42 @@ def _packages() -> tuple[Any, Any]:
 
 
 def _start_machine(jpype: Any, package: Any) -> None:
-    """By Orekit's own package, so that whoever uses it later in the process finds all in place."""
+    """Start the JVM by Orekit's own package, so that later users in the process find it initialised."""
     try:
         library = Path(jpype.getDefaultJVMPath())
         package.initVM(vmargs=",".join(FLAGS + _flags_of(library)))
     except (jpype.JVMNotFoundException, jpype.JVMNotSupportedException, OSError) as error:
         raise AbsentError(f"Orekit needs Java, such as a JDK in JAVA_HOME: {error}") from error
-    # else Java waits, at the end of Python, for the thread that started it, which may have ended long before
+    # otherwise Java waits, at the end of Python, for the thread that started it, which may have ended
     config: Any = import_module("jpype.config")
     config.onexit = False
 
 
 def _flags_of(library: Path) -> list[str]:
-    """What this Java needs to be told; its home, two or three levels above its library, holds its version."""
+    """Flags by the version of Java, which its home, two or three levels above its library, records."""
     for home in library.parents[1:4]:
         if (home / "release").is_file():
-            found = re.search(r'JAVA_VERSION="(\d+)', (home / "release").read_text())
-            return [NATIVE_CODE_FLAG] if found and int(found[1]) >= WARNS_OF_NATIVE_CODE else []
+            version = re.search(r'JAVA_VERSION="(\d+)', (home / "release").read_text())
+            # from version 22 on, Java warns of native code; 11 does not know the flag
+            return [NATIVE_CODE_FLAG] if version and int(version[1]) >= 22 else []
     return []
 
 
 def _compile(jars: list[Path], folder: Path) -> None:
     compiler = _java("javax.tools.ToolProvider").getSystemJavaCompiler()
     if compiler is None:
-        raise AbsentError("Orekit's loop is compiled when first used, and this Java cannot: a JDK is needed")
-    complaints = _java("java.io.ByteArrayOutputStream")()
+        raise AbsentError(
+            "Orekit's loop is compiled at first use, and this Java has no compiler: a JDK is needed"
+        )
+    messages = _java("java.io.ByteArrayOutputStream")()
     path = os.pathsep.join(map(str, jars))
     arguments = ["-nowarn", "-proc:none", "-classpath", path, "-d", str(folder), str(SOURCE)]
-    if compiler.run(None, complaints, complaints, arguments) != 0:
-        raise RuntimeError(f"{SOURCE.name} does not compile: {complaints}")
+    if compiler.run(None, messages, messages, arguments) != 0:
+        raise RuntimeError(f"{SOURCE.name} does not compile: {messages}")
 
 
 def _loaded(jars: list[Path], folder: Path) -> Any:
-    """The compiled class and Orekit in a loader of their own: no class path of the process changes."""
+    """The compiled class, in a class loader of its own with Orekit: the class path does not change."""
     urls = [_java("java.io.File")(str(path)).toURI().toURL() for path in (folder, *jars)]
     parent = _java("java.lang.ClassLoader").getSystemClassLoader()
     loader = _java("java.net.URLClassLoader")(urls, parent)
@@ -149,13 +150,14 @@ def _java(name: str) -> Any:
     return import_module("jpype").JClass(name)
 
 
-def _warm_up(loop_class: Any) -> None:
+def _warm_up(loop_class: Any, samples: int = 200_000) -> None:
+    """Run the loop until the JVM has compiled it and all that it calls."""
     arguments = ([1.0, 1.6, 2.1], np.eye(3).ravel(), [1.0, 0.0, 0.0, 0.0], [0.3, 0.4, 0.5])
     loop = loop_class(*map(_java_array, arguments))
-    loop.evaluate(_java_array(np.linspace(0.0, 100.0, WARM_UP)))
+    loop.evaluate(_java_array(np.linspace(0.0, 100.0, samples)))
 
 
-# -- to Java and back -------------------------------------------------------------------------
+# -- to Java -------------------------------------------------------------------------
 
 
 @contextmanager
@@ -170,8 +172,3 @@ def _java_array(values: Any) -> Any:
     """double[], copied as a block."""
     jpype = import_module("jpype")
     return jpype.JArray(jpype.JDouble)(np.ascontiguousarray(values, dtype=float))
-
-
-def _doubles(array: Any) -> np.ndarray:
-    """double[] as an array, copied as a block."""
-    return np.array(memoryview(array), dtype=float)

@@ -1,63 +1,87 @@
-"""SciPy's `solve_ivp` along a ladder of tolerances, its right-hand side compiled."""
+"""SciPy's `solve_ivp` at several tolerances, its right-hand side compiled."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from ..initial_value_problem import InitialValueProblem
 from ..method import Method, Solve
-from ..problem import Problem
 from . import torques
-from .euler import Equations, derivative
+from .euler import FreeEquations, derivative
 
-# The last is the least that SciPy takes, 100 eps; smaller ones it raises to this, with a warning.
+# The last is the smallest that SciPy accepts, 100 eps.
 TOLERANCES = {"rtol 1e-6": 1e-6, "rtol 1e-9": 1e-9, "rtol 1e-12": 1e-12, "rtol 2.3e-14": 2.3e-14}
 
 
 def dop853() -> list[Method]:
-    return _ladder("DOP853")
+    """DOP853 at each tolerance."""
+    return _at_tolerances("DOP853")
 
 
 def lsoda() -> list[Method]:
-    return _ladder("LSODA")
+    """LSODA at each tolerance."""
+    return _at_tolerances("LSODA")
 
 
-def _ladder(name: str) -> list[Method]:
+def _at_tolerances(name: str) -> list[Method]:
     return [
         Method(f"{name} (SciPy)", setting, partial(prepare, name=name, rtol=rtol), steps=True)
         for setting, rtol in TOLERANCES.items()
     ]
 
 
-def prepare(problem: Problem, name: str, rtol: float) -> Solve:
-    """Components are of order one, so the absolute tolerance is the relative one."""
-    if problem.world is not None:
+def prepare(problem: InitialValueProblem, name: str, rtol: float) -> Solve:
+    """The integration; the absolute tolerance is the relative one, since components are of order one."""
+    if problem.environment is not None:
         return partial(_under_torques, problem, name, rtol)
-    equations = Equations.of(problem)
+    equations = FreeEquations.of(problem)
 
     def rates(_: float, y: np.ndarray) -> np.ndarray:
         return derivative(y, equations.k)
 
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         times = t * equations.second
-        found = solve_ivp(rates, (0.0, times[-1]), equations.start, name, times, rtol=rtol, atol=rtol)
-        if not found.success:
-            raise ArithmeticError(found.message)
-        return equations.answer(found.y.T)
+        span = (0.0, float(times[-1]))
+        return equations.to_body(_integrated(rates, span, equations.start, name, times, rtol))
 
     return solve
 
 
-def _under_torques(problem: Problem, name: str, rtol: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _under_torques(
+    problem: InitialValueProblem, name: str, rtol: float, t: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     def integrate(
-        equations: torques.Equations, y: np.ndarray, begin: float, end: float, instants: np.ndarray
+        equations: torques.TorqueEquations, y: np.ndarray, begin: float, end: float, instants: np.ndarray
     ) -> np.ndarray:
-        args, times = equations.arguments, np.unique(np.append(instants, end))
-        found = solve_ivp(torques.derivative, (begin, end), y, name, times, args=args, rtol=rtol, atol=rtol)
-        if not found.success:
-            raise ArithmeticError(found.message)
-        return found.y.T[np.append(np.searchsorted(times, instants), -1)]
+        def rates(time: float, y: np.ndarray) -> np.ndarray:
+            return torques.derivative(time, y, equations.arguments)
 
-    return torques.over_legs(problem, t, integrate)
+        times = np.unique(np.append(instants, end))
+        states = _integrated(rates, (begin, end), y, name, times, rtol)
+        return states[np.append(np.searchsorted(times, instants), -1)]
+
+    return torques.over_arcs(problem, t, integrate)
+
+
+def _integrated(
+    rates: Callable[[float, np.ndarray], np.ndarray],
+    span: tuple[float, float],
+    start: np.ndarray,
+    name: str,
+    times: np.ndarray,
+    rtol: float,
+) -> np.ndarray:
+    """States (n, 7) at the times.
+
+    Raises
+    ------
+    ArithmeticError : SciPy's message, where the integration fails.
+    """
+    solution = solve_ivp(rates, span, start, name, times, rtol=rtol, atol=rtol)
+    if not solution.success:
+        raise ArithmeticError(solution.message)
+    return solution.y.T

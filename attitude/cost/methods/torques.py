@@ -1,13 +1,12 @@
-"""The equations of motion under torques, compiled; apart from the library's kernels, which they judge.
+"""The equations of motion under torques, compiled independently of the library's kernels.
 
 Principal axes, and time in a unit that makes the fastest motion of order one: y = (q, w), with m = I w + h
-the whole momentum, h that of rotors, W = w + alpha m x w the rate at which the attitude turns,
+the whole momentum, h that of the rotors, W = w + alpha m x w the rate of the attitude,
 
     q' = q W / 2,     I w' = m x W + torque.
 
-Effects, orbit and Sun are the rows of numbers that `kernels.layout` explains; their meaning is written out
-here once more.  `extrapolated` integrates them to the last digits: the truth where no oracle knows the
-torques.
+Effects, orbit and Sun are rows of numbers as in `kernels.layout`; their formulas are written here a second
+time.  `extrapolated` integrates to the last digits of a double: the truth where the oracle lacks a torque.
 """
 
 from __future__ import annotations
@@ -18,40 +17,40 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...dynamics.legs import Leg, instants_within
+from ...dynamics.arcs import Arc, instants_within
 from ...kernels import layout
-from ..problem import Problem, World, of_world
+from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from .euler import kernel, routine
 
 ASTRONOMICAL_UNIT = 149597870700.0
 TURN = 2.0 * np.pi
 
-# Codes of their own: what numba keeps on disk then depends on nothing outside this file.
-BODY_FIXED, INERTIAL, GRADIENT, EDDY, MAGNET, SUNLIT, AIR, INSIDE = range(8)
-CODES = {
+# Codes of this file, so that numba's cache depends on nothing outside it.
+BODY_FIXED, INERTIAL, GRADIENT, EDDY, MAGNETIC, SOLAR_PLATE, DRAG_PLATE, INTERNAL = range(8)
+TORQUE_CODES = {
     layout.CONSTANT_BODY: BODY_FIXED,
     layout.CONSTANT_INERTIAL: INERTIAL,
     layout.GRAVITY_GRADIENT: GRADIENT,
     layout.EDDY: EDDY,
-    layout.MAGNETIC: MAGNET,
-    layout.SOLAR_PLATE: SUNLIT,
-    layout.DRAG_PLATE: AIR,
-    layout.WHEELS: INSIDE,
-    layout.DISSIPATION: INSIDE,
+    layout.MAGNETIC: MAGNETIC,
+    layout.SOLAR_PLATE: SOLAR_PLATE,
+    layout.DRAG_PLATE: DRAG_PLATE,
+    layout.WHEELS: INTERNAL,
+    layout.DISSIPATION: INTERNAL,
 }
-NOWHERE, ELLIPSE, PIECES = range(3)
-COURSES = {layout.NO_ORBIT: NOWHERE, layout.KEPLER: ELLIPSE, layout.TABLE: PIECES}
+NO_ORBIT, ELLIPSE, PIECEWISE = range(3)
+ORBIT_CODES = {layout.NO_ORBIT: NO_ORBIT, layout.KEPLER: ELLIPSE, layout.TABLE: PIECEWISE}
 
 
 @dataclass(frozen=True)
-class Equations:
-    """The initial value problem of a body under the torques of one leg.
+class TorqueEquations:
+    """Equations of motion and initial state of a body under the torques of one arc.
 
     Attributes
     ----------
     start : (7,), wxyz of the principal axes and rate in them, rad a unit of time
     second : units of time in a second; a power of two
-    arguments : what `derivative` takes after time and state
+    arguments : of `derivative`: body, effects, orbit, its pieces, Sun, its pieces
     axes : of the principal frame in the body frame
     moments, rotors : (3,), kg m2 and N m s; alpha : 1/(N m s)
     """
@@ -65,79 +64,83 @@ class Equations:
     alpha: float
 
     @classmethod
-    def of(cls, problem: Problem, leg: Leg | None = None) -> Equations:
-        """Those of a leg; of all torques together without one."""
-        world = of_world(problem)
-        situation = world.situation
-        axes = Rotation.from_matrix(situation.axes.T)
-        given = world.torques if leg is None else leg.torques
-        rows = [torque.rows(situation) for torque in given]
+    def of(cls, problem: InitialValueProblem, arc: Arc | None = None) -> TorqueEquations:
+        """The equations on an arc; under all torques of the scene without one."""
+        environment = environment_of(problem)
+        initial_state = environment.initial_state
+        axes = Rotation.from_matrix(initial_state.axes.T)
+        torques = environment.torques if arc is None else arc.torques
+        rows = [torque.rows(initial_state) for torque in torques]
         table = np.concatenate([np.zeros((0, layout.EFFECT_WIDTH)), *rows])
         rotors = table[table[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
         alpha = float(table[table[:, 0] == layout.DISSIPATION, 1].sum())
-        second = 2.0 ** int(np.frexp(world.pace)[1])
+        second = 2.0 ** int(np.frexp(environment.pace)[1])
         attitude = (Rotation.from_quat(problem.attitude, scalar_first=True) * axes).as_quat(scalar_first=True)
-        rate = _own_rate(situation.moments, axes.apply(problem.angular_velocity, inverse=True), rotors, alpha)
-        body = np.concatenate([situation.moments, rotors, [alpha, second]])
-        table[:, 0] = [CODES[int(code)] for code in table[:, 0]]
+        rate = _own_rate(
+            initial_state.moments, axes.apply(problem.angular_velocity, inverse=True), rotors, alpha
+        )
+        body = np.concatenate([initial_state.moments, rotors, [alpha, second]])
+        table[:, 0] = [TORQUE_CODES[int(code)] for code in table[:, 0]]
         start = np.concatenate([attitude, rate / second])
-        arguments = body, table, *_places(world)
-        return cls(start, second, arguments, axes, situation.moments, rotors, alpha)
+        arguments = body, table, *_orbit_and_sun(environment)
+        return cls(start, second, arguments, axes, initial_state.moments, rotors, alpha)
 
-    def answer(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 7) states as unit quaternions (n, 4) and rates W (n, 3), rad/s, of the body as it was given."""
+    def to_body(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 7) states as unit quaternions (n, 4) and rates W (n, 3), rad/s, in the body frame."""
         q = Rotation.from_quat(y[:, :4], scalar_first=True) * self.axes.inv()
         w = y[:, 4:] * self.second
-        turning = w + self.alpha * np.cross(self.moments * w + self.rotors, w)
-        return q.as_quat(scalar_first=True), self.axes.apply(turning)
+        attitude_rate = w + self.alpha * np.cross(self.moments * w + self.rotors, w)
+        return q.as_quat(scalar_first=True), self.axes.apply(attitude_rate)
 
     def extrapolated(
         self, start: np.ndarray, begin: float, end: float, instants: np.ndarray, tolerance: float
     ) -> np.ndarray:
         """States (n + 1, 7) at the instants and at the end, in the equations' time; see `extrapolated`."""
         out = np.empty((instants.size + 1, 7))
-        extrapolated(start, begin, end, instants, tolerance, out, *self.arguments)
+        extrapolated(start, begin, end, instants, tolerance, out, self.arguments)
         return out
 
 
 # (equations, state, begin, end, instants) -> (n + 1, 7), states at the instants and at the end
-Integrate = Callable[[Equations, np.ndarray, float, float, np.ndarray], np.ndarray]
+Integrate = Callable[[TorqueEquations, np.ndarray, float, float, np.ndarray], np.ndarray]
 
 
-def over_legs(problem: Problem, instants: np.ndarray, integrate: Integrate) -> tuple[np.ndarray, np.ndarray]:
-    """Quaternions and rates at ascending instants from 0, s; from one change of torques to the next."""
-    cut = of_world(problem).legs(float(instants[-1]))
+def over_arcs(
+    problem: InitialValueProblem, instants: np.ndarray, integrate: Integrate
+) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternions (n, 4) and rates (n, 3) at ascending instants from 0, s, arc by arc."""
+    arcs = environment_of(problem).arcs(float(instants[-1]))
     attitudes, rates, y = np.empty((instants.size, 4)), np.empty((instants.size, 3)), None
-    for leg, place in zip(cut, instants_within(cut, instants, np.zeros_like(instants)), strict=True):
-        equations = Equations.of(problem, leg)
+    for arc, index in zip(arcs, instants_within(arcs, instants, np.zeros_like(instants)), strict=True):
+        equations = TorqueEquations.of(problem, arc)
         second = equations.second
         y = equations.start if y is None else y
-        path = integrate(equations, y, leg.start * second, leg.stop * second, instants[place] * second)
-        attitudes[place], rates[place] = equations.answer(path[:-1])
-        y = path[-1]
+        states = integrate(equations, y, arc.start * second, arc.stop * second, instants[index] * second)
+        attitudes[index], rates[index] = equations.to_body(states[:-1])
+        y = states[-1]
     return attitudes, rates
 
 
-def _own_rate(moments: np.ndarray, whole: np.ndarray, rotors: np.ndarray, alpha: float) -> np.ndarray:
-    """w of W = w + alpha (I w + h) x w, by iteration: a sink takes many turns to empty."""
-    w = whole
+def _own_rate(moments: np.ndarray, attitude_rate: np.ndarray, rotors: np.ndarray, alpha: float) -> np.ndarray:
+    """w of W = w + alpha (I w + h) x w, by fixed-point iteration, since dissipation is slow."""
+    w = attitude_rate
     for _ in range(100 if alpha else 0):
-        w = whole - alpha * np.cross(moments * w + rotors, w)
+        w = attitude_rate - alpha * np.cross(moments * w + rotors, w)
     return w
 
 
-def _places(world: World) -> tuple[np.ndarray, ...]:
-    """Orbit, its pieces, Sun (start, length, whether there is one), its pieces."""
-    course, situation = world.situation.course, world.situation
-    orbit, along = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
-    sun, of_sun = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
+def _orbit_and_sun(environment: TorqueEnvironment) -> tuple[np.ndarray, ...]:
+    """Orbit, its pieces, Sun (start, length, 1 where there is one), its pieces."""
+    course, initial_state = environment.initial_state.orbit_path, environment.initial_state
+    orbit, orbit_pieces = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
+    sun, sun_pieces = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
     if course is not None:
-        orbit, along = course.numbers.copy(), course.pieces
-    orbit[0] = COURSES[int(orbit[0])]
-    for torque in world.torques:
-        if (pieces := torque.sun(situation)) is not None:
-            sun, of_sun = np.array([pieces.start, pieces.length, 1.0]), pieces.coefficients
-    return orbit, np.ascontiguousarray(along), sun, np.ascontiguousarray(of_sun)
+        orbit, orbit_pieces = course.numbers.copy(), course.coefficients
+    orbit[0] = ORBIT_CODES[int(orbit[0])]
+    for torque in environment.torques:
+        if (pieces := torque.sun(initial_state)) is not None:
+            sun, sun_pieces = np.array([pieces.start, pieces.length, 1.0]), pieces.coefficients
+    return orbit, np.ascontiguousarray(orbit_pieces), sun, np.ascontiguousarray(sun_pieces)
 
 
 # -- vectors --------------------------------------------------------------------------------------
@@ -145,11 +148,13 @@ def _places(world: World) -> tuple[np.ndarray, ...]:
 
 @routine
 def cross(a, b):
+    """Vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @routine
 def dot(a, b):
+    """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -161,12 +166,13 @@ def plus(a, b, factor):
 
 @routine
 def inverse_length(a):
+    """1 / abs(a)."""
     return 1.0 / np.sqrt(dot(a, a))
 
 
 @routine
 def two_sum(a, b):
-    """The sum, and what it leaves."""
+    """The rounded sum and its rounding error."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -183,16 +189,17 @@ def to_body(q, v):
 
 @routine
 def three(row, first):
+    """Three numbers of a row as a vector."""
     return row[first], row[first + 1], row[first + 2]
 
 
-# -- places ---------------------------------------------------------------------------------------
+# -- positions ---------------------------------------------------------------------------------------
 
 
 @routine
 def on_orbit(orbit, pieces, t):
-    """Position and velocity, m and m/s."""
-    if orbit[0] == PIECES:
+    """Position and velocity on the orbit, m and m/s."""
+    if orbit[0] == PIECEWISE:
         return on_pieces(pieces, orbit[1], orbit[2], t)
     a, e, rate = orbit[1], orbit[2], orbit[6]
     turns = orbit[3] + t * orbit[4] + t * orbit[5]
@@ -213,15 +220,16 @@ def on_orbit(orbit, pieces, t):
 
 @routine
 def on_pieces(pieces, start, length, t):
-    place = min(max(int((t - start) / length), 0), pieces.shape[0] - 1)
-    x = (t - start) / length - place
+    """Value and derivative of a piecewise polynomial."""
+    index = min(max(int((t - start) / length), 0), pieces.shape[0] - 1)
+    x = (t - start) / length - index
     r, v = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(pieces.shape[2] - 1, -1, -1):
         v = v[0] * x + r[0], v[1] * x + r[1], v[2] * x + r[2]
         r = (
-            r[0] * x + pieces[place, 0, k],
-            r[1] * x + pieces[place, 1, k],
-            r[2] * x + pieces[place, 2, k],
+            r[0] * x + pieces[index, 0, k],
+            r[1] * x + pieces[index, 1, k],
+            r[2] * x + pieces[index, 2, k],
         )
     return r, (v[0] / length, v[1] / length, v[2] / length)
 
@@ -231,6 +239,7 @@ def on_pieces(pieces, start, length, t):
 
 @routine
 def gravity_gradient(row, moments, q, r):
+    """Torque 3 mu / r^3 e x I e, N m, body frame."""
     shorter = inverse_length(r)
     down = to_body(q, (r[0] * shorter, r[1] * shorter, r[2] * shorter))
     I1, I2, I3 = moments
@@ -240,6 +249,7 @@ def gravity_gradient(row, moments, q, r):
 
 @routine
 def magnetic(row, q, r, t):
+    """Torque of a dipole in the field of the central body's dipole, N m, body frame."""
     angle = TURN * (t * row[14] + t * row[15])
     d = plus(plus(three(row, 5), three(row, 8), np.cos(angle)), three(row, 11), np.sin(angle))
     shorter = inverse_length(r)
@@ -249,6 +259,7 @@ def magnetic(row, q, r, t):
 
 @routine
 def solar_plate(row, q, to_sun):
+    """Torque of sunlight on a plate, N m, body frame."""
     n, area, specular, diffuse = three(row, 1), row[7], row[8], row[9]
     shorter = inverse_length(to_sun)
     s = to_body(q, plus((0.0, 0.0, 0.0), to_sun, shorter))
@@ -260,6 +271,7 @@ def solar_plate(row, q, to_sun):
 
 @routine
 def drag_plate(row, q, r, v):
+    """Torque of drag on a plate, N m, body frame."""
     n, area, density, reference, height = three(row, 1), row[7], row[8], row[9], row[10]
     wind = plus(v, cross(three(row, 11), r), -1.0)
     speed = np.sqrt(dot(wind, wind))
@@ -270,7 +282,8 @@ def drag_plate(row, q, r, v):
 
 
 @routine
-def torque(row, moments, q, w, t, r, v, s):
+def torque(row, moments, q, w, t, r, v, s):  # noqa: PLR0911 (a return for each effect)
+    """Torque of one effect, N m, body frame."""
     code = row[0]
     if code == BODY_FIXED:
         return three(row, 1)
@@ -280,25 +293,26 @@ def torque(row, moments, q, w, t, r, v, s):
         return gravity_gradient(row, moments, q, r)
     if code == EDDY:
         return -dot(three(row, 1), w), -dot(three(row, 4), w), -dot(three(row, 7), w)
-    if code == MAGNET:
+    if code == MAGNETIC:
         return magnetic(row, q, r, t)
-    if code == SUNLIT:
+    if code == SOLAR_PLATE:
         return solar_plate(row, q, plus(s, r, -1.0))
-    if code == AIR:
+    if code == DRAG_PLATE:
         return drag_plate(row, q, r, v)
-    return 0.0, 0.0, 0.0  # of what is inside the body
+    return 0.0, 0.0, 0.0  # rotors and dissipation enter by the momentum
 
 
 @routine
 def own_spin(moments, w):
-    """(I w) x w, of which nothing is left where two moments are equal."""
+    """(I w) x w; a component is exactly zero where its two moments are equal."""
     I1, I2, I3 = moments
     return (I2 - I3) * w[1] * w[2], (I3 - I1) * w[2] * w[0], (I1 - I2) * w[0] * w[1]
 
 
 @routine
-def slope(time, y, f, body, rows, orbit, pieces, sun, sun_pieces):
-    """Writes y' to f (7,); moments, rotors, alpha, second are in `body`."""
+def slope(time, y, f, arguments):
+    """Write y' to f (7,); `body` holds moments, rotors, alpha, second."""
+    body, rows, orbit, pieces, sun, sun_pieces = arguments
     moments, rotors, alpha, second = three(body, 0), three(body, 3), body[6], body[7]
     norm = 1.0 / np.sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3])
     q = y[0] * norm, y[1] * norm, y[2] * norm, y[3] * norm
@@ -308,7 +322,7 @@ def slope(time, y, f, body, rows, orbit, pieces, sun, sun_pieces):
     W = plus(w, inner, alpha)
     t = time / second
     r, v, s = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if orbit[0] != NOWHERE:
+    if orbit[0] != NO_ORBIT:
         r, v = on_orbit(orbit, pieces, t)
     if sun[2] != 0.0:
         s, _ = on_pieces(sun_pieces, sun[0], sun[1], t)
@@ -325,36 +339,35 @@ def slope(time, y, f, body, rows, orbit, pieces, sun, sun_pieces):
 
 
 @kernel
-def derivative(time, y, body, rows, orbit, pieces, sun, sun_pieces):
+def derivative(time, y, arguments):
     """y', (7,)."""
     f = np.empty(7)
-    slope(time, y, f, body, rows, orbit, pieces, sun, sun_pieces)
+    slope(time, y, f, arguments)
     return f
 
 
 # -- truth ----------------------------------------------------------------------------------------
 
-# Few, so that extrapolation magnifies rounding little: of 4 to 8, these come nearest to the oracle.
+# Extrapolation magnifies rounding: of 4 to 8 columns, 4 come nearest to the oracle.
 COLUMNS = 4
-ROOT = 1.0 / (2 * COLUMNS - 2)
-LEAST_STEP = 1e-9
+MIN_STEP = 1e-9
 
 
 @routine
-def midpoints(time, y, h, n, world, work):
+def midpoints(time, y, h, n, arguments, work):
     """Increment of y over h in n steps of Gragg's smoothed midpoint rule, into work[1].
 
-    Smoothed, it asks for the torque at the end too: one that changed only just before is not overlooked.
+    The smoothing evaluates the torque at the end too, so that a change just before it is seen.
     """
     before, here, at, f = work[0], work[1], work[2], work[3]
     step = h / n
-    slope(time, y, f, *world)
+    slope(time, y, f, arguments)
     for i in range(7):
         before[i], here[i] = 0.0, step * f[i]
     for k in range(1, n + 1):
         for i in range(7):
             at[i] = y[i] + here[i]
-        slope(time + k * step, at, f, *world)
+        slope(time + k * step, at, f, arguments)
         for i in range(7):
             if k < n:
                 before[i], here[i] = here[i], before[i] + 2.0 * step * f[i]
@@ -363,48 +376,48 @@ def midpoints(time, y, h, n, world, work):
 
 
 @routine
-def leap(time, y, h, world, table, work):
-    """Increment of y over h into table[0], and how far the last two extrapolations are apart.
+def extrapolated_step(time, y, h, arguments, table, work):
+    """Write the increment of y over h to table[0]; the difference of the last two extrapolations.
 
-    In 2, 4, 6 ... steps, extrapolated to ever more of them.
-    Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9.
+    From 2, 4, 6 ... steps, extrapolated to a step of zero.
+    Source: Hairer, Norsett and Wanner, Solving Ordinary Differential TorqueEquations I, section II.9.
     """
     for j in range(COLUMNS):
-        midpoints(time, y, h, 2 * (j + 1), world, work)
+        midpoints(time, y, h, 2 * (j + 1), arguments, work)
         for i in range(7):
             table[j, i] = work[1, i]
         for k in range(j - 1, -1, -1):
             ratio = ((j + 1.0) / (k + 1.0)) ** 2 - 1.0
             for i in range(7):
                 table[k, i] = table[k + 1, i] + (table[k + 1, i] - table[k, i]) / ratio
-    apart = 0.0
+    difference = 0.0
     for i in range(7):
-        apart = max(apart, abs(table[0, i] - table[1, i]))
-    return apart
+        difference = max(difference, abs(table[0, i] - table[1, i]))
+    return difference
 
 
 @kernel
-def extrapolated(start, begin, end, instants, tolerance, out, body, rows, orbit, pieces, sun, sun_pieces):
-    """States (n, 7) at ascending instants from begin to end, and in the last row that at the end.
+def extrapolated(start, begin, end, instants, tolerance, out, arguments):
+    """Write states (n, 7) at ascending instants from begin to end, and the state at the end in the last row.
 
-    The state is kept in two parts, so that only the increments are rounded.
+    The state is held in two parts, so that only the increments are rounded.
     start : (7,); begin, end, instants : in the equations' unit of time; out : (n + 1, 7), written
-    tolerance : of an error for each unit of time, by the last two extrapolations; the better one is taken
+    tolerance : error in a unit of time, estimated by the difference of the last two extrapolations
     """
-    world = body, rows, orbit, pieces, sun, sun_pieces
+    root = 1.0 / (2 * COLUMNS - 2)
     table, work = np.empty((COLUMNS, 7)), np.empty((4, 7))
     y, low, time, time_low, h, written = start.copy(), np.zeros(7), begin, 0.0, 0.5, 0
     while True:
         left = (end - time) - time_low
         ends = h >= left
         step = left if ends else h
-        apart = leap(time, y, step, world, table, work)
-        if apart > tolerance * step and step > LEAST_STEP:
-            h = step * max(0.2, 0.9 * (tolerance * step / apart) ** ROOT)
+        difference = extrapolated_step(time, y, step, arguments, table, work)
+        if difference > tolerance * step and step > MIN_STEP:
+            h = step * max(0.2, 0.9 * (tolerance * step / difference) ** root)
             continue
         increment = table[0].copy()
         while written < instants.size and (ends or (instants[written] - time) - time_low < step):
-            leap(time, y, (instants[written] - time) - time_low, world, table, work)
+            extrapolated_step(time, y, (instants[written] - time) - time_low, arguments, table, work)
             out[written] = y + (low + table[0])
             written += 1
         for i in range(7):
@@ -413,4 +426,4 @@ def extrapolated(start, begin, end, instants, tolerance, out, body, rows, orbit,
             out[written] = y
             return
         time, time_low = two_sum(time, time_low + step)
-        h = step * min(4.0, max(0.2, 0.9 * (tolerance * step / max(apart, 1e-30)) ** ROOT))
+        h = step * min(4.0, max(0.2, 0.9 * (tolerance * step / max(difference, 1e-30)) ** root))

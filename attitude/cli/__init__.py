@@ -1,0 +1,3 @@
+"""The command `attitude`."""
+
+from .command import main as main

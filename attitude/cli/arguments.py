@@ -1,0 +1,120 @@
+"""Arguments that several commands take, and what they stand for."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import FormatError, InputError
+
+if TYPE_CHECKING:
+    from ..formats.registry import Format
+    from ..scene.document import Scene
+
+SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
+ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
+DROP_BELOW = f"leave out torques that over the span would turn the body by less than TOL, {ANGLE}"
+# Not read off the formats: a parser should not load them.
+FORMATS = (
+    "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, stk, czml or ck; "
+    "by default from FILE's ending, else csv"
+)
+
+
+def add_output(parser: ArgumentParser) -> None:
+    """Where an ephemeris goes, and in which format."""
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)'
+    )
+    parser.add_argument("-f", "--format", metavar="F", help=FORMATS)
+    parser.add_argument("--frame", metavar="FRAME", help="attitudes relative to it, instead of the one given")
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an option of the format, such as object_id=1998-067A; of convert also one of the format "
+        "that is read, such as clock_id=-82; repeatable",
+    )
+    parser.add_argument(
+        "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
+    )
+
+
+def angle(text: str | None, field: str) -> float | None:
+    """rad; None for no text."""
+    from .. import units
+
+    if text is None:
+        return None
+    match = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z]*)\s*", text)
+    try:
+        if match is None:
+            raise ValueError
+        value = float(match[1]) * units.parse_unit(match[2] or "rad", units.ANGLE, field)
+    except ValueError:  # of InputError too: the unit is none
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise InputError(field, text, ANGLE)
+    return value
+
+
+def read_scene(name: str) -> Scene:
+    """A scene by the path of its document, "-" for standard input, or the name of a built-in one."""
+    from ..scene.document import Scene
+
+    return Scene.from_json(*document_text(name))
+
+
+def document_text(name: str) -> tuple[bytes, str]:
+    """A document's text, and its name in errors."""
+    from ..scene.document import builtin_names, builtin_text
+
+    if name == "-":
+        return sys.stdin.buffer.read(), "standard input"
+    if os.path.exists(name) and (os.path.isfile(name) or name not in builtin_names()):
+        try:
+            return Path(name).read_bytes(), name
+        except OSError as error:
+            raise FormatError(f"cannot be read ({error.strerror or error})", name) from None
+    if Path(name).suffix == ".json" or os.sep in name:
+        raise FormatError("no such file", name)
+    try:
+        return builtin_text(name), name
+    except InputError:
+        expected = f"a file, or a built-in scene ({', '.join(builtin_names())})"
+        raise InputError("SCENE", name, expected) from None
+
+
+def output_format(
+    options: Namespace, source: Format | None = None
+) -> tuple[Format, dict[str, Any], dict[str, Any]]:
+    """The format and its options; and those of the format that is read, `source`, where the writer has none.
+
+    Called before anything is computed, so that what the writer refuses is refused at once.
+    """
+    from .. import formats
+    from ..formats.encoding import parse_options
+
+    by_default = "csv" if options.output == formats.STANDARD_STREAM else None
+    target = formats.find(options.output, options.format or by_default)
+    texts, reading = dict([_option(text) for text in options.set]), {}
+    if source is not None:
+        of_writer = formats.option_names(formats.module_of(target).blocks)
+        of_reader = formats.option_names(formats.module_of(source).parse)
+        reading = {name: texts.pop(name) for name in of_reader if name in texts and name not in of_writer}
+    writing = parse_options(texts, target)
+    formats.check_options(target, writing)
+    return target, writing, {} if source is None else parse_options(reading, source, reading=True)
+
+
+def _option(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.isidentifier():
+        raise InputError("--set", text, "NAME=VALUE, an option of the format")
+    return name, value

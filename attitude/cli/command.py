@@ -1,0 +1,126 @@
+"""The command `attitude`: its parser, and the commands that only list scenes or start the service.
+
+Bad input is one line on standard error and exit code 2.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+import textwrap
+from collections.abc import Sequence
+from importlib import import_module
+from typing import NoReturn
+
+from ..errors import AttitudeError
+from ..version import __version__
+
+BAD_INPUT = 2
+# The module of each command, and one line about it; a module is imported for its own command only.
+COMMANDS = {
+    "run": ("run", "simulate a scene"),
+    "convert": ("convert", "turn a file of attitudes into one of another format or frame"),
+    "plan": ("plan", "tell what a run would simulate, and how"),
+    "plot": ("plot", "draw a scene's attitude in time"),
+    "cost": ("costs", "what accuracy costs in time, on a scene"),
+    "ensemble": ("ensemble", "many bodies: statistics of their attitudes, or all of them stored"),
+    "scenes": ("", "list the built-in scenes, or print one"),
+    "serve": ("", "serve over HTTP"),
+}
+# Flags of `attitude serve`: settings of the service by their names, which judges their values itself.
+SERVING = {
+    "host": ("H", "address to listen at (ATTITUDE_HOST; 127.0.0.1)"),
+    "port": ("N", "port to listen at (ATTITUDE_PORT; 8000)"),
+    "workers": ("N", "processes that answer (ATTITUDE_WORKERS; 1)"),
+    "threads": (
+        "N",
+        "threads of each that compute (ATTITUDE_THREADS; the processors, shared among the workers)",
+    ),
+    "max_requests": ("N", "requests that each computes or keeps waiting (ATTITUDE_MAX_REQUESTS)"),
+    "max_samples": ("N", "instants that one answer may hold (ATTITUDE_MAX_SAMPLES; 1000000)"),
+    "max_effects": ("N", "effects that one scene may name (ATTITUDE_MAX_EFFECTS; 100)"),
+    "max_seconds": ("S", "seconds of computing that one request may need (ATTITUDE_MAX_SECONDS; 30)"),
+    "max_body_bytes": ("N", "bytes that a document may have (ATTITUDE_MAX_BODY_BYTES; 4194304)"),
+    "token_file": ("FILE", "file with the bearer token that requests have to bring (ATTITUDE_TOKEN_FILE)"),
+    "cors_origins": ("LIST", "origins whose pages may ask (ATTITUDE_CORS_ORIGINS; none)"),
+    "log_level": ("LEVEL", "debug, info, warning or error (ATTITUDE_LOG_LEVEL; info)"),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit code."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = _parser(*arguments[:1]).parse_args(arguments)
+    try:
+        options.execute(options)
+        sys.stdout.flush()
+    except AttitudeError as error:
+        print("attitude: " + " ".join(str(error).split()), file=sys.stderr)
+        return BAD_INPUT
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """One line, without the usage that argparse puts before it."""
+        self.exit(BAD_INPUT, f"attitude: {message} (see {self.prog} --help)\n")
+
+
+def _parser(command: str = "") -> argparse.ArgumentParser:
+    """The parser, with the arguments of this command alone."""
+    parser = _Parser(prog="attitude", description="Exact attitude ephemerides of freely rotating bodies.")
+    parser.add_argument("--version", action="version", version=f"attitude {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, (module_name, text) in COMMANDS.items():
+        of_command = commands.add_parser(name, help=text)
+        if name != command:
+            continue
+        if name == "scenes":
+            of_command.add_argument("name", nargs="?", metavar="NAME", help="print this scene's document")
+            of_command.set_defaults(execute=_scenes)
+        elif name == "serve":
+            for setting, (metavar, meaning) in SERVING.items():
+                of_command.add_argument(f"--{setting.replace('_', '-')}", metavar=metavar, help=meaning)
+            of_command.set_defaults(execute=_serve)
+        else:
+            module = import_module(f".{module_name}", __package__)
+            of_command.description = module.DESCRIPTION
+            module.add_arguments(of_command)
+            of_command.set_defaults(execute=module.execute)
+    return parser
+
+
+def _scenes(options: argparse.Namespace) -> None:
+    from ..scene.document import Scene, builtin_names
+
+    if options.name is not None:
+        print(Scene.builtin(options.name).to_json())
+        return
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
+    column = max(map(len, builtin_names())) + 2
+    for name in builtin_names():
+        scene = Scene.builtin(name)
+        text = f"{scene.name}. {scene.description}"
+        first, other = f"{name:<{column}}", " " * column
+        print(textwrap.fill(text, max(width, 60), initial_indent=first, subsequent_indent=other))
+
+
+def _serve(options: argparse.Namespace) -> None:
+    try:
+        from service import serve
+    except ModuleNotFoundError as error:
+        if error.name in ("fastapi", "uvicorn", "starlette", "h11", "prometheus_client", "pydantic_settings"):
+            message = f"the service needs {error.name}: pip install 'attitude[service]'"
+            raise AttitudeError(message) from None
+        raise
+    serve(**{name: getattr(options, name) for name in SERVING})
+
+
+if __name__ == "__main__":
+    sys.exit(main())

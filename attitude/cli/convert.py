@@ -1,0 +1,34 @@
+"""`attitude convert`: a file of attitudes in another format or frame."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+from . import arguments, console
+from .run import report_interpolation
+
+DESCRIPTION = "Read a file in any of the formats, and write its ephemeris in another format or frame."
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Those of `attitude convert`."""
+    parser.add_argument("file", metavar="FILE", help="a file of attitudes")
+    parser.add_argument(
+        "--from", dest="source_format", metavar="F", help="its format; by default from its ending"
+    )
+    arguments.add_output(parser)
+
+
+def execute(options: Namespace) -> None:
+    """Read and write."""
+    from .. import formats
+    from ..ephemeris import Ephemeris
+
+    source = formats.find(options.file, options.source_format)
+    target, writing, reading = arguments.output_format(options, source)
+    console.announce_compilation(options)
+    ephemeris = Ephemeris.read(options.file, options.source_format, **reading)
+    ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
+    with console.progress_bar(options) as progress:
+        written = formats.write(ephemeris, options.output, target.name, progress, **writing)
+    report_interpolation(written, options)

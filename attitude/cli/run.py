@@ -1,0 +1,81 @@
+"""`attitude run`: simulate a scene and write its ephemeris."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from . import arguments, console
+
+if TYPE_CHECKING:
+    from ..formats.interpolation_nodes import Written
+    from ..samples.ephemeris_data import EphemerisData
+    from ..scene.document import Scene
+
+DESCRIPTION = "Simulate a scene and write its ephemeris."
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Those of `attitude run`."""
+    parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
+    arguments.add_output(parser)
+    parser.add_argument(
+        "--interpolation-error",
+        metavar="TOL",
+        help="choose the instants, for formats that are interpolated, so that this stays within TOL, "
+        + arguments.ANGLE,
+    )
+    parser.add_argument("--drop-below", metavar="TOL", help=arguments.DROP_BELOW)
+
+
+def execute(options: Namespace) -> None:
+    """Write the ephemeris."""
+    from .. import formats
+
+    target, writing, _ = arguments.output_format(options)
+    drop_below = arguments.angle(options.drop_below, "--drop-below")
+    error = arguments.angle(options.interpolation_error, "--interpolation-error")
+    scene = arguments.read_scene(options.scene)
+    console.announce_compilation(options)
+    if console.is_watched(options):
+        _describe(scene, options)
+    with console.progress_bar(options) as progress:
+        samples = scene.samples(progress, drop_below, options.frame)
+        if scene.effects:
+            _report_effects(samples.first, options)
+        written = formats.write(samples, options.output, target.name, None, error, **writing)
+    report_interpolation(written, options)
+
+
+def _describe(scene: Scene, options: Namespace) -> None:
+    console.warn(f"{scene.name or options.scene}: {scene.times.samples} samples")
+    if not scene.effects:
+        motion = scene.motion()
+        regime = motion.regime.replace("_", " ")
+        console.warn(f"{regime} regime, polhode period {motion.polhode_period:.9g} s")
+
+
+def _report_effects(head: EphemerisData, options: Namespace) -> None:
+    """Say which effects were simulated; that an ephemeris ends early is said with --quiet too."""
+    plan = head.plan
+    if plan is not None:
+        console.remark(options, f"simulated: {', '.join(plan.simulated) or 'nothing but free rotation'}")
+        for effect in plan.left_out:
+            if options.drop_below is not None and not options.quiet:
+                console.warn(f"left out: {effect}")
+            else:
+                console.remark(options, f"left out: {effect}")
+        verb = "estimated at" if plan.bound_source.startswith("estimated") else "below"
+        console.remark(options, f"{plan.solver}; error {verb} {plan.error_bound:.1e} rad")
+    for event in head.events:
+        if event.kind == "rest":
+            console.warn(f"at {event.seconds:.9g} s {event.text}")
+
+
+def report_interpolation(written: Written, options: Namespace) -> None:
+    """Say how many instants were chosen, and the bound on the error of interpolation between them."""
+    if written.interpolation_error is not None:
+        from ..formats.interpolation_nodes import upwards
+
+        error = f"interpolation between them errs by at most {upwards(written.interpolation_error)} rad"
+        console.remark(options, f"{written.nodes} attitudes; {error}")

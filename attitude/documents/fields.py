@@ -1,0 +1,203 @@
+"""Parts of JSON documents: strict JSON, numbers and text, and pydantic's errors as the library's own.
+
+Every part of a document refuses unknown keys; every number stands beside its unit.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic_core import core_schema
+
+from ..errors import AttitudeError, FormatError, InputError
+
+
+def _text(value: Any) -> Any:
+    """Text that UTF-8 can hold (JSON lets half a surrogate pair through)."""
+    if isinstance(value, str) and not value.isascii():
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            raise ValueError("text without half surrogate pairs") from None
+    return value
+
+
+# JSON numbers only: neither text nor true is silently read as one.
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Text = Annotated[str, BeforeValidator(_text)]
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
+Four = Annotated[list[Number], Field(min_length=4, max_length=4)]
+
+
+class Part(BaseModel):
+    """Any part of a document: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def exactly_one(part: Part, names: tuple[str, ...]) -> str:
+    """The one of these fields that a part has; InputError where it has none or several."""
+    present = [name for name in names if getattr(part, name) is not None]
+    if len(present) != 1:
+        raise InputError("", " and ".join(present) or None, f"exactly one of {', '.join(names)}")
+    return present[0]
+
+
+class Chosen:
+    """Annotation of a field that may be one of several parts, each imported when a document names it.
+
+    `pick` makes the part of plain data (and passes parts through); `kinds` are all the classes, and
+    `words` what may stand there in place of a part, for the description of the document.
+    """
+
+    def __init__(
+        self,
+        pick: Callable[[Any], Any],
+        kinds: Callable[[], Iterable[type[Part]]],
+        words: tuple[str, ...] = (),
+    ):
+        self.pick = pick
+        self.kinds = kinds
+        self.words = words
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.no_info_plain_validator_function(self.pick)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        parts = [handler(kind.__pydantic_core_schema__) for kind in self.kinds()]
+        return {"oneOf": [*({"const": word} for word in self.words), *parts]}
+
+
+@contextmanager
+def field_named(name: str) -> Iterator[None]:
+    """Gives an error from the library the name that its field has in the document."""
+    try:
+        yield
+    except InputError as error:
+        tail = error.field[error.field.index("[") :] if "[" in error.field else ""
+        raise InputError(name + tail, error.value, error.expected) from None
+
+
+@contextmanager
+def field_within(path: str) -> Iterator[None]:
+    """Puts the path of a part before the field of an error that names it relative to the part.
+
+    `frame` and `epoch` are fields of the scene, whatever part misses them.
+    """
+    try:
+        yield
+    except InputError as error:
+        if error.field in ("frame", "epoch", "orbit"):
+            raise
+        inner = error.field if error.field.startswith("[") or not error.field else f".{error.field}"
+        raise InputError(path + inner, error.value, error.expected) from None
+
+
+MAX_REPORTED_FAULTS = 20
+
+
+# -- documents that are wrong ---------------------------------------------------------------------
+
+
+def parse_json(text: str | bytes, source: str) -> Any:
+    """JSON text as plain data; refuses NaN, Infinity and keys given twice, which JSON readers let pass.
+
+    Raises FormatError, which names `source` and the line, or InputError for a key or a number.
+    """
+    try:
+        return json.loads(text, object_pairs_hook=_refuse_duplicate_keys, parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
+    except UnicodeDecodeError:
+        raise FormatError("not JSON: not UTF-8 text", source) from None
+    except RecursionError:
+        raise FormatError("not JSON that can be read: nested too deeply", source) from None
+    except AttitudeError:
+        raise
+    except ValueError as error:  # an integer of thousands of digits
+        raise FormatError(f"not JSON that can be read: {error}", source) from None
+
+
+def _refuse_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    document: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in document:
+            raise InputError(name, "the key twice", "each key once", steps=())
+        document[name] = value
+    return document
+
+
+def _refuse_constant(name: str) -> float:
+    raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)", steps=())
+
+
+@contextmanager
+def document_errors() -> Iterator[None]:
+    """Turns pydantic's errors into one InputError that names the first field and lists the others."""
+    try:
+        yield
+    except ValidationError as error:
+        raise _input_error(error) from None
+
+
+def _input_error(error: ValidationError) -> InputError:
+    faults = [_fault(details) for details in error.errors(include_url=False)[:MAX_REPORTED_FAULTS]]
+    first = faults[0]
+    if len(faults) > 1:
+        others = ", ".join(dict.fromkeys(fault.field for fault in faults[1:]))
+        rest = error.error_count() - len(faults)
+        first.args = (f"{first} (also: {others}{f' and {rest} more' if rest else ''})",)
+    return first
+
+
+def _fault(details: Any) -> InputError:
+    steps = tuple(details["loc"])
+    cause = details.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):  # raised by a check of ours, relative to its part
+        return InputError(_field((*steps, *cause.steps)), cause.value, cause.expected, (*steps, *cause.steps))
+    value = None if details["type"] == "missing" else details["input"]
+    return InputError(_field(steps), value, _expected(details), steps)
+
+
+def _field(steps: tuple[str | int, ...]) -> str:
+    """("times", "dates", 3) as "times.dates[3]"."""
+    text = ""
+    for step in steps:
+        text += f"[{step}]" if isinstance(step, int) else (f".{step}" if text else step)
+    return text or "document"
+
+
+_EXPECTED = {
+    "missing": "a value (the field is required)",
+    "extra_forbidden": "no such key (unknown keys are refused)",
+    "model_type": "a JSON object",
+    "list_type": "a list",
+    "string_type": "text",
+    "finite_number": "a finite number",
+    "string_pattern_mismatch": 'three axes in capitals (rotations about the body\'s own), such as "ZXZ"',
+}
+
+
+def _expected(details: Any) -> str:
+    kind, context = details["type"], details.get("ctx", {})
+    if kind in ("too_short", "too_long"):
+        least, most = context.get("min_length"), context.get("max_length")
+        count = least if least is not None else most
+        return (
+            f"{count} elements"
+            if details["loc"] and details["loc"][-1] not in ("elapsed", "dates")
+            else "at least one"
+        )
+    if kind == "float_type":  # Python's integers have no greatest, doubles have
+        too_large = type(details["input"]) is int
+        return "a number in the range of a double" if too_large else "a number"
+    if kind in _EXPECTED:
+        return _EXPECTED[kind]
+    if kind == "literal_error":
+        return f"one of {context['expected']}"
+    return str(details["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")

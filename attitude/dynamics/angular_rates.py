@@ -1,0 +1,48 @@
+"""The fastest angular rate of bodies under torques and impulses: what steps and spans are measured by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..frames import rotations
+from ..problem.initial_state import InitialState
+from ..problem.spin_bound import free_spin
+from ..problem.torque_model import AppliedImpulse, CachedTorque
+from .batch_states import Bodies, along_axes
+from .momentum import impulse_sums
+from .solvers import vector_lengths
+
+
+def max_angular_rates(
+    template: InitialState,
+    bodies: Bodies,
+    torques: Sequence[CachedTorque],
+    impulses: Sequence[AppliedImpulse] = (),
+) -> np.ndarray:
+    """(n,) rad/s: the greatest of the spin, after every impulse, what torques make of it, and the orbit's."""
+    moments = np.asarray(bodies.body.moments)
+    at_epoch = along_axes(bodies, bodies.rate)
+    fastest, own, momentum = at_epoch, np.zeros(len(bodies)), np.zeros(len(bodies))
+    for added in impulse_sums(impulses, bodies.attitude):
+        back = rotations.rotate(rotations.conjugate(bodies.attitude), added)
+        rates = at_epoch + along_axes(bodies, back) / moments
+        speed = vector_lengths(rates)
+        fastest = np.where((speed > own)[:, None], rates, fastest)
+        own, momentum = np.maximum(own, speed), np.maximum(momentum, vector_lengths(moments * rates))
+    spin = free_spin(moments, fastest)
+    size = sum((torque.sizes(moments, spin) for torque in torques), np.zeros(len(bodies)))
+    orbit = 2.0 * np.pi / template.orbit_path.period if template.orbit_path is not None else 0.0
+    with np.errstate(over="ignore"):  # infinite for a body that is thin enough
+        swung = np.sqrt(size / moments.min(axis=1))
+    turning = np.maximum(own, momentum / moments.max(axis=1))
+    greatest: np.ndarray = np.maximum(np.maximum(turning, swung), orbit)
+    return greatest
+
+
+def rates_after(bodies: Bodies, added: np.ndarray) -> np.ndarray:
+    """(n, 3) rad/s, body frame: at the epoch's attitude, with inertial momenta (n, 3) added to the bodies."""
+    back = rotations.rotate(rotations.conjugate(bodies.attitude), added)
+    rates: np.ndarray = bodies.rate + np.linalg.solve(bodies.body.tensor, back[..., None])[..., 0]
+    return rates

@@ -1,0 +1,116 @@
+"""A block of bodies stepped by a solver from the epoch outwards, arc by arc."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..problem.torque_model import CachedTorque
+from ..times.instants import Instants
+from .arcs import Arc, arcs_by_direction, instants_within
+from .batch_states import Bodies, TorqueProblem
+from .momentum import initial_momenta
+from .solver_arguments import SolverArguments
+from .solvers import OUTPUTS, Solver, SolverSpan, SolverTask, can_take
+
+
+class Solution(NamedTuple):
+    """The motion of n bodies at m instants.
+
+    Attributes
+    ----------
+    rows : (n, OUTPUTS, m): attitude wxyz (4), rate (3, body), momentum (3, inertial); NaN where steps failed
+    steps, torques, failed : (n,), as `SolverWork` has them
+    symmetric : (n,), whether the body is, for the solver; smooth : whether every torque is
+    """
+
+    rows: np.ndarray
+    steps: np.ndarray
+    torques: np.ndarray
+    failed: np.ndarray
+    symmetric: np.ndarray
+    smooth: bool
+
+
+def two_part(instants: Instants) -> np.ndarray:
+    """(2, m): seconds since the epoch, and what their rounding left, as kernels take them."""
+    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+    low = (
+        np.zeros_like(seconds)
+        if instants.seconds_low is None
+        else np.asarray(instants.seconds_low).reshape(-1)
+    )
+    return np.array([seconds, low])
+
+
+def integrate(
+    problem: TorqueProblem,
+    bodies: Bodies,
+    instants: np.ndarray,
+    solver: Solver,
+    settings: np.ndarray,
+    coarsely: bool = False,
+) -> Solution:
+    """All bodies at all instants (2, m), forwards and backwards from the epoch; settings (n,).
+
+    A body is stepped as if it were alone: no bit of its rows depends on the others.
+    """
+    n, (seconds, low) = len(bodies), instants
+    work = np.zeros((3, n), np.int64)
+    rows, symmetric, smooth = np.full((n, OUTPUTS, seconds.size), np.nan), np.ones(n, np.bool_), True
+    for path in arcs_by_direction(problem.template, problem.torques, problem.impulses):
+        within = np.flatnonzero(seconds < 0.0 if path[-1].stop < 0.0 else seconds >= 0.0)
+        if within.size:
+            outwards = _Outwards(problem, bodies, solver, settings, path[0])
+            indices = instants_within(path, seconds[within], low[within])
+            for arc, index in zip(path, indices, strict=True):
+                rows[:, :, within[index]] = outwards.over(arc, instants[:, within[index]], coarsely)
+            work += outwards.work
+            symmetric &= outwards.symmetric
+            smooth = smooth and outwards.smooth
+    return Solution(rows, work[0], work[1], work[2], symmetric, smooth)
+
+
+class _Outwards:
+    """All bodies on their way from the epoch in one direction."""
+
+    def __init__(
+        self, problem: TorqueProblem, bodies: Bodies, solver: Solver, settings: np.ndarray, first: Arc
+    ):
+        self._problem, self._bodies, self._solver, self._settings = problem, bodies, solver, settings
+        squares = (bodies.attitude * bodies.attitude).T
+        length = np.sqrt((squares[0] + squares[1]) + (squares[2] + squares[3]))
+        self._attitude = bodies.attitude / length[:, None]
+        self.work = np.zeros((3, len(bodies)), np.int64)  # steps, torques, failures
+        self.symmetric, self.smooth = np.ones(len(bodies), np.bool_), True
+        self._prepared: dict[tuple[int, ...], SolverArguments] = {}
+        momenta = initial_momenta(problem.template, bodies, first.torques)
+        self._states = self._under(first.torques).states(self._attitude, momenta, bodies.rate)
+
+    def over(self, arc: Arc, instants: np.ndarray, coarsely: bool) -> np.ndarray:
+        """(n, OUTPUTS, m): over the next arc, at the instants (2, m) in it."""
+        arguments = self._under(arc.torques)
+        for impulse in arc.impulses:
+            sign = 1.0 if arc.stop >= 0.0 else -1.0
+            arguments.add_impulse(self._states, self._attitude, impulse, sign)
+        # the last column is the end of the arc
+        at = np.ascontiguousarray(np.concatenate([instants, [[arc.stop], [0.0]]], axis=1))
+        out = np.full((len(self._bodies), OUTPUTS, at.shape[1]), np.nan)
+        finite = (self.work[2] == 0) & np.isfinite(self._states).all(axis=1)
+        which = np.flatnonzero(finite & can_take(self._solver, arguments))
+        span = SolverSpan(arc.start, arc.stop, at, coarsely)
+        task = SolverTask(arguments, which, self._states, span, self._settings, out)
+        self.work[:, which] += self._solver.integrate(task, arc.torques)
+        self._attitude = out[:, :4, -1]
+        return out[:, :, :-1]
+
+    def _under(self, torques: Sequence[CachedTorque]) -> SolverArguments:
+        key = tuple(id(torque) for torque in torques)
+        if key not in self._prepared:
+            arguments = self._solver.prepare(self._problem.template, self._bodies, torques)
+            self._prepared[key] = arguments
+            self.symmetric &= arguments.symmetric
+            self.smooth = self.smooth and arguments.is_smooth
+        return self._prepared[key]

@@ -1,0 +1,113 @@
+"""A block of bodies with their states at the epoch, and the problem that all of them pose to the solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import InputError, RegimeError, ToleranceError
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, CachedTorque
+from ..problem.torque_rows import turned
+from ..rigid_body.body import RigidBody
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Bodies with their states at the epoch; the body of a scene is a block of one.
+
+    Attributes
+    ----------
+    body : RigidBody, (n,)
+    attitude : (n, 4) wxyz, body to inertial; rate : (n, 3) rad/s, body components; both at t = 0
+    index : (n,), by which errors name them, or None for the body of a scene
+    """
+
+    body: RigidBody
+    attitude: np.ndarray
+    rate: np.ndarray
+    index: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, initial_state: InitialState) -> Bodies:
+        """The body of a scene, as a block of one."""
+        body = initial_state.body.broadcast_to((1,))
+        return cls(body, np.asarray(initial_state.attitude)[None], np.asarray(initial_state.rate)[None])
+
+    def __len__(self) -> int:
+        return len(self.rate)
+
+    def __getitem__(self, which: np.ndarray | slice) -> Bodies:
+        index = None if self.index is None else self.index[which]
+        return Bodies(self.body[which], self.attitude[which], self.rate[which], index)
+
+    def initial_state(self, template: InitialState, i: int) -> InitialState:
+        """The state of one of the bodies, in the surroundings and span of the template."""
+        return replace(template, body=self.body[i], attitude=self.attitude[i], rate=self.rate[i])
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(n, 3, 3): rows are the principal axes, right-handed, in the order of the moments."""
+        return right_handed(np.array(self.body.axes))
+
+
+def right_handed(axes: np.ndarray) -> np.ndarray:
+    """(n, 3, 3): the same axes, the third one along the product of the others; changed in place."""
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    return axes
+
+
+def along_axes(bodies: Bodies, vectors: np.ndarray) -> np.ndarray:
+    """(n, 3): components along the principal axes of vectors of the bodies' frames."""
+    return turned(bodies.axes, vectors)
+
+
+@contextmanager
+def named(bodies: Bodies, i: int, lost: list[int] | None = None) -> Iterator[None]:
+    """Errors raised within name the body by its index; the body of a scene needs no name.
+
+    lost : takes the index of a body that cannot be computed to the tolerance, in place of an error
+    """
+    if bodies.index is None:
+        yield
+        return
+    index = int(bodies.index[i])
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"bodies[{index}].{error.field}", error.value, error.expected) from None
+    except (ToleranceError, RegimeError) as error:
+        if lost is None:
+            raise type(error)(f"bodies[{index}]: {error}") from None
+        lost.append(index)
+
+
+@dataclass(frozen=True)
+class TorqueProblem:
+    """Motion under torques: what all bodies have in common.
+
+    Attributes
+    ----------
+    template : surroundings and span of all bodies; its own body and state are the scene's
+    torques, impulses : what acts on the bodies
+    tolerance : rad; kind : "splitting", "gauss" or "dop853", or None for any solver
+    """
+
+    template: InitialState
+    torques: tuple[CachedTorque, ...]
+    impulses: tuple[AppliedImpulse, ...] = ()
+    tolerance: float = 0.0
+    kind: str | None = None
+
+    @property
+    def body(self) -> Bodies:
+        """The scene's own body."""
+        return Bodies.of(self.template)
+
+    @property
+    def max_abs_seconds(self) -> float:
+        """The longest time from the epoch to an end of the span, s."""
+        return max(abs(self.template.start), abs(self.template.stop))

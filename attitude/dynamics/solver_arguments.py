@@ -1,0 +1,200 @@
+"""Bodies and their torques as the arrays that the compiled solvers read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..frames import rotations
+from ..kernels import layout
+from ..problem.initial_state import InitialState
+from ..problem.torque_model import AppliedImpulse, CachedTorque
+from ..problem.torque_rows import turned_rows
+from .batch_states import Bodies, right_handed
+from .momentum import inertial_components
+
+# Moments that differ by less are those of a symmetric body: this is rounding of the inertia given.
+SYMMETRY_TOLERANCE = 1e-15
+# Rows that act without a torque of their own, or linearly: they become part of the body.
+ABSORBED = (layout.WHEELS, layout.DISSIPATION, layout.EDDY)
+# Torques that come and go while the body turns: not smooth in time.
+NOT_SMOOTH = {layout.SOLAR_PLATE, layout.DRAG_PLATE, layout.USER}
+
+
+@dataclass(frozen=True)
+class SolverArguments:
+    """What solvers read of n bodies and their torques.
+
+    Attributes
+    ----------
+    body : (n, STEPPED_BODY); symmetric : (n,), whether about the third axis
+    to_axes : (n, 4), the turn from the body's frame to the axes
+    effects : (n, k, EFFECT_WIDTH); surroundings : orbit, its pieces, sun, its pieces
+    """
+
+    body: np.ndarray
+    symmetric: np.ndarray
+    to_axes: np.ndarray
+    effects: np.ndarray
+    surroundings: tuple[np.ndarray, ...]
+
+    @property
+    def codes(self) -> set[int]:
+        """Kinds of the torques: the same for all bodies."""
+        return {int(code) for code in self.effects[0, :, 0]}
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether all torques are, in time."""
+        return not self.codes & NOT_SMOOTH
+
+    @property
+    def has_rotors(self) -> np.ndarray:
+        """(n,): whether there are rotors in each body."""
+        return np.asarray(self.body[:, layout.ROTORS : layout.ROTORS + 3].any(axis=1))
+
+    @property
+    def has_dissipation(self) -> np.ndarray:
+        """(n,): whether energy is dissipated inside each body."""
+        return np.asarray(self.body[:, layout.ALPHA] != 0.0)
+
+    def states(
+        self, attitude: np.ndarray, momentum: np.ndarray, rate: np.ndarray | None = None
+    ) -> np.ndarray:
+        """(n, STATE): of attitudes (n, 4) of the body's own frame and momenta (n, 3), both inertial.
+
+        rate : (n, 3) rad/s, body frame, from which the momentum along an axis of symmetry is good to its own
+            rounding; read off the whole momentum it would be good to that of the whole
+        """
+        states = np.zeros((len(self.body), layout.STATE))
+        own = rotations.product(attitude, rotations.conjugate(self.to_axes))
+        states[:, layout.ATTITUDE : layout.ATTITUDE + 4] = own
+        states[:, layout.MOMENTUM : layout.MOMENTUM + 3] = momentum
+        states[:, layout.AXIAL] = rotations.rotate(rotations.conjugate(own), momentum)[:, 2]
+        if rate is not None:
+            along = rotations.rotate(self.to_axes, rate)[:, 2]
+            axial = self.body[:, layout.MOMENTS + 2] * along + self.body[:, layout.ROTORS + 2]
+            states[:, layout.AXIAL] = np.where(self.symmetric, axial, states[:, layout.AXIAL])
+        return states
+
+    def add_impulse(
+        self, states: np.ndarray, attitude: np.ndarray, impulse: AppliedImpulse, sign: float
+    ) -> None:
+        """Change states by an impulse, or take it back (sign -1); attitude : (n, 4), those of the states."""
+        states[:, layout.MOMENTUM : layout.MOMENTUM + 3] += sign * inertial_components(impulse, attitude)
+        angular = np.broadcast_to(impulse.angular, (len(states), 3))
+        own = rotations.rotate(rotations.conjugate(attitude), angular) if impulse.inertial else angular
+        states[:, layout.AXIAL] += sign * rotations.rotate(self.to_axes, own)[:, 2]
+
+
+def ascending(template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]) -> SolverArguments:
+    """With axes as splitting needs them: that of symmetry last; without one, moments in ascending order."""
+    least, middle, greatest = np.argsort(bodies.body.moments, axis=1, kind="stable").T
+    plain = solver_arguments(template, bodies, torques, np.stack([least, middle, greatest], axis=1))
+    moments = np.asarray(bodies.body.moments)
+    alike = _are_same(_pick(moments, middle), _pick(moments, greatest))
+    if not alike.any():
+        return plain
+    around = solver_arguments(template, bodies, torques, np.stack([middle, greatest, least], axis=1))
+    is_around = alike & around.symmetric
+
+    def merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return np.where(is_around.reshape(-1, *[1] * (one.ndim - 1)), one, other)
+
+    return SolverArguments(
+        merged(around.body, plain.body),
+        merged(around.symmetric, plain.symmetric),
+        merged(around.to_axes, plain.to_axes),
+        merged(around.effects, plain.effects),
+        plain.surroundings,
+    )
+
+
+def most_symmetric(
+    template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
+) -> SolverArguments:
+    """With axes as collocation needs them: the two of most similar moments first."""
+    least, middle, greatest = np.argsort(bodies.body.moments, axis=1, kind="stable").T
+    moments = np.asarray(bodies.body.moments)
+    inverses = [1.0 / _pick(moments, index) for index in (least, middle, greatest)]
+    is_oblate = (inverses[0] - inverses[1] < inverses[1] - inverses[2])[:, None]
+    last_is_greatest = np.stack([least, middle, greatest], axis=1)
+    last_is_least = np.stack([middle, greatest, least], axis=1)
+    order = np.where(is_oblate, last_is_greatest, last_is_least)
+    return solver_arguments(template, bodies, torques, order)
+
+
+def _pick(moments: np.ndarray, index: np.ndarray) -> np.ndarray:
+    picked: np.ndarray = np.take_along_axis(moments, index[:, None], axis=1)[:, 0]
+    return picked
+
+
+def _are_same(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    same: np.ndarray = np.abs(one - other) <= SYMMETRY_TOLERANCE * other
+    return same
+
+
+def solver_arguments(
+    template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque], order: np.ndarray
+) -> SolverArguments:
+    """With the axes of each body in an order, (n, 3)."""
+    moments = np.take_along_axis(np.asarray(bodies.body.moments), order, axis=1)
+    axes = right_handed(np.take_along_axis(np.asarray(bodies.body.axes), order[:, :, None], axis=1))
+    rows = [_rows_of(template, bodies, torque, axes, order) for torque in torques]
+    table = np.concatenate([np.zeros((len(bodies), 0, layout.EFFECT_WIDTH)), *rows], axis=1)
+    absorbed = np.isin(table[0, :, 0], ABSORBED)
+    to_axes = rotations.from_matrix(axes)
+    same = _are_same(moments[:, 0], moments[:, 1])
+    moments[same, :2] = 0.5 * (moments[same, 0] + moments[same, 1])[:, None]
+    body = _body(moments, to_axes, table[:, absorbed])
+    # momentum along the third axis: rotors across it, and dissipation, which turns the body, change it too
+    across = body[:, layout.ROTORS : layout.ROTORS + 2].any(axis=1) | (body[:, layout.ALPHA] != 0.0)
+    effects = np.ascontiguousarray(table[:, ~absorbed])
+    return SolverArguments(body, same & ~across, to_axes, effects, _surroundings(template, torques))
+
+
+def _body(moments: np.ndarray, to_axes: np.ndarray, absorbed: np.ndarray) -> np.ndarray:
+    """(n, STEPPED_BODY), of moments (n, 3), turns (n, 4) and absorbed rows (n, k, EFFECT_WIDTH)."""
+    body = np.zeros((len(moments), layout.STEPPED_BODY))
+    body[:, layout.MOMENTS : layout.MOMENTS + 3] = moments
+    body[:, layout.INVERSES : layout.INVERSES + 3] = 1.0 / moments
+    body[:, layout.TO_AXES : layout.TO_AXES + 4] = to_axes
+    for row in np.moveaxis(absorbed, 1, 0):
+        if row[0, 0] == layout.WHEELS:
+            body[:, layout.ROTORS : layout.ROTORS + 3] += row[:, 1:4]
+        elif row[0, 0] == layout.DISSIPATION:
+            body[:, layout.ALPHA] += row[:, 1]
+        else:
+            body[:, layout.EDDIES : layout.EDDIES + 9] += row[:, 1:10]
+    return body
+
+
+def _rows_of(
+    template: InitialState, bodies: Bodies, torque: CachedTorque, axes: np.ndarray, order: np.ndarray
+) -> np.ndarray:
+    """(n, k, EFFECT_WIDTH): the rows of a torque for each body, along axes (n, 3, 3).
+
+    Those along the axes of the body's frame, rotated; asked for body by body where the torque's numbers
+    depend on more than its axes.
+    """
+    if torque.follows_axes:
+        return turned_rows(torque.own_rows, axes)
+    each = []
+    for i in range(len(bodies)):
+        first, second, third = order[i].tolist()
+        each.append(torque.rows(bodies.initial_state(template, i).ordered((first, second, third))))
+    return np.stack(each)
+
+
+def _surroundings(template: InitialState, torques: Sequence[CachedTorque]) -> tuple[np.ndarray, ...]:
+    """Orbit, its pieces; sun (start, length, whether there is one), its pieces: the effects ask for one."""
+    orbit: tuple[np.ndarray, np.ndarray] = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
+    if template.orbit_path is not None:
+        orbit = template.orbit_path.numbers, np.ascontiguousarray(template.orbit_path.coefficients)
+    suns = (torque.sun(template) for torque in torques)
+    sun = next((pieces for pieces in suns if pieces is not None), None)
+    if sun is None:
+        return *orbit, np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
+    return *orbit, np.array([sun.start, sun.length, 1.0]), np.ascontiguousarray(sun.coefficients)

@@ -1,0 +1,189 @@
+"""Simulation of the bodies of an ensemble under the effects of its scene: torques, impulses, ground.
+
+What all bodies share (orbit, Sun, spans of the torques, solver and step) is computed once.  Each body is then
+integrated by itself, to the scene's tolerance: `Scene.run` of that body gives the same within it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Protocol
+from uuid import uuid4
+
+import numpy as np
+
+from ..dynamics import coasting, contact, integration
+from ..dynamics.batch_states import Bodies, TorqueProblem, named
+from ..dynamics.solver_selection import Candidate
+from ..dynamics.solvers import OUTPUTS, SOLVERS
+from ..errors import RegimeError
+from ..problem.initial_state import InitialState
+from ..rigid_body.body import RigidBody
+from ..scene import simulation
+from ..scene.document import Scene, Times
+from ..scene.simulation import SimulationInputs
+from ..times.instants import Instants
+
+MAX_COASTING_ROWS = 2**20  # rows of bodies whose motions between impulses are computed side by side
+
+
+class HasStates(Protocol):
+    """Bodies, (n,), with attitudes (n, 4) wxyz and rates (n, 3), rad/s, body frame, at the epoch."""
+
+    @property
+    def body(self) -> RigidBody:
+        """Bodies (n,)."""
+
+    @property
+    def attitude(self) -> np.ndarray:
+        """(n, 4), wxyz."""
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """(n, 3), rad/s, body frame."""
+
+
+@dataclass(frozen=True)
+class SolverChoice:
+    """Return the solver for all bodies of an ensemble; small, and sent to the workers.
+
+    Attributes
+    ----------
+    solver : its name, or None where no torque acts
+    setting : its step, s, or tolerance of a step, rad
+    start, stop : s since the epoch, the span that effects are prepared for
+    key : under which a process caches the inputs that it has prepared
+    """
+
+    solver: str | None
+    setting: float
+    start: float
+    stop: float
+    key: str = field(default_factory=lambda: uuid4().hex)
+
+
+def choose(scene: Scene, instants: Instants, trial_states: HasStates | None = None) -> SolverChoice:
+    """Return the solver for all bodies of an ensemble and all its instants.
+
+    trial_states : of a few bodies, the same however the ensemble is divided; by default the scene's body
+
+    Raises
+    ------
+    InputError, ToleranceError : as `Scene.run`, for effects that cannot be simulated over this span.
+    """
+    start, stop = scene.times.span(scene.epoch.build() if scene.epoch is not None else None)
+    seconds = instants.seconds
+    start, stop = min(start, float(seconds.min())), max(stop, float(seconds.max()))
+    choice = SolverChoice(None, 0.0, start, stop)
+    inputs = _inputs(_CachedScene(scene, choice))
+    if not inputs.torques:
+        return choice
+    trial_bodies = None if trial_states is None else _bodies(trial_states, 0)
+    candidate = integration.choose_for_all(_problem(scene, inputs, instants), instants, trial_bodies)
+    return replace(choice, solver=candidate.solver.name, setting=candidate.setting)
+
+
+def simulated(
+    scene: Scene,
+    states: HasStates,
+    instants: Instants,
+    choice: SolverChoice,
+    first: int = 0,
+    lost: list[int] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Attitudes (n, m, 4) wxyz and rates (n, m, 3), rad/s, body frame, of bodies at instants.
+
+    The bits of a body do not depend on which others are computed with it.
+
+    Parameters
+    ----------
+    instants : (m,); choice : by `choose`, for this scene and these instants
+    first : index of the first body in the ensemble, by which errors name bodies: bodies[first] ...
+    lost : extended by the indices of bodies that cannot be integrated, in place of an error; their rows
+        are NaN
+
+    Raises
+    ------
+    ToleranceError : a body whose attitudes cannot be computed to the scene's tolerance.
+    InputError : a body that an effect refuses, or that is in the ground at the epoch.
+    RegimeError : a body that comes to rest on the ground before the last instant.
+    """
+    bodies, inputs = _bodies(states, first), _inputs(_CachedScene(scene, choice))
+    if inputs.ground is not None:
+        return _with_contacts(inputs, bodies, instants, lost)
+    if inputs.torques:
+        candidate = Candidate(SOLVERS[str(choice.solver)], choice.setting)
+        problem = _problem(scene, inputs, instants)
+        rows = integration.solve_each(problem, bodies, instants, candidate, lost)
+    else:
+        template = _template(inputs, instants)
+        size = max(1, MAX_COASTING_ROWS // (OUTPUTS * max(1, instants.seconds.size)))
+        parts = [bodies[i : i + size] for i in range(0, len(bodies), size)]
+        rows = np.concatenate([coasting.coast(template, part, inputs.kicks, instants) for part in parts])
+    samples = np.swapaxes(rows, 1, 2)
+    return np.ascontiguousarray(samples[:, :, :4]), np.ascontiguousarray(samples[:, :, 4:7])
+
+
+def _bodies(states: HasStates, first: int) -> Bodies:
+    indices = np.arange(first, first + len(states.attitude))
+    attitude, rate = np.asarray(states.attitude), np.asarray(states.angular_velocity)
+    return Bodies(states.body, np.ascontiguousarray(attitude), np.ascontiguousarray(rate), indices)
+
+
+def _with_contacts(
+    inputs: SimulationInputs, bodies: Bodies, instants: Instants, lost: list[int] | None
+) -> tuple[np.ndarray, np.ndarray]:
+    assert inputs.ground is not None
+    seconds, ground = instants.seconds.reshape(-1), inputs.ground.plane()
+    shape = len(bodies), seconds.size
+    quaternion, rate = np.full((*shape, 4), np.nan), np.full((*shape, 3), np.nan)
+    template = _template(inputs, instants)
+    for i in range(len(bodies)):
+        with named(bodies, i, lost):
+            state = bodies.initial_state(template, i)
+            flight = contact.fly(state, ground, inputs.gravity, seconds, inputs.kicks, instants.seconds_low)
+            reached = len(flight.seconds)
+            if reached < seconds.size:
+                raise RegimeError(
+                    f"times: the body comes to rest on the ground at {flight.events[-1].seconds:.6g} s, and "
+                    f"is not simulated further; ask for instants up to then (not {seconds[reached]:.6g} s)"
+                )
+            quaternion[i], rate[i] = flight.quaternion, flight.rate
+    return quaternion, rate
+
+
+# -- what all bodies share ------------------------------------------------------------------------------
+
+
+def _problem(scene: Scene, inputs: SimulationInputs, instants: Instants) -> TorqueProblem:
+    template = _template(inputs, instants)
+    return TorqueProblem(template, inputs.torques, inputs.kicks, scene.asked_tolerance, scene.wanted_solver)
+
+
+def _template(inputs: SimulationInputs, instants: Instants) -> InitialState:
+    """Return the scene's initial state, over the span of these instants alone."""
+    seconds = instants.seconds
+    start, stop = min(0.0, float(seconds.min())), max(0.0, float(seconds.max()))
+    return replace(inputs.initial_state, start=start, stop=stop)
+
+
+class _CachedScene:
+    """A scene, hashed and compared by the key of a choice."""
+
+    def __init__(self, scene: Scene, choice: SolverChoice):
+        self.scene, self.choice = scene, choice
+
+    def __hash__(self) -> int:
+        return hash(self.choice.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _CachedScene) and self.choice.key == other.choice.key
+
+
+@lru_cache(maxsize=4)
+def _inputs(cached: _CachedScene) -> SimulationInputs:
+    """Resolve the scene, once: a year's shadow passages take longer to find than a body to integrate."""
+    span = [cached.choice.start, cached.choice.stop]
+    times = Times.model_validate({"elapsed": span, "unit": "s"})
+    return simulation.resolve(cached.scene.model_copy(update={"times": times}), any_body=True)

@@ -1,0 +1,130 @@
+"""Parquet as astropy writes its tables: `QTable.read` returns the table of `Ephemeris.to_table`.
+
+The schema, with astropy's own metadata, is that of the first row's table; each chunk is a row group.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from astropy.table import QTable, Table, serialize
+from astropy.table import meta as table_meta
+from astropy.utils.data_info import serialize_context_as
+
+from ...errors import FormatError
+from ...samples.chunks import Samples
+from .. import schema
+from ..binary import Sink, one_line, refuse_inflated, seekable
+from ..tables.qtable import VECTORS, refuse_unfolding, to_table
+
+if TYPE_CHECKING:
+    from ...samples.ephemeris_data import EphemerisData
+
+ASTROPY_METADATA = "table_meta_yaml"  # the key of astropy's metadata in the Arrow schema's
+SCALARS = {"elapsed": schema.ELAPSED, "elapsed_rest": schema.REST}
+DATES = ("time.jd1", "time.jd2")  # not read: the seconds are exact
+UNITS = {"elapsed": "s", "elapsed_rest": "s", **{name: unit and str(unit) for name, _, unit in VECTORS}}
+
+
+def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
+    schema.refuse_unless_list(samples, "Parquet")  # astropy would flatten the dimensions of a cell
+    sink = Sink()
+    first = _without_mixins(to_table(samples.first, samples.shape, samples.has_seconds_low))
+    fields = [(name, _type(first[name].shape[1:])) for name in first.colnames]
+    arrow_schema = pa.schema(
+        fields, metadata={ASTROPY_METADATA: "\n".join(table_meta.get_yaml_from_table(first))}
+    )
+    # the numbers hardly repeat: a dictionary or compression takes time and gains nothing
+    with pq.ParquetWriter(
+        sink, arrow_schema, version="2.4", use_dictionary=False, compression="none"
+    ) as writer:
+        for chunk in samples.chunks():
+            table = _without_mixins(to_table(chunk, has_seconds_low=samples.has_seconds_low))
+            arrays = [_array(np.asarray(table[name])) for name in table.colnames]
+            writer.write_batch(pa.record_batch(arrays, schema=arrow_schema))
+            yield from sink.take()
+    yield from sink.take()
+
+
+def _without_mixins(table: QTable) -> Table:
+    """The table as columns of numbers: a Time becomes two, a Quantity's unit goes to the metadata."""
+    with serialize_context_as("parquet"):
+        return serialize.represent_mixins_as_columns(table)
+
+
+def _type(shape: tuple[int, ...]) -> Any:
+    return pa.list_(pa.float64(), shape[0]) if shape else pa.float64()
+
+
+def _array(column: np.ndarray) -> Any:
+    numbers = pa.array(np.ascontiguousarray(column).reshape(-1))
+    return numbers if column.ndim == 1 else pa.FixedSizeListArray.from_arrays(numbers, column.shape[1])
+
+
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
+    stream = seekable(stream, source)
+    try:
+        file = pq.ParquetFile(stream)
+        meta = _check(file.schema_arrow, source)
+        refuse_inflated(_stated_bytes(file.metadata), stream, source)
+        table = file.read()
+        table.validate(full=True)
+    except FormatError:
+        raise
+    except Exception as error:  # of pyarrow, of astropy's YAML, and of the stream
+        raise FormatError(f"not Parquet as astropy writes it: {one_line(error)}", source) from None
+    return schema.ephemeris_from(meta, _columns(table, source), source)
+
+
+def _stated_bytes(metadata: Any) -> int:
+    """Bytes of all columns, unpacked, by the row counts in the file's metadata."""
+    rows = sum(metadata.row_group(i).num_rows for i in range(metadata.num_row_groups))
+    return max(rows, metadata.num_rows) * metadata.num_columns * np.dtype(float).itemsize
+
+
+def _check(arrow_schema: Any, source: str) -> dict[str, Any]:
+    """The metadata; refuses, before any data is read, unknown columns and other types and units."""
+    text = (arrow_schema.metadata or {}).get(ASTROPY_METADATA.encode())
+    if text is None:
+        raise FormatError("not a table of astropy: no metadata 'table_meta_yaml'", source)
+    refuse_unfolding(text.decode())
+    header = table_meta.get_header_from_yaml(text.decode().split("\n"))
+    units = {column["name"]: column.get("unit") for column in header["datatype"]}
+    shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {name: (len(names),) for name, names, _ in VECTORS}
+    for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
+        if name not in shapes or arrow_schema.names.count(name) > 1:
+            raise FormatError(f"column {name!r:.40}, unknown or repeated", source)
+        if not kind.equals(_type(shapes[name])):
+            raise FormatError(f"column {name!r} of {kind}, not {_type(shapes[name])}", source)
+        unit = units.get(name)
+        if name not in DATES and (None if unit is None else str(unit)) != UNITS[name]:
+            raise FormatError(f"column {name!r} in {unit}, not in {UNITS[name]}", source)
+    return dict(header["meta"])
+
+
+def _columns(table: Any, source: str) -> dict[str, np.ndarray]:
+    """The columns as `schema` names them."""
+    columns = {}
+    for name, column in SCALARS.items():
+        if name in table.column_names:
+            columns[column] = _numbers(table, name, source)
+    for name, names, _ in VECTORS:
+        if name in table.column_names:
+            matrix = _numbers(table, name, source).reshape(-1, len(names))
+            columns.update(zip(names, matrix.T, strict=True))
+    return columns
+
+
+def _numbers(table: Any, name: str, source: str) -> np.ndarray:
+    column = table.column(name)
+    numbers = column.combine_chunks()
+    flat = numbers if name in SCALARS else numbers.flatten()
+    if column.null_count or flat.null_count:
+        raise FormatError(f"column {name!r} with missing values", source)
+    return flat.to_numpy()

@@ -1,0 +1,108 @@
+"""The columns of an ephemeris as Arrow record batches, one per chunk; shared by the file and the stream.
+
+Arrays are stored by component, so that a batch holds them without a copy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import orjson
+import pyarrow as pa
+
+from ...errors import FormatError
+from ...samples.chunks import Samples
+from .. import columnar, schema
+from ..binary import Sink, one_line, refuse_trailing
+from ..text_rows import array
+
+if TYPE_CHECKING:
+    from ...samples.ephemeris_data import EphemerisData
+
+METADATA = b"attitude"  # the key of our metadata, as JSON, in the Arrow schema's
+
+
+def blocks(samples: Samples, new_writer: Callable[[Sink, Any], Any]) -> Iterator[bytes]:
+    """The file; `new_writer` is `pyarrow.ipc.new_file` or `new_stream`."""
+    schema.refuse_unless_list(samples, "Arrow")
+    sink, names = Sink(), columnar.names(samples)
+    arrow_schema = _arrow_schema(samples, names)
+    with new_writer(sink, arrow_schema) as writer:
+        for chunk in samples.chunks():
+            table = columnar.columns(chunk, names)
+            arrays = [array(table[name], _type(name)) for name in names]
+            writer.write_batch(pa.record_batch(arrays, schema=arrow_schema))
+            yield from sink.take()
+    yield from sink.take()
+
+
+def _type(name: str) -> Any:
+    return pa.timestamp("ns") if name == columnar.TIME_TAI else pa.float64()
+
+
+def _arrow_schema(samples: Samples, names: list[str]) -> Any:
+    meta = schema.metadata(samples)
+    fields = [pa.field(name, _type(name), nullable=False) for name in names]
+    metadata = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
+    if samples.first.epoch is not None:
+        dated = columnar.TIME_TAI in names
+        metadata[columnar.TIME_TAI.encode()] = (columnar.MEANING if dated else columnar.LEFT_OUT).encode()
+    return pa.schema(fields, metadata=metadata)
+
+
+def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris; `open_reader` is `pyarrow.ipc.open_file` or `open_stream`."""
+    try:
+        reader = open_reader(stream)
+        _check(reader.schema, source)
+        table = _table(reader, source)
+        table.validate(full=True)
+        if not has_footer(reader):
+            refuse_trailing(stream, source)
+    except FormatError:
+        raise
+    except Exception as error:  # of pyarrow, and of the stream
+        raise FormatError(f"not Arrow: {one_line(error)}", source) from None
+    if any(column.null_count for column in table.columns):
+        raise FormatError("a column with missing values", source)
+    names = [name for name in table.column_names if name != columnar.TIME_TAI]
+    numbers = {name: table.column(name).to_numpy() for name in names}
+    return schema.ephemeris_from(_metadata(table.schema, source), numbers, source)
+
+
+def has_footer(reader: Any) -> bool:
+    """Whether this is the reader of a file, which has a footer with the offsets of its batches."""
+    return hasattr(reader, "num_record_batches")
+
+
+def _table(reader: Any, source: str) -> Any:
+    """All batches; of a stream, which may be endless, no more instants than its metadata state."""
+    if has_footer(reader):
+        return reader.read_all()
+    stated = schema.stated_count(_metadata(reader.schema, source), source)
+    batches, count = [], 0
+    for batch in reader:
+        batches.append(batch)
+        count += max(1, batch.num_rows)
+        schema.refuse_more(count, stated, source)
+    return pa.Table.from_batches(batches, reader.schema)
+
+
+def _check(arrow_schema: Any, source: str) -> None:
+    """Refuses, before any data is read, unknown or repeated columns and other types."""
+    columnar.check_names(arrow_schema.names, source)
+    for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
+        if kind != _type(name):
+            raise FormatError(f"column {name!r} of {kind}, not {_type(name)}", source)
+    _metadata(arrow_schema, source)
+
+
+def _metadata(arrow_schema: Any, source: str) -> Any:
+    text = (arrow_schema.metadata or {}).get(METADATA)
+    if text is None:
+        raise FormatError("not an ephemeris of this library: no metadata under 'attitude'", source)
+    try:
+        return orjson.loads(text)
+    except orjson.JSONDecodeError:
+        raise FormatError("metadata that are not JSON", source) from None

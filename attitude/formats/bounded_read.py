@@ -1,0 +1,64 @@
+"""Contents that are read at once: their size is checked before they are held in memory."""
+
+from __future__ import annotations
+
+import io
+from typing import BinaryIO
+
+from ..errors import FormatError
+
+MAX_TEXT_BYTES = 1 << 30
+MAX_PIPE_BYTES = 1 << 27  # of a pipe or device, whose size is known only at its end
+READ_BYTES = 1 << 22  # of a pipe, at a time
+SAMPLE_BYTES = 1 << 12  # of a file's beginning and end, which are searched for zero bytes
+ALTERNATIVES = "csv, ndjson and arrows are read in blocks"
+
+
+def text(stream: BinaryIO, source: str, max_bytes: int = MAX_TEXT_BYTES) -> bytes:
+    """The text from the stream's position to its end.
+
+    Raises FormatError for more than `max_bytes`, and for zero bytes near either end.
+    """
+    size = _remaining(stream)
+    if size is None:
+        return from_pipe(stream, source, max_bytes)
+    if size > max_bytes:
+        raise FormatError(f"more than {max_bytes} bytes; {ALTERNATIVES}", source)
+    begin = stream.read(SAMPLE_BYTES)
+    _refuse_zeros(begin, source, 1)
+    if size > 2 * SAMPLE_BYTES:
+        stream.seek(-SAMPLE_BYTES, io.SEEK_END)
+        _refuse_zeros(stream.read(SAMPLE_BYTES), source, None)
+        stream.seek(SAMPLE_BYTES - size, io.SEEK_END)
+    return begin + stream.read(size)
+
+
+def from_pipe(stream: BinaryIO, source: str, max_bytes: int = MAX_PIPE_BYTES) -> bytes:
+    """All bytes of a pipe, which may be endless.
+
+    Raises FormatError for more than `max_bytes`, or more than `MAX_PIPE_BYTES`.
+    """
+    chunks, count, limit = [], 0, min(max_bytes, MAX_PIPE_BYTES)
+    while chunk := stream.read(READ_BYTES):
+        chunks.append(chunk)
+        count += len(chunk)
+        if count > limit:
+            raise FormatError(f"a pipe with more than {limit} bytes; {ALTERNATIVES}", source)
+    return b"".join(chunks)
+
+
+def _remaining(stream: BinaryIO) -> int | None:
+    """Bytes from the stream's position to its end; None of a pipe or a device."""
+    if not stream.seekable():
+        return None
+    position = stream.tell()
+    size = stream.seek(0, io.SEEK_END) - position
+    stream.seek(position)
+    return size if size > 0 else None
+
+
+def _refuse_zeros(sample: bytes, source: str, first_line: int | None) -> None:
+    offset = sample.find(b"\0")
+    if offset >= 0:
+        line = None if first_line is None else first_line + sample.count(b"\n", 0, offset)
+        raise FormatError("not text: it has zero bytes", source, line)

@@ -1,0 +1,182 @@
+"""What the numbers of an AEM row mean, and their conversion to this library's convention.
+
+The quaternion "from frame A to frame B" turns the axes of A into those of B, so v_A = q * v_B * conj(q).
+With A inertial and B the body it is this library's quaternion; in the opposite direction, its conjugate.
+Source: CCSDS 504.0-B-2, annex F, and 504.0-B-1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...frames import rotations
+from .epochs import RowError
+from .keywords import ANGLES, ANGVEL, ATTITUDE_TYPES, FRAME_ALIASES, Q_DOT, AttitudeType, KeywordBlock, Q
+
+MAX_RATE = 1e306  # rad/s: in deg/s it is still a finite double
+
+
+@dataclass(frozen=True)
+class RowConvention:
+    """The meaning of the numbers of a row.
+
+    columns : names of the numbers, in the order of the file
+    frame : the inertial frame
+    is_inertial_to_body : whether the file's rotation is from inertial to body axes, in the terms of CCSDS
+    has_body_rates : whether components of the rate are along body axes
+    axes : axes of the Euler angles, such as "XYZ"; "" for quaternions
+    """
+
+    columns: tuple[str, ...]
+    frame: str
+    is_inertial_to_body: bool
+    has_body_rates: bool
+    axes: str
+
+    def convert(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Quaternions (4, n) wxyz, body to inertial, and body rates (3, n), rad/s, or None.
+
+        numbers : (columns, n); RowError for a row that is no unit quaternion, or turns too fast
+        """
+        columns = dict(zip(self.columns, numbers, strict=True))
+        if self.axes:
+            q, derivative = self._euler(columns)
+        else:
+            q = np.stack([columns[name] for name in ("QC", "Q1", "Q2", "Q3")])
+            _check_unit(q)
+            dots = [columns[name] for name in ("QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT") if name in columns]
+            derivative = np.stack(dots) if dots else None
+        if not self.is_inertial_to_body:
+            q[1:] = -q[1:]
+            if derivative is not None:
+                derivative[1:] = -derivative[1:]
+        if derivative is not None:
+            return q, _check_rate(_rate_of(q, derivative))
+        if "ANGVEL_X" not in columns:
+            return q, None
+        rate = np.deg2rad(np.stack([columns[name] for name in ANGVEL]))
+        return q, self._body_rate(q, rate)
+
+    def _body_rate(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Body components: the file has the rate of the frame turned to, relative to the one turned from."""
+        if not self.is_inertial_to_body:
+            rate = -rate
+        if self.has_body_rates:
+            return _check_rate(rate)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return _check_rate(rotations.rotate(rotations.conjugate(q.T), rate.T).T)
+
+    def _euler(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:
+        """Quaternion q_1 * q_2 * q_3, intrinsic, and its derivative if the angles have one (product rule)."""
+        q, derivative = np.zeros((len(columns["ANGLE_1"]), 4)), None
+        q[:, 0] = 1.0
+        for axis, name in zip(self.axes, ANGLES, strict=True):
+            half, speed = 0.5 * np.deg2rad(columns[name]), columns.get(f"{name}_DOT")
+            turn = np.zeros_like(q)
+            turn[:, 0], turn[:, 1 + "XYZ".index(axis)] = np.cos(half), np.sin(half)
+            if speed is not None:
+                along = np.zeros_like(q)
+                along[:, 1 + "XYZ".index(axis)] = 0.5 * np.deg2rad(speed)
+                turning = rotations.product(q, rotations.product(turn, along))
+                before = 0.0 if derivative is None else rotations.product(derivative, turn)
+                derivative = before + turning
+            q = rotations.product(q, turn)
+        return np.ascontiguousarray(q.T), None if derivative is None else np.ascontiguousarray(derivative.T)
+
+
+def _check_unit(q: np.ndarray) -> None:
+    with np.errstate(over="ignore"):
+        length = np.sqrt((q * q).sum(axis=0))
+    off = ~(np.abs(length - 1.0) <= rotations.UNIT_TOLERANCE)
+    if off.any():
+        i = int(np.argmax(off))
+        raise RowError(
+            i, f"quaternion: a unit quaternion, within 1e-6 of length 1; got length {length[i]:.9g}"
+        )
+
+
+def _rate_of(q: np.ndarray, derivative: np.ndarray) -> np.ndarray:
+    """Body rate: omega = 2 vec(conj(q) dq/dt) / (q.q)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        twice = 2.0 * rotations.product(rotations.conjugate(q.T), derivative.T)[:, 1:].T
+        return twice / (q * q).sum(axis=0)
+
+
+def _check_rate(rate: np.ndarray) -> np.ndarray:
+    if rate.size and not max(rate.max(), -rate.min()) <= MAX_RATE:
+        bad = ~(np.abs(rate) <= MAX_RATE).all(axis=0)
+        raise RowError(int(np.argmax(bad)), f"a rate of more than {MAX_RATE:g} rad/s")
+    return rate
+
+
+def row_convention(fields: KeywordBlock) -> RowConvention:
+    """Read the convention off the metadata; FormatError for unsupported types and frames."""
+    name = fields.get("ATTITUDE_TYPE")
+    kind = ATTITUDE_TYPES.get(name or "")
+    if kind is None or fields.version not in kind.versions:
+        names = [name for name, kind in ATTITUDE_TYPES.items() if fields.version in kind.versions]
+        reason = f"of version {fields.version} this library reads {', '.join(names)}"
+        raise fields.error("ATTITUDE_TYPE", reason)
+    frame, is_frame_a = _inertial_frame(fields)
+    has_body_rates = True
+    if kind.rate is ANGVEL:
+        has_body_rates = _rate_frame(fields) != ("REF_FRAME_A" if is_frame_a else "REF_FRAME_B")
+    columns = kind.attitude + kind.rate
+    if fields.version == "1.0" and kind.attitude is Q:
+        columns = _version_1_columns(fields, kind)
+    axes = _euler_axes(fields) if kind.attitude is ANGLES else ""
+    return RowConvention(columns, frame, is_frame_a == _is_a_to_b(fields), has_body_rates, axes)
+
+
+def _inertial_frame(fields: KeywordBlock) -> tuple[str, bool]:
+    """Inertial frame, and whether it is frame A; the other one is the body's."""
+    frames = [fields.get(name) or "" for name in ("REF_FRAME_A", "REF_FRAME_B")]
+    frames = [FRAME_ALIASES.get(frame, frame) for frame in frames]
+    is_inertial = [frame in rotations.INERTIAL_FRAMES for frame in frames]
+    if all(is_inertial):
+        raise fields.error("REF_FRAME_B", "frames A and B are both inertial, so neither is the body's")
+    if not any(is_inertial):
+        names = ", ".join(rotations.INERTIAL_FRAMES)
+        raise fields.error("REF_FRAME_A", f"neither frame A nor frame B is one of {names}")
+    return frames[is_inertial.index(True)], is_inertial[0]
+
+
+def _is_a_to_b(fields: KeywordBlock) -> bool:
+    """Of version 1; version 2 has no other direction."""
+    direction = fields.get("ATTITUDE_DIR") or "A2B"
+    if direction not in ("A2B", "B2A"):
+        raise fields.error("ATTITUDE_DIR", "neither A2B nor B2A")
+    return direction == "A2B"
+
+
+def _rate_frame(fields: KeywordBlock) -> str:
+    """REF_FRAME_A or REF_FRAME_B: version 1 names the keyword, version 2 the frame."""
+    name = "RATE_FRAME" if fields.version == "1.0" else "ANGVEL_FRAME"
+    value = fields.get(name)
+    for frame in ("REF_FRAME_A", "REF_FRAME_B"):
+        if value is not None and value in (frame, fields.get(frame)):
+            return frame
+    raise fields.error(name, "REF_FRAME_A or REF_FRAME_B belongs here, for the components of the rate")
+
+
+def _version_1_columns(fields: KeywordBlock, kind: AttitudeType) -> tuple[str, ...]:
+    """QC comes first or last."""
+    position = fields.get("QUATERNION_TYPE")
+    if position not in ("FIRST", "LAST"):
+        raise fields.error("QUATERNION_TYPE", "FIRST or LAST belongs here, the position of QC")
+    if position == "LAST":
+        return kind.attitude + kind.rate
+    rate = (kind.rate[3], *kind.rate[:3]) if kind.rate is Q_DOT else kind.rate
+    return ("QC", "Q1", "Q2", "Q3", *rate)
+
+
+def _euler_axes(fields: KeywordBlock) -> str:
+    """Axes of the three rotations: letters, in version 1 digits."""
+    axes = (fields.get("EULER_ROT_SEQ") or "").translate(str.maketrans("123", "XYZ"))
+    if len(axes) != 3 or set(axes) - set("XYZ") or any(a == b for a, b in pairwise(axes)):
+        raise fields.error("EULER_ROT_SEQ", "three axes belong here, no two alike side by side, such as ZXZ")
+    return axes

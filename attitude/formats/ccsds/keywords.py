@@ -1,0 +1,146 @@
+"""Keywords of an AEM, in both versions of the standard, and the columns of its attitude types.
+
+Sources: CCSDS 504.0-B-2 (version 2: tables 4-2 to 4-4, annex F) and 504.0-B-1 (version 1).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ...errors import FormatError
+
+VERSIONS = ("1.0", "2.0")
+FRAME_ALIASES = {"J2000": "EME2000", "EME_2000": "EME2000"}
+BOTH, FIRST, SECOND = VERSIONS, ("1.0",), ("2.0",)
+
+MAX_VALUE_LENGTH = 230  # characters: a line has at most 254, and the longest keyword 20 (6.6.1)
+VALUE = f"one line of 1 to {MAX_VALUE_LENGTH} printable ASCII characters, no blank at its ends"
+
+
+def is_value(text: str) -> bool:
+    """Whether a keyword may have this value, in files read and written."""
+    return len(text) <= MAX_VALUE_LENGTH and re.fullmatch(r"[!-~]([ -~]*[!-~])?", text) is not None
+
+
+class Keyword(NamedTuple):
+    """The versions that have a keyword, and whether it is mandatory in them."""
+
+    versions: tuple[str, ...]
+    mandatory: bool = False
+
+
+HEADER = {
+    "CLASSIFICATION": Keyword(SECOND),
+    "CREATION_DATE": Keyword(BOTH, True),
+    "ORIGINATOR": Keyword(BOTH, True),
+    "MESSAGE_ID": Keyword(SECOND),
+}
+METADATA = {
+    "OBJECT_NAME": Keyword(BOTH, True),
+    "OBJECT_ID": Keyword(BOTH, True),
+    "CENTER_NAME": Keyword(BOTH),
+    "REF_FRAME_A": Keyword(BOTH, True),
+    "REF_FRAME_B": Keyword(BOTH, True),
+    "ATTITUDE_DIR": Keyword(FIRST, True),
+    "TIME_SYSTEM": Keyword(BOTH, True),
+    "START_TIME": Keyword(BOTH, True),
+    "USEABLE_START_TIME": Keyword(BOTH),
+    "USEABLE_STOP_TIME": Keyword(BOTH),
+    "STOP_TIME": Keyword(BOTH, True),
+    "ATTITUDE_TYPE": Keyword(BOTH, True),
+    "QUATERNION_TYPE": Keyword(FIRST),
+    "EULER_ROT_SEQ": Keyword(BOTH),
+    "RATE_FRAME": Keyword(FIRST),
+    "ANGVEL_FRAME": Keyword(SECOND),
+    "INTERPOLATION_METHOD": Keyword(BOTH),
+    "INTERPOLATION_DEGREE": Keyword(BOTH),
+}
+INTERPOLATION_METHODS = ("LINEAR", "HERMITE", "LAGRANGE")
+# Segments are joined to one ephemeris if they agree in these.
+SHARED_KEYWORDS = (
+    "OBJECT_NAME",
+    "OBJECT_ID",
+    "CENTER_NAME",
+    "REF_FRAME_A",
+    "REF_FRAME_B",
+    "ATTITUDE_DIR",
+    "TIME_SYSTEM",
+    "ATTITUDE_TYPE",
+)
+
+Q = ("Q1", "Q2", "Q3", "QC")
+Q_DOT = ("Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT")
+ANGVEL = ("ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z")
+ANGLES = ("ANGLE_1", "ANGLE_2", "ANGLE_3")
+ANGLES_DOT = ("ANGLE_1_DOT", "ANGLE_2_DOT", "ANGLE_3_DOT")
+UNITS = {
+    **dict.fromkeys(Q_DOT, "1/s"),
+    **dict.fromkeys(ANGLES, "deg"),
+    **dict.fromkeys((*ANGVEL, *ANGLES_DOT), "deg/s"),
+}
+
+
+class AttitudeType(NamedTuple):
+    """An ATTITUDE_TYPE: its versions, the columns of a row, and the XML elements that hold them."""
+
+    versions: tuple[str, ...]
+    attitude: tuple[str, ...]
+    rate: tuple[str, ...]
+    elements: tuple[str, ...]
+
+
+ATTITUDE_TYPES = {
+    "QUATERNION": AttitudeType(BOTH, Q, (), ("quaternionEphemeris", "quaternionState", "quaternion")),
+    "QUATERNION/DERIVATIVE": AttitudeType(
+        BOTH, Q, Q_DOT, ("quaternionDerivative", "quaternion", "quaternionDot", "quaternionRate")
+    ),
+    "QUATERNION/ANGVEL": AttitudeType(SECOND, Q, ANGVEL, ("quaternionAngVel", "quaternion", "angVel")),
+    "QUATERNION/RATE": AttitudeType(FIRST, Q, ANGVEL, ()),
+    "EULER_ANGLE": AttitudeType(BOTH, ANGLES, (), ("eulerAngle",)),
+    "EULER_ANGLE/DERIVATIVE": AttitudeType(SECOND, ANGLES, ANGLES_DOT, ("eulerAngleDerivative",)),
+    "EULER_ANGLE/ANGVEL": AttitudeType(SECOND, ANGLES, ANGVEL, ("eulerAngleAngVel", "angVel")),
+}
+
+
+class KeywordBlock:
+    """The keywords and values of a header or of metadata, each with its line."""
+
+    def __init__(self, keywords: Mapping[str, Keyword], version: str, title: str, source: str):
+        self.keywords = {name: word for name, word in keywords.items() if version in word.versions}
+        self.title, self.version, self.source = title, version, source
+        self.values: dict[str, str] = {}
+        self.lines: dict[str, int] = {}
+
+    def add(self, name: str, value: str, line: int) -> None:
+        """Add a keyword; FormatError if it is unknown, repeated, or its value is invalid."""
+        if name not in self.keywords:
+            reason = f"{name[:40]!r} is no keyword of the {self.title} of version {self.version}"
+        elif name in self.values:
+            reason = f"{name} twice"
+        elif not value:
+            reason = f"{name} without a value"
+        elif not is_value(value):
+            reason = f"{name}: {VALUE}; got {value[:40]!a}"
+        else:
+            self.values[name], self.lines[name] = value, line
+            return
+        raise FormatError(reason, self.source, line)
+
+    def close(self, line: int) -> None:
+        """End the block; FormatError if a mandatory keyword is missing."""
+        for name, word in self.keywords.items():
+            if word.mandatory and name not in self.values:
+                raise FormatError(f"no {name} in the {self.title}", self.source, line)
+
+    def get(self, name: str) -> str | None:
+        """Value in capitals, with underscores for blanks: how the standard writes enumerated values."""
+        value = self.values.get(name)
+        return None if value is None else "_".join(value.upper().split())
+
+    def error(self, name: str, reason: str) -> FormatError:
+        """FormatError that names the keyword, its value and its line."""
+        value = self.values.get(name)
+        shown = "no " + name if value is None else f"{name} = {value[:60]}"
+        return FormatError(f"{shown}: {reason}", self.source, self.lines.get(name))

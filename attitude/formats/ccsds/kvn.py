@@ -1,0 +1,32 @@
+"""CCSDS attitude ephemeris message (AEM), 504.0-B-2, in KVN: KEYWORD = value, and one row an attitude."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..interpolation_nodes import Nodes
+from ..writer_options import takes_options
+from .reader import parse as parse
+from .writer import VERSION, AemOptions, AemWriter, Pairs
+from .writer import interpolant as interpolant
+
+
+@takes_options(AemOptions)
+def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
+    """File, with the options of `AemOptions`."""
+    return _blocks(nodes, AemWriter(nodes, AemOptions(**options)))
+
+
+def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
+    comments = "".join(f"COMMENT {line}\n" for line in writer.comments())
+    yield f"CCSDS_AEM_VERS = {VERSION}\n{comments}{_lines(writer.header())}".encode()
+    separators = [b"", *[b" "] * writer.number_count, b"\n"]
+    for segment in nodes.segments:
+        yield f"\nMETA_START\n{_lines(writer.metadata(segment))}META_STOP\n\nDATA_START\n".encode()
+        yield from writer.write_rows(segment, separators)
+        yield b"DATA_STOP\n"
+
+
+def _lines(pairs: Pairs) -> str:
+    return "".join(f"{name} = {value}\n" for name, value in pairs)

@@ -1,0 +1,168 @@
+"""KVN syntax of an AEM, read: lines of KEYWORD = value, and blocks of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, BinaryIO
+
+from ...errors import FormatError
+from .. import line_blocks
+from .keywords import KeywordBlock
+from .message import MessageReader, Segment
+
+if TYPE_CHECKING:
+    from ...samples.ephemeris_data import EphemerisData
+
+DATA_STOP = b"DATA_STOP"
+
+
+def read_kvn(stream: BinaryIO, source: str, segment: int | None) -> EphemerisData:
+    """Ephemeris of all segments, or of one."""
+    reader = KvnReader(source, segment)
+    for block in line_blocks.blocks(TerminatedStream(stream), source):  # type: ignore[arg-type]
+        reader.add_block(block)
+    return reader.ephemeris()
+
+
+class TerminatedStream:
+    """A stream of text, with a line end added where the last line has none.
+
+    A truncated message lacks its DATA_STOP, so a last line without an end loses nothing.
+    """
+
+    def __init__(self, stream: BinaryIO):
+        self._stream = stream
+        self._last = b"\n"
+
+    def read(self, size: int) -> bytes:
+        """At most so many bytes; none at the end."""
+        chunk = self._stream.read(size)
+        if not chunk and self._last != b"\n":
+            chunk = b"\n"
+        self._last = chunk[-1:] or self._last
+        return chunk
+
+
+def _find_data_stop(block: line_blocks.LineBlock, offset: int) -> int:
+    """Offset of the line DATA_STOP; the block's size if it has none."""
+    match = block.text.find(DATA_STOP, offset)
+    while match >= 0:
+        begin = block.text.rfind(b"\n", offset, match) + 1 or offset
+        line, following = block.line(begin)
+        if line.split() == [DATA_STOP]:
+            return begin
+        match = block.text.find(DATA_STOP, following)
+    return block.size
+
+
+class KvnReader:
+    """Takes lines one by one, and the rows of a block together."""
+
+    def __init__(self, source: str, segment: int | None):
+        self.source = source
+        self.message = MessageReader(source, segment)
+        self.add_line: Callable[[str, int], None] = self._add_version
+        self.fields: KeywordBlock | None = None
+        self.segment: Segment | None = None  # whose rows are read; None if they are skipped
+        self.in_data = self.at_first_row = False
+        self.number = 0
+
+    def add_block(self, block: line_blocks.LineBlock) -> None:
+        """Take the next lines of the file."""
+        offset, self.number = 0, block.number - 1
+        while offset < block.size:
+            if self.in_data:
+                offset = self._add_data(block, offset)
+                self.number = block.number_at(offset) - 1
+            else:
+                self.number += 1
+                line, offset = block.line(offset)
+                self._add_text(line.strip(), self.number)
+
+    def _add_text(self, line: bytes, number: int) -> None:
+        words = line.split(maxsplit=1)
+        # Comments may be in any character set, but for what precedes the header.
+        if not words or (words[0] == b"COMMENT" and self.fields is not None and not line.isascii()):
+            self.message.add_remarks(number)
+            return
+        if not line.isascii():
+            raise FormatError("characters that are not ASCII", self.source, number)
+        self.add_line(line.decode("ascii"), number)
+
+    # -- the parts of a message, in their order --------------------------------------------------
+
+    def _add_version(self, text: str, number: int) -> None:
+        name, _, version = (part.strip() for part in text.partition("="))
+        if name != "CCSDS_AEM_VERS":
+            raise FormatError("not an AEM: no CCSDS_AEM_VERS in its first line", self.source, number)
+        self.message.begin(version, number)
+        self.fields, self.add_line = self.message.header(), self._add_to_header
+
+    def _add_to_header(self, text: str, number: int) -> None:
+        assert self.fields is not None
+        if text == "META_START":
+            self.fields.close(number)
+            self._begin_metadata()
+        else:
+            self._add_keyword(self.fields, text, number)
+
+    def _begin_metadata(self) -> None:
+        self.fields, self.add_line = self.message.metadata(), self._add_to_metadata
+
+    def _add_to_metadata(self, text: str, number: int) -> None:
+        assert self.fields is not None
+        if text == "META_STOP":
+            self.fields.close(number)
+            self.add_line = self._begin_data
+        else:
+            self._add_keyword(self.fields, text, number)
+
+    def _add_keyword(self, fields: KeywordBlock, text: str, number: int) -> None:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if text.split(maxsplit=1)[0] == "COMMENT":
+            self.message.add_remarks(number)
+        elif not equals:
+            raise FormatError(f"{text[:40]!r} where KEYWORD = value belongs", self.source, number)
+        else:
+            fields.add(name, value, number)
+
+    def _begin_data(self, text: str, number: int) -> None:
+        if text != "DATA_START":
+            raise FormatError(f"{text[:40]!r} where DATA_START belongs", self.source, number)
+        assert self.fields is not None
+        self.segment = self.message.begin_segment(self.fields, number)
+        self.in_data = self.at_first_row = True
+
+    def _after_data(self, text: str, number: int) -> None:
+        if text != "META_START":
+            reason = f"{text[:40]!r} after DATA_STOP, where META_START or the end belongs"
+            raise FormatError(reason, self.source, number)
+        self._begin_metadata()
+
+    # -- rows -------------------------------------------------------------------------------------
+
+    def _add_data(self, block: line_blocks.LineBlock, offset: int) -> int:
+        """Take the rows from an offset on; the offset of what follows them in the block."""
+        if self.at_first_row:
+            line, following = block.line(offset)
+            if not line.strip() or line.split()[0] == b"COMMENT":
+                self.message.add_remarks(block.number_at(offset))
+                return following
+            self.at_first_row = False
+        stop = _find_data_stop(block, offset)
+        if stop > offset and self.segment is not None:
+            number = block.number_at(offset)
+            empty_lines = self.segment.add_lines(block.text[offset:stop], number)
+            self.message.add_remarks(block.number_at(stop) - 1, empty_lines)
+        if stop == block.size:
+            return stop
+        if self.segment is not None:
+            self.segment.close(block.number_at(stop))
+        self.segment, self.in_data, self.fields, self.add_line = None, False, None, self._after_data
+        return block.line(stop)[1]
+
+    def ephemeris(self) -> EphemerisData:
+        """Return what was read; FormatError if the message is truncated."""
+        if self.add_line != self._after_data:
+            raise FormatError("ends before DATA_STOP", self.source, self.number)
+        return self.message.ephemeris()

@@ -1,0 +1,38 @@
+"""Reading an AEM (CCSDS 504.0-B-1 and 504.0-B-2): finds out whether it is KVN or XML."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, BinaryIO
+
+from .kvn_reader import read_kvn
+from .xml_reader import read_xml
+
+if TYPE_CHECKING:
+    from ...samples.ephemeris_data import EphemerisData
+
+FIRST_BYTES = 1 << 12  # which tell KVN from XML
+
+
+def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> EphemerisData:
+    """Read an AEM in either syntax.
+
+    segment : number of the segment to read, 1 for the first; None joins all of them to one ephemeris
+    """
+    first = stream.read(FIRST_BYTES)
+    # The first character that is not blank; byte order marks of UTF-8 and UTF-16 are skipped.
+    is_xml = first.lstrip(b"\xef\xbb\xbf\xff\xfe\0 \t\r\n")[:1] == b"<"
+    read = read_xml if is_xml else read_kvn
+    return read(RewoundStream(first, stream), source, segment)  # type: ignore[arg-type]
+
+
+class RewoundStream:
+    """A stream that begins with bytes which were already read from it."""
+
+    def __init__(self, first: bytes, stream: BinaryIO):
+        self._first = first
+        self._stream = stream
+
+    def read(self, size: int) -> bytes:
+        """First bytes, whatever the size, then as many as the stream gives."""
+        chunk, self._first = self._first or self._stream.read(size), b""
+        return chunk

@@ -1,0 +1,59 @@
+"""CCSDS attitude ephemeris message (AEM), 504.0-B-2, section 7: XML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..interpolation_nodes import Nodes
+from ..writer_options import takes_options
+from .keywords import ATTITUDE_TYPES, UNITS
+from .reader import parse as parse
+from .writer import VERSION, AemOptions, AemWriter, Pairs
+from .writer import interpolant as interpolant
+
+SCHEMA = "https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-4.0.0-master-4.0.xsd"
+
+
+@takes_options(AemOptions)
+def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
+    """File, with the options of `AemOptions`."""
+    return _blocks(nodes, AemWriter(nodes, AemOptions(**options)))
+
+
+def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
+    comments: Pairs = [("COMMENT", line) for line in writer.comments()]
+    yield (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<aem xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" '
+        f'xsi:noNamespaceSchemaLocation="{SCHEMA}" id="CCSDS_AEM_VERS" version="{VERSION}">\n'
+        f"<header>\n{_elements(comments + writer.header())}</header>\n<body>\n"
+    ).encode()
+    separators = _state_template(writer.attitude_type).encode().split(b"%s")
+    for segment in nodes.segments:
+        yield f"<segment>\n<metadata>\n{_elements(writer.metadata(segment))}</metadata>\n<data>\n".encode()
+        yield from writer.write_rows(segment, separators)
+        yield b"</data>\n</segment>\n"
+    yield b"</body>\n</aem>\n"
+
+
+def _elements(pairs: Pairs) -> str:
+    return "".join(
+        f"<{name}>{value.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')}</{name}>\n"
+        for name, value in pairs
+    )
+
+
+def _state_template(attitude_type: str) -> str:
+    """AttitudeState with %s for its epoch and each of its numbers."""
+    kind = ATTITUDE_TYPES[attitude_type]
+    rates = f"<angVel>\n{_number_elements(kind.rate)}</angVel>\n" if kind.rate else ""
+    quaternion = f"<quaternion>\n{_number_elements(kind.attitude)}</quaternion>\n"
+    content = f"<EPOCH>%s</EPOCH>\n{quaternion}{rates}"
+    element = kind.elements[0]
+    return f"<attitudeState>\n<{element}>\n{content}</{element}>\n</attitudeState>\n"
+
+
+def _number_elements(names: tuple[str, ...]) -> str:
+    units = {name: f' units="{UNITS[name]}"' if name in UNITS else "" for name in names}
+    return "".join(f"<{name}{units[name]}>%s</{name}>\n" for name in names)

@@ -1,0 +1,265 @@
+"""XML syntax of an AEM (504.0-B-2, section 7), read as it streams.
+
+Expat reads it.  No document type, entity or reference to the outside is taken.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, BinaryIO
+from xml.parsers import expat
+
+from ...errors import FormatError
+from .keywords import ATTITUDE_TYPES, UNITS, KeywordBlock
+from .message import MessageReader, Segment
+
+if TYPE_CHECKING:
+    from ...samples.ephemeris_data import EphemerisData
+
+CHUNK_BYTES = 1 << 22
+MAX_TEXT_BYTES = 1 << 20  # of one name, text or comment
+MAX_DEPTH = 8  # elements within each other
+MAX_ROWS = 1 << 15  # attitudes kept as text
+DATA_PATH = "aem", "body", "segment", "data"
+
+
+def read_xml(stream: BinaryIO, source: str, segment: int | None) -> EphemerisData:
+    """Ephemeris of all segments, or of one."""
+    reader = XmlReader(source, segment)
+    while chunk := stream.read(CHUNK_BYTES):
+        reader.feed(chunk)
+    reader.feed(b"", True)
+    return reader.message.ephemeris()
+
+
+class XmlReader:
+    """Handlers of expat's events; attitude states are kept as rows of text until there are `MAX_ROWS`."""
+
+    def __init__(self, source: str, segment: int | None):
+        self.source = source
+        self.message = MessageReader(source, segment)
+        self.stack: list[str] = []  # names of the open elements
+        self.seen: set[str] = set()  # names of the parts that the open element had
+        self.fields: KeywordBlock | None = None
+        self.segment: Segment | None = None  # that is read; None if it is skipped
+        self.names: tuple[str, ...] = ()  # elements with the values of a state
+        self.elements: tuple[str, ...] = ()  # elements around these
+        self.state: dict[str, str] = {}
+        self.text: list[str] = []
+        self.state_line = 0
+        self.rows: list[bytes] = []
+        self.lines: list[int] = []
+        self.fed_bytes = self.element_offset = 0  # the latter of the last element that began
+        self.parser = parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self.text.append
+        parser.CommentHandler = self._comment
+        parser.ProcessingInstructionHandler = self._comment
+        parser.StartDoctypeDeclHandler = self._refuse_doctype
+        parser.EntityDeclHandler = self._refuse_doctype
+
+    def _refuse_doctype(self, *_: object) -> None:
+        raise self._error("a document type or entity declaration, which an AEM has not")
+
+    def _comment(self, *_: object) -> None:
+        """Any number is allowed, as long as elements stand between them."""
+        self._refuse_idle(self.parser.CurrentByteIndex - self.element_offset)
+
+    def _refuse_idle(self, byte_count: int) -> None:
+        if byte_count > MAX_TEXT_BYTES:
+            raise self._error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
+
+    def _error(self, reason: str) -> FormatError:
+        return FormatError(reason, self.source, self.parser.CurrentLineNumber)
+
+    def feed(self, data: bytes, final: bool = False) -> None:
+        """Parse the next bytes of the file; FormatError if they are no AEM."""
+        try:
+            self.parser.Parse(data, final)
+        except expat.ExpatError as error:
+            reason = f"not XML: {expat.ErrorString(error.code)}"
+            raise FormatError(reason, self.source, error.lineno) from None
+        except (LookupError, ValueError) as error:  # an encoding that Python has not
+            raise self._error(f"not XML: {error}") from None
+        if sum(map(len, self.text)) > MAX_TEXT_BYTES:
+            raise self._error(f"a text of more than {MAX_TEXT_BYTES} characters")
+        self.fed_bytes += len(data)
+        self._refuse_idle(self.fed_bytes - self.parser.CurrentByteIndex)
+
+    # -- elements -----------------------------------------------------------------------------
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        self.element_offset = self.parser.CurrentByteIndex
+        name = name.rpartition(":")[2]
+        self._refuse_text()
+        self.stack.append(name)
+        depth = len(self.stack)
+        if depth > MAX_DEPTH:
+            raise self._error(f"elements more than {MAX_DEPTH} deep")
+        path = tuple(self.stack)
+        if depth == 1:
+            self._begin_message(name, attributes)
+        elif path == ("aem", "header"):
+            self._refuse_twice(name)
+            self.fields = self.message.header()
+        elif path == ("aem", "body"):
+            self._refuse_twice(name, after="header")
+        elif path == DATA_PATH[:3]:
+            self.seen -= {"metadata", "data"}
+        elif path == (*DATA_PATH[:3], "metadata"):
+            self._refuse_twice(name)
+            self.fields = self.message.metadata()
+        elif path == DATA_PATH:
+            self._begin_data()
+        elif not (depth in (3, 5) and path[-2] in ("header", "metadata")):
+            raise self._error(f"no element {name[:40]!r} belongs in {path[-2]!r}")
+
+    def _begin_message(self, name: str, attributes: dict[str, str]) -> None:
+        if name != "aem" or attributes.get("id") != "CCSDS_AEM_VERS":
+            raise self._error('not an AEM: its first element is not <aem id="CCSDS_AEM_VERS">')
+        self.message.begin(attributes.get("version", ""), self.parser.CurrentLineNumber)
+
+    def _refuse_twice(self, name: str, after: str | None = None) -> None:
+        if name in self.seen:
+            raise self._error(f"{name} twice")
+        if after is not None and after not in self.seen:
+            raise self._error(f"{name} without a {after} before it")
+        self.seen.add(name)
+
+    def _begin_data(self) -> None:
+        self._refuse_twice("data", after="metadata")
+        assert self.fields is not None
+        self.segment = self.message.begin_segment(self.fields, self.parser.CurrentLineNumber)
+        self.fields = None
+        self.names, self.elements = (), ()
+        if self.segment is not None:
+            self.names, self.elements = ("EPOCH", *self.segment.columns), _state_elements(self.segment)
+        self.parser.StartElementHandler = self._start_in_data
+        self.parser.EndElementHandler = self._end_in_data
+
+    def _start_in_data(self, name: str, attributes: dict[str, str]) -> None:
+        name, parent = name.rpartition(":")[2], self.stack[-1]
+        if self.text:
+            if not "".join(self.text).isspace():
+                self._refuse_text()
+            self.text.clear()
+        self.stack.append(name)
+        if name not in self.names or parent not in self.elements:
+            self._start_part(name)
+            return
+        if attributes:
+            self._check_units(name, attributes)
+        if name in self.state:
+            raise self._error(f"{name} twice in an attitudeState")
+        if name == "EPOCH":
+            self.state_line = self.parser.CurrentLineNumber
+
+    def _start_part(self, name: str) -> None:
+        """Check an element that holds no value of a state."""
+        self.element_offset = self.parser.CurrentByteIndex
+        depth = len(self.stack)
+        if depth > MAX_DEPTH:
+            raise self._error(f"elements more than {MAX_DEPTH} deep")
+        if self.segment is None:
+            return
+        if depth == 5:
+            if name != "attitudeState" and (name != "COMMENT" or self.rows or self.segment.stamps):
+                raise self._error(f"no element {name[:40]!r} belongs in 'data' here")
+        elif self.stack[4] == "COMMENT" or name not in self.elements:
+            raise self._error(f"no element {name[:40]!r} belongs in {self.stack[-2]!r}")
+
+    def _check_units(self, name: str, attributes: dict[str, str]) -> None:
+        units = attributes.get("units")
+        if units is not None and units != UNITS.get(name):
+            raise self._error(f"{name} in {units[:20]!r}, not {UNITS.get(name, 'without units')!r}")
+
+    def _take_text(self) -> str:
+        text = "".join(self.text)
+        self.text.clear()
+        if len(text) > MAX_TEXT_BYTES:
+            raise self._error(f"a text of more than {MAX_TEXT_BYTES} characters")
+        return text.strip()
+
+    def _refuse_text(self) -> None:
+        text = self._take_text()
+        if text:
+            raise self._error(f"text {text[:40]!r} where an element belongs")
+
+    def _end(self, name: str) -> None:
+        name = name.rpartition(":")[2]
+        if len(self.stack) > 1 and self.stack[-2] in ("header", "metadata"):
+            self._end_field(name)
+        else:
+            self._refuse_text()
+            self._end_part(name)
+        self.stack.pop()
+
+    def _end_field(self, name: str) -> None:
+        text = self._take_text()
+        if name == "COMMENT":
+            self.message.add_remarks(self.parser.CurrentLineNumber)
+        else:
+            assert self.fields is not None
+            self.fields.add(name, text, self.parser.CurrentLineNumber)
+
+    def _end_part(self, name: str) -> None:
+        if name == "header":
+            assert self.fields is not None
+            self.fields.close(self.parser.CurrentLineNumber)
+        elif name == "data":
+            self._flush()
+            if self.segment is not None:
+                self.segment.close(self.parser.CurrentLineNumber)
+            self.segment = None
+        elif name == "segment" and "data" not in self.seen:
+            raise self._error("a segment without data")
+        elif name == "aem" and "body" not in self.seen:
+            raise self._error("no body")
+
+    def _end_in_data(self, name: str) -> None:
+        name = self.stack[-1]
+        if name in self.names:
+            self.state[name] = "".join(self.text)
+            self.text.clear()
+        elif len(self.stack) == 4:
+            self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
+            self._end(name)
+            return
+        elif name == "COMMENT" or self.segment is None:
+            self.text.clear()
+            self.message.add_remarks(self.parser.CurrentLineNumber, name == "COMMENT")
+        else:
+            self._refuse_text()
+            if name == "attitudeState":
+                self._end_state()
+        self.stack.pop()
+
+    def _end_state(self) -> None:
+        try:
+            words = [word for (word,) in [self.state[name].split() for name in self.names]]
+        except (KeyError, ValueError):
+            raise self._error_in_state() from None
+        self.rows.append(" ".join(words).encode("ascii", "replace"))
+        self.lines.append(self.state_line)
+        self.state.clear()
+        if len(self.rows) >= MAX_ROWS:
+            self._flush()
+
+    def _error_in_state(self) -> FormatError:
+        wrong = next(name for name in self.names if len(self.state.get(name, "").split()) != 1)
+        text = self.state.get(wrong, "").strip()
+        return self._error(f"{wrong} is {text[:40]!r}" if text else f"no {wrong} in an attitudeState")
+
+    def _flush(self) -> None:
+        if self.rows and self.segment is not None:
+            rows, numbers = self.rows, self.lines
+            self.rows, self.lines = [], []
+            self.segment.add_rows(rows, numbers)
+
+
+def _state_elements(segment: Segment) -> tuple[str, ...]:
+    elements = ATTITUDE_TYPES[segment.fields.get("ATTITUDE_TYPE") or ""].elements
+    if not elements:
+        raise segment.fields.error("ATTITUDE_TYPE", "this version reads it as KVN only")
+    return elements

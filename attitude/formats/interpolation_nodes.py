@@ -1,0 +1,394 @@
+"""Nodes for readers that interpolate, and the bound on the interpolation error between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from decimal import ROUND_CEILING, Context
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from .. import units
+from ..errors import FormatError, InputError
+from ..samples.chunks import Samples
+from ..times.instants import Grid, Instants
+from .interpolant import Interpolant as Interpolant
+
+if TYPE_CHECKING:
+    from ..samples.ephemeris_data import EphemerisData
+
+# Events at which the rate jumps, or which a file that was read marked as not to be interpolated across.
+SEGMENT_EVENTS = ("impulse", "contact", "segment")
+MIN_TOLERANCE, MAX_TOLERANCE = 1e-13, 1.0  # rad
+MOST_NODES = 100_000_000  # in a file
+TRIAL_WINDOWS = 64  # windows in which a spacing is tried before it is checked everywhere
+MAX_TRIALS = 30  # spacings tried
+CONTACT_TIME_ERROR = 1e-11  # s: error of the instant of a contact, on either side of which rates differ
+INTERVALS_PER_CHECK = 1 << 13  # intervals at a time
+SIMULATED_INTERVALS_PER_CHECK = (
+    1 << 18
+)  # intervals at a time, of motion that is simulated from its beginning each time
+
+# Errors are evaluated at these fractions of every interval.  They are zero at its ends and, between, the
+# nodal polynomial times a smooth factor.  For factors linear in time, in every interval of the windows of
+# degrees 1 to 15, the greatest error is at most 1.05 times the greatest at these six fractions, which
+# minimise that ratio; tests/formats/test_nodes.py repeats this and compares with many motions.
+FRACTIONS = np.array([0.175, 0.285, 0.422, 0.578, 0.715, 0.825])
+ERROR_MARGIN = 1.07
+# rad; greatest rotation between chosen nodes at the greatest rate.  Beyond pi slerp takes the wrong
+# direction, and no polynomial resolves a whole turn between nodes (its quaternions rotate half as fast).
+MAX_ROTATION_PER_INTERVAL = 0.5 * np.pi
+# Intervals of given instants that are longer than that, or uneven, are evaluated at more fractions.  Beyond
+# two turns from node to node readers reconstruct another motion, with errors of up to half a turn.
+DENSE_FRACTIONS = (np.arange(128) + 0.5) / 128
+MAX_RESOLVED_ROTATION = 4.0 * np.pi
+
+
+class Written(NamedTuple):
+    """Summary of what was written to a file.
+
+    nodes : number of instants written
+    interpolation_error : rad, bound on the interpolation error of the format's readers between them; None if
+        they do not interpolate, or the motion between the instants is unknown
+    """
+
+    nodes: int
+    interpolation_error: float | None = None
+
+
+class Nodes(NamedTuple):
+    """Instants of one body, in segments across which readers must not interpolate.
+
+    segments : each at least one instant, in increasing order
+    interpolant : how their readers interpolate
+    max_error : rad, bound on the interpolation error, or None if it is unknown
+    """
+
+    segments: tuple[Samples, ...]
+    interpolant: Interpolant
+    max_error: float | None
+
+    @property
+    def written(self) -> Written:
+        """Summary of these nodes."""
+        return Written(sum(segment.count for segment in self.segments), self.max_error)
+
+    @property
+    def remark(self) -> str:
+        """Comment in the file."""
+        if self.max_error is None:
+            return "Error of interpolation between these attitudes is not known"
+        return f"Error of interpolation ({self.interpolant}) is at most {upwards(self.max_error)} rad"
+
+
+def upwards(angle: float) -> str:
+    """Format an angle with two digits, rounded upwards."""
+    return f"{float(Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(angle)):.1e}"
+
+
+def chosen(
+    samples: Samples, interpolant: Interpolant, tolerance: Any = None, most: int = MOST_NODES
+) -> Nodes:
+    """Choose nodes that keep a tolerance, rad; without one, the given instants.
+
+    Raises InputError if more than `most` nodes would be needed.
+    """
+    if not samples.is_list:
+        raise FormatError(f"one body at a list of instants is written, not shape {samples.shape}")
+    if tolerance is None:
+        segments = split_at_jumps(samples)
+        known = samples.first.can_be_resampled
+        read = [samples] if interpolant.crosses else segments
+        return Nodes(tuple(segments), interpolant, _error_bound(read, interpolant) if known else None)
+    return _evenly_spaced(samples, interpolant, _check_tolerance(tolerance, samples.first), most)
+
+
+def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
+    angle = float(units.si_array(tolerance, units.ANGLE, "interpolation_error"))
+    if not MIN_TOLERANCE <= angle <= MAX_TOLERANCE:
+        expected = f"an angle from {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g} rad"
+        raise InputError("interpolation_error", tolerance, expected)
+    if not head.can_be_resampled:
+        expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
+        raise InputError("interpolation_error", tolerance, expected)
+    return angle
+
+
+# -- the instants as they are given ---------------------------------------------------------------
+
+
+def split_at_jumps(samples: Samples) -> list[Samples]:
+    """Split the given instants where the rate jumps; an instant at a jump belongs to what follows."""
+    cuts = [event.seconds for event in samples.first.events if event.kind in SEGMENT_EVENTS]
+    if not cuts:
+        return [samples]
+    seconds = np.concatenate([piece.elapsed for piece in samples.chunks()])
+    edges = [0, *sorted({int(i) for i in np.searchsorted(seconds, cuts)} - {0, samples.count}), samples.count]
+    return [_slice(samples, first, last) for first, last in pairwise(edges)]
+
+
+def _slice(samples: Samples, first: int, last: int) -> Samples:
+    return Samples(last - first, lambda a, b: samples.chunk(first + a, first + b), samples.progress)
+
+
+# -- instants chosen for a tolerance --------------------------------------------------------------
+
+
+def _evenly_spaced(samples: Samples, interpolant: Interpolant, tolerance: float, most: int) -> Nodes:
+    """Space nodes evenly in each span between events, as far apart as the tolerance allows."""
+    segments: list[Samples] = []
+    max_error = 0.0
+    for start, stop in _spans(samples):
+        left = most - sum(segment.count for segment in segments)
+        segment, error = _nodes_of_span(samples, interpolant, tolerance, (start, stop), left)
+        segments.append(segment)
+        max_error = max(max_error, error)
+    return Nodes(tuple(segments), interpolant, max_error)
+
+
+def _nodes_of_span(
+    samples: Samples, interpolant: Interpolant, tolerance: float, span: tuple[float, float], most: int
+) -> tuple[Samples, float]:
+    """Even nodes of a span that keep the tolerance everywhere, and their interpolation error."""
+    start, stop = span
+    if start == stop:
+        return _even_nodes(samples, start, stop, 1.0), 0.0
+    head, least = samples.first, (stop - start) / max(most - 1, 0.5)
+    longest = _longest_spacing(head, interpolant, start, stop)
+    even = cache(lambda step: _even_nodes(samples, start, stop, step))
+    step = longest
+    for error_of in (
+        lambda step: _trial_error(head, interpolant, start, stop, step),
+        lambda step: _error_bound([even(step)], interpolant),
+    ):
+        step, error = _search_spacing(error_of, step, (least, longest), tolerance, interpolant.order)
+        if step < least:
+            expected = f"an angle that no more than {most} nodes can keep to"
+            raise InputError("interpolation_error", tolerance, expected)
+        if error > tolerance:
+            raise InputError("interpolation_error", tolerance, f"an angle above {upwards(error)} rad")
+    return even(step), error
+
+
+def _search_spacing(
+    error_of: Callable[[float], float],
+    step: float,
+    limits: tuple[float, float],
+    tolerance: float,
+    order: int,
+) -> tuple[float, float]:
+    """Spacing, s, between limits, and its error: more than half the tolerance, unless it is the longest.
+
+    If no spacing with such an error is met, the longest that keeps the tolerance; if none keeps it, the last
+    that was tried.
+    """
+    least, longest = limits
+    best, best_error, failed, error = 0.0, 0.0, np.inf, np.inf
+    for _ in range(MAX_TRIALS):
+        if step < least:
+            break
+        error = error_of(step)
+        if error > tolerance:
+            failed = step
+        else:
+            best, best_error = step, error
+            if step >= longest or error > 0.5 * tolerance:
+                break
+        gain = max(0.01, (0.8 * tolerance / max(error, 1e-300)) ** (1.0 / order))
+        target = step * gain if best < step * gain < failed else math.sqrt(best * failed)
+        step = min(longest, _readable_spacing(target))
+        if step in (best, failed):
+            break
+    return (best, best_error) if best else (step, error)
+
+
+def _spans(samples: Samples) -> list[tuple[float, float]]:
+    """First and last instant of each span between events; for a single instant they are equal.
+
+    A span ends just before its event, whose effect belongs to the next span.
+    """
+    first, last = float(samples.first.elapsed[0]), float(samples.last.elapsed[0])
+    if last < first:
+        raise FormatError("the last instant is before the first")
+    between = {event.seconds: event.kind for event in samples.first.events if first < event.seconds < last}
+    starts, stops = [first], []
+    for seconds, kind in sorted(between.items()):
+        margin = CONTACT_TIME_ERROR if kind == "contact" else 0.0
+        stops.append(max(starts[-1], min(seconds - margin, float(np.nextafter(seconds, -np.inf)))))
+        starts.append(min(seconds + margin, last))
+    return list(zip(starts, [*stops, last], strict=True))
+
+
+def _even_nodes(samples: Samples, start: float, stop: float, step: float) -> Samples:
+    """Nodes at start, every step, and at stop; one that would be close to stop is moved half-way back."""
+    intervals = max(1, math.ceil((stop - start) / step - 1e-9)) if start < stop else 0
+    grid = Grid(start, stop, step=step) if intervals > 2 else Grid(start, start, 1)
+    ends = [stop] if intervals else []
+    if intervals > 1:
+        before, last = (start + k * step for k in (intervals - 2, intervals - 1))
+        ends = [last if stop - last >= 0.5 * step else 0.5 * (before + stop), stop]
+    count, head = intervals + 1, samples.first
+    regular = count - len(ends)
+
+    def cut(first: int, until: int) -> EphemerisData:
+        inside = grid.part(first, min(until, regular)).seconds if first < regular else np.empty(0)
+        after = ends[max(0, first - regular) : max(0, until - regular)]
+        return head.resampled(Instants(np.append(inside, after), None, head.epoch, scale=head.instants.scale))
+
+    if _is_simulated(head):
+        return Samples.of(cut(0, count), samples.progress)
+    return Samples(count, cut, samples.progress)
+
+
+def _is_simulated(ephemeris: EphemerisData) -> bool:
+    """Whether effects are simulated: then any instants cost a run from the beginning of the scene."""
+    return ephemeris.plan is not None and bool(ephemeris.plan.simulated)
+
+
+def _longest_spacing(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
+    """Longest spacing, s: one window in the span, and `MAX_ROTATION_PER_INTERVAL` at the greatest rate."""
+    at = Instants(start + _trial_fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
+    rate = math.sqrt(_squared_rates(head.resampled(at)).max())
+    return _readable_spacing(
+        min((stop - start) / interpolant.degree, MAX_ROTATION_PER_INTERVAL / max(rate, 1e-300))
+    )
+
+
+def _trial_fractions() -> np.ndarray:
+    """Fractions of a span, increasing, with both ends, at which spacings are tried."""
+    return np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, TRIAL_WINDOWS - 2)))
+
+
+def _trial_error(
+    head: EphemerisData, interpolant: Interpolant, start: float, stop: float, step: float
+) -> float:
+    """Greatest error, rad, in trial windows of a span; those at both ends are among them.
+
+    Elsewhere readers use only the middle interval of a window.
+    """
+    width = interpolant.degree
+    begins = start + _trial_fractions() * max(0.0, stop - start - width * step)
+    nodes = step * np.arange(width + 1.0)
+    between = (nodes[:-1, None] + step * FRACTIONS).reshape(-1)
+    t = begins[:, None] + np.append(nodes, between)
+    order = np.argsort(t, axis=None, kind="stable")
+    q = np.empty((t.size, 4))
+    q[order] = _attitudes_at(head, t.reshape(-1)[order])
+    windows = q.reshape(TRIAL_WINDOWS, -1, 4)
+    errors = np.array(
+        [
+            interpolant.errors(nodes, w[: width + 1], np.arange(width), FRACTIONS, w[width + 1 :])
+            for w in windows
+        ]
+    )
+    middle = (width - 1) // 2
+    inside = errors[1:-1, middle]
+    return _with_margin(max(float(inside.max()), float(errors[0].max()), float(errors[-1].max())))
+
+
+def _readable_spacing(step: float) -> float:
+    """Spacing rounded down to three digits: easy to read, and a whole number of nanoseconds."""
+    power = 10.0 ** (np.floor(np.log10(step)) - 2.0)
+    return float(f"{np.floor(step / power * (1 + 1e-12)) * power:.2e}")
+
+
+# -- interpolation errors --------------------------------------------------------------------------
+
+
+def _error_bound(segments: list[Samples], interpolant: Interpolant) -> float:
+    """Bound on the interpolation error, rad, in all intervals, compared with the motion itself."""
+    intervals = [segment for segment in segments if segment.count > 1]
+    error = max((_greatest_error(segment, interpolant) for segment in intervals), default=0.0)
+    return _with_margin(error)
+
+
+def _with_margin(error: float) -> float:
+    return min(ERROR_MARGIN * error, np.pi)
+
+
+def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
+    """Greatest interpolation error of a segment at the fractions of all intervals, rad."""
+    max_error, around = 0.0, interpolant.degree
+    size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.first) else INTERVALS_PER_CHECK
+    for first in range(0, samples.count - 1, size):
+        last = min(first + size, samples.count - 1)  # intervals, from first to last
+        low, high = max(0, first - around), min(samples.count, last + 1 + around)
+        piece = samples.chunk(low, high)
+        _check_order(piece, low)
+        intervals = np.arange(first - low, last - low)
+        errors, rotation = _interval_errors(piece, interpolant, intervals, FRACTIONS)
+        if rotation.max() > MAX_RESOLVED_ROTATION:
+            return np.pi
+        is_long = rotation > MAX_ROTATION_PER_INTERVAL * (1.0 + 1e-9)
+        dense = intervals[is_long | _is_uneven(piece.elapsed, interpolant)[intervals]]
+        group = size * FRACTIONS.size // DENSE_FRACTIONS.size + 1
+        for i in range(0, dense.size, group):
+            dense_errors, _ = _interval_errors(piece, interpolant, dense[i : i + group], DENSE_FRACTIONS)
+            max_error = max(max_error, float(dense_errors.max()))
+        max_error = max(max_error, float(errors.max()))
+    return max_error
+
+
+def _interval_errors(
+    piece: EphemerisData, interpolant: Interpolant, intervals: np.ndarray, fractions: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Greatest error of intervals at fractions of them, and rotation at the greatest rate there; rad.
+
+    intervals : (m,), the node at which each begins
+    """
+    instants = piece.instants
+    t = instants.seconds - instants.seconds[0]
+    t = t if instants.seconds_low is None else t + (instants.seconds_low - instants.seconds_low[0])
+    true = piece.resampled(_instants_between(instants, intervals, fractions))
+    errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, fractions, true.quaternion("wxyz"))
+    rates = np.sqrt(_squared_rates(true).reshape(-1, fractions.size).max(axis=1))
+    return errors, rates * (t[intervals + 1] - t[intervals])
+
+
+def _is_uneven(t: np.ndarray, interpolant: Interpolant) -> np.ndarray:
+    """(n - 1,) bool: intervals in windows whose lengths differ by more than a factor of 2."""
+    lengths, width = np.diff(t), interpolant.degree
+    if width == 1 or lengths.max() <= 2.0 * lengths.min():
+        return np.zeros(lengths.size, dtype=bool)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(lengths, width, mode="edge"), 2 * width + 1)
+    return np.asarray(around.max(axis=1) > 2.0 * around.min(axis=1))
+
+
+def _squared_rates(ephemeris: EphemerisData) -> np.ndarray:
+    """(n,) (rad/s)^2."""
+    x, y, z = ephemeris.angular_velocity.T
+    return np.asarray(x * x + y * y + z * z)
+
+
+def _check_order(piece: EphemerisData, first: int) -> None:
+    back = np.flatnonzero(~(np.diff(piece.elapsed) > 0.0))
+    if back.size:
+        i = int(back[0])
+        raise FormatError(
+            f"instants[{first + i + 1}] ({float(piece.elapsed[i + 1])!r} s) is not after the one before it: "
+            "readers that interpolate need them in increasing order"
+        )
+
+
+def _instants_between(instants: Instants, intervals: np.ndarray, fractions: np.ndarray) -> Instants:
+    """Instants at fractions of intervals, in two parts."""
+    before, after = intervals[:, None], intervals[:, None] + 1
+    seconds = instants.seconds[before]
+    ahead = fractions * (instants.seconds[after] - seconds)
+    at = seconds + ahead
+    rest = ahead - (at - seconds)
+    if instants.seconds_low is not None:
+        rest = (
+            rest
+            + instants.seconds_low[before]
+            + fractions * (instants.seconds_low[after] - instants.seconds_low[before])
+        )
+    return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
+
+
+def _attitudes_at(head: EphemerisData, seconds: np.ndarray) -> np.ndarray:
+    instants = Instants(seconds, None, head.epoch, scale=head.instants.scale)
+    return head.resampled(instants).quaternion("wxyz")

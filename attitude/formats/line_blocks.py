@@ -1,0 +1,77 @@
+"""Text of any size read in blocks of whole lines, with line numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import BinaryIO
+
+from ..errors import FormatError
+
+BLOCK_BYTES = 1 << 22
+MAX_LINE_BYTES = 1 << 20  # no format has longer lines, and a file of zeros is one line
+MIN_MEAN_LINE_BYTES = 8  # of a full block: a row of five numbers takes ten
+
+
+class LineBlock:
+    """Consecutive whole lines of a text.
+
+    Attributes
+    ----------
+    number : int, of the first line
+    text : bytes, the lines with their line ends
+    size : int, of the text
+    """
+
+    def __init__(self, number: int, text: bytes):
+        self.number = number
+        self.text = text
+        self.size = len(text)
+        self._counted = 0, number  # an offset, and the number of the line that begins there
+
+    @property
+    def count(self) -> int:
+        """The number of lines."""
+        return self.number_at(self.size) - self.number
+
+    @cached_property
+    def lines(self) -> list[bytes]:
+        """The lines without their line ends."""
+        lines = self.text[:-1].split(b"\n")
+        return [line.removesuffix(b"\r") for line in lines] if b"\r" in self.text else lines
+
+    def line(self, offset: int) -> tuple[bytes, int]:
+        """The line that begins at this offset, without its line end, and the offset of the next one."""
+        end = self.text.index(b"\n", offset)
+        return self.text[offset:end].removesuffix(b"\r"), end + 1
+
+    def number_at(self, offset: int) -> int:
+        """The number of the line that begins at this offset; counting continues from the last call."""
+        start, number = self._counted
+        if offset < start:
+            start, number = 0, self.number
+        number += self.text.count(b"\n", start, offset)
+        self._counted = offset, number
+        return number
+
+
+def blocks(stream: BinaryIO, source: str) -> Iterator[LineBlock]:
+    """Blocks of whole lines.
+
+    Raises FormatError for a last line without a line end (the file may be truncated), a line of more than
+    1 MiB, and a block of nearly empty lines.
+    """
+    number, rest = 1, b""
+    while chunk := stream.read(BLOCK_BYTES):
+        end = chunk.rfind(b"\n") + 1
+        block = LineBlock(number, b"".join([rest, memoryview(chunk)[:end]]) if end else b"")
+        rest = chunk[end:] if end else rest + chunk
+        if len(rest) > MAX_LINE_BYTES:
+            raise FormatError(f"a line of more than {MAX_LINE_BYTES} bytes", source, number + block.count)
+        if end:
+            if block.count > max(1 << 16, len(chunk) // MIN_MEAN_LINE_BYTES):
+                raise FormatError("nearly empty lines, one after another", source, number)
+            yield block
+            number = block.number_at(block.size)
+    if rest:
+        raise FormatError("ends in the middle of a line", source, number)

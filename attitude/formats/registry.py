@@ -1,0 +1,39 @@
+"""The registry of formats: names, file endings and media types; no format's module is imported here."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Format(NamedTuple):
+    """The names of a format: in commands, at the end of a file's name, and over HTTP.
+
+    module : of `attitude.formats`
+    has_companions : whether its readers need other files besides
+    """
+
+    name: str
+    module: str
+    endings: tuple[str, ...]
+    media: str
+    has_companions: bool = False
+
+
+_ENTRIES = (
+    Format("ecsv", "tables.ecsv", (".ecsv",), "text/x-ecsv"),
+    Format("csv", "tables.csv", (".csv",), "text/csv"),
+    Format("json", "tables.json", (".json",), "application/json"),
+    Format("ndjson", "tables.ndjson", (".ndjson", ".jsonl"), "application/x-ndjson"),
+    Format("arrow", "arrow.file", (".arrow", ".feather"), "application/vnd.apache.arrow.file"),
+    Format("arrows", "arrow.stream", (".arrows",), "application/vnd.apache.arrow.stream"),
+    Format("parquet", "arrow.parquet", (".parquet",), "application/vnd.apache.parquet"),
+    Format("fits", "tables.fits", (".fits",), "application/fits"),
+    Format("npz", "npz", (".npz",), "application/x-npz"),
+    Format("aem", "ccsds.kvn", (".aem",), "text/x-ccsds-aem"),
+    Format("aem-xml", "ccsds.xml", (".xml",), "application/xml"),
+    Format("stk", "stk", (".a",), "text/x-stk-attitude"),
+    Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
+    Format("ck", "spice.ck", (".bc",), "application/x-spice-ck", True),
+)
+FORMATS = {entry.name: entry for entry in _ENTRIES}
+BY_ENDING = {ending: entry for entry in _ENTRIES for ending in entry.endings}

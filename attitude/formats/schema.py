@@ -1,0 +1,381 @@
+"""The schema of all formats: metadata, and columns with their units in the names."""
+
+from __future__ import annotations
+
+import warnings
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import erfa
+import numpy as np
+from astropy.time import Time
+
+from .. import units
+from ..errors import AttitudeError, FormatError, InputError, shown
+from ..frames import rotations
+from ..rigid_body.body import RigidBody
+from ..samples import event_records
+from ..samples.ephemeris_data import EphemerisData, convention
+from ..samples.translation import Translation
+from ..times import leap_seconds
+from ..times.instants import Instants, check_epoch, with_ut1
+from .text_rows import array, contents, texts
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from ..samples.chunks import Samples
+
+KIND = "attitude-ephemeris/1"
+QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+RATE = ("omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s")
+POSITION = ("position_x_m", "position_y_m", "position_z_m")
+VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
+MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
+ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
+
+ISO_BYTES = 29  # of a date with nanoseconds
+SECOND_NS = 10**9
+DAY = 86_400  # s
+DAY_NS = DAY * SECOND_NS
+
+
+def metadata(samples: Samples) -> dict[str, Any]:
+    """All metadata as plain data; events only where there were any."""
+    first = samples.first
+    events = {"events": event_records.to_plain(first.events)} if first.events else {}
+    return {
+        "kind": KIND,
+        "name": first.name,
+        "convention": convention(first.frame),
+        "quaternion_order": "wxyz",
+        "frame": first.frame,
+        "epoch": None if first.epoch is None else _epoch(first.epoch),
+        "time_scale": first.instants.scale,
+        "body": None if first.body is None else _body(first.body),
+        "shape": list(samples.shape),
+        **events,
+    }
+
+
+def refuse_unless_list(samples: Samples, name: str) -> None:
+    """Raises FormatError where the samples are not one body at a list of instants."""
+    if not samples.is_list:
+        raise FormatError(
+            f"{name} holds one body at a list of instants, not shape {samples.shape}; ecsv, json and npz do"
+        )
+
+
+def _epoch(epoch: Time) -> dict[str, Any]:
+    """The epoch as its two Julian dates, which are exact, and as text for people."""
+    days = float(epoch.jd1), float(epoch.jd2)
+    text = _epoch_text(*days, epoch.scale)
+    return {"time": text, "scale": epoch.scale, "jd1": days[0], "jd2": days[1]}
+
+
+@lru_cache(maxsize=256)
+def _epoch_text(jd1: float, jd2: float, scale: str) -> str:
+    text: bytes = _iso_text(np.float64(jd1), np.float64(jd2), scale).item()
+    return text.decode()
+
+
+def _body(body: RigidBody) -> dict[str, Any]:
+    if body._tensor is None or (body.axes == np.eye(3)).all():
+        return {"moments": body.moments.tolist(), "unit": "kg m2"}
+    return {"tensor": body.tensor.tolist(), "unit": "kg m2"}
+
+
+def names(samples: Samples) -> list[str]:
+    """Names of the columns; the same for every chunk."""
+    first = samples.first
+    time = [TIME] if first.epoch is not None else []
+    rest = [REST] if samples.has_seconds_low else []
+    return [*time, ELAPSED, *rest, *(name for group, _ in vectors(first) for name in group)]
+
+
+def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.ndarray]:
+    """The columns of these names, each of the ephemeris's shape (those of time: of the instants')."""
+    table: dict[str, np.ndarray] = {}
+    if TIME in names:
+        table[TIME] = dates(ephemeris.instants)
+    if ELAPSED in names:
+        table[ELAPSED] = ephemeris.elapsed
+    if REST in names:
+        low = ephemeris.instants.seconds_low
+        table[REST] = np.zeros(ephemeris.instants.shape) if low is None else low
+    for group, vector in vectors(ephemeris):
+        table.update((name, vector[..., i]) for i, name in enumerate(group) if name in names)
+    return table
+
+
+def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes]) -> bytes:
+    """Text of all columns, a row per instant (`text_rows.texts`), with the time, if any, as its lead."""
+    columns = np.stack([table[name] for name in names if name != TIME])
+    return texts(columns, pieces, table.get(TIME))
+
+
+def vectors(ephemeris: EphemerisData) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
+    """(names of the components, (..., k) vector) of each vector that the ephemeris holds.
+
+    The momentum only where it is not inertia times rate.
+    """
+    yield QUATERNION, ephemeris.quaternion("wxyz")
+    if ephemeris.has_rate:
+        yield RATE, ephemeris.angular_velocity
+    momentum = ephemeris.own_momentum
+    if momentum is not None:
+        yield MOMENTUM, momentum
+    translation = ephemeris.translation
+    if translation is not None:
+        yield POSITION, translation.position
+        yield VELOCITY, translation.velocity
+
+
+def ephemeris_from(
+    meta: Any, table: Mapping[str, Any], source: str, first_line: int | None = None
+) -> EphemerisData:
+    """The ephemeris of these metadata and columns.
+
+    first_line : the line of the first row, where each row is a line: errors then name the line of the value
+
+    Raises FormatError for metadata and columns that `metadata` and `columns` would not have written.
+    """
+    _check_kind(meta, source)
+    if meta.get("quaternion_order") != "wxyz":
+        raise FormatError(f"quaternion_order is {shown(meta.get('quaternion_order'))}, not 'wxyz'", source)
+    groups = (RATE, MOMENTUM, POSITION + VELOCITY)
+    optional = [name for names in groups if any(name in table for name in names) for name in names]
+    required = (ELAPSED, *QUATERNION, *optional)
+    missing = [name for name in required if name not in table]
+    if missing:
+        raise FormatError(f"no column {missing[0]}", source)
+    unknown = [name for name in table if name not in (*required, REST)]
+    if unknown:
+        raise FormatError(f"column {shown(unknown[0])} is unknown", source)
+    try:
+        return _ephemeris(meta, {name: units.finite_array(values, name) for name, values in table.items()})
+    except InputError as error:
+        row = error.steps[-1] if error.steps else None
+        line = first_line + row if first_line is not None and isinstance(row, int) else None
+        raise FormatError(str(error), source, line) from None
+    except AttitudeError as error:
+        raise FormatError(str(error), source) from None
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        reason = " ".join(str(error).split())
+        raise FormatError(f"inconsistent metadata or columns ({reason})", source) from None
+
+
+def _check_kind(meta: Any, source: str) -> None:
+    kind = meta.get("kind") if isinstance(meta, dict) else None
+    if kind != KIND:
+        raise FormatError(f"not an ephemeris of this library ({KIND}): kind is {shown(kind)}", source)
+
+
+def stated_count(meta: Any, source: str, line: int | None = None) -> int:
+    """The number of instants by the metadata, in formats that hold one list of them."""
+    _check_kind(meta, source)
+    shape = meta.get("shape")
+    if not isinstance(shape, list) or len(shape) != 1 or type(shape[0]) is not int or shape[0] < 1:
+        raise FormatError(f"shape is {shown(shape)}, not that of a list of instants", source, line)
+    return shape[0]
+
+
+def refuse_more(count: int, stated: int, source: str, line: int | None = None) -> None:
+    """Raises FormatError where a file has more instants than its metadata state."""
+    if count > stated:
+        raise FormatError(f"more instants than the {stated} that its metadata state", source, line)
+
+
+def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> EphemerisData:
+    shape, instants = table[QUATERNION[0]].shape, table[ELAPSED].shape
+    if list(shape) != list(meta["shape"]) or shape[len(shape) - len(instants) :] != instants:
+        raise ValueError(f"shape {shape}, {instants} instants, {shown(meta['shape'])} stated")
+    if not all(shape):
+        raise ValueError("no instants")
+    for name, values in table.items():
+        if values.shape != (instants if name in (ELAPSED, REST) else shape):
+            raise ValueError(f"column {name} of shape {values.shape}")
+    quaternion = _vector(table, QUATERNION)
+    rotations.attitude_quaternion(quaternion, "wxyz", "quaternion")
+    rate, momentum, position, velocity = (
+        _vector(table, names) if names[0] in table else None for names in (RATE, MOMENTUM, POSITION, VELOCITY)
+    )
+    epoch = _read_epoch(meta.get("epoch"))
+    scale = None if epoch is None else _check_scale(meta["time_scale"])
+    times = check_dates(Instants(table[ELAPSED], table.get(REST), epoch, scale=scale))
+    frame, body = rotations.check_any_frame(meta["frame"]), _read_body(meta.get("body"))
+    batch = shape[: len(shape) - len(instants)]
+    if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
+        raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")
+    translation = None if position is None or velocity is None else Translation(position, velocity)
+    events = event_records.from_plain(meta.get("events", []))
+    name = meta.get("name", "")
+    if not isinstance(name, str) or not is_utf8(name):
+        raise ValueError(f"name {shown(name)}")
+    return EphemerisData(quaternion, times, frame, body, rate, name, None, translation, events, momentum)
+
+
+def is_utf8(text: str) -> bool:
+    """Whether the text can be encoded: escapes of JSON and YAML may be unpaired surrogates."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def check_dates(times: Instants) -> Instants:
+    """The same instants; InputError where the least or the greatest, if dated, is in no calendar."""
+    if times.epoch is None:
+        return times
+    seconds = np.ravel(times.seconds)
+    ends = [int(np.argmin(seconds)), int(np.argmax(seconds))]
+    low = None if times.seconds_low is None else np.ravel(times.seconds_low)[ends]
+    try:
+        if times.max_abs_seconds > 1e15:  # 30 million years
+            raise ValueError(f"{times.max_abs_seconds:.3g} s from the epoch")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", erfa.ErfaWarning)  # years without known leap seconds
+            iso_text(Instants(seconds[ends], low, times.epoch, scale=times.scale).time)
+    except (erfa.ErfaError, ValueError) as error:
+        expected = f"instants that a calendar has ({error})"
+        raise InputError("instants", f"scale {times.scale!r}", expected) from None
+    return times
+
+
+def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+    """Columns stacked along a last dimension, stored by component."""
+    return np.moveaxis(np.stack([table[name] for name in names]), 0, -1)
+
+
+def _check_scale(scale: Any) -> str:
+    if scale not in Time.SCALES or scale == "local":
+        raise ValueError(f"time scale {shown(scale)}")
+    return str(scale)
+
+
+def _read_epoch(epoch: Mapping[str, Any] | None) -> Time | None:
+    if epoch is None:
+        return None
+    days = units.finite_array([epoch["jd1"], epoch["jd2"]], "epoch")
+    time = Time(days[0], days[1], format="jd", scale=_check_scale(epoch["scale"]))
+    time.format = "isot"
+    try:
+        iso_text(time)
+    except erfa.ErfaError as error:
+        raise ValueError(f"epoch beyond any calendar: {error}") from None
+    return check_epoch(time)
+
+
+def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
+    if body is None:
+        return None
+    if body["unit"] != "kg m2":
+        raise ValueError(f"body in {shown(body['unit'])}, not 'kg m2'")
+    if "moments" in body:
+        return RigidBody.from_moments(body["moments"])
+    return RigidBody(body["tensor"])
+
+
+def dates(instants: Instants) -> np.ndarray:
+    """ISO 8601 text as `iso_text`, of dated instants: their two-part seconds are rounded once.
+
+    Of dates in TAI, TT, and UTC since 1972 no Time is built, which takes ten times as long.
+    """
+    epoch, scale = instants.epoch, instants.scale
+    if epoch is None or scale not in ("tai", "tt", "utc"):
+        return iso_text(instants.time)
+    seconds = np.asarray(instants.seconds, dtype=np.float64)
+    if not instants.max_abs_seconds < 1e12:  # ten thousand years are less
+        return iso_text(instants.time)
+    second, nanosecond = _whole_seconds(seconds, instants.seconds_low, epoch, scale)
+    leap = np.zeros(second.shape, dtype=bool)
+    if scale == "utc":
+        begins, offsets = leap_seconds.steps()
+        row = np.searchsorted(begins * DAY + offsets, second, side="right") - 1
+        second -= offsets[row]
+        leap = second >= np.append(begins[1:], 2**40)[row] * DAY  # no end of the last offset is known
+        second -= leap
+        if np.min(row, initial=0) < 0:
+            return iso_text(instants.time)
+    if not ((second >= -678941 * DAY) & (second < 2973484 * DAY)).all():  # years 0 to 9999
+        return iso_text(instants.time)
+    return _dates(second, nanosecond, leap)
+
+
+def _whole_seconds(
+    seconds: np.ndarray, seconds_low: np.ndarray | None, epoch: Time, scale: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Seconds from modified Julian day 0 of TT or TAI, rounded to nanoseconds, and the nanoseconds."""
+    day, nanosecond, below = _since_mjd(float(epoch.jd1), float(epoch.jd2), epoch.scale, scale)
+    whole = np.floor(seconds)
+    low = 0.0 if seconds_low is None else seconds_low * 1e9
+    fraction = np.rint((seconds - whole) * 1e9 + (low + below)).astype(np.int64)
+    carry, nanoseconds = np.divmod(fraction + nanosecond, SECOND_NS)
+    return whole.astype(np.int64) + carry + day * DAY, nanoseconds
+
+
+def _dates(second: np.ndarray, nanosecond: np.ndarray, leap: np.ndarray) -> np.ndarray:
+    """Text of seconds from modified Julian day 0, of days without leap seconds; second 60 where `leap`."""
+    import pyarrow as pa
+
+    text = np.empty((second.size, ISO_BYTES), dtype=np.uint8)
+    unix = array((second - 40587 * DAY).ravel(), pa.timestamp("s"))
+    text[:, :19] = np.frombuffer(contents(unix.cast(pa.string())), np.uint8).reshape(-1, 19)
+    decimals = array((nanosecond + SECOND_NS).ravel(), pa.int64())
+    text[:, 19:] = np.frombuffer(contents(decimals.cast(pa.string())), np.uint8).reshape(-1, 10)
+    text[:, [10, 19]] = ord("T"), ord(".")
+    text[leap.ravel(), 17:19] = ord("6"), ord("0")
+    return text.view(f"S{ISO_BYTES}").reshape(second.shape)
+
+
+@lru_cache(maxsize=256)
+def _since_mjd(jd1: float, jd2: float, scale: str, to: str) -> tuple[int, int, float]:
+    """(days, nanoseconds, fraction of one) from modified Julian day 0 of TT or TAI to an epoch."""
+    epoch = with_ut1(Time(jd1, jd2, format="jd", scale=scale))
+    start = epoch.tt if to == "tt" else epoch.tai
+    days = Fraction(float(start.jd1)) - Fraction(4800001, 2) + Fraction(float(start.jd2))
+    nanoseconds = days * DAY_NS
+    day, nanosecond = divmod(nanoseconds.__floor__(), DAY_NS)
+    return day, nanosecond, float(nanoseconds - nanoseconds.__floor__())
+
+
+def degrees(ephemeris: EphemerisData) -> np.ndarray:
+    """(n, 3), deg/s: the body rate.
+
+    Raises FormatError where a finite rate is not finite in that unit.
+    """
+    with np.errstate(over="ignore"):
+        rate = np.rad2deg(ephemeris.angular_velocity)
+    if not np.isfinite(units.extremes(rate)).all():
+        raise FormatError("a rate that overflows a double in deg/s")
+    return rate
+
+
+def iso_text(time: Time) -> np.ndarray:
+    """ISO 8601 text to the nanosecond, leap seconds as second 60; bytes of shape time.shape.
+
+    astropy's own formatting takes 6 us per instant, more than everything else in a file of text.
+    """
+    return _iso_text(time.jd1, time.jd2, time.scale)
+
+
+def _iso_text(jd1: Any, jd2: Any, scale: str) -> np.ndarray:
+    year, month, day, clock = erfa.d2dtf(scale.upper(), 9, jd1, jd2)
+    if np.min(year, initial=0) < 0 or np.max(year, initial=0) > 9999:
+        isot = Time(jd1, jd2, format="jd", scale=scale).copy(format="isot")
+        isot.precision = 9
+        return np.asarray(isot.value).astype("S")
+    fields = (year, month, day, *(clock[name] for name in "hmsf"))
+    if np.size(year) <= 64:  # fewer calls than for digits of whole columns
+        rows = zip(*(np.reshape(field, -1).tolist() for field in fields), strict=True)
+        texts = [b"%04d-%02d-%02dT%02d:%02d:%02d.%09d" % row for row in rows]
+        return np.array(texts, dtype=f"S{ISO_BYTES}").reshape(np.shape(year))
+    text = np.empty((*np.shape(year), ISO_BYTES), dtype=np.uint8)
+    text[..., :] = np.frombuffer(b"0000-00-00T00:00:00.000000000", dtype=np.uint8)
+    layout = ((0, 4), (5, 2), (8, 2), (11, 2), (14, 2), (17, 2), (20, 9))  # offset and width of each field
+    for value, (offset, width) in zip(fields, layout, strict=True):
+        for i in range(width):
+            text[..., offset + i] += (value // 10 ** (width - 1 - i) % 10).astype(np.uint8)
+    return text.view(f"S{ISO_BYTES}")[..., 0]

@@ -1,0 +1,1 @@
+"""SPICE CK kernels and the text kernels that go with them."""

@@ -1,0 +1,56 @@
+"""SPICE CK, types 3 and 2, with the text kernels beside it that SPICE needs to use it.
+
+Conventions (NAIF, CK and rotation required reading): a C-matrix takes inertial components to body components,
+and its quaternion is the conjugate of this library's, scalar first; the angular velocity is in rad/s with
+INERTIAL components; instants are ticks of a spacecraft's clock.  SPICE's J2000 is the ICRF.
+
+Readers of type 3 rotate at a constant rate from record to record, and interpolate angular velocities
+linearly.  Type 2 consists of intervals of constant angular velocity: where the body's rate is constant from
+the first instant to the last, one record covers `ck_writer.MAX_ROTATION` radians; elsewhere one record covers
+an interval, at the rate that takes its first attitude to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ...errors import FormatError
+from .. import schema, time_origin
+from ..interpolation_nodes import Interpolant, Nodes
+from ..writer_options import takes_options
+from . import text_kernels
+from .ck_reader import parse as parse
+from .ck_writer import CkOptions, CkTarget, import_spiceypy, write_blocks
+
+
+def interpolant(**_: Any) -> Interpolant:
+    """Constant rate from record to record, in both types."""
+    return Interpolant("slerp")
+
+
+@takes_options(CkOptions)
+def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
+    """CK, with the options of `CkOptions`."""
+    target = CkTarget.of(nodes, CkOptions(**options))
+    return write_blocks(nodes, target, import_spiceypy())
+
+
+def companions(nodes: Nodes, name: str, **options: Any) -> dict[str, bytes]:
+    """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm) for a CK of this name."""
+    target = CkTarget.of(nodes, CkOptions(**options))
+    origin = time_origin.tt_origin(nodes.segments[0].first)
+    anchor = schema.iso_text(origin.time).item().decode()
+    body = target.frame.removesuffix("_BODY")
+    texts = {
+        ".tsc": text_kernels.clock(target.naif_id, int(origin.tt), anchor),
+        ".tf": text_kernels.frames(target.naif_id, target.structure, target.frame, body, target.name),
+        ".tls": text_kernels.leap_seconds(),
+    }
+    if Path(name).suffix in (*texts, ".tm"):
+        raise FormatError("a text kernel beside it would have the name of the CK; .bc is usual", name)
+    names = [Path(name).with_suffix(ending).name for ending in texts] + [name]
+    if all(name.isascii() and name.isprintable() for name in names):  # text kernels are ASCII
+        texts[".tm"] = text_kernels.meta_kernel(names)
+    return {ending: text.encode("ascii") for ending, text in texts.items()}

@@ -1,0 +1,56 @@
+"""Attitude records of a CK, and rotation at a constant rate, which its readers interpolate with."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import InputError
+from ...frames import rotations
+
+MAX_ID = 2**31 - 1
+MAX_ATTITUDE_MISMATCH = 1e-9  # rad; intervals of type 2 that differ by less are continuous
+
+
+class CkRecords(NamedTuple):
+    """Records at n instants.
+
+    ticks : (n,)
+    quaternion : (n, 4) wxyz, of this library's convention
+    velocity : (n, 3) rad/s, inertial components, or None
+    """
+
+    ticks: np.ndarray
+    quaternion: np.ndarray
+    velocity: np.ndarray | None
+
+    def part(self, key: Any) -> CkRecords:
+        """Part of the records: at an index, a slice or a mask."""
+        velocity = None if self.velocity is None else self.velocity[key]
+        return CkRecords(self.ticks[key], self.quaternion[key], velocity)
+
+
+def concatenated(several: list[CkRecords]) -> CkRecords:
+    """One series of records; with velocities if all have them."""
+    velocities = [records.velocity for records in several if records.velocity is not None]
+    return CkRecords(
+        np.concatenate([records.ticks for records in several]),
+        np.concatenate([records.quaternion for records in several]),
+        np.concatenate(velocities) if len(velocities) == len(several) else None,
+    )
+
+
+def rotate_at_constant_rate(q: np.ndarray, omega: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """(n, 4): q exp(omega t / 2), at a constant body rate omega, rad/s."""
+    speed = np.sqrt((omega * omega).sum(axis=-1))
+    half = 0.5 * speed * t
+    axis = np.divide(omega, speed[..., None], out=np.zeros_like(omega), where=speed[..., None] > 0.0)
+    turn = np.concatenate([np.cos(half)[:, None], np.sin(half)[:, None] * axis], axis=1)
+    return rotations.product(q, turn)
+
+
+def check_id(number: int, field: str) -> None:
+    """Refuse what is no number of SPICE."""
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 < abs(number) <= MAX_ID:
+        raise InputError(field, number, f"a whole number other than 0, at most {MAX_ID} either way")

@@ -1,0 +1,331 @@
+"""Writing a CK with CSPICE, record by record.
+
+CSPICE has one state per process, so files are written under a lock, and no kernel is loaded.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+import threading
+import unicodedata
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import FormatError, InputError
+from ...frames import rotations
+from ...frames.inertial import from_gcrf
+from ...samples.chunks import Samples
+from ...samples.ephemeris_data import CONVENTION, EphemerisData
+from .. import schema, time_origin
+from ..interpolation_nodes import Nodes
+from ..time_origin import TimeOrigin
+from . import text_kernels
+from .ck_records import CkRecords, check_id, concatenated, rotate_at_constant_rate
+
+BLOCK_BYTES = 1 << 22
+MAX_ROTATION = 1000.0  # rad; beyond, the rotation since a record's start loses its thirteenth digit
+# SPICE's names of frames: the same frame under another name, or the same name.
+SPICE_FRAMES = {"ICRF": "J2000", "GCRF": "J2000", "ECLIPJ2000": "ECLIPJ2000"}
+# Inertial frames that are built into SPICE (NAIF, frames required reading).
+BUILT_IN_FRAMES = ("J2000", "ECLIPJ2000", "B1950", "ECLIPB1950", "FK4", "GALACTIC", "MARSIAU")
+EPS = float(np.finfo(float).eps)
+# Greatest lengths of SPICE's names; a frame's is part of a variable's, which has 32 characters.
+MAX_FRAME_LENGTH, MAX_SEGMENT_LENGTH, MAX_FILE_LENGTH = 26, 40, 60
+
+_LOCK = threading.Lock()
+
+
+@dataclass(frozen=True)
+class CkOptions:
+    """Options of the CK writer; InputError for one that a CK cannot hold.
+
+    naif_id : number of the body and of its clock
+    structure_id : number of the structure whose attitude it is; None for a thousand times naif_id
+    type : 3, or 2 for intervals of constant rate
+    rates : write angular velocities, where the ephemeris has them; type 2 consists of them
+    reference : for INERTIAL, SPICE's name of the frame it is; None for any other frame
+    frame_name : name of the frame of the body's axes; None derives it from the ephemeris's name
+    """
+
+    naif_id: int = -999
+    structure_id: int | None = None
+    type: int = 3
+    rates: bool = True
+    reference: str | None = None
+    frame_name: str | None = None
+
+    def __post_init__(self) -> None:
+        check_id(self.naif_id, "naif_id")
+        check_id(self.structure, "structure_id")
+        if self.type not in (2, 3):
+            raise InputError("type", self.type, "2 or 3")
+        if self.type == 2 and not self.rates:
+            raise InputError("rates", self.rates, "True for type 2, which is made of rates")
+
+    @property
+    def structure(self) -> int:
+        """Number of the structure."""
+        return self.naif_id * 1000 if self.structure_id is None else self.structure_id
+
+
+class CkTarget(NamedTuple):
+    """Whose attitude is written, and how.
+
+    reference : SPICE's name of the frame that attitudes are relative to
+    turn : (4,) wxyz, the rotation from the ephemeris's frame to it, or None
+    frame : name of the frame of the body's axes
+    """
+
+    naif_id: int
+    structure: int
+    type: int
+    rates: bool
+    reference: str
+    turn: np.ndarray | None
+    frame: str
+    name: str
+
+    @classmethod
+    def of(cls, nodes: Nodes, options: CkOptions) -> CkTarget:
+        """Target of an ephemeris; refuses what a CK cannot hold."""
+        head = time_origin.checked_head(nodes, "A CK")
+        name = _ascii(head.name) or f"OBJECT {abs(options.naif_id)}"
+        frame = _frame_name(name) if options.frame_name is None else options.frame_name
+        if not isinstance(frame, str) or not re.fullmatch(rf"[A-Z0-9_]{{1,{MAX_FRAME_LENGTH}}}", frame):
+            raise InputError(
+                "frame_name", frame, f"capitals, digits and _, at most {MAX_FRAME_LENGTH} of them"
+            )
+        reference, turn = _reference(head.frame, options.reference)
+        rates = options.rates and head.has_rate
+        return cls(options.naif_id, options.structure, options.type, rates, reference, turn, frame, name)
+
+
+def _ascii(text: str) -> str:
+    """Letters without their accents, on one line."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    return " ".join("".join(c if c.isprintable() else " " for c in plain).split())
+
+
+def _frame_name(name: str) -> str:
+    stem = re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_") or "OBJECT"
+    return stem[: MAX_FRAME_LENGTH - len("_BODY")].rstrip("_") + "_BODY"
+
+
+def _reference(frame: str, reference: str | None) -> tuple[str, np.ndarray | None]:
+    """SPICE's frame, and the rotation to it from the ephemeris's."""
+    if frame == "INERTIAL":
+        if reference not in BUILT_IN_FRAMES:
+            expected = "for INERTIAL attitudes the frame of SPICE that they are relative to"
+            raise InputError("reference", reference, f"{expected}: {', '.join(BUILT_IN_FRAMES)}")
+        return str(reference), None
+    if reference is not None:
+        raise InputError("reference", reference, f"none for {frame}, which SPICE knows")
+    if frame in SPICE_FRAMES:
+        return SPICE_FRAMES[frame], None
+    return "J2000", rotations.from_matrix(from_gcrf(frame, "a CK").T)
+
+
+# -- the file -----------------------------------------------------------------------------------
+
+
+def import_spiceypy() -> Any:
+    """Import spiceypy; FormatError if it is not installed."""
+    try:
+        import spiceypy
+    except ImportError:
+        raise FormatError("SPICE CK needs spiceypy: pip install 'attitude[spice]'") from None
+    return spiceypy
+
+
+@contextmanager
+def _calling(spice: Any) -> Iterator[None]:
+    """One caller at a time; errors of CSPICE become FormatError."""
+    with _LOCK:
+        try:
+            yield
+        except spice.utils.exceptions.SpiceyError as error:
+            raise FormatError(f"CSPICE: {' '.join(str(error).split())[:300]}") from None
+
+
+def write_blocks(nodes: Nodes, target: CkTarget, spice: Any) -> Iterator[bytes]:
+    """Write a temporary file, and yield its content."""
+    origin = time_origin.tt_origin(nodes.segments[0].first)
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "attitude.bc")
+        _write_file(path, nodes, target, origin, spice)
+        with open(path, "rb") as stream:
+            while block := stream.read(BLOCK_BYTES):
+                yield block
+
+
+def _write_file(path: str, nodes: Nodes, target: CkTarget, origin: TimeOrigin, spice: Any) -> None:
+    """Write all segments; the file is closed whatever happens."""
+    comments = _comments(nodes, target, origin)
+    with _calling(spice):
+        internal_name = target.name[:MAX_FILE_LENGTH].rstrip()
+        handle = spice.ckopn(path, internal_name, sum(len(line) + 1 for line in comments))
+    try:
+        with _calling(spice):
+            spice.dafac(handle, comments)
+        begins = [float(_ticks(segment.first, origin)[0]) for segment in nodes.segments[1:]]
+        for segment, following in zip(nodes.segments, [*begins, np.inf], strict=True):
+            _write_segment(handle, segment, following, target, origin, spice)
+    finally:
+        with _calling(spice):
+            spice.dafcls(handle)
+
+
+def _comments(nodes: Nodes, target: CkTarget, origin: TimeOrigin) -> list[str]:
+    from ...version import __version__
+
+    head = nodes.segments[0].first
+    anchor = schema.iso_text(origin.time).item().decode()
+    with_or_without = "with" if target.rates else "without"
+    return [
+        f"Written by attitude {__version__}: {target.name}",
+        f"Attitudes were given relative to {head.frame}; here to {target.reference} of SPICE",
+        f"Convention of the library: {CONVENTION}",
+        "In this file SPICE's: C-matrix from reference to body components, its quaternion the conjugate,",
+        f"{with_or_without} angular velocity, rad/s, components in the reference frame",
+        f"Ticks of 1/{text_kernels.TICKS} s of TT from {anchor} TT (the SCLK kernel beside this file)",
+        nodes.remark,
+    ]
+
+
+def _write_segment(
+    handle: int, segment: Samples, following: float, target: CkTarget, origin: TimeOrigin, spice: Any
+) -> None:
+    """Write a segment; all of its ticks are before the one at which the following segment begins."""
+    if target.type == 3:
+        for records in _batches(segment, following, target, origin):
+            with _calling(spice):
+                _write_type_3(handle, records, target, spice)
+        return
+    if segment.count < 2:
+        raise FormatError("type 2 holds intervals, and a segment of one instant has none; type 3 holds it")
+    constant = _is_constant(segment)
+    for records in _batches(segment, following, target, origin, (1, 2)):
+        with _calling(spice):
+            _write_type_2(handle, records, constant, target, spice)
+
+
+def _batches(
+    segment: Samples,
+    following: float,
+    target: CkTarget,
+    origin: TimeOrigin,
+    passes: tuple[int, int] = (0, 1),
+) -> Iterator[CkRecords]:
+    """Batches of records in order; each begins with the last record of the one before, leaving no gap."""
+    last: CkRecords | None = None
+    for piece in segment.chunks(*passes):
+        records = _records(piece, following, target, origin)
+        time_origin.refuse_unordered(records.ticks, None if last is None else last.ticks[0], "A CK", "ticks")
+        batch = records if last is None else concatenated([last, records])
+        last = batch.part(slice(-1, None))
+        if len(batch.ticks) > 1 or segment.count == 1:
+            yield batch
+
+
+def _ticks(piece: EphemerisData, origin: TimeOrigin) -> np.ndarray:
+    """Ticks, of which a second has a power of two: nothing is rounded but the seconds."""
+    seconds, _ = origin.seconds(piece.instants)
+    if not seconds[-1] < text_kernels.SECONDS:
+        raise FormatError(f"{seconds[-1]:.3g} s are more than the clock of a CK counts")
+    return seconds * text_kernels.TICKS
+
+
+def _records(piece: EphemerisData, following: float, target: CkTarget, origin: TimeOrigin) -> CkRecords:
+    """Attitude records of a piece; an instant that rounds to the tick `following` gets the one before."""
+    ticks = np.minimum(_ticks(piece, origin), np.nextafter(following, -np.inf))
+    q = piece.quaternion("wxyz")
+    if target.turn is not None:
+        q = rotations.product(target.turn, q)
+    velocity = rotations.rotate(q, piece.angular_velocity) if target.rates else None
+    return CkRecords(ticks, q, velocity)
+
+
+def _write_type_3(handle: int, records: CkRecords, target: CkTarget, spice: Any) -> None:
+    ticks, n = records.ticks, len(records.ticks)
+    velocity = np.zeros((n, 3)) if records.velocity is None else records.velocity
+    spice.ckw03(
+        handle,
+        ticks[0],
+        ticks[-1],
+        target.structure,
+        target.reference,
+        records.velocity is not None,
+        target.name[:MAX_SEGMENT_LENGTH].rstrip(),
+        n,
+        ticks,
+        np.ascontiguousarray(rotations.conjugate(records.quaternion)),
+        np.ascontiguousarray(velocity),
+        1,
+        ticks[:1],
+    )
+
+
+def _write_type_2(handle: int, records: CkRecords, constant: bool, target: CkTarget, spice: Any) -> None:
+    if constant and records.velocity is not None:
+        edges = _constant_rate_edges(records.ticks, records.velocity)
+        begins, velocity = records.part(edges[:-1]), records.velocity[edges[:-1]]
+    else:
+        edges = np.arange(len(records.ticks))
+        begins, velocity = records.part(slice(-1)), _interval_rates(records)
+    spice.ckw02(
+        handle,
+        records.ticks[0],
+        records.ticks[-1],
+        target.structure,
+        target.reference,
+        target.name[:MAX_SEGMENT_LENGTH].rstrip(),
+        len(begins.ticks),
+        begins.ticks,
+        records.ticks[edges[1:]],
+        np.ascontiguousarray(rotations.conjugate(begins.quaternion)),
+        np.ascontiguousarray(velocity),
+        np.full(len(begins.ticks), 1.0 / text_kernels.TICKS),
+    )
+
+
+def _constant_rate_edges(ticks: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Array of indices at which records begin, `MAX_ROTATION` apart at most, and at which the last ends."""
+    speed = float(np.sqrt((velocity[0] ** 2).sum()))
+    angle = speed * (ticks - ticks[0]) / text_kernels.TICKS
+    begins = np.flatnonzero(np.diff(np.floor(angle[:-1] / MAX_ROTATION), prepend=-1.0))
+    return np.append(begins, len(ticks) - 1)
+
+
+def _interval_rates(records: CkRecords) -> np.ndarray:
+    """(n - 1, 3) rad/s, inertial: constant rates from each attitude to the next, along the shorter arc."""
+    q = records.quaternion
+    step = rotations.product(q[1:], rotations.conjugate(q[:-1]))
+    step = np.where(step[:, :1] < 0.0, -step, step)
+    size = np.sqrt((step[:, 1:] ** 2).sum(axis=1))
+    angle = 2.0 * np.arctan2(size, step[:, 0])
+    seconds = np.diff(records.ticks) / text_kernels.TICKS
+    scale = np.divide(angle, size, out=np.full_like(size, 2.0), where=size > 0.0)
+    return step[:, 1:] * (scale / seconds)[:, None]
+
+
+def _is_constant(segment: Samples) -> bool:
+    """Whether one body rate takes the first attitude to all others."""
+    head = segment.first
+    if not head.has_rate:
+        return False
+    omega, q, start = head.angular_velocity[0], head.quaternion("wxyz")[0], float(head.elapsed[0])
+    speed = float(np.sqrt(omega @ omega))
+    for piece in segment.chunks(0, 2):
+        if not np.abs(piece.angular_velocity - omega).max() <= 4 * EPS * speed:
+            return False
+        t = piece.elapsed - start
+        error = rotations.angle_between(rotate_at_constant_rate(q, omega, t), piece.quaternion("wxyz"))
+        if not (error <= 1e-13 + 4 * EPS * speed * np.abs(t)).all():
+            return False
+    return True

@@ -1,0 +1,164 @@
+"""SPICE text kernels: those that stand beside a CK, written, and any, read.
+
+Source: NAIF, kernel, SCLK, FK and time required reading.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import erfa
+
+from ...errors import FormatError
+
+TICKS = 65536  # in a second of our clocks
+SECONDS = 2**36  # of our clocks, 2178 years: their ticks are whole doubles to the end
+MAX_STRING_LENGTH = 70  # characters of a string in a kernel; longer ones are continued
+
+LEAP_SECONDS = """KPL/LSK
+
+Leap seconds as the software that wrote this knew them, for SPICE to convert UTC; any newer kernel of NAIF's
+may take this one's place.
+
+\\begindata
+
+DELTET/DELTA_T_A = 32.184
+DELTET/K         = 1.657D-3
+DELTET/EB        = 1.671D-2
+DELTET/M         = ( 6.239996D0  1.99096871D-7 )
+DELTET/DELTA_AT  = ( {leaps} )
+
+\\begintext
+"""
+
+CLOCK = """KPL/SCLK
+
+A clock that never was aboard: it counts 1/{ticks} s of TT from {anchor} TT, and is what the CK beside it is
+timed by.
+
+\\begindata
+
+SCLK_KERNEL_ID              = ( @{day} )
+SCLK_DATA_TYPE_{id}         = ( 1 )
+SCLK01_TIME_SYSTEM_{id}     = ( 2 )
+SCLK01_N_FIELDS_{id}        = ( 2 )
+SCLK01_MODULI_{id}          = ( {seconds} {ticks} )
+SCLK01_OFFSETS_{id}         = ( 0 0 )
+SCLK01_OUTPUT_DELIM_{id}    = ( 1 )
+SCLK_PARTITION_START_{id}   = ( 0 )
+SCLK_PARTITION_END_{id}     = ( {end} )
+SCLK01_COEFFICIENTS_{id}    = ( 0  {tt}  1 )
+
+\\begintext
+"""
+
+FRAMES = """KPL/FK
+
+The frame of the axes of {name}, whose attitude the CK beside this file holds.
+
+\\begindata
+
+NAIF_BODY_NAME += ( '{body}' )
+NAIF_BODY_CODE += ( {naif_id} )
+
+FRAME_{frame} = {structure}
+FRAME_{structure}_NAME     = '{frame}'
+FRAME_{structure}_CLASS    = 3
+FRAME_{structure}_CLASS_ID = {structure}
+FRAME_{structure}_CENTER   = {naif_id}
+
+CK_{structure}_SCLK = {naif_id}
+CK_{structure}_SPK  = {naif_id}
+
+\\begintext
+"""
+
+META_KERNEL = """KPL/MK
+
+Loads what is beside this file.  SPICE takes relative names from the folder that a program runs in, not from
+where this file is: run there, or name the folder in PATH_VALUES and write '$DIR/...' below.
+
+\\begindata
+
+KERNELS_TO_LOAD = (
+{files}
+)
+
+\\begintext
+"""
+
+
+def leap_seconds() -> str:
+    """Leap-second kernel (LSK) of all steps of TAI - UTC of whole seconds in erfa."""
+    months = ("JAN", "FEB", "MAR", "APR", "MAY", "JUN", "JUL", "AUG", "SEP", "OCT", "NOV", "DEC")
+    steps = [step for step in erfa.leap_seconds.get().tolist() if step[0] >= 1972]
+    leaps = (f"{round(offset)}, @{year}-{months[month - 1]}-1" for year, month, offset in steps)
+    return LEAP_SECONDS.format(leaps=("\n" + " " * 21).join(leaps))
+
+
+def clock(naif_id: int, tt: int, anchor: str) -> str:
+    """Clock kernel (SCLK) whose tick 0 is `tt` seconds past J2000 in TT; `anchor` is that date."""
+    values = {"seconds": SECONDS, "ticks": TICKS, "end": SECONDS * TICKS, "tt": tt}
+    return CLOCK.format(id=-naif_id, anchor=anchor[:19], day=anchor[:10], **values)
+
+
+def frames(naif_id: int, structure: int, frame: str, body: str, name: str) -> str:
+    """Frame kernel (FK) of the body's axes."""
+    return FRAMES.format(naif_id=naif_id, structure=structure, frame=frame, body=body, name=name)
+
+
+def meta_kernel(files: list[str]) -> str:
+    """Meta-kernel that loads the files beside it."""
+    return META_KERNEL.format(files=",\n".join(_string(file) for file in files))
+
+
+def _string(text: str) -> str:
+    """Text as strings of a kernel: quotes doubled, and a long one continued after a plus."""
+    parts = [text[i : i + MAX_STRING_LENGTH] for i in range(0, len(text), MAX_STRING_LENGTH)]
+    return "\n".join(
+        "  '" + part.replace("'", "''") + ("+" if part is not parts[-1] else "") + "'" for part in parts
+    )
+
+
+# -- reading ------------------------------------------------------------------------------------
+
+
+def variables(text: str, source: str) -> dict[str, list[Any]]:
+    """Variables that a text kernel assigns: numbers as floats, everything else as text."""
+    assigned: dict[str, list[Any]] = {}
+    name, values, open_since = "", "", 0
+    for number, line in _data_lines(text):
+        if not open_since:
+            match = re.fullmatch(r"\s*([^\s=+(),']+)\s*(\+?)=\s*(.*)", line)
+            if match is None:
+                raise FormatError(f"no assignment: {line.strip()[:80]!r}", source, number)
+            name, values = match[1], match[3]
+            if not match[2]:
+                assigned[name] = []
+        else:
+            values += " " + line
+        plain = re.sub(r"'[^']*'", "", values)
+        open_since = (open_since or number) if "(" in plain and ")" not in plain else 0
+        if not open_since:
+            assigned.setdefault(name, []).extend(_values(values))
+    if open_since:
+        raise FormatError(f"{name} has no closing parenthesis", source, open_since)
+    return assigned
+
+
+def _data_lines(text: str) -> list[tuple[int, str]]:
+    lines, is_data = [], False
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() in (r"\begindata", r"\begintext"):
+            is_data = line.strip() == r"\begindata"
+        elif is_data and line.strip():
+            lines.append((number, line))
+    return lines
+
+
+def _values(text: str) -> list[Any]:
+    """Values between commas or blanks; numbers may have Fortran's D for the exponent."""
+    is_number = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?").fullmatch
+    words = re.findall(r"'(?:[^']|'')*'|[^\s,()]+", text)
+    return [float(word.upper().replace("D", "E")) if is_number(word) else word for word in words]

@@ -1,0 +1,107 @@
+"""ECSV: a header written by astropy, and rows written in blocks; astropy reads both."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+import orjson
+from astropy.table import QTable
+
+from ...errors import FormatError
+from ...samples.chunks import Samples
+from .. import bounded_read, text_rows
+from ..binary import one_line
+from ..text_rows import texts
+from .qtable import from_table, refuse_unfolding, to_table
+
+if TYPE_CHECKING:
+    from ...samples.ephemeris_data import EphemerisData
+
+HEADER = re.compile(rb"(?:#[^\n]*\n)*(?:[^#\n]+\n)?")  # comments, and the names of the columns
+
+
+def blocks(samples: Samples) -> Iterator[bytes]:
+    """The file of these samples, block by block, in the memory of one chunk."""
+    first = io.StringIO()
+    to_table(samples.first, samples.shape, samples.has_seconds_low).write(first, format="ascii.ecsv")
+    text = first.getvalue()
+    yield text[: text.rindex("\n", 0, -1) + 1].encode()  # without the row of the first instant
+    for chunk in samples.chunks():
+        yield _rows(to_table(chunk, has_seconds_low=samples.has_seconds_low))
+
+
+def _rows(table: QTable) -> bytes:
+    """The rows as text; a cell of several numbers is JSON."""
+    cells: list[np.ndarray] = []
+    for name in table.colnames:
+        if name == "time":
+            cells += [table[name].jd1, table[name].jd2]
+        else:
+            cells.append(np.asarray(table[name].value if hasattr(table[name], "unit") else table[name]))
+    row = b" ".join(orjson.dumps(np.zeros(cell.shape[1:]).tolist()) for cell in cells) + b"\n"
+    columns = np.concatenate([cell.reshape(len(cell), -1).T for cell in cells])
+    return texts(columns, row.split(b"0.0"))
+
+
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
+    text = bounded_read.text(stream, source)
+    _refuse_gaps(text, source)
+    try:
+        begin = HEADER.match(text).end()  # type: ignore[union-attr]  # the match may be empty
+        header = text[:begin].decode().split("\n")
+        refuse_unfolding("\n".join(line[2:] for line in header if line.startswith("# ")))
+        table = _fast_path(text, begin)
+        table = QTable.read(text.decode(), format="ascii.ecsv") if table is None else table
+    except Exception as error:  # a dozen classes, of astropy's reader
+        raise FormatError(f"not ECSV that astropy reads: {one_line(error)}", source) from None
+    return from_table(table, source)
+
+
+def _fast_path(text: bytes, begin: int) -> QTable | None:
+    """The table, where names and rows are as `blocks` writes them; else None.
+
+    astropy reads the header and the first row, which begins at `begin`; Arrow reads all rows.
+    """
+    one = QTable.read(text[: text.find(b"\n", begin) + 1].decode(), format="ascii.ecsv")
+    numbers = [name for name in one.colnames if name != "time"]
+    names = text[text.rindex(b"\n", 0, begin - 1) + 1 : begin - 1].decode().split(" ")
+    without_dates = [name for name in names if name not in ("time.jd1", "time.jd2")]
+    if without_dates != numbers or any(one[name].dtype != float or one[name].ndim > 2 for name in numbers):
+        return None
+    kinds = ["t" if name in numbers and one[name].ndim == 2 else "n" for name in names]
+    rows = text_rows.read(text[begin:], "".join(kinds))
+    if rows is None:
+        return None
+    cells, columns = iter(rows.texts), iter(rows.columns)
+    table = QTable(meta=one.meta)
+    for name, kind in zip(names, kinds, strict=True):
+        values = next(columns) if kind == "n" else _vectors(next(cells), one[name].shape[1])
+        if values is None:
+            return None
+        if name in numbers:
+            unit = getattr(one[name], "unit", None)
+            table[name] = values if unit is None else values * unit
+    return table
+
+
+def _vectors(cells: Any, width: int) -> np.ndarray | None:
+    """(n, width) numbers of n texts such as [0.5,0.5,0.5,0.5]; None where any is different."""
+    text = text_rows.contents(cells).tobytes()
+    rows = text_rows.read(text[1:-1].replace(b"][", b"\n") + b"\n", "n" * width, b",")
+    if rows is None or rows.columns.shape[1] != len(cells) or text[:1] + text[-1:] != b"[]":
+        return None
+    return rows.columns.T
+
+
+def _refuse_gaps(text: bytes, source: str) -> None:
+    """Refuses missing numbers, "" in a row or null in a cell, which astropy would read as zero."""
+    if b'""' not in text and b"null" not in text:
+        return
+    for number, line in enumerate(text.split(b"\n"), start=1):
+        if (b'""' in line or b"null" in line) and not line.startswith(b"#"):
+            raise FormatError("elapsed, quaternion or rate without a value", source, number)

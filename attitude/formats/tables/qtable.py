@@ -1,0 +1,119 @@
+"""An ephemeris as an astropy QTable, a row per instant."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from astropy import units as u
+from astropy.table import QTable
+from astropy.time import Time
+
+from ...errors import FormatError, InputError, shown
+from ...samples.chunks import Samples
+from .. import schema
+
+if TYPE_CHECKING:
+    from ...samples.ephemeris_data import EphemerisData
+
+# Vector columns of a table: name, the names of the components in `schema`, and unit.
+VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
+    ("quaternion", schema.QUATERNION, None),
+    ("angular_velocity", schema.RATE, u.rad / u.s),
+    ("angular_momentum", schema.MOMENTUM, u.N * u.m * u.s),
+    ("position", schema.POSITION, u.m),
+    ("velocity", schema.VELOCITY, u.m / u.s),
+)
+
+
+def to_table(
+    ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_seconds_low: bool | None = None
+) -> QTable:
+    """See `Ephemeris.to_table`; for a chunk, `shape` and `has_seconds_low` are those of all samples."""
+    low = ephemeris.instants.seconds_low
+    has_seconds_low = low is not None if has_seconds_low is None else has_seconds_low
+    if len(ephemeris.instants.shape) != 1:
+        raise InputError(
+            "instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table"
+        )
+    meta = schema.metadata(Samples.of(ephemeris))
+    table = QTable(meta=meta if shape is None else {**meta, "shape": list(shape)})
+    if ephemeris.epoch is not None:
+        table["time"] = _without_delta(ephemeris.time)
+        table["time"].info.serialize_method["ecsv"] = "jd1_jd2"  # as text it would lose digits
+    table["elapsed"] = ephemeris.elapsed * u.s
+    if has_seconds_low:
+        table["elapsed_rest"] = (np.zeros(len(ephemeris)) if low is None else low) * u.s
+    axis, columns = len(ephemeris.batch_shape), {names: (name, unit) for name, names, unit in VECTORS}
+    for names, vector in schema.vectors(ephemeris):
+        name, unit = columns[names]
+        rows = np.moveaxis(vector, axis, 0)
+        table[name] = rows if unit is None else rows * unit
+    return table
+
+
+def _without_delta(time: Time) -> Time:
+    """The same instants, without the TDB - TT that astropy may have stored, and would write as a column."""
+    plain = Time(time.jd1, time.jd2, format="jd", scale=time.scale)
+    plain.format, plain.precision = time.format, time.precision
+    return plain
+
+
+def refuse_unfolding(header: str) -> None:
+    """Raises ValueError for YAML whose aliases expand to more than a million nodes."""
+    if "&" not in header:
+        return
+    import yaml  # type: ignore[import-untyped]  # astropy's own
+
+    limit, sizes = 1_000_000, dict[int, int]()
+
+    def size(node: Any) -> int:
+        """The number of nodes of a tree, with every alias expanded."""
+        if id(node) not in sizes:
+            sizes[id(node)] = limit  # of a node within itself
+            items = node.value if isinstance(node.value, list) else []
+            sizes[id(node)] = 1 + sum(
+                size(child) for item in items for child in (item if isinstance(item, tuple) else (item,))
+            )
+        return sizes[id(node)]
+
+    if size(yaml.compose(header, Loader=yaml.SafeLoader)) > limit:
+        raise ValueError("a header whose aliases expand to more than a million nodes")
+
+
+def from_table(table: QTable, source: str) -> EphemerisData:
+    """The ephemeris of a table that `to_table` made; FormatError for any other."""
+    known = ("time", "elapsed", "elapsed_rest", *(name for name, _, _ in VECTORS))
+    unknown = [name for name in table.colnames if name not in known]
+    if unknown:
+        raise FormatError(f"column {shown(unknown[0])} is unknown", source)
+    shape = table.meta.get("shape")
+    axis = len(shape) - 1 if isinstance(shape, list) and shape else 0
+    columns = {schema.ELAPSED: _values(table, "elapsed", u.s, (), source)}
+    if "elapsed_rest" in table.colnames:
+        columns[schema.REST] = _values(table, "elapsed_rest", u.s, (), source)
+    for name, names, unit in VECTORS:
+        if name in table.colnames or names is schema.QUATERNION:
+            vector = _values(table, name, unit, (len(names),), source)
+            columns.update(zip(names, _components(vector, axis), strict=True))
+    return schema.ephemeris_from(dict(table.meta), columns, source)
+
+
+def _values(
+    table: QTable, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
+) -> np.ndarray:
+    """The numbers of a column; refuses a missing one, another unit, and another shape."""
+    column = table[name] if name in table.colnames else None
+    if (
+        column is None
+        or getattr(column, "unit", None) != unit
+        or column.shape[column.ndim - len(last) :] != last
+    ):
+        shape = f" of {last[0]} numbers" if last else ""
+        raise FormatError(f"no column {name!r}{shape}" + (f" in {unit}" if unit else ""), source)
+    return np.asarray(column.value if unit else column)
+
+
+def _components(column: np.ndarray, axis: int) -> np.ndarray:
+    """(component, batch, instant) of (instant, batch, component)."""
+    return np.moveaxis(np.moveaxis(column, 0, min(axis, column.ndim - 2)), -1, 0)

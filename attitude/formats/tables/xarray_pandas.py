@@ -1,0 +1,109 @@
+"""Ephemerides as labelled arrays: xarray Dataset, pandas DataFrame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import orjson
+
+from ... import units
+from ...errors import InputError
+from ...runtime.optional_imports import needed
+from ...samples.chunks import Samples
+from .. import columnar, schema
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    from ...samples.ephemeris_data import EphemerisData
+
+# Variables of a Dataset: name, the names of the components in `schema`, unit, and axes.
+VARIABLES = (
+    ("quaternion", schema.QUATERNION, "1", "body to inertial"),
+    ("angular_velocity", schema.RATE, "rad/s", "body axes"),
+    ("angular_momentum", schema.MOMENTUM, "N m s", "inertial axes"),
+    ("position", schema.POSITION, "m", "inertial axes"),
+    ("velocity", schema.VELOCITY, "m/s", "inertial axes"),
+)
+
+
+def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
+    """See `Ephemeris.to_xarray`."""
+    xarray = needed("xarray", "to_xarray", "tables")
+    bodies, times = _dimensions(ephemeris)
+    vectors = dict(schema.vectors(ephemeris))
+    variables = {
+        name: ((*bodies, *times, _last(names)), vectors[names], {"units": unit, "axes": axes})
+        for name, names, unit, axes in VARIABLES
+        if names in vectors
+    }
+    components = {_last(names): list("wxyz" if names is schema.QUATERNION else "xyz") for names in vectors}
+    return xarray.Dataset(variables, {**_times(ephemeris, times), **components}, _attributes(ephemeris))
+
+
+def _attributes(ephemeris: EphemerisData) -> dict[str, Any]:
+    """The metadata as netCDF attributes, nested ones as JSON, without None."""
+    meta = schema.metadata(Samples.of(ephemeris))
+    del meta["shape"]
+    epoch = meta.pop("epoch")
+    if epoch is not None:
+        days = [epoch["jd1"], epoch["jd2"]]
+        meta |= {"epoch": epoch["time"], "epoch_scale": epoch["scale"], "epoch_jd": days}
+    nested = {name: orjson.dumps(meta[name]).decode() for name in ("body", "events") if meta.get(name)}
+    return {name: value for name, value in (meta | nested).items() if value is not None}
+
+
+def _dimensions(ephemeris: EphemerisData) -> tuple[list[str], list[str]]:
+    """Names of the batch dimensions, and of those of the instants; numbered where there are several."""
+    bodies = ["body" if i == 0 else f"body_{i}" for i in range(len(ephemeris.batch_shape))]
+    dimensions = len(ephemeris.instants.shape)
+    return bodies, ["time"] if dimensions == 1 else [f"time_{i}" for i in range(dimensions)]
+
+
+def _last(names: tuple[str, ...]) -> str:
+    return "quaternion_component" if names is schema.QUATERNION else "axis"
+
+
+def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
+    """Coordinates: seconds since the epoch, in one part or two; dates, if 64 bits can hold them."""
+    low = ephemeris.instants.seconds_low
+    attributes = {"units": "s", "long_name": "SI seconds since the epoch"}
+    coordinates: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, attributes)}
+    if low is not None:
+        attributes = {"units": "s", "long_name": "rounding error of elapsed, which is one double"}
+        coordinates["elapsed_rest"] = (dimensions, low, attributes)
+    if _has_dates(ephemeris):
+        attributes = {"long_name": columnar.MEANING, "scale": "tai"}
+        coordinates["time"] = (dimensions, _dates(ephemeris), attributes)
+    return coordinates
+
+
+def _has_dates(ephemeris: EphemerisData) -> bool:
+    if ephemeris.epoch is None:
+        return False
+    return not ephemeris.elapsed.size or columnar.can_hold(
+        ephemeris.epoch, *units.extremes(ephemeris.elapsed)
+    )
+
+
+def _dates(ephemeris: EphemerisData) -> np.ndarray:
+    return columnar.columns(ephemeris, (columnar.TIME_TAI,))[columnar.TIME_TAI]
+
+
+def to_pandas(ephemeris: EphemerisData) -> pd.DataFrame:
+    """See `Ephemeris.to_pandas`."""
+    pandas = needed("pandas", "to_pandas", "tables")
+    if ephemeris.batch_shape or len(ephemeris.instants.shape) != 1:
+        expected = "one body at a list of instants, for the rows of a frame; to_xarray takes any"
+        raise InputError("ephemeris", f"shape {ephemeris.shape}", expected)
+    names = [name for name in schema.names(Samples.of(ephemeris)) if name != schema.TIME]
+    table = schema.columns(ephemeris, names)
+    if _has_dates(ephemeris):
+        index = pandas.DatetimeIndex(_dates(ephemeris), name=columnar.TIME_TAI)
+    else:
+        index = pandas.Index(table.pop(schema.ELAPSED), name=schema.ELAPSED)
+    frame = pandas.DataFrame(table, index)
+    frame.attrs = schema.metadata(Samples.of(ephemeris))
+    return frame

@@ -1,0 +1,1 @@
+"""Rotations, inertial frames, and frames that rotate with the Earth."""

@@ -1,0 +1,103 @@
+"""Earth orientation parameters: UT1 and polar motion, from the IERS tables that come with astropy.
+
+Offline: the final series (EOP C04, Bulletin B) from 1962 to its end, then that of the rapid service
+(finals2000A, Bulletin A) with its predictions, as astropy joins them.  The bundled files are read by name, so
+that astropy's configuration does not matter.  Interpolation is linear between days, as astropy's, without
+tides of less than two days (some 1e-9 rad).
+"""
+
+from __future__ import annotations
+
+import warnings
+from functools import cache
+from typing import Any, NamedTuple
+
+import erfa
+import numpy as np
+from erfa import ErfaWarning
+
+ARCSECOND = np.pi / 648000.0
+DAY = 86400.0
+MJD, J2000 = 2400000.5, 2451545.0
+
+
+class EarthOrientation(NamedTuple):
+    """Earth orientation parameters at (n,) instants, with the rate of change of each, per second.
+
+    ut1_tai : s; x_pole, y_pole : rad
+    """
+
+    ut1_tai: np.ndarray
+    x_pole: np.ndarray
+    y_pole: np.ndarray
+    rates: np.ndarray  # (3, n)
+
+
+class EarthOrientationTable(NamedTuple):
+    """Daily rows at 0 h UTC: MJD in UTC, days of TAI since J2000.0, (3, n) UT1 - TAI, s, and pole, rad."""
+
+    mjd: np.ndarray
+    tai: np.ndarray
+    values: np.ndarray
+
+    @property
+    def span(self) -> str:
+        """The first date and the last, as text."""
+        from astropy.time import Time
+
+        first, last = Time(self.mjd[[0, -1]], format="mjd").strftime("%Y-%m-%d")
+        return f"{first} to {last}"
+
+
+def covering(tai: np.ndarray) -> EarthOrientationTable | None:
+    """The table that covers instants (n,), days of TAI since J2000.0: the final one if it does; or None."""
+    least, greatest = tai.min(initial=np.inf), tai.max(initial=-np.inf)
+    for table in (_final, _with_rapid):
+        if table().tai[0] <= least and greatest <= table().tai[-1]:
+            return table()
+    return None
+
+
+def longest() -> EarthOrientationTable:
+    """The final table, continued by the rapid service's."""
+    return _with_rapid()
+
+
+def interpolated(table: EarthOrientationTable, tai: np.ndarray) -> EarthOrientation:
+    """The parameters at instants (n,), days of TAI since J2000.0, that the table covers."""
+    row = np.clip(np.searchsorted(table.tai, tai, side="right") - 1, 0, len(table.tai) - 2)
+    length = table.tai[row + 1] - table.tai[row]
+    slope = (table.values[:, row + 1] - table.values[:, row]) / length
+    values = table.values[:, row] + slope * (tai - table.tai[row])
+    return EarthOrientation(values[0], values[1], values[2], slope / DAY)
+
+
+@cache
+def _final() -> EarthOrientationTable:
+    from astropy.utils import iers
+
+    return _table(iers.IERS_B.open(iers.IERS_B_FILE))
+
+
+@cache
+def _with_rapid() -> EarthOrientationTable:
+    from astropy.utils import iers
+
+    final, rapid = _final(), _table(iers.IERS_A.open(iers.IERS_A_FILE))
+    after = rapid.mjd > final.mjd[-1]
+    return EarthOrientationTable(
+        np.concatenate([final.mjd, rapid.mjd[after]]),
+        np.concatenate([final.tai, rapid.tai[after]]),
+        np.concatenate([final.values, rapid.values[:, after]], axis=1),
+    )
+
+
+def _table(rows: Any) -> EarthOrientationTable:
+    mjd = np.asarray(rows["MJD"].value, dtype=float)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ErfaWarning)  # years without known leap seconds
+        day, fraction = erfa.utctai(MJD + mjd, 0.0)
+    offset = ((day - (MJD + mjd)) + fraction) * DAY  # TAI - UTC
+    ut1_tai = np.asarray(rows["UT1_UTC"].to_value("s"), dtype=float) - offset
+    pole = [np.asarray(rows[name].to_value("arcsec"), dtype=float) * ARCSECOND for name in ("PM_x", "PM_y")]
+    return EarthOrientationTable(mjd, (mjd - (J2000 - MJD)) + offset / DAY, np.array([ut1_tai, *pole]))

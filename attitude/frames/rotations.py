@@ -1,0 +1,191 @@
+"""Attitudes in all representations, the order of quaternion components, and names of frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import units
+from ..errors import InputError
+
+# Indices of w, x, y, z in each named order.
+ORDERS = {"wxyz": (0, 1, 2, 3), "xyzw": (3, 0, 1, 2)}
+UNIT_TOLERANCE = 1e-6
+UNIT = "a unit quaternion, within 1e-6 of length 1"
+
+INERTIAL_FRAMES = {
+    "ICRF": "International Celestial Reference Frame",
+    "GCRF": "geocentric, axes of the ICRF",
+    "EME2000": "mean equator and equinox of J2000.0",
+    "ECLIPJ2000": "mean ecliptic and equinox of J2000.0",
+    "INERTIAL": "an inertial frame of the user's own",
+}
+# Attitudes can also be given in these (`Ephemeris.in_frame`); no motion is computed in them.
+TURNING_FRAMES = {
+    "TEME": "true equator and mean equinox of date, that of SGP4",
+    "ITRF": "fixed to the Earth, IAU 2006/2000A",
+    "QSW": "along the orbit: x radial outward, z along the orbital momentum",
+    "LVLH": "along the orbit: z to the nadir, y against the orbital momentum",
+}
+ORBITAL_FRAMES = ("QSW", "LVLH")
+
+
+def check_order(order: str | None, field: str = "order") -> str:
+    """The order; InputError unless it is "wxyz" or "xyzw"."""
+    if not isinstance(order, str) or order not in ORDERS:
+        raise InputError(field, order, 'the order of the four numbers, "wxyz" or "xyzw"')
+    return order
+
+
+def check_frame(frame: str, field: str = "frame") -> str:
+    """The frame; InputError unless it is an inertial one."""
+    if not isinstance(frame, str) or frame not in INERTIAL_FRAMES:
+        raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}")
+    return frame
+
+
+def check_any_frame(frame: str, field: str = "frame") -> str:
+    """The frame; InputError unless it is an inertial or a rotating one."""
+    frames = INERTIAL_FRAMES | TURNING_FRAMES
+    if not isinstance(frame, str) or frame not in frames:
+        raise InputError(field, frame, f"a frame, one of {', '.join(frames)}")
+    return frame
+
+
+def is_turning(frame: str) -> bool:
+    """Whether this is a rotating frame."""
+    return frame in TURNING_FRAMES
+
+
+def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude") -> np.ndarray:
+    """(..., 4) wxyz from a scipy `Rotation` or an array whose order is named.
+
+    The length may differ from 1 by 1e-6 (a few printed digits); it is not normalised here.
+    """
+    if hasattr(attitude, "as_quat"):
+        attitude, order = attitude.as_quat(), "xyzw"
+    elif order is None:
+        raise InputError(
+            "order", None, 'the order of the four numbers, "wxyz" or "xyzw", beside a bare array'
+        )
+    array = units.finite_array(attitude, field)
+    if array.ndim < 1 or array.shape[-1] != 4:
+        raise InputError(field, f"shape {array.shape}", "a Rotation or quaternions of shape (..., 4)")
+    array = np.ascontiguousarray(array[..., ORDERS[check_order(order)]])
+    length, off = off_unit(array)
+    units.refuse_where(off, length, field, UNIT)
+    return array
+
+
+def off_unit(quaternions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths of (..., 4), and a mask of those that differ from 1 by more than 1e-6."""
+    with np.errstate(over="ignore"):
+        length = np.sqrt((quaternions * quaternions).sum(axis=-1))
+    return length, ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
+
+
+def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:
+    """(4,) wxyz of intrinsic rotations: q = q_first * q_second * q_third, each exp(axis angle / 2).
+
+    Written out because importing scipy takes half a second.
+    """
+    q = np.array([1.0, 0.0, 0.0, 0.0])
+    for axis, angle in zip(sequence, angles, strict=True):
+        i = 1 + "XYZ".index(axis)
+        j, k = i % 3 + 1, (i + 1) % 3 + 1
+        c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
+        rotated = c * q
+        rotated[0] -= s * q[i]
+        rotated[i] += s * q[0]
+        rotated[j] += s * q[k]
+        rotated[k] -= s * q[j]
+        q = rotated
+    return q
+
+
+def from_mrp(mrp: np.ndarray) -> np.ndarray:
+    """(4,) wxyz of modified Rodrigues parameters e tan(angle/4) (Schaub and Junkins, eq. 3.140)."""
+    scale = max(1.0, float(np.abs(mrp).max()))  # the square of a long vector would overflow
+    e = mrp / scale
+    square, unit = float(e @ e), 1.0 / scale**2 if scale < 1e150 else 0.0
+    return np.array([unit - square, *(2.0 * e / scale)]) / (unit + square)
+
+
+def from_matrix(matrix: np.ndarray) -> np.ndarray:
+    """(..., 4) wxyz of proper rotation matrices (..., 3, 3), v' = R v.
+
+    The component that is largest is positive (Shepperd, J. Guidance and Control 1 (1978) 223).
+    """
+    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+    trace = diagonal.sum(axis=-1)
+    products = np.empty((*matrix.shape[:-2], 4, 4))  # of the components with each other, times four
+    products[..., 0, 0] = 1.0 + trace
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        products[..., 1 + i, 1 + i] = 1.0 + 2.0 * diagonal[..., i] - trace
+        skew, symmetric = matrix[..., k, j] - matrix[..., j, k], matrix[..., i, j] + matrix[..., j, i]
+        products[..., 0, 1 + i] = products[..., 1 + i, 0] = skew
+        products[..., 1 + i, 1 + j] = products[..., 1 + j, 1 + i] = symmetric
+    largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
+    return q / np.sqrt((q * q).sum(axis=-1, keepdims=True))
+
+
+def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Hamilton product of (..., 4) wxyz; broadcasts."""
+    w = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(axis=-1, keepdims=True)
+    r = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + _cross(p[..., 1:], q[..., 1:])
+    return np.concatenate([w, r], axis=-1)
+
+
+def conjugate(q: np.ndarray) -> np.ndarray:
+    """Conjugate of (..., 4) wxyz: the inverse rotation."""
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def sign_continuous(q: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+    """The same attitudes (n, 4), with signs such that none has a negative scalar product with the one before.
+
+    before : (4,), the attitude before the first, or None
+    """
+    flips = np.zeros(len(q), dtype=bool)
+    flips[1:] = np.einsum("ij,ij->i", q[1:], q[:-1]) < 0.0
+    if before is not None:
+        flips[:1] = q[:1] @ before < 0.0
+    if not flips.any():
+        return q
+    return q * np.where(np.logical_xor.accumulate(flips), -1.0, 1.0)[:, None]
+
+
+def angle_between(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(...), rad: 2 asin |vec(conj(p) q)|, of the attitude error's definition."""
+    difference = product(conjugate(p), q)
+    size = np.sqrt((difference[..., 1:] ** 2).sum(axis=-1))
+    return 2.0 * np.arcsin(np.minimum(size, 1.0))
+
+
+def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:
+    """Components of (..., 4) wxyz in the named order; no copy for wxyz."""
+    if check_order(order) == "wxyz":
+        return wxyz
+    return wxyz[..., (1, 2, 3, 0)]
+
+
+def rotate(wxyz: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """q v conj(q) / (q.q) = v + 2 (w (r x v) + r x (r x v)) / (q.q), r the vector part; broadcasts.
+
+    Division by the squared length cancels its last-place error.
+    """
+    w, r = wxyz[..., :1], wxyz[..., 1:]
+    across = _cross(r, vector) * (2.0 / (wxyz * wxyz).sum(axis=-1, keepdims=True))
+    return vector + w * across + _cross(r, across)
+
+
+def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """u x v, (..., 3), broadcast; the same bits as numpy's, which takes twice as long for a few vectors."""
+    if max(u.size, v.size) > 300:
+        return np.cross(u, v)
+    out = np.empty(np.broadcast_shapes(u.shape, v.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., i] = u[..., j] * v[..., k] - u[..., k] * v[..., j]
+    return out

@@ -1,0 +1,1 @@
+"""Kernels of flight and contact with a plane."""

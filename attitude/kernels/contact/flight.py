@@ -1,0 +1,257 @@
+"""Flights between contacts with a plane, one after the other, in closed form.
+
+Attitude and rate of each flight are those of `cayley_klein.sample`, from a record of its own; the centre
+of mass moves on its parabola.  No step jumps over a contact (`clearance.contact_free_time`).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from ..cayley_klein import sample
+from ..doubledouble import two_sum
+from ..intrinsics import kernel, routine
+from ..invariants import invariants
+from ..layout import AT_REST, CONSTANT_RATE, NO_ROOM, OUT_OF_RANGE, RIM, RIM_POINTS, TIME_IS_UP, TOO_LONG
+from ..principal import rate_is_constant
+from ..vectors import across, add_scaled, dot, first_three, norm, rotation, times, transposed
+from . import clearance, impact
+from .clearance import STILL_SPEED
+
+# Points within this height of the lowest one, relative to the body's size, touch together with it.
+SIMULTANEOUS_HEIGHT = 1e-9
+# The body is at rest after so many successive contacts, each within the time of a bounce of this height,
+# relative to the size; or after so many steps on the plane without approaching or leaving it.
+MAX_QUICK_CONTACTS = 8
+QUICK_BOUNCE_HEIGHT = 1e-12
+MAX_STEPS_ON_PLANE = 1_000_000
+MAX_STEPS_PER_FLIGHT = 100_000_000  # half a minute
+
+
+class BodyConstants(NamedTuple):
+    """The body, as in `invariants.invariants`, and rows of its inverse inertia tensor."""
+
+    tensor: Any  # (1, 3, 3)
+    moments: Any  # (1, 3, 2)
+    axes: Any  # (1, 3, 3, 2)
+    inverse: tuple
+
+
+class Log(NamedTuple):
+    """Flights and the contacts that end them; written, but for the start of the first flight."""
+
+    records: Any  # (k,) of INVARIANTS, zeros at first
+    flights: Any  # (k + 1, FLIGHT_WIDTH)
+    contacts: Any  # (k, CONTACT_WIDTH)
+
+
+class Scratch(NamedTuple):
+    """Memory to work in: `layout.workspace()`, one sample and its inputs, and contact points."""
+
+    total: Any
+    products: Any
+    factors: Any
+    numbers: Any
+    rates: Any  # (1, 3)
+    attitudes: Any  # (1, 4)
+    constant: Any  # (1,) booleans
+    time: Any  # (1,)
+    quaternion: Any  # (4, 1, 1)
+    rate: Any  # (3, 1, 1)
+    points: Any  # (n * RIM_POINTS, TOUCH_WIDTH)
+
+
+@kernel
+def bounce(tensor, moments, axes, corners, numbers, state, *arrays):
+    """Flights one after the other until a time is up, contacts accumulate, or the log is full.
+
+    Parameters
+    ----------
+    tensor, moments, axes : (1, 3, 3), (1, 3, 2), (1, 3, 3, 2): the body, as in `invariants.invariants`
+    corners, numbers : (n, 3) and (WORLD_WIDTH,): shape and plane
+    state : (8,): greatest speed of the surface, m/s, and number of contacts in quick succession, both so far
+        (zeros at first); written: what ended it, number of contacts, the time of the end (2); then read: the
+        time until which to go on, s, in two parts
+    arrays : those of `Log`, then those of `Scratch`
+    """
+    log, scratch = Log(*arrays[:3]), Scratch(*arrays[3:])
+    ground = clearance.contact_model(corners, numbers)
+    body = BodyConstants(tensor, moments, axes, impact.inverse_tensor(moments[0], axes[0]))
+    flight, time, end = 0, 0.0, NO_ROOM
+    while flight < log.records.shape[0]:
+        start, record = log.flights[flight], log.records[flight : flight + 1]
+        _make_record(body, start, record, scratch)
+        limits = _limits(ground, body, record[0], start)
+        if not _in_range(record[0], limits):
+            end = OUT_OF_RANGE
+            break
+        state[0] = max(state[0], limits.speed)
+        if state[1] >= MAX_QUICK_CONTACTS:
+            time, end = 0.0, AT_REST
+            break
+        left = (state[6] - start[0]) + (state[7] - start[1])
+        time, end = _first_contact(ground, record, start, limits, STILL_SPEED * state[0], left, scratch)
+        if end != NO_ROOM:
+            break
+        # no longer than a bounce of QUICK_BOUNCE_HEIGHT
+        is_quick = limits.bend * time * time <= 4.0 * QUICK_BOUNCE_HEIGHT * ground.size
+        state[1] = state[1] + 1.0 if is_quick else 0.0
+        _collide(ground, body, log, flight, time, scratch)
+        flight, time = flight + 1, 0.0
+    state[2], state[3] = end, flight
+    _write_time(log.flights[flight], time, state[4:6])
+
+
+@routine
+def _write_time(start, time, out):
+    """`time` into a flight, in two parts."""
+    hi, low = two_sum(start[0], time)
+    out[0], out[1] = two_sum(hi, start[1] + low)
+
+
+@routine
+def _make_record(body, start, record, scratch):
+    """Constants of the motion from the start of a flight."""
+    for i in range(4):
+        scratch.attitudes[0, i] = start[2 + i]
+    for i in range(3):
+        scratch.rates[0, i] = start[6 + i]
+    rates, constant, exact = scratch.rates, scratch.constant, scratch[:4]
+    rate_is_constant(body.tensor, rates, constant, *exact)
+    invariants(body.tensor, body.moments, body.axes, rates, scratch.attitudes, constant, record, *exact)
+
+
+@routine
+def _motion(ground, record, start, time, scratch):
+    """R (three rows), body rate, position and velocity, `time` into a flight."""
+    q, w = scratch.quaternion, scratch.rate
+    scratch.time[0] = time
+    sample(record, scratch.time, None, q, w, None, 0, 0, 1)
+    rows = rotation((q[0, 0, 0], q[1, 0, 0], q[2, 0, 0], q[3, 0, 0]))
+    velocity = first_three(start[12:15])
+    mean = add_scaled(velocity, 0.5 * time, ground.gravity)
+    position = add_scaled(first_three(start[9:12]), time, mean)
+    return rows, (w[0, 0, 0], w[1, 0, 0], w[2, 0, 0]), position, add_scaled(velocity, time, ground.gravity)
+
+
+@routine
+def _limits(ground, body, record, start):
+    """Bounds that hold throughout the flight."""
+    rows = rotation((start[2], start[3], start[4], start[5]))
+    rate = first_three(start[6:9])
+    view = clearance.plane_in_body(ground, rows, rate, first_three(start[9:12]), first_three(start[12:15]))
+    constant = record.regime == CONSTANT_RATE
+    return clearance.flight_bounds(ground, body.moments[0], body.axes[0], constant, rate, view)
+
+
+@routine
+def _in_range(record, limits):
+    """Whether the constants of the motion are finite."""
+    total = limits.bend + limits.speed + limits.dip
+    for i in range(3):
+        for j in range(3):
+            total += abs(record.rate[i, j]) + abs(record.frame[i, j])
+    return total < math.inf
+
+
+@routine
+def _first_contact(ground, record, start, limits, still, left, scratch):
+    """(seconds into the flight, NO_ROOM) of the first contact, else when and how the flight ends."""
+    time, steps_on_plane = 0.0, 0
+    for _ in range(MAX_STEPS_PER_FLIGHT):
+        view = clearance.plane_in_body(ground, *_motion(ground, record, start, time, scratch))
+        wait, lowest, touches = clearance.contact_free_time(ground, view, limits, still)
+        if touches < math.inf:
+            return min(max(time + touches, 0.0), left), NO_ROOM
+        if time >= left:
+            return left, TIME_IS_UP
+        steps_on_plane = steps_on_plane + 1 if lowest <= limits.dip else 0
+        if steps_on_plane > MAX_STEPS_ON_PLANE:
+            return time, AT_REST
+        time = min(left, max(time + wait, time * (1.0 + 2.0**-52)))
+    return time, TOO_LONG
+
+
+@routine
+def _collide(ground, body, log, flight, time, scratch):
+    """Write a contact, and the state after it as the start of a new flight."""
+    start, contact, after = log.flights[flight], log.contacts[flight], log.flights[flight + 1]
+    record, points = log.records[flight : flight + 1], scratch.points
+    rows, rate, position, velocity = _motion(ground, record, start, time, scratch)
+    q, back = scratch.quaternion, transposed(rows)
+    view = clearance.plane_in_body(ground, rows, rate, position, velocity)
+    count = _contact_points(ground, view, points)
+    inertia = impact.Inertia(1.0 / ground.mass, body.inverse, view.normal, ground.friction)
+    before = times(back, velocity)
+    contact[0], contact[1] = count, _approach(points, count, view.normal, before, rate)
+    now, rate_after = impact.respond(points, count, inertia, ground.restitution, before, rate)
+    change = times(rows, add_scaled(now, -1.0, before))
+    _write_time(start, time, after[0:2])
+    for i in range(4):
+        after[2 + i] = q[i, 0, 0]
+    for i in range(3):
+        after[6 + i], after[9 + i], after[12 + i] = rate_after[i], position[i], velocity[i] + change[i]
+        contact[2 + i], contact[8 + i], contact[11 + i] = ground.mass * change[i], rate[i], velocity[i]
+    _write_centre(points, count, rows, position, contact)
+
+
+@routine
+def _approach(points, count, normal, velocity, rate):
+    """Speed of the point that approaches the fastest."""
+    fastest = -math.inf
+    for i in range(count):
+        fastest = max(fastest, -dot(impact.velocity_at(impact.point(points, i), velocity, rate), normal))
+    return fastest
+
+
+@routine
+def _write_centre(points, count, rows, position, contact):
+    """Point of application of the impulse: the mean of the points, weighted by their normal impulses."""
+    mean, total = (0.0, 0.0, 0.0), 0.0
+    for i in range(count):
+        mean, total = add_scaled(mean, points[i, 3], impact.point(points, i)), total + points[i, 3]
+    total = total if total > 0.0 else 1.0
+    mean = times(rows, mean)
+    for i in range(3):
+        contact[5 + i] = position[i] + mean[i] / total
+
+
+# -- contact points ---------------------------------------------------------------------------------
+
+
+@routine
+def _contact_points(ground, view, points):
+    """Write all points within SIMULTANEOUS_HEIGHT of the lowest one; returns how many."""
+    lowest, count = math.inf, 0
+    for i in range(ground.points.shape[0]):
+        lowest = min(lowest, clearance.height_and_rate(ground, view, i)[0])
+    for i in range(ground.points.shape[0]):
+        height = clearance.height_and_rate(ground, view, i)[0]
+        if height <= lowest + SIMULTANEOUS_HEIGHT * ground.size:
+            count = _write_lowest(ground, view.normal, i, points, count)
+    return count
+
+
+@routine
+def _write_lowest(ground, normal, i, points, count):
+    """Write the lowest point about a corner; of a rim that lies flat, points all around."""
+    corner = first_three(ground.points[i])
+    inwards = -ground.radius
+    if ground.corner_kind == RIM:
+        down = add_scaled(normal, -dot(normal, ground.axis), ground.axis)
+        length = norm(down)
+        if ground.radius * length <= SIMULTANEOUS_HEIGHT * ground.size:
+            return _write_rim(ground, corner, points, count)
+        normal, inwards = down, -ground.radius / length
+    points[count, 0], points[count, 1], points[count, 2] = add_scaled(corner, inwards, normal)
+    return count + 1
+
+
+@routine
+def _write_rim(ground, corner, points, count):
+    first, second = across(ground.axis)
+    for k in range(RIM_POINTS):
+        angle = 2.0 * math.pi * k / RIM_POINTS
+        point = add_scaled(corner, ground.radius * math.cos(angle), first)
+        point = add_scaled(point, ground.radius * math.sin(angle), second)
+        points[count + k, 0], points[count + k, 1], points[count + k, 2] = point
+    return count + RIM_POINTS

@@ -1,0 +1,1 @@
+"""Kernels of ensembles: random states and sums over bodies."""

@@ -1,0 +1,107 @@
+"""Positions and velocities on an orbit, in numpy: for plans, shadows, frames and tests."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..kernels import layout
+from ..problem.initial_state import OrbitPath, PiecewisePolynomial
+from ..times import turn_rates
+
+TAU = 2.0 * np.pi
+# Newton's method from above converges at once but for eccentricities beside 1, and there in below 60 steps.
+MAX_NEWTON_STEPS = 100
+
+
+def position(path: OrbitPath, t: np.ndarray) -> np.ndarray:
+    """(n, 3) m, inertial, from the central body; t (n,) s since the epoch."""
+    return _state(path, np.asarray(t, dtype=float), 0)
+
+
+def velocity(path: OrbitPath, t: np.ndarray) -> np.ndarray:
+    """(n, 3) m/s, inertial; t (n,) s since the epoch."""
+    return _state(path, np.asarray(t, dtype=float), 1)
+
+
+def evaluate(polynomial: PiecewisePolynomial, t: np.ndarray, derivative: int = 0) -> np.ndarray:
+    """(n, 3): the vector, or a derivative by time, s; the outermost polynomials extrapolate."""
+    count, degree = polynomial.coefficients.shape[0], polynomial.coefficients.shape[2] - 1
+    scaled = (t - polynomial.start) / polynomial.length
+    interval = np.clip(np.floor(scaled), 0, count - 1).astype(np.int64)
+    x, coefficients = scaled - interval, polynomial.coefficients[interval]
+    value = np.zeros((t.size, 3))
+    for k in range(degree, derivative - 1, -1):
+        factor = math.perm(k, derivative)
+        value = value * x[:, None] + factor * coefficients[:, :, k]
+    return value / polynomial.length**derivative
+
+
+def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
+    """E with E - e sin E = mean; mean (n,) rad, from -pi to pi.
+
+    Newton's method on abs(mean), where the function is convex: started on the right of its root it
+    approaches it from there.  Each element stops on its own: its bits do not depend on the others.
+
+    `kernels.solvers.orbit_path` solves the same equation inside compiled loops, with fused operations that
+    numpy does not have; its last bits differ, and a plan needs no compiler with this one.
+    """
+    size = np.abs(mean)
+    E, active = np.minimum(size + e, np.pi), np.ones(size.shape, dtype=bool)
+    for _ in range(MAX_NEWTON_STEPS):
+        step = (E - e * np.sin(E) - size) / (1.0 - e * np.cos(E))
+        E = np.where(active, E - step, E)
+        active &= np.abs(step) > 1e-9  # its square is below rounding
+        if not active.any():
+            break
+    return np.copysign(E, mean)
+
+
+def least_distance(path: OrbitPath) -> float:
+    """Least distance from the central body, m; of a table at nine instants of each interval."""
+    if path.numbers[0] == layout.KEPLER:
+        return float(path.numbers[1] * (1.0 - path.numbers[2]))
+    return float(np.sqrt((position(path, samples(path)) ** 2).sum(axis=1).min()))
+
+
+def normals(path: OrbitPath) -> np.ndarray:
+    """(n, 3): unit normals of the orbital plane; of a table at the ends of its intervals."""
+    if path.numbers[0] == layout.KEPLER:
+        return np.cross(path.numbers[7:10], path.numbers[10:13])[None]
+    polynomial = as_polynomial(path)
+    t = polynomial.start + polynomial.length * np.arange(len(polynomial.coefficients) + 1)
+    normal = np.cross(position(path, t), velocity(path, t))
+    size = np.sqrt((normal**2).sum(axis=1))
+    return normal[size > 0.0] / size[size > 0.0, None]  # a body falling straight down has none
+
+
+def samples(path: OrbitPath) -> np.ndarray:
+    """(n,) s: instants dense enough to find maxima along the orbit: 720 a revolution, 9 an interval."""
+    if path.numbers[0] == layout.KEPLER:
+        E = TAU * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
+        mean = (E - path.numbers[2] * np.sin(E)) / TAU
+        return (mean - path.numbers[3]) * path.period
+    polynomial = as_polynomial(path)
+    return polynomial.start + polynomial.length * np.arange(8 * len(polynomial.coefficients) + 1) / 8.0
+
+
+def as_polynomial(path: OrbitPath) -> PiecewisePolynomial:
+    """Return the polynomials of a path that is not Keplerian."""
+    return PiecewisePolynomial(float(path.numbers[1]), float(path.numbers[2]), path.coefficients)
+
+
+def _state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
+    if path.numbers[0] == layout.TABLE:
+        return evaluate(as_polynomial(path), t, derivative)
+    a, e, start, high, low, rate = path.numbers[1:7]
+    P, Q = path.numbers[7:10], path.numbers[10:13]
+    turn = start + turn_rates.fraction_of_turn(t, high, low)
+    E = eccentric_anomaly(TAU * (turn - np.round(turn)), e)
+    minor = np.sqrt((1.0 - e) * (1.0 + e))
+    if derivative == 0:
+        x, y = a * (np.cos(E) - e), a * minor * np.sin(E)
+    else:
+        speed = a * rate / (1.0 - e * np.cos(E))
+        x, y = -speed * np.sin(E), speed * minor * np.cos(E)
+    return x[:, None] * P + y[:, None] * Q

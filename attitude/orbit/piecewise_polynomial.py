@@ -1,0 +1,87 @@
+"""Piecewise polynomials that interpolate a vector function of time, checked against it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from ..errors import InputError
+from ..problem.initial_state import PiecewisePolynomial
+from .path_states import evaluate
+
+# Degree 9 over a twelfth of a revolution leaves 1e-12 of a circle; an ellipse takes more intervals.
+DEGREE = 9
+MAX_INTERVALS = 200_000
+
+VectorFunction = Callable[[np.ndarray], np.ndarray]
+
+
+def interpolated(
+    function: VectorFunction, start: float, stop: float, step: float, tolerance: float, field: str
+) -> PiecewisePolynomial:
+    """Polynomials through the function's values at the Chebyshev points of equal intervals.
+
+    Parameters
+    ----------
+    function : (n,) s -> (n, 3) m; evaluated within start to stop only
+    step : s, the longest interval; halved until the error is below tolerance times the vector's length
+        at ten points of every interval, halfway between those the polynomial goes through
+    field : named in the error if that takes more than MAX_INTERVALS
+
+    Raises
+    ------
+    InputError : too many intervals; or the function has a zero, where no relative error is defined.
+    """
+    count = max(1, math.ceil((stop - start) / step))
+    error = math.inf
+    while count <= MAX_INTERVALS:
+        polynomial = _interpolate(function, start, (stop - start) / count, count)
+        error = _relative_error(function, polynomial)
+        if error <= tolerance:
+            return polynomial
+        count *= 2
+    value = f"{stop - start:g} s" + (f", error {error:.1e}" if math.isfinite(error) else "")
+    expected = f"positions that {MAX_INTERVALS} polynomials interpolate within {tolerance:g}"
+    raise InputError(field, value, expected)
+
+
+def _interpolate(function: VectorFunction, start: float, length: float, count: int) -> PiecewisePolynomial:
+    nodes, to_powers = _chebyshev()
+    t = start + length * (np.arange(count)[:, None] + nodes)
+    values = function(t.reshape(-1)).reshape(count, DEGREE + 1, 3)
+    coefficients = np.ascontiguousarray(np.einsum("kj,pji->pik", to_powers, values))
+    return PiecewisePolynomial(start, length, coefficients)
+
+
+def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -> float:
+    """Greatest distance from the function over its length, between the nodes."""
+    between = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, DEGREE + 1) / (DEGREE + 1))
+    x = np.concatenate([[1e-3], between])  # and beside the end, where intervals meet
+    intervals = np.arange(len(polynomial.coefficients))[:, None]
+    t = (polynomial.start + polynomial.length * (intervals + x)).reshape(-1)
+    expected = function(t)
+    error = np.sqrt(((evaluate(polynomial, t) - expected) ** 2).sum(axis=1))
+    length = np.sqrt((expected**2).sum(axis=1))
+    return float((error / length).max()) if (length > 0.0).all() else math.inf
+
+
+@cache
+def _chebyshev() -> tuple[np.ndarray, np.ndarray]:
+    """(nodes from 0 to 1, matrix from the values there to coefficients of powers).
+
+    Through the coefficients of Chebyshev polynomials, which a sum over the nodes gives without
+    cancellation; theirs in powers are whole numbers.
+    """
+    n = DEGREE + 1
+    angle = np.pi * (np.arange(n) + 0.5) / n
+    series = 2.0 / n * np.cos(np.arange(n)[:, None] * angle)
+    series[0] *= 0.5
+    powers = np.zeros((n, n))
+    for k in range(n):
+        basis = np.polynomial.chebyshev.cheb2poly(np.eye(n)[k])
+        shifted = np.polynomial.Polynomial(basis)(np.polynomial.Polynomial([-1.0, 2.0]))
+        powers[: k + 1, k] = shifted.coef
+    return 0.5 + 0.5 * np.cos(angle), powers @ series

@@ -1,0 +1,1 @@
+"""What effects, orbits and solvers share: the initial state, torques and their bounds."""

@@ -1,0 +1,125 @@
+"""Initial state of a body, its orbit and a bound on its spin: what effects and solvers share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..rigid_body.body import RigidBody
+
+if TYPE_CHECKING:
+    from astropy.time import Time
+
+
+class PiecewisePolynomial(NamedTuple):
+    """A vector as a function of time, one polynomial on each of equal intervals (`kernels.layout`, TABLE).
+
+    Attributes
+    ----------
+    start, length : start of the first interval and length of each, s; the outermost polynomials extrapolate
+    coefficients : (intervals, 3, degree + 1), m, in powers of (t - start of the interval) / length
+    """
+
+    start: float
+    length: float
+    coefficients: np.ndarray
+
+
+class CentralBody(NamedTuple):
+    """The body that is orbited.
+
+    Attributes
+    ----------
+    mu : gravitational parameter, m3/s2
+    radius : m; None if not given
+    is_earth : whether the Earth's magnetic field, rotation and Sun direction apply
+    """
+
+    mu: float
+    radius: float | None
+    is_earth: bool
+
+
+class OrbitPath(NamedTuple):
+    """Orbit of the centre of mass, as kernels take it.
+
+    Attributes
+    ----------
+    numbers : (ORBIT_WIDTH,), `kernels.layout`
+    coefficients : (intervals, 3, degree + 1), of a PiecewisePolynomial; (1, 3, 1) zeros for a Keplerian orbit
+    period : s, of one revolution; approximate for a table
+    central : the body that is orbited; None if only positions are needed
+    """
+
+    numbers: np.ndarray
+    coefficients: np.ndarray
+    period: float
+    central: CentralBody | None = None
+
+
+class Spin(NamedTuple):
+    """Upper bounds on how fast bodies turn, (...) each.
+
+    Attributes
+    ----------
+    rate : rad/s
+    momentum : angular momentum of the body without its rotors, N m s
+    rotors : angular momentum of the rotors relative to the body, N m s
+    """
+
+    rate: Any
+    momentum: Any
+    rotors: Any = 0.0
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """A body, its state at the epoch, and the span of time that is asked for.
+
+    Attributes
+    ----------
+    body : RigidBody, one
+    attitude : (4,) wxyz, body to inertial; rate : (3,) rad/s, body components; both at t = 0
+    start, stop : s since the epoch, the span that the instants cover together with t = 0
+    epoch : Time or None; frame : str
+    mass : kg, or None
+    position, velocity : (3,), m and m/s, inertial, of the centre of mass at t = 0, or None
+    orbit_path : OrbitPath or None
+    order : indices of the body's principal axes, in the order of the rows of `axes`
+    """
+
+    body: RigidBody
+    attitude: np.ndarray
+    rate: np.ndarray
+    start: float
+    stop: float
+    epoch: Time | None = None
+    frame: str = "ICRF"
+    mass: float | None = None
+    position: np.ndarray | None = None
+    velocity: np.ndarray | None = None
+    orbit_path: OrbitPath | None = None
+    order: tuple[int, int, int] = (0, 1, 2)
+
+    @property
+    def central_body(self) -> CentralBody | None:
+        """The body that is orbited, if there is an orbit about a known one."""
+        return None if self.orbit_path is None else self.orbit_path.central
+
+    @property
+    def moments(self) -> np.ndarray:
+        """(3,), kg m2, in the order of `axes`."""
+        return np.asarray(self.body.moments)[list(self.order)]
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(3, 3), right-handed: rows are the principal axes; axes @ v: components along them."""
+        axes = np.asarray(self.body.axes)[list(self.order)]
+        axes[2] = np.cross(axes[0], axes[1])
+        return axes
+
+    def ordered(self, order: tuple[int, int, int]) -> InitialState:
+        """Return this state with its principal axes in another order."""
+        return replace(self, order=order)

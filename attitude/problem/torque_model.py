@@ -1,0 +1,111 @@
+"""Torques and impulses as the solvers take them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from . import torque_rows
+from .initial_state import InitialState, PiecewisePolynomial, Spin
+
+
+class TorqueModel(Protocol):
+    """A torque; `attitude.effects.effect.Torque` documents the methods."""
+
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """Return the rows that kernels take."""
+
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
+        """Return the spans in which the torque acts; None for always."""
+
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
+        """Return the vector from the central body to the Sun, where the torque needs it."""
+
+    def size(self, initial_state: InitialState) -> float:
+        """Return an upper bound on the torque, N m."""
+
+
+class CachedTorque:
+    """A torque whose intervals, Sun vector and size (if it is the same for all bodies) are computed once.
+
+    Finding every passage through the shadow in a year takes longer than integrating the body meanwhile.
+    """
+
+    def __init__(self, torque: Any, initial_state: InitialState):
+        self.type: str = torque.type
+        self.effect = torque
+        self._initial_state = initial_state
+
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """Return the rows of the effect, (k, EFFECT_WIDTH)."""
+        return self.effect.rows(initial_state)
+
+    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
+        """Return the cached intervals, s."""
+        return self._intervals
+
+    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
+        """Return the cached vector to the Sun, m."""
+        return self._sun
+
+    def size(self, initial_state: InitialState) -> float:
+        """Upper bound, N m: of this body if the torque depends on the body, else the cached one."""
+        return float(self.effect.size(initial_state)) if hasattr(self.effect, "sizes") else self._size
+
+    @cached_property
+    def _intervals(self) -> list[tuple[float, float]] | None:
+        return self.effect.intervals(self._initial_state)
+
+    @cached_property
+    def _sun(self) -> PiecewisePolynomial | None:
+        return self.effect.sun(self._initial_state)
+
+    @cached_property
+    def _size(self) -> float:
+        return float(self.effect.size(self._initial_state))
+
+    def of(self, initial_state: InitialState) -> CachedTorque:
+        """Return the same torque on another body over the same span, with the cached intervals and Sun."""
+        other = CachedTorque(self.effect, initial_state)
+        other.__dict__.update(_intervals=self._intervals, _sun=self._sun)
+        return other
+
+    def sizes(self, moments: np.ndarray, spin: Spin) -> np.ndarray:
+        """(n,), N m: upper bounds for bodies with moments (n, 3) and bounds of their spin, (n,)."""
+        if hasattr(self.effect, "sizes"):
+            return self.effect.sizes(self._initial_state, moments, spin)
+        return np.full(len(moments), self._size)
+
+    @cached_property
+    def own_rows(self) -> np.ndarray:
+        """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
+        return torque_rows.own_rows(self.effect, self._initial_state)
+
+    @cached_property
+    def follows_axes(self) -> bool:
+        """Whether the rows depend on the body through its principal axes only."""
+        return torque_rows.follows_axes(self.effect, self._initial_state)
+
+    def raise_failure(self) -> None:
+        """Raise the exception that a user's function raised, if it did."""
+        if hasattr(self.effect, "raise_failure"):
+            self.effect.raise_failure()
+
+
+class AppliedImpulse(NamedTuple):
+    """An impulse.
+
+    Attributes
+    ----------
+    seconds : s since the epoch
+    angular : (3,), N m s, about the centre of mass
+    linear : (3,), N s
+    inertial : whether both are inertial components, else along the body's axes at that instant
+    """
+
+    seconds: float
+    angular: np.ndarray
+    linear: np.ndarray
+    inertial: bool

@@ -1,0 +1,86 @@
+"""Rows of a torque along the axes of any body, from the rows along those of its own frame.
+
+Sums of three terms are written out: the order in which a library adds may depend on how many bodies there
+are, and the bits of a body's result would depend on the batch it is in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from ..kernels import layout
+from ..rigid_body.body import RigidBody
+from .initial_state import InitialState
+
+# A body and an attitude without any symmetry, to find out on what the rows of a torque depend.
+PROBE_INERTIA = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
+PROBE_ATTITUDE = (0.5, -0.5, 0.1, 0.7)
+ROTATION_TOLERANCE = 1e-12  # of the components of a rotated vector, relative to the greatest
+
+
+class HasRows(Protocol):
+    """A torque, as far as its rows go."""
+
+    def rows(self, initial_state: InitialState) -> np.ndarray:
+        """Return the rows that kernels take, (k, EFFECT_WIDTH)."""
+
+
+def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """(..., 3): matrix @ vector, broadcast."""
+    terms = matrix * vector[..., None, :]
+    product: np.ndarray = (terms[..., 0] + terms[..., 1]) + terms[..., 2]
+    return product
+
+
+def own_rows(torque: HasRows, initial_state: InitialState) -> np.ndarray:
+    """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
+    return torque.rows(replace(initial_state, body=RigidBody.from_moments((1.0, 1.0, 1.0)), order=(0, 1, 2)))
+
+
+def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """(n, k, EFFECT_WIDTH), along axes (n, 3, 3), of rows along those of the body's own frame."""
+    out = np.repeat(rows[None], len(axes), axis=0)
+    for k, row in enumerate(rows):
+        for offset in layout.BODY_VECTORS.get(int(row[0]), ()):
+            out[:, k, offset : offset + 3] = turned(axes, row[offset : offset + 3])
+        if row[0] == layout.EDDY:
+            half = turned(axes[:, None], row[1:10].reshape(3, 3))
+            whole = turned(axes[:, None], np.swapaxes(half, 1, 2))
+            out[:, k, 1:10] = (0.5 * (whole + np.swapaxes(whole, 1, 2))).reshape(-1, 9)
+    return out
+
+
+def follows_axes(torque: HasRows, initial_state: InitialState) -> bool:
+    """Whether the rows depend on the body through its axes only, as those of all documented effects do.
+
+    Compared for two bodies and states: the given one, and one without symmetry.
+    """
+    probe = replace(
+        initial_state,
+        body=RigidBody(np.array(PROBE_INERTIA) * float(initial_state.moments.max())),
+        attitude=np.array(PROBE_ATTITUDE),
+        rate=1.7 * np.asarray(initial_state.rate) + 0.1,
+        order=(2, 0, 1),
+    )
+    own = own_rows(torque, initial_state)
+    return all(
+        _agree(torque.rows(state), turned_rows(own, state.axes[None])[0]) for state in (initial_state, probe)
+    )
+
+
+def _agree(rows: np.ndarray, expected: np.ndarray) -> bool:
+    """Whether rows are equal, vectors and tensors of the body to the rounding of a rotation."""
+    if rows.shape != expected.shape:
+        return False
+    tolerance = np.zeros(expected.shape)
+    for k, row in enumerate(expected):
+        offsets = layout.BODY_VECTORS.get(int(row[0]), ())
+        vectors = [slice(offset, offset + 3) for offset in offsets]
+        for part in [slice(1, 10)] if row[0] == layout.EDDY else vectors:
+            tolerance[k, part] = ROTATION_TOLERANCE * np.abs(row[part]).max()
+    with np.errstate(invalid="ignore"):  # of two that are infinite
+        near = np.abs(rows - expected) <= tolerance
+    return bool((near | (rows == expected)).all())

@@ -1,0 +1,238 @@
+"""Constants of the motion of one or many bodies, as records that the kernels evaluate.
+
+A record takes 790 bytes.  A batch computes its records once and caches them; those of more bodies than
+`MAX_CACHED_BODIES` are computed again whenever they are used, a block of bodies at a time, so that memory
+does not grow with the number of bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from .. import units
+from ..errors import InputError
+from ..kernels import layout
+from ..runtime import compiled
+from ..runtime.threads import ranges, run
+from ..times.instants import Instants
+from .body import RigidBody
+from .error_bounds import form_of, solution
+from .phase_limit import max_phase_rate, refuse_too_far
+
+MIN_SAMPLES_PER_THREAD = 20_000
+MAX_CACHED_BODIES = 2**17  # whose records, 100 MiB, are cached
+BODIES_PER_BLOCK = 2**12  # whose records, 3 MiB, stay in a processor's cache until their samples are made
+
+# Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
+MIN_RATE, MAX_RATE = 1e-200, 1e200
+RATES = f"zero, or a rate from {MIN_RATE} to {MAX_RATE} rad/s"
+
+
+class Batch:
+    """Bodies with their states at the epoch, and the records of their motion.
+
+    Parameters
+    ----------
+    body : RigidBody, whose shape broadcasts to `shape`
+    attitudes : (..., 4) wxyz; rates : (..., 3) rad/s; both broadcast to `shape`
+    shape : batch shape
+
+    Attributes
+    ----------
+    seconds : wall-clock time in which cached records were computed (of the whole, for a part of a batch)
+
+    Raises
+    ------
+    InputError : a rate that no body so thin can have; for a batch whose records are not cached, when
+        they are computed.
+    """
+
+    plain_phases: int | None = None  # 1 for phases in plain doubles: what exact ones cost (attitude.cost)
+
+    def __init__(self, body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]):
+        self.body = body
+        self.attitudes = _repeated(attitudes, (*shape, 4))
+        self.rates = _repeated(rates, (*shape, 3))
+        self.shape = shape
+        self.size = int(np.prod(shape))
+        self._forms = np.zeros(self.size, np.int8)
+        begun = perf_counter()
+        self._cached = self._records(0, self.size) if self.size <= MAX_CACHED_BODIES else None
+        self.seconds = perf_counter() - begun
+
+    @cached_property
+    def solution(self) -> tuple[str, float]:
+        """Closed forms of these bodies, and the bound on their error, rad; once all records were computed."""
+        return solution(self._forms)
+
+    def blocks(self, first: int, last: int) -> Iterator[tuple[int, np.ndarray]]:
+        """Yield (index of the first body, records) for the bodies from first to last, in blocks."""
+        if self._cached is not None:
+            yield first, self._cached[first:last]
+            return
+        for start in range(first, last, BODIES_PER_BLOCK):
+            yield start, self._records(start, min(start + BODIES_PER_BLOCK, last))
+
+    def max_phase_rate(self, records: np.ndarray) -> float:
+        """Turns/s of the fastest phase of a block; of all bodies where their records are cached."""
+        return max_phase_rate(records) if self._cached is None else self._cached_max_phase_rate
+
+    @cached_property
+    def _cached_max_phase_rate(self) -> float:
+        return 0.0 if self._cached is None else max_phase_rate(self._cached)
+
+    def fields(self, *names: str) -> np.ndarray:
+        """The named fields of all records, as a structured array of the batch's shape."""
+        if self._cached is not None:
+            return self._cached[list(names)].reshape(self.shape)
+        out = np.empty(self.size, [(name, layout.INVARIANTS[name]) for name in names])
+        for start, records in self.blocks(0, self.size):
+            for name in names:
+                out[name][start : start + len(records)] = records[name]
+        return out.reshape(self.shape)
+
+    def sample(
+        self,
+        instants: Instants,
+        quaternion: bool,
+        rate: bool,
+        threads: int = 1,
+        out: np.ndarray | None = None,
+    ) -> tuple[Any, Any]:
+        """(quaternions (..., 4) wxyz, rates (..., 3) rad/s, body frame), None for what was not requested.
+
+        The shape is that of the batch, then that of the instants.  Arrays are stored by component and viewed
+        transposed, since the compiled loop writes whole vectors: so quaternions are written straight into an
+        `out` that is stored like that, and copied into any other.
+
+        Raises
+        ------
+        ToleranceError : an instant is too far from the epoch (`phase_limit`).
+        InputError : `out` is no writable float64 array of the quaternions' shape.
+        """
+        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+        low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low).reshape(-1)
+        shape = self.shape + instants.shape
+        components = None if out is None else _components(out, (*shape, 4))
+        q: np.ndarray | None = None
+        if components is not None and components.flags.c_contiguous:
+            q = components.reshape(4, self.size, seconds.size)
+        elif quaternion:
+            q = np.empty((4, self.size, seconds.size))
+        w = np.empty((3, self.size, seconds.size)) if rate else None
+
+        def sample_share(share: tuple[int, int, int, int]) -> None:
+            first_body, last_body, first, last = share
+            for index, records in self.blocks(first_body, last_body):
+                refuse_too_far(self.max_phase_rate(records), instants.max_abs_seconds)
+                compiled.sample(records, seconds, low, q, w, self.plain_phases, index, first, last)
+
+        run(sample_share, self._shares(seconds.size, threads))
+        axes = (*range(1, len(shape) + 1), 0)
+        rates = None if w is None else w.reshape(3, *shape).transpose(axes)
+        quaternions = None if q is None else q.reshape(4, *shape).transpose(axes)
+        if out is None or np.may_share_memory(out, quaternions):
+            return quaternions, rates
+        out[...] = quaternions
+        return out.view(), rates
+
+    def _shares(self, instants: int, threads: int) -> list[tuple[int, int, int, int]]:
+        """(first body, last body, first instant, last instant) for each thread, along whichever is longer.
+
+        Records that are not cached are computed by each thread for bodies of its own.
+        """
+        threads = min(threads, self.size * instants // MIN_SAMPLES_PER_THREAD + 1)
+        if threads == 1:
+            return [(0, self.size, 0, instants)]
+        if self.size > instants or self._cached is None:
+            return [(a, b, 0, instants) for a, b in ranges(self.size, threads)]
+        return [(0, self.size, a, b) for a, b in ranges(instants, threads)]
+
+    def __getitem__(self, key: Any) -> Batch:
+        """The batch of these bodies, by index or slice of the batch dimensions."""
+        part = object.__new__(Batch)
+        part.body = self.body.broadcast_to(self.shape)[key]
+        part.shape = part.body.shape
+        part.attitudes, part.rates = self.attitudes[key], self.rates[key]
+        part.size = int(np.prod(part.shape))
+        part._cached, part.seconds = None, self.seconds
+        part._forms = np.ascontiguousarray(self._forms.reshape(self.shape)[key]).reshape(-1)
+        if self._cached is not None:
+            part._cached = np.ascontiguousarray(self._cached.reshape(self.shape)[key]).reshape(-1)
+        elif part.size <= MAX_CACHED_BODIES:
+            part._cached = part._records(0, part.size)
+        return part
+
+    def _records(self, first: int, last: int) -> np.ndarray:
+        """Compute the records of bodies by their flat index."""
+        body = self.body if self.body.shape == self.shape else self.body.broadcast_to(self.shape)
+        moments, axes, rates, attitudes = (
+            _flat(array, self.shape, first, last)
+            for array in (body._two_part_moments, body._two_part_axes, self.rates, self.attitudes)
+        )
+        if body._tensor is None:
+            tensors = moments[:, :, :1] * np.eye(3)
+        else:
+            tensors = _flat(body._tensor, self.shape, first, last)
+        constant, space = np.empty(last - first, dtype=np.bool_), layout.workspace()
+        compiled.rate_is_constant(tensors, rates, constant, *space)
+        out = np.zeros(last - first, layout.INVARIANTS)
+        compiled.invariants(tensors, moments, axes, rates, attitudes, constant, out, *space)
+        self._refuse_out_of_range(out, first)
+        self._forms[first:last] = form_of(out["regime"], out["route"])
+        return out
+
+    def _refuse_out_of_range(self, records: np.ndarray, first: int) -> None:
+        finite = np.isfinite(records["rate"]).all(axis=(-1, -2)) & np.isfinite(records["frame"]).all(
+            axis=(-1, -2)
+        )
+        if finite.all():
+            return
+        index = np.unravel_index(first + int(np.argmin(finite)), self.shape)
+        beyond = np.zeros(self.shape, dtype=np.bool_)
+        beyond[index] = True
+        expected = "a rate that a body so thin can have without leaving the range of a double"
+        units.refuse_where(beyond, self.rates, "angular_velocity", expected)
+
+
+def _repeated(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    return array if array.shape == shape else np.broadcast_to(array, shape)
+
+
+def _components(out: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """The array `out`, checked, with its last axis first."""
+    is_array = isinstance(out, np.ndarray) and out.dtype == np.float64
+    if not is_array or out.shape != shape or not out.flags.writeable:
+        value = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else out
+        raise InputError("out", value, f"a writable float64 array of shape {shape}")
+    return np.moveaxis(out, -1, 0)
+
+
+def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> np.ndarray:
+    """Elements first to last over the leading dimensions `shape`, flattened; in C order, no others copied."""
+    if len(shape) == 1:
+        part = array[first:last]
+    elif array.flags.c_contiguous:
+        part = array.reshape(-1, *array.shape[len(shape) :])[first:last]
+    else:
+        part = array[np.unravel_index(np.arange(first, last), shape)] if shape else array[None]
+    return np.ascontiguousarray(part)
+
+
+def check_rates(rates: np.ndarray) -> np.ndarray:
+    """These rates, (..., 3) rad/s; InputError for another shape, or a rate that is out of range."""
+    if rates.ndim < 1 or rates.shape[-1] != 3:
+        raise InputError("angular_velocity", f"shape {rates.shape}", "shape (..., 3)")
+    units.refuse_where(beyond_rates(rates), rates, "angular_velocity", RATES)
+    return rates
+
+
+def beyond_rates(rates: np.ndarray) -> np.ndarray:
+    """Mask (...) of the rates (..., 3) that are too fast or too slow."""
+    size = np.abs(rates).max(axis=-1)
+    return (size > MAX_RATE) | ((size > 0.0) & (size < MIN_RATE))

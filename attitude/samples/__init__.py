@@ -1,0 +1,1 @@
+"""The data of an ephemeris: chunks, events, translation, provenance, and rotation to another frame."""

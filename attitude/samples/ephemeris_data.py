@@ -1,0 +1,269 @@
+"""The data of an ephemeris: attitudes of one or many bodies at given instants, with metadata."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, Self
+
+import numpy as np
+from astropy.time import Time
+
+from ..errors import InputError, RegimeError
+from ..frames import rotations
+from ..rigid_body.body import RigidBody
+from ..times.instants import Instants, as_instants
+from .event import Event
+from .provenance import Plan
+from .translation import Translation
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+    from ..frames.inertial import FrameRotation
+
+CONVENTION = (
+    "q rotates body to inertial: v_inertial = q * v_body * conj(q), Hamilton product, unit, "
+    "continuous in time; angular velocity is that of the body relative to the inertial frame, "
+    "components in the body frame"
+)
+TURNING_CONVENTION = (
+    "q rotates body to {frame}, a frame that turns ({meaning}): v_frame = q * v_body * conj(q), Hamilton "
+    "product, unit, continuous in time; angular velocity is that of the body relative to this frame, "
+    "components in the body frame; position and velocity are relative to this frame, along its axes; "
+    "angular momentum is relative to inertial space, along the axes of this frame"
+)
+
+
+def convention(frame: str) -> str:
+    """The conventions of an ephemeris in this frame, as files state them."""
+    if not rotations.is_turning(frame):
+        return CONVENTION
+    return TURNING_CONVENTION.format(frame=frame, meaning=rotations.TURNING_FRAMES[frame])
+
+
+class OrbitStates(Protocol):
+    """The orbit of an ephemeris's scene, evaluated on demand."""
+
+    @property
+    def frame(self) -> str:
+        """The inertial frame of its path."""
+
+    @property
+    def is_about_the_earth(self) -> bool:
+        """Whether the central body is the Earth."""
+
+    def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""
+
+    def axes(self, instants: Instants) -> FrameRotation:
+        """From `frame` to QSW, at (n,) instants."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EphemerisData:
+    """Attitude and body rate of one body, or of many, at instants.
+
+    Shape is batch + instants, as in `TorqueFreeMotion.at`; `len`, indexing and slicing go along
+    the (first) dimension of the instants.  The data are immutable: properties return copies of the arrays,
+    and `quaternion("wxyz")` a read-only view (which scipy's `Rotation.from_quat` accepts).
+
+    Attributes
+    ----------
+    attitude : (..., 4) unit quaternions wxyz, body to `frame`; `quaternion(order)` returns them
+    instants : Instants, two-part seconds since the epoch
+    frame : str, that the attitudes are relative to
+    body : RigidBody or None (an ephemeris read from a file that holds no inertia)
+    rate : (..., 3) rad/s, body components; or the function of the instants that computes it; or None
+    name : str
+    plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
+    centre_of_mass : Translation or None; `translation` returns copies
+    events : impulses, contacts, the end where a body comes to rest ...
+    momentum : (..., 3) N m s, along the axes of `frame`, where it does not follow from the rate; or None
+    resample : the motion as a function of instants, or None where it is not known
+    orbit : the orbit of its scene, or None
+    """
+
+    attitude: np.ndarray
+    instants: Instants
+    frame: str
+    body: RigidBody | None = None
+    rate: np.ndarray | Callable[[Instants], np.ndarray] | None = None
+    name: str = ""
+    plan: Plan | None = None
+    centre_of_mass: Translation | None = None
+    events: tuple[Event, ...] = ()
+    momentum: np.ndarray | None = None
+    resample: Callable[[Any], EphemerisData] | None = None
+    orbit: OrbitStates | None = None
+
+    def __post_init__(self) -> None:
+        self.attitude.flags.writeable = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch dimensions, then those of the instants."""
+        return self.attitude.shape[:-1]
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Batch dimensions."""
+        return self.shape[: len(self.shape) - len(self.instants.shape)]
+
+    # -- time -------------------------------------------------------------------------------
+
+    @property
+    def epoch(self) -> Time | None:
+        """The instant that elapsed seconds count from; None without one."""
+        return self.instants.epoch
+
+    @property
+    def elapsed(self) -> np.ndarray:
+        """(instants), s: SI seconds since the epoch, rounded to one double (see `Instants.seconds_low`)."""
+        return _own(self.instants.seconds)
+
+    @property
+    def time(self) -> Time:
+        """The instants as a Time, built on first use.
+
+        Raises InputError without an epoch.
+        """
+        time = self.instants.time
+        if time is None:
+            raise InputError(
+                "epoch", None, "a Time, for instants to be dated; this ephemeris has elapsed seconds"
+            )
+        return time
+
+    # -- attitude and rate --------------------------------------------------------------------
+
+    def quaternion(self, order: str) -> np.ndarray:
+        """(..., 4) unit quaternions, body to `frame`, in the named order: "wxyz" or "xyzw"."""
+        return rotations.in_order(self.attitude, order)
+
+    @property
+    def rotation(self) -> Rotation:
+        """scipy Rotation of the same shape: rotation.apply(v_body) is v along the axes of `frame`."""
+        from scipy.spatial.transform import Rotation
+
+        return Rotation.from_quat(self.quaternion("xyzw"))
+
+    @property
+    def has_rate(self) -> bool:
+        """Whether there is a body rate (a file may hold attitudes only)."""
+        return self.rate is not None
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """(..., 3), rad/s, relative to `frame`, body components; computed on first use."""
+        return _own(self._computed_rate)
+
+    @cached_property
+    def _computed_rate(self) -> np.ndarray:
+        rate = self.rate(self.instants) if callable(self.rate) else self.rate
+        if rate is None:
+            raise RegimeError(
+                "angular_velocity: this ephemeris was read from a file that holds attitudes only"
+            )
+        return rate
+
+    @property
+    def angular_momentum(self) -> np.ndarray:
+        """(..., 3), kg m2 rad/s, inertial components, from the sampled attitude and rate.
+
+        With rotors or a dissipative slug inside: that of the whole, as the solver integrates it.
+
+        Raises RegimeError in a rotating frame.
+        """
+        self._refuse_rotating("angular_momentum")
+        if self.momentum is not None:
+            return _own(self.momentum)
+        return rotations.rotate(self.attitude, self._body_momentum())
+
+    @property
+    def has_own_momentum(self) -> bool:
+        """Whether the momentum includes rotors or a slug inside, so that it does not follow from the rate."""
+        return self.momentum is not None
+
+    @property
+    def kinetic_energy(self) -> np.ndarray:
+        """(...), J, from the sampled rate; RegimeError in a rotating frame."""
+        self._refuse_rotating("kinetic_energy")
+        return 0.5 * (self.angular_velocity * self._body_momentum()).sum(axis=-1)
+
+    @property
+    def own_momentum(self) -> np.ndarray | None:
+        """(..., 3), kg m2 rad/s, inertial, along the axes of `frame`; None unless it `has_own_momentum`."""
+        return None if self.momentum is None else _own(self.momentum)
+
+    @property
+    def translation(self) -> Translation | None:
+        """Position (..., 3), m, and velocity, m/s, of the centre of mass; None where it was not computed."""
+        return self.centre_of_mass and Translation(*map(_own, self.centre_of_mass))
+
+    def _refuse_rotating(self, quantity: str) -> None:
+        if rotations.is_turning(self.frame):
+            raise RegimeError(f"{quantity}: {self.frame} is a rotating frame; use an inertial frame")
+
+    def _body_momentum(self) -> np.ndarray:
+        if self.body is None:
+            raise RegimeError("body: this ephemeris holds no inertia, so neither momentum nor energy")
+        tensor = self.body.tensor.reshape(*self.body.shape, *(1,) * len(self.instants.shape), 3, 3)
+        return (tensor @ self.angular_velocity[..., None])[..., 0]
+
+    # -- resampling ---------------------------------------------------------------------------
+
+    @property
+    def can_be_resampled(self) -> bool:
+        """Whether the motion can be evaluated at other instants; not of an ephemeris read from a file."""
+        return self.resample is not None
+
+    def resampled(self, t: Any) -> Self:
+        """The same motion at other instants.
+
+        t : as for `TorqueFreeMotion.at`; of a scene with effects, instants within its span
+
+        Raises RegimeError for an ephemeris that was read from a file.
+        """
+        if self.resample is None:
+            raise RegimeError(
+                "resampled: an ephemeris read from a file cannot be evaluated at other instants"
+            )
+        motion: Any = self.resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
+        return replace(motion, orbit=self.orbit)
+
+    # -- indexing -----------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        if not self.instants.shape:
+            raise TypeError("an ephemeris of one instant has no length")
+        return self.instants.shape[0]
+
+    def __getitem__(self, key: Any) -> Self:
+        """The ephemeris at some of the instants: an index, slice, mask or array along their dimensions."""
+        if not self.instants.shape:
+            raise TypeError("an ephemeris of one instant cannot be indexed")
+        key = key if isinstance(key, tuple) else (key,)
+        # an ellipsis stands for dimensions of the instants, not for that of the components
+        last = (slice(None),) if any(item is Ellipsis for item in key) else ()
+        samples = (*(slice(None),) * len(self.batch_shape), *key, *last)
+        attitude = self.attitude[samples]
+        return replace(
+            self,
+            attitude=attitude,
+            instants=self.instants[key],
+            rate=self.rate[samples] if isinstance(self.rate, np.ndarray) else self.rate,
+            plan=self.plan and replace(self.plan, samples=attitude[..., 0].size),
+            centre_of_mass=self.centre_of_mass and self.centre_of_mass.part(samples),
+            momentum=None if self.momentum is None else self.momentum[samples],
+        )
+
+    def __repr__(self) -> str:
+        epoch = f" from {self.epoch.isot} {self.epoch.scale}" if self.epoch is not None else ""
+        return f"<Ephemeris: shape {self.shape}, body to {self.frame}{epoch}>"
+
+
+def _own(array: np.ndarray) -> np.ndarray:
+    """A writeable copy: SciPy refuses read-only vectors (its issue 24751)."""
+    return array.copy(order="K")

@@ -1,0 +1,67 @@
+"""Events as plain data, with units in the names, as in all files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .. import units
+from .event import Event
+
+# Units of the details of events; details that are not listed are counts and flags.
+UNITS = {
+    "normal_speed": "m_s",
+    "impulse": "N_s",
+    "angular_impulse": "N_m_s",
+    "point": "m",
+    "energy_lost": "J",
+    "rate_before": "rad_s",
+    "rate_after": "rad_s",
+    "velocity_before": "m_s",
+    "velocity_after": "m_s",
+}
+_RECORD_NAMES = {name: f"{name}_{unit}" for name, unit in UNITS.items()}
+_DETAIL_NAMES = {record_name: name for name, record_name in _RECORD_NAMES.items()}
+
+
+def to_plain(events: Sequence[Event]) -> list[dict[str, Any]]:
+    """The events as JSON and YAML hold them, vectors as lists."""
+    return [
+        {
+            "elapsed_s": float(event.seconds),
+            "kind": event.kind,
+            "text": event.text,
+            "details": {
+                _RECORD_NAMES.get(name, name): value.tolist()
+                if isinstance(value, (np.ndarray, np.generic))
+                else value
+                for name, value in event.details.items()
+            },
+        }
+        for event in events
+    ]
+
+
+def from_plain(records: Any) -> tuple[Event, ...]:
+    """The events of the records of `to_plain`; raises TypeError, KeyError or InputError for anything else."""
+    if not isinstance(records, list):
+        raise TypeError("events are not a list")
+    return tuple(_event(record) for record in records)
+
+
+def _event(record: dict[str, Any]) -> Event:
+    seconds = float(units.finite_array(record["elapsed_s"], "events"))
+    if not isinstance(record["kind"], str) or not isinstance(record["text"], str):
+        raise TypeError("kind or text of an event is not text")
+    details = {_DETAIL_NAMES.get(name, name): _value(value) for name, value in record["details"].items()}
+    return Event(seconds, record["kind"], record["text"], details)
+
+
+def _value(value: Any) -> Any:
+    """A flag, a count, a number, or a vector of finite numbers."""
+    if isinstance(value, int) and abs(value) < 1 << 63:
+        return value
+    numbers = units.finite_array(value, "events")
+    return numbers if numbers.ndim else float(numbers)

@@ -1,0 +1,38 @@
+"""How an ephemeris was computed: solver, time, and the bound on its error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..rigid_body.error_bounds import BOUND_SOURCE
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How an ephemeris was computed.
+
+    Attributes
+    ----------
+    solver : the solution, and for how many bodies where a batch took several
+    samples : bodies times instants
+    set_up_seconds : wall-clock time in which the constants of the motion were made, once; of a batch
+        too large to keep them they are made with the samples, and their time is in that
+    sample_seconds : wall-clock time of the samples (a body rate asked for later is not in it)
+    error_bound : rad, that no attitude here exceeds
+    bound_source : where the bound comes from, or that it is an estimate and of what
+    simulated, left_out : of a scene's effects, by their types; those left out with the reason
+    """
+
+    solver: str
+    samples: int
+    set_up_seconds: float
+    sample_seconds: float
+    error_bound: float
+    bound_source: str = BOUND_SOURCE
+    simulated: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def compute_seconds(self) -> float:
+        """Wall-clock time, s, of the constants and the samples together."""
+        return self.set_up_seconds + self.sample_seconds

@@ -1,0 +1,138 @@
+"""Transformation of an ephemeris to another frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial, reduce
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..errors import InputError, RegimeError
+from ..frames import rotations
+from ..frames.earth_fixed import itrf, teme
+from ..frames.inertial import STILL, FrameRotation, rotation_from_gcrf
+from ..frames.rotations import ORBITAL_FRAMES, is_turning, rotate
+from ..times.instants import Instants
+from .ephemeris_data import EphemerisData, OrbitStates
+from .event import Event
+from .translation import Translation
+
+Data = TypeVar("Data", bound=EphemerisData)
+
+FRAMES_OF_DATE: dict[str, Callable[[Instants], FrameRotation]] = {"TEME": teme, "ITRF": itrf}
+# x of LVLH is y of QSW, y is -z, z is -x.
+QSW_TO_LVLH = FrameRotation(rotations.from_matrix(np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])), STILL)
+# Details of events with components in the frame, and in the body frame; an angular impulse states which.
+FRAME_VECTORS = ("impulse", "point", "velocity_before", "velocity_after")
+BODY_VECTORS = ("rate_before", "rate_after")
+
+
+def in_frame(ephemeris: Data, frame: str) -> Data:
+    """See `Ephemeris.in_frame`."""
+    rotations.check_any_frame(frame)
+    if frame == ephemeris.frame:
+        return ephemeris
+    rotation = _rotation(ephemeris, frame)
+    resample = ephemeris.resample
+    if resample is not None:
+        resample = partial(_resample_in_frame, resample, ephemeris.orbit, frame)
+    if rotation is None:
+        return replace(ephemeris, frame=frame, resample=resample)
+    rotating = is_turning(frame) or is_turning(ephemeris.frame)
+    attitude = rotations.product(rotation.quaternion, ephemeris.attitude)
+    rate = ephemeris.rate
+    if rotating and rate is not None:
+        body_components = rotate(rotations.conjugate(attitude), rotation.rate)
+        rate = ephemeris.angular_velocity - body_components
+    momentum = ephemeris.momentum
+    return replace(
+        ephemeris,
+        attitude=attitude,
+        frame=frame,
+        rate=rate,
+        centre_of_mass=None if frame in ORBITAL_FRAMES else _translation(ephemeris.centre_of_mass, rotation),
+        events=tuple(_event(event, None if rotating else rotation) for event in ephemeris.events),
+        momentum=None if momentum is None else rotate(rotation.quaternion, momentum),
+        resample=resample,
+    )
+
+
+def _resample_in_frame(
+    resample: Callable[[Any], EphemerisData], orbit: OrbitStates | None, frame: str, instants: Instants
+) -> EphemerisData:
+    """The motion at other instants, computed in its own frame and transformed to this one."""
+    return in_frame(replace(resample(instants), orbit=orbit), frame)
+
+
+# -- rotation between frames --------------------------------------------------------------------
+
+
+def _rotation(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
+    """From the ephemeris's frame to another; None where only the name changes.
+
+    By way of GCRF, whose axes are those of ICRF; to an orbital frame, by way of the frame of its orbit.
+    """
+    source, instants, steps = ephemeris.frame, ephemeris.instants, []
+    if source in ORBITAL_FRAMES:
+        raise RegimeError(
+            f"in_frame: there is no rotation from {source} to other frames; transform the original ephemeris"
+        )
+    orbit = ephemeris.orbit if frame in ORBITAL_FRAMES else None
+    if frame in ORBITAL_FRAMES and orbit is None:
+        raise RegimeError(
+            f"in_frame: {frame} lies along an orbit, and this ephemeris is of no scene that has one"
+        )
+    target = frame if orbit is None else orbit.frame
+    axes, target_axes = ("GCRF" if name == "ICRF" else name for name in (source, target))
+    if axes != target_axes:
+        if "INERTIAL" in (source, frame):
+            expected = "a frame whose axes are defined; those of INERTIAL are the user's own"
+            raise InputError("frame", f"{source} to {frame}", expected)
+        steps += [_from_gcrf(source, instants).back()] if axes != "GCRF" else []
+        steps += [_from_gcrf(target, instants)] if target_axes != "GCRF" else []
+    if orbit is not None:
+        steps += [orbit.axes(instants)] + ([QSW_TO_LVLH] if frame == "LVLH" else [])
+    if not steps:
+        return None
+    rotation = reduce(FrameRotation.then, steps)
+    return FrameRotation(
+        *(
+            np.reshape(array, instants.shape + array.shape[-1:]) if array.ndim > 1 else array
+            for array in rotation
+        )
+    )
+
+
+def _from_gcrf(frame: str, instants: Instants) -> FrameRotation:
+    if frame in FRAMES_OF_DATE:
+        return FRAMES_OF_DATE[frame](instants)
+    return rotation_from_gcrf(frame, "an attitude in another frame")
+
+
+# -- vectors in the other frame -------------------------------------------------------------------
+
+
+def _translation(translation: Translation | None, rotation: FrameRotation) -> Translation | None:
+    """Position and velocity relative to the rotated axes, with components along them."""
+    if translation is None:
+        return None
+    position, velocity = (rotate(rotation.quaternion, vector) for vector in translation)
+    return Translation(position, velocity - np.cross(rotation.rate, position))
+
+
+def _event(event: Event, rotation: FrameRotation | None) -> Event:
+    """The event with its vectors rotated; without those that depend on a rotating frame (`rotation` None)."""
+    details = {}
+    for name, value in event.details.items():
+        if not isinstance(value, np.ndarray) or value.ndim == 0:
+            details[name] = value
+        elif name in FRAME_VECTORS or (name == "angular_impulse" and event.details.get("inertial", False)):
+            if rotation is not None:
+                details[name] = rotate(rotation.quaternion, value)
+        elif name == "angular_impulse" or (name in BODY_VECTORS and rotation is not None):
+            details[name] = value
+    if "angular_impulse" not in details:
+        details.pop("inertial", None)
+    return Event(event.seconds, event.kind, event.text, details)

@@ -1,0 +1,576 @@
+"""The scene document, one JSON for library, command and HTTP: its parts, its plan and its simulation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from copy import copy
+from dataclasses import replace
+from functools import lru_cache, partial
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from astropy import units as u
+from astropy.time import Time
+from pydantic import Field, model_validator
+
+from .. import units
+from ..documents.fields import (
+    Four,
+    Matrix,
+    Number,
+    Part,
+    Text,
+    Vector,
+    document_errors,
+    exactly_one,
+    field_named,
+    field_within,
+    parse_json,
+)
+from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
+from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
+from ..ephemeris import Ephemeris
+from ..errors import FormatError, InputError
+from ..frames import rotations
+from ..motion import TorqueFreeMotion
+from ..orbit import AnyOrbit
+from ..orbit.ephemeris_orbit import EphemerisOrbit
+from ..orbit.orbit import OrbitDefinition
+from ..problem.initial_state import InitialState, OrbitPath
+from ..rigid_body.body import RigidBody
+from ..samples.chunks import Progress, Samples
+from ..samples.transform import in_frame
+from ..times import instants
+from ..times.instants import Grid, Instants, as_instants
+from ..times.iso8601 import Scale, parse_time, parse_times
+
+if TYPE_CHECKING:
+    from ..formats.interpolation_nodes import Written
+    from .planning import ScenePlan
+
+MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
+MAX_GRID_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
+STATE = {"body", "attitude", "angular_velocity", "frame"}  # fields that determine the motion
+MAX_SAMPLES_HELD = 1 << 18  # computed once, rather than again each time a writer reads them
+# Between these; below the least, the rounding of the motion itself is larger (docs/theory.md, section 8).
+MIN_TOLERANCE, MAX_TOLERANCE, DEFAULT_TOLERANCE = 1e-13, 1e-2, 1e-9
+
+
+class Body(Part):
+    """Inertia about the centre of mass: principal `moments`, or a full `tensor`; and the `mass`."""
+
+    moments: Vector | None = None
+    tensor: Matrix | None = None
+    unit: str = Field(examples=["kg m2"])
+    mass: Mass | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Body:
+        exactly_one(self, ("moments", "tensor"))
+        check_positive(self, "mass")
+        return self
+
+    def build(self) -> RigidBody:
+        """In SI units, checked."""
+        field = "moments" if self.moments is not None else "tensor"
+        values = _si(getattr(self, field), self.unit, units.MOMENT, "body.unit")
+        with field_named(f"body.{field}"):
+            return RigidBody.from_moments(values) if field == "moments" else RigidBody(values)
+
+
+class Epoch(Part):
+    """An instant: ISO 8601 text and the time scale it is in."""
+
+    time: str = Field(examples=["1992-11-09T17:49:47"])
+    scale: Scale
+
+    def build(self) -> Time:
+        """The instant, the caller's own copy."""
+        return _parsed_epoch(self.time, self.scale).copy()
+
+
+@lru_cache(maxsize=256)
+def _parsed_epoch(time: str, scale: str) -> Time:
+    """Cached, since scenes share epochs; callers get copies."""
+    return instants.check_epoch(parse_time(time, scale, "epoch.time"), "epoch.time")
+
+
+class Attitude(Part):
+    """Attitude at the epoch, active from body to inertial, in one of four forms.
+
+    `euler`: intrinsic rotations that carry the inertial axes onto the body's, in the order of
+    `sequence`; `quaternion` with its `order`; `matrix` R with v_inertial = R v_body; `mrp`, the
+    modified Rodrigues parameters e tan(angle/4) of the same rotation.
+    """
+
+    euler: Vector | None = None
+    sequence: str | None = Field(None, pattern=r"^[XYZ]{3}$", examples=["ZXZ"])
+    unit: str | None = Field(None, examples=["deg"])
+    quaternion: Four | None = None
+    order: str | None = Field(None, examples=["wxyz"])
+    matrix: Matrix | None = None
+    mrp: Vector | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Attitude:
+        form = exactly_one(self, ("euler", "quaternion", "matrix", "mrp"))
+        needed = {"euler": {"sequence", "unit"}, "quaternion": {"order"}}.get(form, set())
+        for name in ("sequence", "unit", "order"):
+            if name in needed and getattr(self, name) is None:
+                raise InputError(name, None, f"{_MEANING[name]} beside {form}")
+            if name not in needed and getattr(self, name) is not None:
+                raise InputError(name, getattr(self, name), f"no {name} beside {form}")
+        if self.sequence and (self.sequence[0] == self.sequence[1] or self.sequence[1] == self.sequence[2]):
+            raise InputError("sequence", self.sequence, "three axes, no two neighbours the same")
+        return self
+
+    def build(self) -> np.ndarray:
+        """(4,) wxyz."""
+        if self.quaternion is not None:
+            rotations.check_order(self.order, "attitude.order")
+            return rotations.attitude_quaternion(self.quaternion, self.order, "attitude.quaternion")
+        if self.matrix is not None:
+            return _from_matrix(np.array(self.matrix))
+        if self.mrp is not None:
+            return rotations.from_mrp(np.array(self.mrp))
+        angles = _si(self.euler, self.unit or "", u.rad, "attitude.unit")
+        return rotations.from_euler(self.sequence or "", angles)
+
+
+_MEANING = {
+    "sequence": 'the axes in turn, such as "ZXZ",',
+    "unit": 'the unit of the angles, "deg" or "rad",',
+    "order": '"wxyz" or "xyzw"',
+}
+
+
+class AngularVelocity(Part):
+    """Of the body relative to the inertial frame, components in the body frame, at the epoch."""
+
+    value: Vector
+    unit: str = Field(examples=["deg/d"])
+
+    def build(self) -> np.ndarray:
+        """(3,), rad/s."""
+        values = _si(self.value, self.unit, units.RATE, "angular_velocity.unit")
+        return units.finite_array(values, "angular_velocity.value")
+
+
+class Times(Part):
+    """Instants: `start`, `stop` and `step` or `count`; or `elapsed` values; or `dates` in a `scale`.
+
+    The last instant of a stepped grid is the last one not beyond `stop`.
+    """
+
+    start: Number | None = None
+    stop: Number | None = None
+    step: Annotated[Number, Field(gt=0)] | None = None
+    count: Annotated[int, Field(ge=1, le=MAX_GRID_INSTANTS, strict=True)] | None = None
+    elapsed: list[Number] | None = Field(None, min_length=1, fail_fast=True)
+    unit: str | None = Field(None, examples=["s"])
+    dates: list[str] | None = Field(None, min_length=1, fail_fast=True)
+    scale: Scale | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Times:
+        form = exactly_one(self, ("start", "elapsed", "dates"))
+        needed = {
+            "start": {"start", "stop", "unit"},
+            "elapsed": {"elapsed", "unit"},
+            "dates": {"dates", "scale"},
+        }[form]
+        for name in sorted(needed):
+            if getattr(self, name) is None:
+                raise InputError(name, None, f"a value beside {form}")
+        if form == "start":
+            exactly_one(self, ("step", "count"))
+            start, stop = self.start or 0.0, self.stop or 0.0
+            if stop < start:
+                raise InputError("stop", stop, f"an instant not before start ({start!r})")
+            if self.count == 1 and stop != start:
+                raise InputError("count", 1, "at least 2 where stop is after start")
+            needed = needed | {"step", "count"}
+        for name in type(self).model_fields:
+            if name not in needed and getattr(self, name) is not None:
+                raise InputError(name, getattr(self, name), f"no {name} beside {form}")
+        return self
+
+    @property
+    def samples(self) -> int:
+        """Number of instants, without building them."""
+        if self.elapsed is not None:
+            return len(self.elapsed)
+        if self.dates is not None:
+            return len(self.dates)
+        if self.count is not None:
+            return self.count
+        return self._grid().count
+
+    def build(self, epoch: Time | None) -> Instants:
+        """All instants, since the epoch."""
+        if self.dates is not None:
+            if epoch is None:
+                raise InputError(
+                    "times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from"
+                )
+            return as_instants(parse_times(self.dates, self.scale), epoch, "times.dates")
+        unit = self.unit or ""
+        units.parse_unit(unit, units.SECOND, "times.unit")
+        if self.elapsed is None:
+            grid = self._grid()
+            return grid.part(0, grid.count, epoch)
+        return instants.in_unit(np.array(self.elapsed), unit, "times.elapsed", epoch)
+
+    def span(self, epoch: Time | None) -> tuple[float, float]:
+        """First and last instant together with the epoch, s since it."""
+        instants = self.lazily(epoch)
+        if isinstance(instants, Grid):
+            first, last = instants.part(0, 1), instants.part(instants.count - 1, instants.count)
+            seconds = [float(first.seconds[0]), float(last.seconds[0])]
+        else:
+            seconds = [float(instants.seconds.min()), float(instants.seconds.max())]
+        return min(0.0, *seconds), max(0.0, *seconds)
+
+    def lazily(self, epoch: Time | None) -> Grid | Instants:
+        """The instants for `TorqueFreeMotion.chunks`; those of a grid are made chunk by chunk."""
+        return self.build(epoch) if self.start is None else self._grid()
+
+    def _grid(self) -> Grid:
+        return Grid(self.start or 0.0, self.stop or 0.0, self.count, self.step, self.unit or "")
+
+
+class Tolerance(Angle):
+    """How far an attitude may be off at the end of the span."""
+
+    @model_validator(mode="after")
+    def _check_reach(self) -> Tolerance:
+        if not MIN_TOLERANCE <= self.si <= MAX_TOLERANCE:
+            reach = f"from {MIN_TOLERANCE:g} rad (double precision gives no less) to {MAX_TOLERANCE:g} rad"
+            raise InputError("value", self.value, reach)
+        return self
+
+
+class Scene(Part):
+    """A body, its state at an epoch, instants, and the effects to simulate.
+
+    `Scene.read(path)`, `Scene.builtin(name)`, `Scene.from_json(text)` and
+    `Scene.model_validate(dict)` raise InputError with the field's path for whatever is wrong.
+    """
+
+    name: Text = ""
+    description: Text = ""
+    body: Body
+    epoch: Epoch | None = None
+    frame: str = "ICRF"
+    attitude: Attitude
+    angular_velocity: AngularVelocity
+    times: Times
+    effects: list[AnyEffect] = Field(default_factory=list)
+    orbit: AnyOrbit | None = None
+    position: LengthVector | None = None
+    velocity: SpeedVector | None = None
+    tolerance: Tolerance | None = None
+    solver: Literal["automatic", "splitting", "gauss", "dop853"] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Scene:
+        rotations.check_frame(self.frame)
+        if self.effects or self.position is not None or self.velocity is not None:
+            consistency.check(self)
+        return self
+
+    def __init__(self, **document: Any):
+        with document_errors():
+            super().__init__(**document)
+
+    @classmethod
+    def model_validate(cls, document: Any) -> Scene:  # type: ignore[override]
+        """From plain data, as JSON text holds it."""
+        if not isinstance(document, dict) or not set(map(type, document)) <= {str}:
+            raise InputError("document", document, "a JSON object", steps=())
+        return cls(**document)
+
+    @classmethod
+    def from_json(cls, text: str | bytes, source: str = "document") -> Scene:
+        """From JSON text.  Refuses NaN, Infinity and duplicate keys, which JSON readers let pass."""
+        return cls.model_validate(parse_json(text, source))
+
+    @classmethod
+    def read(cls, path: str | Path) -> Scene:
+        """From a JSON file."""
+        try:
+            text = Path(path).read_bytes()
+        except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+            raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
+        return cls.from_json(text, str(path))
+
+    @classmethod
+    def builtin(cls, name: str) -> Scene:
+        """One of the scenes that come with the package."""
+        return cls.from_json(builtin_text(name), name)
+
+    def to_json(self) -> str:
+        """The document as JSON text; `from_json` of it is this scene."""
+        return json.dumps(self.document(), indent=2, ensure_ascii=False)
+
+    def document(self) -> dict[str, Any]:
+        """The document as plain data, without what was left out.
+
+        Raises InputError where an effect was made in Python, which no document can hold.
+        """
+        for i, effect in enumerate(self.effects):
+            if effect.type not in KNOWN_EFFECTS:
+                expected = (
+                    f"effects that a document can hold ({', '.join(KNOWN_EFFECTS)}), none made in Python"
+                )
+                raise InputError(f"effects[{i}]", effect, expected)
+        return self.model_dump(exclude_unset=True, by_alias=True)
+
+    @property
+    def asked_tolerance(self) -> float:
+        """rad: the document's `tolerance`, or the default."""
+        return DEFAULT_TOLERANCE if self.tolerance is None else self.tolerance.si
+
+    def initial_state(self) -> InitialState:
+        """The numbers that effects and solvers share, in SI, with every effect checked against them.
+
+        Raises InputError with the field's path for what contradicts another part of the scene.
+        """
+        epoch = self.epoch.build() if self.epoch is not None else None
+        start, stop = self.times.span(epoch)
+        orbit_path = None
+        if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
+            orbit_path = _orbit_path(self.orbit, self.frame, epoch, start, stop)
+        initial_state = InitialState(
+            self.body.build(),
+            self.attitude.build(),
+            self.angular_velocity.build(),
+            start,
+            stop,
+            epoch,
+            self.frame,
+            None if self.body.mass is None else self.body.mass.si,
+            None if self.position is None else self.position.si,
+            None if self.velocity is None else self.velocity.si,
+            orbit_path,
+        )
+        for i, effect in enumerate(self.effects):
+            with field_within(f"effects[{i}]"):
+                effect.check(initial_state)
+        return initial_state
+
+    def motion(self) -> TorqueFreeMotion:
+        """The motion at the document's epoch."""
+        motion = copy(_motion(_State.of(self)))
+        motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
+        return motion
+
+    @property
+    def wanted_solver(self) -> str | None:
+        """The kind of solver that the document names; None for the planner's choice."""
+        return None if self.solver in (None, "automatic") else self.solver
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether only the attitude of a free body is computed."""
+        return not self.effects and self.position is None
+
+    def plan(self, drop_below: float | None = None) -> ScenePlan:
+        """Which effects `run` would simulate and why, the solver, its predicted cost and error.
+
+        drop_below : rad; torques whose influence over the span stays below are left out, and the plan says so
+        """
+        from . import simulation
+
+        if drop_below is not None:
+            _check_drop(drop_below)
+        return simulation.plan(simulation.resolve(self, drop_below))
+
+    def run(
+        self,
+        max_samples: int | None = None,
+        set_by: str = "",
+        drop_below: float | None = None,
+        check: Callable[[float], None] | None = None,
+    ) -> Ephemeris:
+        """Simulate the scene, without torques that matter less than `drop_below` (rad).
+
+        Under torques `check` is called with the seconds that computing is predicted to take, before they are
+        spent: what it raises stops the run.
+
+        Raises InputError for an invalid value, or for more than
+        `max_samples` instants (a limit `set_by` whatever the message is to name).
+        """
+        if max_samples is not None:
+            self._check_samples(max_samples, set_by)
+        if drop_below is not None:
+            _check_drop(drop_below)
+        if not self._is_plain:
+            from . import simulation
+
+            ephemeris = simulation.run(simulation.resolve(self, drop_below), check)
+        else:
+            motion = self.motion()
+            ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
+        return ephemeris if self.orbit is None else replace(ephemeris, orbit=self._ephemeris_orbit())
+
+    def samples(
+        self,
+        progress: Progress | None = None,
+        drop_below: float | None = None,
+        frame: str | None = None,
+        max_samples: int | None = None,
+        set_by: str = "",
+        check: Callable[[float], None] | None = None,
+    ) -> Samples:
+        """What `run` returns, for writers; a long ephemeris without effects is computed chunk by chunk."""
+        if self._is_plain and self.times.samples > MAX_SAMPLES_HELD:
+            if max_samples is not None:
+                self._check_samples(max_samples, set_by)
+            self._check_samples(MAX_SAMPLES_IN_FILE, "of a file")
+            if drop_below is not None:
+                _check_drop(drop_below)
+            samples = self._computed_on_demand(progress)
+        else:
+            samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
+        if frame in (None, self.frame):
+            return samples
+        return samples.transformed(lambda piece: in_frame(piece, frame))
+
+    def _computed_on_demand(self, progress: Progress | None) -> Samples:
+        motion, orbit = self.motion(), self._ephemeris_orbit()
+        part, count = instants.lazy_instants(self.times.lazily(motion.epoch), motion.epoch)
+
+        def cut(first: int, last: int) -> Ephemeris:
+            return replace(motion.ephemeris(part(first, last), rate=True, name=self.name), orbit=orbit)
+
+        return Samples(count, cut, progress, part, in_memory=False)
+
+    def _check_samples(self, limit: int, set_by: str) -> None:
+        if self.times.samples > limit:
+            expected = f"at most {limit} samples" + (f" ({set_by})" if set_by else "")
+            raise InputError("times", f"{self.times.samples} samples", expected)
+
+    def write(
+        self,
+        path: str | Path,
+        format: str | None = None,  # noqa: A002 (public name)
+        frame: str | None = None,
+        interpolation_error: Any = None,
+        drop_below: float | None = None,
+        progress: Progress | None = None,
+        **options: Any,
+    ) -> Written:
+        """Run, and write to a file as `Ephemeris.write` does; without effects at the memory of a piece.
+
+        frame : another than the scene's, as in `Ephemeris.in_frame`
+        drop_below : as in `run`
+        """
+        from .. import formats
+
+        formats.find(path, format)
+        samples = self.samples(progress, drop_below, frame)
+        return formats.write(samples, path, format, None, interpolation_error, **options)
+
+    def chunks(self, size: int, threads: int = 1) -> Iterator[Ephemeris]:
+        """What `run` returns, in ephemerides of at most `size` instants each; see `TorqueFreeMotion.chunks`.
+
+        A scene with effects is computed as a whole and cut.
+        """
+        if not self._is_plain:
+            ephemeris = self.run()
+            return (ephemeris[first : first + size] for first in range(0, len(ephemeris), size))
+        motion, orbit = self.motion(), self._ephemeris_orbit()
+        chunks = motion.chunks(
+            self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
+        )
+        return (replace(chunk, orbit=orbit) for chunk in chunks)
+
+    def _ephemeris_orbit(self) -> EphemerisOrbit | None:
+        """The orbit, for frames that follow it; computed when such a frame is requested."""
+        if self.orbit is None:
+            return None
+        epoch = self.epoch.build() if self.epoch is not None else None
+        return EphemerisOrbit(
+            partial(_orbit_path, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
+        )
+
+
+class _State(NamedTuple):
+    """The fields that determine the motion, as a key of the cache: equal where their text is."""
+
+    text: bytes
+    body: Body
+    attitude: Attitude
+    angular_velocity: AngularVelocity
+    frame: str
+
+    @classmethod
+    def of(cls, scene: Scene) -> _State:
+        try:
+            text = scene.__pydantic_serializer__.to_json(scene, include=STATE)
+        except ValueError:  # half a surrogate pair where a unit should be
+            text = ascii([getattr(scene, name) for name in sorted(STATE)]).encode()
+        return cls(text, scene.body, scene.attitude, scene.angular_velocity, scene.frame)
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _State) and self.text == other.text
+
+
+@lru_cache(maxsize=256)
+def _motion(state: _State) -> TorqueFreeMotion:
+    """Cached with its constants: the same body is often queried again."""
+    body, attitude, rate = state.body.build(), state.attitude.build(), state.angular_velocity.build()
+    return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=state.frame)
+
+
+def _orbit_path(
+    orbit: OrbitDefinition, frame: str, epoch: Time | None, start: float, stop: float
+) -> OrbitPath:
+    with field_within("orbit"):
+        return orbit.path(start, stop, epoch, frame)
+
+
+def _check_drop(drop_below: float) -> None:
+    if not (isinstance(drop_below, (int, float)) and 0.0 < drop_below < np.inf):
+        raise InputError("drop_below", drop_below, "an angle in rad, above 0")
+
+
+def builtin_names() -> list[str]:
+    """Names of the scenes that come with the package, sorted."""
+    entries = resources.files("attitude.scene").joinpath("scenes").iterdir()
+    return sorted([entry.name.removesuffix(".json") for entry in entries if entry.name.endswith(".json")])
+
+
+def builtin_text(name: str) -> bytes:
+    """The document of a scene that comes with the package; InputError for any other name."""
+    if name not in builtin_names():
+        raise InputError("scene", name, f"a built-in scene, one of {', '.join(builtin_names())}")
+    return resources.files("attitude.scene").joinpath("scenes", f"{name}.json").read_bytes()
+
+
+# -- numbers and matrices -----------------------------------------------------------------------
+
+
+def _si(values: Any, unit: str, like: u.UnitBase, field: str) -> np.ndarray:
+    """Numbers of a document in SI; infinite where they overflow, which the classes they go to refuse."""
+    with np.errstate(over="ignore"):
+        return np.array(values) * units.parse_unit(unit, like, field)
+
+
+def _from_matrix(matrix: np.ndarray) -> np.ndarray:
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    if not off <= rotations.UNIT_TOLERANCE or np.linalg.det(matrix) < 0.0:
+        raise InputError(
+            "attitude.matrix", matrix.tolist(), "a proper rotation matrix, orthonormal within 1e-6"
+        )
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(matrix).as_quat(scalar_first=True)

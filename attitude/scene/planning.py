@@ -1,0 +1,248 @@
+"""The plan of a scene: which effects are simulated and why, the solver, its predicted error and cost."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from ..problem.initial_state import InitialState, Spin
+
+if TYPE_CHECKING:
+    from ..effects.effect import Effect
+    from ..motion import TorqueFreeMotion
+
+
+class Described(Protocol):
+    """The parts of a scene that a simulation uses; `attitude.scene.document.Scene` has them."""
+
+    @property
+    def name(self) -> str:
+        """For people."""
+
+    @property
+    def frame(self) -> str:
+        """The inertial frame of attitude and translation."""
+
+    @property
+    def effects(self) -> Sequence[Effect]:
+        """In the document's order."""
+
+    @property
+    def times(self) -> Any:
+        """The `Times` of the document."""
+
+    @property
+    def asked_tolerance(self) -> float:
+        """rad, at the end of the span."""
+
+    @property
+    def wanted_solver(self) -> str | None:
+        """The kind of solver; None for the cheapest."""
+
+    def initial_state(self) -> InitialState:
+        """In SI units; every effect is checked against it."""
+
+    def motion(self) -> TorqueFreeMotion:
+        """The torque-free motion from the epoch on."""
+
+
+WIDTH = 100  # characters of a line of text
+
+
+@dataclass(frozen=True)
+class EffectPlan:
+    """Whether one effect is simulated, and its size.
+
+    Attributes
+    ----------
+    field, type : its path in the document, and its type
+    simulated : bool
+    acts_on : "attitude", "translation" or "instants"
+    reason : one sentence
+    torque : N m, the greatest it can exert; None for what exerts none at every instant
+    relative_torque : of L^2 / I, I the greatest moment; None at rest
+    seconds_to_tolerance : in which it alone would turn the body at rest by the scene's tolerance
+    influence : rad, from above: by which it alone would turn the body at rest over the span
+    """
+
+    field: str
+    type: str
+    simulated: bool
+    acts_on: str
+    reason: str
+    torque: float | None = None
+    relative_torque: float | None = None
+    seconds_to_tolerance: float | None = None
+    influence: float | None = None
+
+
+@dataclass(frozen=True)
+class ScenePlan:
+    """What `Scene.run` would simulate and how.
+
+    Attributes
+    ----------
+    name : of the scene
+    effects : of each, in the document's order
+    simulates : "attitude", or "attitude and translation"
+    solver : name; order : of its error in the step, or None; step : s, or None where it chooses itself
+    samples : number of instants; tolerance : rad, of the scene
+    predicted_error : rad; predicted_seconds : of computing
+    candidates : (solver, step or tolerance, predicted error, predicted seconds) of all solvers considered
+    """
+
+    name: str
+    effects: tuple[EffectPlan, ...]
+    simulates: str
+    solver: str
+    order: int | None
+    step: float | None
+    samples: int
+    tolerance: float
+    predicted_error: float
+    predicted_seconds: float
+    candidates: tuple[tuple[str, float, float, float], ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data; units in the names."""
+        return {
+            "name": self.name,
+            "simulates": self.simulates,
+            "effects": [_with_units(effect) for effect in self.effects],
+            "solver": self.solver,
+            "order": self.order,
+            "step_s": self.step,
+            "samples": self.samples,
+            "tolerance_rad": self.tolerance,
+            "predicted_error_rad": self.predicted_error,
+            "predicted_s": self.predicted_seconds,
+            "considered": [
+                {"solver": solver, "setting": setting, "predicted_error_rad": error, "predicted_s": seconds}
+                for solver, setting, error, seconds in self.candidates
+            ],
+        }
+
+    def text(self) -> str:
+        """For people: what is simulated, what is not and why, and how."""
+        lines = [f"{self.name or 'scene'}: {self.simulates}, {self.samples} samples"]
+        for effect in self.effects:
+            mark = f"simulated, acts on {effect.acts_on}" if effect.simulated else "left out"
+            lines += _under(effect.type, f"{mark}: {effect.reason}")
+            if effect.torque:
+                lines += _under("", _size(effect))
+        steps = "" if self.step is None else f", steps of {self.step:.3g} s"
+        lines += _under("solver", self.solver + steps)
+        error = f"error {self.predicted_error:.1e} rad (asked for: {self.tolerance:.1e})"
+        lines += _under("predicted", f"{error}, {_duration(self.predicted_seconds)}")
+        return "\n".join(lines) + "\n"
+
+    def __str__(self) -> str:
+        return self.text()
+
+
+def _under(name: str, text: str) -> list[str]:
+    """Lines of a text beside a name, none too long to read."""
+    return textwrap.wrap(text, WIDTH, initial_indent=f"  {name:<17}", subsequent_indent=" " * 19)
+
+
+def _with_units(effect: EffectPlan) -> dict[str, Any]:
+    named = {"torque": "torque_N_m", "seconds_to_tolerance": "to_tolerance_s", "influence": "influence_rad"}
+    return {named.get(key, key): value for key, value in asdict(effect).items()}
+
+
+def _size(effect: EffectPlan) -> str:
+    text = f"up to {effect.torque:.2g} N m"
+    if effect.relative_torque is not None:
+        text += f", {effect.relative_torque:.1e} of L^2/I"
+    if effect.seconds_to_tolerance is not None:
+        text += f"; turns the body by the tolerance in {_duration(effect.seconds_to_tolerance)}"
+    if effect.influence is not None:
+        text += f", at most {effect.influence:.1e} rad over the span"
+    return text
+
+
+def _duration(seconds: float) -> str:
+    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.1e} s"
+
+
+# -- effects ------------------------------------------------------------------------------------------
+
+
+def of_effect(
+    scene: Described,
+    field: str,
+    effect: Effect,
+    initial_state: InitialState,
+    spin: Spin,
+    drop_below: float | None,
+) -> EffectPlan:
+    """Whether an effect of a scene is simulated, and why; the body never turns faster than `spin`."""
+    if effect.ACTS_ON == "translation":
+        return _of_gravity(effect, field, scene, initial_state)
+    if effect.ACTS_ON == "instants":
+        return EffectPlan(field, effect.label, True, "instants", REASONS[effect.type])
+    return _of_torque(effect, field, initial_state, scene.asked_tolerance, drop_below, spin)
+
+
+REASONS = {
+    "ground": "contacts change the momentum at an instant; between them the closed form holds",
+    "impulse": "the momentum changes at an instant; the closed form or the solver goes on from there",
+    "constant_torque": "a torque while it is switched on",
+    "solar_pressure": "a torque at every instant outside the shadow",
+    "wheels": "rotors turn the body by their momentum; energy is kept",
+    "dissipation": "takes energy at constant momentum, from inside",
+    "eddy_damping": "takes energy and momentum",
+}
+
+
+def _of_gravity(effect: Effect, field: str, scene: Described, initial_state: InitialState) -> EffectPlan:
+    makes_none = "uniform gravity makes no torque about the centre of mass"
+    if any(other.type == "ground" for other in scene.effects):
+        reason = f"{makes_none}, but it brings the body to the ground: an exact parabola between contacts"
+        return EffectPlan(field, effect.label, True, "translation", reason)
+    if initial_state.position is not None:
+        reason = f"{makes_none}; the centre of mass follows an exact parabola"
+        return EffectPlan(field, effect.label, True, "translation", reason)
+    reason = f"{makes_none}; without ground it cannot reach the attitude, and no position is asked for"
+    return EffectPlan(field, effect.label, False, "translation", reason)
+
+
+def _of_torque(
+    effect: Any,
+    field: str,
+    initial_state: InitialState,
+    tolerance: float,
+    drop_below: float | None,
+    spin: Spin,
+) -> EffectPlan:
+    size = float(effect.size(initial_state, spin) if hasattr(effect, "sizes") else effect.size(initial_state))
+    numbers = (size, *_against(size, initial_state, tolerance))
+
+    def make(simulated: bool, reason: str) -> EffectPlan:
+        return EffectPlan(field, effect.label, simulated, "attitude", reason, *numbers)
+
+    if size == 0.0:
+        return make(False, "its torque is zero for this body and state, at every instant of the span")
+    influence = numbers[3]
+    if drop_below is not None and influence is not None and influence < drop_below:
+        return make(False, f"as asked, less than {drop_below:.1e} rad over the span")
+    return make(True, REASONS.get(effect.type, "a torque at every instant"))
+
+
+def _against(
+    size: float, initial_state: InitialState, tolerance: float
+) -> tuple[float | None, float | None, float]:
+    """(torque over L^2 / I, s to turn the body at rest by the tolerance, rad over the span)."""
+    momentum = float(np.linalg.norm(initial_state.body.tensor @ initial_state.rate))
+    least, greatest = float(initial_state.moments.min()), float(initial_state.moments.max())
+    span = max(abs(initial_state.start), abs(initial_state.stop))
+    relative = size * greatest / momentum**2 if momentum > 0.0 else None
+    needed = float(np.sqrt(2.0 * least * tolerance / size)) if size > 0.0 else None
+    return relative, needed, 0.5 * size / least * span**2

@@ -1,0 +1,333 @@
+"""From a scene to its ephemeris: which effects act on what, the cheapest sufficient solver, and its solution.
+
+no torque               one closed form
+impulses only           the closed form between them
+ground                  the closed form between contacts, which compiled code finds and answers
+torques                 arcs of a solver, chosen for the tolerance (`dynamics.solver_selection`)
+
+`resolve` decides all of this once; the plan and the run of a scene start from what it returns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..dynamics import coasting, integration
+from ..dynamics.batch_states import Bodies, TorqueProblem
+from ..dynamics.solver_selection import SECONDS_PER_SAMPLE, Candidate
+from ..effects.effect import BodyDependentTorque, Effect, Torque
+from ..effects.ground import Ground
+from ..effects.impulse import Impulse
+from ..effects.uniform_gravity import UniformGravity
+from ..ephemeris import Ephemeris
+from ..errors import RegimeError
+from ..frames import rotations
+from ..problem.initial_state import InitialState
+from ..problem.spin_bound import reached_spin
+from ..problem.torque_model import AppliedImpulse, CachedTorque
+from ..rigid_body.error_bounds import FORMS, form_of
+from ..samples.event import Event
+from ..samples.provenance import Plan
+from ..samples.translation import Translation, pushed
+from ..times.instants import Instants
+from . import planning
+from .planning import Described, EffectPlan, ScenePlan
+
+if TYPE_CHECKING:
+    from ..dynamics.drop_comparison import Drop
+
+# Called with the seconds that computing is predicted to take.
+Check = Callable[[float], None]
+# One closed form after another: each adds its own rounding to the state it starts from.
+WORST_BOUND = max(bound for _, bound in FORMS)
+CHAINED = (
+    "the bound of one closed form (docs/theory.md, section 8) for each stretch between events; rounding of "
+    "the state at an event grows with the time after it, as any change of an initial state does: not in it"
+)
+ESTIMATE = "estimated over the whole span from the same solver {} (docs/torques.md, section 5)"
+COASTING = "closed form between impulses"
+BOUNCING = "closed form between contacts"
+# Seconds: measured set-up and samples of a closed form (tests/benchmarks/test_speed.py).
+CLOSED_FORM_SET_UP, CLOSED_FORM_SAMPLE = 2e-5, 9e-9
+
+
+@dataclass(frozen=True)
+class SimulationInputs:
+    """A scene with its effects sorted by what they act on; those that cannot matter are left out.
+
+    Attributes
+    ----------
+    scene : Described
+    initial_state : InitialState
+    torques, kicks : what changes the momentum, ground aside; ground : effect or None
+    gravity : (3,), m/s2, of the centre of mass, zeros without
+    effects : of each effect, whether it is simulated and why
+    seconds : wall-clock time in which these were made
+    """
+
+    scene: Described
+    initial_state: InitialState
+    torques: tuple[CachedTorque, ...]
+    kicks: tuple[AppliedImpulse, ...]
+    ground: Ground | None
+    gravity: np.ndarray
+    effects: tuple[EffectPlan, ...]
+    seconds: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether the centre of mass is simulated."""
+        return self.initial_state.position is not None
+
+    @property
+    def pushes(self) -> list[AppliedImpulse]:
+        """Impulses that change the velocity of the centre of mass, where it is simulated."""
+        return [kick for kick in self.kicks if self.moves and kick.linear.any()]
+
+    @property
+    def problem(self) -> TorqueProblem:
+        """What the solvers need besides the bodies."""
+        scene = self.scene
+        tolerance, solver = scene.asked_tolerance, scene.wanted_solver
+        return TorqueProblem(self.initial_state, self.torques, self.kicks, tolerance, solver)
+
+    @cached_property
+    def candidates(self) -> list[Candidate]:
+        """Solvers for the torques, cheapest first."""
+        return integration.choose(self.problem)
+
+    def predicted_seconds(self, samples: int) -> float:
+        """s, of computing so many samples."""
+        if self.torques:
+            return self.candidates[0].seconds + samples * SECONDS_PER_SAMPLE
+        return CLOSED_FORM_SET_UP + samples * CLOSED_FORM_SAMPLE
+
+
+def resolve(scene: Described, drop_below: float | None = None, any_body: bool = False) -> SimulationInputs:
+    """What of a scene is simulated; with `drop_below` (rad) without torques that matter less.
+
+    any_body : with torques that are zero for the scene's own body but may not be for another
+    """
+    begun = perf_counter()
+    initial_state = scene.initial_state()
+    acting = [effect for effect in scene.effects if isinstance(effect, Torque)]
+    spin = reached_spin(initial_state, acting, _kicks(scene.effects, initial_state))
+    plans = [
+        planning.of_effect(scene, f"effects[{i}]", effect, initial_state, spin, drop_below)
+        for i, effect in enumerate(scene.effects)
+    ]
+    used = [
+        effect
+        for effect, plan in zip(scene.effects, plans, strict=True)
+        if plan.simulated or (any_body and isinstance(effect, BodyDependentTorque))
+    ]
+    return SimulationInputs(
+        scene,
+        initial_state,
+        tuple(CachedTorque(effect, initial_state) for effect in used if effect.ACTS_ON == "attitude"),
+        _kicks(used, initial_state),
+        next((effect for effect in used if isinstance(effect, Ground)), None),
+        sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3)),
+        tuple(plans),
+        perf_counter() - begun,
+    )
+
+
+def _kicks(effects: Sequence[Effect], initial_state: InitialState) -> tuple[AppliedImpulse, ...]:
+    return tuple(
+        kick for effect in effects if isinstance(effect, Impulse) for kick in effect.applied(initial_state)
+    )
+
+
+def plan(inputs: SimulationInputs) -> ScenePlan:
+    """What `run` would do, its predicted error and its predicted cost."""
+    scene, samples = inputs.scene, inputs.scene.times.samples
+    order, step, considered = None, None, inputs.candidates if inputs.torques else []
+    if considered:
+        chosen = considered[0]
+        solver, error, adaptive = chosen.solver.name, chosen.error, chosen.solver.kind == "dop853"
+        order, step = (8, None) if adaptive else (chosen.solver.order, chosen.setting)
+    elif inputs.ground is not None or inputs.kicks:
+        solver, error = BOUNCING if inputs.ground is not None else COASTING, WORST_BOUND
+    else:
+        record = scene.motion()._batch.fields("regime", "route")
+        solver, error = FORMS[int(form_of(record["regime"], record["route"]))]
+    return ScenePlan(
+        scene.name,
+        inputs.effects,
+        "attitude and translation" if inputs.moves else "attitude",
+        solver,
+        order,
+        step,
+        samples,
+        scene.asked_tolerance,
+        error,
+        inputs.predicted_seconds(samples),
+        tuple((one.solver.name, one.setting, one.error, one.seconds) for one in considered),
+    )
+
+
+def run(inputs: SimulationInputs, check: Check | None = None, instants: Instants | None = None) -> Ephemeris:
+    """The ephemeris of a scene that has effects, or a centre of mass; `check` as in `Scene.run`.
+
+    instants : within the scene's span, instead of its own
+    """
+    begun = perf_counter()
+    if instants is None:
+        instants = inputs.scene.times.build(inputs.initial_state.epoch)
+    if inputs.ground is not None:
+        ephemeris = _bounce(inputs, inputs.ground, instants)
+    elif inputs.torques:
+        ephemeris = _integrate(inputs, instants, check)
+    elif inputs.kicks:
+        ephemeris = _coast(inputs, instants)
+    else:
+        free = inputs.scene.motion().ephemeris(instants, rate=True, name=inputs.scene.name)
+        ephemeris = replace(free, centre_of_mass=_translation(inputs, instants, np.empty((4, 0))))
+    assert ephemeris.plan is not None
+    plan = replace(
+        ephemeris.plan,
+        set_up_seconds=inputs.seconds,
+        sample_seconds=perf_counter() - begun,
+        simulated=tuple(effect.type for effect in inputs.effects if effect.simulated),
+        left_out=tuple(
+            f"{effect.type}: {effect.reason}" for effect in inputs.effects if not effect.simulated
+        ),
+    )
+    return replace(ephemeris, resample=lambda others: run(inputs, check, others), plan=plan)
+
+
+def compared(scene: Described) -> Drop | None:
+    """A fall with, without gravity and by the closed form; None without contact, or with impulses besides."""
+    from ..dynamics import drop_comparison
+
+    inputs = resolve(scene)
+    if inputs.ground is None or inputs.kicks:
+        return None
+    seconds = scene.times.build(inputs.initial_state.epoch).seconds
+    try:
+        return drop_comparison.compare(inputs.initial_state, inputs.ground.plane(), inputs.gravity, seconds)
+    except RegimeError:  # it stays in the air
+        return None
+
+
+def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None) -> Ephemeris:
+    if check is not None:
+        check(inputs.predicted_seconds(instants.seconds.size))
+    answer = integration.solve(inputs.problem, _with_pushes(inputs, instants), inputs.candidates)
+    solver = answer.candidate.solver
+    text = f"{solver.name}: {answer.steps} steps, {answer.torques} torques"
+    coarser = (
+        "at ten times the tolerance of a step" if solver.kind == "dop853" else "in two thirds of the steps"
+    )
+    plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, ESTIMATE.format(coarser))
+    events = (*_switching_events(inputs), *_impulse_events(inputs.kicks))
+    return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
+
+
+def _coast(inputs: SimulationInputs, instants: Instants) -> Ephemeris:
+    body = Bodies.of(inputs.initial_state)
+    rows = coasting.coast(inputs.initial_state, body, inputs.kicks, _with_pushes(inputs, instants))[0]
+    bound = WORST_BOUND * (1 + len(inputs.kicks))
+    plan = Plan(COASTING, instants.seconds.size, 0.0, 0.0, bound, CHAINED)
+    return _ephemeris_of_rows(inputs, instants, rows, plan, _impulse_events(inputs.kicks))
+
+
+def _ephemeris_of_rows(
+    inputs: SimulationInputs, instants: Instants, rows: np.ndarray, plan: Plan, events: Sequence[Event]
+) -> Ephemeris:
+    """Of quaternion, rate and momentum, (10, n), at the instants and, after them, at the pushes."""
+    shape, count = instants.shape, instants.seconds.size
+    columns = rows[:, :count]
+    quaternion, rate, momentum = (columns[a:b].T.reshape(*shape, b - a) for a, b in ((0, 4), (4, 7), (7, 10)))
+    has_own_momentum = any(torque.type in ("wheels", "dissipation") for torque in inputs.torques)
+    return Ephemeris(
+        quaternion,
+        instants,
+        inputs.scene.frame,
+        inputs.initial_state.body,
+        rate,
+        inputs.scene.name,
+        plan,
+        _translation(inputs, instants, rows[:4, count:]),
+        tuple(sorted(events, key=lambda event: event.seconds)),
+        momentum if has_own_momentum else None,
+    )
+
+
+def _bounce(inputs: SimulationInputs, ground: Ground, instants: Instants) -> Ephemeris:
+    from ..dynamics.contact import fly
+
+    seconds = instants.seconds.reshape(-1)
+    flight = fly(
+        inputs.initial_state, ground.plane(), inputs.gravity, seconds, inputs.kicks, instants.seconds_low
+    )
+    count = len(flight.seconds)
+    return Ephemeris(
+        flight.quaternion,
+        instants[:count],
+        inputs.scene.frame,
+        inputs.initial_state.body,
+        flight.rate,
+        inputs.scene.name,
+        Plan(BOUNCING, count, 0.0, 0.0, WORST_BOUND * flight.segments, CHAINED),
+        Translation(flight.position, flight.velocity),
+        tuple(flight.events),
+    )
+
+
+def _with_pushes(inputs: SimulationInputs, instants: Instants) -> Instants:
+    """The instants, and after them those of the pushes: their direction may be the body's then."""
+    pushes = np.array([kick.seconds for kick in inputs.pushes])
+    if not pushes.size:
+        return instants
+    rest = (
+        np.zeros(instants.seconds.size) if instants.seconds_low is None else instants.seconds_low.reshape(-1)
+    )
+    seconds = np.append(instants.seconds.reshape(-1), pushes)
+    return Instants(seconds, np.append(rest, np.zeros(pushes.size)), None)
+
+
+def _translation(inputs: SimulationInputs, instants: Instants, attitudes: np.ndarray) -> Translation | None:
+    """The parabola, broken where an impulse changes the velocity; attitudes (4, n) at the pushes."""
+    initial_state = inputs.initial_state
+    if initial_state.position is None or initial_state.velocity is None:
+        return None
+    changes = []
+    for kick, attitude in zip(inputs.pushes, attitudes.T, strict=True):
+        impulse = kick.linear if kick.inertial else rotations.rotate(attitude, kick.linear)
+        changes.append((kick.seconds, impulse / (initial_state.mass or np.inf)))
+    start = Translation(initial_state.position, initial_state.velocity)
+    return pushed(start, inputs.gravity, instants.seconds, changes)
+
+
+def _impulse_events(kicks: Sequence[AppliedImpulse]) -> list[Event]:
+    return [
+        Event(
+            kick.seconds,
+            "impulse",
+            f"angular impulse of {float(np.linalg.norm(kick.angular)):.6g} N m s",
+            {"angular_impulse": kick.angular, "inertial": kick.inertial},
+        )
+        for kick in kicks
+    ]
+
+
+def _switching_events(inputs: SimulationInputs) -> list[Event]:
+    """Where torques begin and end; for sunlight, where the shadow ends and begins."""
+    events = []
+    low, high = min(inputs.initial_state.start, 0.0), max(inputs.initial_state.stop, 0.0)
+    for torque in inputs.torques:
+        is_sunlight = torque.type == "solar_pressure"
+        kinds = ("shadow exit", "shadow entry") if is_sunlight else ("torque on", "torque off")
+        for interval in torque.intervals(inputs.initial_state) or []:
+            for seconds, kind in zip(interval, kinds, strict=True):
+                if low < seconds < high:
+                    events.append(Event(seconds, kind, f"{kind}: {torque.type}"))
+    return events

@@ -1,0 +1,400 @@
+"""Instants: astropy Time, and the two-part SI seconds since the epoch that the kernels take.
+
+The motion runs in SI seconds of TAI (the same as TT).  A Time in any scale is brought to TAI and
+differenced from the epoch as a two-part number, so a UTC span counts its leap seconds and a span
+of centuries keeps its picoseconds.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from functools import cache, cached_property, lru_cache, partial
+from typing import Any
+
+import erfa
+import numpy as np
+from astropy import units as u
+from astropy.time import ScaleValueError, Time, TimeDelta
+
+from .. import units
+from ..errors import InputError
+from ..runtime import compiled
+from ..runtime.threads import ranges, run
+
+MIN_INSTANTS_PER_THREAD = 500_000  # fewer are copied before a thread has started
+
+
+class Instants:
+    """An array of instants: two-part seconds since the epoch, and the Time they were constructed from.
+
+    Attributes
+    ----------
+    seconds : ndarray, s
+        Elapsed SI seconds, rounded to one double.
+    seconds_low : ndarray or None, s
+        The rounding error of `seconds`: seconds + seconds_low is good to 32 digits.  None for zero.
+    epoch : Time or None
+    scale : str or None
+        The time scale of `time`: that of the Time they were constructed from, else the epoch's.
+    """
+
+    def __init__(
+        self,
+        seconds: np.ndarray,
+        seconds_low: np.ndarray | None,
+        epoch: Time | None,
+        time: Time | None = None,
+        scale: str | None = None,
+    ):
+        self.seconds = np.asarray(seconds)
+        self.seconds_low = None if seconds_low is None else np.asarray(seconds_low)
+        self.epoch = epoch
+        self._time = time
+        dated = epoch if time is None else time
+        self.scale = dated.scale if scale is None and dated is not None else scale
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Dimensions of the instants."""
+        return self.seconds.shape
+
+    @cached_property
+    def max_abs_seconds(self) -> float:
+        """s; the greatest abs(seconds), not finite where one of them is not."""
+        return _max_abs(_kernel_array(self.seconds).reshape(-1), 0, self.seconds.size)
+
+    @property
+    def rest(self) -> np.ndarray | None:
+        """Deprecated name of `seconds_low`."""
+        warnings.warn("Instants.rest is now Instants.seconds_low", DeprecationWarning, stacklevel=2)
+        return self.seconds_low
+
+    @property
+    def farthest(self) -> float:
+        """Deprecated name of `max_abs_seconds`."""
+        warnings.warn("Instants.farthest is now Instants.max_abs_seconds", DeprecationWarning, stacklevel=2)
+        return self.max_abs_seconds
+
+    def finite(self, field: str, expected: str = "instants whose seconds are finite doubles") -> Instants:
+        """These instants; InputError naming the first that is not finite."""
+        if not math.isfinite(self.max_abs_seconds):
+            units.refuse_where(~np.isfinite(self.seconds), self.seconds, field, expected)
+        return self
+
+    @property
+    def time(self) -> Time | None:
+        """The instants as a Time in `scale`, made when first asked for; None without an epoch."""
+        if self._time is None and self.epoch is not None:
+            self._time = self._build_time(self.epoch)
+        return self._time
+
+    @property
+    def tai(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n,), (n,): Julian dates of TAI in two parts, of all instants flattened.
+
+        Raises InputError without an epoch.
+        """
+        if self.epoch is None:
+            raise InputError("epoch", None, "a Time, for instants to be dated")
+        start, below = _tai_days(float(self.epoch.jd1), float(self.epoch.jd2), self.epoch.scale)
+        days, days_low = self._days()
+        whole = np.round(days)
+        return start + whole, (days - whole) + (days_low + below)
+
+    def _days(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n,), (n,): days since the epoch in two parts, of all instants flattened."""
+        seconds = _kernel_array(self.seconds).reshape(-1)
+        low = self.seconds_low
+        seconds_low = np.zeros_like(seconds) if low is None else _kernel_array(low).reshape(-1)
+        days, days_low = np.empty_like(seconds), np.empty_like(seconds)
+        compiled.days_from_seconds(seconds, seconds_low, days, days_low)
+        return days, days_low
+
+    def _build_time(self, epoch: Time) -> Time:
+        days, days_low = self._days()
+        offset = TimeDelta(days.reshape(self.shape), days_low.reshape(self.shape), format="jd", scale="tai")
+        scale = self.scale or epoch.scale
+        try:
+            time = getattr(with_ut1(with_ut1(epoch).tai + offset, scale), scale)
+        except (erfa.ErfaError, ValueError) as error:
+            raise InputError(
+                "time", f"scale {self.scale!r}", f"instants that a calendar has ({error})"
+            ) from None
+        _tai(time, "time")
+        time.format, time.precision = epoch.format, epoch.precision
+        return time
+
+    def __getitem__(self, key: Any) -> Instants:
+        low = None if self.seconds_low is None else self.seconds_low[key]
+        time = None if self._time is None else self._time[key]
+        return Instants(self.seconds[key], low, self.epoch, time, self.scale)
+
+
+def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
+    """A copy of the epoch, a scalar Time that can be converted to any scale; None for None.
+
+    Raises InputError for anything else, and for a Time that cannot be converted to TAI.
+    """
+    if epoch is None:
+        return None
+    if not isinstance(epoch, Time):
+        raise InputError(field, epoch, "an astropy Time, or None")
+    if not epoch.isscalar:
+        raise InputError(field, f"shape {epoch.shape}", "one Time for all bodies")
+    _refuse_missing(epoch, field)
+    _tai_days(float(epoch.jd1), float(epoch.jd2), epoch.scale, field)
+    return with_ut1(epoch).copy()
+
+
+def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) -> Instants:
+    """Instants from times in any of the accepted forms, as two-part seconds since the epoch.
+
+    Parameters
+    ----------
+    t : float array (s), Quantity, TimeDelta, or Time (needs an epoch); any shape, either sign
+
+    Raises
+    ------
+    InputError : not one of these, not finite, masked, or a Time without an epoch.
+    """
+    if isinstance(t, Time):
+        if epoch is None:
+            raise InputError(field, "a Time", "elapsed time, or an epoch for the motion to count from")
+        return _from_time(t, epoch, field)
+    if isinstance(t, TimeDelta):
+        return _from_delta(t, epoch, field)
+    if isinstance(t, u.Quantity) and t.unit != u.s:
+        units.si_array(t, units.SECOND, field)  # refuses other dimensions
+        return in_unit(units.finite_array(t.value, field), t.unit.to_string(), field, epoch)
+    if isinstance(t, u.Quantity):
+        t = t.value
+    try:
+        return _from_seconds(t, epoch, field, threads).finite(field, "finite numbers")
+    except InputError as error:
+        expected = error.expected
+        if expected == "numbers":
+            expected = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
+        raise InputError(error.field, error.value, expected) from None
+
+
+def _from_seconds(t: Any, epoch: Time | None, field: str, threads: int) -> Instants:
+    """Instants from a copy of bare seconds; with threads, each copies and checks a range of a long array."""
+    if type(t) is not np.ndarray or t.dtype != np.float64:
+        return Instants(units.float_array(t, field), None, epoch)
+    source, seconds = np.ascontiguousarray(t).reshape(-1), np.empty((t.size,))
+    maxima: list[float] = []
+
+    def copy(limits: tuple[int, int]) -> None:
+        first, last = limits
+        seconds[first:last] = source[first:last]
+        maxima.append(_max_abs(seconds, first, last))
+
+    run(copy, ranges(t.size, threads if t.size >= MIN_INSTANTS_PER_THREAD else 1))
+    instants = Instants(seconds.reshape(t.shape), None, epoch)
+    instants.max_abs_seconds = float(np.max(maxima, initial=0.0))  # NaN where any is
+    return instants
+
+
+def _max_abs(seconds: np.ndarray, first: int, last: int) -> float:
+    greatest = np.zeros(1)
+    compiled.farthest(seconds, first, last, greatest)
+    return float(greatest[0])
+
+
+def lazy_instants(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Instants], int]:
+    """A function of (first, last) that returns Instants, and their number, of a `Grid` or what users give.
+
+    Only the requested range is converted.  Raises InputError unless there is one dimension.
+    """
+    if isinstance(t, Grid):
+        return partial(t.part, epoch=epoch), t.count
+    if not isinstance(t, (Time, TimeDelta, Instants)):
+        t = t if isinstance(t, u.Quantity) else np.asarray(t)
+    if len(t.shape) != 1:
+        raise InputError("times", f"shape {t.shape}", "instants along one dimension")
+    if isinstance(t, Instants):
+        return lambda first, last: t[first:last], t.shape[0]
+    return lambda first, last: as_instants(t[first:last], epoch), t.shape[0]
+
+
+@lru_cache(maxsize=256)
+def _tai_days(jd1: float, jd2: float, scale: str, field: str = "epoch") -> tuple[float, float]:
+    """The Julian date of TAI in two parts; cached, because scenes share their epochs."""
+    tai = _tai(Time(jd1, jd2, format="jd", scale=scale), field)
+    return float(tai.jd1), float(tai.jd2)
+
+
+def _tai(time: Time, field: str) -> Time:
+    """In TAI; what astropy cannot convert (UT1 outside its bundled tables) is refused."""
+    try:
+        return with_ut1(time).tai
+    except (ValueError, ScaleValueError, erfa.ErfaError) as error:
+        expected = f"a time that can be brought to TAI ({error})"
+        raise InputError(field, f"scale {time.scale!r}", expected) from None
+
+
+def with_ut1(time: Time, scale: str | None = None) -> Time:
+    """The same Time, prepared for conversion from UT1, or to it where `scale` is "ut1".
+
+    UT1 - UTC is interpolated in the tables that come with astropy (or in a table that the user has set as
+    `astropy.utils.iers.earth_orientation_table`) and stored in the Time.  So astropy looks nothing up
+    itself: there is no download, and its configuration is neither read nor changed, in whatever thread.
+
+    Raises ValueError for a time outside the table; astropy would extrapolate.
+    """
+    if "ut1" not in (time.scale, scale):
+        return time
+    table = _ut1_table()
+    if time.scale != "ut1":
+        return _with_delta_ut1(time, _delta_ut1(table, time.utc.jd1, time.utc.jd2))
+    delta = _delta_ut1(table, time.jd1, time.jd2)
+    if hasattr(time, "_delta_ut1_utc"):  # set by the user, or by an earlier conversion
+        return time
+    # looked up by UT1 it may be a second off beside a leap second: once more, by UTC, as astropy does
+    return _with_delta_ut1(time, _delta_ut1(table, *erfa.ut1utc(time.jd1, time.jd2, delta)))
+
+
+def _delta_ut1(table: Any, jd1: Any, jd2: Any) -> Any:
+    """UT1 - UTC, s, at two-part Julian dates."""
+    from astropy.utils import iers
+
+    delta, status = table.ut1_utc(jd1, jd2, return_status=True)
+    if np.any((status == iers.TIME_BEFORE_IERS_RANGE) | (status == iers.TIME_BEYOND_IERS_RANGE)):
+        raise ValueError("UT1 - UTC is not in the tables for it")
+    return delta.to_value("s")
+
+
+def _with_delta_ut1(time: Time, delta: Any) -> Time:
+    time = time.copy()
+    time.delta_ut1_utc = delta
+    return time
+
+
+def _ut1_table() -> Any:
+    """The user's own Earth orientation table; else the bundled one, of a class that never downloads."""
+    from astropy.utils import iers
+
+    table = iers.earth_orientation_table.get()
+    return _bundled_ut1_table() if isinstance(table, iers.IERS_Auto) else table
+
+
+@cache
+def _bundled_ut1_table() -> Any:
+    from astropy.utils import iers
+
+    return iers.IERS_A(iers.IERS_Auto.read(iers.IERS_A_FILE))
+
+
+def _from_time(time: Time, epoch: Time, field: str) -> Instants:
+    _refuse_missing(time, field)
+    tai, start = _tai(time, field), _tai(epoch, "epoch")
+    seconds, seconds_low = _seconds_since(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
+    return Instants(seconds, seconds_low, epoch, with_ut1(time).copy()).finite(field)
+
+
+def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
+    _refuse_missing(delta, field)
+    if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
+        return _from_time(getattr(with_ut1(epoch, delta.scale), delta.scale) + delta, epoch, field)
+    if delta.scale not in (None, "tai", "tt"):
+        raise InputError(
+            field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from"
+        )
+    return Instants(*_seconds_since(delta.jd1, delta.jd2, 0.0, 0.0), epoch).finite(field)
+
+
+def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
+    if time.masked:
+        missing = np.asarray(time.mask)
+        units.refuse_where(missing, np.where(missing, "nothing", ""), field, "a time for every instant")
+
+
+def _seconds_since(day: Any, fraction: Any, day0: float, fraction0: float) -> tuple[np.ndarray, np.ndarray]:
+    """Two-part seconds from one two-part day to others."""
+    day, fraction = _kernel_array(day), _kernel_array(fraction)
+    seconds, seconds_low = np.empty(day.shape), np.empty(day.shape)
+    flat = [array.reshape(-1) for array in (day, fraction, seconds, seconds_low)]
+    compiled.seconds_from_days(flat[0], flat[1], day0, fraction0, flat[2], flat[3])
+    return seconds, seconds_low
+
+
+def _kernel_array(array: Any) -> np.ndarray:
+    """Doubles in C order, as kernels require."""
+    return np.ascontiguousarray(array, dtype=np.float64).reshape(np.shape(array))
+
+
+class Grid:
+    """Evenly spaced instants, computed in ranges on request: for `TorqueFreeMotion.chunks`.
+
+    Parameters
+    ----------
+    start, stop : float, in `unit`
+    count : int, how many instants from start to stop, both included; or
+    step : float, in `unit`; the last instant is the last one not beyond stop
+    unit : str, a unit of time
+
+    Raises
+    ------
+    InputError : a value that is not finite, or none or both of count and step.
+    """
+
+    def __init__(
+        self,
+        start: float,
+        stop: float,
+        count: int | None = None,
+        step: float | None = None,
+        unit: str = "s",
+    ):
+        if (count is None) == (step is None):
+            raise InputError("times", {"count": count, "step": step}, "one of count and step")
+        self.start, self.stop, self.unit = float(start), float(stop), unit
+        self._ratio = _ratio(unit, "times.unit")
+        self.step = 0.0 if step is None else float(step)
+        for name in ("start", "stop", "step"):
+            if not np.isfinite(getattr(self, name)):
+                raise InputError(f"times.{name}", getattr(self, name), "a finite number")
+        self.count = self._count_of_steps() if count is None else count
+        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
+            raise InputError("times.count", self.count, "a whole number, at least 1")
+
+    def _count_of_steps(self) -> int:
+        if self.step <= 0.0:
+            raise InputError("times.step", self.step, "a number greater than 0")
+        intervals = (self.stop - self.start) / self.step
+        if not intervals < 2**53:
+            raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
+        return math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
+
+    def __len__(self) -> int:
+        return self.count
+
+    def part(self, first: int, last: int, epoch: Time | None = None) -> Instants:
+        """Instants `first` to `last`, exclusive; their bits do not depend on the ranges requested."""
+        count = last - first
+        try:
+            seconds, seconds_low = np.empty((count,)), np.empty((count,))
+        except (MemoryError, ValueError):
+            raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None
+        spacing = np.array([self.start, self.stop, self.count - 1, self.step, *self._ratio], dtype=float)
+        compiled.grid(spacing, float(first), seconds, seconds_low)
+        return Instants(seconds, seconds_low if seconds_low.any() else None, epoch).finite("times")
+
+
+def in_unit(values: np.ndarray, unit: str, field: str, epoch: Time | None) -> Instants:
+    """Instants from values in `unit`, as two-part seconds good to 32 digits."""
+    seconds, seconds_low = np.empty(values.shape), np.empty(values.shape)
+    ratio = _ratio(unit, field)
+    compiled.scaled(values.reshape(-1), *ratio, seconds.reshape(-1), seconds_low.reshape(-1))
+    return Instants(seconds, seconds_low if seconds_low.any() else None, epoch).finite(field)
+
+
+def _ratio(unit: str, field: str) -> tuple[float, float]:
+    """Seconds in a unit as a ratio of doubles: a millisecond is 1/1000, which no double is."""
+    factor = units.parse_unit(unit, units.SECOND, field)
+    inverse = 1.0 / factor
+    if factor < 1.0 and abs(inverse - round(inverse)) < 1e-9 * inverse:
+        return 1.0, float(round(inverse))
+    return factor, 1.0

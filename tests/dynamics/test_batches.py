@@ -1,0 +1,294 @@
+"""Many bodies in one call: against states of 24 digits, SciPy's DOP853, and the arrays written out here."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from attitude import RigidBody
+from attitude.dynamics import integration, solver_arguments
+from attitude.dynamics.angular_rates import max_angular_rates
+from attitude.dynamics.arc_integration import integrate, two_part
+from attitude.dynamics.batch_states import Bodies, TorqueProblem
+from attitude.dynamics.error_estimate import compare, estimate
+from attitude.dynamics.momentum import initial_momenta
+from attitude.dynamics.solvers import SOLVERS
+from attitude.kernels import layout
+from attitude.problem.torque_model import CachedTorque
+from attitude.problem.torque_rows import follows_axes
+from attitude.scene.simulation import resolve as route
+from attitude.times.instants import as_instants
+from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
+from tests.dynamics.test_torques_truth import prepared, whole_rate
+from tests.effects.scenes import TORQUES, effect, quantity, scene
+from tests.oracles.torque_cases import CASES, EXPECTED
+
+
+def problem_of(initial_state, torques, seconds, tolerance, kind=None):
+    like = replace(initial_state, start=min(0.0, *seconds), stop=max(0.0, *seconds))
+    return TorqueProblem(like, tuple(CachedTorque(torque, like) for torque in torques), (), tolerance, kind)
+
+
+def bodies_of(*states_at_epoch):
+    """Bodies by tensors, with the states of as many states_at_epoch."""
+    return Bodies(
+        RigidBody(np.stack([one.body.tensor for one in states_at_epoch])),
+        np.stack([one.attitude for one in states_at_epoch]),
+        np.stack([one.rate for one in states_at_epoch]),
+        np.arange(len(states_at_epoch)),
+    )
+
+
+def near(initial_state, n, rng):
+    """Situations of bodies like one, and in a state like its."""
+    tensor = np.array(initial_state.body.tensor)
+    for _ in range(n):
+        noise = 0.01 * np.trace(tensor) * rng.uniform(-1.0, 1.0, (3, 3))
+        attitude = initial_state.attitude + 0.05 * rng.normal(size=4)
+        rate = initial_state.rate * (1.0 + 0.05 * rng.normal(size=3))
+        body = RigidBody(tensor + noise + noise.T)
+        yield replace(initial_state, body=body, attitude=attitude / np.linalg.norm(attitude), rate=rate)
+
+
+@pytest.mark.parametrize("kind", ["gauss", "dop853", "splitting"])
+@pytest.mark.parametrize("name", CASES)
+def test_one_of_many_ends_where_24_digits_end(name, kind):
+    start, torques = prepared(name)
+    if kind == "splitting" and any(torque.row[0] == layout.DISSIPATION for torque in torques):
+        pytest.skip("a sink is not for splitting")
+    seconds, tolerance = np.array([state.seconds for state in EXPECTED[name]]), 1e-9
+    problem = problem_of(start, torques, seconds, tolerance, kind)
+    others = list(near(start, 2, np.random.default_rng(3)))
+    at = as_instants(seconds, None)
+    chosen = integration.choose_for_all(problem, at)
+    assert chosen.solver.kind == kind
+    rows = integration.solve_each(problem, bodies_of(others[0], start, others[1]), at, chosen)[1]
+    expected = np.array([[float(x) for x in state.attitude] for state in EXPECTED[name]]).T
+    rates = [whole_rate(CASES[name], [float(x) for x in state.rate]) for state in EXPECTED[name]]
+    assert angle(rows[:4], expected) < tolerance
+    assert np.abs(rows[4:].T - rates).max() < 10.0 * tolerance * max(1e-3, np.abs(rates).max())
+
+
+def test_each_of_many_moves_as_scipy_has_it():
+    """Gravity gradient on a circular orbit, the torque written out anew; bodies of three kinds."""
+    mu, a = 3.986004e14, 7e6
+    rng, seconds, mean = np.random.default_rng(8), np.linspace(0.0, 3000.0, 7), np.sqrt(mu / a**3)
+    start = prepared("gravity gradient, eccentric orbit")[0]
+    start = replace(start, orbit_path=kepler(mu, a))
+    states_at_epoch = [
+        replace(start, body=RigidBody(np.diag(moments)), rate=rng.normal(size=3) * 0.01)
+        for moments in ((10.0, 14.0, 17.0), (12.0, 12.0, 3.0), (9.0, 17.0, 17.0))
+    ]
+
+    def torque_on(tensor):
+        def torque(t, rotation, rate):
+            down = rotation.T @ [np.cos(mean * t), np.sin(mean * t), 0.0]
+            return 3.0 * mean**2 * np.cross(down, tensor @ down)
+
+        return torque
+
+    problem = problem_of(start, [Rows(layout.GRAVITY_GRADIENT, mu)], seconds, 1e-10)
+    at = as_instants(seconds, None)
+    found = integration.solve_each(
+        problem, bodies_of(*states_at_epoch), at, integration.choose_for_all(problem, at)
+    )
+    for one, rows in zip(states_at_epoch, found, strict=True):
+        q, w = integrated(one, torque_on(one.body.tensor), seconds)
+        assert angle(rows[:4], q) < 1e-9
+        assert np.abs(rows[4:] - w).max() < 1e-9 * np.abs(w).max()
+
+
+# -- arrays -----------------------------------------------------------------------------------------------
+
+
+def random_scene(name):
+    return scene(effect(name), attitude={"quaternion": [0.5, 0.1, -0.7, 0.5], "order": "wxyz"})
+
+
+def kinds_of_bodies(rng):
+    """Tensors of triaxial and symmetric bodies in general position; moments in any order, alike or not."""
+    for moments in ((2.0, 3.0, 4.0), (4.0, 2.0, 3.0), (3.0, 3.0, 1.0), (5.0, 3.0, 5.0), (2.0, 2.0, 2.0)):
+        yield RigidBody(np.diag(moments))
+        axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        tensor = axes @ np.diag(moments) @ axes.T
+        yield RigidBody(0.5 * (tensor + tensor.T))
+
+
+@pytest.mark.parametrize("name", TORQUES)
+@pytest.mark.parametrize("prepare", ["ascending", "most_symmetric"])
+def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(name, prepare):
+    """Rows that the effect itself gives along axes in the order of the moments, which is asked of it here."""
+    made = random_scene(name)
+    initial_state, rng = made.initial_state(), np.random.default_rng(1)
+    torque = CachedTorque(made.effects[0], initial_state)
+    states_at_epoch = [
+        replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)
+    ]
+    bodies = bodies_of(*states_at_epoch)
+    block = getattr(solver_arguments, prepare)(initial_state, bodies, [torque])
+    momenta = rng.normal(size=(len(states_at_epoch), 3))
+    states = block.states(bodies.attitude, momenta)
+    assert torque.follows_axes
+    keeps_axis = name not in ("wheels", "dissipation")  # momentum along an axis of symmetry
+    for i, one in enumerate(states_at_epoch):
+        ordered = one.ordered(order_of(one.moments, prepare, keeps_axis))
+        rows = made.effects[0].rows(ordered)
+        absorbed = np.isin(rows[:, 0], solver_arguments.ABSORBED)
+        scale = np.abs(rows).max(initial=0.0, where=np.isfinite(rows))
+        close = {"rtol": 1e-13, "atol": 1e-15 * min(scale, 10.0)}
+        assert np.allclose(block.effects[i], rows[~absorbed], **close)
+        assert np.allclose(block.body[i, :3], ordered.moments, rtol=1e-13)
+        assert np.allclose(block.body[i, 3:6] * ordered.moments, 1.0, rtol=1e-13)
+        axes = matrix(block.to_axes[i])
+        assert np.allclose(axes, ordered.axes, atol=1e-15)
+        for row in rows[absorbed]:
+            first, size = PLACES[int(row[0])]
+            assert np.allclose(block.body[i, first : first + size], row[1 : 1 + size], rtol=1e-13, atol=1e-15)
+        alike = abs(ordered.moments[0] - ordered.moments[1]) <= 1e-15 * ordered.moments[1]
+        assert block.symmetric[i] == (alike and keeps_axis)
+        assert block.is_smooth == (name not in ("solar_pressure", "drag"))
+        own = matrix(states[i, :4])
+        assert np.allclose(own @ axes, matrix(one.attitude), atol=1e-14)
+        assert states[i, layout.AXIAL] == pytest.approx((own.T @ momenta[i])[2], abs=1e-14)
+        assert (states[i, 4:7] == momenta[i]).all()
+
+
+# Where the numbers of rows that become part of the body stand in it, and how many they are.
+PLACES = {
+    layout.WHEELS: (layout.ROTORS, 3),
+    layout.DISSIPATION: (layout.ALPHA, 1),
+    layout.EDDY: (layout.EDDIES, 9),
+}
+
+
+def order_of(moments, prepare, keeps_axis):
+    """Ascending, or with the two alike, or most alike, first."""
+    least, middle, greatest = (int(i) for i in np.argsort(moments, kind="stable"))
+    a, b, c = moments[[least, middle, greatest]]
+    if prepare == "most_symmetric":
+        last_is_greatest = 1.0 / a - 1.0 / b < 1.0 / b - 1.0 / c
+    else:
+        last_is_greatest = c - b > 1e-15 * c or not keeps_axis
+    return (least, middle, greatest) if last_is_greatest else (middle, greatest, least)
+
+
+@pytest.mark.parametrize("name", TORQUES)
+def test_fastest_rate_is_that_of_the_spin_or_of_what_the_torque_makes_of_it(name):
+    made = random_scene(name)
+    initial_state, rng = made.initial_state(), np.random.default_rng(2)
+    torque = CachedTorque(made.effects[0], initial_state)
+    states_at_epoch = [
+        replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)
+    ]
+    orbit = 0.0 if initial_state.orbit_path is None else 2.0 * np.pi / initial_state.orbit_path.period
+    expected = [
+        max(
+            np.linalg.norm(one.rate),
+            np.linalg.norm(one.body.tensor @ one.rate) / one.moments.max(),
+            np.sqrt(made.effects[0].size(one) / one.moments.min()),
+            orbit,
+        )
+        for one in states_at_epoch
+    ]
+    rates = max_angular_rates(initial_state, bodies_of(*states_at_epoch), [torque])
+    assert np.allclose(rates, expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("name", TORQUES)
+def test_momentum_at_the_epoch_is_that_of_the_whole_rate(name):
+    """W = w + alpha m x w, m = I w + h: the rate of the document is W; of a thousand bodies, for some the
+    iteration ends in a pair of neighbouring doubles."""
+    made = random_scene(name)
+    initial_state, rng = made.initial_state(), np.random.default_rng(3)
+    torque = CachedTorque(made.effects[0], initial_state)
+    rows = torque.own_rows
+    rotors = rows[rows[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
+    alpha = rows[rows[:, 0] == layout.DISSIPATION, 1].sum()
+    states_at_epoch = [
+        replace(initial_state, body=body, rate=0.02 * rng.normal(size=3))
+        for body in list(kinds_of_bodies(rng)) * 100
+    ]
+    momenta = initial_momenta(initial_state, bodies_of(*states_at_epoch), [torque])
+    for one, momentum in zip(states_at_epoch, momenta, strict=True):
+        m = matrix(one.attitude).T @ momentum
+        w = np.linalg.solve(one.body.tensor, m - rotors)
+        rounding = 1e-15 * (1.0 + np.linalg.norm(rotors))  # of m - h, over moments of 1 and more
+        assert np.allclose(w + alpha * np.cross(m, w), one.rate, rtol=1e-13, atol=rounding)
+
+
+class ByMoments:
+    """A torque whose row holds more of the body than its axes."""
+
+    type = "by moments"
+
+    def __init__(self, place):
+        self.place = place
+
+    def rows(self, initial_state):
+        out = np.zeros((1, layout.EFFECT_WIDTH))
+        out[0, 0], out[0, self.place] = layout.MAGNETIC, initial_state.moments[0] / 3.0
+        return out
+
+
+@pytest.mark.parametrize("place", [1, 4, 5])
+def test_torque_by_moments_is_seen_to_be_one(place):
+    initial_state = scene(effect("gravity_gradient")).initial_state()
+    assert not follows_axes(ByMoments(place), initial_state)
+
+
+def test_body_found_unfit_for_a_scheme_is_solved_alone(monkeypatch):
+    """Schemes for two parts are not for triaxial bodies with rotors, whatever was chosen."""
+    made = scene(effect("wheels", momentum=quantity([0, 0, 0.05], "N m s")), effect("gravity_gradient"))
+    initial_state, seconds = made.initial_state(), np.array([0.0, 200.0])
+    torques = tuple(CachedTorque(one, initial_state) for one in made.effects)
+    problem = TorqueProblem(replace(initial_state, stop=200.0), torques, (), 1e-9)
+    solver = SOLVERS["splitting, order (8, 6, 4)"]
+    candidate = replace(
+        integration.choose_for_all(problem, as_instants(seconds, None)), solver=solver, setting=1.0
+    )
+    symmetric = replace(initial_state, body=RigidBody(np.diag([3.0, 3.0, 1.0])))
+    alone = []
+    solve_alone = integration.solve_alone
+    monkeypatch.setattr(
+        integration, "solve_alone", lambda *a: alone.append(a[1].body.moments.tolist()) or solve_alone(*a)
+    )
+    rows = integration.solve_each(
+        problem, bodies_of(symmetric, initial_state), as_instants(seconds, None), candidate
+    )
+    assert alone == [[[2.0, 3.0, 4.0]]]
+    assert np.isfinite(rows).all()
+
+
+def test_error_estimated_of_one_of_many_is_what_it_is_alone():
+    start, torques = prepared("gravity gradient, tensor, eccentric orbit")
+    seconds = np.linspace(0.0, 2000.0, 5)
+    problem = problem_of(start, torques, seconds, 1e-9, "gauss")
+    at, solver = two_part(as_instants(seconds, None)), SOLVERS["gauss, order 16"]
+    setting = 0.8 / np.linalg.norm(start.rate)
+    other = replace(start, rate=0.9 * start.rate)
+    block = compare(problem, bodies_of(start, other), at, solver, np.full(2, setting))
+    alone = compare(problem, problem.body, at, solver, np.array([setting]))
+    angles = 2000.0 * max_angular_rates(start, bodies_of(start, other), problem.torques)
+    errors, rounding = (each[0] for each in estimate(solver, block, angles))
+    assert (errors, rounding) == tuple(each[0] for each in estimate(solver, alone, angles[:1]))
+    assert errors > rounding > 0.0
+    fine, coarse = (
+        integrate(problem, problem.body, at, solver, np.array([setting]), c) for c in (False, True)
+    )
+    assert block.difference[0] == pytest.approx(angle(fine.rows[0, :4], coarse.rows[0, :4]), rel=0.1)
+    assert block.fine.steps[0] == fine.steps[0] > coarse.steps[0]
+
+
+def test_schemes_for_two_parts_are_not_tried_where_any_arc_has_three():
+    """Rotors, and a torque that ends before the impulse after which the body turns fastest."""
+    pushed = {"start": quantity(5, "s"), "stop": quantity(10, "s")}
+    made = scene(
+        effect("wheels", momentum=quantity([0, 0.01, 0.02], "N m s")),
+        effect("constant_torque", torque=quantity([1e-4, 0, 1e-4], "N m"), **pushed),
+        effect("impulse", time=quantity(20.0, "s"), angular_impulse=quantity([0.5, 1.0, 0.3], "N m s")),
+    )
+    way = route(made)
+    problem = TorqueProblem(replace(way.initial_state, stop=100.0), way.torques, way.kicks, 1e-7, "splitting")
+    names = {candidate.solver.name for candidate in integration.choose(problem)}
+    assert names
+    assert not any("(" in name for name in names)
