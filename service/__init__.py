@@ -7,7 +7,7 @@
     query       the query's parameters and the headers that choose a format
     limits      what is refused for its size, before anything is computed
     ephemerides, costs    the library calls
-    compute     the threads that compute, and what becomes of one request
+    compute     the threads that compute, and the state of one request
     streaming   responses: blocks, tags, 304
     middleware  around every request: id, log line, figures, headers, gzip, HEAD, CORS
     security    the bearer token

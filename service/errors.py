@@ -1,7 +1,7 @@
 """What can go wrong, as HTTP answers: one table, and every answer a problem (RFC 9457).
 
 The library's text goes out as it stands, so that library, command and HTTP refuse in the same
-words; what no client expected goes out as fixed text and an id that the log has.
+words; an unexpected error goes out as fixed text and an id that the log has.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _explained(request: Request, error: HTTPException) -> str:
 
 
 class UnexpectedErrors:
-    """Turns what no client expected into a fixed text and an id, which the log has beside the traceback.
+    """Turns an unexpected error into a fixed text and an id, which the log has beside the traceback.
 
     A middleware rather than an exception handler: the framework's handler for Exception raises
     the error again after answering, and it would be logged twice.

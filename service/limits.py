@@ -97,7 +97,7 @@ def check_predicted_together(settings: Settings) -> Callable[[float], None]:
 def check_wanted(settings: Settings) -> Callable[[float], None]:
     """What the library is to call between pieces of its work, as its `progress`: raises where to stop.
 
-    ClientDisconnect where nobody waits for the answer any more, InputError where its seconds are used up.
+    ClientDisconnect where no client waits for the answer any more, InputError where its seconds are used up.
     """
 
     def check(_done: float = 0.0) -> None:

@@ -38,7 +38,7 @@ def plain(text: str) -> str:
 
 
 def configuration(level: str) -> dict[str, Any]:
-    """For logging.config: this service's lines and the server's in one form; requests are given by ours."""
+    """For logging.config: this service's lines and the server's in one form; requests are logged by ours."""
     ours = {"handlers": ["stderr"], "level": level.upper(), "propagate": False}
     return {
         "version": 1,

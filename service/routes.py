@@ -161,7 +161,7 @@ def _scene(name: str) -> bytes:
 )
 async def healthz(request: Request) -> Response:
     if request.app.state.compute.stuck():
-        detail = "a computation goes on long after it was told to stop; this process is to be replaced"
+        detail = "a computation goes on long after it was stopped; this process is to be replaced"
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, detail)
     return json_response(orjson.dumps({"status": "alive"}))
 

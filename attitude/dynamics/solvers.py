@@ -119,7 +119,7 @@ class Solver:
         return np.where(np.asarray(stride) > MAX_RADIANS_OF_ORDER, 0.3, full)
 
     def integrate(self, task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
-        """Step the bodies of a task; raises what a function of the user's raised meanwhile, and Stopped."""
+        """Step the bodies of a task; raises what a user's function raised while stepping, and Stopped."""
         try:
             work = self.step(task)
             stopping.current().check()

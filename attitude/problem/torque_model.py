@@ -30,7 +30,7 @@ class TorqueModel(Protocol):
 class CachedTorque:
     """A torque whose intervals, Sun vector and size (if it is the same for all bodies) are computed once.
 
-    Finding every passage through the shadow in a year takes longer than integrating the body meanwhile.
+    Finding every passage through the shadow in a year takes longer than integrating the body over that year.
     """
 
     def __init__(self, torque: Any, initial_state: InitialState):

@@ -46,7 +46,7 @@ class AemOptions:
     creation_date : CREATION_DATE, UTC; None for now
     body_frame : REF_FRAME_B, the name of the body's axes
     rates : whether angular velocities are written; None writes those of an ephemeris that has them
-    degree : degree of the Lagrange interpolation that readers are told to use
+    degree : degree of the Lagrange interpolation that the file states
     """
 
     object_name: str | None = None

@@ -91,7 +91,7 @@ def _rotors(state, body, time):
 
 @inlined
 def _change_momentum(state, body, symmetric, time, t, t_low, world):
-    """The momentum changes by the torque, which stands still; eddies damp it meanwhile, exactly."""
+    """The momentum changes by the torque, which stands still, and by the eddies, exactly."""
     q = attitude_of(state)
     change = torque(world, body, t, t_low, q, (0.0, 0.0, 0.0))
     if body[EDDIES] != 0.0 or body[EDDIES + 4] != 0.0 or body[EDDIES + 8] != 0.0:
