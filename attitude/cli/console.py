@@ -42,7 +42,7 @@ def announce_compilation(options: Namespace) -> None:
 
 @contextmanager
 def progress_bar(options: Namespace) -> Iterator[Callable[[float], None] | None]:
-    """Yield what draws a bar on a terminal, called with the fraction done; None where standard error is no terminal.
+    """Yield what draws a bar, called with the fraction done; None where standard error is no terminal.
 
     The first fraction is where a resumed run begins: the time that is left is estimated from there.
     """
