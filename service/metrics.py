@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fastapi import APIRouter, Request
 from prometheus_client import (
@@ -24,9 +24,6 @@ from prometheus_client.multiprocess import MultiProcessCollector, mark_process_d
 from starlette.responses import Response
 
 from .openapi import REFUSALS
-
-if TYPE_CHECKING:
-    from .compute import Job
 
 DIRECTORY = "PROMETHEUS_MULTIPROC_DIR"  # read by prometheus_client when it is imported
 BUCKETS_S = (0.002, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
@@ -80,12 +77,20 @@ class Metrics:
         if DIRECTORY not in os.environ:
             ProcessCollector(registry=of)
 
-    def observe(self, method: str, route: str, status: int | str, seconds: float, job: Job) -> None:
-        """One request that is over; status is "gone" where its client did not wait for an answer."""
+    def observe(
+        self,
+        method: str,
+        route: str,
+        status: int | str,
+        seconds: float,
+        samples: int,
+        compute_seconds: float,
+    ) -> None:
+        """Count a request that is over; status is "gone" where its client did not wait for an answer."""
         self.requests.labels(method if method in METHODS else "other", route, str(status)).inc()
         self.seconds.labels(route).observe(seconds)
-        self.samples.inc(job.samples)
-        self.computing.inc(job.spent())
+        self.samples.inc(samples)
+        self.computing.inc(compute_seconds)
         if status in REASONS:
             self.refusals.labels(REASONS[int(status)]).inc()
 

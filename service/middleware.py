@@ -90,7 +90,7 @@ class Requests:
         finally:
             self.compute.leave(job)
             seconds, route = perf_counter() - begun, getattr(scope.get("route"), "path", "none")
-            self.metrics.observe(scope["method"], route, answer.outcome(), seconds, job)
+            self.metrics.observe(scope["method"], route, answer.outcome(), seconds, job.samples, job.spent())
             fields = {
                 "method": scope["method"][:LONGEST_LOGGED_PATH],
                 "path": plain(scope["path"][:LONGEST_LOGGED_PATH]),
