@@ -18,7 +18,8 @@ NGINX = (ROOT / "docs" / "deploy" / "nginx.conf").read_text()
 SETTINGS = {variable(name): field.default for name, field in Settings.model_fields.items()}
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs" / name for name in ("service.md", "http.md", "installation.md"))]
 NAMED = [*ROOT.glob("docs/deploy/*"), ROOT / "Dockerfile", *PAGES]
-OTHERS = {"ATTITUDE_CACHE_DIR", "ATTITUDE_PLAIN_NUMBA"}  # the library's own
+# The library's own, and one that was a setting once.
+OTHERS = {"ATTITUDE_CACHE_DIR", "ATTITUDE_PLAIN_NUMBA", "ATTITUDE_DRAIN_SECONDS"}
 
 
 @pytest.fixture(scope="module")
