@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from attitude import Ephemeris, Scene
-from attitude.formats.registry import KNOWN
+from attitude.formats.registry import FORMATS
 from attitude.runtime import kernel_cache
 from service import readiness
 
@@ -27,10 +27,10 @@ def check() -> None:
     print(readiness.warm_up())
     ephemeris = Scene.builtin("toutatis").run()
     with tempfile.TemporaryDirectory() as folder:
-        for known in KNOWN:
+        for known in FORMATS.values():
             if known.name not in ABSENT:
                 check_format(ephemeris, Path(folder) / f"answer{known.endings[0]}")
-    print(f"an answer in {len(KNOWN) - len(ABSENT)} formats")
+    print(f"an answer in {len(FORMATS) - len(ABSENT)} formats")
 
 
 def check_format(ephemeris: Ephemeris, path: Path) -> None:
