@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -155,3 +156,8 @@ def test_proxy_has_the_limits_of_the_service():
 def test_proxy_passes_blocks_on_as_they_come():
     assert directive("proxy_buffering") == "off"
     assert directive("proxy_http_version") == "1.1"
+
+
+@pytest.mark.parametrize("script", ["check.py", "trim.py"])
+def test_scripts_of_the_image_find_what_they_import(script):
+    runpy.run_path(str(ROOT / "docs" / "deploy" / script), run_name="imported")
