@@ -91,11 +91,11 @@ class InitialValueProblem:
         InputError : an effect at instants, or a user's own; torques without a span after the epoch.
         """
         from ..effects.effect import Torque
-        from ..scene.simulation import resolve as route
+        from ..scene.simulation import resolve
 
         for i, effect in enumerate(scene.effects):
             _check_effect(effect, f"effects[{i}].type")
-        inputs = route(scene)
+        inputs = resolve(scene)
         if not inputs.torques:
             return cls.of_motion(scene.motion())
         initial_state = inputs.initial_state

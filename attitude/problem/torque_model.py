@@ -66,12 +66,6 @@ class CachedTorque:
     def _size(self) -> float:
         return float(self.effect.size(self._initial_state))
 
-    def of(self, initial_state: InitialState) -> CachedTorque:
-        """Return the same torque on another body over the same span, with the cached intervals and Sun."""
-        other = CachedTorque(self.effect, initial_state)
-        other.__dict__.update(_intervals=self._intervals, _sun=self._sun)
-        return other
-
     def sizes(self, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """(n,), N m: upper bounds for bodies with moments (n, 3) and bounds of their spin, (n,)."""
         if hasattr(self.effect, "sizes"):
