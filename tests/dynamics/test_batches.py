@@ -16,7 +16,7 @@ from attitude.dynamics.solvers import SOLVERS
 from attitude.kernels import layout
 from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes
-from attitude.scene.simulation import resolve as route
+from attitude.scene.simulation import resolve
 from attitude.times.instants import as_instants
 from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate
@@ -287,7 +287,7 @@ def test_schemes_for_two_parts_are_not_tried_where_any_arc_has_three():
         effect("constant_torque", torque=quantity([1e-4, 0, 1e-4], "N m"), **pushed),
         effect("impulse", time=quantity(20.0, "s"), angular_impulse=quantity([0.5, 1.0, 0.3], "N m s")),
     )
-    way = route(made)
+    way = resolve(made)
     problem = TorqueProblem(replace(way.initial_state, stop=100.0), way.torques, way.kicks, 1e-7, "splitting")
     names = {candidate.solver.name for candidate in integration.choose(problem)}
     assert names

@@ -8,7 +8,7 @@ from attitude import Scene, ToleranceError
 from attitude.dynamics.arc_integration import integrate
 from attitude.dynamics.batch_states import TorqueProblem
 from attitude.dynamics.solvers import SOLVERS
-from attitude.scene.simulation import resolve as route
+from attitude.scene.simulation import resolve
 from tests.dynamics.motions import angle
 from tests.dynamics.test_torques_effects import orbit, plate, quantity
 
@@ -74,7 +74,7 @@ def random_scene(rng, kind, symmetric, tolerance, solver, turns):
 
 def truth(made):
     """(4, n), by the solver of no cleverness, as finely as doubles allow."""
-    way = route(made)
+    way = resolve(made)
     problem, seconds = (
         TorqueProblem(way.initial_state, way.torques, way.kicks),
         made.times.build(None).seconds,

@@ -7,7 +7,7 @@ from attitude import Scene, ToleranceError
 from attitude.dynamics.angular_rates import max_angular_rates
 from attitude.effects import UserTorque
 from attitude.problem.spin_bound import reached_spin
-from attitude.scene.simulation import resolve as route
+from attitude.scene.simulation import resolve
 from tests.dynamics.at_rest import EFFECTS, differences, random_scene
 from tests.dynamics.motions import matrix
 from tests.dynamics.test_batches import bodies_of
@@ -168,7 +168,7 @@ def test_no_body_turns_faster_than_it_is_taken_to(elapsed):
             run = made.run()
         except ToleranceError:  # eddies that feed a body for long
             continue
-        way = route(made)
+        way = resolve(made)
         spin = reached_spin(way.initial_state, [one.effect for one in way.torques], way.kicks)
         alpha = sum(e.coefficient.si for e in made.effects if e.type == "dissipation")
         if not alpha:  # a sink turns the body besides
@@ -230,7 +230,7 @@ def test_fastest_rate_counts_impulses(frame):
     kicks = [impulse(10.0, [3.0, 1.0, 0.0], frame), impulse(20.0, [-3.0, -1.0, 0.0], frame)]
     kicks.append(impulse(-10.0, [0.0, 1.0, 1.0], frame))
     kinds = ((10, 14, 17), (9, 9, 3), (17, 10, 14))
-    ways = [route(at_rest(EDDIES, *kicks, moments=moments)) for moments in kinds]
+    ways = [resolve(at_rest(EDDIES, *kicks, moments=moments)) for moments in kinds]
     bodies, way = bodies_of(*(way.initial_state for way in ways)), ways[0]
     rates = max_angular_rates(way.initial_state, bodies, way.torques, way.kicks)
     after = np.array([[3.0, 1.0, 0.0], [0.0, 1.0, 1.0]])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from attitude.scene.simulation import resolve as route
+from attitude.scene.simulation import resolve
 from tests.dynamics.motions import angle, matrix
 from tests.dynamics.test_torques_effects import MOMENTS, quantity, scene
 
@@ -45,7 +45,7 @@ def test_book_of_inertial_firings_is_exact_to_the_bit():
 
     inertial = [(t, H, "inertial") for t, H, _ in FIRINGS]
     made = scene(plan_of(inertial), rate=RATE, elapsed=[0.0, 30.0], moments=(2.0, 4.0, 3.0))
-    way = route(made)
+    way = resolve(made)
     body = Bodies.of(way.initial_state)
     rows = coast(way.initial_state, body, way.kicks, made.times.build(None))[0]
     L = np.array([2.0, 4.0, 3.0]) * RATE

@@ -7,7 +7,7 @@ from attitude import Scene, ToleranceError
 from attitude.dynamics import integration
 from attitude.dynamics.batch_states import TorqueProblem
 from attitude.oracle.torque_motion import TorqueMotion
-from attitude.scene.simulation import resolve as route
+from attitude.scene.simulation import resolve
 from attitude.times.instants import as_instants
 from tests.dynamics.at_rest import direction
 from tests.dynamics.motions import angle
@@ -98,11 +98,11 @@ def test_error_is_never_above_the_bound_or_the_tolerance_is_refused(case, torque
 def test_many_thin_bodies_are_followed_as_one_is(torque, solver):
     effect, row = EFFECTS[torque]
     made = Scene.model_validate(document(*SYMMETRIC["needle about z"], effect, solver, 1e-9))
-    way = route(made)
+    way = resolve(made)
     problem = TorqueProblem(way.initial_state, way.torques, way.kicks, 1e-9, solver)
     at, cases = as_instants(np.array([0.0, SPAN]), None), list(SYMMETRIC.values())
     others = [
-        route(Scene.model_validate(document(*case, effect, solver, 1e-9))).initial_state for case in cases
+        resolve(Scene.model_validate(document(*case, effect, solver, 1e-9))).initial_state for case in cases
     ]
     chosen = integration.choose_for_all(problem, at)
     rows = integration.solve_each(problem, bodies_of(*others), at, chosen)
