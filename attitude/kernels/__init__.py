@@ -12,7 +12,7 @@ closed form is at the root, in the order of the calculation:
     clock          days and seconds in two parts
     elliptic       K, K', R_F in two parts
     principal      a tensor's principal moments and axes, in two parts
-    discriminant   D, whose sign is the regime
+    regime         D, whose sign decides the regime
     quaternion     the convention of order and direction, in two parts
     invariants     body, rate, attitude -> constants of the motion
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate

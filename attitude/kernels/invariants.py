@@ -10,7 +10,6 @@ import math
 from typing import NamedTuple
 
 from . import quaternion
-from .discriminant import ascending, root_of_D, root_of_D_of_tensor
 from .doubledouble import (
     ONE,
     PER_TURN,
@@ -33,8 +32,9 @@ from .doubledouble import (
 )
 from .elliptic import carlson_rf, quarter_period
 from .intrinsics import kernel, routine
-from .layout import CONSTANT_RATE, LONG_AXIS, SEPARATRIX, SHORT_AXIS, THETA, TRANSFORMED
+from .layout import CONSTANT_RATE, THETA, TRANSFORMED
 from .principal import over_powers_of_two
+from .regime import ascending, decide_regime, root_of_D, root_of_D_of_tensor
 
 # At this complementary parameter (m = 0.97, q = 0.207) the degree-four polynomials of eq. (31) leave
 # out 2 q^25 = 1.6e-17; below it the transformed series, with Q < 0.044, is shorter.
@@ -164,7 +164,7 @@ def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
     for i in range(3):  # omega_B = R_BP diag(L/I) gamma
         for j in range(3):
             out.rate[j, i] = mul(R_PB[i][j], polhode.spin_rates[i])[0] * unit
-    out.regime = SEPARATRIX if sign_D == 0.0 else (SHORT_AXIS if sign_D > 0.0 else LONG_AXIS)
+    out.regime = decide_regime(sign_D)
     _write_public_fields(polhode, K, K_prime, u0, unit, out)
 
 

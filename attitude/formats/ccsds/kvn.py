@@ -21,10 +21,10 @@ def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
 def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
     comments = "".join(f"COMMENT {line}\n" for line in writer.comments())
     yield f"CCSDS_AEM_VERS = {VERSION}\n{comments}{_lines(writer.header())}".encode()
-    separators = [b"", *[b" "] * writer.number_count, b"\n"]
+    separators = [b"", *[b" "] * writer.rows.number_count, b"\n"]
     for segment in nodes.segments:
         yield f"\nMETA_START\n{_lines(writer.metadata(segment))}META_STOP\n\nDATA_START\n".encode()
-        yield from writer.write_rows(segment, separators)
+        yield from writer.rows.write(segment, separators)
         yield b"DATA_STOP\n"
 
 

@@ -1,37 +1,117 @@
-"""Rows of an AEM, epoch and numbers between blanks, parsed one by one to name what is wrong with a row."""
+"""Rows of an AEM: epoch, quaternion and rate, written and parsed.
+
+One departure from the standard: a double is written with 17 digits if 16 do not restore its bits.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ...errors import FormatError
+from ...frames import rotations
+from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
+from .. import schema
+from ..text_rows import texts
 from .epochs import EPOCH, RowError, Timestamps, parse_epochs
 
+EPOCH_BYTES = 29
+SAME_EPOCH = 4e-10  # s; dates are written to the nanosecond
 NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 
 
+class RowWriter:
+    """Writes the rows of an AEM's segments, in order, in either syntax.
+
+    segments : all of the file's
+    has_rate : whether a row has the angular velocity
+    number_count : numbers in a row
+    """
+
+    def __init__(self, segments: Sequence[Samples], has_rate: bool):
+        self.segments, self.has_rate = segments, has_rate
+        self.number_count = 7 if has_rate else 4
+        self._last_epoch = b""
+        self._last_attitude: np.ndarray | None = None
+
+    def write(self, segment: Samples, separators: list[bytes]) -> Iterator[bytes]:
+        """Text of a segment's rows, block by block: epoch, quaternion and angular velocity.
+
+        separators : what stands before the epoch, between it and the numbers, and after the last
+
+        Raises FormatError for instants that do not increase by a nanosecond, and for a segment that begins
+        before the one before it ends.
+        """
+        left = segment.count
+        for piece in segment.chunks():
+            epochs, is_begin = epoch_texts(piece).copy(), left == segment.count
+            left -= len(piece)
+            if left == 0:
+                epochs[-1] = self.last_epoch(segment)
+            self._check_order(epochs, is_begin)
+            columns = np.empty((self.number_count, len(piece)))
+            q = rotations.sign_continuous(piece.quaternion("xyzw"), self._last_attitude)
+            self._last_attitude = q[-1]
+            # Adding 0.0 makes -0.0 positive: the standard has no -0 (6.8.5).
+            np.add(q.T, 0.0, out=columns[:4])
+            if self.has_rate:
+                np.add(schema.degrees(piece).T, 0.0, out=columns[4:])
+            yield texts(columns, separators, epochs)
+
+    def last_epoch(self, segment: Samples) -> bytes:
+        """Last epoch of a segment: where the next one begins if both are the same when rounded."""
+        following = self.segments[self.segments.index(segment) + 1 :][:1]
+        last = segment.last.elapsed[0]
+        if following and following[0].first.elapsed[0] <= max(last + SAME_EPOCH, np.nextafter(last, np.inf)):
+            return bytes(epoch_texts(following[0].first)[0])
+        return bytes(epoch_texts(segment.last)[0])
+
+    def _check_order(self, epochs: np.ndarray, is_begin: bool) -> None:
+        """Refuse epochs that do not increase; a segment may begin at the last epoch of the one before."""
+        before = np.concatenate([[self._last_epoch], epochs[:-1]])
+        late = epochs <= before
+        if is_begin:
+            late[0] = epochs[0] < before[0]
+        if late.any():
+            i = int(np.argmax(late))
+            order = f"{epochs[i].decode()} follows {bytes(before[i]).decode()}"
+            raise FormatError(f"an AEM needs instants that increase by a nanosecond or more; {order}")
+        self._last_epoch = epochs[-1]
+
+
+def epoch_texts(piece: EphemerisData) -> np.ndarray:
+    """(n,) dates to the nanosecond; FormatError outside the years 1 to 9999."""
+    epochs = schema.dates(piece.instants)
+    if epochs.dtype.itemsize != EPOCH_BYTES or epochs[0] < b"0001":
+        raise FormatError("an AEM has dates of the years 1 to 9999")
+    return epochs
+
+
 def parse_rows(rows: list[bytes], columns: tuple[str, ...], system: str) -> tuple[Timestamps, np.ndarray]:
-    """Timestamps and (columns, n) doubles; RowError for the first row that is invalid."""
-    texts, numbers = [], np.empty((len(columns), len(rows)))
+    """Parse rows one by one, to name what is wrong with one: timestamps and (columns, n) doubles.
+
+    rows : epoch and numbers between blanks
+
+    Raises RowError for the first row that is invalid.
+    """
+    epochs, numbers = [], np.empty((len(columns), len(rows)))
     for i, row in enumerate(rows):
         epoch, *words = row.split()
-        texts.append(epoch)
+        epochs.append(epoch)
         if len(words) != len(columns):
-            _refuse_count(i, epoch, len(words), columns)
+            if EPOCH.fullmatch(epoch) is None:
+                raise RowError(i, f"{_shown(epoch)} where an epoch or DATA_STOP belongs")
+            missing = f", no {columns[len(words)]}" if len(words) < len(columns) else ""
+            raise RowError(i, f"{len(words)} numbers where {' '.join(columns)} belong{missing}")
         for j, (word, name) in enumerate(zip(words, columns, strict=True)):
             value = float(word) if NUMBER.fullmatch(word) else np.nan
             if not np.isfinite(value):
                 raise RowError(i, f"{name} is {_shown(word)}, not a finite number")
             numbers[j, i] = value
-    return parse_epochs(texts, system), numbers
-
-
-def _refuse_count(index: int, epoch: bytes, count: int, columns: tuple[str, ...]) -> None:
-    if EPOCH.fullmatch(epoch) is None:
-        raise RowError(index, f"{_shown(epoch)} where an epoch or DATA_STOP belongs")
-    missing = f", no {columns[count]}" if count < len(columns) else ""
-    raise RowError(index, f"{count} numbers where {' '.join(columns)} belong{missing}")
+    return parse_epochs(epochs, system), numbers
 
 
 def _shown(word: bytes) -> str:

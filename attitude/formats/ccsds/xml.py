@@ -32,7 +32,7 @@ def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
     separators = _state_template(writer.attitude_type).encode().split(b"%s")
     for segment in nodes.segments:
         yield f"<segment>\n<metadata>\n{_elements(writer.metadata(segment))}</metadata>\n<data>\n".encode()
-        yield from writer.write_rows(segment, separators)
+        yield from writer.rows.write(segment, separators)
         yield b"</data>\n</segment>\n"
     yield b"</body>\n</aem>\n"
 

@@ -1,12 +1,20 @@
-"""D = L^2 - 2 E I_mid, whose sign is the regime and whose size is the distance from the separatrix.
+"""The regime of the motion: the sign of D = L^2 - 2 E I_mid, whose size is the distance from the separatrix.
 
-Cancellation in D would cost digits of all later flips: its terms are summed without rounding, in one
-form for principal moments and in another for a full tensor.
+Motion at a constant rate is recognised before (`principal.rate_is_constant`).  Cancellation in D would cost
+digits of all later flips: its terms are summed without rounding, in one form for principal moments and in
+another for a full tensor.
 """
 
 from .doubledouble import ZERO, add, power_of_two_near, scale, sqrt, store, sub
 from .expansion import add_product, two_part_value
 from .intrinsics import routine
+from .layout import LONG_AXIS, SEPARATRIX, SHORT_AXIS
+
+
+@routine
+def decide_regime(sign_D):
+    """Regime of a motion whose rate is not constant."""
+    return SEPARATRIX if sign_D == 0.0 else (SHORT_AXIS if sign_D > 0.0 else LONG_AXIS)
 
 
 @routine
