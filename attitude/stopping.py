@@ -4,8 +4,8 @@
     with stoppable(stop):     # in the thread that computes
         scene.run()           # raises Stopped soon after stop.set() is called in any other
 
-Compiled loops that may run for minutes read the flag at every step; computations in chunks call `check`
-between them.
+Compiled loops whose length depends on their input read the flag at every step; loops in Python call `check`.
+The service stops a request at its deadline so (service/deadline.py).
 """
 
 from __future__ import annotations

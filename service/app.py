@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging.config
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -12,6 +13,7 @@ import attitude
 
 from . import logs, metrics, middleware, pages
 from .compute import Compute
+from .deadline import end_stuck_process
 from .errors import UnexpectedErrors, install
 from .metrics import Metrics
 from .openapi import DescribedAPI
@@ -60,8 +62,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     metrics.forget_dead_workers()
     app.state.readiness.start()
+    compute = app.state.compute
+    backstop = asyncio.create_task(end_stuck_process(compute.is_stuck, compute.settings.max_seconds))
     yield
-    app.state.compute.stop()
+    backstop.cancel()
+    await compute.stop()
 
 
 def __getattr__(name: str) -> FastAPI:

@@ -13,16 +13,13 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
 from functools import partial
 from http import HTTPStatus
-from time import perf_counter
 from typing import Any, ParamSpec, TypeVar
 
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.types import Message, Receive
 
-from attitude.errors import InputError
-from attitude.stopping import Stop, stoppable
-
+from .deadline import Deadline, end_computations
 from .metrics import Metrics
 from .settings import Settings, variable
 
@@ -32,8 +29,6 @@ P = ParamSpec("P")
 RETRY_AFTER_S = 1
 # When a computation is looked at: first, which is after most are done; and then.
 FIRST_LOOK_S, LOOK_EVERY_S = 0.05, 0.5
-# Beyond its limit, after which a computation that does not stop makes the process unhealthy.
-STUCK_AFTER_S = 5
 
 
 class Job:
@@ -42,22 +37,19 @@ class Job:
     Attributes
     ----------
     identity : goes through the logs, and back to the client
+    deadline : seconds of computing, and the stop that ends them
     samples : instants that the answer holds
-    compute_seconds : that threads have spent on it so far
     is_admitted : counts among those in flight
     is_abandoned : no client waits for the answer any more
-    stop : set where what computes is to end now
     """
 
-    def __init__(self, identity: str, receive: Receive):
+    def __init__(self, identity: str, receive: Receive, max_seconds: float):
         self.identity = identity
+        self.deadline = Deadline(max_seconds)
         self.samples = 0
-        self.compute_seconds = 0.0
         self.is_admitted = self.is_abandoned = False
-        self.stop = Stop()
         self._receive = receive
         self._disconnect: asyncio.Task[None] | None = None
-        self._begun: float | None = None  # the piece of work under way
 
     async def receive(self) -> Message:
         """What the application receives; while the client is watched, its disconnection only."""
@@ -80,35 +72,24 @@ class Job:
     def give_up(self) -> None:
         """Stop the thread that computes, if any."""
         self.is_abandoned = True
-        self.stop.set()
+        self.deadline.stop.set()
 
     def end(self) -> None:
         """Watch no longer."""
         if self._disconnect is not None:
             self._disconnect.cancel()
 
-    def spent(self) -> float:
-        """Seconds of computing, those of the piece under way included."""
-        begun = self._begun
-        return self.compute_seconds + (perf_counter() - begun if begun is not None else 0.0)
-
-    def check(self, max_seconds: float) -> None:
+    def check(self) -> None:
         """Raises ClientDisconnect where no client waits any more, InputError where its time is used up."""
         if self.is_abandoned:
             raise ClientDisconnect
-        if (spent := self.spent()) > max_seconds:
-            limit = f"a scene that takes at most {max_seconds} s to compute ({variable('max_seconds')})"
-            raise InputError("times", f"{spent:.3g} s so far", limit)
+        self.deadline.check()
 
-    def run(self, work: Callable[[], T], max_seconds: float) -> T:
+    def run(self, work: Callable[[], T]) -> T:
         """One piece of its work, in the thread that calls this."""
-        self._begun = perf_counter()
-        try:
-            self.check(max_seconds)
-            with stoppable(self.stop):
-                return work()
-        finally:
-            self.compute_seconds, self._begun = self.spent(), None
+        self.check()
+        with self.deadline.computing():
+            return work()
 
 
 current: ContextVar[Job | None] = ContextVar("job", default=None)
@@ -140,7 +121,7 @@ class Compute:
         job = current.get()
         assert job is not None  # noqa: S101 (for the type checker)
         self._admit(job)
-        job.check(self.settings.max_seconds)
+        job.check()
         piece = partial(self._piece, job, partial(work, *args, **kwargs))
         future = asyncio.get_running_loop().run_in_executor(self._pool, copy_context().run, piece)
         try:
@@ -159,9 +140,9 @@ class Compute:
             await asyncio.wait(awaited, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
             if future.done():
                 return
-            job.check(self.settings.max_seconds)
+            job.check()
             awaited = {future, job.disconnect()}
-            left = self.settings.max_seconds - job.spent()
+            left = job.deadline.max_seconds - job.deadline.spent()
             seconds = min(LOOK_EVERY_S, left + 0.01)
 
     async def blocks(self, blocks: Iterator[bytes]) -> AsyncIterator[bytes]:
@@ -184,15 +165,15 @@ class Compute:
             self.in_flight -= 1
             self.metrics.in_flight.set(self.in_flight)
 
-    def stuck(self) -> bool:
+    def is_stuck(self) -> bool:
         """Whether a computation goes on that should have stopped long ago."""
-        longest = self.settings.max_seconds + STUCK_AFTER_S
-        return any(job.spent() > longest for job in tuple(self.running))
+        return any(job.deadline.is_stuck() for job in tuple(self.running))
 
-    def stop(self) -> None:
+    async def stop(self) -> None:
         """Stop what is computed: the process is to end."""
         for job in tuple(self.running):
             job.give_up()
+        await end_computations(lambda: bool(self.running))
 
     def close(self) -> None:
         """End the threads, for who makes many of them; a process that ends needs it not."""
@@ -215,7 +196,7 @@ class Compute:
         self.running.add(job)
         self.metrics.busy.inc()
         try:
-            return job.run(work, self.settings.max_seconds)
+            return job.run(work)
         finally:
             self.running.discard(job)
             self.metrics.busy.dec()

@@ -48,8 +48,7 @@ def computed(document: bytes, query: Query, settings: Settings, request: Request
 
 def _samples(scene: Scene, query: Query, settings: Settings, check: Check) -> Samples:
     most = settings.max_samples, variable("max_samples")
-    progress = limits.check_wanted(settings)
-    samples = scene.samples(progress, query.drop_below, query.frame, *most, check)
+    samples = scene.samples(limits.check_wanted, query.drop_below, query.frame, *most, check)
     count_samples(samples.count)
     return samples
 

@@ -94,15 +94,12 @@ def check_predicted_together(settings: Settings) -> Callable[[float], None]:
     return check_all
 
 
-def check_wanted(settings: Settings) -> Callable[[float], None]:
-    """What the library is to call between pieces of its work, as its `progress`: raises where to stop.
+def check_wanted(_done: float = 0.0) -> None:
+    """What the library is to call between pieces of its work, as its `progress`.
 
-    ClientDisconnect where no client waits for the answer any more, InputError where its seconds are used up.
+    Raises ClientDisconnect where no client waits for the answer any more, InputError where its seconds are
+    used up.
     """
-
-    def check(_done: float = 0.0) -> None:
-        job = current.get()
-        if job is not None:
-            job.check(settings.max_seconds)
-
-    return check
+    job = current.get()
+    if job is not None:
+        job.check()

@@ -81,7 +81,7 @@ class Requests:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        job = Job(_identity(scope), receive)
+        job = Job(_identity(scope), receive, self.compute.settings.max_seconds)
         current.set(job)
         answer = _Answer(send, job, self.compute.settings.client_seconds)
         begun = perf_counter()
@@ -90,7 +90,9 @@ class Requests:
         finally:
             self.compute.leave(job)
             seconds, route = perf_counter() - begun, getattr(scope.get("route"), "path", "none")
-            self.metrics.observe(scope["method"], route, answer.outcome(), seconds, job.samples, job.spent())
+            self.metrics.observe(
+                scope["method"], route, answer.outcome(), seconds, job.samples, job.deadline.spent()
+            )
             fields = {
                 "method": scope["method"][:LONGEST_LOGGED_PATH],
                 "path": plain(scope["path"][:LONGEST_LOGGED_PATH]),
@@ -98,7 +100,7 @@ class Requests:
                 "status": answer.outcome(),
                 "seconds": round(seconds, 6),
                 "bytes": answer.bytes,
-                "compute_seconds": round(job.spent(), 6),
+                "compute_seconds": round(job.deadline.spent(), 6),
             }
             log.info("request", extra={FIELDS: fields})
 

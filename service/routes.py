@@ -160,7 +160,7 @@ def _scene(name: str) -> bytes:
     responses=openapi.json_answer("It is"),
 )
 async def healthz(request: Request) -> Response:
-    if request.app.state.compute.stuck():
+    if request.app.state.compute.is_stuck():
         detail = "a computation goes on long after it was stopped; this process is to be replaced"
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, detail)
     return json_response(orjson.dumps({"status": "alive"}))

@@ -8,13 +8,12 @@ import tempfile
 import uvicorn
 
 from . import logs
+from .deadline import GRACE_S
 from .metrics import DIRECTORY
 from .settings import Settings, variable
 
 # Longer than proxies keep a connection: they are to end it, who know whether they are about to use it.
 KEEP_ALIVE_S = 75
-# After SIGTERM, beside the seconds of computing that a request may need.
-GRACE_S = 2
 
 
 def serve(**options: object) -> None:

@@ -32,7 +32,7 @@ class Client:
 
 async def asked(compute, work, *arguments, client=None):
     """A request that calls `work` once."""
-    job = Job("test", (client or Client()).receive)
+    job = Job("test", (client or Client()).receive, compute.settings.max_seconds)
     current.set(job)
     try:
         return await compute.run(work, *arguments)
@@ -118,7 +118,7 @@ def test_blocks_of_one_request_count_once_and_let_others_between():
             yield b"" if number == 1 else b"x"
 
     async def stream(compute, name):
-        job = Job(name, Client().receive)
+        job = Job(name, Client().receive, compute.settings.max_seconds)
         current.set(job)
         try:
             return [block async for block in compute.blocks(blocks(name))]
@@ -149,7 +149,7 @@ def test_computation_stops_between_pieces_when_the_client_has_gone():
 
     async def scenario(compute):
         client = Client()
-        task = asyncio.create_task(asked(compute, work, limits.check_wanted(compute.settings), client=client))
+        task = asyncio.create_task(asked(compute, work, limits.check_wanted, client=client))
         await until(begun.is_set)
         client.went.set()
         with pytest.raises(ClientDisconnect):
@@ -194,7 +194,7 @@ def test_work_over_its_seconds_is_refused_while_it_is_under_way_and_stops():
 
     async def scenario(compute):
         with pytest.raises(InputError, match=r"at most 1 s to compute \(ATTITUDE_MAX_SECONDS\)"):
-            await asked(compute, work, limits.check_wanted(compute.settings))
+            await asked(compute, work, limits.check_wanted)
         await until(stopped.is_set)
 
     computing(scenario, max_seconds=1)
@@ -241,12 +241,12 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
             await asyncio.sleep(0.4)  # a client that takes its time
 
     async def scenario(compute):
-        current.set(job := Job("test", Client().receive))
+        current.set(job := Job("test", Client().receive, compute.settings.max_seconds))
         with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
             await take(compute)
         compute.leave(job)
         assert len(taken) == 3
-        assert 1.0 < job.spent() < 2.0
+        assert 1.0 < job.deadline.spent() < 2.0
 
     computing(scenario, max_seconds=1)
 
@@ -300,7 +300,7 @@ async def sent_by(app, method, path, body=b""):
 def test_computation_that_does_not_stop_makes_the_process_unhealthy(monkeypatch):
     """Nothing but a new process ends it; one that was only told to stop is not counted yet."""
     release = threading.Event()
-    monkeypatch.setattr("service.compute.STUCK_AFTER_S", 0.5)
+    monkeypatch.setattr("service.deadline.STUCK_AFTER_S", 0.5)
 
     async def scenario():
         app = create_app(Settings(threads=1, max_seconds=1))

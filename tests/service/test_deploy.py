@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from service.server import GRACE_S
+from service.deadline import GRACE_S
 from service.settings import RETIRED, Settings, table, variable
 
 ROOT = Path(__file__).parents[2]
