@@ -71,7 +71,7 @@ def test_rates_of_one_ephemeris(plain, part):
     def ask(ephemeris):
         return (ephemeris if part is None else ephemeris[part]).angular_velocity
 
-    computed = EphemerisData.__dict__["_computed_rate"].func
+    computed = EphemerisData.__dict__["computed_rate"].func
     functions = Ephemeris.angular_velocity.fget, computed, Ephemeris.__getitem__
     answers = list(interrupted(ask, made, lambda ephemeris: ephemeris.angular_velocity, *functions))
     expected = rates if part is None else rates[part]

@@ -103,7 +103,7 @@ def output_format(
 
     by_default = "csv" if options.output == formats.STANDARD_STREAM else None
     target = formats.find(options.output, options.format or by_default)
-    texts, reading = dict([_option(text) for text in options.set]), {}
+    texts, reading = dict(map(_option, options.set)), {}
     if source is not None:
         of_writer = formats.option_names(formats.module_of(target).blocks)
         of_reader = formats.option_names(formats.module_of(source).parse)

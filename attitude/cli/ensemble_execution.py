@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
-from ..documents.fields import Part, document_errors, parse_json
+from ..documents.fields import Part, input_error, parse_json
 from ..ensemble import engine, storage
 from ..ensemble.block_motion import is_free
 from ..ensemble.density import BODY_AXES
@@ -101,8 +102,10 @@ def ensemble_of(options: Namespace, text: str | bytes, source: str) -> Ensemble:
     """The ensemble of a document with `scene` in it, or of a scene's; options override the document."""
     plain = parse_json(text, source)
     if isinstance(plain, dict) and "scene" in plain:
-        with document_errors():
+        try:
             document = Document(**plain)
+        except ValidationError as error:
+            raise input_error(error) from None
         scene = _scene(document.scene)
     else:
         scene = Scene.model_validate(plain)

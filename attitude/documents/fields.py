@@ -136,16 +136,8 @@ def _refuse_constant(name: str) -> float:
     raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)", steps=())
 
 
-@contextmanager
-def document_errors() -> Iterator[None]:
-    """Turns pydantic's errors into one InputError that names the first field and lists the others."""
-    try:
-        yield
-    except ValidationError as error:
-        raise _input_error(error) from None
-
-
-def _input_error(error: ValidationError) -> InputError:
+def input_error(error: ValidationError) -> InputError:
+    """Pydantic's errors as one InputError that names the first field and lists the others."""
     faults = [_fault(details) for details in error.errors(include_url=False)[:MAX_REPORTED_FAULTS]]
     first = faults[0]
     if len(faults) > 1:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..kernels.layout import BODIES_PER_BLOCK, LIMB_BITS, LIMB_FIRST, REGIMES, ROW_STRIDE
 from ..motion import TorqueFreeMotion
-from ..rigid_body.phase_limit import refuse_too_far
+from ..rigid_body.phase_limit import max_phase_rate, refuse_too_far
 from ..runtime import compiled
 from ..scene.document import Scene
 from ..times.instants import Instants
@@ -116,7 +116,7 @@ class MomentAccumulation:
         batch, seconds, rest = motion._batch, self.instants.seconds, self.instants.seconds_low
         with body_named(index):
             ((_, records),) = batch.blocks(0, batch.size)  # few enough to be cached
-        refuse_too_far(batch.max_phase_rate(records), float(np.abs(seconds).max()))
+        refuse_too_far(max_phase_rate(records), float(np.abs(seconds).max()))
         parts = [(seconds[a:b], None if rest is None else rest[a:b]) for a, b in self._instant_ranges]
 
         def samples(block: Range) -> Iterator[tuple[int, np.ndarray]]:

@@ -125,7 +125,7 @@ def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemer
     """See `Ephemeris.read`."""
     entry = find(path, format)
     module = module_of(entry)
-    _refuse_unknown(module.parse, options, entry)
+    check_options(entry, options, "parse")
     try:
         with open(path, "rb") as stream:
             return module.parse(stream, str(path), **options)
@@ -157,19 +157,15 @@ def module_of(entry: Format) -> ModuleType:
     return import_module(f".{entry.module}", __name__)
 
 
-def check_options(entry: Format, options: dict[str, Any]) -> None:
-    """Raises InputError for an option that the format's writer does not have."""
-    _refuse_unknown(module_of(entry).blocks, options, entry)
+def check_options(entry: Format, options: dict[str, Any], function: str = "blocks") -> None:
+    """Raises InputError for an option that the format's writer, or its reader ("parse"), does not have."""
+    names = option_names(getattr(module_of(entry), function)) if options else []
+    for name, value in options.items():
+        if name not in names:
+            raise InputError(name, value, f"for {entry.name} an option of {', '.join(names) or 'none'}")
 
 
 def option_names(function: Callable[..., Any]) -> list[str]:
     """The options of a format's writer (`blocks`) or reader (`parse`)."""
     arguments = ("samples", "nodes", "name", "stream", "source")  # of every format
     return [name for name in inspect.signature(function).parameters if name not in arguments]
-
-
-def _refuse_unknown(function: Any, options: dict[str, Any], entry: Format) -> None:
-    names = option_names(function) if options else []
-    for name, value in options.items():
-        if name not in names:
-            raise InputError(name, value, f"for {entry.name} an option of {', '.join(names) or 'none'}")

@@ -37,7 +37,8 @@ def names(samples: Samples) -> list[str]:
     """Names of the columns, the same for every chunk; dates, if 64 bits can hold them, first."""
     numbers = [name for name in schema.names(samples) if name != schema.TIME]
     epoch = samples.first.epoch
-    return [TIME_TAI, *numbers] if epoch is not None and can_hold(epoch, *samples.span) else numbers
+    span = samples.extremes.least, samples.extremes.greatest
+    return [TIME_TAI, *numbers] if epoch is not None and can_hold(epoch, *span) else numbers
 
 
 def check_names(names: Sequence[str], source: str, what: str = "column") -> None:

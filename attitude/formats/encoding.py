@@ -61,7 +61,9 @@ def encoded_file(
             blocks = iter([b"".join(blocks)])
         else:
             blocks = coalesced(blocks)
-            for extreme in samples.extremes:  # what these do not have refused, no instant between them has
+            for (
+                extreme
+            ) in samples.least_and_greatest():  # what these do not have refused, no instant between them has
                 for _ in encode(extreme, entry, None, options).blocks:
                     pass
             blocks = chain([next(blocks)], blocks)

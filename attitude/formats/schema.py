@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from fractions import Fraction
 from functools import lru_cache
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import erfa
@@ -43,7 +44,7 @@ DAY_NS = DAY * SECOND_NS
 
 def metadata(samples: Samples) -> dict[str, Any]:
     """All metadata as plain data; events only where there were any."""
-    first = samples.first
+    first, instants = samples.first, samples.first.instants
     events = {"events": event_records.to_plain(first.events)} if first.events else {}
     return {
         "kind": KIND,
@@ -51,8 +52,8 @@ def metadata(samples: Samples) -> dict[str, Any]:
         "convention": convention(first.frame),
         "quaternion_order": "wxyz",
         "frame": first.frame,
-        "epoch": None if first.epoch is None else _epoch(first.epoch),
-        "time_scale": first.instants.scale,
+        "epoch": None if instants.epoch is None else _epoch(instants.epoch),
+        "time_scale": instants.scale,
         "body": None if first.body is None else _body(first.body),
         "shape": list(samples.shape),
         **events,
@@ -89,23 +90,28 @@ def _body(body: RigidBody) -> dict[str, Any]:
 def names(samples: Samples) -> list[str]:
     """Names of the columns; the same for every chunk."""
     first = samples.first
-    time = [TIME] if first.epoch is not None else []
-    rest = [REST] if samples.has_seconds_low else []
-    return [*time, ELAPSED, *rest, *(name for group, _ in vectors(first) for name in group)]
+    time = [TIME] if first.instants.epoch is not None else []
+    rest = [REST] if samples.extremes.has_seconds_low else []
+    return [*time, ELAPSED, *rest, *chain.from_iterable(dict(vectors(first)))]
 
 
 def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.ndarray]:
-    """The columns of these names, each of the ephemeris's shape (those of time: of the instants')."""
+    """The columns of these names, each of the ephemeris's shape (those of time: of the instants').
+
+    They may be views of its arrays.
+    """
     table: dict[str, np.ndarray] = {}
     if TIME in names:
         table[TIME] = dates(ephemeris.instants)
     if ELAPSED in names:
-        table[ELAPSED] = ephemeris.elapsed
+        table[ELAPSED] = ephemeris.instants.seconds
     if REST in names:
         low = ephemeris.instants.seconds_low
         table[REST] = np.zeros(ephemeris.instants.shape) if low is None else low
     for group, vector in vectors(ephemeris):
-        table.update((name, vector[..., i]) for i, name in enumerate(group) if name in names)
+        for i, name in enumerate(group):
+            if name in names:
+                table[name] = vector[..., i]
     return table
 
 
@@ -116,20 +122,18 @@ def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes])
 
 
 def vectors(ephemeris: EphemerisData) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
-    """(names of the components, (..., k) vector) of each vector that the ephemeris holds.
+    """(names of the components, (..., k) vector) of each vector that the ephemeris holds, not copied.
 
     The momentum only where it is not inertia times rate.
     """
-    yield QUATERNION, ephemeris.quaternion("wxyz")
-    if ephemeris.has_rate:
-        yield RATE, ephemeris.angular_velocity
-    momentum = ephemeris.own_momentum
-    if momentum is not None:
-        yield MOMENTUM, momentum
-    translation = ephemeris.translation
-    if translation is not None:
-        yield POSITION, translation.position
-        yield VELOCITY, translation.velocity
+    yield QUATERNION, ephemeris.attitude
+    if ephemeris.rate is not None:
+        yield RATE, ephemeris.computed_rate
+    if ephemeris.momentum is not None:
+        yield MOMENTUM, ephemeris.momentum
+    if ephemeris.centre_of_mass is not None:
+        yield POSITION, ephemeris.centre_of_mass.position
+        yield VELOCITY, ephemeris.centre_of_mass.velocity
 
 
 def ephemeris_from(

@@ -53,11 +53,6 @@ def check_any_frame(frame: str, field: str = "frame") -> str:
     return frame
 
 
-def is_turning(frame: str) -> bool:
-    """Whether this is a rotating frame."""
-    return frame in TURNING_FRAMES
-
-
 def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude") -> np.ndarray:
     """(..., 4) wxyz from a scipy `Rotation` or an array whose order is named.
 

@@ -78,13 +78,10 @@ class Batch:
         for start in range(first, last, BODIES_PER_BLOCK):
             yield start, self._records(start, min(start + BODIES_PER_BLOCK, last))
 
-    def max_phase_rate(self, records: np.ndarray) -> float:
-        """Turns/s of the fastest phase of a block; of all bodies where their records are cached."""
-        return max_phase_rate(records) if self._cached is None else self._cached_max_phase_rate
-
     @cached_property
-    def _cached_max_phase_rate(self) -> float:
-        return 0.0 if self._cached is None else max_phase_rate(self._cached)
+    def _max_phase_rate(self) -> float | None:
+        """Turns/s of the fastest phase of all bodies; None where their records are not cached."""
+        return None if self._cached is None else max_phase_rate(self._cached)
 
     def fields(self, *names: str) -> np.ndarray:
         """The named fields of all records, as a structured array of the batch's shape."""
@@ -129,7 +126,8 @@ class Batch:
         def sample_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
             for index, records in self.blocks(first_body, last_body):
-                refuse_too_far(self.max_phase_rate(records), instants.max_abs_seconds)
+                fastest = max_phase_rate(records) if self._max_phase_rate is None else self._max_phase_rate
+                refuse_too_far(fastest, instants.max_abs_seconds)
                 compiled.sample(records, seconds, low, q, w, self.plain_phases, index, first, last)
 
         run(sample_share, self._shares(seconds.size, threads))

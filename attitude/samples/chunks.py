@@ -16,8 +16,8 @@ CHUNK_INSTANTS = 1 << 16  # instants in a chunk, at most
 Progress = Callable[[float], None]
 
 
-class _Extremes(NamedTuple):
-    """The least and the greatest instant: s, and their indices; whether any has a second part."""
+class Extremes(NamedTuple):
+    """The least and the greatest instant: s, and their indices; whether any instant has a second part."""
 
     least: float
     greatest: float
@@ -53,9 +53,10 @@ class Samples:
     @classmethod
     def of(cls, ephemeris: EphemerisData, progress: Progress | None = None) -> Samples:
         """Samples of an ephemeris in memory; one of a single instant is one chunk."""
-        if not ephemeris.instants.shape:
+        instants = ephemeris.instants
+        if not instants.shape:
             return cls(1, lambda *_: ephemeris, progress)
-        count, instants = len(ephemeris), ephemeris.instants
+        count = instants.shape[0]
 
         def chunk(first: int, last: int) -> EphemerisData:
             return ephemeris if last - first == count else ephemeris[first:last]
@@ -77,7 +78,7 @@ class Samples:
         """Whether all instants are one chunk."""
         return self.count <= CHUNK_INSTANTS
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch dimensions, then those of the instants."""
         first = self.first
@@ -111,28 +112,17 @@ class Samples:
             self.in_memory,
         )
 
-    @property
-    def extremes(self) -> tuple[Samples, Samples]:
+    def least_and_greatest(self) -> tuple[Samples, Samples]:
         """The least and the greatest instant, each as Samples: a format that can hold both can hold all."""
-        least, greatest = self._extremes.least_index, self._extremes.greatest_index
+        least, greatest = self.extremes.least_index, self.extremes.greatest_index
         return (
             Samples(1, lambda first, last: self.chunk(least + first, least + last)),
             Samples(1, lambda first, last: self.chunk(greatest + first, greatest + last)),
         )
 
-    @property
-    def has_seconds_low(self) -> bool:
-        """Whether any instant's seconds need their second part."""
-        return self._extremes.has_seconds_low
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """s; the least and the greatest of the instants, in whatever order they are."""
-        return self._extremes.least, self._extremes.greatest
-
     @cached_property
-    def _extremes(self) -> _Extremes:
-        """All in one pass: computing the instants takes longer than searching them."""
+    def extremes(self) -> Extremes:
+        """The least and the greatest instant, in whatever order they are, found in one pass."""
         least, greatest, has_low = (math.inf, 0), (-math.inf, 0), False
         for first in range(0, self.count, CHUNK_INSTANTS):
             chunk = self.instants(first, min(first + CHUNK_INSTANTS, self.count))
@@ -142,4 +132,4 @@ class Samples:
             least = min(least, (float(seconds[low]), first + low // row_size))
             greatest = max(greatest, (float(seconds[high]), first + high // row_size))
             has_low = has_low or (chunk.seconds_low is not None and bool(chunk.seconds_low.any()))
-        return _Extremes(least[0], greatest[0], least[1], greatest[1], has_low)
+        return Extremes(least[0], greatest[0], least[1], greatest[1], has_low)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import EllipsisType
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
@@ -38,7 +39,7 @@ TURNING_CONVENTION = (
 
 def convention(frame: str) -> str:
     """The conventions of an ephemeris in this frame, as files state them."""
-    if not rotations.is_turning(frame):
+    if frame not in rotations.TURNING_FRAMES:
         return CONVENTION
     return TURNING_CONVENTION.format(frame=frame, meaning=rotations.TURNING_FRAMES[frame])
 
@@ -66,8 +67,8 @@ class EphemerisData:
     """Attitude and body rate of one body, or of many, at instants.
 
     Shape is batch + instants, as in `TorqueFreeMotion.at`; `len`, indexing and slicing go along
-    the (first) dimension of the instants.  The data are immutable: properties return copies of the arrays,
-    and `quaternion("wxyz")` a read-only view (which scipy's `Rotation.from_quat` accepts).
+    the (first) dimension of the instants.  The data are immutable: properties return writeable copies of the
+    arrays (SciPy refuses read-only vectors, its issue 24751), and `quaternion("wxyz")` a read-only view.
 
     Attributes
     ----------
@@ -101,12 +102,12 @@ class EphemerisData:
     def __post_init__(self) -> None:
         self.attitude.flags.writeable = False
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch dimensions, then those of the instants."""
         return self.attitude.shape[:-1]
 
-    @property
+    @cached_property
     def batch_shape(self) -> tuple[int, ...]:
         """Batch dimensions."""
         return self.shape[: len(self.shape) - len(self.instants.shape)]
@@ -121,7 +122,7 @@ class EphemerisData:
     @property
     def elapsed(self) -> np.ndarray:
         """(instants), s: SI seconds since the epoch, rounded to one double (see `Instants.seconds_low`)."""
-        return _own(self.instants.seconds)
+        return self.instants.seconds.copy(order="K")
 
     @property
     def time(self) -> Time:
@@ -157,10 +158,11 @@ class EphemerisData:
     @property
     def angular_velocity(self) -> np.ndarray:
         """(..., 3), rad/s, relative to `frame`, body components; computed on first use."""
-        return _own(self._computed_rate)
+        return self.computed_rate.copy(order="K")
 
     @cached_property
-    def _computed_rate(self) -> np.ndarray:
+    def computed_rate(self) -> np.ndarray:
+        """`angular_velocity` without a copy, not to be written to."""
         rate = self.rate(self.instants) if callable(self.rate) else self.rate
         if rate is None:
             raise RegimeError(
@@ -178,7 +180,7 @@ class EphemerisData:
         """
         self._refuse_rotating("angular_momentum")
         if self.momentum is not None:
-            return _own(self.momentum)
+            return self.momentum.copy(order="K")
         return rotations.rotate(self.attitude, self._body_momentum())
 
     @property
@@ -193,17 +195,12 @@ class EphemerisData:
         return 0.5 * (self.angular_velocity * self._body_momentum()).sum(axis=-1)
 
     @property
-    def own_momentum(self) -> np.ndarray | None:
-        """(..., 3), kg m2 rad/s, inertial, along the axes of `frame`; None unless it `has_own_momentum`."""
-        return None if self.momentum is None else _own(self.momentum)
-
-    @property
     def translation(self) -> Translation | None:
         """Position (..., 3), m, and velocity, m/s, of the centre of mass; None where it was not computed."""
-        return self.centre_of_mass and Translation(*map(_own, self.centre_of_mass))
+        return self.centre_of_mass and Translation(*(part.copy(order="K") for part in self.centre_of_mass))
 
     def _refuse_rotating(self, quantity: str) -> None:
-        if rotations.is_turning(self.frame):
+        if self.frame in rotations.TURNING_FRAMES:
             raise RegimeError(f"{quantity}: {self.frame} is a rotating frame; use an inertial frame")
 
     def _body_momentum(self) -> np.ndarray:
@@ -246,7 +243,7 @@ class EphemerisData:
             raise TypeError("an ephemeris of one instant cannot be indexed")
         key = key if isinstance(key, tuple) else (key,)
         # an ellipsis stands for dimensions of the instants, not for that of the components
-        last = (slice(None),) if any(item is Ellipsis for item in key) else ()
+        last = (slice(None),) if EllipsisType in map(type, key) else ()
         samples = (*(slice(None),) * len(self.batch_shape), *key, *last)
         attitude = self.attitude[samples]
         return replace(
@@ -262,8 +259,3 @@ class EphemerisData:
     def __repr__(self) -> str:
         epoch = f" from {self.epoch.isot} {self.epoch.scale}" if self.epoch is not None else ""
         return f"<Ephemeris: shape {self.shape}, body to {self.frame}{epoch}>"
-
-
-def _own(array: np.ndarray) -> np.ndarray:
-    """A writeable copy: SciPy refuses read-only vectors (its issue 24751)."""
-    return array.copy(order="K")

@@ -13,7 +13,7 @@ from ..errors import InputError, RegimeError
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..frames.inertial import STILL, FrameRotation, rotation_from_gcrf
-from ..frames.rotations import ORBITAL_FRAMES, is_turning, rotate
+from ..frames.rotations import ORBITAL_FRAMES, TURNING_FRAMES, rotate
 from ..times.instants import Instants
 from .ephemeris_data import EphemerisData, OrbitStates
 from .event import Event
@@ -40,7 +40,7 @@ def in_frame(ephemeris: Data, frame: str) -> Data:
         resample = partial(_resample_in_frame, resample, ephemeris.orbit, frame)
     if rotation is None:
         return replace(ephemeris, frame=frame, resample=resample)
-    rotating = is_turning(frame) or is_turning(ephemeris.frame)
+    rotating = bool({frame, ephemeris.frame} & TURNING_FRAMES.keys())
     attitude = rotations.product(rotation.quaternion, ephemeris.attitude)
     rate = ephemeris.rate
     if rotating and rate is not None:

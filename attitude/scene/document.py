@@ -6,15 +6,15 @@ import json
 from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from astropy import units as u
 from astropy.time import Time
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from .. import units
 from ..documents.fields import (
@@ -24,10 +24,10 @@ from ..documents.fields import (
     Part,
     Text,
     Vector,
-    document_errors,
     exactly_one,
     field_named,
     field_within,
+    input_error,
     parse_json,
 )
 from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
@@ -207,7 +207,7 @@ class Times(Part):
             return len(self.dates)
         if self.count is not None:
             return self.count
-        return self._grid().count
+        return self.grid.count
 
     def build(self, epoch: Time | None) -> Instants:
         """All instants, since the epoch."""
@@ -220,8 +220,7 @@ class Times(Part):
         unit = self.unit or ""
         units.parse_unit(unit, units.SECOND, "times.unit")
         if self.elapsed is None:
-            grid = self._grid()
-            return grid.part(0, grid.count, epoch)
+            return self.grid.part(0, self.grid.count, epoch)
         return instants.in_unit(np.array(self.elapsed), unit, "times.elapsed", epoch)
 
     def span(self, epoch: Time | None) -> tuple[float, float]:
@@ -236,9 +235,11 @@ class Times(Part):
 
     def lazily(self, epoch: Time | None) -> Grid | Instants:
         """The instants for `TorqueFreeMotion.chunks`; those of a grid are made chunk by chunk."""
-        return self.build(epoch) if self.start is None else self._grid()
+        return self.build(epoch) if self.start is None else self.grid
 
-    def _grid(self) -> Grid:
+    @cached_property
+    def grid(self) -> Grid:
+        """The instants from `start` to `stop`."""
         return Grid(self.start or 0.0, self.stop or 0.0, self.count, self.step, self.unit or "")
 
 
@@ -283,8 +284,10 @@ class Scene(Part):
         return self
 
     def __init__(self, **document: Any):
-        with document_errors():
+        try:
             super().__init__(**document)
+        except ValidationError as error:
+            raise input_error(error) from None
 
     @classmethod
     def model_validate(cls, document: Any) -> Scene:  # type: ignore[override]
@@ -364,7 +367,12 @@ class Scene(Part):
 
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
-        motion = copy(_motion(_State.of(self)))
+        try:
+            state = _State(self.__pydantic_serializer__.to_json(self, include=STATE))
+        except ValueError:  # half a surrogate pair where a unit should be
+            state = _State(ascii([getattr(self, name) for name in sorted(STATE)]).encode())
+        state.parts = self.body, self.attitude, self.angular_velocity, self.frame
+        motion = copy(_motion(state))
         motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
         return motion
 
@@ -499,35 +507,17 @@ class Scene(Part):
         )
 
 
-class _State(NamedTuple):
-    """The fields that determine the motion, as a key of the cache: equal where their text is."""
+class _State(bytes):
+    """Text of the fields that determine a motion, by which it is cached, and these fields."""
 
-    text: bytes
-    body: Body
-    attitude: Attitude
-    angular_velocity: AngularVelocity
-    frame: str
-
-    @classmethod
-    def of(cls, scene: Scene) -> _State:
-        try:
-            text = scene.__pydantic_serializer__.to_json(scene, include=STATE)
-        except ValueError:  # half a surrogate pair where a unit should be
-            text = ascii([getattr(scene, name) for name in sorted(STATE)]).encode()
-        return cls(text, scene.body, scene.attitude, scene.angular_velocity, scene.frame)
-
-    def __hash__(self) -> int:
-        return hash(self.text)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _State) and self.text == other.text
+    parts: tuple[Body, Attitude, AngularVelocity, str]
 
 
 @lru_cache(maxsize=256)
 def _motion(state: _State) -> TorqueFreeMotion:
     """Cached with its constants: the same body is often queried again."""
-    body, attitude, rate = state.body.build(), state.attitude.build(), state.angular_velocity.build()
-    return TorqueFreeMotion(body, attitude, rate, order="wxyz", frame=state.frame)
+    body, attitude, rate, frame = state.parts
+    return TorqueFreeMotion(body.build(), attitude.build(), rate.build(), order="wxyz", frame=frame)
 
 
 def _orbit_path(

@@ -35,6 +35,7 @@ class Instants:
         Elapsed SI seconds, rounded to one double.
     seconds_low : ndarray or None, s
         The rounding error of `seconds`: seconds + seconds_low is good to 32 digits.  None for zero.
+    shape : tuple, dimensions of the instants
     epoch : Time or None
     scale : str or None
         The time scale of `time`: that of the Time they were constructed from, else the epoch's.
@@ -50,15 +51,11 @@ class Instants:
     ):
         self.seconds = np.asarray(seconds)
         self.seconds_low = None if seconds_low is None else np.asarray(seconds_low)
+        self.shape = self.seconds.shape
         self.epoch = epoch
         self._time = time
         dated = epoch if time is None else time
         self.scale = dated.scale if scale is None and dated is not None else scale
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Dimensions of the instants."""
-        return self.seconds.shape
 
     @cached_property
     def max_abs_seconds(self) -> float:
@@ -356,17 +353,16 @@ class Grid:
         for name in ("start", "stop", "step"):
             if not np.isfinite(getattr(self, name)):
                 raise InputError(f"times.{name}", getattr(self, name), "a finite number")
-        self.count = self._count_of_steps() if count is None else count
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
-            raise InputError("times.count", self.count, "a whole number, at least 1")
-
-    def _count_of_steps(self) -> int:
-        if self.step <= 0.0:
-            raise InputError("times.step", self.step, "a number greater than 0")
-        intervals = (self.stop - self.start) / self.step
-        if not intervals < 2**53:
-            raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
-        return math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
+        if count is None:
+            if self.step <= 0.0:
+                raise InputError("times.step", self.step, "a number greater than 0")
+            intervals = (self.stop - self.start) / self.step
+            if not intervals < 2**53:
+                raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
+            count = math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise InputError("times.count", count, "a whole number, at least 1")
+        self.count = count
 
     def __len__(self) -> int:
         return self.count

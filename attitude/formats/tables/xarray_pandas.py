@@ -33,7 +33,7 @@ def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
     """See `Ephemeris.to_xarray`."""
     xarray = needed("xarray", "to_xarray", "tables")
     bodies, times = _dimensions(ephemeris)
-    vectors = dict(schema.vectors(ephemeris))
+    vectors = {names: vector.copy(order="K") for names, vector in schema.vectors(ephemeris)}
     variables = {
         name: ((*bodies, *times, _last(names)), vectors[names], {"units": unit, "axes": axes})
         for name, names, unit, axes in VARIABLES
@@ -103,7 +103,7 @@ def to_pandas(ephemeris: EphemerisData) -> pd.DataFrame:
     if _has_dates(ephemeris):
         index = pandas.DatetimeIndex(_dates(ephemeris), name=columnar.TIME_TAI)
     else:
-        index = pandas.Index(table.pop(schema.ELAPSED), name=schema.ELAPSED)
+        index = pandas.Index(table.pop(schema.ELAPSED).copy(), name=schema.ELAPSED)
     frame = pandas.DataFrame(table, index)
     frame.attrs = schema.metadata(Samples.of(ephemeris))
     return frame
