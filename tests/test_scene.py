@@ -27,6 +27,7 @@ from attitude import (
 from attitude.scene.document import builtin_names
 from attitude.times.instants import Instants
 from tests.bodies import ATTITUDE, ATTITUDE_TOLERANCE
+from tests.tables import GONE, assert_refused, refusals, replaced
 
 DOCUMENT = {
     "name": "debris",
@@ -38,16 +39,13 @@ DOCUMENT = {
     "times": {"start": 0, "stop": 60, "step": 0.5, "unit": "s"},
     "effects": [],
 }
-GONE = object()
 # One product of a value with its unit, rounded; one part in 2^100 where both parts are kept.
 UNIT_ROUNDING = 2.0**-52
 TWO_PART_TOLERANCE = 2.0**-100
 
 
 def changed(**parts):
-    """The document with members replaced, or taken away where they are GONE."""
-    document = {**copy.deepcopy(DOCUMENT), **parts}
-    return {name: part for name, part in document.items() if part is not GONE}
+    return replaced(copy.deepcopy(DOCUMENT), parts)
 
 
 def run(**parts):
@@ -95,27 +93,24 @@ def test_euler_angles_of_any_sequence_are_scipys_intrinsic_ones(sequence):
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1.0, 3.0, 3.2, 6.0])
 def test_every_form_of_one_attitude_is_the_same_attitude(angle):
     rotation = Rotation.from_rotvec(angle * np.array([2.0, -1.0, 2.0]) / 3)
+    sequence = "ZXZ" if angle > 1e-3 else "XYZ"
     forms = [
         {"quaternion": rotation.as_quat().tolist(), "order": "xyzw"},
         {"quaternion": rotation.as_quat(scalar_first=True).tolist(), "order": "wxyz"},
         {"matrix": rotation.as_matrix().tolist()},
         {"mrp": rotation.as_mrp().tolist()},
-        {
-            "mrp": (np.tan(angle / 4) * np.array([2.0, -1.0, 2.0]) / 3).tolist()
-        },  # beyond half a turn: longer than 1
-        {"euler": rotation.as_euler("ZXZ" if angle > 1e-3 else "XYZ").tolist(), "unit": "rad"},
+        # beyond half a turn: longer than 1
+        {"mrp": (np.tan(angle / 4) * np.array([2.0, -1.0, 2.0]) / 3).tolist()},
+        {"euler": rotation.as_euler(sequence).tolist(), "sequence": sequence, "unit": "rad"},
     ]
-    forms[-1]["sequence"] = "ZXZ" if angle > 1e-3 else "XYZ"
     for form in forms:
         assert np.abs(at_epoch(attitude=form) - rotation.as_matrix()).max() <= 4 * ATTITUDE_TOLERANCE
 
 
 @pytest.mark.parametrize("length", [1e9, 1e160, 1e300])
 def test_rodrigues_parameters_however_long_are_all_but_a_whole_turn(length):
-    assert (
-        np.abs(at_epoch(attitude={"mrp": [0, length, 0]}) - np.eye(3)).max()
-        <= 4 / length + ATTITUDE_TOLERANCE
-    )
+    R = at_epoch(attitude={"mrp": [0, length, 0]})
+    assert np.abs(R - np.eye(3)).max() <= 4 / length + ATTITUDE_TOLERANCE
 
 
 def test_numbers_are_in_the_unit_beside_them():
@@ -138,39 +133,37 @@ def test_tensor_is_taken_as_a_tensor():
 
 
 TENTH, THREE_TENTHS = Fraction(0.1), Fraction(0.3)
+
+
+def grid(start=0, stop=60, unit="s", **more):
+    return {"times": {"start": start, "stop": stop, "unit": unit, **more}}
+
+
+def times(**form):
+    return {"times": form}
+
+
 GRIDS = {
-    "step": ({"start": 0, "stop": 1, "step": 0.1, "unit": "s"}, [k * TENTH for k in range(11)]),
-    "step rounded past stop": (
-        {"start": 0, "stop": 0.9, "step": 0.3, "unit": "s"},
-        [k * THREE_TENTHS for k in range(4)],
-    ),
-    "step rounded before stop": (
-        {"start": 0, "stop": 0.3, "step": 0.1, "unit": "s"},
-        [k * TENTH for k in range(4)],
-    ),
-    "span rounded below its steps": (
-        {"start": 1000, "stop": 1000.3, "step": 0.1, "unit": "s"},
-        [1000 + k * TENTH for k in range(4)],
-    ),
-    "stop between steps": (
-        {"start": 0, "stop": 0.99, "step": 0.1, "unit": "s"},
-        [k * TENTH for k in range(10)],
-    ),
-    "step over no span": ({"start": 5, "stop": 5, "step": 1, "unit": "min"}, [300]),
-    "start before the epoch": ({"start": -2, "stop": 2, "step": 3, "unit": "h"}, [-7200, 3600]),
-    "count": ({"start": 0, "stop": 1, "count": 4, "unit": "d"}, [0, 28800, 57600, 86400]),
-    "count of both ends": ({"start": -0.1, "stop": 0.1, "count": 2, "unit": "s"}, [-TENTH, TENTH]),
-    "count of one": ({"start": 7, "stop": 7, "count": 1, "unit": "s"}, [7]),
-    "count over no span": ({"start": 7, "stop": 7, "count": 3, "unit": "s"}, [7, 7, 7]),
-    "minutes": ({"elapsed": [3, 0.1, -2], "unit": "min"}, [180, 60 * TENTH, -120]),
-    "days": ({"elapsed": [0.1], "unit": "d"}, [86400 * TENTH]),
-    "milliseconds": ({"elapsed": [0.1], "unit": "ms"}, [TENTH / 1000]),
+    "step": (grid(0, 1, step=0.1), [k * TENTH for k in range(11)]),
+    "step rounded past stop": (grid(0, 0.9, step=0.3), [k * THREE_TENTHS for k in range(4)]),
+    "step rounded before stop": (grid(0, 0.3, step=0.1), [k * TENTH for k in range(4)]),
+    "span rounded below its steps": (grid(1000, 1000.3, step=0.1), [1000 + k * TENTH for k in range(4)]),
+    "stop between steps": (grid(0, 0.99, step=0.1), [k * TENTH for k in range(10)]),
+    "step over no span": (grid(5, 5, "min", step=1), [300]),
+    "start before the epoch": (grid(-2, 2, "h", step=3), [-7200, 3600]),
+    "count": (grid(0, 1, "d", count=4), [0, 28800, 57600, 86400]),
+    "count of both ends": (grid(-0.1, 0.1, count=2), [-TENTH, TENTH]),
+    "count of one": (grid(7, 7, count=1), [7]),
+    "count over no span": (grid(7, 7, count=3), [7, 7, 7]),
+    "minutes": (times(elapsed=[3, 0.1, -2], unit="min"), [180, 60 * TENTH, -120]),
+    "days": (times(elapsed=[0.1], unit="d"), [86400 * TENTH]),
+    "milliseconds": (times(elapsed=[0.1], unit="ms"), [TENTH / 1000]),
 }
 
 
-@pytest.mark.parametrize(("times", "seconds"), GRIDS.values(), ids=GRIDS)
-def test_times_are_exact_in_two_parts(times, seconds):
-    instants = Scene.model_validate(changed(times=times)).run().instants
+@pytest.mark.parametrize(("parts", "seconds"), GRIDS.values(), ids=GRIDS)
+def test_times_are_exact_in_two_parts(parts, seconds):
+    instants = run(**parts).instants
     rest = np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
     assert len(instants.seconds) == len(seconds)
     for high, low, exact in zip(instants.seconds.tolist(), rest.tolist(), seconds, strict=True):
@@ -248,294 +241,19 @@ def test_scene_does_not_change():
 
 # -- faults of a document -----------------------------------------------------------------------
 
-POSITIVE = "positive principal moments"
-TRIANGLE = "no principal moment greater than the sum of the other two"
-REQUIRED = r"a value \(the field is required\); got nothing"
 UNKNOWN = r"no such key \(unknown keys are refused\)"
-MOMENT_UNIT = 'a unit of moment of inertia, such as "kg m2"'
-RATE_UNIT = 'a unit of angular .*, such as "rad/s", "deg/s" or "deg/d"'
-TIME_UNIT = 'a unit of time, such as "s", "min", "h" or "d"'
-DATE = r"a date such as 2026-01-01T00:00:00 \(ISO 8601\)"
-FRAME = "an inertial frame, one of ICRF, GCRF, EME2000, ECLIPJ2000, INERTIAL"
-ONE_ATTITUDE = "exactly one of euler, quaternion, matrix, mrp"
-ONE_TIMES = "exactly one of start, elapsed, dates"
-SCALE = "one of 'utc', 'tai', 'tt', 'tdb', 'tcb', 'tcg' or 'ut1'"
-EYE = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
-def moments(*values, unit="kg m2", **more):
-    return {"body": {"moments": list(values), "unit": unit, **more}}
-
-
-def tensor(*rows):
-    return {"body": {"tensor": list(rows), "unit": "kg m2"}}
-
-
-def epoch(time, scale="utc"):
-    return {"epoch": {"time": time, "scale": scale}}
-
-
-def attitude(**form):
-    return {"attitude": form}
-
-
-def rate(*value, unit="rad/s"):
-    return {"angular_velocity": {"value": list(value), "unit": unit}}
-
-
-def times(**form):
-    return {"times": form}
-
-
-def grid(start=0, stop=60, unit="s", **more):
-    return times(start=start, stop=stop, unit=unit, **more)
-
-
-# Members changed, the pointer to the fault, the message.
-FAULTS = {
-    "no body": ({"body": GONE}, "/body", REQUIRED),
-    "body of another form": ({"body": [1, 2, 2]}, "/body", "a JSON object; got"),
-    "no inertia": ({"body": {"unit": "kg m2"}}, "/body", "exactly one of moments, tensor; got nothing"),
-    "two inertias": (
-        moments(1, 1, 1, tensor=EYE),
-        "/body",
-        "exactly one of moments, tensor; got 'moments and tensor'",
-    ),
-    "zero moment": (moments(0, 1, 1), "/body/moments/0", f"{POSITIVE}; got 0.0"),
-    "negative moment": (moments(1, -1, 1), "/body/moments/1", f"{POSITIVE}; got -1.0"),
-    "NaN moment": (moments(1, 1, float("nan")), "/body/moments/2", "a finite number; got nan"),
-    "infinite moment": (moments(float("inf"), 1, 1), "/body/moments/0", "a finite number; got inf"),
-    "moment of thousands of digits": (
-        moments(10**400, 1, 1),
-        "/body/moments/0",
-        "a number in the range of a double",
-    ),
-    "moment too great": (moments(1, 1, 2.1), "/body/moments/2", f"{TRIANGLE}.*; got 2.1"),
-    "two moments": (moments(1, 1), "/body/moments", "3 elements; got \\[1, 1\\]"),
-    "four moments": (moments(1, 1, 1, 1), "/body/moments", "3 elements"),
-    "moment of text": (moments("1", 1, 1), "/body/moments/0", "a number; got '1'"),
-    "moment of truth": (moments(True, 1, 1), "/body/moments/0", "a number; got True"),
-    "moment missing": (moments(1, None, 1), "/body/moments/1", "a number; got nothing"),
-    "moments beyond a double": (
-        moments(1e300, 1e300, 1e300, unit="1e300 kg m2"),
-        "/body/moments/0",
-        "finite numbers",
-    ),
-    "moments vanish in SI": (
-        moments(1e-300, 1e-300, 1e-300, unit="1e-300 kg m2"),
-        "/body/moments/0",
-        POSITIVE,
-    ),
-    "no unit of moments": ({"body": {"moments": [1, 1, 1]}}, "/body/unit", REQUIRED),
-    "unit of mass": (moments(1, 1, 1, unit="kg"), "/body/unit", f"{MOMENT_UNIT}; got 'kg'"),
-    "unknown unit": (moments(1, 1, 1, unit="stone ell2"), "/body/unit", f"{MOMENT_UNIT}; got 'stone ell2'"),
-    "unit left empty": (moments(1, 1, 1, unit=""), "/body/unit", MOMENT_UNIT),
-    "unit of no text": (moments(1, 1, 1, unit=5), "/body/unit", "text; got 5"),
-    "asymmetric tensor": (
-        tensor([1, 0.5, 0], [0, 1, 0], [0, 0, 1]),
-        "/body/tensor/0/1",
-        "a symmetric tensor",
-    ),
-    "ragged tensor": (tensor([1, 0, 0], [0, 1], [0, 0, 1]), "/body/tensor/1", "3 elements"),
-    "tensor of two rows": (tensor([1, 0, 0], [0, 1, 0]), "/body/tensor", "3 elements"),
-    "key of a part unknown": (moments(1, 1, 1, weight=3), "/body/weight", f"{UNKNOWN}; got 3"),
-    "key unknown": ({"colour": "red"}, "/colour", f"{UNKNOWN}; got 'red'"),
-    "key with a dot": ({"a.b": 1}, "/a.b", UNKNOWN),
-    "key with a slash": ({"a/b~c": 1}, "/a~1b~0c", UNKNOWN),
-    "key with a bracket": ({"a[0]": 1}, "/a[0]", UNKNOWN),
-    "key of nothing": ({"": 1}, "/", UNKNOWN),
-    "name of no text": ({"name": 5}, "/name", "text; got 5"),
-    "name of half a surrogate pair": ({"name": "\ud800"}, "/name", "text without half surrogate pairs"),
-    "epoch in no month": (epoch("2020-13-01T00:00:00"), "/epoch/time", f"{DATE}; got '2020-13-01T00:00:00'"),
-    "epoch of a word": (epoch("yesterday"), "/epoch/time", DATE),
-    "epoch by its year": (epoch("J2000.0"), "/epoch/time", DATE),
-    "epoch in a time zone": (epoch("2020-01-01T00:00:00+01:00"), "/epoch/time", DATE),
-    "epoch of no text": (epoch(2020), "/epoch/time", "text; got 2020"),
-    "epoch with a null": (epoch("2020-01-01\x00"), "/epoch/time", DATE),
-    "Zulu time of another scale": (epoch("2020-01-01T00:00:00Z", "tt"), "/epoch/time", DATE),
-    "leap second that never was": (epoch("2015-12-31T23:59:60"), "/epoch/time", "date|second"),
-    "epoch without scale": ({"epoch": {"time": "2020-01-01"}}, "/epoch/scale", REQUIRED),
-    "unknown scale": (epoch("2020-01-01", "gps"), "/epoch/scale", f"{SCALE}; got 'gps'"),
-    "UT1 outside its tables": (epoch("1960-01-01", "ut1"), "/epoch/time", "UT1"),
-    "rotating frame": ({"frame": "ITRF"}, "/frame", f"{FRAME}; got 'ITRF'"),
-    "no frame": ({"frame": None}, "/frame", "text; got nothing"),
-    "no attitude": ({"attitude": GONE}, "/attitude", REQUIRED),
-    "attitude of no form": (attitude(), "/attitude", ONE_ATTITUDE),
-    "attitude of two forms": (
-        attitude(mrp=[0, 0, 0], matrix=EYE),
-        "/attitude",
-        f"{ONE_ATTITUDE}; got 'matrix and mrp'",
-    ),
-    "missing order": (
-        attitude(quaternion=[1, 0, 0, 0]),
-        "/attitude/order",
-        '"wxyz" or "xyzw" beside quaternion; got nothing',
-    ),
-    "unknown order": (
-        attitude(quaternion=[1, 0, 0, 0], order="wzyx"),
-        "/attitude/order",
-        '"wxyz" or "xyzw"; got \'wzyx\'',
-    ),
-    "zero quaternion": (
-        attitude(quaternion=[0, 0, 0, 0], order="wxyz"),
-        "/attitude/quaternion",
-        "a unit quaternion, within 1e-6",
-    ),
-    "quaternion off unit": (
-        attitude(quaternion=[1.1, 0, 0, 0], order="wxyz"),
-        "/attitude/quaternion",
-        "a unit quaternion, within 1e-6.*; got 1.1",
-    ),
-    "huge quaternion": (
-        attitude(quaternion=[1e300, 0, 0, 0], order="wxyz"),
-        "/attitude/quaternion",
-        "a unit quaternion",
-    ),
-    "quaternion of three": (
-        attitude(quaternion=[1, 0, 0], order="wxyz"),
-        "/attitude/quaternion",
-        "4 elements",
-    ),
-    "order beside another form": (
-        attitude(mrp=[0, 0, 0], order="wxyz"),
-        "/attitude/order",
-        "no order beside mrp",
-    ),
-    "unit beside a quaternion": (
-        attitude(quaternion=[1, 0, 0, 0], order="wxyz", unit="deg"),
-        "/attitude/unit",
-        "no unit beside quaternion",
-    ),
-    "angles without sequence": (
-        attitude(euler=[1, 2, 3], unit="deg"),
-        "/attitude/sequence",
-        "beside euler; got nothing",
-    ),
-    "angles without unit": (
-        attitude(euler=[1, 2, 3], sequence="ZXZ"),
-        "/attitude/unit",
-        "beside euler; got nothing",
-    ),
-    "angles in metres": (
-        attitude(euler=[1, 2, 3], sequence="ZXZ", unit="m"),
-        "/attitude/unit",
-        'a unit of angle, such as "deg" or "rad"; got \'m\'',
-    ),
-    "fixed axes": (
-        attitude(euler=[1, 2, 3], sequence="zxz", unit="deg"),
-        "/attitude/sequence",
-        "three axes.*; got 'zxz'",
-    ),
-    "two axes": (attitude(euler=[1, 2, 3], sequence="ZX", unit="deg"), "/attitude/sequence", "three axes"),
-    "one axis twice": (
-        attitude(euler=[1, 2, 3], sequence="ZZX", unit="deg"),
-        "/attitude/sequence",
-        "three axes, no two neighbours the same",
-    ),
-    "matrix that mirrors": (
-        attitude(matrix=[[1, 0, 0], [0, 1, 0], [0, 0, -1]]),
-        "/attitude/matrix",
-        "a proper rotation matrix",
-    ),
-    "matrix that stretches": (
-        attitude(matrix=[[1, 0, 0], [0, 1.1, 0], [0, 0, 1]]),
-        "/attitude/matrix",
-        "orthonormal within 1e-6",
-    ),
-    "huge matrix": (
-        attitude(matrix=[[1e300, 0, 0], [0, 1, 0], [0, 0, 1]]),
-        "/attitude/matrix",
-        "a proper rotation matrix",
-    ),
-    "parameters of two": (attitude(mrp=[0, 0]), "/attitude/mrp", "3 elements"),
-    "no rate": ({"angular_velocity": GONE}, "/angular_velocity", REQUIRED),
-    "rate without unit": ({"angular_velocity": {"value": [1, 2, 3]}}, "/angular_velocity/unit", REQUIRED),
-    "rate of two": (rate(1, 2), "/angular_velocity/value", "3 elements"),
-    "rate in metres": (rate(1, 2, 3, unit="m/s"), "/angular_velocity/unit", f"{RATE_UNIT}; got 'm/s'"),
-    "rate in hertz": (rate(1, 2, 3, unit="Hz"), "/angular_velocity/unit", f"{RATE_UNIT}; got 'Hz'"),
-    "rate beyond a double": (
-        rate(1, 1e308, 1, unit="rad/ns"),
-        "/angular_velocity/value/1",
-        "finite numbers|rad/s",
-    ),
-    "no times": ({"times": GONE}, "/times", REQUIRED),
-    "times of no form": (times(), "/times", f"{ONE_TIMES}; got nothing"),
-    "times of two forms": (times(start=0, elapsed=[1]), "/times", f"{ONE_TIMES}; got 'start and elapsed'"),
-    "no unit of time": (times(start=0, stop=1, step=1), "/times/unit", "a value beside start; got nothing"),
-    "metres of time": (grid(unit="m", step=1), "/times/unit", f"{TIME_UNIT}; got 'm'"),
-    "no stop": (times(start=0, step=1, unit="s"), "/times/stop", "a value beside start"),
-    "stop before start": (
-        grid(0, -1, step=1),
-        "/times/stop",
-        r"an instant not before start \(0.0\); got -1.0",
-    ),
-    "neither step nor count": (grid(), "/times", "exactly one of step, count; got nothing"),
-    "step and count": (grid(step=1, count=3), "/times", "exactly one of step, count; got 'step and count'"),
-    "step of zero": (grid(step=0), "/times/step", "greater than 0; got 0"),
-    "step back": (grid(step=-1), "/times/step", "greater than 0; got -1"),
-    "step too small to count": (grid(step=1e-300), "/times/step", r"fewer than 2\*\*53 instants"),
-    "count of none": (grid(count=0), "/times/count", "greater than or equal to 1; got 0"),
-    "count of one over a span": (
-        grid(count=1),
-        "/times/count",
-        "at least 2 where stop is after start; got 1",
-    ),
-    "half a count": (grid(count=2.5), "/times/count", "integer; got 2.5"),
-    "count of truth": (grid(count=True), "/times/count", "integer; got True"),
-    "scale beside a span": (grid(step=1, scale="utc"), "/times/scale", "no scale beside start; got 'utc'"),
-    "empty list": (times(elapsed=[], unit="s"), "/times/elapsed", r"at least one; got \[\]"),
-    "missing value": (times(elapsed=[1, None], unit="s"), "/times/elapsed/1", "a number; got nothing"),
-    "step beside a list": (times(elapsed=[1], unit="s", step=1), "/times/step", "no step beside elapsed"),
-    "list without unit": (times(elapsed=[1]), "/times/unit", "a value beside elapsed"),
-    "empty list of dates": (times(dates=[], scale="utc"), "/times/dates", "at least one"),
-    "dates without scale": (times(dates=["2020-01-01"]), "/times/scale", "a value beside dates"),
-    "date that is none": (
-        times(dates=["2020-01-01", "tomorrow"], scale="utc"),
-        "/times/dates/1",
-        f"{DATE}; got 'tomorrow'",
-    ),
-    "date in no month": (times(dates=["2020-01-01", "2020-13-01"], scale="utc"), "/times/dates/1", DATE),
-    "date of no text": (times(dates=["2020-01-01", 5], scale="utc"), "/times/dates/1", "text; got 5"),
-    "dates of an unknown scale": (times(dates=["2020-01-01"], scale="gps"), "/times/scale", SCALE),
-    "unit beside dates": (
-        times(dates=["2020-01-01"], scale="utc", unit="s"),
-        "/times/unit",
-        "no unit beside dates",
-    ),
-    "dates without epoch": (
-        {"epoch": GONE, **times(dates=["2020-01-01"], scale="utc")},
-        "/times/dates",
-        "an epoch in the scene, for dates to be counted from",
-    ),
-    "effect by its name": (
-        {"effects": ["drag"]},
-        "/effects/0",
-        "an effect that this version simulates .*; got 'drag'",
-    ),
-    "effect by its type": (
-        {"effects": [{"type": "tides"}]},
-        "/effects/0/type",
-        "an effect that this version simulates .uniform_gravity, ground, .*; got 'tides'",
-    ),
-    "key of an effect unknown": (
-        {"effects": [{"type": "gravity_gradient", "rate": 1}]},
-        "/effects/0/rate",
-        f"{UNKNOWN}; got 1",
-    ),
-    "effects of another form": ({"effects": "drag"}, "/effects", "a list; got 'drag'"),
-}
-
-
-@pytest.mark.parametrize(("parts", "pointer", "message"), FAULTS.values(), ids=FAULTS)
+@pytest.mark.parametrize(("parts", "pointer", "message"), refusals("scene_refusals"))
 def test_fault_is_refused_with_a_pointer_into_the_document(parts, pointer, message):
-    with pytest.raises(InputError, match=message) as caught:
-        run(**parts)
-    error = caught.value
-    assert error.pointer == pointer
-    assert str(error).startswith(f"{error.field}: {error.expected}")
-    assert "\n" not in str(error)
+    error = assert_refused(lambda: run(**parts), pointer, message)
     part, last = parent(changed(**parts), pointer)
     assert error.value is None or holds(part, last)
+
+
+def test_number_of_hundreds_of_digits_is_refused_by_its_pointer():
+    body = {"moments": [10**400, 1, 1], "unit": "kg m2"}
+    assert_refused(lambda: run(body=body), "/body/moments/0", "a number in the range of a double")
 
 
 def parent(document, pointer):
@@ -551,21 +269,19 @@ def holds(part, step):
 
 
 @pytest.mark.parametrize(
-    "rows",
+    "tensor",
     [[[1, 0.5, 0], [0.5, 1, 0], [0, 0, 3]], [[1, 2, 0], [2, 1, 0], [0, 0, 1]]],
     ids=["triangle", "negative"],
 )
-def test_tensor_without_a_body_is_refused_as_a_tensor(rows):
-    with pytest.raises(InputError, match=f"{POSITIVE}|{TRIANGLE}") as caught:
-        run(**tensor(*rows))
+def test_tensor_without_a_body_is_refused_as_a_tensor(tensor):
+    with pytest.raises(InputError, match=r"positive principal moments|no principal moment greater") as caught:
+        run(body={"tensor": tensor, "unit": "kg m2"})
     assert caught.value.pointer.startswith("/body/tensor")
 
 
 @pytest.mark.parametrize("document", [None, [], 5, "scene", {1: 2}], ids=str)
 def test_document_that_is_no_object_is_refused_as_a_whole(document):
-    with pytest.raises(InputError, match="a JSON object") as caught:
-        Scene.model_validate(document)
-    assert caught.value.pointer == ""
+    assert_refused(lambda: Scene.model_validate(document), "", "a JSON object")
 
 
 def test_other_faults_are_named_beside_the_first():
@@ -575,7 +291,7 @@ def test_other_faults_are_named_beside_the_first():
         Scene.model_validate(changed(body={"moments": ["1", 1, 1]}, colour="red"))
 
 
-def test_many_faults_are_counted_and_few_are_told():
+def test_many_faults_are_counted_and_few_are_listed():
     with pytest.raises(InputError, match=r"also: .* and 81 more\)$") as caught:
         Scene.model_validate(changed(**{f"colour{i}": "red" for i in range(101)}))
     assert str(caught.value).count("colour") == 20
@@ -594,9 +310,7 @@ def test_twin_of_a_key_among_many_is_found_at_once():
 
 
 def test_scene_made_in_python_is_refused_as_a_document_is():
-    with pytest.raises(InputError, match=UNKNOWN) as caught:
-        Scene(**DOCUMENT, colour="red")
-    assert caught.value.pointer == "/colour"
+    assert_refused(lambda: Scene(**DOCUMENT, colour="red"), "/colour", UNKNOWN)
 
 
 # -- too much -----------------------------------------------------------------------------------
@@ -615,11 +329,8 @@ def test_scene_made_in_python_is_refused_as_a_document_is():
 def test_too_many_samples_are_refused_before_they_are_made(instants):
     scene = Scene.model_validate(changed(**instants))
     assert scene.times.samples > 1000
-    with pytest.raises(
-        InputError, match=f"at most 1000 samples; got '{scene.times.samples} samples'"
-    ) as caught:
-        scene.run(max_samples=1000)
-    assert caught.value.pointer == "/times"
+    message = f"at most 1000 samples; got '{scene.times.samples} samples'"
+    assert_refused(lambda: scene.run(max_samples=1000), "/times", message)
 
 
 def test_as_many_samples_as_the_limit_are_taken():
@@ -633,10 +344,7 @@ def test_more_samples_than_any_memory_holds_are_refused(count):
     assert caught.value.pointer.startswith("/times")
 
 
-STILL = rate(0, 0, 0)
-
-
-@pytest.mark.parametrize("moving", [{}, STILL], ids=["moving", "still"])
+@pytest.mark.parametrize("rate", [[0.3, -0.5, 0.9], [0, 0, 0]], ids=["moving", "still"])
 @pytest.mark.parametrize(
     "instants",
     [
@@ -648,9 +356,9 @@ STILL = rate(0, 0, 0)
     ],
     ids=["span overflows", "step overflows", "unit overflows", "value overflows", "value overflows by far"],
 )
-def test_times_that_no_double_holds_never_become_nan(instants, moving):
+def test_times_that_no_double_holds_never_become_nan(instants, rate):
     try:
-        ephemeris = run(**instants, **moving)
+        ephemeris = run(**instants, angular_velocity={"value": rate, "unit": "rad/s"})
     except (InputError, ToleranceError):
         return
     assert np.isfinite(ephemeris.quaternion("wxyz")).all()
@@ -667,49 +375,44 @@ def test_time_too_far_for_the_phases_names_the_limit():
 TEXT = json.dumps(DOCUMENT)
 
 TEXTS = {
-    "NaN": (TEXT.replace("1.6", "NaN"), InputError, "finite numbers .*; got 'NaN'"),
-    "Infinity": (TEXT.replace("1.6", "Infinity"), InputError, "finite numbers .*; got 'Infinity'"),
-    "-Infinity": (TEXT.replace("1.6", "-Infinity"), InputError, "finite numbers .*; got '-Infinity'"),
-    "number beyond a double": (
-        TEXT.replace("1.6", "1e400"),
-        InputError,
-        r"body.moments\[1\]: a finite number",
-    ),
-    "number of 5000 digits": (
-        TEXT.replace("1.6", "1" * 5000),
-        FormatError,
-        "not JSON that can be read.*5000 digits",
-    ),
+    "NaN": (TEXT.replace("1.6", "NaN"), "finite numbers .*; got 'NaN'"),
+    "Infinity": (TEXT.replace("1.6", "Infinity"), "finite numbers .*; got 'Infinity'"),
+    "-Infinity": (TEXT.replace("1.6", "-Infinity"), "finite numbers .*; got '-Infinity'"),
+    "number beyond a double": (TEXT.replace("1.6", "1e400"), r"body.moments\[1\]: a finite number"),
     "key twice": (
         TEXT.replace('"frame"', '"name": "x", "frame"'),
-        InputError,
         "name: each key once; got 'the key twice'",
     ),
-    "inner key twice": (
-        TEXT.replace('"order"', '"order": "xyzw", "order"'),
-        InputError,
-        "order: each key once",
-    ),
-    "cut": (TEXT[:-1], FormatError, "line 1: not JSON"),
-    "cut in a later line": ("{\n\n" + TEXT[1:-20], FormatError, "line 3: not JSON"),
-    "empty": ("", FormatError, "line 1: not JSON"),
-    "more than JSON": (TEXT + "x", FormatError, "line 1: not JSON: Extra data"),
-    "comment": ("// scene\n" + TEXT, FormatError, "line 1: not JSON"),
-    "bytes that are no text": (b"\xff\xff" + TEXT.encode(), FormatError, "not JSON"),
-    "lists without end": ("[" * 100_000, FormatError, "not JSON that can be read: nested too deeply"),
-    "objects without end": ('{"a":' * 100_000, FormatError, "not JSON that can be read: nested too deeply"),
-    "a list": ("[]", InputError, "a JSON object"),
+    "inner key twice": (TEXT.replace('"order"', '"order": "xyzw", "order"'), "order: each key once"),
+    "a list": ("[]", "a JSON object"),
+}
+NOT_JSON = {
+    "number of 5000 digits": (TEXT.replace("1.6", "1" * 5000), "not JSON that can be read.*5000 digits"),
+    "cut": (TEXT[:-1], "line 1: not JSON"),
+    "cut in a later line": ("{\n\n" + TEXT[1:-20], "line 3: not JSON"),
+    "empty": ("", "line 1: not JSON"),
+    "more than JSON": (TEXT + "x", "line 1: not JSON: Extra data"),
+    "comment": ("// scene\n" + TEXT, "line 1: not JSON"),
+    "bytes that are no text": (b"\xff\xff" + TEXT.encode(), "not JSON"),
+    "lists without end": ("[" * 100_000, "not JSON that can be read: nested too deeply"),
+    "objects without end": ('{"a":' * 100_000, "not JSON that can be read: nested too deeply"),
 }
 
 
-@pytest.mark.parametrize(("text", "kind", "message"), TEXTS.values(), ids=TEXTS)
-def test_text_is_refused(text, kind, message):
-    with pytest.raises(kind, match=message) as caught:
+@pytest.mark.parametrize(("text", "message"), TEXTS.values(), ids=TEXTS)
+def test_json_that_is_no_scene_is_refused(text, message):
+    with pytest.raises(InputError, match=message) as caught:
         Scene.from_json(text, "a.json")
     assert "\n" not in str(caught.value)
-    if kind is FormatError:
-        assert caught.value.source == "a.json"
-        assert str(caught.value).startswith("a.json")
+
+
+@pytest.mark.parametrize(("text", "message"), NOT_JSON.values(), ids=NOT_JSON)
+def test_text_that_is_no_json_is_refused_by_file(text, message):
+    with pytest.raises(FormatError, match=message) as caught:
+        Scene.from_json(text, "a.json")
+    assert "\n" not in str(caught.value)
+    assert caught.value.source == "a.json"
+    assert str(caught.value).startswith("a.json")
 
 
 @pytest.mark.parametrize("depth", [10, 100, 500, 900, 990])
@@ -744,22 +447,22 @@ JUNK = st.recursive(
 )
 FORMS = [
     {},
-    tensor([2, 0.1, 0], [0.1, 2, 0], [0, 0, 3]),
-    attitude(euler=[1, 2, 3], sequence="ZXZ", unit="deg"),
-    attitude(matrix=EYE),
-    attitude(mrp=[0.1, 0.2, 0.3]),
+    {"body": {"tensor": [[2, 0.1, 0], [0.1, 2, 0], [0, 0, 3]], "unit": "kg m2"}},
+    {"attitude": {"euler": [1, 2, 3], "sequence": "ZXZ", "unit": "deg"}},
+    {"attitude": {"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}},
+    {"attitude": {"mrp": [0.1, 0.2, 0.3]}},
     grid(count=5),
     times(elapsed=[1, 2, 3], unit="s"),
     times(dates=["2020-01-01", "2020-01-02"], scale="utc"),
 ]
 
 
-def places(part):
+def members(part):
     """Every member of a document, at any depth, as (container, key)."""
-    members = part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ()
-    for key, inner in list(members):
+    items = part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ()
+    for key, inner in list(items):
         yield part, key
-        yield from places(inner)
+        yield from members(inner)
 
 
 @pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
@@ -770,9 +473,9 @@ def places(part):
 )
 def test_any_junk_in_a_document_is_refused_or_gives_attitudes(form, junk):
     document = changed(**copy.deepcopy(form))
-    for where, value in junk:
-        found = list(places(document))
-        part, key = found[int(where * len(found))]
+    for fraction, value in junk:
+        candidates = list(members(document))
+        part, key = candidates[int(fraction * len(candidates))]
         part[key] = copy.deepcopy(value)
     with contextlib.suppress(AttitudeError):
         ephemeris = Scene.model_validate(document).run(max_samples=1000)
@@ -781,17 +484,10 @@ def test_any_junk_in_a_document_is_refused_or_gives_attitudes(form, junk):
 
 
 @pytest.mark.parametrize(
-    ("path", "message"),
-    [
-        ("missing.json", "cannot be read"),
-        (".", "cannot be read"),
-        ("a\0.json", "cannot be read"),
-        ("x" * 300, "cannot be read"),
-    ],
-    ids=["missing", "folder", "null", "long"],
+    "path", ["missing.json", ".", "a\0.json", "x" * 300], ids=["missing", "folder", "null", "long"]
 )
-def test_file_that_cannot_be_read_is_said(path, message, tmp_path):
-    with pytest.raises(FormatError, match=message) as caught:
+def test_file_that_cannot_be_read_is_named(path, tmp_path):
+    with pytest.raises(FormatError, match="cannot be read") as caught:
         Scene.read(f"{tmp_path}/{path}")
     assert caught.value.source.startswith(str(tmp_path))
 

@@ -3,13 +3,14 @@
     python tests/benchmarks/figures.py            everything, about a minute
     python tests/benchmarks/figures.py accuracy   one part: accuracy, speed or memory
 
-Accuracy is against the 50-digit oracle (attitude/oracle), speeds are medians of repeats in this run,
-ratios are of medians taken in turns, and equal answers are asserted before anything is timed.
+Accuracy is that of the bodies of tests/test_against_truth.py, against the 50-digit oracle (attitude/oracle);
+speeds are medians of repeats in this run, and ratios are of medians taken in turns.
 """
 
 from __future__ import annotations
 
 import platform
+import random
 import statistics
 import subprocess
 import sys
@@ -23,7 +24,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude import RigidBody, TorqueFreeMotion
 from attitude.cost.machine import processor
-from attitude.oracle import truth
+from tests.bodies import ATTITUDE, NAMED, Body, errors, random_bodies, times
+from tests.test_against_truth import LADDERS, random_tensors, tensors_beside_the_separatrix
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 REPEATS = 15
@@ -52,117 +54,28 @@ def report(figure: str, reached: str, reach: str) -> None:
 
 # -- accuracy -------------------------------------------------------------------------------------
 
+HORIZONS = (0.0, 0.7, -3.0, 57.0, -1e3, 1e6, -1e9, 0.813e9)  # rad
+
 
 def accuracy() -> None:
-    generic = _generic_states(24)
-    report_worst("generic bodies, abs(omega t) to 1e9 rad", generic, 1e9)
-    report_worst("generic bodies, abs(omega t) to 1e12 rad", generic, 1e12)
-    for name, states in _ladders().items():
-        report_worst(name, states, 1e9)
-    report_worst("full tensors, 1e-1..1e-15 from the separatrix", _tensor_states(), 1e9)
+    generic = list(random_bodies(random.Random(20261121), 24))
+    _report_worst("generic bodies, abs(omega t) to 1e9 rad", generic, HORIZONS)
+    _report_worst("generic bodies, abs(omega t) to 1e12 rad", generic, (-1e12, 0.813e12))
+    for name, bodies in {**LADDERS, "named bodies": NAMED.values()}.items():
+        _report_worst(name, [(body, ATTITUDE) for body in bodies], HORIZONS)
+    rng = random.Random(1)
+    tensors = [Body(tensor, tuple(rng.gauss(0, 1) for _ in range(3))) for tensor in random_tensors(rng, 24)]
+    tensors += [body for seed in range(2) for body in tensors_beside_the_separatrix(seed)]
+    _report_worst(
+        "full tensors, random and beside the separatrix", [(b, ATTITUDE) for b in tensors], HORIZONS
+    )
     _conservation()
 
 
-def report_worst(name: str, states: list, farthest: float) -> None:
-    errors, rates = zip(*(_errors(*state, farthest) for state in states), strict=True)
-    report(f"attitude error, {name} [rad]", f"{max(errors):.2e}", "<= 4e-15")
-    report(f"body rate, {name}, relative", f"{max(rates):.2e}", "<= 4e-15")
-
-
-def _errors(moments: tuple, omega: tuple, attitude: tuple, farthest: float) -> tuple[float, float]:
-    """Worst attitude error and relative rate error of one body over horizons up to `farthest` radians."""
-    rate = float(np.linalg.norm(omega)) or 1.0
-    horizons = np.array([0.0, 0.7, -3.0, 57.0, -1e3, 1e6, -farthest, 0.813 * farthest]) / rate
-    ephemeris = TorqueFreeMotion(RigidBody(moments), attitude, omega, order="wxyz").at(horizons)
-    quaternions, rates = ephemeris.quaternion("wxyz"), ephemeris.angular_velocity
-    if not (np.isfinite(quaternions).all() and np.isfinite(rates).all()):
-        return np.nan, np.nan
-    reference = truth.attitude_and_rate if np.ndim(moments) == 1 else truth.attitude_and_rate_of_tensor
-    worst, worst_rate = 0.0, 0.0
-    for t, q, w in zip(horizons, quaternions, rates, strict=True):
-        true_q, true_w = reference(moments, omega, attitude, float(t))
-        worst = max(worst, truth.attitude_error(tuple(map(float, q)), true_q))
-        if any(omega):
-            worst_rate = max(worst_rate, truth.rate_error(tuple(map(float, w)), true_w))
-    return worst, worst_rate
-
-
-def _generic_states(count: int) -> list:
-    random = np.random.default_rng(20261121)
-    states = []
-    for _ in range(count):
-        moments = random.permutation(1.0 + random.random(3))
-        attitude = random.normal(size=4)
-        attitude /= np.linalg.norm(attitude)
-        states.append(tuple(tuple(map(float, x)) for x in (moments, random.normal(size=3), attitude)))
-    return states
-
-
-def _ladders() -> dict[str, list]:
-    steps = [10.0**-k for k in range(1, 16)]
-    far = [*steps, 1e-30, 1e-80, 1e-150]
-    edge = 3.0**-0.5  # with moments 1, 2, 3 and omega_x = 1, omega_z = edge gives D = 0
-    return {
-        "1e-1..1e-15 from the separatrix, outside": [
-            ((1.0, 2.0, 3.0), (1.0, 0.7, edge * (1 + d)), IDENTITY) for d in steps
-        ],
-        "1e-1..1e-15 from the separatrix, inside": [
-            ((1.0, 2.0, 3.0), (1.0, 0.7, edge * (1 - d)), IDENTITY) for d in steps
-        ],
-        "exactly on the separatrix": [
-            ((3.0, 4.0, 6.0), (2.0, w, z), IDENTITY) for w in (0.7, -0.2, 0.0) for z in (1.0, -1.0)
-        ],
-        "1e-1..1e-150 from the least axis": [((1.0, 2.0, 3.0), (1.0, d, -d), IDENTITY) for d in far],
-        "1e-1..1e-150 from the intermediate axis": [((1.0, 2.0, 3.0), (d, 1.0, d), IDENTITY) for d in far]
-        + [((1.0, 2.0, 3.0), (d, 1.0, -0.3 * d), IDENTITY) for d in far],
-        "1e-1..1e-150 from the greatest axis": [((1.0, 2.0, 3.0), (-d, d, 1.0), IDENTITY) for d in far],
-        "1e-1..1e-15 from symmetry, oblate": [
-            ((1.0, 1.0 + d, 1.7), (0.3, 0.4, 0.5), IDENTITY) for d in steps
-        ],
-        "1e-1..1e-15 from symmetry, prolate": [
-            ((1.7 + d, 1.0, 1.7), (0.3, 0.4, 0.5), IDENTITY) for d in steps
-        ],
-        "1e-1..1e-15 from the sphere": [((1.0 + d, 1.0 - d, 1.0), (0.3, 0.4, 0.5), IDENTITY) for d in steps],
-        "symmetric, sphere, pure spin, equatorial spin, rest": _special_states(),
-        "scale 1e-150..1e150, needle, disc": _extreme_states(),
-    }
-
-
-def _special_states() -> list:
-    oblate, prolate, sphere, generic = (1.0, 1.0, 1.8), (1.0, 2.0, 2.0), (2.0, 2.0, 2.0), (1.0, 2.0, 2.5)
-    turned = [(0.3, 0.4, 0.5), (0.0, 0.0, 1.1), (0.0, -0.8, 0.0), (0.9, 0.0, 0.0), (0.3, -0.7, 0.0)]
-    bodies = [oblate, (1.0, 1.8, 1.0), (1.8, 1.0, 1.0), prolate, (2.0, 1.0, 2.0), (2.0, 2.0, 1.0), sphere]
-    states = [(body, omega, IDENTITY) for body in bodies for omega in turned]
-    states += [(generic, omega, IDENTITY) for omega in turned[1:4]]
-    return [*states, (generic, (0.0, 0.0, 0.0), IDENTITY)]
-
-
-def _extreme_states() -> list:
-    states = []
-    for size in (1e-150, 1e-60, 1e60, 1e150):
-        states.append(((size, 2 * size, 2.5 * size), (0.3, 0.4, 0.5), IDENTITY))
-        states.append(((1.0, 2.0, 2.5), (0.3 * size, 0.4 * size, 0.5 * size), IDENTITY))
-    needle, disc = (1e-12, 1.0, 1.0), (1.0, 1.0, 2.0)
-    states += [(needle, (5.0, 0.4, 0.5), IDENTITY), (disc, (0.3, 0.4, 0.5), IDENTITY)]
-    return [*states, ((1e-9, 1.0, 1.0 + 9e-10), (0.3, 0.4, 0.5), IDENTITY)]
-
-
-def _tensor_states() -> list:
-    random = np.random.default_rng(7)
-    states = []
-    for power in range(1, 16):
-        turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
-        tensor = turn @ np.diag([1.0, 2.0, 2.7]) @ turn.T
-        tensor = 0.5 * (tensor + tensor.T)
-        body = RigidBody(tensor)
-        least, middle, greatest = np.argsort(body.moments)
-        edge = np.sqrt(1.0 / (2.7 * 0.7))  # the rate about the greatest axis that makes D = 0
-        for side in (1.0, -1.0):
-            rate = np.empty(3)
-            rate[[least, middle, greatest]] = 1.0, 0.7, edge * (1.0 + side * 10.0**-power)
-            omega = tuple(map(float, body.axes.T @ rate))
-            states.append((tuple(map(tuple, tensor.tolist())), omega, IDENTITY))
-    return states
+def _report_worst(name: str, states: list[tuple[Body, tuple]], radians: tuple[float, ...]) -> None:
+    worst = [errors(body, times(body, radians), attitude) for body, attitude in states]
+    report(f"attitude error, {name} [rad]", f"{max(each.attitude for each in worst):.2e}", "<= 4e-15")
+    report(f"body rate, {name}, relative", f"{max(each.rate for each in worst):.2e}", "<= 4e-15")
 
 
 def _conservation() -> None:

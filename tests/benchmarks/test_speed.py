@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from astropy.time import Time, TimeDelta
 
-from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion
+from attitude import Grid, RigidBody, TorqueFreeMotion
 from attitude.rigid_body.constants_of_motion import Batch
 from attitude.runtime import compiled
 from attitude.times.instants import as_instants
@@ -118,24 +118,6 @@ def test_times_against_astropys_own_difference(benchmark, scale):
     benchmark.pedantic(lambda: motion.at(forgotten()), rounds=3, warmup_rounds=1)
     report(benchmark, ours / theirs, "<= 1.3 x")
     assert ours <= 1.3 * theirs
-
-
-@pytest.mark.parametrize("name", ["rotation", "csv", "json"])
-def test_storage_by_components_is_not_paid_back(benchmark, tmp_path, name):
-    """What is made of an ephemeris, against the same of one whose quaternions are stored row by row."""
-    count = 1_000_000 if name == "rotation" else 20_000
-    ours = motion_of(BRANCHES["theta"]).ephemeris(as_instants(np.linspace(0.0, 1e6, count), None), rate=True)
-    quaternion, rate = (np.ascontiguousarray(x) for x in (ours.quaternion("wxyz"), ours.angular_velocity))
-    rows = Ephemeris(quaternion, ours.instants, ours.frame, ours.body, rate)
-
-    def made(ephemeris):
-        return ephemeris.rotation if name == "rotation" else ephemeris.write(tmp_path / f"x.{name}")
-
-    assert np.array_equal(rows.rotation.as_quat(), ours.rotation.as_quat())
-    by_components, by_rows = in_turns(lambda: made(ours), lambda: made(rows), repeats=9)
-    benchmark.pedantic(lambda: made(ours), rounds=3)
-    report(benchmark, by_components / by_rows, "<= 1.1 x")
-    assert by_components <= 1.1 * by_rows
 
 
 # -- many bodies ------------------------------------------------------------------------------------

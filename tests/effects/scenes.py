@@ -6,8 +6,8 @@ import numpy as np
 
 from attitude import Scene
 from attitude.kernels import layout
+from tests.tables import replaced
 
-GONE = object()
 DOCUMENT = {
     "body": {"moments": [2.0, 3.0, 4.0], "unit": "kg m2"},
     "epoch": {"time": "2026-03-20T12:00:00", "scale": "utc"},
@@ -70,8 +70,7 @@ TORQUES = [name for name in EFFECTS if name not in ("uniform_gravity", "ground",
 
 def effect(name, **changes):
     """An effect's document, members replaced, or taken away where they are GONE."""
-    document = {"type": name, **copy.deepcopy(EFFECTS[name]), **changes}
-    return {key: value for key, value in document.items() if value is not GONE}
+    return replaced({"type": name, **copy.deepcopy(EFFECTS[name])}, changes)
 
 
 def document(*effects, **changes):
@@ -79,8 +78,7 @@ def document(*effects, **changes):
     names = [part["type"] for part in effects if isinstance(part, dict)]
     needed = {"orbit": KEPLER} if set(names) & set(ON_ORBIT) else {}
     needed |= FALLING if "ground" in names else {}
-    whole = {**copy.deepcopy(DOCUMENT), **copy.deepcopy(needed), "effects": list(effects), **changes}
-    return {key: value for key, value in whole.items() if value is not GONE}
+    return replaced(copy.deepcopy(DOCUMENT | needed) | {"effects": list(effects)}, changes)
 
 
 def scene(*effects, **changes):

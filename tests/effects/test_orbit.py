@@ -15,14 +15,15 @@ from astropy.utils import iers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from attitude import InputError
+from attitude import InputError, Scene
 from attitude.effects.shadow import ShadowHeight, sunlit
 from attitude.effects.sun import from_earth
 from attitude.orbit.orbit import earth
 from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, velocity
 from attitude.problem.initial_state import PiecewisePolynomial
 from attitude.times import turn_rates
-from tests.effects.scenes import DOCUMENT, GONE, KEPLER, built, document, effect, quantity, scene
+from tests.effects.scenes import DOCUMENT, KEPLER, built, document, effect, quantity, scene
+from tests.tables import GONE, assert_refused, refusals, replaced
 
 MU, RADIUS = 3.986004e14, 6378100.0
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
@@ -34,8 +35,7 @@ def path(orbit, start=0.0, stop=6000.0, **changes):
 
 
 def kepler(**changes):
-    members = {**KEPLER, **changes}
-    return {key: value for key, value in members.items() if value is not GONE}
+    return replaced(KEPLER, changes)
 
 
 # -- Keplerian elements ---------------------------------------------------------------------------
@@ -206,9 +206,7 @@ def test_frames_turn_a_tle_by_what_lies_between_them():
 def test_tle_needs_its_extra(monkeypatch):
     made = scene(effect("gravity_gradient"), orbit={"tle": LINES})
     monkeypatch.setitem(sys.modules, "sgp4.api", None)
-    with pytest.raises(InputError, match=r"pip install 'attitude\[orbit\]'") as caught:
-        made.initial_state()
-    assert caught.value.pointer == "/orbit/tle"
+    assert_refused(made.initial_state, "/orbit/tle", r"pip install 'attitude\[orbit\]'")
 
 
 # -- a table --------------------------------------------------------------------------------------
@@ -244,107 +242,39 @@ TABLE = {
     "positions": quantity([[7000, 0, 0], [7000, 1, 0], [7000, 2, 0], [7000, 3, 0], [7000, 4, 0]], "km"),
 }
 LINES = list(TLES["Molniya"])
-# Members of the orbit, the pointer below /orbit, the message.
-FAULTS = [
-    ([1], "", "an orbit: Keplerian elements, a tle, or times and positions"),
-    ({"eccentricity": 0.1}, "", "exactly one of semi_major_axis, altitude"),
-    (kepler(altitude=quantity(1, "km")), "", "exactly one of semi_major_axis, altitude"),
-    (kepler(height=1), "/height", "unknown keys are refused"),
-    (kepler(eccentricity=1.0), "/eccentricity", "less than 1; got 1.0"),
-    (kepler(eccentricity=-0.1), "/eccentricity", "greater than or equal to 0"),
-    (kepler(semi_major_axis=quantity(-7000, "km")), "/semi_major_axis/value", "greater than 0; got -7000"),
-    (kepler(semi_major_axis=quantity(7000, "kg")), "/semi_major_axis/unit", "a unit of length"),
-    (kepler(semi_major_axis=quantity(1e308, "km")), "/semi_major_axis/value", "a magnitude up to 1e\\+50 m"),
-    (kepler(inclination=60), "/inclination", "a JSON object|dictionary|instance"),
-    (kepler(mean_anomaly=quantity(1, "deg")), "/mean_anomaly", "no mean_anomaly beside true_anomaly"),
-    ({"altitude": quantity(600, "km"), "eccentricity": 0.1}, "/eccentricity", "0 beside altitude"),
-    (
-        kepler(semi_major_axis=quantity(6300, "km")),
-        "/semi_major_axis/value",
-        "a pericentre above the central body's radius .6.3781e.06 m.",
-    ),
-    ({"altitude": quantity(-1, "m")}, "/altitude/value", "a pericentre above"),
-    (
-        {"altitude": quantity(600, "km"), "mu": quantity(42828, "km3/s2")},
-        "/radius",
-        "the radius of the central body",
-    ),
-    (kepler(mu=quantity(0, "km3/s2")), "/mu/value", "greater than 0"),
-    ({"tle": LINES[:1]}, "/tle", "2 elements"),
-    ({"tle": LINES, "mu": quantity(1, "m3/s2")}, "/mu", "unknown keys"),
-    ({"tle": LINES[::-1]}, "/tle/0", "line 1 of a TLE, 69 characters"),
-    ({"tle": [LINES[0][:-1], LINES[1]]}, "/tle/0", "line 1 of a TLE, 69 characters"),
-    (
-        {"tle": [LINES[0], LINES[1].replace("64.1586", "65.1586")]},
-        "/tle/1",
-        "a valid checksum .its digits give 7",
-    ),
-    ({"tle": [LINES[0], TLES["low, eccentric"][1]]}, "/tle/1", "satellite 08195"),
-    ({"times": TABLE["times"]}, "/positions", "required"),
-    ({**TABLE, "times": quantity([0, 1, 2], "s")}, "/times/value", "4 elements"),
-    (
-        {**TABLE, "times": quantity([-1000, 1000, 3000, 7000], "s")},
-        "/positions/value",
-        "4, one for each of times",
-    ),
-    (
-        {**TABLE, "times": quantity([-1000, 1000, 1000, 5000, 7000], "s")},
-        "/times/value/2",
-        "ascending order, none twice; got 1000",
-    ),
-    (
-        {**TABLE, "positions": quantity([[7000, 0, 0]] * 3 + [[0, 6000, 0]] * 2, "km")},
-        "/positions/value/3",
-        "outside the central body",
-    ),
-    (
-        {**TABLE, "times": quantity([-1000, 1000, 3000, 5000, 5900], "s")},
-        "/times/value",
-        "a table over the whole span, 0.0 s to 6000.0 s",
-    ),
-    (
-        {
-            **TABLE,
-            "positions": quantity(
-                [[7000, 0, 0], [0, 7000, 0], [-7000, 0, 0], [0, -7000, 0], [7000, 0, 0]], "km"
-            ),
-        },
-        "/times/value",
-        "close enough",
-    ),
-]
 
 
-@pytest.mark.parametrize(
-    ("orbit", "pointer", "message"), FAULTS, ids=[f"{fault[1]}: {fault[2]}" for fault in FAULTS]
-)
+@pytest.mark.parametrize(("orbit", "pointer", "message"), refusals("orbit_refusals"))
 def test_fault_of_an_orbit_is_refused(orbit, pointer, message):
+    """The orbit of a row is whole, or one of these with its members changed."""
+    if isinstance(orbit, list) and orbit[0] in ("kepler", "table"):
+        orbit = replaced({"kepler": KEPLER, "table": TABLE}[orbit[0]], orbit[1])
+    made = document(effect("gravity_gradient"), orbit=orbit)
     with pytest.raises(InputError, match=message) as caught:
-        scene(effect("gravity_gradient"), orbit=orbit).initial_state()
+        Scene.model_validate(made).initial_state()
     assert caught.value.pointer.startswith(f"/orbit{pointer}")
     assert "\n" not in str(caught.value)
 
 
-def test_tle_without_an_epoch_is_refused():
-    with pytest.raises(InputError, match="an epoch; the times of a TLE") as caught:
-        scene(effect("gravity_gradient"), orbit={"tle": LINES}, epoch=GONE).initial_state()
-    assert caught.value.pointer == "/epoch"
-
-
-def test_tle_in_a_frame_of_ones_own_is_refused():
-    with pytest.raises(InputError, match="for the positions of a TLE") as caught:
-        scene(effect("gravity_gradient"), orbit={"tle": LINES}, frame="INERTIAL").initial_state()
-    assert caught.value.pointer == "/frame"
+@pytest.mark.parametrize(
+    ("changes", "pointer", "message"),
+    [
+        ({"epoch": GONE}, "/epoch", "an epoch; the times of a TLE"),
+        ({"frame": "INERTIAL"}, "/frame", "for the positions of a TLE"),
+    ],
+)
+def test_tle_without_an_epoch_or_in_a_frame_of_ones_own_is_refused(changes, pointer, message):
+    made = scene(effect("gravity_gradient"), orbit={"tle": LINES}, **changes)
+    assert_refused(made.initial_state, pointer, message)
 
 
 def test_tle_that_has_decayed_says_so():
     lines = TLES["low, eccentric"]
-    decayed = ["1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753", lines[1]]
     low = lines[1].replace("1859667", "0000001").replace("10.82419157", "16.90000000")
     digits = sum(int(c) if c.isdigit() else c == "-" for c in low[:-1]) % 10
-    with pytest.raises(InputError, match=r"elements that (are valid|sgp4 accepts)") as caught:
-        tle_path([decayed[0], low[:-1] + str(digits)], stop=40 * 86400.0)
-    assert caught.value.pointer == "/orbit/tle"
+    lines = [lines[0], low[:-1] + str(digits)]
+    message = r"elements that (are valid|sgp4 accepts)"
+    assert_refused(lambda: tle_path(lines, stop=40 * 86400.0), "/orbit/tle", message)
 
 
 @pytest.mark.parametrize("orbit", [kepler(), {"tle": LINES}, TABLE], ids=["kepler", "tle", "table"])
@@ -368,13 +298,8 @@ print(*sys.modules)
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     modules = set(run.stdout.split())
     assert "attitude.effects.constant_torque" in modules
-    wrong = {
-        "sgp4",
-        "astropy.coordinates",
-        "attitude.orbit.kepler",
-        "attitude.effects.sun",
-    }
-    assert not modules & (wrong | {"attitude.orbit.tle", "attitude.effects.drag", "scipy.optimize"})
+    unused = {"attitude.orbit.kepler", "attitude.orbit.tle", "attitude.effects.sun", "attitude.effects.drag"}
+    assert not modules & (unused | {"sgp4", "astropy.coordinates", "scipy.optimize"})
 
 
 # -- the Sun, and the shadow ----------------------------------------------------------------------
