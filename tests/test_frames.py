@@ -8,15 +8,8 @@ import astropy.units as u
 import erfa
 import numpy as np
 import pytest
-from astropy.coordinates import (
-    GCRS,
-    ICRS,
-    ITRS,
-    TEME,
-    CartesianRepresentation,
-    HeliocentricEclipticIAU76,
-    SkyCoord,
-)
+from astropy.coordinates import GCRS, ICRS, ITRS, TEME, CartesianRepresentation, SkyCoord
+from astropy.coordinates import HeliocentricEclipticIAU76 as Ecliptic
 from astropy.coordinates.builtin_frames import intermediate_rotation_transforms as matrices
 from astropy.time import Time, TimeDelta
 from astropy.utils import iers
@@ -71,6 +64,11 @@ def flown(name="Molniya", **changes):
     return orbiting({"tle": list(TLES[name])}, epoch=dated, **changes)
 
 
+def axes(frame):
+    """(3, 3) from components in GCRF."""
+    return from_gcrf(frame, "a test")
+
+
 def matrix(turn):
     return Rotation.from_quat(turn.quaternion, scalar_first=True).as_matrix()
 
@@ -102,19 +100,19 @@ def no_flip(ephemeris):
 def test_axes_of_the_ecliptic_are_those_of_spice():
     spice = pytest.importorskip("spiceypy")
     expected = spice.pxform("J2000", "ECLIPJ2000", 0.0)
-    assert np.abs(from_gcrf("ECLIPJ2000", "a test") - expected).max() < 2e-16
+    assert np.abs(axes("ECLIPJ2000") - expected).max() < 2e-16
 
 
 def test_axes_of_the_ecliptic_are_those_of_astropy():
-    given = np.array([[0.1, 0.2, -0.7], [1.0, -2.0, 0.5]])
-    sky = SkyCoord(CartesianRepresentation(given.T * 1e9 * u.AU), frame=ICRS())
+    original = np.array([[0.1, 0.2, -0.7], [1.0, -2.0, 0.5]])
+    sky = SkyCoord(CartesianRepresentation(original.T * 1e9 * u.AU), frame=ICRS())
     # so far away that where the Sun is does not count
-    found = sky.transform_to(HeliocentricEclipticIAU76(obstime=EPOCH)).cartesian.xyz.to_value(1e9 * u.AU).T
-    assert np.abs(given @ from_gcrf("ECLIPJ2000", "a test").T - found).max() < 3e-11
+    actual = sky.transform_to(Ecliptic(obstime=EPOCH)).cartesian.xyz.to_value(1e9 * u.AU).T
+    assert np.abs(original @ axes("ECLIPJ2000").T - actual).max() < 3e-11
 
 
 def test_mean_equator_of_j2000_is_off_by_the_frame_bias():
-    bias = from_gcrf("EME2000", "a test")
+    bias = axes("EME2000")
     # 16.6 and 6.8 mas of the pole, 14.6 mas of the equinox (IERS Conventions 2010, section 5.3.1)
     angle = Rotation.from_matrix(bias).magnitude() / (math.pi / 648e6)
     assert angle == pytest.approx(math.hypot(16.617, 6.819, 14.6), abs=0.01)
@@ -124,33 +122,32 @@ def test_mean_equator_of_j2000_is_off_by_the_frame_bias():
 @pytest.mark.parametrize("frame", INERTIAL)
 @pytest.mark.parametrize("source", INERTIAL)
 def test_vectors_are_the_same_in_every_inertial_frame(source, frame):
-    given = motion(frame=source, epoch=None).at(np.linspace(-1e3, 1e3, 7))
-    told = given.in_frame(frame)
+    original = motion(frame=source, epoch=None).at(np.linspace(-1e3, 1e3, 7))
+    transformed = original.in_frame(frame)
     v = np.array([0.3, -0.2, 0.9])
-    turn = from_gcrf(frame, "a test") @ from_gcrf(source, "a test").T
-    assert np.abs(told.rotation.apply(v) - given.rotation.apply(v) @ turn.T).max() < 5e-16
-    assert told.frame == frame
-    assert told.angular_velocity.tobytes() == given.angular_velocity.tobytes()
-    assert np.abs(told.angular_momentum - given.angular_momentum @ turn.T).max() < 1e-17
-    assert np.array_equal(told.kinetic_energy, given.kinetic_energy)
-    back = told.in_frame(source)
-    assert np.abs(back.quaternion("wxyz") - given.quaternion("wxyz")).max() < 5e-16
+    turn = axes(frame) @ axes(source).T
+    assert np.abs(transformed.rotation.apply(v) - original.rotation.apply(v) @ turn.T).max() < 5e-16
+    assert transformed.frame == frame
+    assert transformed.angular_velocity.tobytes() == original.angular_velocity.tobytes()
+    assert np.abs(transformed.angular_momentum - original.angular_momentum @ turn.T).max() < 1e-17
+    assert np.array_equal(transformed.kinetic_energy, original.kinetic_energy)
+    back = transformed.in_frame(source)
+    assert np.abs(back.quaternion("wxyz") - original.quaternion("wxyz")).max() < 5e-16
 
 
 @pytest.mark.parametrize("frame", ["ICRF", "GCRF"])
 def test_another_name_for_the_same_axes_changes_no_bit(frame):
-    given = motion(frame="GCRF").at([1.0, 2.0])
-    assert bits(given.in_frame(frame)) == bits(given)
-    assert given.in_frame("GCRF") is given
+    original = motion(frame="GCRF").at([1.0, 2.0])
+    assert bits(original.in_frame(frame)) == bits(original)
+    assert original.in_frame("GCRF") is original
 
 
 def test_ecliptic_of_a_body_in_the_equator():
     """The x axes are the same, the ecliptic's y is up from the equator's by the obliquity."""
     upright = TorqueFreeMotion(RigidBody([1, 2, 2.5]), (1, 0, 0, 0), (0, 0, 0), order="wxyz", frame="ICRF")
     half = math.radians(84381.448 / 3600) / 2
-    assert upright.at(0.0).in_frame("ECLIPJ2000").quaternion("wxyz") == pytest.approx(
-        [math.cos(half), -math.sin(half), 0, 0], abs=1e-16
-    )
+    q = upright.at(0.0).in_frame("ECLIPJ2000").quaternion("wxyz")
+    assert q == pytest.approx([math.cos(half), -math.sin(half), 0, 0], abs=1e-16)
 
 
 # -- frames of date -------------------------------------------------------------------------------
@@ -173,23 +170,23 @@ def test_earth_fixed_axes_are_those_of_astropy():
 def test_axes_of_sgp4_are_those_of_astropy():
     instants = as_instants(spread(), EPOCH)
     time = instants.time
-    found = matrix(itrf(instants)) @ np.swapaxes(matrix(teme(instants)), -1, -2)
+    actual = matrix(itrf(instants)) @ np.swapaxes(matrix(teme(instants)), -1, -2)
     # astropy leaves out the locator of the crust's pole there, 47 microarcseconds a century
     locator = erfa.sp00(time.tt.jd1, time.tt.jd2)
-    without = found @ np.stack([Rotation.from_euler("z", angle).as_matrix() for angle in locator])
+    without = actual @ np.stack([Rotation.from_euler("z", angle).as_matrix() for angle in locator])
     # UTC for UT1: 0.9 s at 7e-12 rad/s
     assert np.abs(without - matrices.teme_to_itrs_mat(time)).max() < 1e-11
 
 
 def test_vectors_go_where_astropy_takes_them():
     when = EPOCH + TimeDelta(np.linspace(0, 3 * DAY, 20), format="sec")
-    given = motion().at(when)
+    original = motion().at(when)
     v = np.array([0.3, -0.2, 0.9])
-    along = given.rotation.apply(v)
+    along = original.rotation.apply(v)
     gcrs = GCRS(CartesianRepresentation(along.T * u.km), obstime=when)
     for name, frame in (("ITRF", ITRS), ("TEME", TEME)):
         expected = gcrs.transform_to(frame(obstime=when)).cartesian.xyz.to_value(u.km).T
-        assert np.abs(given.in_frame(name).rotation.apply(v) - expected).max() < 1e-10
+        assert np.abs(original.in_frame(name).rotation.apply(v) - expected).max() < 1e-10
 
 
 def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
@@ -200,10 +197,10 @@ def test_earth_fixed_bodies_stand_still_in_the_earth_fixed_frame():
     at_rest = TorqueFreeMotion(
         RigidBody([1, 1, 1]), still.quaternion[0] * [1, -1, -1, -1], rate, EPOCH, order="wxyz", frame="GCRF"
     )
-    told = at_rest.at(np.linspace(0, 3 * DAY, 50)).in_frame("ITRF")
+    transformed = at_rest.at(np.linspace(0, 3 * DAY, 50)).in_frame("ITRF")
     # precession and nutation, and the crust over the pole, turn on: some 1e-7 rad in a day
-    assert np.abs(told.quaternion("wxyz") - [1, 0, 0, 0]).max() < 1e-6
-    assert np.abs(told.angular_velocity).max() < 2e-10
+    assert np.abs(transformed.quaternion("wxyz") - [1, 0, 0, 0]).max() < 1e-6
+    assert np.abs(transformed.angular_velocity).max() < 2e-10
 
 
 def test_turn_between_computed_poles_is_that_at_the_instant():
@@ -211,33 +208,33 @@ def test_turn_between_computed_poles_is_that_at_the_instant():
     instants = as_instants(np.linspace(-2e7, 2e7, 500) + 3333.0, EPOCH)
     time = instants.time
     expected = erfa.pnm06a(time.tt.jd1, time.tt.jd2)
-    found = matrix(teme(instants))
+    actual = matrix(teme(instants))
     utc = time.utc
     equinoxes = erfa.gst06a(utc.jd1, utc.jd2, time.tt.jd1, time.tt.jd2) - erfa.gmst82(utc.jd1, utc.jd2)
     turned = np.array([Rotation.from_euler("z", -angle).as_matrix() for angle in equinoxes]) @ expected
-    assert np.abs(found - turned).max() < 1e-13  # what the angles of erfa leave
-    assert np.abs(found[:, 2] - expected[:, 2]).max() < 2e-15
+    assert np.abs(actual - turned).max() < 1e-13  # what the angles of erfa leave
+    assert np.abs(actual[:, 2] - expected[:, 2]).max() < 2e-15
 
 
 @pytest.mark.parametrize("frame", OF_DATE)
 @pytest.mark.parametrize("source", ["GCRF", "ECLIPJ2000"])
 def test_rates_are_the_derivative_of_the_attitude(frame, source):
     t = np.linspace(0.2, 0.8, 9) * DAY - 0.5 * DAY  # within one day of the tables
-    told = motion(frame=source).at(t).in_frame(frame)
-    found = numerical_rate(told, 5.0)
-    assert np.abs(found - told.angular_velocity).max() < 1e-15
+    transformed = motion(frame=source).at(t).in_frame(frame)
+    actual = numerical_rate(transformed, 5.0)
+    assert np.abs(actual - transformed.angular_velocity).max() < 1e-15
     if frame == "ITRF":  # and the Earth's rotation is in it
-        assert np.abs(told.angular_velocity - motion().at(t).angular_velocity).max() > 5e-5
+        assert np.abs(transformed.angular_velocity - motion().at(t).angular_velocity).max() > 5e-5
 
 
 @pytest.mark.parametrize("frame", OF_DATE)
-def test_way_there_and_back(frame):
-    given = motion(frame="EME2000").at(np.linspace(-1e6, 1e6, 40))
-    back = given.in_frame(frame).in_frame("EME2000")
-    assert np.abs(back.quaternion("wxyz") - given.quaternion("wxyz")).max() < 1e-15
-    assert np.abs(back.angular_velocity - given.angular_velocity).max() < 1e-18
-    between = given.in_frame("TEME").in_frame("ITRF")
-    straight = given.in_frame("ITRF")
+def test_frames_of_date_lead_back_and_from_one_to_the_other(frame):
+    original = motion(frame="EME2000").at(np.linspace(-1e6, 1e6, 40))
+    back = original.in_frame(frame).in_frame("EME2000")
+    assert np.abs(back.quaternion("wxyz") - original.quaternion("wxyz")).max() < 1e-15
+    assert np.abs(back.angular_velocity - original.angular_velocity).max() < 1e-18
+    between = original.in_frame("TEME").in_frame("ITRF")
+    straight = original.in_frame("ITRF")
     assert np.abs(between.quaternion("wxyz") - straight.quaternion("wxyz")).max() < 1e-15
     assert np.abs(between.angular_velocity - straight.angular_velocity).max() < 1e-18
 
@@ -246,10 +243,8 @@ def test_signs_are_continuous_over_many_days_whatever_is_asked_for_together():
     free = motion(rate=(1e-6, 2e-6, 1e-6))
     dense = free.at(np.linspace(-30 * DAY, 30 * DAY, 2001)).in_frame("ITRF")
     assert no_flip(dense)
-    alone = [
-        free.at(dense.elapsed[i : i + 1]).in_frame("ITRF").quaternion("wxyz") for i in range(0, 2001, 97)
-    ]
-    assert np.concatenate(alone).tobytes() == np.ascontiguousarray(dense.quaternion("wxyz")[::97]).tobytes()
+    alone = [free.at(t).in_frame("ITRF").quaternion("wxyz") for t in dense.elapsed[::97]]
+    assert np.array_equal(alone, dense.quaternion("wxyz")[::97])
 
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 3), (0,)])
@@ -259,85 +254,80 @@ def test_batches_and_instants_of_any_shape(frame, shape):
     t = np.arange(math.prod(shape), dtype=float).reshape(shape)
     rates = np.array([1e-3, 2e-3, 3e-3])
     batch = TorqueFreeMotion(bodies, (1, 0, 0, 0), rates, EPOCH, order="wxyz", frame="GCRF")
-    told = batch.at(t).in_frame(frame)
-    assert told.shape == (4, *shape)
+    transformed = batch.at(t).in_frame(frame)
+    assert transformed.shape == (4, *shape)
     for i in range(4):
         alone = batch[i].at(t).in_frame(frame)
-        assert bits(alone) == (
-            np.ascontiguousarray(told.quaternion("wxyz")[i]).tobytes(),
-            np.ascontiguousarray(told.angular_velocity[i]).tobytes(),
-        )
+        assert np.array_equal(alone.quaternion("wxyz"), transformed.quaternion("wxyz")[i])
+        assert np.array_equal(alone.angular_velocity, transformed.angular_velocity[i])
 
 
 def test_instants_in_two_parts_keep_their_digits():
     """A second after thirty years, given as a Time: the Earth turns on by 15 arcseconds."""
     late = Time(EPOCH.jd1 - 10950, [0.25, 0.25 + 1 / 86400], format="jd", scale="tai")
     rate = (0.0, 0.0, 0.0)
-    told = motion(rate=rate).at(late).in_frame("ITRF")
-    turned = 2.0 * np.arcsin(np.linalg.norm((told.rotation[0].inv() * told.rotation[1]).as_quat()[:3]))
-    assert turned == pytest.approx(np.linalg.norm(told.angular_velocity[0]), rel=2e-10)
+    transformed = motion(rate=rate).at(late).in_frame("ITRF")
+    turned = 2.0 * np.arcsin(
+        np.linalg.norm((transformed.rotation[0].inv() * transformed.rotation[1]).as_quat()[:3])
+    )
+    assert turned == pytest.approx(np.linalg.norm(transformed.angular_velocity[0]), rel=2e-10)
 
 
 def test_resampled_in_a_frame_is_the_frame_of_the_resampled():
-    given = motion().at([0.0, 1.0])
+    original = motion().at([0.0, 1.0])
     t = [5.0, 70.0, -3000.0]
-    assert bits(given.in_frame("ITRF").resampled(t)) == bits(given.resampled(t).in_frame("ITRF"))
-    assert given.in_frame("ITRF").in_frame("TEME").resampled(t).frame == "TEME"
-    again = pickle.loads(pickle.dumps(given.in_frame("ITRF")))
-    assert bits(again.resampled(t)) == bits(given.resampled(t).in_frame("ITRF"))
+    assert bits(original.in_frame("ITRF").resampled(t)) == bits(original.resampled(t).in_frame("ITRF"))
+    assert original.in_frame("ITRF").in_frame("TEME").resampled(t).frame == "TEME"
+    again = pickle.loads(pickle.dumps(original.in_frame("ITRF")))
+    assert bits(again.resampled(t)) == bits(original.resampled(t).in_frame("ITRF"))
 
 
 def test_parts_of_an_ephemeris_in_a_frame():
-    told = motion().at(np.linspace(0, 100, 11)).in_frame("ITRF")
-    assert told[3:7].frame == "ITRF"
-    assert np.array_equal(told[3:7].angular_velocity, told.angular_velocity[3:7])
+    transformed = motion().at(np.linspace(0, 100, 11)).in_frame("ITRF")
+    assert transformed[3:7].frame == "ITRF"
+    assert np.array_equal(transformed[3:7].angular_velocity, transformed.angular_velocity[3:7])
 
 
 def test_attitudes_without_rates_have_none_elsewhere():
-    given = motion().at([0.0, 1.0])
-    only = Ephemeris(given.quaternion("wxyz").copy(), given.instants, "GCRF")
-    told = only.in_frame("ITRF")
-    assert not told.has_rate
-    assert told.quaternion("wxyz").tobytes() == given.in_frame("ITRF").quaternion("wxyz").tobytes()
-    assert not told.can_be_resampled
+    original = motion().at([0.0, 1.0])
+    only = Ephemeris(original.quaternion("wxyz").copy(), original.instants, "GCRF")
+    transformed = only.in_frame("ITRF")
+    assert not transformed.has_rate
+    assert transformed.quaternion("wxyz").tobytes() == original.in_frame("ITRF").quaternion("wxyz").tobytes()
+    assert not transformed.can_be_resampled
 
 
 def test_momentum_is_asked_of_inertial_frames():
-    told = motion().at([0.0]).in_frame("ITRF")
+    transformed = motion().at([0.0]).in_frame("ITRF")
     for name in ("angular_momentum", "kinetic_energy"):
         with pytest.raises(RegimeError, match=f"{name}: ITRF is a rotating frame"):
-            getattr(told, name)
+            getattr(transformed, name)
 
 
 def test_momentum_of_rotors_comes_back():
     made = scene(effect("wheels"), effect("constant_torque")).run()
-    told = made.in_frame("ITRF")
-    assert np.abs(told.in_frame("GCRF").angular_momentum - made.angular_momentum).max() < 1e-14
+    transformed = made.in_frame("ITRF")
+    assert np.abs(transformed.in_frame("GCRF").angular_momentum - made.angular_momentum).max() < 1e-14
     turned = made.in_frame("ECLIPJ2000").angular_momentum
-    assert np.abs(turned @ from_gcrf("ECLIPJ2000", "a test") - made.angular_momentum).max() < 1e-14
+    assert np.abs(turned @ axes("ECLIPJ2000") - made.angular_momentum).max() < 1e-14
 
 
 # -- what is refused ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("frame", ["itrf", "J2000", "", None, 3, ["ITRF"]])
-def test_unknown_frames_are_refused(frame):
-    with pytest.raises(InputError, match=r"frame: a frame, one of ICRF, .*, LVLH; got"):
-        motion().at([0.0]).in_frame(frame)
+REFUSED = [
+    *((frame, {}, "frame: a frame, one of ICRF, .*, LVLH; got") for frame in ("itrf", "", None, 3, ["ITRF"])),
+    *((frame, {"frame": "INERTIAL"}, f"frame: .*got 'INERTIAL to {frame}'") for frame in ("ICRF", "ITRF")),
+    ("INERTIAL", {}, r"frame: .*got '\w+ to INERTIAL'"),
+    *((frame, {"epoch": None}, "epoch: a Time") for frame in OF_DATE),
+    *((frame, {}, f"{frame} lies along an orbit, and this ephemeris") for frame in LOCAL),
+]
 
 
-@pytest.mark.parametrize("frame", ["ICRF", "ITRF"])
-def test_axes_that_only_their_user_knows_are_refused(frame):
-    with pytest.raises(InputError, match=f"frame: .*got 'INERTIAL to {frame}'"):
-        motion(frame="INERTIAL").at([0.0]).in_frame(frame)
-    with pytest.raises(InputError, match=r"frame: .*got '\w+ to INERTIAL'"):
-        motion().at([0.0]).in_frame("INERTIAL")
-
-
-@pytest.mark.parametrize("frame", OF_DATE)
-def test_frames_of_date_need_a_date(frame):
-    with pytest.raises(InputError, match="epoch: a Time"):
-        motion(epoch=None).at([0.0]).in_frame(frame)
+@pytest.mark.parametrize(("frame", "changes", "message"), REFUSED)
+def test_frame_that_is_unknown_undated_ones_own_or_without_an_orbit_is_refused(frame, changes, message):
+    with pytest.raises(RegimeError if frame in LOCAL else InputError, match=message):
+        motion(**changes).at([0.0]).in_frame(frame)
 
 
 @pytest.mark.parametrize("when", ["1961-12-30T00:00:00", "2060-01-01T00:00:00"])
@@ -363,12 +353,6 @@ def test_no_network_is_asked(monkeypatch):
     motion(epoch=Time("2026-11-20T00:00:00", scale="utc")).at([0.0, 1e6]).in_frame("ITRF")
 
 
-def test_frames_along_an_orbit_need_one():
-    for frame in LOCAL:
-        with pytest.raises(RegimeError, match=f"{frame} lies along an orbit, and this ephemeris"):
-            motion().at([0.0]).in_frame(frame)
-
-
 @pytest.mark.parametrize("frame", ["GCRF", "ITRF", "QSW"])
 def test_nothing_leads_back_from_axes_along_an_orbit(frame):
     with pytest.raises(RegimeError, match="no rotation from LVLH"):
@@ -391,19 +375,17 @@ def test_body_that_points_to_the_nadir_stands_still():
         angular_velocity={"value": [0, -n, 0], "unit": "rad/s"},
         body={"moments": [2, 3, 2.5], "unit": "kg m2"},
     ).run()
-    assert standing.rotation[0].apply(np.eye(3)) == pytest.approx(
-        np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]]), abs=1e-15
-    )
-    told = standing.in_frame("LVLH")
+    body_axes = standing.rotation[0].apply(np.eye(3))
+    assert body_axes == pytest.approx(np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]]), abs=1e-15)
+    transformed = standing.in_frame("LVLH")
     # the sign is that of a body which has gone round; ten revolutions at the rounding of n
-    assert np.abs(np.abs(told.quaternion("wxyz")) - [1, 0, 0, 0]).max() < 1e-12
-    assert np.ptp(told.quaternion("wxyz")[:, 0]) < 1e-12
-    assert np.abs(told.angular_velocity).max() < 1e-15
-    assert told.translation is None
+    assert np.abs(np.abs(transformed.quaternion("wxyz")) - [1, 0, 0, 0]).max() < 1e-12
+    assert np.ptp(transformed.quaternion("wxyz")[:, 0]) < 1e-12
+    assert np.abs(transformed.angular_velocity).max() < 1e-15
+    assert transformed.translation is None
     radial = standing.in_frame("QSW")
-    assert radial.rotation.apply([0, 0, -1]) == pytest.approx(np.tile([1, 0, 0], (8, 1)), abs=1e-12)
-    assert radial.rotation.apply([1, 0, 0]) == pytest.approx(np.tile([0, 1, 0], (8, 1)), abs=1e-12)
-    assert radial.rotation.apply([0, -1, 0]) == pytest.approx(np.tile([0, 0, 1], (8, 1)), abs=1e-12)
+    expected = np.array([[0, 0, -1], [1, 0, 0], [0, -1, 0]])
+    assert np.abs(radial.rotation.as_matrix() - expected).max() < 1e-12
 
 
 @pytest.mark.parametrize("eccentricity", [0.0, 0.01, 0.7])
@@ -421,11 +403,11 @@ def test_axes_along_an_ellipse_are_those_of_position_and_velocity(eccentricity):
 
 @pytest.mark.parametrize("frame", LOCAL)
 @pytest.mark.parametrize(
-    "orbit", [KEPLER, {**KEPLER, "eccentricity": 0.6, "semi_major_axis": quantity(2e4, "km")}]
+    "orbit", [KEPLER, KEPLER | {"eccentricity": 0.6, "semi_major_axis": quantity(2e4, "km")}]
 )
 def test_rates_along_an_ellipse_are_the_derivative_of_the_attitude(orbit, frame):
-    told = orbiting(orbit, frame="ECLIPJ2000").run().in_frame(frame)
-    assert np.abs(numerical_rate(told, 2.0) - told.angular_velocity).max() < 1e-13
+    transformed = orbiting(orbit, frame="ECLIPJ2000").run().in_frame(frame)
+    assert np.abs(numerical_rate(transformed, 2.0) - transformed.angular_velocity).max() < 1e-13
 
 
 def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
@@ -434,8 +416,8 @@ def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
     pieces = as_polynomial(made)
     middles = pieces.start + pieces.length * (np.arange(len(pieces.coefficients)) + 0.5)
     step = min(pieces.length / 20, 2.0)
-    found = derivative(lambda t: conjugate(qsw(made, t).quaternion), middles, step)
-    assert np.abs(found - qsw(made, middles).rate).max() < 1e-14
+    actual = derivative(lambda t: conjugate(qsw(made, t).quaternion), middles, step)
+    assert np.abs(actual - qsw(made, middles).rate).max() < 1e-14
 
 
 def test_plane_of_a_perturbed_orbit_turns_about_the_radius():
@@ -450,46 +432,43 @@ def test_plane_of_a_perturbed_orbit_turns_about_the_radius():
 @pytest.mark.parametrize("name", TLES)
 def test_signs_along_an_orbit_are_continuous_over_many_revolutions(name):
     slow = {"value": [1e-5, 0, 2e-5], "unit": "rad/s"}
-    told = flown(name, stop=2e5, count=4001, angular_velocity=slow).run()
+    transformed = flown(name, stop=2e5, count=4001, angular_velocity=slow).run()
     for frame in LOCAL:
-        assert no_flip(told.in_frame(frame))
-    few = told[::1000].in_frame("LVLH")
-    assert np.array_equal(few.quaternion("wxyz"), told.in_frame("LVLH").quaternion("wxyz")[::1000])
+        assert no_flip(transformed.in_frame(frame))
+    few = transformed[::1000].in_frame("LVLH")
+    assert np.array_equal(few.quaternion("wxyz"), transformed.in_frame("LVLH").quaternion("wxyz")[::1000])
 
 
 def test_signs_along_an_ellipse_are_continuous_over_many_revolutions():
     slow = {"value": [1e-5, 0, 2e-5], "unit": "rad/s"}
     orbit = {**KEPLER, "semi_major_axis": quantity(30000, "km"), "eccentricity": 0.7}
-    told = orbiting(orbit, stop=2e6, count=20001, angular_velocity=slow).run().in_frame("LVLH")
-    assert no_flip(told)
+    transformed = orbiting(orbit, stop=2e6, count=20001, angular_velocity=slow).run().in_frame("LVLH")
+    assert no_flip(transformed)
 
 
 def test_orbit_goes_along_with_frames_slices_and_new_instants():
-    given = orbiting(frame="ECLIPJ2000").run()
-    straight = given.in_frame("LVLH")
-    for told in (
-        given.in_frame("EME2000").in_frame("LVLH"),
-        given.in_frame("ITRF").in_frame("LVLH"),
-        given.resampled(given.elapsed).in_frame("LVLH"),
-        given.in_frame("TEME").resampled(given.elapsed).in_frame("LVLH"),
+    original = orbiting(frame="ECLIPJ2000").run()
+    straight = original.in_frame("LVLH")
+    for transformed in (
+        original.in_frame("EME2000").in_frame("LVLH"),
+        original.in_frame("ITRF").in_frame("LVLH"),
+        original.resampled(original.elapsed).in_frame("LVLH"),
+        original.in_frame("TEME").resampled(original.elapsed).in_frame("LVLH"),
     ):
-        assert np.abs(told.quaternion("wxyz") - straight.quaternion("wxyz")).max() < 2e-15
-        assert np.abs(told.angular_velocity - straight.angular_velocity).max() < 1e-17
-    assert bits(given[4:9].in_frame("LVLH")) == tuple(
-        np.ascontiguousarray(part[4:9]).tobytes()
-        for part in (straight.quaternion("wxyz"), straight.angular_velocity)
-    )
-    assert bits(pickle.loads(pickle.dumps(given)).in_frame("LVLH")) == bits(straight)
+        assert np.abs(transformed.quaternion("wxyz") - straight.quaternion("wxyz")).max() < 2e-15
+        assert np.abs(transformed.angular_velocity - straight.angular_velocity).max() < 1e-17
+    assert bits(original[4:9].in_frame("LVLH")) == bits(straight[4:9])
+    assert bits(pickle.loads(pickle.dumps(original)).in_frame("LVLH")) == bits(straight)
 
 
 def test_scene_with_effects_has_its_orbit_too():
-    given = scene(effect("gravity_gradient")).run()
-    told = given.in_frame("LVLH")
-    assert told.frame == "LVLH"
+    original = scene(effect("gravity_gradient")).run()
+    transformed = original.in_frame("LVLH")
+    assert transformed.frame == "LVLH"
     t = [10.0, 5000.0]
-    assert bits(told.resampled(t)) == bits(given.resampled(t).in_frame("LVLH"))
+    assert bits(transformed.resampled(t)) == bits(original.resampled(t).in_frame("LVLH"))
     chunks = list(scene(effect("gravity_gradient")).chunks(4))
-    assert bits(chunks[1].in_frame("LVLH"))[0] == told.quaternion("wxyz")[4:8].copy().tobytes()
+    assert bits(chunks[1].in_frame("LVLH"))[0] == transformed.quaternion("wxyz")[4:8].copy().tobytes()
 
 
 def test_chunks_of_a_free_body_have_the_orbit():
@@ -498,38 +477,32 @@ def test_chunks_of_a_free_body_have_the_orbit():
     assert np.array_equal(np.concatenate(chunks), whole.quaternion("wxyz"))
 
 
-def test_orbit_that_nobody_asks_for_costs_nothing(monkeypatch):
+def test_path_of_an_orbit_is_computed_only_for_frames_along_it(monkeypatch):
     from attitude.orbit.kepler import Kepler
 
-    def asked(*_):
-        raise AssertionError("the path is computed")
-
-    monkeypatch.setattr(Kepler, "path", asked)
-    assert bits(orbiting().run()) == bits(
-        Scene.model_validate({**orbiting().document(), "orbit": None}).run()
-    )
+    monkeypatch.setattr(Kepler, "path", None)  # a call would fail
+    assert bits(orbiting().run()) == bits(orbiting(orbit=None).run())
 
 
 def test_instants_beyond_the_scene_have_their_course():
-    given = flown().run()
-    far = given.resampled([-20000.0, 40000.0]).in_frame("LVLH")
+    original = flown().run()
+    far = original.resampled([-20000.0, 40000.0]).in_frame("LVLH")
     wide = flown(stop=40000.0, count=2).run()
-    found = (far.rotation[1] * wide.in_frame("LVLH").rotation[1].inv()).magnitude()
-    assert found < 1e-8  # other polynomials, each within 1e-9
+    actual = (far.rotation[1] * wide.in_frame("LVLH").rotation[1].inv()).magnitude()
+    assert actual < 1e-8  # other polynomials, each within 1e-9
 
 
 def test_table_that_does_not_reach_is_refused():
     t = np.arange(-600.0, 6601.0, 60.0)
     points = position(path(KEPLER), t) / 1e3
     table = {"times": quantity(t.tolist(), "s"), "positions": quantity(points.tolist(), "km")}
-    given = orbiting(table).run()
-    assert (
-        given.in_frame("LVLH").rotation * orbiting().run().in_frame("LVLH").rotation.inv()
-    ).magnitude().max() < 1e-6
+    original = orbiting(table).run()
+    expected = orbiting().run().in_frame("LVLH")
+    assert (original.in_frame("LVLH").rotation * expected.rotation.inv()).magnitude().max() < 1e-6
     with pytest.raises(
         InputError, match=r"orbit.times.value: a table over the whole span, 0.0 s to 9000.0 s"
     ):
-        given.resampled([9000.0]).in_frame("LVLH")
+        original.resampled([9000.0]).in_frame("LVLH")
 
 
 def test_axes_along_a_fall_to_the_centre_are_refused():
@@ -541,8 +514,8 @@ def test_axes_along_a_fall_to_the_centre_are_refused():
 
 
 def test_users_own_frame_has_axes_along_its_orbit():
-    told = orbiting(frame="INERTIAL", epoch=None).run().in_frame("LVLH")
-    assert bits(told) == bits(orbiting(frame="GCRF").run().in_frame("LVLH"))
+    transformed = orbiting(frame="INERTIAL", epoch=None).run().in_frame("LVLH")
+    assert bits(transformed) == bits(orbiting(frame="GCRF").run().in_frame("LVLH"))
 
 
 # -- the centre of mass, and what happened -----------------------------------------------------------
@@ -554,21 +527,21 @@ def test_centre_of_mass_moves_relative_to_the_frame():
     instants = as_instants(np.concatenate([t, *(t + k * h for k in (-2, -1, 1, 2))]), EPOCH)
     r0, v0 = np.array([7e6, 1e6, -2e6]), np.array([100.0, 7e3, 1e3])
     moved = Translation(r0 + v0 * instants.seconds[:, None], np.broadcast_to(v0, (10, 3)))
-    given = motion().at(instants.seconds)
-    whole = Ephemeris(given.quaternion("wxyz").copy(), instants, "GCRF", centre_of_mass=moved)
-    told = whole.in_frame("ITRF").translation
-    r = told.position.reshape(5, 2, 3)
-    found = (8 * (r[3] - r[2]) - (r[4] - r[1])) / (12 * h)
-    assert np.abs(told.velocity[:2] - found).max() < 1e-5
-    assert np.abs(told.velocity[:2] - v0).max() > 100
+    original = motion().at(instants.seconds)
+    whole = Ephemeris(original.quaternion("wxyz").copy(), instants, "GCRF", centre_of_mass=moved)
+    transformed = whole.in_frame("ITRF").translation
+    r = transformed.position.reshape(5, 2, 3)
+    actual = (8 * (r[3] - r[2]) - (r[4] - r[1])) / (12 * h)
+    assert np.abs(transformed.velocity[:2] - actual).max() < 1e-5
+    assert np.abs(transformed.velocity[:2] - v0).max() > 100
     gcrs = GCRS(CartesianRepresentation(moved.position.T * u.m), obstime=instants.time)
     itrs = gcrs.transform_to(ITRS(obstime=instants.time)).cartesian.xyz.to_value(u.m).T
-    assert np.abs(told.position - itrs).max() < 1e-3  # of 3e8 m
+    assert np.abs(transformed.position - itrs).max() < 1e-3  # of 3e8 m
     back = whole.in_frame("ITRF").in_frame("GCRF").translation
     assert np.abs(back.position - moved.position).max() < 1e-6
     assert np.abs(back.velocity - v0).max() < 1e-9
     ecliptic = whole.in_frame("ECLIPJ2000").translation
-    assert np.abs(ecliptic.velocity - from_gcrf("ECLIPJ2000", "a test") @ v0).max() < 1e-11
+    assert np.abs(ecliptic.velocity - axes("ECLIPJ2000") @ v0).max() < 1e-11
 
 
 def test_events_turn_with_the_axes_or_lose_what_depends_on_them():
@@ -584,9 +557,9 @@ def test_events_turn_with_the_axes_or_lose_what_depends_on_them():
         ),
         Event(4.0, "something", "else", {"whatever": vector}),
     )
-    given = motion().at([0.0])
-    whole = Ephemeris(given.quaternion("wxyz").copy(), given.instants, "GCRF", events=events)
-    turned = from_gcrf("EME2000", "a test") @ vector
+    original = motion().at([0.0])
+    whole = Ephemeris(original.quaternion("wxyz").copy(), original.instants, "GCRF", events=events)
+    turned = axes("EME2000") @ vector
     first, second, third, fourth = whole.in_frame("EME2000").events
     assert first.details["angular_impulse"] == pytest.approx(turned, abs=1e-15)
     assert first.details["inertial"] is True
@@ -608,17 +581,17 @@ def test_events_turn_with_the_axes_or_lose_what_depends_on_them():
 @pytest.mark.parametrize("ending", ["csv", "ecsv", "json", "ndjson"])
 @pytest.mark.parametrize("frame", ["TEME", "ITRF", "LVLH", "QSW"])
 def test_files_say_what_turns_and_come_back(frame, ending, tmp_path):
-    told = orbiting().run().in_frame(frame)
+    transformed = orbiting().run().in_frame(frame)
     path = tmp_path / f"a.{ending}"
-    told.write(path)
+    transformed.write(path)
     text = path.read_text()
     assert f"q rotates body to {frame}, a frame that turns" in text.replace("\n#", "").replace("  ", "")
     assert "inertial frame" not in text
     again = Ephemeris.read(path)
     assert again.frame == frame
-    assert bits(again) == bits(told)
+    assert bits(again) == bits(transformed)
     if frame in OF_DATE:
-        assert bits(again.in_frame("GCRF")) == bits(told.in_frame("GCRF"))
+        assert bits(again.in_frame("GCRF")) == bits(transformed.in_frame("GCRF"))
 
 
 def test_momentum_of_rotors_survives_a_file_in_a_frame_that_turns(tmp_path):
@@ -659,9 +632,9 @@ def java():
 def test_mean_equator_of_j2000_is_that_of_orekit(java):
     frames, date = java("org.orekit.frames.FramesFactory"), java("org.orekit.time.AbsoluteDate")
     turn = frames.getGCRF().getTransformTo(frames.getEME2000(), date.ARBITRARY_EPOCH)
-    found = np.array([list(row) for row in turn.getRotation().getMatrix()])
+    actual = np.array([list(row) for row in turn.getRotation().getMatrix()])
     # Orekit's bias is that of IAU 2000
-    assert np.abs(found - from_gcrf("EME2000", "a test")).max() < 1e-12
+    assert np.abs(actual - axes("EME2000")).max() < 1e-12
 
 
 @pytest.mark.parametrize(("name", "theirs"), [("QSW", "QSW"), ("LVLH", "LVLH_CCSDS")])
@@ -673,16 +646,18 @@ def test_axes_along_an_ellipse_are_those_of_orekit(java, name, theirs):
     vector = java("org.hipparchus.geometry.euclidean.threed.Vector3D")
     pv = java("org.orekit.utils.PVCoordinates")
     gcrf = java("org.orekit.frames.FramesFactory").getGCRF()
-    told = orbiting(count=7).run()
-    turned = told.in_frame(name)
-    for i, t in enumerate(told.elapsed):
+    transformed = orbiting(count=7).run()
+    turned = transformed.in_frame(name)
+    for i, t in enumerate(transformed.elapsed):
         r, v = position(made, np.array([t]))[0], velocity(made, np.array([t]))[0]
         at = orbit(pv(vector(*r.tolist()), vector(*v.tolist())), gcrf, date, float(made.central.mu))
         transform = lof.transformFromInertial(date, at.getPVCoordinates())
         axes = np.array([list(row) for row in transform.getRotation().getMatrix()])
         rate = np.array(list(transform.getRotationRate().toArray()))
-        assert np.abs(turned.rotation[i].as_matrix() - axes @ told.rotation[i].as_matrix()).max() < 1e-14
-        expected = told.angular_velocity[i] - turned.rotation[i].as_matrix().T @ rate
+        assert (
+            np.abs(turned.rotation[i].as_matrix() - axes @ transformed.rotation[i].as_matrix()).max() < 1e-14
+        )
+        expected = transformed.angular_velocity[i] - turned.rotation[i].as_matrix().T @ rate
         assert np.abs(turned.angular_velocity[i] - expected).max() < 1e-17
 
 
