@@ -1,4 +1,4 @@
-"""`attitude ensemble`: what it prints and stores; refusals of flags are in tests/tables/command_refusals.json."""
+"""`attitude ensemble`: what it prints and stores (refused flags: tests/tables/command_refusals.json)."""
 
 import io
 import json
