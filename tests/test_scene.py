@@ -465,6 +465,7 @@ def members(part):
         yield from members(inner)
 
 
+@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
 @pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
 @settings(max_examples=600, deadline=None, database=None, derandomize=True)
 @given(

@@ -16,6 +16,7 @@ from typing import NoReturn
 
 from ..errors import AttitudeError
 from ..version import __version__
+from .console import warnings_on_one_line
 
 BAD_INPUT = 2
 # The module of each command, and one line about it; a module is imported for its own command only.
@@ -54,8 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     options = _parser(*arguments[:1]).parse_args(arguments)
     try:
-        options.execute(options)
-        sys.stdout.flush()
+        with warnings_on_one_line():
+            options.execute(options)
+            sys.stdout.flush()
     except AttitudeError as error:
         print("attitude: " + " ".join(str(error).split()), file=sys.stderr)
         return BAD_INPUT

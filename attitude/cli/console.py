@@ -13,6 +13,10 @@ from ..errors import AttitudeWarning
 if TYPE_CHECKING:
     from argparse import Namespace
 
+UNKNOWN_LEAP_SECONDS = (
+    "UTC of years whose leap seconds are not known: TAI - UTC is that of the nearest known year"
+)
+
 
 def warn(text: str) -> None:
     """Print a line to standard error."""
@@ -71,12 +75,21 @@ def progress_bar(options: Namespace) -> Iterator[Callable[[float], None] | None]
 
 @contextmanager
 def warnings_on_one_line() -> Iterator[None]:
-    """Print the library's own warnings without the line of source that Python puts before them."""
+    """Print the library's own warnings without the line of source that Python puts before them.
+
+    Those of erfa, one a call, become one line.
+    """
     python_shows = warnings.showwarning
+    is_year_announced = False
 
     def show(message: Warning | str, category: type[Warning], *source: Any, **more: Any) -> None:
+        nonlocal is_year_announced
         if issubclass(category, AttitudeWarning):
             warn(str(message))
+        elif category.__name__ == "ErfaWarning" and "dubious year" in str(message):
+            if not is_year_announced:
+                warn(UNKNOWN_LEAP_SECONDS)
+            is_year_announced = True
         else:
             python_shows(message, category, *source, **more)
 

@@ -80,5 +80,4 @@ def execute(options: Namespace) -> None:
     from .ensemble_execution import carry_out
 
     console.announce_compilation(options)
-    with console.warnings_on_one_line():
-        carry_out(options, *arguments.document_text(options.document))
+    carry_out(options, *arguments.document_text(options.document))

@@ -249,7 +249,7 @@ def parse(
     rotations.check_any_frame(frame)
     try:
         packet = _packet_with_orientation(_packets(stream, source), id)
-        ephemeris = in_frame(_ephemeris(packet), frame)
+        ephemeris = in_frame(_ephemeris(packet, source), frame)
     except FormatError as error:
         raise FormatError(str(error), source) if not error.source else error from None
     except AttitudeError as error:
@@ -298,7 +298,7 @@ def _packet_with_orientation(packets: list[dict[str, Any]], name: str | None) ->
     return candidates[0]
 
 
-def _ephemeris(packet: dict[str, Any]) -> EphemerisData:
+def _ephemeris(packet: dict[str, Any], source: str) -> EphemerisData:
     intervals = _intervals(packet)
     if not intervals:
         raise FormatError("orientation: an empty list")
@@ -309,8 +309,7 @@ def _ephemeris(packet: dict[str, Any]) -> EphemerisData:
     for before, after in pairwise(np.concatenate(seconds).tolist()):
         if not before < after:
             raise FormatError(f"orientation: {after!r} s is not after {before!r} s")
-    quaternion = np.concatenate([q for _, _, q in segments])
-    rotations.attitude_quaternion(quaternion, "wxyz", "unitQuaternion")
+    quaternion = schema.unit_rows(np.concatenate([q for _, _, q in segments]), source, field="unitQuaternion")
     events = tuple(Event(float(t[0]), "segment", "a new interval of the file") for t in seconds[1:])
     instants = Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion")
     name = packet.get("name", packet.get("id", ""))

@@ -40,6 +40,7 @@ ISO_BYTES = 29  # of a date with nanoseconds
 SECOND_NS = 10**9
 DAY = 86_400  # s
 DAY_NS = DAY * SECOND_NS
+MAX_ROUNDING_OF_LENGTH, MAX_OFF_UNIT_IN_FILES = 1e-12, 1e-2  # of quaternions: in doubles, in few digits
 
 
 def metadata(samples: Samples) -> dict[str, Any]:
@@ -158,7 +159,8 @@ def ephemeris_from(
     if unknown:
         raise FormatError(f"column {shown(unknown[0])} is unknown", source)
     try:
-        return _ephemeris(meta, {name: units.finite_array(values, name) for name, values in table.items()})
+        finite = {name: units.finite_array(values, name) for name, values in table.items()}
+        return _ephemeris(meta, finite, source)
     except InputError as error:
         row = error.steps[-1] if error.steps else None
         line = first_line + row if first_line is not None and isinstance(row, int) else None
@@ -191,7 +193,7 @@ def refuse_more(count: int, stated: int, source: str, line: int | None = None) -
         raise FormatError(f"more instants than the {stated} that its metadata state", source, line)
 
 
-def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> EphemerisData:
+def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source: str) -> EphemerisData:
     shape, instants = table[QUATERNION[0]].shape, table[ELAPSED].shape
     if list(shape) != list(meta["shape"]) or shape[len(shape) - len(instants) :] != instants:
         raise ValueError(f"shape {shape}, {instants} instants, {shown(meta['shape'])} stated")
@@ -200,8 +202,7 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray]) -> Ephe
     for name, values in table.items():
         if values.shape != (instants if name in (ELAPSED, REST) else shape):
             raise ValueError(f"column {name} of shape {values.shape}")
-    quaternion = _vector(table, QUATERNION)
-    rotations.attitude_quaternion(quaternion, "wxyz", "quaternion")
+    quaternion = unit_rows(_vector(table, QUATERNION), source, rotations.UNIT_TOLERANCE)
     rate, momentum, position, velocity = (
         _vector(table, names) if names[0] in table else None for names in (RATE, MOMENTUM, POSITION, VELOCITY)
     )
@@ -246,6 +247,20 @@ def check_dates(times: Instants) -> Instants:
         expected = f"instants that a calendar has ({error})"
         raise InputError("instants", f"scale {times.scale!r}", expected) from None
     return times
+
+
+def unit_rows(
+    q: np.ndarray, source: str, tolerance: float = MAX_ROUNDING_OF_LENGTH, field: str = "quaternion"
+) -> np.ndarray:
+    """Quaternions (n, 4) of a file, each divided by its length where this is not within `tolerance` of 1.
+
+    Warns where one is off by more than 1e-6, as of few digits; InputError beyond 1e-2, as of a wrong order.
+    """
+    length, off = rotations.off_unit(q, MAX_OFF_UNIT_IN_FILES)
+    expected = f"a unit quaternion, within {MAX_OFF_UNIT_IN_FILES:g} of length 1"
+    units.refuse_where(off, length, field, expected)
+    rotations.warn_of_lengths(length, f"{source}: {field}")
+    return rotations.of_unit_length(q, length, tolerance)
 
 
 def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:

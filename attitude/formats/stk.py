@@ -359,8 +359,7 @@ class StkReader:
             raise self._error(f"{len(table)} attitudes, and NumberOfAttitudePoints is {stated}", line)
         epoch, frame = self._epoch(), self._frame()
         quaternion = table[:, 1:5][:, ROWS[self.row_kind][0]]
-        self._check_quaternion(quaternion, numbers)
-        quaternion = rotations.sign_continuous(quaternion)
+        quaternion = rotations.sign_continuous(self._unit(quaternion, numbers))
         rate = np.deg2rad(table[:, 5:8]) if self.width == 8 else None
         ephemeris = EphemerisData(quaternion, Instants(table[:, 0], None, epoch), frame, None, rate)
         self._check_instants(ephemeris, numbers)
@@ -388,9 +387,9 @@ class StkReader:
             i = int(wrong[0])
             raise self._error(f"{float(seconds[i])!r} s is not after {float(before[i])!r} s", int(numbers[i]))
 
-    def _check_quaternion(self, quaternion: np.ndarray, numbers: np.ndarray) -> None:
+    def _unit(self, quaternion: np.ndarray, numbers: np.ndarray) -> np.ndarray:
         try:
-            rotations.attitude_quaternion(quaternion, "wxyz", "quaternion")
+            return schema.unit_rows(quaternion, self.source)
         except InputError as error:
             row = error.steps[1] if len(error.steps) > 1 else 0
             raise self._error(str(error), int(numbers[int(row)])) from None

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
 from .. import units
-from ..errors import InputError
+from ..errors import AttitudeWarning, InputError
 
 # Indices of w, x, y, z in each named order.
 ORDERS = {"wxyz": (0, 1, 2, 3), "xyzw": (3, 0, 1, 2)}
-UNIT_TOLERANCE = 1e-6
-UNIT = "a unit quaternion, within 1e-6 of length 1"
+# Quaternions this close to unit length are taken as they are; others, of few printed digits, are divided by
+# their length with a warning, up to a limit beyond which their order must be wrong.
+UNIT_TOLERANCE, MAX_OFF_UNIT = 1e-6, 1e-3
+UNIT = f"a unit quaternion, within {MAX_OFF_UNIT:g} of length 1"
 
 INERTIAL_FRAMES = {
     "ICRF": "International Celestial Reference Frame",
@@ -56,7 +59,8 @@ def check_any_frame(frame: str, field: str = "frame") -> str:
 def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude") -> np.ndarray:
     """(..., 4) wxyz from a scipy `Rotation` or an array whose order is named.
 
-    The length may differ from 1 by 1e-6 (a few printed digits); it is not normalised here.
+    Where a length differs from 1 by more than 1e-6, as of a few printed digits, the quaternion is divided by
+    it, with an AttitudeWarning; InputError where it differs by more than 1e-3.
     """
     if hasattr(attitude, "as_quat"):
         attitude, order = attitude.as_quat(), "xyzw"
@@ -70,14 +74,29 @@ def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude
     array = np.ascontiguousarray(array[..., ORDERS[check_order(order)]])
     length, off = off_unit(array)
     units.refuse_where(off, length, field, UNIT)
-    return array
+    warn_of_lengths(length, field)
+    return of_unit_length(array, length)
 
 
-def off_unit(quaternions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths of (..., 4), and a mask of those that differ from 1 by more than 1e-6."""
+def off_unit(quaternions: np.ndarray, max_off: float = MAX_OFF_UNIT) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths of (..., 4), and a mask of those that differ from 1 by more than `max_off`."""
     with np.errstate(over="ignore"):
         length = np.sqrt((quaternions * quaternions).sum(axis=-1))
-    return length, ~(np.abs(length - 1.0) <= UNIT_TOLERANCE)
+    return length, ~(np.abs(length - 1.0) <= max_off)
+
+
+def warn_of_lengths(length: np.ndarray, field: str) -> None:
+    """Warn, where a length (...) is off by more than 1e-6, that quaternions are divided by theirs."""
+    off = float(np.abs(length - 1.0).max(initial=0.0))
+    if off > UNIT_TOLERANCE:
+        what = f"{field}: lengths of quaternions differ from 1 by up to {off:.2g}"
+        warnings.warn(f"{what}; each is divided by its length", AttitudeWarning, stacklevel=4)
+
+
+def of_unit_length(q: np.ndarray, length: np.ndarray, tolerance: float = UNIT_TOLERANCE) -> np.ndarray:
+    """Quaternions (..., 4), divided by their lengths (...) where these are not within `tolerance` of 1."""
+    off = np.abs(length - 1.0) > tolerance
+    return q / np.where(off, length, 1.0)[..., None] if off.any() else q
 
 
 def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:

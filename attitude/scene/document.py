@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import replace
@@ -33,7 +34,7 @@ from ..documents.fields import (
 from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import FormatError, InputError
+from ..errors import AttitudeWarning, FormatError, InputError
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -557,10 +558,12 @@ def _si(values: Any, unit: str, like: u.UnitBase, field: str) -> np.ndarray:
 def _from_matrix(matrix: np.ndarray) -> np.ndarray:
     with np.errstate(over="ignore", invalid="ignore"):
         off = np.abs(matrix @ matrix.T - np.eye(3)).max()
-    if not off <= rotations.UNIT_TOLERANCE or np.linalg.det(matrix) < 0.0:
-        raise InputError(
-            "attitude.matrix", matrix.tolist(), "a proper rotation matrix, orthonormal within 1e-6"
-        )
+    if not off <= rotations.MAX_OFF_UNIT or np.linalg.det(matrix) < 0.0:
+        expected = f"a proper rotation matrix, orthonormal within {rotations.MAX_OFF_UNIT:g}"
+        raise InputError("attitude.matrix", matrix.tolist(), expected)
+    if off > rotations.UNIT_TOLERANCE:
+        text = f"attitude.matrix: orthonormal within {off:.2g}; the nearest rotation is taken"
+        warnings.warn(text, AttitudeWarning, stacklevel=2)
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_matrix(matrix).as_quat(scalar_first=True)

@@ -10,6 +10,7 @@ import atexit
 import io
 import random
 import re
+import warnings
 import zipfile
 from functools import cache
 from pathlib import Path
@@ -21,7 +22,15 @@ import numpy as np
 from astropy.time import Time
 from hypothesis import strategies as st
 
-from attitude import AttitudeError, Ephemeris, FormatError, RigidBody, Scene, TorqueFreeMotion
+from attitude import (
+    AttitudeError,
+    AttitudeWarning,
+    Ephemeris,
+    FormatError,
+    RigidBody,
+    Scene,
+    TorqueFreeMotion,
+)
 from attitude.formats import encode, module_of
 from attitude.formats.registry import FORMATS
 from attitude.samples.chunks import Samples
@@ -270,7 +279,16 @@ _DONE = {
 
 
 def outcome(format, content):
-    """ "refused", or "kept"; anything but an AttitudeError of the reader, or another ephemeris, is raised."""
+    """ "refused", or "kept"; anything but an AttitudeError of the reader, or another ephemeris, is raised.
+
+    What is read leniently is read with an AttitudeWarning.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AttitudeWarning)
+        return _outcome(format, content)
+
+
+def _outcome(format, content):
     options = {"frame": "ITRF"} if format == "czml" else {}  # the numbers as they stand in the file
     try:
         found = read(format, content, **options)

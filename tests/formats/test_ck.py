@@ -786,6 +786,7 @@ def test_overlapping_segments_are_refused(tmp_path):
         Ephemeris.read(path)
 
 
+@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
 @pytest.mark.parametrize("type", [2, 3])
 def test_any_damage_is_refused_or_gives_attitudes(type, tmp_path):
     path, _ = written(tmp_path, type=type)

@@ -384,6 +384,7 @@ def test_file_cut_off_anywhere_is_refused_or_whole(format, valid):
         assert np.array_equal(back.quaternion("wxyz"), read(content, format).quaternion("wxyz"))
 
 
+@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
 @pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
 @pytest.mark.parametrize("format", [*COLUMNAR, "ndjson"])
 def test_any_damage_is_refused_or_gives_attitudes(format, valid):

@@ -448,6 +448,7 @@ def test_too_long_a_file_is_refused(monkeypatch):
         read(QUARTER)
 
 
+@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
 @pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
 def test_any_damage_is_refused_or_gives_attitudes():
     original = re.sub(r'"clock".*?}},', '"x":1},', QUARTER).encode()

@@ -23,7 +23,7 @@ class States:
     Attributes
     ----------
     body : RigidBody, of shape (n,)
-    attitude : (n, 4), wxyz, body to inertial; within 1e-6 of unit length
+    attitude : (n, 4), wxyz, body to inertial; of unit length within 1e-6
     angular_velocity : (n, 3), rad/s, body frame
     """
 

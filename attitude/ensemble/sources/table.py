@@ -9,6 +9,7 @@ import numpy as np
 
 from ... import units as si
 from ...errors import InputError
+from ...frames import rotations
 from ...frames.rotations import UNIT, off_unit
 from ...rigid_body.body import RigidBody, asymmetry, principal_moments, unphysical
 from ...rigid_body.constants_of_motion import RATES, beyond_rates
@@ -140,7 +141,8 @@ class Tabled:
             body = RigidBody.from_moments(columns.moments)
         else:
             body = RigidBody(columns.tensor)
-        return States(body, columns.quaternion, columns.angular_velocity)
+        quaternion = rotations.of_unit_length(columns.quaternion, rotations.off_unit(columns.quaternion)[0])
+        return States(body, quaternion, columns.angular_velocity)
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """Return the indices of the rows of these bodies."""
@@ -173,6 +175,7 @@ class Tabled:
     def _bad_rows(self) -> LeftOut:
         rows: list[np.ndarray] = []
         listed: list[BadRow] = []
+        lengths = [1.0, 1.0]  # the least and the greatest of good quaternions
         for first in range(0, self._table.size, CHECKED_ROWS):
             columns = self._read(first, min(first + CHECKED_ROWS, self._table.size))
             bad = np.zeros(len(columns.quaternion), np.bool_)
@@ -184,7 +187,10 @@ class Tabled:
                     for row in np.flatnonzero(wrong)[: MAX_LISTED - len(listed)]
                 ]
             rows.append(first + np.flatnonzero(bad))
+            good = rotations.off_unit(columns.quaternion[~bad])[0]
+            lengths = [good.min(initial=lengths[0]), good.max(initial=lengths[1])]
             listed += sorted(fields, key=lambda field: field.row)[: MAX_LISTED - len(listed)]
+        rotations.warn_of_lengths(np.array(lengths), "table.quaternion")
         return LeftOut(np.concatenate(rows) if rows else (), tuple(listed))
 
 

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...frames import rotations
+from ..schema import MAX_OFF_UNIT_IN_FILES
 from .epochs import RowError
 from .keywords import ANGLES, ANGVEL, ATTITUDE_TYPES, FRAME_ALIASES, Q_DOT, AttitudeType, KeywordBlock, Q
 
@@ -89,14 +90,11 @@ class RowConvention:
 
 
 def _check_unit(q: np.ndarray) -> None:
-    with np.errstate(over="ignore"):
-        length = np.sqrt((q * q).sum(axis=0))
-    off = ~(np.abs(length - 1.0) <= rotations.UNIT_TOLERANCE)
+    length, off = rotations.off_unit(q.T, MAX_OFF_UNIT_IN_FILES)
     if off.any():
         i = int(np.argmax(off))
-        raise RowError(
-            i, f"quaternion: a unit quaternion, within 1e-6 of length 1; got length {length[i]:.9g}"
-        )
+        expected = f"a unit quaternion, within {MAX_OFF_UNIT_IN_FILES:g} of length 1"
+        raise RowError(i, f"quaternion: {expected}; got length {length[i]:.9g}")
 
 
 def _rate_of(q: np.ndarray, derivative: np.ndarray) -> np.ndarray:

@@ -209,7 +209,8 @@ def _joined(segments: list[Segment]) -> EphemerisData:
         Event(float(times.seconds[start]), "segment", f"segment {k} of the file begins")
         for k, start in enumerate(starts, start=2)
     )
-    q = rotations.sign_continuous(_concatenated([segment.attitudes for segment in segments]))
+    q = schema.unit_rows(_concatenated([segment.attitudes for segment in segments]), first.source)
+    q = rotations.sign_continuous(q)
     rate = _concatenated([segment.rates for segment in segments]) if first.rates else None
     name = first.fields.values["OBJECT_NAME"]
     return EphemerisData(q, times, first.convention.frame, None, rate, name, events=events)

@@ -213,7 +213,7 @@ def _is_continued(before: CkSegment, after: CkSegment) -> bool:
 def _ephemeris(segment: CkSegment, instants: Instants, frame: str, name: str, source: str) -> EphemerisData:
     q, velocity = segment.records.quaternion, segment.records.velocity
     try:
-        rotations.attitude_quaternion(q, "wxyz", "quaternion")
+        q = schema.unit_rows(q, source)
         schema.check_dates(instants.finite("instants"))
     except InputError as error:
         raise FormatError(str(error), source) from None
