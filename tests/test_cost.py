@@ -416,7 +416,7 @@ def test_labels_of_a_picture_do_not_overlap(report):
     assert {cell.status for cell in crowd} == {"measured"}
     figure = Figure(figsize=plot.SIZE)
     canvas = FigureCanvasAgg(figure)
-    panels = plot._draw(figure, replace(report, cells=tuple(crowd)))
+    panels = plot.draw_panels(figure, replace(report, cells=tuple(crowd)))
     canvas.draw()
     for panel in panels:
         panel.place_labels(canvas.get_renderer())

@@ -622,7 +622,7 @@ def java():
 
     try:
         if not jpype.isJVMStarted():
-            orekit._start_machine(jpype, orekit_jpype)
+            orekit.start_machine(jpype, orekit_jpype)
         jpype.JClass("org.orekit.frames.FramesFactory")
     except (AbsentError, TypeError) as error:
         pytest.skip(str(error))

@@ -1,7 +1,11 @@
-"""Truth of free motion: attitudes to fifty digits at some instants, conserved energy and momentum at all."""
+"""Truth of free motion: attitudes to fifty digits at some instants, conserved energy and momentum at all.
+
+`load`, `truths` and `quantities` have their like in `torque_truth`.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import ModuleType
@@ -10,6 +14,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import AttitudeError
+from ..motion import TorqueFreeMotion
+from ..rigid_body.body import RigidBody
+from ..times.instants import as_instants
 from .initial_value_problem import InitialValueProblem
 
 MAX_TRUTH_INSTANTS = 30
@@ -61,9 +68,9 @@ class Truth:
         """Truth at up to MAX_TRUTH_INSTANTS of the instants t (n,), s, drawn at random."""
         indices = random_indices(t.size, random)
         try:
-            return cls(indices, _attitudes(problem, t[indices], "taylor"), "Taylor")
+            return cls(indices, true_attitudes(problem, t[indices], "taylor"), "Taylor")
         except ArithmeticError:  # too many Taylor steps
-            return cls(indices, _attitudes(problem, t[indices], "theta"), "theta")
+            return cls(indices, true_attitudes(problem, t[indices], "theta"), "theta")
 
     def error(self, attitudes: np.ndarray) -> float:
         """Largest angle, rad, between quaternions (n, 4) at the samples and the truth."""
@@ -78,7 +85,8 @@ def random_indices(count: int, random: np.random.Generator) -> np.ndarray:
     return np.append(np.sort(others), count - 1)
 
 
-def _attitudes(problem: InitialValueProblem, t: np.ndarray, route: str) -> list[Any]:
+def true_attitudes(problem: InitialValueProblem, t: np.ndarray, route: str) -> list[Any]:
+    """Quaternions of mpf at instants (n,), s, by one of the oracle's routes: "taylor" or "theta"."""
     rate, attitude = problem.angular_velocity.tolist(), problem.attitude.tolist()
     if problem.moments is None:
         exact = partial(oracle().attitude_and_rate_of_tensor, problem.tensor.tolist(), rate, attitude)
@@ -87,36 +95,60 @@ def _attitudes(problem: InitialValueProblem, t: np.ndarray, route: str) -> list[
     return [exact(seconds, route=route)[0] for seconds in t.tolist()]
 
 
-class ConservedQuantities:
-    """Kinetic energy and inertial angular momentum of a free body, and the errors of samples against them."""
+def load(problem: InitialValueProblem) -> None:
+    """Compile the library's kernels, or load them from disk: once in a process."""
+    body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
+    motion = TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")
+    motion.ephemeris(as_instants([0.0], None), rate=True)
 
-    def __init__(self, problem: InitialValueProblem):
-        self.tensor = scaled(problem.tensor)
-        self.second = 1.0 / (np.abs(problem.angular_velocity).max() or 1.0)
-        start = problem.attitude[None], problem.angular_velocity[None]
-        energy, momentum = self._energy_and_momentum(*start)
-        self.energy, self.momentum = energy[0], momentum[0]
+
+def truths(problem: InitialValueProblem, grids: Sequence[np.ndarray], seed: int) -> list[Truth]:
+    """One Truth for each grid of instants, s."""
+    return [
+        Truth.at_random_samples(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)
+    ]
+
+
+def quantities(problem: InitialValueProblem, _: Truth) -> TrueQuantities:
+    """Energy and momentum at the epoch, which are conserved."""
+    state = problem.attitude[None], problem.angular_velocity[None]
+    return TrueQuantities(problem, *state, indices=slice(None))
+
+
+class TrueQuantities:
+    """Kinetic energy and inertial angular momentum of a body, and the errors of samples against them.
+
+    Parameters
+    ----------
+    attitudes, rates : (m, 4), (m, 3), the truth; one row where the quantities are conserved
+    indices : of the samples at the same instants
+    """
+
+    def __init__(
+        self,
+        problem: InitialValueProblem,
+        attitudes: np.ndarray,
+        rates: np.ndarray,
+        indices: np.ndarray | slice,
+    ):
+        self.indices = indices
+        self.tensor = problem.tensor.astype(LONG) / LONG(np.abs(problem.tensor).max())
+        self.second = 1.0 / (float(np.abs(rates).max()) or 1.0)
+        self.energy, self.momentum = self._energy_and_momentum(attitudes, rates)
 
     def errors(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
-        """Largest relative errors of energy and of the momentum vector; scaled absolute ones for rest."""
-        energy, momentum = self._energy_and_momentum(attitudes, rates)
+        """Largest errors of energy and momentum vector, relative to the largest; scaled ones for rest."""
+        energy, momentum = self._energy_and_momentum(attitudes[self.indices], rates[self.indices])
         off = np.sqrt(((momentum - self.momentum) ** 2).sum(axis=-1)).max()
-        size = np.sqrt((self.momentum**2).sum()) or LONG(1.0)
-        return (
-            float(np.abs(energy - self.energy).max() / (self.energy or LONG(1.0))),
-            float(off / size),
-        )
+        size = np.sqrt((self.momentum**2).sum(axis=-1)).max() or LONG(1.0)
+        largest = np.abs(self.energy).max() or LONG(1.0)
+        return float(np.abs(energy - self.energy).max() / largest), float(off / size)
 
     def _energy_and_momentum(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) energies and (n, 3) inertial momenta."""
         w = rates.astype(LONG) * LONG(self.second)
         momentum = (self.tensor * w[:, None, :]).sum(axis=-1)
         return 0.5 * (w * momentum).sum(axis=-1), rotated(attitudes.astype(LONG), momentum)
-
-
-def scaled(tensor: np.ndarray) -> np.ndarray:
-    """The tensor over its largest entry, in long doubles."""
-    return tensor.astype(LONG) / LONG(np.abs(tensor).max())
 
 
 def rotated(q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import textwrap
-import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
-from itertools import groupby
+from itertools import groupby, zip_longest
 from time import perf_counter
 from typing import Any
 
@@ -16,16 +15,15 @@ import numpy as np
 from ..errors import InputError
 from . import records
 from .cell import ABSENT, FAILED, MEASURED, NOT_RUN
-from .free_truth import Truth, oracle
+from .free_truth import Truth, true_attitudes
 from .hard_cases import Case, cases
 from .machine import machine, versions
-from .method import AbsentError, Method, method_name
+from .method import AbsentError, Method, method_name, quiet
 from .methods import select_methods
 
 KIND = "attitude-hard/1"
 COMPARED = ("ours", "published", "dop853", "heyoka", "orekit")
-WIDTH = 110
-METHOD_WIDTH = 13
+METHOD_WIDTH = 13  # of a column of the table
 
 
 @dataclass(frozen=True)
@@ -88,37 +86,32 @@ class HardReport:
 
     def table(self) -> str:
         """Text for a terminal; 110 columns wide with five methods."""
-        lines = [
-            wrapped
-            for line in self.header()
-            for wrapped in textwrap.wrap(line, WIDTH, break_on_hyphens=False)
-        ]
-        return "\n".join([*lines, "", *self._titles(), *self._rows()]) + "\n"
+        lines = [part for line in self.header() for part in textwrap.wrap(line, 110, break_on_hyphens=False)]
+        titles = [textwrap.wrap(name, METHOD_WIDTH - 2) for name in self.methods]
+        rows = [("", "", words) for words in zip_longest(*titles, fillvalue="")]
+        lines.append("")
+        for ladder, distance, entries in [*rows, *self.rows()]:
+            columns = "".join(f"{entry:>{METHOD_WIDTH}}" for entry in entries)
+            lines.append(f"{ladder:<32}{distance:>8}{columns}".rstrip())
+        return "\n".join(lines) + "\n"
 
     def markdown(self) -> str:
         """The table in Markdown."""
-        titles = ("attitude error [rad]", "distance", *self._methods())
+        titles = ("attitude error [rad]", "distance", *self.methods)
         rules = ("---", *["--:"] * (len(titles) - 1))
-        rows = ((ladder, distance, *map(str, row)) for ladder, distance, row in self._rows_with_titles())
+        rows = ((ladder, distance, *entries) for ladder, distance, entries in self.rows())
         return "".join(f"| {' | '.join(line)} |\n" for line in (titles, rules, *rows))
 
-    def _titles(self) -> Iterator[str]:
-        wrapped = [textwrap.wrap(name, METHOD_WIDTH - 2) for name in self._methods()]
-        for i in range(max(map(len, wrapped))):
-            yield _line("", "", (title[i] if i < len(title) else "" for title in wrapped))
-
-    def _rows(self) -> Iterator[str]:
-        for ladder, distance, row in self._rows_with_titles():
-            yield _line(ladder, distance, map(str, row))
-
-    def _methods(self) -> list[str]:
+    @property
+    def methods(self) -> list[str]:
+        """Their names, in order."""
         return list(dict.fromkeys(cell.method for cell in self.cells))
 
-    def _rows_with_titles(self) -> Iterator[tuple[str, str, list[HardCell]]]:
-        """Ladder (empty after its first row), distance, cells of the row."""
+    def rows(self) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+        """Ladder (empty after its first row), distance, texts of the cells of the row."""
         for ladder, cells in groupby(self.cells, lambda cell: cell.ladder):
             for i, (distance, row) in enumerate(groupby(cells, lambda cell: cell.distance)):
-                yield "" if i else ladder, scientific(distance), list(row)
+                yield "" if i else ladder, scientific(distance), tuple(map(str, row))
 
     # -- for machines -----------------------------------------------------------------------
 
@@ -140,11 +133,6 @@ class HardReport:
     def to_csv(self) -> str:
         """Circumstances in comment lines, then one line for each cell; empty where nothing was measured."""
         return records.to_csv(self.header(), HardCell, self.cells)
-
-
-def _line(ladder: str, distance: str, entries: Iterable[str]) -> str:
-    line = f"{ladder:<32}{distance:>8}" + "".join(f"{entry:>{METHOD_WIDTH}}" for entry in entries)
-    return line.rstrip()
 
 
 def scientific(value: float) -> str:
@@ -199,20 +187,14 @@ def hard(
         if say is not None:
             say(name)
         for case in group:
-            truth = _truth(case)
+            # by theta functions: Taylor series take minutes for a needle, or beside an axis
+            truth = Truth(
+                np.arange(case.instants.size), true_attitudes(case.problem, case.instants, "theta"), "theta"
+            )
             for trial in trials:
                 left = budget - sum(other.spent for other in trials if other.method.steps)
                 cells.append(trial.cell(case, truth, left))
     return HardReport(seed, budget, machine(), versions(), tuple(cells))
-
-
-def _truth(case: Case) -> Truth:
-    """The truth by theta functions: Taylor series take minutes for a needle, or beside an axis."""
-    exact, problem = oracle().attitude_and_rate, case.problem
-    vectors = (np.diag(problem.tensor), problem.angular_velocity, problem.attitude)
-    body = [vector.tolist() for vector in vectors]
-    attitudes = [exact(*body, t, route="theta")[0] for t in case.instants.tolist()]
-    return Truth(np.arange(case.instants.size), attitudes, "theta")
 
 
 class Trial:
@@ -247,24 +229,19 @@ class Trial:
             return NOT_RUN, f"would take {predicted:.2g} s of the {max(left, 0.0):.2g} s left", None
         start = perf_counter()
         try:
-            samples = _run(self.method, case)
+            attitudes, rates = _run(self.method, case)
         except Exception as error:
             return FAILED, f"{type(error).__name__}: {error}", None
         finally:
             seconds = perf_counter() - start
             self.spent, self.seconds_per_radian = self.spent + seconds, seconds / case.radians
-        return _judged(*samples, truth)
+        finite = np.isfinite(attitudes).all(axis=-1) & np.isfinite(rates).all(axis=-1)
+        if not finite.all():
+            return "NaN", f"not finite at {np.sum(~finite)} of {finite.size} instants", None
+        return MEASURED, "", truth.error(attitudes)
 
 
 def _run(method: Method, case: Case) -> tuple[np.ndarray, np.ndarray]:
     """Samples of the method at the case's instants, its warnings suppressed."""
-    with np.errstate(all="ignore"), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with quiet():
         return method.prepare(case.problem)(case.instants)
-
-
-def _judged(attitudes: np.ndarray, rates: np.ndarray, truth: Truth) -> tuple[str, str, float | None]:
-    finite = np.isfinite(attitudes).all(axis=-1) & np.isfinite(rates).all(axis=-1)
-    if not finite.all():
-        return "NaN", f"not finite at {np.sum(~finite)} of {finite.size} instants", None
-    return MEASURED, "", truth.error(attitudes)

@@ -16,7 +16,7 @@ from ..problem.initial_state import InitialState
 from ..problem.torque_model import CachedTorque
 
 if TYPE_CHECKING:
-    from ..effects.effect import Effect, Torque
+    from ..effects.effect import Torque
     from ..motion import TorqueFreeMotion
     from ..orbit.orbit import OrbitDefinition
     from ..scene.document import Scene
@@ -79,8 +79,11 @@ class InitialValueProblem:
         if motion.shape:
             raise InputError("motion", f"shape {motion.shape}", "one body")
         tensor, rate = motion.body.tensor, motion._batch.rates
-        unit = _unit(float(motion.polhode_period), rate)
-        return cls(tensor, _diagonal(tensor), motion._batch.attitudes, rate, *unit)
+        unit, name = float(motion.polhode_period), "polhode periods"
+        if not np.isfinite(unit):
+            speed = float(np.linalg.norm(rate))
+            unit, name = (2.0 * np.pi / speed, "turns of the body rate") if speed else (1.0, "seconds")
+        return cls(tensor, _diagonal(tensor), motion._batch.attitudes, rate, unit, name)
 
     @classmethod
     def of_scene(cls, scene: Scene) -> InitialValueProblem:
@@ -94,7 +97,12 @@ class InitialValueProblem:
         from ..scene.simulation import resolve
 
         for i, effect in enumerate(scene.effects):
-            _check_effect(effect, f"effects[{i}].type")
+            if effect.ACTS_ON == "instants":
+                expected = "effects that act all the time: the compared methods take no impulses"
+                raise InputError(f"effects[{i}].type", effect.type, expected)
+            if effect.type == "user":
+                expected = "an effect of the library's own: there is no truth for a user's torque"
+                raise InputError(f"effects[{i}].type", effect.type, expected)
         inputs = resolve(scene)
         if not inputs.torques:
             return cls.of_motion(scene.motion())
@@ -127,17 +135,6 @@ def environment_of(problem: InitialValueProblem) -> TorqueEnvironment:
     return problem.environment
 
 
-def _check_effect(effect: Effect, field: str) -> None:
-    if effect.ACTS_ON == "instants":
-        raise InputError(
-            field, effect.type, "effects that act all the time: the compared methods take no impulses"
-        )
-    if effect.type == "user":
-        raise InputError(
-            field, effect.type, "an effect of the library's own: there is no truth for a user's torque"
-        )
-
-
 def _diagonal(tensor: np.ndarray) -> np.ndarray | None:
     """The moments of a diagonal tensor; None for any other."""
     moments = np.diag(tensor).copy()
@@ -148,10 +145,3 @@ def counted(number: float, unit_name: str) -> str:
     """Number and unit: "1 polhode period", "10000 polhode periods"."""
     noun, of, complement = unit_name.partition(" of ")
     return f"{number:.15g} {noun.removesuffix('s') if number == 1.0 else noun}{of}{complement}"
-
-
-def _unit(period: float, rate: np.ndarray) -> tuple[float, str]:
-    if np.isfinite(period):
-        return period, "polhode periods"
-    speed = float(np.linalg.norm(rate))
-    return (2.0 * np.pi / speed, "turns of the body rate") if speed > 0.0 else (1.0, "seconds")

@@ -11,9 +11,7 @@ from __future__ import annotations
 import heapq
 import math
 import statistics
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -23,17 +21,14 @@ import numpy as np
 from .. import stopping
 from ..errors import AttitudeError, InputError
 from ..motion import TorqueFreeMotion
-from ..rigid_body.body import RigidBody
-from ..times.instants import as_instants
-from . import torque_truth
+from . import free_truth, torque_truth
 from .cell import ABSENT, FAILED, LOST, MEASURED, NOT_RUN, Cell
-from .free_truth import ConservedQuantities, Truth
+from .free_truth import TrueQuantities, Truth
 from .initial_value_problem import InitialValueProblem, counted
 from .machine import machine, versions
-from .method import AbsentError, Method, Solve
-from .methods import FAMILIES, UNDER_TORQUES, library_solvers, select_methods
+from .method import AbsentError, Method, Solve, quiet
+from .methods import FAMILIES, UNDER_TORQUES, select_methods
 from .report import Report
-from .torque_truth import TrueQuantities
 
 if TYPE_CHECKING:
     from ..scene.document import Scene
@@ -42,7 +37,6 @@ SAMPLES, SAMPLES_UNDER_TORQUES = 100_000, 101
 MAX_SAMPLES = 10_000_000
 HORIZONS = (1.0, 1e2, 1e4, 1e6)
 
-TRIAL_FRACTION = 0.01  # of the shortest horizon and of its samples
 MAX_REPEATS = 7
 MAX_REPEAT_SECONDS = 0.5
 MIN_MESSAGE_INTERVAL = 1.0  # s
@@ -91,14 +85,16 @@ def measure(
     _check(budget, samples, HORIZONS if horizons is None else horizons, seed)
     selected = _methods(methods, problem)
     before = perf_counter()
-    _load_kernels(problem)
+    reference = free_truth if free else torque_truth
+    reference.load(problem)
     horizons = _horizons(problem, horizons, budget)
     started = perf_counter()
     say = say or (lambda _: None)
     say("truth to fifty digits" if free else "truth")
     grids = [np.linspace(0.0, horizon * problem.unit, samples) for horizon in horizons]
-    truths = _truths(problem, grids, seed)
-    schedule = Schedule(problem, tuple(horizons), grids, truths, started, budget, say)
+    truths = reference.truths(problem, grids, seed)
+    quantities = [reference.quantities(problem, truth) for truth in truths]
+    schedule = Schedule(problem, tuple(horizons), grids, (truths, quantities), started, budget, say)
     cells = schedule.run(selected)
     if schedule.cheapest is not None and not any(cell.status == MEASURED for cell in cells):
         needed = perf_counter() - started + schedule.cheapest
@@ -142,7 +138,7 @@ def _horizons(
     """The requested ones; by default HORIZONS, under torques parts of the span that has a truth."""
     if problem.environment is None:
         return HORIZONS if requested is None else requested
-    reach = torque_truth.reach(problem, problem.environment, budget)
+    reach = torque_truth.reach(problem, budget)
     if requested is None:
         longest = 10.0 ** math.floor(math.log10(reach) + 1e-12)
         return [part * longest for part in (0.01, 0.1, 1.0)]
@@ -150,25 +146,6 @@ def _horizons(
         expected = f"at most {reach:.3g} {problem.unit_name}, as far as the budget allows a truth"
         raise InputError("horizons", requested[-1], expected)
     return requested
-
-
-def _load_kernels(problem: InitialValueProblem) -> None:
-    """Compile the kernels, or load them from disk: once in a process."""
-    if problem.environment is not None:
-        library_solvers.load(problem)
-        torque_truth.load(problem, problem.environment)
-        return
-    body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
-    motion = TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")
-    motion.ephemeris(as_instants([0.0], None), rate=True)
-
-
-def _truths(problem: InitialValueProblem, grids: list[np.ndarray], seed: int) -> list[Truth]:
-    if problem.environment is not None:
-        return torque_truth.truths(problem, problem.environment, grids, seed)
-    return [
-        Truth.at_random_samples(t, problem, np.random.default_rng([seed, j])) for j, t in enumerate(grids)
-    ]
 
 
 def _methods(methods: Iterable[str | Method] | None, problem: InitialValueProblem) -> list[Method]:
@@ -179,15 +156,6 @@ def _methods(methods: Iterable[str | Method] | None, problem: InitialValueProble
     names = [method for method in requested if isinstance(method, str)]
     named = select_methods(names, families) if names else []
     return named + [method for method in requested if isinstance(method, Method)]
-
-
-def _quantities(
-    problem: InitialValueProblem, truths: Sequence[Truth]
-) -> list[ConservedQuantities] | list[TrueQuantities]:
-    """The reference for energy and momentum, for each horizon."""
-    if problem.environment is None:
-        return [ConservedQuantities(problem)] * len(truths)
-    return [TrueQuantities(problem, truth) for truth in truths]
 
 
 @dataclass(order=True)
@@ -216,14 +184,14 @@ class Schedule:
         problem: InitialValueProblem,
         horizons: tuple[float, ...],
         grids: list[np.ndarray],
-        truths: list[Truth],
+        reference: tuple[list[Truth], list[TrueQuantities]],
         started: float,
         budget: float,
         say: Callable[[str], None],
     ):
-        self.problem, self.horizons, self.grids, self.truths = problem, horizons, grids, truths
+        self.problem, self.horizons, self.grids = problem, horizons, grids
+        self.truths, self.quantities = reference
         self.started, self.budget, self.say, self.last_message = started, budget, say, started
-        self.quantities = _quantities(problem, truths)
         self.queue: list[PendingCell] = []
         self.cells: dict[tuple[int, int], Cell] = {}
         self.cheapest: float | None = None
@@ -254,7 +222,7 @@ class Schedule:
             self._fill(number, method, 0, NOT_RUN, "half the budget was used up before its trial")
             return
         self._announce(f"{method.name}: trial")
-        part = TRIAL_FRACTION if self.grids[0].size * TRIAL_FRACTION >= 2.0 else 2.0 / self.grids[0].size
+        part = max(0.01, 2.0 / self.grids[0].size)  # of the shortest horizon and of its samples
         count = int(self.grids[0].size * part)
         t = np.linspace(0.0, self.grids[0][-1] * part, count)
         try:
@@ -271,7 +239,7 @@ class Schedule:
             )
 
     def _prepared_and_called(self, method: Method, t: np.ndarray) -> tuple[Solve, float, float]:
-        with _quiet():
+        with quiet():
             before = perf_counter()
             solve = method.prepare(self.problem)
             between = perf_counter()
@@ -299,7 +267,8 @@ class Schedule:
             self._fill(pending.number, method, j + 1, NOT_RUN, lost)
         elif j + 1 < len(self.horizons):
             pending.horizon = j + 1
-            pending.predicted_s = seconds * self._time_ratio(method, j)
+            longer = self.horizons[j + 1] / self.horizons[j]
+            pending.predicted_s = seconds * longer if method.steps else seconds
             heapq.heappush(self.queue, pending)
 
     def _timed(self, solve: Solve, t: np.ndarray) -> tuple[float, int, Samples]:
@@ -307,13 +276,15 @@ class Schedule:
 
         The first call warms caches up and counts only where it takes too long to be repeated.
         """
-        with _quiet():
-            first, samples = _call(solve, t)
-            runs: list[float] = []
-            while len(runs) < MAX_REPEATS and first + sum(runs) < MAX_REPEAT_SECONDS and self.left > first:
-                seconds, samples = _call(solve, t)
-                runs.append(seconds)
-        runs = runs or [first]
+        with quiet():
+            calls: list[float] = []
+            while not calls or (
+                len(calls) <= MAX_REPEATS and sum(calls) < MAX_REPEAT_SECONDS and self.left > calls[0]
+            ):
+                before = perf_counter()
+                samples = solve(t)
+                calls.append(perf_counter() - before)
+        runs = calls[1:] or calls
         return statistics.median(runs), len(runs), samples
 
     def _cell(self, pending: PendingCell, seconds: float, repeats: int, samples: Samples) -> Cell:
@@ -339,19 +310,16 @@ class Schedule:
         predicted, method = pending.predicted_s, pending.method
         self.cheapest = min(predicted, self.cheapest or math.inf)
         for j in range(pending.horizon, len(self.horizons)):
+            horizon = self.horizons[j]
+            longer = horizon / self.horizons[pending.horizon] if method.steps else 1.0
             self.cells[pending.number, j] = Cell(
-                method.family, method.setting, self.horizons[j], NOT_RUN, "beyond the budget", predicted
+                method.family, method.setting, horizon, NOT_RUN, "beyond the budget", predicted * longer
             )
-            if j + 1 < len(self.horizons):
-                predicted *= self._time_ratio(method, j)
 
     def _fill(self, number: int, method: Method, first: int, status: str, detail: str) -> None:
         """Record the same status for all horizons from `first` on."""
         for j in range(first, len(self.horizons)):
             self.cells[number, j] = Cell(method.family, method.setting, self.horizons[j], status, detail)
-
-    def _time_ratio(self, method: Method, j: int) -> float:
-        return self.horizons[j + 1] / self.horizons[j] if method.steps else 1.0
 
     def _announce(self, text: str, seconds: float = 0.0) -> None:
         """Report progress, at most once a second or before a long cell; raise where a stop is requested."""
@@ -371,12 +339,6 @@ def _lost(cell: Cell) -> str:
     return ""
 
 
-def _call(solve: Solve, t: np.ndarray) -> tuple[float, Samples]:
-    before = perf_counter()
-    samples = solve(t)
-    return perf_counter() - before, samples
-
-
 def _require_finite(samples: Samples, t: np.ndarray) -> None:
     """Raise unless there is a finite attitude and rate for each instant."""
     attitudes, rates = samples
@@ -388,14 +350,6 @@ def _require_finite(samples: Samples, t: np.ndarray) -> None:
         raise ArithmeticError(
             f"no finite attitude at {t.size - int(finite.sum())} of {t.size} instants, from {t[first]:.6g} s"
         )
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress warnings of a method: their causes show in its errors."""
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")
-        yield
 
 
 def _one_line(error: Exception) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,3 +50,11 @@ class Method:
     def name(self) -> str:
         """Family and setting in one line."""
         return method_name(self.family, self.setting)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Suppress warnings of a method: their causes show in its errors."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        yield

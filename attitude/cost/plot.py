@@ -23,11 +23,20 @@ from .cell import MEASURED, ZERO_ERROR, Cell, CostData
 from .initial_value_problem import counted
 
 SIZE = (10.0, 9.6)  # inches
-COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#7f3c8d", "#666666",
-           "#b2182b", "#3b6e22")  # fmt: skip
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h", "<", "p")
-DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (7, 2)), (0, (1, 1)), (0, (4, 2, 1, 2)),
-          (0, (2, 1)), (0, (6, 1, 1, 1, 1, 1)))  # fmt: skip
+# Colour, marker and dash pattern of each family's line.
+STYLES = (
+    ("#000000", "o", "-"),
+    ("#d55e00", "s", "--"),
+    ("#0072b2", "^", "-."),
+    ("#009e73", "D", ":"),
+    ("#cc79a7", "v", (0, (5, 1))),
+    ("#8c6d00", "P", (0, (3, 1, 1, 1))),
+    ("#56b4e9", "X", (0, (7, 2))),
+    ("#7f3c8d", "*", (0, (1, 1))),
+    ("#666666", "h", (0, (4, 2, 1, 2))),
+    ("#b2182b", "<", (0, (2, 1))),
+    ("#3b6e22", "p", (0, (6, 1, 1, 1, 1, 1))),
+)
 
 
 def draw_costs(report: CostData, ending: str) -> bytes:
@@ -36,7 +45,7 @@ def draw_costs(report: CostData, ending: str) -> bytes:
         figure = Figure(figsize=SIZE, layout="constrained")
         figure.get_layout_engine().set(w_pad=0.1, h_pad=0.07)
         canvas = FigureCanvasAgg(figure)
-        panels = _draw(figure, report)
+        panels = draw_panels(figure, report)
         canvas.draw()  # labels are placed once axes and lines have their positions
         figure.set_layout_engine("none")
         for panel in panels:
@@ -47,19 +56,20 @@ def draw_costs(report: CostData, ending: str) -> bytes:
     return file.getvalue()
 
 
-def _draw(figure: Figure, report: CostData) -> list[LogLogPanel]:
+def draw_panels(figure: Figure, report: CostData) -> list[LogLogPanel]:
+    """Error against cost at one horizon; error, and cost, against the horizon."""
     families = list(dict.fromkeys(cell.family for cell in report.cells))
-    styles = {family: _style(number) for number, family in enumerate(families)}
+    styles = {family: line_style(number) for number, family in enumerate(families)}
     horizon = _fullest_horizon(report)
     tightest = {family: _tightest(report, family, horizon) for family in families}
     axes = figure.subplot_mosaic([["work", "work"], ["error", "cost"]], height_ratios=[1.15, 1.0])
     work, error, cost = (LogLogPanel(axes[name]) for name in ("work", "error", "cost"))
     for family, style in styles.items():
         at = [cell for cell in report.at(horizon) if cell.family == family and cell.status == MEASURED]
-        work.add(family, [_cost(cell) for cell in at], [_error(cell) for cell in at], style)
-        x = [cell.horizon for cell in tightest[family]]
-        error.add(family, x, [_error(cell) for cell in tightest[family]], style)
-        cost.add(family, x, [_cost(cell) for cell in tightest[family]], style)
+        work.add(family, *_costs_and_errors(at), style)
+        x, (costs, errors) = [cell.horizon for cell in tightest[family]], _costs_and_errors(tightest[family])
+        error.add(family, x, errors, style)
+        cost.add(family, x, costs, style)
     unit = report.unit_name
     work.finish(
         f"Error against cost, {report.samples} samples over {counted(horizon, unit)}",
@@ -73,12 +83,13 @@ def _draw(figure: Figure, report: CostData) -> list[LogLogPanel]:
     return [work, error, cost]
 
 
-def _style(number: int) -> dict[str, Any]:
+def line_style(number: int) -> dict[str, Any]:
     """Line style of a family by its number; the first, the library's own, is drawn heaviest."""
+    colour, marker, dashes = STYLES[number % len(STYLES)]
     return {
-        "color": COLOURS[number % len(COLOURS)],
-        "marker": MARKERS[number % len(MARKERS)],
-        "linestyle": DASHES[number % len(DASHES)],
+        "color": colour,
+        "marker": marker,
+        "linestyle": dashes,
         "linewidth": 2.4 if number == 0 else 1.4,
         "markersize": 8.0 if number == 0 else 5.5,
         "zorder": 4 if number == 0 else 3,
@@ -107,12 +118,12 @@ def _tightest(report: CostData, family: str, horizon: float) -> list[Cell]:
     return [cell for cell in cells if cell.setting == there[-1].setting]
 
 
-def _error(cell: Cell) -> float:
-    return max(cell.attitude_error_rad or 0.0, ZERO_ERROR)
-
-
-def _cost(cell: Cell) -> float:
-    return cell.ns_per_sample or math.nan
+def _costs_and_errors(cells: list[Cell]) -> tuple[list[float], list[float]]:
+    """ns a sample, and largest attitude errors, rad, as a logarithmic scale takes them."""
+    return (
+        [cell.ns_per_sample or math.nan for cell in cells],
+        [max(cell.attitude_error_rad or 0.0, ZERO_ERROR) for cell in cells],
+    )
 
 
 def _note(report: CostData, tightest: dict[str, list[Cell]]) -> str:
@@ -169,11 +180,8 @@ class LabelPosition:
     @property
     def leader(self) -> np.ndarray:
         """Points of the line that joins the label to its point; none for a near label."""
-        return (
-            _filled(np.array([self.point, self.centre]))
-            if self.distance > LEADER_DISTANCE
-            else np.empty((0, 2))
-        )
+        is_near = self.distance <= LEADER_DISTANCE
+        return np.empty((0, 2)) if is_near else _filled(np.array([self.point, self.centre]))
 
     def hides(self, occupied: np.ndarray) -> int:
         """Number of occupied points under the label."""

@@ -13,11 +13,11 @@ import numpy as np
 from . import records
 from .cell import ABSENT, LOST, MEASURED, ZERO_ERROR, Cell, CostData
 from .initial_value_problem import counted
+from .method import method_name
 
-WIDTH = 110
+WIDTH = 110  # of a table, in characters
 ROW = "{:<37}{:>13}{:>11}{:>11}{:>13}{:>12}{:>8}"
 TITLES = ("attitude, rad", "energy", "momentum", "ns a sample", "set-up, s", "repeats")
-GROWTH = "{:<37}{:>13}{:>35}"
 
 
 @dataclass(frozen=True)
@@ -56,65 +56,51 @@ class Report(CostData):
 
     def header(self) -> list[str]:
         """The circumstances of the measurement, one line each."""
-        packages = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        motion = f"{self.regime.replace('_', ' ')} regime"
+        routes = " and ".join(sorted({route for _, route in self.truths}))
+        largest = f"largest error at {max(count for count, _ in self.truths)} samples (seed {self.seed})"
+        if not self.effects:
+            attitude, other = f"fifty digits ({routes} route)", "largest relative error at any sample"
+        else:
+            off = f", itself off by about {self.truth_off_rad:.0e} rad" if self.truth_off_rad else ""
+            attitude, other = f"{routes}{off}", "largest relative error against the same"
+            motion = f"{', '.join(self.effects)}; {motion} at the epoch"
         return [
-            f"{self.name or 'motion'}: {self._motion()}",
+            f"{self.name or 'motion'}: {motion}",
             f"horizons in {self.unit_name} ({self.unit_s:.9g} s), {self.samples} samples each",
-            *self._errors(),
+            f"attitude: {largest} against {attitude}",
+            f"energy, momentum (inertial vector){' of the body' if self.effects else ''}: {other}",
             f"{self.machine['processor']}, {self.machine['cores']} cores, {self.machine['system']}; "
             f"budget {self.budget_s:g} s",
-            packages,
-        ]
-
-    def _motion(self) -> str:
-        regime = f"{self.regime.replace('_', ' ')} regime"
-        return f"{', '.join(self.effects)}; {regime} at the epoch" if self.effects else regime
-
-    def _errors(self) -> list[str]:
-        """The truth that the errors refer to."""
-        routes = sorted({route for _, route in self.truths})
-        at = f"{max(count for count, _ in self.truths)} samples (seed {self.seed})"
-        if not self.effects:
-            return [
-                f"attitude: largest error at {at} against fifty digits ({' and '.join(routes)} route)",
-                "energy, momentum (inertial vector): largest relative error at any sample",
-            ]
-        off = f", itself off by about {self.truth_off_rad:.0e} rad" if self.truth_off_rad else ""
-        return [
-            f"attitude: largest error at {at} against {' and '.join(routes)}{off}",
-            "energy, momentum (inertial vector) of the body: largest relative error against the same",
+            ", ".join(f"{name} {version}" for name, version in self.versions.items()),
         ]
 
     def table(self) -> str:
         """For a terminal 110 columns wide."""
-        lines = [*_wrapped(self.header()), *self._rows(), *self._growth_rows(), *_wrapped(self._first_use())]
-        return "\n".join(lines) + "\n"
-
-    def _rows(self) -> Iterator[str]:
+        lines = [*_wrapped(self.header())]
         for horizon in self.horizons:
-            yield ""
-            yield ROW.format(f"horizon {_count(horizon)} = {horizon * self.unit_s:.3g} s", *TITLES)
-            yield from (_row(cell) for cell in self.at(horizon))
-
-    def _growth_rows(self) -> Iterator[str]:
-        yield ""
-        yield GROWTH.format("growth, as horizon to the power of", "attitude", "ns a sample")
+            count = f"{horizon:g}" if horizon < 1e4 else f"{horizon:.0e}".replace("e+0", "e")
+            lines += ["", ROW.format(f"horizon {count} = {horizon * self.unit_s:.3g} s", *TITLES)]
+            lines += [_row(cell) for cell in self.at(horizon)]
+        growth_row = "{:<37}{:>13}{:>35}"
+        lines += ["", growth_row.format("growth, as horizon to the power of", "attitude", "ns a sample")]
         for growth in self.growth():
-            if growth.error is None and growth.cost is None:
-                continue
-            name = ", ".join(filter(None, (growth.family, growth.setting)))
-            yield GROWTH.format(_cut(name, 37), _signed(growth.error), _signed(growth.cost))
-
-    def _first_use(self) -> Iterator[str]:
-        """By family, the time of a first use that is much longer than later set-ups."""
+            exponents = [
+                each if each is None else f"{each + 0.0:+.2f}" for each in (growth.error, growth.cost)
+            ]
+            if any(exponents):
+                name = _cut(method_name(growth.family, growth.setting), 37)
+                lines.append(growth_row.format(name, *(each or "" for each in exponents)))
+        # by family, the time of a first use that is much longer than later set-ups
         first = {"the library's kernels": self.compilation_s} if self.compilation_s > 0.1 else {}
         for cell in self.cells:
             if cell.first_use_s is not None and cell.first_use_s > 0.1 + 10.0 * (cell.setup_s or 0.0):
                 first[cell.family] = max(cell.first_use_s, first.get(cell.family, 0.0))
         if first:
-            yield ""
             listed = "; ".join(f"{family} {seconds:.2g} s" for family, seconds in first.items())
-            yield f"first use in this process (compilation, JVM), not in the figures above: {listed}"
+            note = f"first use in this process (compilation, JVM), not in the figures above: {listed}"
+            lines += ["", *_wrapped([note])]
+        return "\n".join(lines) + "\n"
 
     def markdown(self) -> str:
         """Table in Markdown: each family at its tightest setting, error and cost by horizon."""
@@ -183,34 +169,24 @@ def _wrapped(lines: Iterable[str]) -> Iterator[str]:
 
 
 def _row(cell: Cell) -> str:
-    if cell.status != MEASURED:
-        return f"{_cut(cell.method, 37):<37}  {_cut(_reason(cell), WIDTH - 39)}"
-    return ROW.format(
-        _cut(cell.method, 37),
-        _error(cell.attitude_error_rad),
-        _error(cell.energy_error),
-        _error(cell.momentum_error),
-        _three(cell.ns_per_sample or 0.0),
-        f"{cell.setup_s:.1e}",
-        cell.repeats,
-    )
+    name = _cut(cell.method, 37)
+    if cell.status == MEASURED:
+        errors = map(_error, (cell.attitude_error_rad, cell.energy_error, cell.momentum_error))
+        return ROW.format(name, *errors, _three(cell.ns_per_sample), f"{cell.setup_s:.1e}", cell.repeats)
+    if cell.predicted_s is not None:
+        reason = f"{cell.status}, predicted {cell.predicted_s:.1e} s"
+    else:  # an absent method's detail says so itself
+        reason = cell.detail if cell.status == ABSENT else f"{cell.status}: {cell.detail}"
+    return f"{name:<37}  {_cut(reason, WIDTH - 39)}"
 
 
 def _entry(cell: Cell) -> str:
     """Text of a cell in the Markdown table, with the reason in a word."""
     if cell.status == MEASURED:
-        return f"{_error(cell.attitude_error_rad)}, {_three(cell.ns_per_sample or 0.0)}"
+        return f"{_error(cell.attitude_error_rad)}, {_three(cell.ns_per_sample)}"
     if cell.predicted_s is not None:
         return f"not run ({_three(cell.predicted_s)} s)"
     return "lost" if "attitude lost" in cell.detail else cell.status
-
-
-def _reason(cell: Cell) -> str:
-    """Why a cell was not measured."""
-    if cell.predicted_s is not None:
-        return f"{cell.status}, predicted {cell.predicted_s:.1e} s"
-    # an absent method's detail says so itself
-    return cell.detail if cell.status == ABSENT else f"{cell.status}: {cell.detail}"
 
 
 def _exponent(points: list[tuple[float, float | None]]) -> float | None:
@@ -225,19 +201,10 @@ def _error(value: float | None) -> str:
     return "0" if value == 0.0 else f"{value:.1e}"
 
 
-def _three(value: float) -> str:
+def _three(value: float | None) -> str:
     """Three digits, as a plain number."""
-    if value < 99.95:
-        return f"{value:.1f}"
-    return f"{float(f'{value:.2e}'):,.0f}"
-
-
-def _count(horizon: float) -> str:
-    return f"{horizon:g}" if horizon < 1e4 else f"{horizon:.0e}".replace("e+0", "e")
-
-
-def _signed(exponent: float | None) -> str:
-    return "" if exponent is None else f"{exponent + 0.0:+.2f}"
+    value = value or 0.0
+    return f"{value:.1f}" if value < 99.95 else f"{float(f'{value:.2e}'):,.0f}"
 
 
 def _cut(text: str, width: int) -> str:

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
@@ -68,10 +69,14 @@ def test_heyoka_answers_again_as_it_did():
 
 @needs_heyoka
 def test_heyoka_that_comes_to_grief_names_the_outcome():
-    integrator = heyoka._integrator(FreeEquations.of(problem(GENERIC["Toutatis"])), 1e-9)
+    equations = FreeEquations.of(problem(GENERIC["Toutatis"]))
+    system = heyoka.free_motion(import_module("heyoka"))
+    integrator = import_module("heyoka").taylor_adaptive(
+        system, equations.start.tolist(), pars=equations.k.tolist(), tol=1e-9, compact_mode=True
+    )
     integrator.state[4] = 1e200  # whose square is beyond a double
     with pytest.raises(ArithmeticError, match="heyoka: err_nf_state at t = nan of 1"):
-        heyoka._propagate(integrator, np.array([0.0, 1.0]))
+        heyoka.propagate(integrator, np.array([0.0, 1.0]))
 
 
 # -- Orekit ---------------------------------------------------------------------------------------
@@ -203,7 +208,7 @@ def test_java_without_compiler_is_absence(monkeypatch):
 def test_java_that_warns_of_native_code_is_told_not_to(tmp_path):
     library = tmp_path / "lib" / "server" / "libjvm.so"
     library.parent.mkdir(parents=True)
-    assert orekit._flags_of(library) == []
+    assert orekit.flags_of(library) == []
     for version, flags in (("17.0.15", []), ("25.0.1", [orekit.NATIVE_CODE_FLAG])):
         (tmp_path / "release").write_text(f'IMPLEMENTOR="x"\nJAVA_VERSION="{version}"\n')
-        assert orekit._flags_of(library) == flags
+        assert orekit.flags_of(library) == flags

@@ -74,8 +74,8 @@ def exact():
         key = tuple(names)
         if key not in kept:
             posed = problem(*names)
-            assert torque_truth._is_known(posed.environment)
-            kept[key] = (posed, *torque_truth._taylor(posed, GRID)[:2])
+            assert torque_truth.is_known(posed.environment)
+            kept[key] = (posed, *torque_truth.by_oracle(posed, GRID)[:2])
         return kept[key]
 
     return of
@@ -84,9 +84,9 @@ def exact():
 @pytest.mark.parametrize("names", BY_ORACLE, ids="+".join)
 def test_extrapolation_and_oracle_share_nothing_and_agree(names, exact):
     posed, attitudes, rates = exact(names)
-    q, w, route, off = torque_truth._extrapolated(posed, GRID)
+    q, w, route, off = torque_truth.by_extrapolation(posed, GRID)
     angle, rate = apart((q, w), attitudes, rates)
-    assert route == torque_truth.EXTRAPOLATED
+    assert route == "extrapolation in doubles"
     assert angle < 2e-14
     assert rate < 2e-14
     assert off < 1e-13
@@ -104,8 +104,8 @@ def test_truth_without_oracle_is_what_the_librarys_own_formulas_give(name):
     given = [effect("constant_torque", **WEAK["constant_torque"], **SWITCHED)] if name == "switched" else []
     given += [effect(each) for each in ELSEWISE[name]]
     posed = InitialValueProblem.of_scene(scene(*given, times=TIMES))
-    assert not torque_truth._is_known(posed.environment)
-    attitudes, rates, _, off = torque_truth._extrapolated(posed, GRID)
+    assert not torque_truth.is_known(posed.environment)
+    attitudes, rates, _, off = torque_truth.by_extrapolation(posed, GRID)
     ours = answers(method("compiled", "tol 1e-15").prepare(posed)(GRID), GRID)
     angle, rate = apart(ours, attitudes, rates)
     assert off < 1e-12
@@ -120,8 +120,8 @@ def test_orbit_by_table_is_followed_by_both():
         "positions": {"value": places.tolist(), "unit": "m"},
     }
     posed = problem("gravity_gradient", orbit=orbit)
-    assert not torque_truth._is_known(posed.environment)
-    attitudes, rates, _, _ = torque_truth._extrapolated(posed, GRID)
+    assert not torque_truth.is_known(posed.environment)
+    attitudes, rates, _, _ = torque_truth.by_extrapolation(posed, GRID)
     ours = answers(method("gauss", "1 rad").prepare(posed)(GRID), GRID)
     assert max(apart(ours, attitudes, rates)) < 1e-12
     pytest.importorskip("heyoka")
@@ -244,18 +244,18 @@ def test_horizons_are_parts_of_the_span():
     assert report.horizons == pytest.approx((0.01, 0.1, 1.0))
     assert (report.unit_s, report.unit_name, report.samples) == (SPAN, "spans of the scene", 101)
     assert report.effects == ("gravity_gradient",)
-    assert report.truths == ((30, torque_truth.TAYLOR),) * 3
+    assert report.truths == ((30, "Taylor, eighteen digits"),) * 3
     assert {cell.status for cell in report.cells} == {"measured"}
 
 
 def test_no_horizon_is_longer_than_there_is_time_for_its_truth():
     times = {"start": 0, "stop": 1e6, "count": 5, "unit": "s"}
     turning, pushed = problem("gravity_gradient", times=times), problem("constant_torque", times=times)
-    reach = torque_truth.reach(turning, turning.environment, 60.0)
+    reach = torque_truth.reach(turning, 60.0)
     assert reach < 0.1
-    assert torque_truth.reach(turning, turning.environment, 30.0) == pytest.approx(0.5 * reach, rel=0.1)
+    assert torque_truth.reach(turning, 30.0) == pytest.approx(0.5 * reach, rel=0.1)
     # a constant torque makes it spin ever faster: few radians by the rate at the epoch, many in truth
-    assert torque_truth.reach(pushed, pushed.environment, 60.0) < 0.1 * reach
+    assert torque_truth.reach(pushed, 60.0) < 0.1 * reach
     with pytest.raises(InputError, match=r"horizons: at most 0\.0\d+ spans of the scene, as far as .* truth"):
         measure(under("gravity_gradient", times=times), methods=["gauss"], horizons=(0.01, 1.0))
 
@@ -335,7 +335,7 @@ def test_json_has_effects_only_where_there_are_torques(report):
 
 def test_every_family_of_a_picture_has_a_look_of_its_own():
     families = {each.family for each in select_methods(None, UNDER_TORQUES)}
-    styles = [plot._style(number) for number in range(len(families))]
+    styles = [plot.line_style(number) for number in range(len(families))]
     for part in ("color", "marker", "linestyle"):
         assert len({str(style[part]) for style in styles}) == len(families)
 

@@ -34,7 +34,12 @@ def equations_of_motion(
     import heyoka
 
     environment = environment_of(problem)
-    _check(environment)
+    for torque in environment.torques:
+        if torque.type not in SUPPORTED_TORQUES or torque.intervals(environment.initial_state) is not None:
+            raise AbsentError(f"heyoka cannot integrate {torque.type} here: it is not smooth in time")
+    course = environment.initial_state.orbit_path
+    if course is not None and int(course.numbers[0]) != layout.KEPLER:
+        raise AbsentError("heyoka takes no orbits other than Keplerian ones here")
     numbers = torques.TorqueEquations.of(problem)
     q0, q1, q2, q3, x, y, z = variables = heyoka.make_vars("q0", "q1", "q2", "q3", "x", "y", "z")
     q, w = (q0, q1, q2, q3), (x, y, z)
@@ -48,15 +53,6 @@ def equations_of_motion(
         *(heyoka.expression(0.0) + a + b for a, b in zip(spins, torque_terms, strict=True)),
     ]
     return list(zip(variables, slopes, strict=True)), numbers
-
-
-def _check(environment: TorqueEnvironment) -> None:
-    for torque in environment.torques:
-        if torque.type not in SUPPORTED_TORQUES or torque.intervals(environment.initial_state) is not None:
-            raise AbsentError(f"heyoka cannot integrate {torque.type} here: it is not smooth in time")
-    course = environment.initial_state.orbit_path
-    if course is not None and int(course.numbers[0]) != layout.KEPLER:
-        raise AbsentError("heyoka takes no orbits other than Keplerian ones here")
 
 
 def _rates(numbers: torques.TorqueEquations, w: Vector) -> tuple[Vector, Vector]:

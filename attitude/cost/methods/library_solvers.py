@@ -36,9 +36,13 @@ def gauss() -> list[Method]:
 
 def compiled() -> list[Method]:
     """The library's Dormand-Prince method, by the error of a step."""
+
+    def at_error(problem: InitialValueProblem, error: float) -> Solve:
+        return partial(integrate, problem, RUNGE_KUTTA, error)
+
     return [
         Method(
-            "dop853 compiled", f"tol 1e-{digits}", partial(_at_error, error=float(f"1e-{digits}")), steps=True
+            "dop853 compiled", f"tol 1e-{digits}", partial(at_error, error=float(f"1e-{digits}")), steps=True
         )
         for digits in (6, 9, 12, 15)
     ]
@@ -60,10 +64,6 @@ def _at_step(problem: InitialValueProblem, solver: Solver, radians: float) -> So
                 f"{solver.name} does not take these effects: its error would not have that order"
             )
     return partial(integrate, problem, solver, radians / environment.pace)
-
-
-def _at_error(problem: InitialValueProblem, error: float) -> Solve:
-    return partial(integrate, problem, RUNGE_KUTTA, error)
 
 
 def _chosen(problem: InitialValueProblem, tolerance: float) -> Solve:

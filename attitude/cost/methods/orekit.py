@@ -27,17 +27,13 @@ from ..initial_value_problem import InitialValueProblem
 from ..method import AbsentError, Method, Solve
 from .principal_frame import exponent, principal_axes
 
-FAMILY = "Orekit TorqueFree"
 SOURCE = Path(__file__).with_name("TorqueFreeLoop.java")
-# Python keeps its own handling of ctrl-C; no warnings are printed; JPype's requests for full collections (a
-# tenth of a second each, in somebody else's timing) are ignored.
-FLAGS = ["-Xrs", "-Xlog:disable", "-XX:+DisableExplicitGC"]
 NATIVE_CODE_FLAG = "--enable-native-access=ALL-UNNAMED"
 
 
 def methods() -> list[Method]:
     """One method: Orekit has no accuracy to choose."""
-    return [Method(FAMILY, "", prepare, steps=False)]
+    return [Method("Orekit TorqueFree", "", prepare, steps=False)]
 
 
 def prepare(problem: InitialValueProblem) -> Solve:
@@ -50,8 +46,15 @@ def prepare(problem: InitialValueProblem) -> Solve:
     """
     loop_class = start()
     second = exponent(problem.angular_velocity)
+    moments, axes = principal_axes(problem)
+    arguments = (
+        np.ldexp(moments, -exponent(moments)),
+        axes.T.ravel(),
+        problem.attitude,
+        np.ldexp(problem.angular_velocity, -second),  # 2^second units of time in a second
+    )
     with _java_errors_named():
-        loop = _loop(loop_class, problem, second)
+        loop = loop_class(*map(_java_array, arguments))
 
     def solve(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         with _java_errors_named():
@@ -60,18 +63,6 @@ def prepare(problem: InitialValueProblem) -> Solve:
         return rows[:, :4], np.ldexp(rows[:, 4:], second)
 
     return solve
-
-
-def _loop(loop_class: Any, problem: InitialValueProblem, second: int) -> Any:
-    """A TorqueFreeLoop of the problem, with 2^second units of time in a second."""
-    moments, axes = principal_axes(problem)
-    arguments = (
-        np.ldexp(moments, -exponent(moments)),
-        axes.T.ravel(),
-        problem.attitude,
-        np.ldexp(problem.angular_velocity, -second),
-    )
-    return loop_class(*map(_java_array, arguments))
 
 
 # -- the virtual machine ----------------------------------------------------------------------
@@ -87,12 +78,18 @@ def start() -> Any:
     """
     jpype, package = _packages()
     if not jpype.isJVMStarted():
-        _start_machine(jpype, package)
+        start_machine(jpype, package)
     jars = sorted(Path(package.__file__).parent.glob("jars/*.jar"))
     with tempfile.TemporaryDirectory(prefix="attitude-orekit-") as folder:
         _compile(jars, Path(folder))
-        loop_class = _loaded(jars, Path(folder))
-    _warm_up(loop_class)
+        # in a class loader of its own with Orekit: the class path does not change
+        urls = [_java("java.io.File")(str(path)).toURI().toURL() for path in (Path(folder), *jars)]
+        parent = _java("java.lang.ClassLoader").getSystemClassLoader()
+        loader = _java("java.net.URLClassLoader")(urls, parent)
+        loop_class = jpype.JClass("TorqueFreeLoop", loader=loader)
+    # evaluated until the JVM has compiled it and all that it calls
+    arguments = ([1.0, 1.6, 2.1], np.eye(3).ravel(), [1.0, 0.0, 0.0, 0.0], [0.3, 0.4, 0.5])
+    loop_class(*map(_java_array, arguments)).evaluate(_java_array(np.linspace(0.0, 100.0, 200_000)))
     return loop_class
 
 
@@ -103,11 +100,14 @@ def _packages() -> tuple[Any, Any]:
         raise AbsentError("Orekit is not installed: pip install 'attitude[peers]'") from error
 
 
-def _start_machine(jpype: Any, package: Any) -> None:
+def start_machine(jpype: Any, package: Any) -> None:
     """Start the JVM by Orekit's own package, so that later users in the process find it initialised."""
     try:
         library = Path(jpype.getDefaultJVMPath())
-        package.initVM(vmargs=",".join(FLAGS + _flags_of(library)))
+        # Python keeps its own handling of ctrl-C; no warnings are printed; JPype's requests for full
+        # collections (a tenth of a second each, in somebody else's timing) are ignored
+        flags = ["-Xrs", "-Xlog:disable", "-XX:+DisableExplicitGC", *flags_of(library)]
+        package.initVM(vmargs=",".join(flags))
     except (jpype.JVMNotFoundException, jpype.JVMNotSupportedException, OSError) as error:
         raise AbsentError(f"Orekit needs Java, such as a JDK in JAVA_HOME: {error}") from error
     # otherwise Java waits, at the end of Python, for the thread that started it, which may have ended
@@ -115,7 +115,7 @@ def _start_machine(jpype: Any, package: Any) -> None:
     config.onexit = False
 
 
-def _flags_of(library: Path) -> list[str]:
+def flags_of(library: Path) -> list[str]:
     """Flags by the version of Java, which its home, two or three levels above its library, records."""
     for home in library.parents[1:4]:
         if (home / "release").is_file():
@@ -138,23 +138,8 @@ def _compile(jars: list[Path], folder: Path) -> None:
         raise RuntimeError(f"{SOURCE.name} does not compile: {messages}")
 
 
-def _loaded(jars: list[Path], folder: Path) -> Any:
-    """The compiled class, in a class loader of its own with Orekit: the class path does not change."""
-    urls = [_java("java.io.File")(str(path)).toURI().toURL() for path in (folder, *jars)]
-    parent = _java("java.lang.ClassLoader").getSystemClassLoader()
-    loader = _java("java.net.URLClassLoader")(urls, parent)
-    return import_module("jpype").JClass("TorqueFreeLoop", loader=loader)
-
-
 def _java(name: str) -> Any:
     return import_module("jpype").JClass(name)
-
-
-def _warm_up(loop_class: Any, samples: int = 200_000) -> None:
-    """Run the loop until the JVM has compiled it and all that it calls."""
-    arguments = ([1.0, 1.6, 2.1], np.eye(3).ravel(), [1.0, 0.0, 0.0, 0.0], [0.3, 0.4, 0.5])
-    loop = loop_class(*map(_java_array, arguments))
-    loop.evaluate(_java_array(np.linspace(0.0, 100.0, samples)))
 
 
 # -- to Java -------------------------------------------------------------------------

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ...motion import TorqueFreeMotion
@@ -13,28 +15,22 @@ from ..method import Method, Solve
 
 def methods() -> list[Method]:
     """The closed form; it has no accuracy to choose."""
-    return [Method("closed form", "", lambda problem: _solve(_motion(problem)), steps=False)]
+    return [Method("closed form", "", prepare, steps=False)]
 
 
 def plain() -> list[Method]:
     """The closed form with its phases in plain doubles: the cost and the gain of two-part phases."""
-    return [Method("closed form, phases in doubles", "", _plain_phases, steps=False)]
+    return [Method("closed form, phases in doubles", "", partial(prepare, plain_phases=1), steps=False)]
 
 
-def _plain_phases(problem: InitialValueProblem) -> Solve:
-    motion = _motion(problem)
-    motion._batch.plain_phases = 1
-    return _solve(motion)
+def prepare(problem: InitialValueProblem, plain_phases: int | None = None) -> Solve:
+    """The motion of the problem; `plain_phases` as in `Batch`."""
+    body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
+    motion = TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")
+    motion._batch.plain_phases = plain_phases
 
-
-def _solve(motion: TorqueFreeMotion) -> Solve:
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         ephemeris = motion.ephemeris(as_instants(t, None), rate=True)
         return ephemeris.quaternion("wxyz"), ephemeris.angular_velocity
 
     return solve
-
-
-def _motion(problem: InitialValueProblem) -> TorqueFreeMotion:
-    body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
-    return TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")

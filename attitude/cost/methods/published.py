@@ -25,7 +25,6 @@ from ..initial_value_problem import InitialValueProblem
 from ..method import Method, Solve
 from .principal_frame import principal_axes
 
-FAMILY = "van Zon & Schofield (SciPy)"
 LONGEST_SERIES = 10_000  # terms; beside the separatrix, where the nome nears one, the series fails
 
 DOUBLES: Any = SimpleNamespace(
@@ -45,7 +44,7 @@ DOUBLES: Any = SimpleNamespace(
 
 def methods() -> list[Method]:
     """One method: the formulas have no accuracy to choose."""
-    return [Method(FAMILY, "", prepare, steps=False)]
+    return [Method("van Zon & Schofield (SciPy)", "", prepare, steps=False)]
 
 
 def prepare(problem: InitialValueProblem) -> Solve:
@@ -109,13 +108,6 @@ class PublishedMotion:
         self.signs = np.array([1.0, 1.0 if even else -1.0, 1.0])
         self.moments = moments[self.order]
         self.omega0 = self.signs * omega[self.order]
-        self._require_generic()
-        self._set_constants()
-        self._set_series()
-        self.A1 = self._argument(np.zeros(1) + arithmetic.zero)[0]
-        self.A2 = self._secular_rate()
-
-    def _require_generic(self) -> None:
         I1, I2, I3 = self.moments
         if I2 in (I1, I3):
             raise ArithmeticError("the published formulas: two moments are equal")
@@ -123,6 +115,10 @@ class PublishedMotion:
             raise ArithmeticError("the published formulas: on the separatrix")
         if (self.omega0 != 0.0).sum() < 2:
             raise ArithmeticError("the published formulas: spin about a principal axis")
+        self._set_constants()
+        self._set_series()
+        self.A1 = self._argument(np.zeros(1) + arithmetic.zero)[0]
+        self.A2 = self._secular_rate()
 
     def _set_constants(self) -> None:
         """Equations 25, 30-35."""
@@ -197,7 +193,12 @@ class PublishedMotion:
         """Rotations (n, 3, 3) that carry the axes at 0 to those at t, and rates (n, 3), in principal axes."""
         omega, psi = self.omega(t), self.psi(t)
         self._require_finite(omega, psi)
-        to_axes = self._tilt(omega) @ self._turn_about_momentum(psi) @ self._tilt(self.omega0).T
+        turn = np.zeros((*psi.shape, 3, 3), psi.dtype)  # U(-psi z)
+        turn[..., 0, 0] = turn[..., 1, 1] = self.functions.cos(psi)
+        turn[..., 0, 1] = self.functions.sin(psi)
+        turn[..., 1, 0] = -turn[..., 0, 1]
+        turn[..., 2, 2] = 1.0
+        to_axes = self._tilt(omega) @ turn @ self._tilt(self.omega0).T
         frame = np.zeros((3, 3))
         frame[self.order, range(3)] = self.signs
         return frame @ np.swapaxes(to_axes, -1, -2) @ frame.T, omega @ frame.T
@@ -212,15 +213,6 @@ class PublishedMotion:
             [-perp / L, np.zeros_like(L3), L3 / L],
         ]
         return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-    def _turn_about_momentum(self, psi: np.ndarray) -> np.ndarray:
-        """U(-psi z), (n, 3, 3)."""
-        turn = np.zeros((*psi.shape, 3, 3), psi.dtype)
-        turn[..., 0, 0] = turn[..., 1, 1] = self.functions.cos(psi)
-        turn[..., 0, 1] = self.functions.sin(psi)
-        turn[..., 1, 0] = -turn[..., 0, 1]
-        turn[..., 2, 2] = 1.0
-        return turn
 
     def _require_finite(self, *values: Any) -> None:
         """Raise where scipy.special returned nan or infinity in silence."""

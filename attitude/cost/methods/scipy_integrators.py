@@ -13,9 +13,6 @@ from ..method import Method, Solve
 from . import torques
 from .euler import FreeEquations, derivative
 
-# The last is the smallest that SciPy accepts, 100 eps.
-TOLERANCES = {"rtol 1e-6": 1e-6, "rtol 1e-9": 1e-9, "rtol 1e-12": 1e-12, "rtol 2.3e-14": 2.3e-14}
-
 
 def dop853() -> list[Method]:
     """DOP853 at each tolerance."""
@@ -29,8 +26,8 @@ def lsoda() -> list[Method]:
 
 def _at_tolerances(name: str) -> list[Method]:
     return [
-        Method(f"{name} (SciPy)", setting, partial(prepare, name=name, rtol=rtol), steps=True)
-        for setting, rtol in TOLERANCES.items()
+        Method(f"{name} (SciPy)", f"rtol {rtol}", partial(prepare, name=name, rtol=float(rtol)), steps=True)
+        for rtol in ("1e-6", "1e-9", "1e-12", "2.3e-14")  # the last is the smallest SciPy accepts, 100 eps
     ]
 
 
