@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import cached_property
 from typing import BinaryIO
@@ -55,11 +56,13 @@ class LineBlock:
         return number
 
 
-def blocks(stream: BinaryIO, source: str) -> Iterator[LineBlock]:
+def blocks(stream: BinaryIO, source: str, last_line: re.Pattern[bytes] | None = None) -> Iterator[LineBlock]:
     """Blocks of whole lines.
 
-    Raises FormatError for a last line without a line end (the file may be truncated), a line of more than
-    1 MiB, and a block of nearly empty lines.
+    last_line : what ends a file, so that it is complete without a line end after it
+
+    Raises FormatError for another last line without a line end (the file may be truncated), a line of more
+    than 1 MiB, and a block of nearly empty lines.
     """
     number, rest = 1, b""
     while chunk := stream.read(BLOCK_BYTES):
@@ -73,5 +76,7 @@ def blocks(stream: BinaryIO, source: str) -> Iterator[LineBlock]:
                 raise FormatError("nearly empty lines, one after another", source, number)
             yield block
             number = block.number_at(block.size)
-    if rest:
+    if rest and last_line is not None and last_line.fullmatch(rest):
+        yield LineBlock(number, rest + b"\n")
+    elif rest:
         raise FormatError("ends in the middle of a line", source, number)

@@ -100,20 +100,21 @@ def of_unit_length(q: np.ndarray, length: np.ndarray, tolerance: float = UNIT_TO
 
 
 def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:
-    """(4,) wxyz of intrinsic rotations: q = q_first * q_second * q_third, each exp(axis angle / 2).
+    """(..., 4) wxyz of intrinsic rotations: q = q_first * q_second * q_third, each exp(axis angle / 2).
 
-    Written out because importing scipy takes half a second.
+    angles : (..., 3).  Written out because importing scipy takes half a second.
     """
-    q = np.array([1.0, 0.0, 0.0, 0.0])
-    for axis, angle in zip(sequence, angles, strict=True):
+    q = np.zeros((*np.shape(angles)[:-1], 4))
+    q[..., 0] = 1.0
+    for axis, angle in zip(sequence, np.moveaxis(angles, -1, 0), strict=True):
         i = 1 + "XYZ".index(axis)
         j, k = i % 3 + 1, (i + 1) % 3 + 1
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
-        rotated = c * q
-        rotated[0] -= s * q[i]
-        rotated[i] += s * q[0]
-        rotated[j] += s * q[k]
-        rotated[k] -= s * q[j]
+        rotated = c[..., None] * q
+        rotated[..., 0] -= s * q[..., i]
+        rotated[..., i] += s * q[..., 0]
+        rotated[..., j] += s * q[..., k]
+        rotated[..., k] -= s * q[..., j]
         q = rotated
     return q
 

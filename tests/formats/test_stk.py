@@ -272,7 +272,7 @@ def test_epoch_in_a_leap_second_is_read(tmp_path):
 MALFORMED = {
     "empty": (lambda text: "", "before END", None),
     "another file": (lambda text: "a,b\n1,2\n", "not an STK file", 1),
-    "no version": (lambda text: text.partition("\n")[2], "not an STK file", 1),
+    "no version": (lambda text: text.partition("\n")[2], "not an STK file", 2),
     "ephemeris": (
         lambda text: text.replace("BEGIN Attitude", "BEGIN Ephemeris"),
         "BEGIN Attitude belongs",
@@ -283,9 +283,9 @@ MALFORMED = {
     "cut in the header": (lambda text: text[: text.index("Central")], "before END Attitude", 7),
     "something after the end": (lambda text: text + "1 2 3\n", "after END", 19),
     "unknown keyword": (lambda text: text.replace("MessageLevel", "Color"), "keyword 'Color'", 5),
-    "Euler angles": (
-        lambda text: text.replace("quaternions", "EulerAngles"),
-        "'attitudetimeEulerAngles' is not known here",
+    "rates alone": (
+        lambda text: text.replace("quaternions", "AngVels"),
+        "'attitudetimeAngVels' is not read; AttitudeTimeQuaternions",
         12,
     ),
     "keyword twice": (
@@ -293,13 +293,13 @@ MALFORMED = {
         "TimeFormat twice",
         10,
     ),
-    "other times": (lambda text: text.replace("EpSec", "UTCG"), "TimeFormat 'UTCG'", 10),
+    "other times": (lambda text: text.replace("EpSec", "LCLG"), "TimeFormat 'LCLG'", 10),
     "no epoch": (lambda text: re.sub("Scenario.*\n", "", text), "no ScenarioEpoch", None),
-    "epoch of another form": (lambda text: text.replace("1 Jul 2007", "2007-07-01"), "not a date", 6),
+    "epoch of another form": (lambda text: text.replace("1 Jul 2007", "07/01/2007"), "not a date", 6),
     "epoch that never was": (lambda text: text.replace("1 Jul", "31 Jun"), "not a date", 6),
     "leap second that never was": (lambda text: text.replace("12:00:00", "12:00:60"), "not a date", 6),
     "no axes": (lambda text: text.replace("CoordinateAxes J2000\n", ""), "no CoordinateAxes", None),
-    "axes that turn": (lambda text: text.replace("J2000", "Fixed"), "CoordinateAxes 'Fixed'", 9),
+    "axes of another body": (lambda text: text.replace("J2000", "Fixed"), "CoordinateAxes 'Fixed' of Sun", 9),
     "inertial of another body": (
         lambda text: text.replace("J2000", "Inertial").replace("Sun", "Moon"),
         "CoordinateAxes 'Inertial'",
