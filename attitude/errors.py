@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Any
 
 
@@ -94,6 +95,22 @@ def _steps(field: str) -> tuple[str | int, ...]:
     return tuple(
         int(step[1:-1]) if step[0] == "[" else step for step in re.findall(r"\[\d+\]|[^.\[\]]+", field)
     )
+
+
+def unknown(noun: str, name: Any, known: Iterable[str]) -> str:
+    """What is wrong with a name that is none of the known ones: the nearest of them, or else all.
+
+    The one place for it: "unknown format 'cvs'; did you mean 'csv'?"
+    """
+    from difflib import get_close_matches
+
+    names = {each.casefold(): each for each in known}
+    near = get_close_matches(str(name)[:80].casefold(), names, 1)
+    if near:
+        cure = f"did you mean {names[near[0]]!r}?"
+    else:
+        cure = f"known: {', '.join(names.values())}" if names else "none is known here"
+    return f"unknown {noun} {shown(name)}; {cure}"
 
 
 def shown(value: Any) -> str:

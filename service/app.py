@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import asyncio
 import logging.config
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI, Security
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES
 
 import attitude
+from attitude.formats.registry import FORMATS
 
-from . import logs, metrics, middleware, pages
+from . import logs, metrics, middleware, openapi, pages
 from .compute import Compute
 from .deadline import end_stuck_process
-from .errors import UnexpectedErrors, install
-from .metrics import Metrics
-from .openapi import DescribedAPI
+from .errors import install
 from .readiness import Readiness
 from .routes import open_router, router
-from .security import BEARER, Guard
-from .settings import Settings, warn_of_retired
+from .security import Guard, bearer
+from .settings import Settings
 
 app: FastAPI
 
@@ -28,20 +29,22 @@ app: FastAPI
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The service; without settings, those of the environment."""
     settings = settings or Settings.read()
-    app = DescribedAPI(
+    app = openapi.DescribedAPI(
         title="attitude",
         summary="Exact attitude ephemerides of freely rotating bodies",
+        description=openapi.DESCRIPTION,
         version=attitude.__version__,
-        lifespan=_lifespan,
+        lifespan=lifespan,
         redirect_slashes=False,  # a path that is not there is a problem, not a redirection
+        separate_input_output_schemas=False,  # a scene is one and the same, asked for or answered
+        openapi_url=None,  # both are among the pages: with tags, and no scripts from other people's servers
+        docs_url=None,
+        redoc_url=None,
     )
     app.state.settings = settings
     app.state.readiness = Readiness()
-    app.state.metrics = Metrics()
-    app.state.compute = Compute(settings, app.state.metrics)
-    closed = [Security(BEARER)] if settings.token else []
-    app.include_router(router, dependencies=closed)
-    app.include_router(metrics.router, dependencies=closed)
+    app.state.compute = Compute(settings)
+    app.include_router(router, dependencies=[Security(bearer)] if settings.token else [])
     app.include_router(open_router)
     app.include_router(pages.router)
     if settings.token is not None:  # innermost, where the router itself was
@@ -49,17 +52,29 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.router.middleware_stack = Guard(app.router.middleware_stack, open_routes, settings.token)
     install(app)
     # The last one added is the first one that a request passes.
-    app.add_middleware(middleware.Compression)
-    app.add_middleware(middleware.HeadAsGet)
+    binary = [each.media for each in FORMATS.values() if not re.match(r"text/|.*(json|xml)$", each.media)]
+    app.add_middleware(
+        middleware.Compression,
+        minimum_size=1024,
+        compresslevel=1,  # takes a quarter of the sixth's time, and packs digits nearly as well
+        exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, *binary),
+    )
     if settings.cors_origins:
-        app.add_middleware(middleware.CrossOrigin, origins=settings.cors_origins)
-    app.add_middleware(UnexpectedErrors)
-    app.add_middleware(middleware.Requests, metrics=app.state.metrics, compute=app.state.compute)
+        sent = ("Accept", "Authorization", "Content-Type", "If-None-Match", "X-Request-ID")
+        shown = "Attitude-Cost Attitude-Plan Attitude-Version Content-Disposition ETag Retry-After"
+        app.add_middleware(
+            middleware.CrossOrigin,
+            allow_origins=settings.cors_origins,
+            allow_methods=("GET", "HEAD", "POST"),
+            allow_headers=sent,
+            expose_headers=[*shown.split(), "WWW-Authenticate", "X-Request-ID"],
+        )
+    app.add_middleware(middleware.Requests, compute=app.state.compute)
     return app
 
 
 @asynccontextmanager
-async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     metrics.forget_dead_workers()
     app.state.readiness.start()
     compute = app.state.compute
@@ -75,6 +90,5 @@ def __getattr__(name: str) -> FastAPI:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     settings = Settings.read()
     logging.config.dictConfig(logs.configuration(settings.log_level))
-    warn_of_retired()
     made = globals()["app"] = create_app(settings)
     return made

@@ -13,22 +13,19 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
 from functools import partial
 from http import HTTPStatus
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect
-from starlette.types import Message, Receive
+from starlette.requests import ClientDisconnect, Request
 
+from . import metrics
 from .deadline import Deadline, end_computations
-from .metrics import Metrics
 from .settings import Settings, variable
 
 T = TypeVar("T")
 P = ParamSpec("P")
 
-RETRY_AFTER_S = 1
-# When a computation is looked at: first, which is after most are done; and then.
-FIRST_LOOK_S, LOOK_EVERY_S = 0.05, 0.5
+LOOK_EVERY_S = 0.1  # at a computation: is its client there still, are its seconds used up
 
 
 class Job:
@@ -43,41 +40,21 @@ class Job:
     is_abandoned : no client waits for the answer any more
     """
 
-    def __init__(self, identity: str, receive: Receive, max_seconds: float):
-        self.identity = identity
+    def __init__(self, identity: str, request: Request, max_seconds: float):
+        self.identity, self.request = identity, request
         self.deadline = Deadline(max_seconds)
         self.samples = 0
         self.is_admitted = self.is_abandoned = False
-        self._receive = receive
-        self._disconnect: asyncio.Task[None] | None = None
 
-    async def receive(self) -> Message:
-        """What the application receives; while the client is watched, its disconnection only."""
-        if self._disconnect is not None:
-            await asyncio.shield(self._disconnect)
-            return {"type": "http.disconnect"}
-        return await self._receive()
-
-    def disconnect(self) -> asyncio.Task[None]:
-        """Watch for the client to go away; nothing further of its request is read."""
-        if self._disconnect is None:
-            self._disconnect = asyncio.create_task(self._wait_for_disconnect())
-        return self._disconnect
-
-    async def _wait_for_disconnect(self) -> None:
-        while (await self._receive())["type"] != "http.disconnect":
-            pass
-        self.is_abandoned = True
+    async def look(self) -> None:
+        """Raises what `check` does, the client having been looked for."""
+        self.is_abandoned = await self.request.is_disconnected()
+        self.check()
 
     def give_up(self) -> None:
         """Stop the thread that computes, if any."""
         self.is_abandoned = True
         self.deadline.stop.set()
-
-    def end(self) -> None:
-        """Watch no longer."""
-        if self._disconnect is not None:
-            self._disconnect.cancel()
 
     def check(self) -> None:
         """Raises ClientDisconnect where no client waits any more, InputError where its time is used up."""
@@ -104,11 +81,9 @@ class Compute:
     running : requests that a thread computes
     """
 
-    def __init__(self, settings: Settings, metrics: Metrics | None = None):
+    def __init__(self, settings: Settings):
         self.settings = settings
-        self.metrics = metrics or Metrics()
         self.in_flight = 0
-        self.max_in_flight = settings.requests_in_flight
         self.running: set[Job] = set()
         self._pool = ThreadPoolExecutor(settings.computing_threads, "compute")
 
@@ -122,28 +97,16 @@ class Compute:
         assert job is not None  # noqa: S101 (for the type checker)
         self._admit(job)
         job.check()
-        piece = partial(self._piece, job, partial(work, *args, **kwargs))
-        future = asyncio.get_running_loop().run_in_executor(self._pool, copy_context().run, piece)
+        piece = partial(copy_context().run, self._piece, job, partial(work, *args, **kwargs))
+        future = asyncio.get_running_loop().run_in_executor(self._pool, piece)
         try:
-            await self._finished(job, future)
+            while not (await asyncio.wait([future], timeout=LOOK_EVERY_S))[0]:
+                await job.look()
         except BaseException:
             job.give_up()
             future.cancel()
             raise
         return await future
-
-    async def _finished(self, job: Job, future: asyncio.Future[Any]) -> None:
-        """Wait for a result as long as it is wanted."""
-        awaited: set[asyncio.Future[Any]] = {future}
-        seconds = FIRST_LOOK_S
-        while True:
-            await asyncio.wait(awaited, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
-            if future.done():
-                return
-            job.check()
-            awaited = {future, job.disconnect()}
-            left = job.deadline.max_seconds - job.deadline.spent()
-            seconds = min(LOOK_EVERY_S, left + 0.01)
 
     async def blocks(self, blocks: Iterator[bytes]) -> AsyncIterator[bytes]:
         """The blocks of an answer, each computed while the one before is on its way, and none beyond that."""
@@ -157,13 +120,32 @@ class Compute:
             ahead.add_done_callback(lambda task: task.cancelled() or task.exception())
             ahead.cancel()
 
+    def _admit(self, job: Job) -> None:
+        """Once a request, which counts until it has left; HTTPException 503 where there are too many."""
+        if job.is_admitted:
+            return
+        if self.in_flight >= (limit := self.settings.requests_in_flight):
+            detail = f"at most {limit} requests at once ({variable('max_requests')}); try again later"
+            raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, detail, {"retry-after": "1"})
+        job.is_admitted = True
+        self.in_flight += 1
+        metrics.in_flight.inc()
+
     def leave(self, job: Job) -> None:
         """A request is over, whatever became of it."""
-        job.end()
         if job.is_admitted:
             job.is_admitted = False
             self.in_flight -= 1
-            self.metrics.in_flight.set(self.in_flight)
+            metrics.in_flight.dec()
+
+    def _piece(self, job: Job, work: Callable[[], T]) -> T:
+        """In a thread: some of a request's work."""
+        self.running.add(job)
+        try:
+            with metrics.busy.track_inprogress():
+                return job.run(work)
+        finally:
+            self.running.discard(job)
 
     def is_stuck(self) -> bool:
         """Whether a computation goes on that should have stopped long ago."""
@@ -179,31 +161,8 @@ class Compute:
         """End the threads, for who makes many of them; a process that ends needs it not."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _admit(self, job: Job) -> None:
-        """Once a request; it counts until it is over."""
-        if job.is_admitted:
-            return
-        if self.in_flight >= self.max_in_flight:
-            limit = f"at most {self.max_in_flight} requests at once ({variable('max_requests')})"
-            retry = {"retry-after": str(RETRY_AFTER_S)}
-            raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, f"{limit}; try again later", retry)
-        job.is_admitted = True
-        self.in_flight += 1
-        self.metrics.in_flight.set(self.in_flight)
-
-    def _piece(self, job: Job, work: Callable[[], T]) -> T:
-        """In a thread: some of a request's work."""
-        self.running.add(job)
-        self.metrics.busy.inc()
-        try:
-            return job.run(work)
-        finally:
-            self.running.discard(job)
-            self.metrics.busy.dec()
-
 
 def count_samples(samples: int) -> None:
     """Instants that an answer holds, for the log and the metrics."""
-    job = current.get()
-    if job is not None:
+    if (job := current.get()) is not None:
         job.samples += samples

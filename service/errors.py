@@ -8,28 +8,27 @@ from __future__ import annotations
 
 import logging
 import secrets
-from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any
+from typing import Any, NamedTuple
 
 import orjson
 from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from attitude.documents.fields import fault
 from attitude.errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
 
 log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
-TYPE_PREFIX = "urn:problem-type:attitude:"
 UNEXPECTED = "an unexpected error; the service's log has it under this id"
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """A kind of problem: its status, the end of its type URI, and the title that all its cases share."""
 
     status: int
@@ -52,25 +51,26 @@ def problem(
     detail: str,
     kind: Kind | None = None,
     headers: dict[str, str] | None = None,
-    **more: Any,
+    **members: Any,
 ) -> Response:
-    """An answer that says what was wrong; members of `more` that are None are left out.
+    """An answer that says what was wrong; members that are None are left out.
 
-    Without a kind the type is about:blank: the status says it all.
+    Without a kind the type is about:blank: the status says it all.  Text is what UTF-8 can hold: a document
+    may name a key with half a surrogate pair, which it cannot.
     """
     document = {
-        "type": TYPE_PREFIX + kind.name if kind else "about:blank",
+        "type": f"urn:problem-type:attitude:{kind.name}" if kind else "about:blank",
         "title": kind.title if kind else HTTPStatus(status).phrase,
         "status": status,
-        "detail": _sendable(detail),
+        "detail": detail,
+        **members,
     }
-    document |= {name: _sendable(value) for name, value in more.items() if value is not None}
-    return Response(orjson.dumps(document), status, headers, MEDIA_TYPE)
-
-
-def _sendable(value: Any) -> Any:
-    """Text that UTF-8 can hold: a document may name a key with half a surrogate pair, which it cannot."""
-    return value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value
+    sendable = {
+        name: value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value
+        for name, value in document.items()
+        if value is not None
+    }
+    return Response(orjson.dumps(sendable), status, headers, MEDIA_TYPE)
 
 
 def refusal(_request: Request, error: Exception) -> Response:
@@ -80,23 +80,27 @@ def refusal(_request: Request, error: Exception) -> Response:
     return problem(kind.status, str(error), kind, pointer=pointer, line=line)
 
 
+def refused_parameter(request: Request, error: Exception) -> Response:
+    """A parameter of the query that FastAPI refuses, in the library's words."""
+    assert isinstance(error, RequestValidationError)  # noqa: S101 (for the type checker)
+    details = error.errors()[0]
+    (model,) = request.scope["route"].dependant.query_params
+    refused = fault(details, lambda _: model.field_info.annotation.model_fields, "query parameter")
+    return refusal(request, InputError(str(details["loc"][1]), refused.value, refused.expected, steps=()))
+
+
 def http_refusal(request: Request, error: Exception) -> Response:
     """What the framework or a handler refuses by its status: no such path, method, content type, size."""
     assert isinstance(error, HTTPException)  # noqa: S101 (for the type checker)
     headers = dict(error.headers or {})
-    return problem(error.status_code, _explained(request, error), headers=headers)
-
-
-def _explained(request: Request, error: HTTPException) -> str:
-    """The framework's own text repeats the title; say what was asked for instead."""
-    if error.detail != HTTPStatus(error.status_code).phrase:
-        return error.detail
-    if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
-        allowed = (error.headers or {}).get("Allow", "another method")
-        return f"{request.method} is not answered at {request.url.path}; {allowed} is"
-    if error.status_code == HTTPStatus.NOT_FOUND:
-        return f"nothing is at {request.url.path}; /openapi.json lists what there is"
-    return error.detail
+    detail = error.detail
+    if detail == HTTPStatus(error.status_code).phrase:  # the framework's own text, which repeats the title
+        if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+            allowed = headers.get("Allow", "another method")
+            detail = f"{request.method} is not answered at {request.url.path}; {allowed} is"
+        elif error.status_code == HTTPStatus.NOT_FOUND:
+            detail = f"nothing is at {request.url.path}; /openapi.json lists what there is"
+    return problem(error.status_code, detail, headers=headers)
 
 
 class UnexpectedErrors:
@@ -137,5 +141,6 @@ def unexpected(scope: Scope) -> Response:
 def install(app: FastAPI) -> None:
     """Make every error answer of `app` a problem."""
     app.add_exception_handler(AttitudeError, refusal)
+    app.add_exception_handler(RequestValidationError, refused_parameter)
     app.add_exception_handler(HTTPException, http_refusal)
     app.add_middleware(UnexpectedErrors)

@@ -6,7 +6,6 @@ The refusal names the limit, its number, and the variable that sets it.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 from http import HTTPStatus
 from typing import Any
 
@@ -23,30 +22,24 @@ from .settings import Settings, variable
 
 async def read_body(request: Request, settings: Settings) -> bytes:
     """The request's body; reading stops where the limit is passed, whatever length was announced."""
-    announced = request.headers.get("content-length", "")
-    if announced.isdigit() and int(announced) > settings.max_body_bytes:
-        raise _too_large(settings)
+    body = bytearray()
     try:
         async with asyncio.timeout(settings.client_seconds):
-            return await _whole(request, settings)
+            _check_size(int(request.headers.get("content-length", "0")), settings)
+            async for chunk in request.stream():
+                body += chunk
+                _check_size(len(body), settings)
     except TimeoutError:
-        limit = f"whole within {settings.client_seconds} s ({variable('client_seconds')})"
+        detail = f"document: whole within {settings.client_seconds} s ({variable('client_seconds')})"
         end = {"connection": "close"}  # what is still to come of the document is not waited for
-        raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, f"document: {limit}", headers=end) from None
-
-
-async def _whole(request: Request, settings: Settings) -> bytes:
-    body = bytearray()
-    async for chunk in request.stream():
-        body += chunk
-        if len(body) > settings.max_body_bytes:
-            raise _too_large(settings)
+        raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, detail, end) from None
     return bytes(body)
 
 
-def _too_large(settings: Settings) -> HTTPException:
-    limit = f"at most {settings.max_body_bytes} bytes ({variable('max_body_bytes')})"
-    return HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"document: {limit}; got more")
+def _check_size(size: int, settings: Settings) -> None:
+    if size > settings.max_body_bytes:
+        limit = f"at most {settings.max_body_bytes} bytes ({variable('max_body_bytes')})"
+        raise HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"document: {limit}; got more")
 
 
 def scene_of(document: bytes, settings: Settings) -> Scene:
@@ -56,50 +49,37 @@ def scene_of(document: bytes, settings: Settings) -> Scene:
 
 def scene_within(document: Any, settings: Settings) -> Scene:
     """The scene of plain data, whose lengths are looked at before their members."""
-    times = document.get("times") if isinstance(document, dict) else None
-    for instants in (times.get("elapsed"), times.get("dates")) if isinstance(times, dict) else ():
-        if (count := _length(instants)) > settings.max_samples:
-            limit = f"at most {settings.max_samples} samples ({variable('max_samples')})"
-            raise InputError("times", f"{count} samples", limit)
-    if isinstance(document, dict) and (count := _length(document.get("effects"))) > settings.max_effects:
-        limit = f"at most {settings.max_effects} effects ({variable('max_effects')})"
-        raise InputError("effects", f"{count} effects", limit)
+    if isinstance(document, dict):
+        check_length("effects", document.get("effects"), "effects", settings)
+        if isinstance(times := document.get("times"), dict):
+            check_length("times", times.get("elapsed"), "samples", settings)
+            check_length("times", times.get("dates"), "samples", settings)
     return Scene.model_validate(document)
 
 
-def _length(value: Any) -> int:
-    return len(value) if isinstance(value, list) else 0
+def check_length(field: str, value: Any, noun: str, settings: Settings) -> None:
+    """InputError for a list of more members than the setting max_`noun` allows."""
+    limit = getattr(settings, f"max_{noun}")
+    if isinstance(value, list) and len(value) > limit:
+        raise InputError(field, f"{len(value)} {noun}", f"at most {limit} {noun} ({variable(f'max_{noun}')})")
 
 
-def check_predicted(settings: Settings) -> Callable[[float], None]:
-    """What `Scene.run` is to ask before it computes: InputError for more seconds than one scene may need."""
+class Budget:
+    """The seconds that the scenes of one request may need together."""
 
-    def check(seconds: float) -> None:
-        if not seconds <= settings.max_seconds:
-            limit = f"a scene predicted to take at most {settings.max_seconds} s ({variable('max_seconds')})"
-            raise InputError("times", f"{seconds:.3g} s", limit)
+    def __init__(self, settings: Settings):
+        self.max_seconds, self.predicted = settings.max_seconds, 0.0
 
-    return check
-
-
-def check_predicted_together(settings: Settings) -> Callable[[float], None]:
-    """The same for several scenes in turn: what they need together is what may not be more."""
-    check, needed = check_predicted(settings), 0.0
-
-    def check_all(seconds: float) -> None:
-        nonlocal needed
-        check(needed + seconds)
-        needed += seconds
-
-    return check_all
+    def check(self, seconds: float) -> None:
+        """Add what one scene is predicted to need; InputError where all need more than they may."""
+        predicted = self.predicted + seconds
+        if not predicted <= self.max_seconds:
+            limit = f"a scene predicted to take at most {self.max_seconds} s ({variable('max_seconds')})"
+            raise InputError("times", f"{predicted:.3g} s", limit)
+        self.predicted = predicted
 
 
 def check_wanted(_done: float = 0.0) -> None:
-    """What the library is to call between pieces of its work, as its `progress`.
-
-    Raises ClientDisconnect where no client waits for the answer any more, InputError where its seconds are
-    used up.
-    """
-    job = current.get()
-    if job is not None:
+    """What the library calls between pieces of its work, as its `progress`: raises as `Job.check`."""
+    if (job := current.get()) is not None:
         job.check()

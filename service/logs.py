@@ -40,6 +40,7 @@ def plain(text: str) -> str:
 def configuration(level: str) -> dict[str, Any]:
     """For logging.config: this service's lines and the server's in one form; requests are logged by ours."""
     ours = {"handlers": ["stderr"], "level": level.upper(), "propagate": False}
+    silent: dict[str, Any] = {"handlers": [], "propagate": False}
     return {
         "version": 1,
         "disable_existing_loggers": False,
@@ -48,7 +49,7 @@ def configuration(level: str) -> dict[str, Any]:
         "loggers": {
             __package__: ours,
             "uvicorn": ours,
-            "uvicorn.error": {"handlers": [], "propagate": True},
-            "uvicorn.access": {"handlers": [], "propagate": False},
+            "uvicorn.error": silent | {"propagate": True},
+            "uvicorn.access": silent,
         },
     }

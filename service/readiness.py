@@ -25,9 +25,6 @@ KNOWN_QUATERNION_WXYZ = (-0.8811471853104235, 0.4701825277666925, 0.011728252324
 # The published digits are good to 1e-13; a kernel that is compiled wrongly misses by far more.
 KNOWN_WITHIN = 1e-12
 
-WARMING = "the kernel is being compiled or loaded"
-FAILED = "the warm-up ended with an unexpected error, which the service's log has"
-
 
 class KnownCaseError(Exception):
     """The known case came out wrong: no answer of this process is to be trusted."""
@@ -42,7 +39,7 @@ class Readiness:
     """
 
     def __init__(self) -> None:
-        self.obstacle: str | None = WARMING
+        self.obstacle: str | None = "the kernel is being compiled or loaded"
 
     def start(self) -> None:
         # a daemon: a stop that comes while the kernel is compiled is not to wait for it
@@ -55,7 +52,7 @@ class Readiness:
             self.obstacle = str(error)
             log.critical("not ready, and never will be: %s", error)
         except Exception:
-            self.obstacle = FAILED
+            self.obstacle = "the warm-up ended with an unexpected error, which the service's log has"
             log.critical("not ready, and never will be", exc_info=True)
         else:
             self.obstacle = None
@@ -88,14 +85,12 @@ def check_known_case() -> None:
 
 def request_forms() -> Iterator[dict[str, Any]]:
     """Documents that between them call all that a request can: no first caller waits for a compiler."""
-    for name in builtin_names():
-        yield Scene.builtin(name).document()
-    known = Scene.builtin(KNOWN_SCENE).document()
-    tensor = [[2.0, 0.1, 0.0], [0.1, 3.0, 0.0], [0.0, 0.0, 4.0]]
+    yield from ({"scene": name} for name in builtin_names())
     dates = ["2026-01-01T00:00:00", "2026-01-01T00:00:00.1"]
-    dated = known | {"epoch": {"time": dates[0], "scale": "utc"}}
-    yield known | {"body": {"tensor": tensor, "unit": "kg m2"}}
-    yield known | {"times": {"start": 0, "stop": 3, "step": 1, "unit": "s"}}
+    dated = {"scene": KNOWN_SCENE, "epoch": {"time": dates[0], "scale": "utc"}}
+    tensor = [[2.0, 0.1, 0.0], [0.1, 3.0, 0.0], [0.0, 0.0, 4.0]]
+    yield dated | {"body": {"tensor": tensor, "unit": "kg m2"}}
+    yield dated | {"times": {"start": 0, "stop": 3, "step": 1, "unit": "s"}}
     yield dated | {"times": {"elapsed": [0, 0.1, 7], "unit": "min"}}
     yield dated | {"times": {"dates": dates, "scale": "utc"}}
     yield dated | {"times": {"dates": dates, "scale": "tai"}}  # not converted: arrays of another kind

@@ -17,8 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
-CHALLENGE = 'Bearer realm="attitude"'
-BEARER = HTTPBearer(scheme_name="token", auto_error=False)  # describes the closed routes; Guard refuses
+bearer = HTTPBearer(scheme_name="token", auto_error=False)  # describes the closed routes; Guard refuses
 
 
 class Guard:
@@ -32,12 +31,12 @@ class Guard:
         self.token = token.encode()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        may_ask = scope["type"] == "lifespan" or self._is_right(_credentials(scope))
-        await (self.everything if may_ask else self.open_routes)(scope, receive, send)
+        is_open = scope["type"] == "lifespan" or self.is_authorized(Headers(scope=scope))
+        await (self.everything if is_open else self.open_routes)(scope, receive, send)
 
-    def _is_right(self, credentials: str | None) -> bool:
-        """Compared in a time that does not tell how much of it was right."""
-        scheme, _, token = (credentials or "").partition(" ")
+    def is_authorized(self, headers: Headers) -> bool:
+        """Whether the token is right; compared in a time that does not tell how much of it was."""
+        scheme, _, token = headers.get("authorization", "").partition(" ")
         is_right = hmac.compare_digest(token.strip().encode(), self.token)
         return is_right and scheme.lower() == "bearer"
 
@@ -47,12 +46,7 @@ async def refuse(scope: Scope, receive: Receive, send: Send) -> None:
     if scope["type"] == "websocket":
         await WebSocketClose()(scope, receive, send)
         return
-    credentials = _credentials(scope)
-    challenge = CHALLENGE if credentials is None else f'{CHALLENGE}, error="invalid_token"'
-    got = "nothing" if credentials is None else "another"
-    detail = f"authorization: Bearer and the service's token; got {got}"
+    is_sent = "authorization" in Headers(scope=scope)
+    challenge = 'Bearer realm="attitude"' + (', error="invalid_token"' if is_sent else "")
+    detail = f"authorization: Bearer and the service's token; got {'another' if is_sent else 'nothing'}"
     raise HTTPException(HTTPStatus.UNAUTHORIZED, detail, {"www-authenticate": challenge})
-
-
-def _credentials(scope: Scope) -> str | None:
-    return Headers(scope=scope).get("authorization")

@@ -5,31 +5,17 @@
 
 from __future__ import annotations
 
-import logging
-import os
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
-from urllib.parse import urlsplit
 
-from pydantic import BeforeValidator, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from attitude.errors import InputError
 from attitude.runtime.threads import processors
 
-log = logging.getLogger(__name__)
-
 PREFIX = "ATTITUDE_"
-TOKEN = re.compile(r"[A-Za-z0-9\-._~+/=]{16,}")
-RETIRED = {
-    "ATTITUDE_DRAIN_SECONDS": "the server stops listening at SIGTERM and answers what it has accepted; "
-    "a pause before that is the orchestrator's (preStop in docs/deploy/kubernetes.yaml)",
-}
-
-
-def _origins(value: Any) -> Any:
-    return [each.strip() for each in value.split(",") if each.strip()] if isinstance(value, str) else value
 
 
 class Settings(BaseSettings):
@@ -66,44 +52,45 @@ class Settings(BaseSettings):
         validate_default=True,
         description="bearer token that requests have to bring; none by default",
     )
-    cors_origins: Annotated[tuple[str, ...], NoDecode, BeforeValidator(_origins)] = Field(
+    cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="origins whose pages may ask, by commas; none by default"
     )
-    log_level: Annotated[
-        Literal["debug", "info", "warning", "error"],
-        BeforeValidator(lambda value: value.lower() if isinstance(value, str) else value),
-    ] = Field("info", description="what is logged: debug, info, warning, error")
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        "info", description="what is logged: debug, info, warning, error"
+    )
 
     @field_validator("token_file")
     @classmethod
-    def _check_token_file(cls, path: str | None) -> str | None:
+    def check_token_file(cls, path: str | None) -> str | None:
         if path is not None:
-            try:
-                _check_token(Path(path).read_text().strip())
-            except OSError as error:
-                raise ValueError(f"a file that can be read ({error.strerror})") from None
+            check_token(read_token(path))
         return path
 
     @field_validator("token")
     @classmethod
-    def _read_token(cls, token: str | None, info: ValidationInfo) -> str | None:
+    def find_token(cls, token: str | None, info: ValidationInfo) -> str | None:
         """The token itself, or that of the file."""
         path = info.data.get("token_file")
         if token is not None and path is not None:
             raise ValueError(f"either this or {variable('token_file')}, not both")
         if path is not None:
-            return Path(path).read_text().strip()
-        return None if token is None else _check_token(token)
+            return read_token(path)
+        return None if token is None else check_token(token)
 
-    @field_validator("cors_origins")
+    @field_validator("cors_origins", mode="before")
     @classmethod
-    def _check_origins(cls, origins: tuple[str, ...]) -> tuple[str, ...]:
-        for origin in origins:
-            parts = urlsplit(origin)
-            is_origin = parts.scheme in ("http", "https") and origin == f"{parts.scheme}://{parts.netloc}"
-            if origin != "*" and not (is_origin and parts.netloc):
-                raise ValueError("origins such as https://example.org, by commas, or * for all")
+    def split_origins(cls, value: Any) -> Any:
+        origins = (
+            [each.strip() for each in value.split(",") if each.strip()] if isinstance(value, str) else value
+        )
+        if not all(re.fullmatch(r"\*|https?://[^/?#\s]+", origin) for origin in origins):
+            raise ValueError("origins such as https://example.org, by commas, or * for all")
         return origins
+
+    @field_validator("log_level", mode="before")
+    @classmethod
+    def lower(cls, value: Any) -> Any:
+        return value.lower() if isinstance(value, str) else value
 
     @classmethod
     def read(cls, **options: object) -> Settings:
@@ -133,8 +120,15 @@ class Settings(BaseSettings):
         return self.max_requests or 16 * self.computing_threads
 
 
-def _check_token(token: str) -> str:
-    if not TOKEN.fullmatch(token):
+def read_token(path: str) -> str:
+    try:
+        return Path(path).read_text().strip()
+    except OSError as error:
+        raise ValueError(f"a file that can be read ({error.strerror})") from None
+
+
+def check_token(token: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9\-._~+/=]{16,}", token):
         raise ValueError("at least 16 letters, digits or any of -._~+/=")
     return token
 
@@ -142,13 +136,6 @@ def _check_token(token: str) -> str:
 def variable(field_name: str) -> str:
     """The environment variable of a setting: "max_samples" is "ATTITUDE_MAX_SAMPLES"."""
     return PREFIX + field_name.upper()
-
-
-def warn_of_retired() -> None:
-    """Log a warning for every variable that is set and is no setting any more."""
-    for name, reason in RETIRED.items():
-        if name in os.environ:
-            log.warning("%s has no effect any more: %s", name, reason)
 
 
 def table() -> str:

@@ -14,11 +14,7 @@ from starlette.responses import Response, StreamingResponse
 import attitude
 
 from .compute import Compute
-from .middleware import policy
-
-JSON = "application/json"
-VERSION, PLAN, COST = "attitude-version", "attitude-plan", "attitude-cost"
-VERSIONED = {VERSION: attitude.__version__}
+from .dependencies import JSON
 
 
 class Computed(NamedTuple):
@@ -28,6 +24,7 @@ class Computed(NamedTuple):
     is_whole: bool
     media: str
     headers: dict[str, str]
+    status: int = HTTPStatus.OK
 
 
 def tag_of(*parts: str | bytes) -> str:
@@ -39,39 +36,31 @@ def tag_of(*parts: str | bytes) -> str:
     return f'W/"{digest.hexdigest()}"'
 
 
-def has_tag(tag: str, if_none_match: str) -> bool:
+def is_known(tag: str, request: Request) -> bool:
     """Whether If-None-Match names the tag, weakly compared (RFC 9110, 13.1.2)."""
-    tags = (each.strip().removeprefix("W/") for each in if_none_match.split(","))
-    return bool(if_none_match) and tag.removeprefix("W/") in tags
+    tags = request.headers.get("if-none-match", "").split(",")
+    return tag.removeprefix("W/") in {each.strip().removeprefix("W/") for each in tags}
 
 
 def response(computed: Computed, compute: Compute) -> Response:
     """In one piece, with its length, or in blocks, each computed when the one before is on its way."""
-    headers = {"vary": "accept, accept-encoding"} | computed.headers | {"content-type": computed.media}
+    headers = {"vary": "accept, accept-encoding", "attitude-version": attitude.__version__} | computed.headers
     if computed.is_whole:
-        return Response(next(computed.blocks, b""), HTTPStatus.OK, headers)
-    return StreamingResponse(compute.blocks(computed.blocks), HTTPStatus.OK, headers)
-
-
-def unchanged(tag: str, media: str = JSON, vary: str = "accept, accept-encoding", **headers: str) -> Response:
-    """In place of an answer of this media type, whose policy it repeats."""
-    ours = {"etag": tag, "vary": vary, **policy(media), **headers}
-    return Response(b"", HTTPStatus.NOT_MODIFIED, ours)
+        return Response(next(computed.blocks, b""), computed.status, headers, computed.media)
+    return StreamingResponse(compute.blocks(computed.blocks), computed.status, headers, computed.media)
 
 
 def json_response(content: bytes) -> Response:
-    return Response(content, HTTPStatus.OK, VERSIONED, JSON)
+    return Response(content, HTTPStatus.OK, {"attitude-version": attitude.__version__}, JSON)
 
 
-@lru_cache(maxsize=64)
-def _tag_of_fixed(content: bytes) -> str:
-    return tag_of(content)
+tag_of_fixed = lru_cache(maxsize=64)(tag_of)
 
 
 def fixed(request: Request, content: bytes, media: str = JSON, **headers: str) -> Response:
     """What never changes while the service runs: with a tag, and not sent again to who has it."""
-    tag = _tag_of_fixed(content)
-    if has_tag(tag, request.headers.get("if-none-match", "")):
-        return unchanged(tag, media, "accept-encoding", **headers)
-    ours = {"etag": tag, "vary": "accept-encoding", **VERSIONED, **headers}
-    return Response(content, HTTPStatus.OK, ours, media)
+    tag = tag_of_fixed(content)
+    headers |= {"etag": tag, "vary": "accept-encoding", "attitude-version": attitude.__version__}
+    if is_known(tag, request):
+        return Response(b"", HTTPStatus.NOT_MODIFIED, headers)
+    return Response(content, HTTPStatus.OK, headers, media)

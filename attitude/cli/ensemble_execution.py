@@ -101,11 +101,12 @@ class Document(Part):
 def ensemble_of(options: Namespace, text: str | bytes, source: str) -> Ensemble:
     """The ensemble of a document with `scene` in it, or of a scene's; options override the document."""
     plain = parse_json(text, source)
-    if isinstance(plain, dict) and "scene" in plain:
+    of_scene = Scene.model_fields.keys() - Document.model_fields.keys()  # these stand beside the name of one
+    if isinstance(plain, dict) and "scene" in plain and not plain.keys() & of_scene:
         try:
             document = Document(**plain)
         except ValidationError as error:
-            raise input_error(error) from None
+            raise input_error(error, Document, plain) from None
         scene = _scene(document.scene)
     else:
         scene = Scene.model_validate(plain)

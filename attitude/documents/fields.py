@@ -8,12 +8,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import core_schema
 
-from ..errors import AttitudeError, FormatError, InputError
+from ..errors import AttitudeError, FormatError, InputError, unknown
 
 
 def _text(value: Any) -> Any:
@@ -136,24 +137,68 @@ def _refuse_constant(name: str) -> float:
     raise InputError("document", name, "finite numbers (JSON has no NaN or Infinity)", steps=())
 
 
-def input_error(error: ValidationError) -> InputError:
-    """Pydantic's errors as one InputError that names the first field and lists the others."""
-    faults = [_fault(details) for details in error.errors(include_url=False)[:MAX_REPORTED_FAULTS]]
-    first = faults[0]
-    if len(faults) > 1:
-        others = ", ".join(dict.fromkeys(fault.field for fault in faults[1:]))
-        rest = error.error_count() - len(faults)
-        first.args = (f"{first} (also: {others}{f' and {rest} more' if rest else ''})",)
+def input_error(error: ValidationError, part: type[Part], document: Any) -> InputError:
+    """Pydantic's errors as one InputError.
+
+    Unknown keys come first, with the key that was meant; missing keys and wrong values are told apart.
+    """
+    all_details = sorted(error.errors(include_url=False), key=lambda each: each["type"] != "extra_forbidden")
+    del all_details[MAX_REPORTED_FAULTS:]
+    first, *others = (
+        fault(details, lambda steps: _known_keys(part, document, steps)) for details in all_details
+    )
+    kinds: dict[str, dict[str, None]] = {}
+    for details, other in zip(all_details[1:], others, strict=True):
+        kind = {"missing": "missing", "extra_forbidden": "unknown"}.get(details["type"], "wrong")
+        kinds.setdefault(kind, {})[other.field] = None
+    if kinds:
+        listed = "; ".join(f"{kind}: {', '.join(fields)}" for kind, fields in kinds.items())
+        rest = error.error_count() - len(all_details)
+        first.args = (f"{first} (also {listed}{f'; and {rest} more' if rest else ''})",)
     return first
 
 
-def _fault(details: Any) -> InputError:
+def fault(
+    details: Any, known_keys: Callable[[tuple[str | int, ...]], Iterable[str]], noun: str = "key"
+) -> InputError:
+    """One of pydantic's errors as ours; `known_keys`: those of the part that steps lead to."""
     steps = tuple(details["loc"])
     cause = details.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # raised by a check of ours, relative to its part
         return InputError(_field((*steps, *cause.steps)), cause.value, cause.expected, (*steps, *cause.steps))
+    if details["type"] == "extra_forbidden":
+        expected = unknown(noun, steps[-1], known_keys(steps[:-1]))
+        return InputError(_field(steps), details["input"], expected, steps)
     value = None if details["type"] == "missing" else details["input"]
     return InputError(_field(steps), value, _expected(details), steps)
+
+
+@lru_cache(maxsize=16)
+def _schema(part: type[Part]) -> dict[str, Any]:
+    return part.model_json_schema()
+
+
+def _known_keys(part: type[Part], document: Any, steps: tuple[str | int, ...]) -> list[str]:
+    """The keys of the part that steps lead to, from the schema of the document."""
+    schema = _schema(part)
+    forms = list(_forms(schema, document, schema))
+    for step in steps:
+        document = document[step]
+        nodes = [form["items"] if isinstance(step, int) else form["properties"][step] for form in forms]
+        forms = [form for node in nodes for form in _forms(node, document, schema)]
+    return [key for form in forms for key in form.get("properties", {})]
+
+
+def _forms(node: Any, value: Any, schema: Any) -> Iterator[Any]:
+    """The forms that a part may have, where its constants (`type`) are those of the value."""
+    while "$ref" in node:
+        node = schema["$defs"][node["$ref"].rpartition("/")[2]]
+    for form in (*node.get("anyOf", ()), *node.get("oneOf", ())):
+        yield from _forms(form, value, schema)
+    constants = {key: each["const"] for key, each in node.get("properties", {}).items() if "const" in each}
+    is_kind = node.get("type") == ("array" if isinstance(value, list) else "object")
+    if is_kind and all(value.get(key, constant) == constant for key, constant in constants.items()):
+        yield node
 
 
 def _field(steps: tuple[str | int, ...]) -> str:
@@ -166,7 +211,6 @@ def _field(steps: tuple[str | int, ...]) -> str:
 
 _EXPECTED = {
     "missing": "a value (the field is required)",
-    "extra_forbidden": "no such key (unknown keys are refused)",
     "model_type": "a JSON object",
     "list_type": "a list",
     "string_type": "text",

@@ -34,7 +34,7 @@ from ..documents.fields import (
 from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import AttitudeWarning, FormatError, InputError
+from ..errors import AttitudeWarning, FormatError, InputError, unknown
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -258,6 +258,9 @@ class Tolerance(Angle):
 class Scene(Part):
     """A body, its state at an epoch, instants, and the effects to simulate.
 
+    With the member `scene`, the name of a built-in one, its members are laid over those of that scene, each
+    as a whole: {"scene": "toutatis", "times": {...}}.
+
     `Scene.read(path)`, `Scene.builtin(name)`, `Scene.from_json(text)` and
     `Scene.model_validate(dict)` raise InputError with the field's path for whatever is wrong.
     """
@@ -285,10 +288,24 @@ class Scene(Part):
         return self
 
     def __init__(self, **document: Any):
+        if "scene" in document:
+            name = document.pop("scene")
+            document = parse_json(builtin_text(name), name) | document
         try:
             super().__init__(**document)
         except ValidationError as error:
-            raise input_error(error) from None
+            raise input_error(error, type(self), document) from None
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: Any, handler: Any) -> dict[str, Any]:
+        """With `scene`, the name of a built-in scene whose members a document need not repeat."""
+        schema = handler.resolve_ref_schema(handler(core))
+        named = {"enum": builtin_names(), "type": "string", "title": "Scene"}
+        named["description"] = "a built-in scene, over whose members those of the document are laid"
+        schema["properties"] = {"scene": named, **schema["properties"]}
+        schema["if"] = {"not": {"required": ["scene"]}}
+        schema["then"] = {"required": schema.pop("required")}
+        return schema
 
     @classmethod
     def model_validate(cls, document: Any) -> Scene:  # type: ignore[override]
@@ -542,7 +559,7 @@ def builtin_names() -> list[str]:
 def builtin_text(name: str) -> bytes:
     """The document of a scene that comes with the package; InputError for any other name."""
     if name not in builtin_names():
-        raise InputError("scene", name, f"a built-in scene, one of {', '.join(builtin_names())}")
+        raise InputError("scene", name, unknown("scene", name, builtin_names()))
     return resources.files("attitude.scene").joinpath("scenes", f"{name}.json").read_bytes()
 
 

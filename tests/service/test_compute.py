@@ -9,7 +9,7 @@ import time
 import pytest
 from asking import PROBLEM
 from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect
+from starlette.requests import ClientDisconnect, Request
 
 from attitude import InputError, Scene
 from service import create_app, limits
@@ -20,19 +20,24 @@ WITHIN_S = 30
 
 
 class Client:
-    """What a request's `receive` is: nothing, until the client goes."""
+    """Who asks, and may go."""
 
     def __init__(self):
         self.went = asyncio.Event()
 
-    async def receive(self):
-        await self.went.wait()
-        return {"type": "http.disconnect"}
+    def request(self):
+        """What `receive` gives is nothing, until the client goes."""
+
+        async def receive():
+            await self.went.wait()
+            return {"type": "http.disconnect"}
+
+        return Request({"type": "http"}, receive)
 
 
 async def asked(compute, work, *arguments, client=None):
     """A request that calls `work` once."""
-    job = Job("test", (client or Client()).receive, compute.settings.max_seconds)
+    job = Job("test", (client or Client()).request(), compute.settings.max_seconds)
     current.set(job)
     try:
         return await compute.run(work, *arguments)
@@ -118,7 +123,7 @@ def test_blocks_of_one_request_count_once_and_let_others_between():
             yield b"" if number == 1 else b"x"
 
     async def stream(compute, name):
-        job = Job(name, Client().receive, compute.settings.max_seconds)
+        job = Job(name, Client().request(), compute.settings.max_seconds)
         current.set(job)
         try:
             return [block async for block in compute.blocks(blocks(name))]
@@ -241,7 +246,7 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
             await asyncio.sleep(0.4)  # a client that takes its time
 
     async def scenario(compute):
-        current.set(job := Job("test", Client().receive, compute.settings.max_seconds))
+        current.set(job := Job("test", Client().request(), compute.settings.max_seconds))
         with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
             await take(compute)
         compute.leave(job)

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from service.deadline import GRACE_S
-from service.settings import RETIRED, Settings, table, variable
+from service.settings import Settings, table, variable
 
 ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text()
@@ -48,7 +48,7 @@ def test_settings_table_is_that_of_the_settings():
 @pytest.mark.parametrize("path", NAMED, ids=[str(path.relative_to(ROOT)) for path in NAMED])
 def test_variables_that_are_named_are_settings(path):
     named = set(re.findall(r"ATTITUDE_[A-Z_]+[A-Z]", path.read_text(encoding="utf-8")))
-    assert named <= SETTINGS.keys() | OTHERS | (RETIRED.keys() if path.name == "service.md" else set())
+    assert named <= SETTINGS.keys() | OTHERS
 
 
 # -- image ----------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import pytest
 from asking import MAX_BODY_BYTES, MAX_SAMPLES, assert_problem
 
 from attitude import AttitudeError, InputError, Scene, errors
-from service import ephemerides
+from service import computations
 from service.errors import TABLE, UNEXPECTED
 from service.limits import scene_within
 from service.settings import Settings
@@ -58,8 +58,12 @@ REFUSED = {
     "unknown scale": ({"epoch": {"time": "2026-01-01", "scale": "gmt"}}, "/epoch/scale", "utc"),
     "date that is none": ({"epoch": {"time": "yesterday", "scale": "utc"}}, "/epoch/time", "ISO 8601"),
     "unknown frame": ({"frame": "ITRF"}, "/frame", "ICRF"),
-    "unknown key": ({"bodies": []}, "/bodies", "unknown keys are refused"),
-    "unknown key inside": (body(moments=[1, 1, 1], weight=1), "/body/weight", "unknown keys are refused"),
+    "unknown key": ({"bodies": []}, "/bodies", "unknown key 'bodies'; did you mean 'body'?"),
+    "unknown key inside": (
+        body(moments=[1, 1, 1], weight=1),
+        "/body/weight",
+        "unknown key 'weight'; known: moments, tensor, unit, mass",
+    ),
     "unknown effect": ({"effects": [{"type": "tides"}]}, "/effects/0/type", "effect"),
     "stop before start": (times(start=0, stop=-1, step=1), "/times/stop", "not before start"),
     "step of zero": (times(start=0, stop=1, step=0), "/times/step", "greater than 0"),
@@ -129,10 +133,7 @@ def test_instants_are_counted_before_they_are_read(document, name):
 
 def test_list_of_more_scenes_than_may_be_is_a_problem(client):
     problem = assert_problem(client.post("/v1/ephemeris", json=[0] * 1001), 422)
-    assert (
-        problem["detail"]
-        == "document: at most 1000 scenes in a list (ATTITUDE_MAX_SCENES); got '1001 scenes'"
-    )
+    assert problem["detail"] == "document: at most 1000 scenes (ATTITUDE_MAX_SCENES); got '1001 scenes'"
 
 
 # -- documents that cannot be read ----------------------------------------------------------------
@@ -270,7 +271,7 @@ def test_unexpected_error_gives_fixed_text_and_an_id_that_the_log_has(client, do
     def fail(*given):
         raise RuntimeError("a secret of /srv/attitude")
 
-    monkeypatch.setattr(ephemerides, "encoded_file", fail)
+    monkeypatch.setattr(computations, "encoded_file", fail)
     answer = client.post("/v1/ephemeris", json=document)
     problem = assert_problem(answer, 500)
     assert problem["detail"] == UNEXPECTED

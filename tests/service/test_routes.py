@@ -15,7 +15,7 @@ import attitude
 from attitude import Scene
 from attitude.scene.document import builtin_names
 from attitude.scene.motion_summary import motion_summary
-from service import ephemerides
+from service import computations
 from service.streaming import Computed
 
 
@@ -115,7 +115,7 @@ def test_health_is_answered_while_a_computation_is_under_way(client, document, m
         assert go_on.wait(60)
         return Computed(iter([b"{}"]), True, "application/json", {})
 
-    monkeypatch.setattr(ephemerides, "computed", slow)
+    monkeypatch.setattr(computations, "ephemeris", slow)
     with ThreadPoolExecutor(1) as pool:
         computation = pool.submit(client.post, "/v1/ephemeris", json=document)
         assert begun.wait(60)

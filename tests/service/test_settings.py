@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 
 import pytest
@@ -11,7 +10,7 @@ from pydantic import ValidationError
 from attitude import InputError
 from attitude.runtime.threads import processors
 from service import create_app
-from service.settings import RETIRED, Settings, warn_of_retired
+from service.settings import Settings
 
 
 @pytest.fixture(autouse=True)
@@ -160,16 +159,6 @@ def test_variables_that_are_no_settings_are_let_be(read):
 def test_settings_are_frozen():
     with pytest.raises(ValidationError):
         Settings().port = 1
-
-
-@pytest.mark.parametrize("name", RETIRED)
-def test_variable_that_is_no_setting_any_more_is_warned_of(name, monkeypatch, caplog):
-    monkeypatch.setenv(name, "5")
-    with caplog.at_level(logging.WARNING):
-        warn_of_retired()
-    assert [record.getMessage() for record in caplog.records] == [
-        f"{name} has no effect any more: {RETIRED[name]}"
-    ]
 
 
 def test_application_without_settings_reads_the_environment(monkeypatch):

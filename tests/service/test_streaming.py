@@ -328,7 +328,7 @@ def test_cost_keeps_to_its_budget_and_names_what_was_asked(client, document):
 
 
 def test_cost_without_what_tells_the_truth_is_a_problem(client, document, monkeypatch):
-    monkeypatch.setattr("service.costs.find_spec", lambda name: None)
+    monkeypatch.setattr("service.computations.find_spec", lambda name: None)
     assert "attitude[cost]" in assert_problem(client.post("/v1/cost", json=document), 501)["detail"]
 
 

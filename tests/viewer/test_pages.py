@@ -16,11 +16,17 @@ from starlette.testclient import TestClient
 
 from attitude.formats.registry import FORMATS
 from service import create_app
-from service.pages import BUNDLE, MEDIA
+from service.pages import BUNDLE, VIEWER_FILES
 from service.settings import Settings
 
 VIEWER = BUNDLE.parent
 ROOT = VIEWER.parents[1]
+MEDIA = {
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain; charset=utf-8",
+}
 BUILT = "run `npm install && npm run build` in service/viewer, and commit dist/"
 
 
@@ -42,12 +48,12 @@ def test_page_is_html_that_a_browser_asks_about_at_every_visit(client: TestClien
     assert answer.text == page
 
 
-@pytest.mark.parametrize("name", [name for name in MEDIA if name != "formats.json"])
+@pytest.mark.parametrize("name", VIEWER_FILES)
 def test_file_is_served_whole_under_its_media_type(client: TestClient, name: str) -> None:
     content = (BUNDLE / name).read_bytes()
     answer = client.get(f"/viewer/{name}", headers={"accept-encoding": "identity"})
     assert answer.content == content
-    assert answer.headers["content-type"] == MEDIA[name]
+    assert answer.headers["content-type"] == MEDIA[Path(name).suffix]
     assert "content-encoding" not in answer.headers
     zipped = client.get(f"/viewer/{name}", headers={"accept-encoding": "gzip, br"})
     assert zipped.headers.get("content-encoding") == (None if len(content) < 1024 else "gzip")
@@ -110,7 +116,9 @@ def test_bundle_was_built_from_the_sources_as_they_are() -> None:
 
 def test_page_names_only_files_that_are_served(page: str) -> None:
     named = set(re.findall(r'(?:src|href)="([^"#]+)"', page))
-    assert {f"viewer/{name}" for name in MEDIA} >= {name for name in named if name.startswith("viewer/")}
+    assert {f"viewer/{name}" for name in VIEWER_FILES} >= {
+        name for name in named if name.startswith("viewer/")
+    }
     assert {name for name in named if not name.startswith("viewer/")} == {"docs"}
 
 
@@ -152,7 +160,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[zipfile.ZipFile]
 
 def test_wheel_holds_the_bundle_and_not_what_it_is_built_from(wheel: zipfile.ZipFile) -> None:
     held = {name for name in wheel.namelist() if name.startswith("service/viewer/")}
-    served = {name for name in MEDIA if name != "formats.json"} | {"sources.sha256"}
+    served = {*VIEWER_FILES, "index.html", "sources.sha256"}
     assert held == {f"service/viewer/dist/{name}" for name in served}
     assert wheel.read("service/viewer/dist/viewer.js") == (BUNDLE / "viewer.js").read_bytes()
 
