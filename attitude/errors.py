@@ -113,6 +113,16 @@ def unknown(noun: str, name: Any, known: Iterable[str]) -> str:
     return f"unknown {noun} {shown(name)}; {cure}"
 
 
+def unknown_name(
+    field: str, noun: str, name: Any, known: Iterable[str], steps: tuple[str | int, ...] | None = None
+) -> InputError:
+    """The refusal of a name that is none of the known ones."""
+    text = unknown(noun, name, known)
+    error = InputError(field, name, text, steps)
+    error.args = (f"{field}: {text}",)
+    return error
+
+
 def shown(value: Any) -> str:
     """A value in one line of at most 80 characters, however deep or long it is."""
     try:

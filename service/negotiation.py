@@ -7,7 +7,7 @@ from http import HTTPStatus
 
 from starlette.exceptions import HTTPException
 
-from attitude.errors import InputError
+from attitude.errors import unknown_name
 from attitude.formats.registry import FORMATS, Format
 
 
@@ -19,7 +19,7 @@ def negotiated(name: str | None, accept: str) -> Format:
     """
     if name is not None:
         if name not in FORMATS:
-            raise InputError("format", name, f"one of {', '.join(FORMATS)}", steps=())
+            raise unknown_name("format", "format", name, FORMATS, steps=())
         return FORMATS[name]
     if not accept.strip():
         return FORMATS["json"]

@@ -16,7 +16,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 import attitude
-from attitude.errors import unknown
+from attitude.errors import unknown_name
 from attitude.scene.document import Scene, builtin_names
 
 from . import computations, metrics
@@ -99,7 +99,7 @@ def catalogue() -> bytes:
 async def scene(request: Request, name: str, _: Nothing) -> Response:
     """One of them, as a document to post."""
     if name not in builtin_names():
-        raise HTTPException(HTTPStatus.NOT_FOUND, f"scene: {unknown('scene', name, builtin_names())}")
+        raise HTTPException(HTTPStatus.NOT_FOUND, str(unknown_name("scene", "scene", name, builtin_names())))
     return fixed(request, scene_text(name))
 
 

@@ -465,7 +465,9 @@ def test_plot_without_matplotlib_says_what_to_install(answer, tmp_path, monkeypa
 
 @pytest.mark.parametrize("missing", ["fastapi", "uvicorn", "pydantic_settings"])
 def test_service_without_its_packages_says_what_to_install(missing, answer, monkeypatch):
-    for name in [name for name in sys.modules if name.split(".")[0] in ("service", missing)]:
+    for name in [
+        name for name in sys.modules if name.split(".")[0] in ("service", "prometheus_client", missing)
+    ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, missing, None)
     message = f"attitude: the service needs {missing}: pip install 'attitude[service]'\n"

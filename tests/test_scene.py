@@ -8,6 +8,7 @@ import weakref
 from fractions import Fraction
 from itertools import product
 
+import jsonschema
 import numpy as np
 import pytest
 from astropy.time import Time
@@ -241,8 +242,6 @@ def test_scene_does_not_change():
 
 # -- faults of a document -----------------------------------------------------------------------
 
-UNKNOWN = r"no such key \(unknown keys are refused\)"
-
 
 @pytest.mark.parametrize(("parts", "pointer", "message"), refusals("scene_refusals"))
 def test_fault_is_refused_with_a_pointer_into_the_document(parts, pointer, message):
@@ -285,16 +284,16 @@ def test_document_that_is_no_object_is_refused_as_a_whole(document):
 
 
 def test_other_faults_are_named_beside_the_first():
-    with pytest.raises(InputError, match=r"^body: .* \(also: attitude, angular_velocity, times\)$"):
+    with pytest.raises(InputError, match=r"^body: .* \(also missing: attitude, angular_velocity, times\)$"):
         Scene()
-    with pytest.raises(InputError, match=r"body.moments\[0\]: .*also: body.unit, colour"):
+    with pytest.raises(InputError, match=r"^colour: .*also wrong: body.moments\[0\]; missing: body.unit\)$"):
         Scene.model_validate(changed(body={"moments": ["1", 1, 1]}, colour="red"))
 
 
 def test_many_faults_are_counted_and_few_are_listed():
-    with pytest.raises(InputError, match=r"also: .* and 81 more\)$") as caught:
+    with pytest.raises(InputError, match=r"also unknown: .*; and 81 more\)$") as caught:
         Scene.model_validate(changed(**{f"colour{i}": "red" for i in range(101)}))
-    assert str(caught.value).count("colour") == 20
+    assert str(caught.value).count("colour") == 21  # the first is told twice, by its field and its name
 
 
 def test_faulty_list_of_instants_is_refused_at_its_first_fault():
@@ -309,8 +308,65 @@ def test_twin_of_a_key_among_many_is_found_at_once():
         Scene.from_json(f'{{{keys}"k99999": 1}}')
 
 
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"efects": []}, r"^efects: unknown key 'efects'; did you mean 'effects'\?; got \[\]$"),
+        ({"body": {"momnts": [1, 1, 1], "unit": "kg m2"}}, r"^body.momnts: .* did you mean 'moments'\?"),
+        (
+            {"effects": [{"type": "drag", "plats": []}]},
+            r"^effects\[0\].plats: .*did you mean 'plates'",
+        ),
+        ({"orbit": {"inclinaton": 1}}, r"^orbit.inclinaton: .*did you mean 'inclination'\?"),
+        ({"orbit": {"tle": [], "tles": 1}}, r"^orbit.tles: .*did you mean 'tle'\?"),
+        ({"FRAME": "ICRF"}, r"^FRAME: .*did you mean 'frame'\?"),
+        ({"zzz": 1}, r"^zzz: unknown key 'zzz'; known: scene, name, description, body"),
+    ],
+    ids=str,
+)
+def test_unknown_key_is_answered_with_the_one_that_was_meant(parts, message):
+    with pytest.raises(InputError, match=message):
+        Scene.model_validate(changed(**parts))
+
+
+# -- a built-in scene by its name ---------------------------------------------------------------
+
+
+def test_members_are_laid_over_the_scene_that_a_document_names():
+    times = {"elapsed": [0, 1], "unit": "d"}
+    scene = Scene.model_validate({"scene": "toutatis", "times": times})
+    assert scene == Scene.model_validate(Scene.builtin("toutatis").document() | {"times": times})
+    assert Scene.from_json(scene.to_json()) == scene
+    assert "scene" not in scene.document()
+    assert Scene(scene="toutatis") == Scene.builtin("toutatis")
+
+
+@pytest.mark.parametrize("name", [None, 5, ["toutatis"], {}, "tutatis", ""], ids=str)
+def test_name_of_no_scene_is_refused(name):
+    message = "did you mean 'toutatis'" if name in ("tutatis", ["toutatis"]) else "known: basilisk, "
+    assert_refused(lambda: Scene.model_validate({"scene": name}), "/scene", message)
+
+
+def test_fault_beside_the_name_of_a_scene_is_refused_by_its_own_pointer():
+    assert_refused(
+        lambda: Scene.model_validate({"scene": "toutatis", "body": {"moments": [1, 1], "unit": "kg m2"}}),
+        "/body/moments",
+        "3 elements",
+    )
+
+
+def test_schema_requires_of_a_document_that_names_a_scene_nothing_else():
+    schema = Scene.model_json_schema()
+    assert schema["properties"]["scene"]["enum"] == builtin_names()
+    validator = jsonschema.Draft202012Validator(schema)
+    assert validator.is_valid({"scene": "toutatis"})
+    assert validator.is_valid(DOCUMENT)
+    assert not validator.is_valid({"scene": "pluto"})
+    assert not validator.is_valid({"name": "x"})
+
+
 def test_scene_made_in_python_is_refused_as_a_document_is():
-    assert_refused(lambda: Scene(**DOCUMENT, colour="red"), "/colour", UNKNOWN)
+    assert_refused(lambda: Scene(**DOCUMENT, colour="red"), "/colour", "unknown key 'colour'")
 
 
 # -- too much -----------------------------------------------------------------------------------
@@ -495,7 +551,7 @@ def test_file_that_cannot_be_read_is_named(path, tmp_path):
 
 @pytest.mark.parametrize("name", ["pluto", "", "../scenes/toutatis", "toutatis.json"])
 def test_unknown_built_in_scene_is_refused_with_those_there_are(name):
-    with pytest.raises(InputError, match=f"one of {', '.join(builtin_names())}; got"):
+    with pytest.raises(InputError, match=f"known: {', '.join(builtin_names())}$|did you mean 'toutatis'"):
         Scene.builtin(name)
 
 

@@ -34,7 +34,7 @@ from ..documents.fields import (
 from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import AttitudeWarning, FormatError, InputError, unknown
+from ..errors import AttitudeWarning, FormatError, InputError, unknown_name
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -559,7 +559,7 @@ def builtin_names() -> list[str]:
 def builtin_text(name: str) -> bytes:
     """The document of a scene that comes with the package; InputError for any other name."""
     if name not in builtin_names():
-        raise InputError("scene", name, unknown("scene", name, builtin_names()))
+        raise unknown_name("scene", "scene", name, builtin_names())
     return resources.files("attitude.scene").joinpath("scenes", f"{name}.json").read_bytes()
 
 

@@ -255,13 +255,13 @@ def test_progress_is_for_terminals(answer, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "error"),
     [
-        ({"scene": "nowhere"}, "scene: a built-in scene, one of "),
+        ({"scene": "nowhere"}, "scene: unknown scene 'nowhere'; known: basilisk, "),
         ({"scene": 5}, "scene: a JSON object"),
-        ({"scene": {"scene": "toutatis"}}, "scene.body: a value (the field is required)"),
+        ({"scene": {"frame": "ICRF"}}, "scene.body: a value (the field is required)"),
         ({"scene": TOUTATIS.document() | {"frame": "x"}}, "scene.frame: "),
         ({"bodies": "many"}, "bodies: a whole number of bodies"),
         ({"seed": -1}, "seed: "),
-        ({"color": "red"}, "color: no such key (unknown keys are refused)"),
+        ({"color": "red"}, "color: unknown key 'color'; known: scene, bodies"),
         ({"attitude": "1 kg"}, "attitude: "),
         ({"moments": 2}, 'moments: a percentage, such as "2 %", or a ratio below 1'),
         ({"moments": ["2 %", 2, 0]}, "moments[1]: a percentage"),

@@ -120,7 +120,7 @@ def test_frame_is_the_one_asked_for(client):
 @pytest.mark.parametrize(
     ("query", "detail"),
     [
-        ({"format": "xls"}, "format: one of ecsv, csv, json"),
+        ({"format": "xls"}, "format: unknown format 'xls'; known: ecsv, csv, json"),
         (
             {"format": "csv", "naif_id": "5"},
             "naif_id: unknown query parameter 'naif_id'; known: ",

@@ -50,7 +50,7 @@ REFUSED = {
     "unknown unit": (body(moments=[1, 1, 1], unit="furlong"), "/body/unit", "kg m2"),
     "unit of another kind": (RATE_IN_METRES, "/angular_velocity/unit", "rad/s"),
     "zero quaternion": (quaternion(0, 0, 0, 0, order="wxyz"), "/attitude/quaternion", "unit"),
-    "quaternion off unit": (quaternion(1, 0, 0, 0.002, order="wxyz"), "/attitude/quaternion", "1e-6"),
+    "quaternion off unit": (quaternion(1, 0, 0, 0.2, order="wxyz"), "/attitude/quaternion", "length"),
     "missing order": (quaternion(1, 0, 0, 0), "/attitude/order", "wxyz"),
     "unknown order": (quaternion(1, 0, 0, 0, order="xyz"), "/attitude/order", "wxyz"),
     "missing attitude": ({"attitude": {}}, "/attitude", "exactly one of"),
