@@ -93,7 +93,7 @@ class Answer:
         self.is_whole = False
 
     async def send(self, message: Message) -> None:
-        """With the headers that all answers have; ClientDisconnect where nobody takes it."""
+        """With the headers that all answers have; ClientDisconnect where the client does not take it."""
         if message["type"] == "http.response.start":
             self.status = message["status"]
             headers = MutableHeaders(raw=message.setdefault("headers", []))

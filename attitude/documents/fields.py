@@ -140,7 +140,7 @@ def _refuse_constant(name: str) -> float:
 def input_error(error: ValidationError, part: type[Part], document: Any) -> InputError:
     """Pydantic's errors as one InputError.
 
-    Unknown keys come first, with the key that was meant; missing keys and wrong values are told apart.
+    Unknown keys come first, with the key that was meant; missing keys and wrong values are listed apart.
     """
     all_details = sorted(error.errors(include_url=False), key=lambda each: each["type"] != "extra_forbidden")
     del all_details[MAX_REPORTED_FAULTS:]
