@@ -102,15 +102,22 @@ def unknown(noun: str, name: Any, known: Iterable[str]) -> str:
 
     The one place for it: "unknown format 'cvs'; did you mean 'csv'?"
     """
+    names = list(known)
+    near = nearest(name, names)
+    if near is not None:
+        cure = f"did you mean {near!r}?"
+    else:
+        cure = f"known: {', '.join(names)}" if names else "none is known here"
+    return f"unknown {noun} {shown(name)}; {cure}"
+
+
+def nearest(name: Any, known: Iterable[str]) -> str | None:
+    """The known name that is most like a name, whatever its case; None where none is."""
     from difflib import get_close_matches
 
     names = {each.casefold(): each for each in known}
     near = get_close_matches(str(name)[:80].casefold(), names, 1)
-    if near:
-        cure = f"did you mean {names[near[0]]!r}?"
-    else:
-        cure = f"known: {', '.join(names.values())}" if names else "none is known here"
-    return f"unknown {noun} {shown(name)}; {cure}"
+    return names[near[0]] if near else None
 
 
 def unknown_name(
@@ -124,9 +131,9 @@ def unknown_name(
 
 
 def shown(value: Any) -> str:
-    """A value in one line of at most 80 characters, however deep or long it is."""
+    """A value in one line of at most 80 characters, however deep or long it is; text with all its blanks."""
     try:
-        text = " ".join(repr(value).split())
+        text = repr(value) if isinstance(value, str) else " ".join(repr(value).split())
     except RecursionError:
         text = f"a {type(value).__name__} of too many levels"
     return text if len(text) <= 80 else text[:77] + "..."

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from astropy import units as u
 
-from .errors import InputError
+from .errors import InputError, nearest
 
 MOMENT = u.kg * u.m**2
 RATE = u.rad / u.s
@@ -28,6 +30,22 @@ DIPOLE = u.A * u.m**2
 FIELD = u.T
 DENSITY = u.kg / u.m**3
 GRAVITATIONAL_PARAMETER = u.m**3 / u.s**2
+# Units in which spinners and older mass properties are stated, and which astropy does not know unasked.
+CUSTOMARY_UNITS = {
+    "rpm": u.cycle / u.min,
+    "RPM": u.cycle / u.min,
+    "rev": u.cycle,
+    "lb": u.Unit(0.45359237 * u.kg),
+    "lbm": u.Unit(0.45359237 * u.kg),
+    "lbf": u.Unit(4.4482216152605 * u.N),
+    "slug": u.Unit(4.4482216152605 / 0.3048 * u.kg),  # lbf s2/ft
+    "oz": u.Unit(0.028349523125 * u.kg),
+    "ft": u.Unit(0.3048 * u.m),
+    "in": u.Unit(0.0254 * u.m),
+    "inch": u.Unit(0.0254 * u.m),
+    "sec": u.s,
+}
+FACTOR = r"([A-Za-z%]+)(?:\^|\*\*)?(-?\d+)?"  # a word and its power
 
 
 def si_array(value: Any, unit: u.UnitBase, field: str) -> np.ndarray:
@@ -84,11 +102,45 @@ def extremes(array: np.ndarray) -> tuple[float, float]:
 def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
     """One unit `name` in SI units (or radians); InputError for a unit of another kind than `like`."""
     try:
-        return float(u.Unit(name).to(like))
-    except (ValueError, TypeError, u.UnitConversionError):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", u.UnitsWarning)  # of the style of m/s/s
+            return float(_unit(name).to(like))
+    except (ValueError, TypeError, OverflowError, u.UnitConversionError):
         kind, examples = _KINDS[like]
-        raise InputError(field, name, f"a unit of {kind}, such as {examples}") from None
+        near = nearest(name, [*re.findall('"(.+?)"', examples), *MORE_UNITS.get(like, ())])
+        meant = f"; did you mean {near!r}?" if near is not None else ""
+        raise InputError(field, name, f"a unit of {kind}, such as {examples}{meant}") from None
 
+
+def _unit(name: str) -> u.UnitBase:
+    """Unit of a name of astropy's, or of factors among which are CUSTOMARY_UNITS.
+
+    These are not enabled in astropy itself, where they would be for all code of the process.
+    """
+    try:
+        return u.Unit(name)
+    except ValueError:
+        if not isinstance(name, str) or not re.fullmatch(rf"{FACTOR}(?:(?:[ .*]|\s*/\s*){FACTOR})*", name):
+            raise
+    unit = u.dimensionless_unscaled
+    numerator, *denominators = name.split("/")
+    if any(len(re.findall(FACTOR, part)) > 1 for part in denominators):
+        raise ValueError(f"{name}: several factors after a slash")
+    for part, sign in ((numerator, 1), *((part, -1) for part in denominators)):
+        for word, power in re.findall(FACTOR, part):
+            unit *= (CUSTOMARY_UNITS.get(word) or u.Unit(word)) ** (sign * int(power or 1))
+    return unit
+
+
+# Units that are suggested for others that are like them, besides the examples.
+MORE_UNITS = {
+    MOMENT: ("g cm2", "kg cm2", "kg mm2", "lb ft2", "lb in2", "slug ft2", "oz in2", "lbf ft s2", "lbf in s2"),
+    RATE: ("rpm", "rev/s", "rev/min", "rev/d", "deg/min", "deg/h", "arcsec/s", "mrad/s", "rad/d", "cycle/s"),
+    LENGTH: ("cm", "mm", "ft", "in", "au"),
+    MASS: ("g", "t", "lb", "slug"),
+    TORQUE: ("mN m", "uN m", "lbf ft", "lbf in", "kg m2/s2"),
+    ANGLE: ("arcmin", "arcsec", "mrad", "rev"),
+}
 
 # Physical type of each unit, and examples.  By unit, since to astropy a torque has the type of an energy.
 _KINDS = {

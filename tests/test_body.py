@@ -6,7 +6,8 @@ from astropy import units as u
 from mpmath import mp, mpf
 from scipy.spatial.transform import Rotation
 
-from attitude import InputError, RigidBody, TorqueFreeMotion
+from attitude import AttitudeWarning, Ephemeris, InputError, RigidBody, TorqueFreeMotion
+from attitude.oracle import truth
 from tests.bodies import ATTITUDE
 
 # Two-part numbers hold 32 digits; a dozen Jacobi rotations may cost one or two of them.
@@ -177,8 +178,42 @@ def test_planar_body_is_taken(moments):
 
 
 def test_triangle_is_forgiven_rounding_and_no_more():
-    with pytest.raises(InputError, match="sum of the other two"):
-        RigidBody((1.0, 2.0, 3.0 * (1 + 2e-12)))
+    with pytest.raises(
+        InputError, match=r"sum of the other two.*; physical=False takes any positive moments"
+    ):
+        RigidBody((1.0, 2.0, 3.0 * (1 + 1.1e-6)))
+
+
+@pytest.mark.parametrize("moments", [(1.0, 2.0, 3.0 * (1 + 2e-12)), np.float32([0.1, 0.2, 0.3])], ids=str)
+def test_triangle_broken_by_single_precision_is_taken_with_a_warning(moments):
+    with pytest.warns(AttitudeWarning, match="^inertia: a principal moment is greater than the sum"):
+        body = RigidBody(moments)
+    assert body.moments.tolist() == np.asarray(moments, dtype=float).tolist()
+
+
+@pytest.mark.parametrize("moments", [(3.0, 5.0, 9.0), (1.0, 1.0, 1000.0)], ids=str)
+def test_unphysical_body_that_was_asked_for_moves_as_the_oracle_says(moments):
+    body, omega, t = RigidBody(moments, physical=False), (0.1, -0.7, 0.4), 1234.5
+    assert not body.physical
+    assert not RigidBody.from_moments([moments] * 2, physical=False)[0].physical
+    ephemeris = TorqueFreeMotion(body, (0.5, 0.5, -0.5, 0.5), omega, order="wxyz").at(t)
+    q, _ = truth.attitude_and_rate(moments, omega, (0.5, 0.5, -0.5, 0.5), t)
+    assert truth.attitude_error(ephemeris.quaternion("wxyz").tolist(), q) <= ephemeris.plan.error_bound
+
+
+@pytest.mark.parametrize("format", ["ecsv", "csv", "npz"])
+def test_unphysical_body_comes_back_from_a_file(format, tmp_path):
+    motion = TorqueFreeMotion(
+        RigidBody((3.0, 5.0, 9.0), physical=False), (1.0, 0, 0, 0), (1, 2, 3), order="wxyz"
+    )
+    motion.at([0.0, 1.0]).write(tmp_path / f"a.{format}")
+    body = Ephemeris.read(tmp_path / f"a.{format}").body
+    assert (body.moments.tolist(), body.physical) == ([3.0, 5.0, 9.0], False)
+
+
+def test_unphysical_body_has_positive_moments():
+    with pytest.raises(InputError, match="positive principal moments"):
+        RigidBody((1.0, -1.0, 9.0), physical=False)
 
 
 @pytest.mark.parametrize("size", [5e-324, 1e-300, 1e300, 1.7e308], ids=str)
@@ -192,6 +227,19 @@ def test_halves_of_a_tensor_off_by_rounding_are_averaged():
     taken = RigidBody(tensor).tensor
     assert np.array_equal(taken, taken.T)
     assert taken[0, 1] == pytest.approx(0.6 + 1e-10, abs=1e-15)
+
+
+def test_tensor_of_single_precision_is_averaged_with_a_warning():
+    # a tensor turned in single precision is symmetric to some 1e-7 of its largest element
+    turn = np.float32(Rotation.from_euler("ZXZ", [0.3, 1.1, -2.0]).as_matrix())
+    tensor = turn @ np.diag(np.float32([1.0, 2.0, 2.5])) @ turn.T
+    tensor[0, 1] += np.float32(1e-7)
+    with pytest.warns(
+        AttitudeWarning, match=r"^inertia: a tensor is symmetric within \de-0[78] of its largest"
+    ):
+        body = RigidBody(tensor)
+    assert np.array_equal(body.tensor, body.tensor.T)
+    assert np.allclose(np.sort(body.moments), [1.0, 2.0, 2.5], rtol=5e-7, atol=0)
 
 
 @pytest.mark.parametrize("inertia", [(1.0, 2.0, 2.5), TENSORS["generic"]], ids=["moments", "tensor"])

@@ -137,7 +137,7 @@ INERTIA = {
         "inertia[1][0][2]",
         "symmetric",
     ),
-    "asymmetric beyond rounding": (np.eye(3) + 2e-12 * np.eye(3, k=1), "inertia[0][1]", "symmetric"),
+    "asymmetric beyond rounding": (np.eye(3) + 2e-6 * np.eye(3, k=1), "inertia[0][1]", "symmetric"),
     "two numbers": ((1, 2), "inertia", r"shape \(\.\.\., 3\) for moments or \(\.\.\., 3, 3\)"),
     "one number": (1.0, "inertia", "shape"),
     "nothing": (None, "inertia", "numbers"),

@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.execute(options)
             sys.stdout.flush()
     except AttitudeError as error:
-        print("attitude: " + " ".join(str(error).split()), file=sys.stderr)
+        print("attitude: " + " ".join(str(error).splitlines()), file=sys.stderr)
         return BAD_INPUT
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -94,6 +94,6 @@ def warnings_on_one_line() -> Iterator[None]:
             python_shows(message, category, *source, **more)
 
     with warnings.catch_warnings():
-        warnings.simplefilter("always", AttitudeWarning)
+        warnings.simplefilter("default", AttitudeWarning)
         warnings.showwarning = show
         yield

@@ -83,9 +83,10 @@ def _epoch_text(jd1: float, jd2: float, scale: str) -> str:
 
 
 def _body(body: RigidBody) -> dict[str, Any]:
+    physical = {} if body.physical else {"physical": False}
     if body._tensor is None or (body.axes == np.eye(3)).all():
-        return {"moments": body.moments.tolist(), "unit": "kg m2"}
-    return {"tensor": body.tensor.tolist(), "unit": "kg m2"}
+        return {"moments": body.moments.tolist(), "unit": "kg m2", **physical}
+    return {"tensor": body.tensor.tolist(), "unit": "kg m2", **physical}
 
 
 def names(samples: Samples) -> list[str]:
@@ -292,9 +293,12 @@ def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
         return None
     if body["unit"] != "kg m2":
         raise ValueError(f"body in {shown(body['unit'])}, not 'kg m2'")
+    physical = body.get("physical", True)
+    if not isinstance(physical, bool):
+        raise ValueError(f"body.physical {shown(physical)}")
     if "moments" in body:
-        return RigidBody.from_moments(body["moments"])
-    return RigidBody(body["tensor"])
+        return RigidBody.from_moments(body["moments"], physical)
+    return RigidBody(body["tensor"], physical)
 
 
 def dates(instants: Instants) -> np.ndarray:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+import warnings
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from ..errors import InputError
+from ..errors import AttitudeWarning, InputError
 from ..frames import inertial, rotations
 from ..frames.earth_fixed import teme
 from ..problem.initial_state import OrbitPath
@@ -24,17 +25,29 @@ if TYPE_CHECKING:
 # SGP4 itself jumps by 1e-10 of r where its iteration for Kepler's equation takes one step more.
 TOLERANCE = 1e-9
 DAY = 86400.0
-LINE_LENGTH = 69  # characters
+LINE_LENGTH = 69  # columns
+# Columns that hold a blank or a decimal point in every TLE, and therefore show a line that has slipped.
+COLUMNS = tuple(
+    sorted([*((column, " ") for column in blanks), *((column, ".") for column in points)])
+    for blanks, points in (((9, 33, 44, 53, 62, 64), (24, 35)), ((8, 17, 26, 34, 43, 52), (12, 21, 38, 47)))
+)
+
+
+def _plain_lines(lines: list[str]) -> list[str]:
+    """Both lines without white space at their ends; a name may come before them."""
+    return [line.strip() for line in (lines[1:] if len(lines) == 3 else lines)]
 
 
 class TwoLine(OrbitDefinition):
-    """`{"tle": ["1 ...", "2 ..."]}`, both lines of 69 characters with their checksums.  Needs an epoch.
+    """`{"tle": ["1 ...", "2 ..."]}`, both lines of 69 columns.  Needs an epoch.
 
+    White space at the ends of lines is dropped, and a name before them; a line of 68 columns, without its
+    checksum, is taken with a warning.
     Positions by SGP4 (Vallado et al. 2006, package `sgp4`) and from its frame, true equator and mean
     equinox, by precession, nutation and the equation of the equinoxes; interpolated within 1e-9 of r.
     """
 
-    tle: Annotated[list[str], Field(min_length=2, max_length=2)]
+    tle: Annotated[list[str], AfterValidator(_plain_lines), Field(min_length=2, max_length=3)]
 
     @model_validator(mode="after")
     def _check(self) -> TwoLine:
@@ -86,14 +99,23 @@ class TwoLine(OrbitDefinition):
 
 
 def _check_line(line: str, i: int) -> None:
-    number = str(i + 1)
-    if not re.fullmatch(rf"{number} [ -~]{{{LINE_LENGTH - 3}}}\d", line):
-        raise InputError(
-            f"tle[{i}]", line, f"line {number} of a TLE, {LINE_LENGTH} characters ending in a digit"
-        )
-    checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[:-1]) % 10
-    if checksum != int(line[-1]):
-        raise InputError(f"tle[{i}]", line, f"a line with a valid checksum (its digits give {checksum})")
+    """Refuse what is not line i of a TLE; a line that ends before its checksum is taken with a warning."""
+    name, field = f"line {i + 1} of a TLE", f"tle[{i}]"
+    if len(line) not in (LINE_LENGTH, LINE_LENGTH - 1):
+        expected = f"{name}, {LINE_LENGTH} columns ({LINE_LENGTH - 1} without its checksum), not {len(line)}"
+        raise InputError(field, line, expected)
+    if not re.fullmatch(r"[ -~]+\d", line):
+        raise InputError(field, line, f"{name}, of ASCII characters and ending in a digit")
+    for column, character in ((1, str(i + 1)), (2, " "), *COLUMNS[i]):
+        if line[column - 1] != character:
+            shown = "a blank" if character == " " else repr(character)
+            raise InputError(field, line, f"{name}, with {shown} in column {column}")
+    checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[: LINE_LENGTH - 1]) % 10
+    if len(line) < LINE_LENGTH:
+        text = f"{field}: the checksum is missing, and nothing tells whether the line is damaged"
+        warnings.warn(text, AttitudeWarning, stacklevel=2)
+    elif checksum != int(line[-1]):
+        raise InputError(field, line, f"a line whose checksum, column {LINE_LENGTH}, is {checksum}")
 
 
 def _teme(satellite: Any, t: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from copy import copy
 from typing import Any
@@ -9,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from .. import units
-from ..errors import InputError
+from ..errors import AttitudeWarning, InputError
 from ..runtime import compiled
 
-# Rounding in the caller's own arithmetic that is forgiven; anything larger is refused.
-TRIANGLE_TOLERANCE = 1e-12
-SYMMETRY_TOLERANCE = 1e-12
+# Relative rounding of inertia that is taken without a word, as of the caller's own arithmetic; and with a
+# warning, as of single precision or few printed digits.  Anything larger is refused.
+ROUNDING, MAX_ROUNDING = 1e-12, 1e-6
 
 
 class RigidBody:
@@ -24,8 +25,11 @@ class RigidBody:
     ----------
     inertia : array_like or Quantity, kg m2
         Principal moments, shape (..., 3), about the body axes x, y, z in any order of size; or
-        full tensors, shape (..., 3, 3).  A (3, 3) array is one tensor: for three bodies by their
-        moments use `RigidBody.from_moments`.
+        full tensors, shape (..., 3, 3), whose off-diagonal elements are -integral of x y dm (the negative
+        of a product of inertia as CAD programs often print it).  A (3, 3) array is one tensor: for three
+        bodies by their moments use `RigidBody.from_moments`.
+    physical : bool
+        False to take positive moments that no mass distribution has (textbooks' 3, 5, 9).
 
     Attributes
     ----------
@@ -36,12 +40,16 @@ class RigidBody:
         diagonal.  The identity where moments were given.
     shape : tuple
         The batch dimensions.
+    physical : bool
+        False of a body for which this was requested.
 
     Raises
     ------
     InputError : moments that are not finite and positive, or that no mass distribution has
-        (one greater than the sum of the others, beyond rounding of 1e-12), or a tensor that is
-        not symmetric (beyond 1e-12 of its largest element; below that, both halves are averaged).
+        (one greater than the sum of the others, by more than a relative 1e-6), or a tensor that is not
+        symmetric (within 1e-6 of its largest element; below that, both halves are averaged).
+
+    Warns (AttitudeWarning) of what is beyond 1e-12 in these, as of single precision or few digits.
 
     Notes
     -----
@@ -49,7 +57,8 @@ class RigidBody:
     into a phase error with elapsed time (docs/theory.md, section 10).
     """
 
-    def __init__(self, inertia: Any):
+    def __init__(self, inertia: Any, physical: bool = True):
+        self.physical = physical
         array = units.si_array(inertia, units.MOMENT, "inertia")
         if array.ndim >= 2 and array.shape[-2:] == (3, 3):
             self._from_tensor(array)
@@ -59,12 +68,13 @@ class RigidBody:
             raise InputError("inertia", f"shape {array.shape}", "shape (..., 3) for moments or (..., 3, 3)")
 
     @classmethod
-    def from_moments(cls, moments: Any) -> RigidBody:
+    def from_moments(cls, moments: Any, physical: bool = True) -> RigidBody:
         """Bodies by principal moments, shape (..., 3), whatever the number of bodies."""
         array = units.si_array(moments, units.MOMENT, "moments")
         if array.ndim < 1 or array.shape[-1] != 3:
             raise InputError("moments", f"shape {array.shape}", "shape (..., 3)")
         body = cls.__new__(cls)
+        body.physical = physical
         body._from_moments(array)
         return body
 
@@ -77,13 +87,13 @@ class RigidBody:
         identity = np.stack([np.eye(3), np.zeros((3, 3))], axis=-1)
         self._two_part_axes = np.broadcast_to(identity, (*self.shape, 3, 3, 2))
         self._tensor = None
-        _check_moments(moments)
+        _check_moments(moments, self.physical)
 
     def _from_tensor(self, tensor: np.ndarray) -> None:
         self.shape = tensor.shape[:-2]
         self._tensor = _symmetric(tensor)
         self._two_part_moments, self._two_part_axes = _principal(self._tensor)
-        _check_moments(self._two_part_moments[..., 0])
+        _check_moments(self._two_part_moments[..., 0], self.physical)
 
     @property
     def moments(self) -> np.ndarray:
@@ -142,30 +152,47 @@ def _principal(tensors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def asymmetry(tensor: np.ndarray) -> np.ndarray:
-    """By how much each element differs from its mirrored one, beyond what is forgiven; (..., 3, 3)."""
+    """By how much each element differs from its mirrored one, over the largest; (..., 3, 3)."""
     size = np.abs(tensor).max(axis=(-1, -2), keepdims=True)
-    return np.abs(tensor - np.swapaxes(tensor, -1, -2)) - SYMMETRY_TOLERANCE * size
+    difference = np.abs(tensor - np.swapaxes(tensor, -1, -2))
+    return np.divide(difference, size, out=np.zeros_like(tensor), where=size > 0.0)
 
 
 def _symmetric(tensor: np.ndarray) -> np.ndarray:
-    transposed, beyond = np.swapaxes(tensor, -1, -2), asymmetry(tensor)
-    if (beyond > 0.0).any():
-        index = np.unravel_index(np.argmax(beyond), tensor.shape)
+    transposed, off = np.swapaxes(tensor, -1, -2), asymmetry(tensor)
+    greatest = float(off.max(initial=0.0))
+    if greatest > MAX_ROUNDING:
+        index = np.unravel_index(np.argmax(off), tensor.shape)
         field = "inertia" + "".join(f"[{int(i)}]" for i in index)
         expected = f"a symmetric tensor (the mirrored element is {float(transposed[index])!r})"
         raise InputError(field, float(tensor[index]), expected)
+    if greatest > ROUNDING:
+        text = f"inertia: a tensor is symmetric within {greatest:.1g} of its largest element"
+        warnings.warn(f"{text}; both halves are averaged", AttitudeWarning, stacklevel=4)
     return np.where(tensor == transposed, tensor, 0.5 * tensor + 0.5 * transposed)
 
 
 def unphysical(moments: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
     """(which of (..., 3) no body has, what would be right), for each law that they may break."""
     yield moments <= 0.0, "positive principal moments"
+    beyond = "no principal moment greater than the sum of the other two, as for any real body"
+    yield _over_others(moments) > MAX_ROUNDING, beyond
+
+
+def _over_others(moments: np.ndarray) -> np.ndarray:
+    """By how much each moment (..., 3) is greater than the sum of the other two, over that sum."""
     quarter = 0.25 * moments  # the sum of two huge moments must not overflow
     others = quarter.sum(axis=-1, keepdims=True) - quarter
-    beyond = "no principal moment greater than the sum of the other two, as for any real body"
-    yield quarter > others * (1.0 + TRIANGLE_TOLERANCE), beyond
+    return np.divide(quarter - others, others, out=np.full_like(others, -1.0), where=others > 0.0)
 
 
-def _check_moments(moments: np.ndarray) -> None:
-    for wrong, expected in unphysical(moments):
-        units.refuse_where(wrong, moments, "inertia", expected)
+def _check_moments(moments: np.ndarray, physical: bool) -> None:
+    (not_positive, positive), (beyond, triangular) = unphysical(moments)
+    units.refuse_where(not_positive, moments, "inertia", positive)
+    if physical:
+        cure = "; physical=False takes any positive moments"
+        units.refuse_where(beyond, moments, "inertia", triangular + cure)
+        over = float(_over_others(moments).max(initial=0.0))
+        if over > ROUNDING:
+            text = f"inertia: a principal moment is greater than the sum of the other two by {over:.1g} of it"
+            warnings.warn(f"{text}, as of rounded numbers", AttitudeWarning, stacklevel=4)

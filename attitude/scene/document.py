@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from astropy import units as u
 from astropy.time import Time
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, StrictBool, ValidationError, model_validator
 
 from .. import units
 from ..documents.fields import (
@@ -61,12 +61,17 @@ MIN_TOLERANCE, MAX_TOLERANCE, DEFAULT_TOLERANCE = 1e-13, 1e-2, 1e-9
 
 
 class Body(Part):
-    """Inertia about the centre of mass: principal `moments`, or a full `tensor`; and the `mass`."""
+    """Inertia about the centre of mass: principal `moments`, or a full `tensor`; and the `mass`.
+
+    Off-diagonal elements of the tensor are -integral of x y dm.  `physical: false` takes positive moments
+    that break the triangle inequality, which no body has.
+    """
 
     moments: Vector | None = None
     tensor: Matrix | None = None
     unit: str = Field(examples=["kg m2"])
     mass: Mass | None = None
+    physical: StrictBool = True
 
     @model_validator(mode="after")
     def _one_of(self) -> Body:
@@ -79,7 +84,8 @@ class Body(Part):
         field = "moments" if self.moments is not None else "tensor"
         values = _si(getattr(self, field), self.unit, units.MOMENT, "body.unit")
         with field_named(f"body.{field}"):
-            return RigidBody.from_moments(values) if field == "moments" else RigidBody(values)
+            make = RigidBody.from_moments if field == "moments" else RigidBody
+            return make(values, self.physical)
 
 
 class Epoch(Part):

@@ -15,7 +15,7 @@ from astropy.utils import iers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from attitude import InputError, Scene
+from attitude import AttitudeWarning, InputError, Scene
 from attitude.effects.shadow import ShadowHeight, sunlit
 from attitude.effects.sun import from_earth
 from attitude.orbit.orbit import earth
@@ -149,7 +149,7 @@ TLES = {
 def satellite(lines):
     from sgp4.api import Satrec
 
-    return Satrec.twoline2rv(*lines)
+    return Satrec.twoline2rv(*(line.strip() for line in lines[-2:]))
 
 
 def start_of(lines):
@@ -201,6 +201,31 @@ def test_frames_turn_a_tle_by_what_lies_between_them():
     obliquity = math.radians(84381.448 / 3600)
     c, s = math.cos(obliquity), math.sin(obliquity)
     assert np.allclose(ecliptic, gcrf @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]).T, rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        lambda lines: [line + "\n" for line in lines],
+        lambda lines: [line + "\r\n" for line in lines],
+        lambda lines: [f" {line}  " for line in lines],
+        lambda lines: ["MOLNIYA 2-14              ", *lines],
+    ],
+    ids=["line ends", "line ends of Windows", "blanks", "name"],
+)
+def test_tle_is_read_with_line_ends_blanks_and_a_name(written):
+    lines = TLES["Molniya"]
+    t = np.linspace(0, 6000.0, 7)
+    found, plain = (position(tle_path(each, stop=6000.0)[0], t) for each in (written(lines), lines))
+    assert np.array_equal(found, plain)
+
+
+def test_tle_of_68_columns_is_read_with_a_warning():
+    lines = TLES["Molniya"]
+    with pytest.warns(AttitudeWarning, match=r"tle\[[01]\]: the checksum is missing"):
+        made = tle_path([line[:68] for line in lines], stop=6000.0)[0]
+    t = np.linspace(0, 6000.0, 7)
+    assert np.array_equal(position(made, t), position(tle_path(lines, stop=6000.0)[0], t))
 
 
 def test_tle_needs_its_extra(monkeypatch):

@@ -11,7 +11,7 @@ from ... import units as si
 from ...errors import InputError
 from ...frames import rotations
 from ...frames.rotations import UNIT, off_unit
-from ...rigid_body.body import RigidBody, asymmetry, principal_moments, unphysical
+from ...rigid_body.body import MAX_ROUNDING, RigidBody, asymmetry, principal_moments, unphysical
 from ...rigid_body.constants_of_motion import RATES, beyond_rates
 from ...units import MOMENT, RATE
 from .row_groups import row_groups
@@ -275,7 +275,7 @@ def _of_tensor(tensor: np.ndarray | None) -> Checks:
         missing = _missing(tensor)
         yield missing, tensor, "finite numbers"
         sound = np.where(missing[:, None, None], np.eye(3), tensor)
-        wrong = _any(asymmetry(sound) > 0.0)
+        wrong = _any(asymmetry(sound) > MAX_ROUNDING)
         yield wrong, tensor, "a symmetric tensor"
         sound = np.where(wrong[:, None, None], np.eye(3), 0.5 * sound + 0.5 * np.swapaxes(sound, 1, 2))
         moments = principal_moments(sound)
