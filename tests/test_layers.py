@@ -88,7 +88,8 @@ WINGS = (
     "samples problem",
     "formats orbit dynamics",
     "ephemeris effects",
-    "motion plot",
+    "motion quality",
+    "plot",
     "scene",
     "ensemble cost",
     "cli",
@@ -122,6 +123,7 @@ def test_no_module_imports_itself_in_a_circle():
 # The same role in sibling packages: a package and the module that carries it, kernels and their caller.
 SHARED_ROLES = {
     *("ensemble", "orbit", "plot", "contact", "solvers", "statistics", "dispersion", "parquet"),
+    *("check", "compare", "instants", "interpolation"),
 }
 
 

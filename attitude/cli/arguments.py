@@ -113,6 +113,16 @@ def output_format(
     return target, writing, {} if source is None else parse_options(reading, source, reading=True)
 
 
+def reading_options(options: Namespace, path: str, format_name: str | None) -> dict[str, Any]:
+    """The options of a format's reader that --set gives."""
+    from .. import formats
+    from ..formats.encoding import parse_options
+
+    return parse_options(
+        dict([_option(text) for text in options.set]), formats.find(path, format_name), reading=True
+    )
+
+
 def _option(text: str) -> tuple[str, str]:
     name, equals, value = text.partition("=")
     if not equals or not name.isidentifier():

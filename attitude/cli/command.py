@@ -23,6 +23,8 @@ BAD_INPUT = 2
 COMMANDS = {
     "run": ("run", "simulate a scene"),
     "convert": ("convert", "turn a file of attitudes into one of another format or frame"),
+    "check": ("check", "tell what is off in a file of attitudes"),
+    "compare": ("compare", "tell how two files of attitudes differ"),
     "plan": ("plan", "tell what a run would simulate, and how"),
     "plot": ("plot", "draw a scene's attitude in time"),
     "cost": ("costs", "what accuracy costs in time, on a scene"),
@@ -56,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser(*arguments[:1]).parse_args(arguments)
     try:
         with warnings_on_one_line():
-            options.execute(options)
+            code = options.execute(options)
             sys.stdout.flush()
     except AttitudeError as error:
         print("attitude: " + " ".join(str(error).splitlines()), file=sys.stderr)
@@ -65,6 +67,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
         return 130
+    else:
+        return code or 0
     return 0
 
 

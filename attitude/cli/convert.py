@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from . import arguments, console
+from . import arguments, console, instants
 from .run import report_interpolation
 
-DESCRIPTION = "Read a file in any of the formats, and write its ephemeris in another format or frame."
+DESCRIPTION = (
+    "Read a file in any of the formats, and write its ephemeris in another format or frame, at its own "
+    "instants or others; between its own it is interpolated as it states, by slerp where it states nothing."
+)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -17,6 +20,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--from", dest="source_format", metavar="F", help="its format; by default from its ending"
     )
     arguments.add_output(parser)
+    chosen = parser.add_mutually_exclusive_group()
+    chosen.add_argument(
+        "--times",
+        metavar="T,...",
+        help="these instants: dates (ISO 8601, in the file's time scale) or seconds since its epoch",
+    )
+    chosen.add_argument(
+        "--step", metavar="DT", help='every DT from the first instant to the last, such as "10 s" or "1 min"'
+    )
 
 
 def execute(options: Namespace) -> None:
@@ -29,6 +41,10 @@ def execute(options: Namespace) -> None:
     console.announce_compilation(options)
     ephemeris = Ephemeris.read(options.file, options.source_format, **reading)
     ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
+    chosen = instants.requested(options, ephemeris)
+    ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)
+    if chosen is not None and ephemeris.plan is not None:
+        console.remark(options, ephemeris.plan.solver)
     with console.progress_bar(options) as progress:
         written = formats.write(ephemeris, options.output, target.name, progress, **writing)
     report_interpolation(written, options)

@@ -37,6 +37,7 @@ from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from ..runtime.atomic_files import write_together
 from ..runtime.atomic_files import write_whole as write_whole
 from ..samples.chunks import Progress, Samples
+from ..samples.resampling import with_interpolation
 from . import interpolation_nodes
 from .interpolation_nodes import Written
 from .registry import BY_ENDING, FORMATS
@@ -128,7 +129,7 @@ def read(path: str | Path, format: str | None = None, **options: Any) -> Ephemer
     check_options(entry, options, "parse")
     try:
         with open(path, "rb") as stream:
-            return module.parse(stream, str(path), **options)
+            return with_interpolation(module.parse(stream, str(path), **options))
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         if isinstance(error, InputError):
             raise

@@ -12,6 +12,7 @@ import html
 import math
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, BinaryIO
 
@@ -26,11 +27,14 @@ from ..frames.inertial import rotation_from_gcrf
 from ..samples.chunks import CHUNK_INSTANTS, Samples
 from ..samples.ephemeris_data import EphemerisData, OrbitStates
 from ..samples.event import Event
+from ..samples.interpolation import InterpolationMethod
+from ..samples.resampling import with_interpolation, with_method
 from ..samples.transform import in_frame
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time, parse_times
 from . import bounded_read, schema
-from .interpolation_nodes import Interpolant, Nodes
+from .interpolant import MAX_DEGREE, Interpolant
+from .interpolation_nodes import Nodes
 
 FRAME = "ITRF"
 MAX_BYTES = 1 << 30  # the text is read as a whole
@@ -249,15 +253,26 @@ def parse(
     rotations.check_any_frame(frame)
     try:
         packet = _packet_with_orientation(_packets(stream, source), id)
-        ephemeris = in_frame(_ephemeris(packet, source), frame)
+        # interpolated in the frame of the file, as Cesium does
+        ephemeris = in_frame(with_interpolation(_with_method(_ephemeris(packet, source), packet)), frame)
     except FormatError as error:
         raise FormatError(str(error), source) if not error.source else error from None
     except AttitudeError as error:
         raise FormatError(str(error), source) from None
-    if not any(part.get("interpolationAlgorithm") in ("LAGRANGE", "HERMITE") for part in _intervals(packet)):
+    interpolation = ephemeris.interpolation
+    if interpolation is None or interpolation.segments[0].method.kind == "slerp":
         return ephemeris  # slerp does not depend on the signs
-    q = rotations.sign_continuous(ephemeris.quaternion("wxyz"))
-    return EphemerisData(q, ephemeris.instants, frame, name=ephemeris.name, events=ephemeris.events)
+    return replace(ephemeris, attitude=rotations.sign_continuous(ephemeris.quaternion("wxyz")))
+
+
+def _with_method(ephemeris: EphemerisData, packet: dict[str, Any]) -> EphemerisData:
+    """The ephemeris with the polynomials that the packet states; LINEAR is slerp (Cesium's default)."""
+    part = _intervals(packet)[0]
+    algorithm, degree = part.get("interpolationAlgorithm", "LINEAR"), part.get("interpolationDegree", 1)
+    if algorithm not in ("LAGRANGE", "HERMITE") or not isinstance(degree, int):
+        return with_method(ephemeris, InterpolationMethod())
+    signed = replace(ephemeris, attitude=rotations.sign_continuous(ephemeris.quaternion("wxyz")))
+    return with_method(signed, InterpolationMethod(algorithm.lower(), max(1, min(degree, MAX_DEGREE))))
 
 
 def _intervals(packet: dict[str, Any]) -> list[Any]:

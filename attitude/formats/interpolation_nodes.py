@@ -14,14 +14,13 @@ import numpy as np
 from .. import units
 from ..errors import FormatError, InputError
 from ..samples.chunks import Samples
+from ..samples.resampling import SEGMENT_EVENTS
 from ..times.instants import Grid, Instants
 from .interpolant import Interpolant as Interpolant
 
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
 
-# Events at which the rate jumps, or which a file that was read marked as not to be interpolated across.
-SEGMENT_EVENTS = ("impulse", "contact", "segment")
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-13, 1.0  # rad
 MOST_NODES = 100_000_000  # in a file
 TRIAL_WINDOWS = 64  # windows in which a spacing is tried before it is checked everywhere
@@ -100,7 +99,7 @@ def chosen(
         raise FormatError(f"one body at a list of instants is written, not shape {samples.shape}")
     if tolerance is None:
         segments = split_at_jumps(samples)
-        known = samples.first.can_be_resampled
+        known = samples.first.has_known_motion
         read = [samples] if interpolant.crosses else segments
         return Nodes(tuple(segments), interpolant, _error_bound(read, interpolant) if known else None)
     return _evenly_spaced(samples, interpolant, _check_tolerance(tolerance, samples.first), most)
@@ -111,7 +110,7 @@ def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
     if not MIN_TOLERANCE <= angle <= MAX_TOLERANCE:
         expected = f"an angle from {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g} rad"
         raise InputError("interpolation_error", tolerance, expected)
-    if not head.can_be_resampled:
+    if not head.has_known_motion:
         expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
         raise InputError("interpolation_error", tolerance, expected)
     return angle

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from typing import Any
 
@@ -42,25 +42,27 @@ class StkOptions:
     rates : write angular velocities too (AttitudeTimeQuatAngVels)
     central_body : STK's name of it
     version : the oldest version of STK that is to read the file: "stk.v.<major>.<minor>"
-    interpolation_order : of STK's polynomial between the instants; above 1 only where no rate jumps
+    interpolation_order : of STK's polynomial between the instants; above 1 only where no rate jumps; None for
+        what the ephemeris's own file states, or else 1
     """
 
     rates: bool = False
     central_body: str = "Earth"
     version: str = "stk.v.11.0"
-    interpolation_order: int = 1
+    interpolation_order: int | None = None
 
     def __post_init__(self) -> None:
-        lagrange(self.interpolation_order, "interpolation_order")
+        interpolant(interpolation_order=self.interpolation_order)
         if not re.fullmatch(VERSION_FORM, self.version):
             raise InputError("version", self.version, "a version of STK, such as stk.v.11.0")
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", self.central_body):
             raise InputError("central_body", self.central_body, "the name of one of STK's central bodies")
 
 
-def interpolant(*, interpolation_order: int = 1, **_: Any) -> Interpolant:
+def interpolant(*, interpolation_order: int | None = None, **_: Any) -> Interpolant:
     """Lagrange polynomials of the order that the file asks STK for."""
-    return lagrange(interpolation_order, "interpolation_order")._replace(crosses=True)
+    order = 1 if interpolation_order is None else interpolation_order
+    return lagrange(order, "interpolation_order")._replace(crosses=True)
 
 
 @takes_options(StkOptions)
@@ -68,8 +70,11 @@ def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
     """File, with the options of `StkOptions`."""
     head = time_origin.checked_head(nodes, "An STK attitude file")
     checked = StkOptions(**options)
+    if checked.interpolation_order is None:
+        checked = replace(checked, interpolation_order=_stated_order(nodes, head))
     if checked.rates and not head.has_rate:
         raise InputError("rates", checked.rates, "False for an ephemeris that holds attitudes only")
+    assert checked.interpolation_order is not None
     if checked.interpolation_order > 1 and len(nodes.segments) > 1:
         raise FormatError(
             "STK attitude files have no segments: where rates jump, interpolation_order is 1 and no other"
@@ -83,6 +88,15 @@ def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
     shared = _shared_instants(nodes, origin)
     header = _header(nodes, origin, nodes.written.nodes - sum(shared), checked)
     return chain([header], _rows(nodes, origin, shared, checked.rates, turn), [b"END Attitude\n"])
+
+
+def _stated_order(nodes: Nodes, head: EphemerisData) -> int:
+    """The order of Lagrange's polynomials that the ephemeris's own file states; 1 where rates jump."""
+    interpolation = head.interpolation
+    stated = None if interpolation is None else interpolation.method_at(float(head.elapsed[0]))
+    if stated is None or stated.kind != "lagrange" or len(nodes.segments) > 1:
+        return 1
+    return stated.degree
 
 
 def _shared_instants(nodes: Nodes, origin: TimeOrigin) -> list[bool]:

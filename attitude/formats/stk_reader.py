@@ -19,10 +19,13 @@ from ..errors import AttitudeError, AttitudeWarning, FormatError, InputError
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
+from ..samples.interpolation import InterpolationMethod
+from ..samples.resampling import with_method
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
 from ..units import finite_array, refuse_where
 from . import line_blocks, schema, stk_dates, text_rows, time_origin
+from .interpolant import MAX_DEGREE
 from .stk_dates import DATES, ELAPSED, iso_date
 
 if TYPE_CHECKING:
@@ -261,7 +264,13 @@ class StkReader:
         if rate is not None and not np.abs(rate).max() <= MAX_RATE:
             i = int(np.argmax(~(np.abs(rate) <= MAX_RATE).all(axis=1)))
             raise self._error(f"a rate of more than {MAX_RATE:g} rad/s", int(numbers[i]))
-        return ephemeris
+        return with_method(ephemeris, self._method(), rotations.sign_changes(quaternion))
+
+    def _method(self) -> InterpolationMethod:
+        """How STK interpolates the file; Lagrange of order 1 where it says nothing."""
+        name, _ = self.keywords.get("InterpolationMethod", ("Lagrange", 0))
+        order, _ = self.keywords.get("InterpolationOrder", ("1", 0))
+        return InterpolationMethod(name.lower(), max(1, min(int(order), MAX_DEGREE)))
 
     def _instants(self, elapsed: np.ndarray, numbers: np.ndarray) -> Instants:
         """Instants of the rows, since the scenario's epoch or the date of the first row."""

@@ -158,6 +158,11 @@ def conjugate(q: np.ndarray) -> np.ndarray:
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
+def sign_changes(q: np.ndarray) -> int:
+    """How many attitudes (n, 4) have a negative scalar product with the one before."""
+    return int(np.count_nonzero(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0.0))
+
+
 def sign_continuous(q: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
     """The same attitudes (n, 4), with signs such that none has a negative scalar product with the one before.
 
@@ -177,6 +182,15 @@ def angle_between(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     difference = product(conjugate(p), q)
     size = np.sqrt((difference[..., 1:] ** 2).sum(axis=-1))
     return 2.0 * np.arcsin(np.minimum(size, 1.0))
+
+
+def rotation_vectors(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(..., 3) rad: the rotation from attitude p to q, of at most half a turn, along the body axes of p."""
+    turn = product(conjugate(p), q)
+    turn = np.where(turn[..., :1] < 0.0, -turn, turn)
+    sine = np.sqrt((turn[..., 1:] ** 2).sum(axis=-1, keepdims=True))
+    angle = 2.0 * np.arctan2(sine, turn[..., :1])
+    return np.asarray(turn[..., 1:] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0))
 
 
 def in_order(wxyz: np.ndarray, order: str) -> np.ndarray:

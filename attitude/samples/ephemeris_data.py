@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from types import EllipsisType
 from typing import TYPE_CHECKING, Any, Protocol, Self
@@ -16,6 +16,7 @@ from ..frames import rotations
 from ..rigid_body.body import RigidBody
 from ..times.instants import Instants, as_instants
 from .event import Event
+from .interpolation import Interpolation
 from .provenance import Plan
 from .translation import Translation
 
@@ -82,8 +83,9 @@ class EphemerisData:
     centre_of_mass : Translation or None; `translation` returns copies
     events : impulses, contacts, the end where a body comes to rest ...
     momentum : (..., 3) N m s, along the axes of `frame`, where it does not follow from the rate; or None
-    resample : the motion as a function of instants, or None where it is not known
+    resample : attitudes as a function of instants: of the motion itself, or interpolated; or None
     orbit : the orbit of its scene, or None
+    interpolation : how `resample` interpolates between attitudes of a file; None where the motion is known
     """
 
     attitude: np.ndarray
@@ -98,6 +100,7 @@ class EphemerisData:
     momentum: np.ndarray | None = None
     resample: Callable[[Any], EphemerisData] | None = None
     orbit: OrbitStates | None = None
+    interpolation: Interpolation | None = None
 
     def __post_init__(self) -> None:
         self.attitude.flags.writeable = False
@@ -213,22 +216,31 @@ class EphemerisData:
 
     @property
     def can_be_resampled(self) -> bool:
-        """Whether the motion can be evaluated at other instants; not of an ephemeris read from a file."""
+        """Whether attitudes at other instants are available: of the motion, or interpolated (of a file)."""
         return self.resample is not None
+
+    @property
+    def has_known_motion(self) -> bool:
+        """Whether the motion can be evaluated at other instants; not of an ephemeris read from a file."""
+        return self.resample is not None and self.interpolation is None
 
     def resampled(self, t: Any) -> Self:
         """The same motion at other instants.
 
+        An ephemeris that was read from a file is interpolated as the file states, by slerp where it states
+        nothing, within its segments and never across: `plan` says how, and that no error bound is known.
+
         t : as for `TorqueFreeMotion.at`; of a scene with effects, instants within its span
 
-        Raises RegimeError for an ephemeris that was read from a file.
+        Raises RegimeError for instants outside a file's segments, and for a file in no order of time.
         """
         if self.resample is None:
             raise RegimeError(
-                "resampled: an ephemeris read from a file cannot be evaluated at other instants"
+                "resampled: the instants of this ephemeris do not increase, so nothing lies between them"
             )
-        motion: Any = self.resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
-        return replace(motion, orbit=self.orbit)
+        motion = self.resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
+        parts = {field.name: getattr(motion, field.name) for field in fields(motion)}
+        return replace(self, **(parts | {"orbit": self.orbit}))
 
     # -- indexing -----------------------------------------------------------------------------
 

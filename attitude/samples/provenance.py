@@ -18,7 +18,7 @@ class Plan:
     set_up_seconds : wall-clock time in which the constants of the motion were made, once; of a batch
         too large to keep them they are made with the samples, and their time is in that
     sample_seconds : wall-clock time of the samples (a body rate asked for later is not in it)
-    error_bound : rad, that no attitude here exceeds
+    error_bound : rad, that no attitude here exceeds; None where none is known (between attitudes of a file)
     bound_source : where the bound comes from, or that it is an estimate and of what
     simulated, left_out : of a scene's effects, by their types; those left out with the reason
     """
@@ -27,7 +27,7 @@ class Plan:
     samples: int
     set_up_seconds: float
     sample_seconds: float
-    error_bound: float
+    error_bound: float | None
     bound_source: str = BOUND_SOURCE
     simulated: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()

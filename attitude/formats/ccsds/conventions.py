@@ -16,7 +16,8 @@ import numpy as np
 from ...frames import rotations
 from ..schema import MAX_OFF_UNIT_IN_FILES
 from .epochs import RowError
-from .keywords import ANGLES, ANGVEL, ATTITUDE_TYPES, FRAME_ALIASES, Q_DOT, AttitudeType, KeywordBlock, Q
+from .keywords import ANGLES, ANGVEL, ATTITUDE_TYPES, Q_DOT, SPIN, AttitudeType, KeywordBlock, Q, frame_named
+from .spin import attitude_and_rate
 
 MAX_RATE = 1e306  # rad/s: in deg/s it is still a finite double
 
@@ -26,8 +27,8 @@ class RowConvention:
     """The meaning of the numbers of a row.
 
     columns : names of the numbers, in the order of the file
-    frame : the inertial frame
-    is_inertial_to_body : whether the file's rotation is from inertial to body axes, in the terms of CCSDS
+    frame : what the attitude is relative to, inertial or turning
+    is_inertial_to_body : whether the file's rotation is from that frame to body axes, in the terms of CCSDS
     has_body_rates : whether components of the rate are along body axes
     axes : axes of the Euler angles, such as "XYZ"; "" for quaternions
     """
@@ -44,6 +45,9 @@ class RowConvention:
         numbers : (columns, n); RowError for a row that is no unit quaternion, or turns too fast
         """
         columns = dict(zip(self.columns, numbers, strict=True))
+        if "SPIN_ALPHA" in columns:
+            q, rate = attitude_and_rate(columns)
+            return q, _check_rate(rate)
         if self.axes:
             q, derivative = self._euler(columns)
         else:
@@ -119,7 +123,7 @@ def row_convention(fields: KeywordBlock) -> RowConvention:
         names = [name for name, kind in ATTITUDE_TYPES.items() if fields.version in kind.versions]
         reason = f"of version {fields.version} this library reads {', '.join(names)}"
         raise fields.error("ATTITUDE_TYPE", reason)
-    frame, is_frame_a = _inertial_frame(fields)
+    frame, is_frame_a = _external_frame(fields)
     has_body_rates = True
     if kind.rate is ANGVEL:
         has_body_rates = _rate_frame(fields) != ("REF_FRAME_A" if is_frame_a else "REF_FRAME_B")
@@ -127,20 +131,21 @@ def row_convention(fields: KeywordBlock) -> RowConvention:
     if fields.version == "1.0" and kind.attitude is Q:
         columns = _version_1_columns(fields, kind)
     axes = _euler_axes(fields) if kind.attitude is ANGLES else ""
+    if kind.attitude is SPIN and not (is_frame_a and _is_a_to_b(fields)):
+        raise fields.error("REF_FRAME_A", "a spin is relative to frame A, and frame B is the body's")
     return RowConvention(columns, frame, is_frame_a == _is_a_to_b(fields), has_body_rates, axes)
 
 
-def _inertial_frame(fields: KeywordBlock) -> tuple[str, bool]:
-    """Inertial frame, and whether it is frame A; the other one is the body's."""
-    frames = [fields.get(name) or "" for name in ("REF_FRAME_A", "REF_FRAME_B")]
-    frames = [FRAME_ALIASES.get(frame, frame) for frame in frames]
-    is_inertial = [frame in rotations.INERTIAL_FRAMES for frame in frames]
-    if all(is_inertial):
-        raise fields.error("REF_FRAME_B", "frames A and B are both inertial, so neither is the body's")
-    if not any(is_inertial):
-        names = ", ".join(rotations.INERTIAL_FRAMES)
-        raise fields.error("REF_FRAME_A", f"neither frame A nor frame B is one of {names}")
-    return frames[is_inertial.index(True)], is_inertial[0]
+def _external_frame(fields: KeywordBlock) -> tuple[str, bool]:
+    """The frame that the attitude is relative to, and whether it is frame A; the other one is the body's."""
+    known = rotations.INERTIAL_FRAMES | rotations.TURNING_FRAMES
+    frames = [frame_named(fields.get(name) or "") for name in ("REF_FRAME_A", "REF_FRAME_B")]
+    is_known = [frame in known for frame in frames]
+    if all(is_known):
+        raise fields.error("REF_FRAME_B", "neither frame A nor frame B is the body's")
+    if not any(is_known):
+        raise fields.error("REF_FRAME_A", f"neither frame A nor frame B is one of {', '.join(known)}")
+    return frames[is_known.index(True)], is_known[0]
 
 
 def _is_a_to_b(fields: KeywordBlock) -> bool:

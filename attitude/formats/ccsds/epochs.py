@@ -66,10 +66,32 @@ class Timestamps(NamedTuple):
         """(second, atto) of the last epoch."""
         return int(self.second[-1]), int(self.atto[-1])
 
+    def at(self, index: int) -> tuple[int, int]:
+        """(second, atto) of one epoch."""
+        return int(self.second[index]), int(self.atto[index])
+
+    def is_after(self, time: tuple[int, int]) -> np.ndarray:
+        """(n,) bool: which are later than a time."""
+        return (self.second > time[0]) | ((self.second == time[0]) & (self.atto > time[1]))
+
+    def is_before(self, time: tuple[int, int]) -> np.ndarray:
+        """(n,) bool: which are earlier than a time."""
+        return (self.second < time[0]) | ((self.second == time[0]) & (self.atto < time[1]))
+
 
 def parse_epoch(text: bytes, system: str) -> tuple[int, int]:
     """(second, atto) of an epoch; RowError if it is invalid."""
     return parse_epochs([text], system).first
+
+
+def moved(text: str, time: tuple[int, int], units: int) -> tuple[int, int]:
+    """A time moved by units of the last digit that its text has."""
+    decimals = len(text.rstrip("Z").partition(".")[2])
+    atto = time[1] + units * 10 ** (MAX_DECIMALS - min(decimals, MAX_DECIMALS))
+    second = time[0] + atto // 10**MAX_DECIMALS
+    if second % SECONDS_PER_DAY_SLOT == SECONDS_PER_DAY_SLOT - 1 and units < 0:
+        second -= 1  # most days have no such second
+    return second, atto % 10**MAX_DECIMALS
 
 
 def parse_epochs(texts: Any, system: str) -> Timestamps:

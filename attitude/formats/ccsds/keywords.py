@@ -12,7 +12,17 @@ from typing import NamedTuple
 from ...errors import FormatError
 
 VERSIONS = ("1.0", "2.0")
-FRAME_ALIASES = {"J2000": "EME2000", "EME_2000": "EME2000"}
+# Names of the SANA registries (celestial body reference frames, orbit-relative frames) and others in use, for
+# axes that this library has; realisations of the ITRF differ by less than 1e-8 rad.
+FRAMES = {
+    r"ICRF\d*": "ICRF",
+    r"GCRF\d*": "GCRF",
+    r"EME_?2000|J2000": "EME2000",
+    r"(ITRF|DTRF)([-_]?\d{2,4})?|FIXED_EARTH|WGS_?84": "ITRF",
+    r"TEME|TEME_?OF_?DATE": "TEME",
+    r"LVLH(_ROTATING)?": "LVLH",
+    r"(QSW|RSW|RTN|RIC)(_ROTATING)?": "QSW",
+}
 BOTH, FIRST, SECOND = VERSIONS, ("1.0",), ("2.0",)
 
 MAX_VALUE_LENGTH = 230  # characters: a line has at most 254, and the longest keyword 20 (6.6.1)
@@ -22,6 +32,11 @@ VALUE = f"one line of 1 to {MAX_VALUE_LENGTH} printable ASCII characters, no bla
 def is_value(text: str) -> bool:
     """Whether a keyword may have this value, in files read and written."""
     return len(text) <= MAX_VALUE_LENGTH and re.fullmatch(r"[!-~]([ -~]*[!-~])?", text) is not None
+
+
+def frame_named(name: str) -> str:
+    """The frame of this library with a name of the registries; the name itself if there is none."""
+    return next((frame for form, frame in FRAMES.items() if re.fullmatch(form, name)), name)
 
 
 class Keyword(NamedTuple):
@@ -39,7 +54,7 @@ HEADER = {
 }
 METADATA = {
     "OBJECT_NAME": Keyword(BOTH, True),
-    "OBJECT_ID": Keyword(BOTH, True),
+    "OBJECT_ID": Keyword(BOTH),  # mandatory, and often left out
     "CENTER_NAME": Keyword(BOTH),
     "REF_FRAME_A": Keyword(BOTH, True),
     "REF_FRAME_B": Keyword(BOTH, True),
@@ -67,7 +82,6 @@ SHARED_KEYWORDS = (
     "REF_FRAME_B",
     "ATTITUDE_DIR",
     "TIME_SYSTEM",
-    "ATTITUDE_TYPE",
 )
 
 Q = ("Q1", "Q2", "Q3", "QC")
@@ -75,10 +89,16 @@ Q_DOT = ("Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT")
 ANGVEL = ("ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z")
 ANGLES = ("ANGLE_1", "ANGLE_2", "ANGLE_3")
 ANGLES_DOT = ("ANGLE_1_DOT", "ANGLE_2_DOT", "ANGLE_3_DOT")
+SPIN = ("SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL")
+NUTATION = ("NUTATION", "NUTATION_PER", "NUTATION_PHASE")
+MOMENTUM = ("MOMENTUM_ALPHA", "MOMENTUM_DELTA", "NUTATION_VEL")
 UNITS = {
     **dict.fromkeys(Q_DOT, "1/s"),
     **dict.fromkeys(ANGLES, "deg"),
     **dict.fromkeys((*ANGVEL, *ANGLES_DOT), "deg/s"),
+    **dict.fromkeys((*SPIN[:3], "NUTATION", "NUTATION_PHASE", *MOMENTUM[:2]), "deg"),
+    **dict.fromkeys(("SPIN_ANGLE_VEL", "NUTATION_VEL"), "deg/s"),
+    "NUTATION_PER": "s",
 }
 
 
@@ -99,8 +119,12 @@ ATTITUDE_TYPES = {
     "QUATERNION/ANGVEL": AttitudeType(SECOND, Q, ANGVEL, ("quaternionAngVel", "quaternion", "angVel")),
     "QUATERNION/RATE": AttitudeType(FIRST, Q, ANGVEL, ()),
     "EULER_ANGLE": AttitudeType(BOTH, ANGLES, (), ("eulerAngle",)),
+    "EULER_ANGLE/RATE": AttitudeType(FIRST, ANGLES, ANGLES_DOT, ()),
     "EULER_ANGLE/DERIVATIVE": AttitudeType(SECOND, ANGLES, ANGLES_DOT, ("eulerAngleDerivative",)),
     "EULER_ANGLE/ANGVEL": AttitudeType(SECOND, ANGLES, ANGVEL, ("eulerAngleAngVel", "angVel")),
+    "SPIN": AttitudeType(BOTH, SPIN, (), ("spin",)),
+    "SPIN/NUTATION": AttitudeType(BOTH, SPIN, NUTATION, ("spinNutation",)),
+    "SPIN/NUTATION_MOM": AttitudeType(SECOND, SPIN, MOMENTUM, ("spinNutationMom",)),
 }
 
 

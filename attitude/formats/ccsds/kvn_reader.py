@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, BinaryIO
 from ...errors import FormatError
 from .. import line_blocks
 from .keywords import KeywordBlock
-from .message import MessageReader, Segment
+from .message import MessageReader
+from .segment import Segment
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -12,136 +11,21 @@ from ...errors import AttitudeError, FormatError, InputError
 from ...frames import rotations
 from ...samples.ephemeris_data import EphemerisData
 from ...samples.event import Event
+from ...samples.interpolation import Interpolation, InterpolationMethod, InterpolationSegment
 from ...times.instants import Instants
-from .. import schema, text_rows
-from .conventions import row_convention
-from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, parse_epochs, to_instants
-from .keywords import HEADER, INTERPOLATION_METHODS, METADATA, SHARED_KEYWORDS, VERSIONS, KeywordBlock
-from .rows import parse_rows
+from .. import schema
+from .epochs import Timestamps, to_instants
+from .keywords import HEADER, METADATA, VERSIONS, KeywordBlock
+from .segment import Rows, Segment
 
 MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
 ATTOSECONDS_PER_NANOSECOND = 10**9  # writers round epochs to whole nanoseconds
 
 
-class Segment:
-    """Metadata and the attitudes that follow them."""
-
-    def __init__(self, fields: KeywordBlock):
-        self.fields = fields
-        self.source = fields.source
-        self.system = fields.get("TIME_SYSTEM") or ""
-        if self.system not in TIME_SYSTEMS:
-            raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
-        self.convention = row_convention(fields)
-        self.columns = self.convention.columns
-        self._column_kinds = "t" + "n" * len(self.columns)  # an epoch and numbers
-        self._check_interpolation()
-        self._span = self._read_span()
-        self.stamps: list[Timestamps] = []
-        self.attitudes: list[np.ndarray] = []  # (4, n) wxyz
-        self.rates: list[np.ndarray] = []  # (3, n) rad/s
-
-    # -- metadata -------------------------------------------------------------------------------
-
-    def _check_interpolation(self) -> None:
-        method, degree = self.fields.get("INTERPOLATION_METHOD"), self.fields.get("INTERPOLATION_DEGREE")
-        if method is not None and method not in INTERPOLATION_METHODS:
-            raise self.fields.error("INTERPOLATION_METHOD", f"not one of {', '.join(INTERPOLATION_METHODS)}")
-        if method is not None and degree is None:
-            raise self.fields.error("INTERPOLATION_METHOD", "no INTERPOLATION_DEGREE beside it")
-        if degree is not None and not (degree.isascii() and degree.isdigit() and int(degree[:10]) > 0):
-            raise self.fields.error("INTERPOLATION_DEGREE", "not a whole number greater than 0")
-
-    def _read_span(self) -> dict[str, tuple[int, int]]:
-        span: dict[str, tuple[int, int]] = {}
-        for name in ("START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME"):
-            if name in self.fields.values:
-                try:
-                    span[name] = parse_epoch(self.fields.values[name].encode("ascii", "replace"), self.system)
-                except RowError as error:
-                    raise self.fields.error(name, error.reason) from None
-        for (name, before), (other, after) in pairwise(span.items()):
-            if before > after:
-                raise self.fields.error(other, f"before {name}")
-        return span
-
-    # -- attitudes ------------------------------------------------------------------------------
-
-    def add_lines(self, text: bytes, number: int) -> int:
-        """Add whole lines, the first of which has this number; return how many of them are empty."""
-        table, numbers = text_rows.read_spaced(text, number, self._column_kinds)
-        if numbers:
-            self._add(table, numbers)
-        return text.count(b"\n") - len(numbers)
-
-    def add_rows(self, rows: list[bytes], numbers: Sequence[int]) -> None:
-        """Add rows with one blank between their words, and the numbers of their lines."""
-        if rows:
-            table = text_rows.read(b"\n".join(rows) + b"\n", self._column_kinds)
-            self._add(rows if table is None else table, numbers)
-
-    def _add(self, table: text_rows.ParsedRows | list[bytes], numbers: Sequence[int]) -> None:
-        """FormatError for the first row that is wrong, with the number of its line."""
-        try:
-            if isinstance(table, list):
-                stamps, values = parse_rows(table, self.columns, self.system)
-            else:
-                stamps, values = parse_epochs(table.texts[0], self.system), table.columns
-            self._check_order(stamps)
-            attitude, rate = self.convention.convert(values)
-        except RowError as error:
-            raise FormatError(error.reason, self.source, numbers[error.index]) from None
-        self.stamps.append(stamps)
-        self.attitudes.append(attitude)
-        if rate is not None:
-            self.rates.append(rate)
-
-    def _check_order(self, stamps: Timestamps) -> None:
-        """Refuse epochs that do not increase, or are outside START_TIME and STOP_TIME."""
-        second, atto = stamps
-        later = (second[1:] > second[:-1]) | ((second[1:] == second[:-1]) & (atto[1:] > atto[:-1]))
-        if self.stamps and stamps.first <= self.stamps[-1].last:
-            raise RowError(0, "an epoch that is not after the one before")
-        if not later.all():
-            raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
-        if stamps.first < self._span["START_TIME"]:
-            raise RowError(0, "an epoch before START_TIME")
-        stop = self._span["STOP_TIME"]
-        if stamps.last > stop:
-            beyond = (second > stop[0]) | ((second == stop[0]) & (atto > stop[1]))
-            raise RowError(int(np.argmax(beyond)), "an epoch after STOP_TIME")
-
-    def close(self, line: int) -> None:
-        """End the segment; FormatError if it has no attitudes."""
-        if not self.stamps:
-            raise FormatError("no attitudes between DATA_START and DATA_STOP", self.source, line)
-
-    @property
-    def count(self) -> int:
-        """Number of attitudes read."""
-        return sum(len(stamps.second) for stamps in self.stamps)
-
-    def check_after(self, other: Segment) -> None:
-        """FormatError if this segment cannot follow another one in one ephemeris."""
-        for name in SHARED_KEYWORDS:
-            if self.fields.get(name) != other.fields.get(name):
-                shown = f"the segment before has {other.fields.values.get(name)}"
-                raise self.fields.error(name, f"{shown}; segment=k reads one of them")
-        stop, start = other._span.get("USEABLE_STOP_TIME"), self._span.get("USEABLE_START_TIME")
-        if stop is not None and start is not None and start < stop:
-            raise self.fields.error("USEABLE_START_TIME", "before USEABLE_STOP_TIME of the segment before")
-        if self._span["START_TIME"] < other._span["STOP_TIME"]:
-            raise self.fields.error("START_TIME", "before STOP_TIME of the segment before")
-        if self.stamps[0].first < other.stamps[-1].last:
-            raise self.fields.error("START_TIME", "its first epoch is before the last of the segment before")
-
-
 class MessageReader:
     """What both syntaxes fill: version, keyword blocks and segments, read in order."""
 
-    def __init__(self, source: str, segment: Any):
-        if segment is not None and (isinstance(segment, bool) or not isinstance(segment, int) or segment < 1):
-            raise InputError("segment", segment, "a whole number, 1 for the first, or None for all")
+    def __init__(self, source: str, segment: int | None):
         self.source, self.requested = source, segment
         self.version = ""
         self.segment_count = self.remark_count = 0
@@ -190,30 +74,86 @@ class MessageReader:
 
 
 def _joined(segments: list[Segment]) -> EphemerisData:
-    first = segments[0]
-    columns = zip(*(stamps for segment in segments for stamps in segment.stamps), strict=True)
-    stamps = Timestamps(*map(np.concatenate, columns))
-    starts = np.cumsum([segment.count for segment in segments])[:-1].tolist()
-    shared = [
-        start
-        for start, (before, after) in zip(starts, pairwise(segments), strict=True)
-        if after.stamps[0].first == before.stamps[-1].last
-    ]
-    for segment in segments:
-        segment.stamps.clear()
-    times = schema.check_dates(to_instants(stamps, first.system))
-    _check_steps(times, stamps, shared)
-    for start in reversed(shared):  # an instant of two segments: the first one gets the double before
-        times.seconds[start - 1] = np.nextafter(times.seconds[start], -np.inf)
+    """One ephemeris of all segments.
+
+    Rows that the useable spans of two overlapping segments exclude are no instants of it: they only serve
+    interpolation.  An instant at which two segments meet stands twice where the attitudes differ or no
+    useable span says which counts; the first of them gets the double before the second's.
+    """
+    rows = [segment.rows() for segment in segments]
+    stamps = Timestamps(*map(np.concatenate, zip(*(part.stamps for part in rows), strict=True)))
+    attitude = np.concatenate([part.attitude for part in rows], axis=1).T
+    sign_changes = sum(rotations.sign_changes(part.attitude.T) for part in rows)
+    attitude = rotations.sign_continuous(schema.unit_rows(attitude, segments[0].source))
+    rates = [part.rate for part in rows if part.rate is not None]
+    rate = np.concatenate(rates, axis=1).T if len(rates) == len(rows) else None
+    times = schema.check_dates(to_instants(stamps, segments[0].system))
+    nodes = EphemerisData(attitude, times, segments[0].convention.frame, rate=rate)
+    edges = [0, *np.cumsum([part.attitude.shape[1] for part in rows]).tolist()]
+    data, starts = _instants_of(nodes, stamps, _useable(segments, rows), edges)
     events = tuple(
-        Event(float(times.seconds[start]), "segment", f"segment {k} of the file begins")
+        Event(float(data.elapsed[start]), "segment", f"segment {k} of the file begins")
         for k, start in enumerate(starts, start=2)
     )
-    q = schema.unit_rows(_concatenated([segment.attitudes for segment in segments]), first.source)
-    q = rotations.sign_continuous(q)
-    rate = _concatenated([segment.rates for segment in segments]) if first.rates else None
-    name = first.fields.values["OBJECT_NAME"]
-    return EphemerisData(q, times, first.convention.frame, None, rate, name, events=events)
+    data = replace(data, name=segments[0].fields.values["OBJECT_NAME"], events=events)
+    interpolation = _interpolation(segments, nodes, stamps, edges)
+    return replace(data, interpolation=replace(interpolation, sign_changes=sign_changes))
+
+
+def _useable(segments: list[Segment], rows: list[Rows]) -> list[np.ndarray]:
+    """Masks of the rows of each segment that are instants of the ephemeris."""
+    masks = [np.ones(part.attitude.shape[1], dtype=bool) for part in rows]
+    for k, (before, after) in enumerate(pairwise(segments)):
+        earlier, later = rows[k].stamps, rows[k + 1].stamps
+        stop, start = before.useable[1], after.useable[0]
+        if later.first >= earlier.last or stop is None or start is None:
+            continue
+        masks[k] &= ~earlier.is_after(stop)
+        masks[k + 1] &= ~later.is_before(start)
+        for segment, mask in ((before, masks[k]), (after, masks[k + 1])):
+            if not mask.any():
+                raise segment.fields.error("START_TIME", "no attitudes in the useable span of this segment")
+        last, first = int(np.flatnonzero(masks[k])[-1]), int(np.argmax(masks[k + 1]))
+        same = np.array_equal(rows[k].attitude[:, last], rows[k + 1].attitude[:, first])
+        masks[k][last] &= not (same and earlier.at(last) == later.at(first))
+    return masks
+
+
+def _instants_of(
+    nodes: EphemerisData, stamps: Timestamps, masks: list[np.ndarray], edges: list[int]
+) -> tuple[EphemerisData, list[int]]:
+    """The nodes that are instants of the ephemeris, and where segments begin among them."""
+    kept = np.concatenate(masks)
+    starts = [int(kept[:edge].sum()) for edge in edges[1:-1]]
+    data = nodes if kept.all() else nodes[kept]
+    stamps = Timestamps(stamps.second[kept], stamps.atto[kept])
+    shared = [start for start in starts if stamps.at(start) == stamps.at(start - 1)]
+    _check_steps(data.instants, stamps, shared)
+    if not shared:
+        return data, starts
+    seconds = data.elapsed
+    for start in reversed(shared):
+        seconds[start - 1] = np.nextafter(seconds[start], -np.inf)
+    low, epoch = data.instants.seconds_low, data.epoch
+    return replace(data, instants=Instants(seconds, low, epoch, scale=data.instants.scale)), starts
+
+
+def _interpolation(
+    segments: list[Segment], nodes: EphemerisData, stamps: Timestamps, edges: list[int]
+) -> Interpolation:
+    """What the metadata state of each segment; slerp where one states nothing."""
+    parts = []
+    for segment, (first, last) in zip(segments, pairwise(edges), strict=True):
+        part = nodes[first:last]
+        ends = [part.elapsed[0], part.elapsed[-1]]
+        for i, time in enumerate(segment.useable):
+            if time is not None:
+                bounds = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
+                ends[i] = min(max(to_instants(bounds, segment.system).seconds[1], ends[0]), ends[1])
+        rate = part.angular_velocity if part.has_rate else None
+        method = segment.method or InterpolationMethod()
+        parts.append(InterpolationSegment(ends[0], ends[1], part.instants, part.attitude, rate, method))
+    return Interpolation(tuple(parts), any(segment.method is not None for segment in segments))
 
 
 def _check_steps(times: Instants, stamps: Timestamps, shared: list[int]) -> None:
@@ -230,11 +170,3 @@ def _check_steps(times: Instants, stamps: Timestamps, shared: list[int]) -> None
         i = int(close[0])
         expected = f"epochs at least {least:g} s apart, which remain distinct when rounded to nanoseconds"
         raise InputError(f"attitudes[{i + 1}]", f"{float(steps[i]):.3g} s after the one before", expected)
-
-
-def _concatenated(lists: list[list[np.ndarray]]) -> np.ndarray:
-    """(n, components), stored by component; the blocks are released."""
-    whole = np.concatenate([block for blocks in lists for block in blocks], axis=1).T
-    for blocks in lists:
-        blocks.clear()
-    return whole

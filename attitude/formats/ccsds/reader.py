@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
+from ...errors import FormatError, InputError
 from .kvn_reader import read_kvn
 from .xml_reader import read_xml
 
@@ -13,16 +14,31 @@ if TYPE_CHECKING:
 FIRST_BYTES = 1 << 12  # which tell KVN from XML
 
 
-def parse(stream: BinaryIO, source: str, *, segment: int | None = None) -> EphemerisData:
+def parse(
+    stream: BinaryIO, source: str, *, segment: int | None = None, message: int | None = None
+) -> EphemerisData:
     """Read an AEM in either syntax.
 
     segment : number of the segment to read, 1 for the first; None joins all of them to one ephemeris
+    message : number of the AEM to read, 1 for the first, where an <ndm> combines several
     """
+    check_number(segment, "segment", "all")
+    check_number(message, "message", "the only one")
     first = stream.read(FIRST_BYTES)
     # The first character that is not blank; byte order marks of UTF-8 and UTF-16 are skipped.
     is_xml = first.lstrip(b"\xef\xbb\xbf\xff\xfe\0 \t\r\n")[:1] == b"<"
-    read = read_xml if is_xml else read_kvn
-    return read(RewoundStream(first, stream), source, segment)  # type: ignore[arg-type]
+    whole: Any = RewoundStream(first, stream)
+    if is_xml:
+        return read_xml(whole, source, segment, message)
+    if message not in (None, 1):
+        raise FormatError(f"no message {message}, of 1", source)
+    return read_kvn(whole, source, segment)
+
+
+def check_number(value: Any, name: str, default: str) -> None:
+    """InputError unless this is None or a whole number from 1."""
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+        raise InputError(name, value, f"a whole number, 1 for the first, or None for {default}")
 
 
 class RewoundStream:

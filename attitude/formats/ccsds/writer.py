@@ -8,13 +8,13 @@ from typing import Any
 
 from ...errors import FormatError, InputError
 from ...frames.inertial import OBLIQUITY_J2000
-from ...frames.rotations import INERTIAL_FRAMES, check_frame
+from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame
 from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
 from ..interpolant import Interpolant, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS, RowError, parse_epoch
-from .keywords import FRAME_ALIASES, VALUE, is_value
+from .keywords import VALUE, frame_named, is_value
 from .rows import RowWriter, epoch_texts
 
 VERSION = "2.0"
@@ -23,6 +23,8 @@ UNREGISTERED_FRAMES = {
     "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
     "INERTIAL": "an inertial frame of the producer's own",
 }
+ORBIT_RELATIVE_NAMES = {"LVLH": "LVLH_ROTATING", "QSW": "RSW_ROTATING"}  # in the SANA registry
+DEFAULT_DEGREE = 7
 Pairs = list[tuple[str, str]]
 
 
@@ -36,7 +38,8 @@ class AemOptions:
     creation_date : CREATION_DATE, UTC; None for now
     body_frame : REF_FRAME_B, the name of the body's axes
     rates : whether angular velocities are written; None writes those of an ephemeris that has them
-    degree : degree of the Lagrange interpolation that the file states
+    degree : degree of the Lagrange interpolation that the file states; None for the method and degree that
+        the ephemeris's own file states, or else 7
     """
 
     object_name: str | None = None
@@ -47,7 +50,7 @@ class AemOptions:
     center_name: str | None = None
     body_frame: str = "SC_BODY_1"
     rates: bool | None = None
-    degree: int = 7
+    degree: int | None = None
 
     def __post_init__(self) -> None:
         for name in ("object_id", "originator", "body_frame"):
@@ -56,18 +59,18 @@ class AemOptions:
             if getattr(self, name) is not None:
                 _check_text(name, getattr(self, name))
         frame = "_".join(self.body_frame.upper().split())
-        if FRAME_ALIASES.get(frame, frame) in INERTIAL_FRAMES:
-            raise InputError("body_frame", self.body_frame, "the name of axes of the body, no inertial frame")
+        if frame_named(frame) in INERTIAL_FRAMES | TURNING_FRAMES:
+            raise InputError("body_frame", self.body_frame, "the name of axes of the body, no external frame")
         if self.creation_date is not None:
             _check_date(self.creation_date)
         if self.rates not in (None, True, False):
             raise InputError("rates", self.rates, "True, False, or None: where there are any")
-        lagrange(self.degree, "degree")
+        interpolant(degree=self.degree)
 
 
-def interpolant(*, degree: int = 7, **_: Any) -> Interpolant:
+def interpolant(*, degree: int | None = None, **_: Any) -> Interpolant:
     """How readers interpolate: the file tells them to use Lagrange polynomials of this degree."""
-    return lagrange(degree, "degree")
+    return lagrange(DEFAULT_DEGREE if degree is None else degree, "degree")
 
 
 def _check_text(name: str, value: Any) -> None:
@@ -93,7 +96,7 @@ class AemWriter:
     def __init__(self, nodes: Nodes, options: AemOptions):
         self.nodes, self.options = nodes, options
         head = nodes.segments[0].first
-        self.frame = check_frame(head.frame)
+        self.frame = check_any_frame(head.frame)
         self.time_system = _time_system(head)
         if options.rates and not head.has_rate:
             raise InputError("rates", True, "an ephemeris that holds rates, or False")
@@ -106,9 +109,10 @@ class AemWriter:
     def comments(self) -> list[str]:
         """Convention in words, and the interpolation error."""
         body, frame = self.options.body_frame, self.frame
+        outer = "inertial" if frame in INERTIAL_FRAMES else "external"
         lines = [
             f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}",
-            f"v_inertial = q * v_body * conj(q), Hamilton product: q rotates {body} to {frame}",
+            f"v_{outer} = q * v_body * conj(q), Hamilton product: q rotates {body} to {frame}",
         ]
         if self.has_rate:
             lines.append(f"ANGVEL is that of {body} relative to {frame}, components in {body}, deg/s")
@@ -124,24 +128,38 @@ class AemWriter:
 
     def metadata(self, segment: Samples) -> Pairs:
         """Keywords of a segment and their values, in the order of table 4-3."""
-        options, degree = self.options, min(self.options.degree, segment.count - 1)
+        options = self.options
         start, stop = epoch_texts(segment.first)[0].decode(), self.rows.last_epoch(segment).decode()
         center = [("CENTER_NAME", options.center_name)] if options.center_name else []
         rate = [("ANGVEL_FRAME", options.body_frame)] if self.has_rate else []
-        method = [("INTERPOLATION_METHOD", "LAGRANGE"), ("INTERPOLATION_DEGREE", str(degree))]
         return [
             ("OBJECT_NAME", self.object_name),
             ("OBJECT_ID", options.object_id),
             *center,
-            ("REF_FRAME_A", self.frame),
+            ("REF_FRAME_A", ORBIT_RELATIVE_NAMES.get(self.frame, self.frame)),
             ("REF_FRAME_B", options.body_frame),
             ("TIME_SYSTEM", self.time_system),
             ("START_TIME", start),
             ("STOP_TIME", stop),
             ("ATTITUDE_TYPE", self.attitude_type),
             *rate,
-            *(method if degree else []),
+            *self._method(segment),
         ]
+
+    def _method(self, segment: Samples) -> Pairs:
+        """The interpolation that the file states, with no more nodes than the segment has."""
+        head = segment.first
+        stated = None
+        if self.options.degree is None and head.interpolation is not None:
+            stated = head.interpolation.method_at(float(head.elapsed[0]))
+        if stated is None or stated.kind == "slerp":
+            name, degree = "LAGRANGE", interpolant(degree=self.options.degree).degree
+        else:
+            name, degree = stated.kind.upper(), stated.degree
+        degree = min(degree, segment.count * (2 if name == "HERMITE" else 1) - 1)
+        if degree == 1 and stated is not None:
+            name = "LINEAR"
+        return [("INTERPOLATION_METHOD", name), ("INTERPOLATION_DEGREE", str(degree))] if degree else []
 
 
 def _time_system(head: EphemerisData) -> str:

@@ -10,7 +10,8 @@ from xml.parsers import expat
 
 from ...errors import FormatError
 from .keywords import ATTITUDE_TYPES, UNITS, KeywordBlock
-from .message import MessageReader, Segment
+from .message import MessageReader
+from .segment import Segment
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
@@ -22,21 +23,24 @@ MAX_ROWS = 1 << 15  # attitudes kept as text
 DATA_PATH = "aem", "body", "segment", "data"
 
 
-def read_xml(stream: BinaryIO, source: str, segment: int | None) -> EphemerisData:
-    """Ephemeris of all segments, or of one."""
-    reader = XmlReader(source, segment)
+def read_xml(stream: BinaryIO, source: str, segment: int | None, message: int | None) -> EphemerisData:
+    """Ephemeris of all segments, or of one; of an AEM, or of one in an <ndm> (505.0-B, combined)."""
+    reader = XmlReader(source, segment, message)
     while chunk := stream.read(CHUNK_BYTES):
         reader.feed(chunk)
     reader.feed(b"", True)
+    reader.check_messages()
     return reader.message.ephemeris()
 
 
 class XmlReader:
     """Handlers of expat's events; attitude states are kept as rows of text until there are `MAX_ROWS`."""
 
-    def __init__(self, source: str, segment: int | None):
-        self.source = source
+    def __init__(self, source: str, segment: int | None, message: int | None):
+        self.source, self.requested_message = source, message
         self.message = MessageReader(source, segment)
+        self.is_combined = False  # whether the messages are in an <ndm>
+        self.message_count = self.skipped_depth = 0  # AEMs; open elements of a message that is skipped
         self.stack: list[str] = []  # names of the open elements
         self.seen: set[str] = set()  # names of the parts that the open element had
         self.fields: KeywordBlock | None = None
@@ -92,7 +96,10 @@ class XmlReader:
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         self.element_offset = self.parser.CurrentByteIndex
         name = name.rpartition(":")[2]
-        self._refuse_text()
+        if not self.skipped_depth:
+            self._refuse_text()
+        if self._is_skipped(name):
+            return
         self.stack.append(name)
         depth = len(self.stack)
         if depth > MAX_DEPTH:
@@ -114,6 +121,33 @@ class XmlReader:
             self._begin_data()
         elif not (depth in (3, 5) and path[-2] in ("header", "metadata")):
             raise self._error(f"no element {name[:40]!r} belongs in {path[-2]!r}")
+
+    def _is_skipped(self, name: str) -> bool:
+        """Whether an element is an <ndm>, or in a message of it that is not read."""
+        if self.skipped_depth:
+            self.skipped_depth += 1
+        elif not self.stack and name == "ndm" and not self.is_combined:
+            self.is_combined = True
+            return True
+        elif self.is_combined and not self.stack:
+            self.message_count += name == "aem"
+            if name != "aem" or self.message_count != (self.requested_message or 1):
+                self.skipped_depth = 1
+        if self.skipped_depth > MAX_DEPTH * MAX_DEPTH:
+            raise self._error(f"elements more than {MAX_DEPTH * MAX_DEPTH} deep")
+        return self.skipped_depth > 0
+
+    def check_messages(self) -> None:
+        """FormatError unless the file has the message that was requested, or one alone."""
+        requested, count = self.requested_message, self.message_count if self.is_combined else 1
+        if count == 0:
+            raise FormatError("an <ndm> without an <aem>", self.source)
+        if requested is None and count > 1:
+            raise FormatError(
+                f"{count} attitude ephemeris messages: message=k reads one of them", self.source
+            )
+        if requested is not None and requested > count:
+            raise FormatError(f"no message {requested}, of {count}", self.source)
 
     def _begin_message(self, name: str, attributes: dict[str, str]) -> None:
         if name != "aem" or attributes.get("id") != "CCSDS_AEM_VERS":
@@ -164,7 +198,7 @@ class XmlReader:
         if self.segment is None:
             return
         if depth == 5:
-            if name != "attitudeState" and (name != "COMMENT" or self.rows or self.segment.stamps):
+            if name != "attitudeState" and (name != "COMMENT" or self.rows or self.segment.blocks):
                 raise self._error(f"no element {name[:40]!r} belongs in 'data' here")
         elif self.stack[4] == "COMMENT" or name not in self.elements:
             raise self._error(f"no element {name[:40]!r} belongs in {self.stack[-2]!r}")
@@ -187,6 +221,10 @@ class XmlReader:
             raise self._error(f"text {text[:40]!r} where an element belongs")
 
     def _end(self, name: str) -> None:
+        if self.skipped_depth or not self.stack:
+            self.skipped_depth = max(0, self.skipped_depth - 1)
+            self.text.clear()
+            return
         name = name.rpartition(":")[2]
         if len(self.stack) > 1 and self.stack[-2] in ("header", "metadata"):
             self._end_field(name)

@@ -11,6 +11,8 @@ from ...errors import FormatError, InputError
 from ...frames import rotations
 from ...samples.ephemeris_data import EphemerisData
 from ...samples.event import Event
+from ...samples.interpolation import InterpolationMethod
+from ...samples.resampling import with_method
 from ...times.instants import Instants
 from .. import schema, time_origin
 from . import daf, sclk, text_kernels
@@ -227,4 +229,4 @@ def _ephemeris(segment: CkSegment, instants: Instants, frame: str, name: str, so
     seconds, _ = time_origin.tt_origin(ephemeris[:1]).seconds(instants)
     if not (np.diff(seconds) > 0.0).all() or not seconds[-1] < text_kernels.SECONDS:
         raise FormatError("instants that coincide, or span too many years, for one clock", source)
-    return ephemeris
+    return with_method(ephemeris, InterpolationMethod())

@@ -1,0 +1,43 @@
+"""`attitude compare`: how two files of attitudes differ."""
+
+from __future__ import annotations
+
+import json
+from argparse import ArgumentParser, Namespace
+
+from . import arguments, console
+
+DESCRIPTION = (
+    "Bring two files of attitudes to one frame and to the instants of the first, and tell the greatest and "
+    "the rms rotation between them, and of rates.  Exit code 1 where the rotation exceeds --tolerance."
+)
+DIFFERENT = 1
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Those of `attitude compare`."""
+    parser.add_argument("first", metavar="A", help="a file of attitudes")
+    parser.add_argument("second", metavar="B", help="another, of any format")
+    parser.add_argument("--frame", metavar="FRAME", help="compare in this frame; by default in that of A")
+    parser.add_argument("--tolerance", metavar="TOL", help=f"exit code 1 above it: {arguments.ANGLE}")
+    parser.add_argument("--json", action="store_true", help="the differences as JSON")
+    parser.add_argument("--plot", metavar="FILE", help="draw them in time to FILE.svg or FILE.png")
+
+
+def execute(options: Namespace) -> int:
+    """Print the differences."""
+    from ..ephemeris import Ephemeris
+    from ..quality.compare import compare
+    from ..runtime import output_paths
+
+    tolerance = arguments.angle(options.tolerance, "--tolerance")
+    picture_format = options.plot and output_paths.check_picture(options.plot)
+    comparison = compare(Ephemeris.read(options.first), Ephemeris.read(options.second), options.frame)
+    print(json.dumps(comparison.to_dict(), indent=2) if options.json else comparison)
+    if picture_format:
+        from ..plot import differences
+
+        output_paths.write(options.plot, differences.picture(comparison, picture_format))
+        console.warn(f"drawn: {options.plot}")
+    exceeds = tolerance is not None and comparison.angle.max() > tolerance
+    return DIFFERENT if exceeds else 0

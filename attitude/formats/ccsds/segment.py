@@ -1,0 +1,163 @@
+"""A segment of an AEM as it is read: metadata, and the rows that follow them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import FormatError
+from ...samples.interpolation import InterpolationMethod
+from .. import text_rows
+from .conventions import row_convention
+from .epochs import TIME_SYSTEMS, RowError, Timestamps, moved, parse_epoch, parse_epochs
+from .keywords import INTERPOLATION_METHODS, SHARED_KEYWORDS, KeywordBlock
+from .rows import parse_rows
+
+TIMES = ("START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME")
+
+
+class Rows(NamedTuple):
+    """Rows of a segment: Timestamps, (4, n) wxyz and (3, n) rad/s, or None for the rates."""
+
+    stamps: Timestamps
+    attitude: np.ndarray
+    rate: np.ndarray | None
+
+    def part(self, rows: np.ndarray | slice) -> Rows:
+        """Some of the rows: a mask or a slice."""
+        rate = None if self.rate is None else self.rate[:, rows]
+        return Rows(Timestamps(*(part[rows] for part in self.stamps)), self.attitude[:, rows], rate)
+
+
+class Segment:
+    """Metadata and the attitudes that follow them."""
+
+    def __init__(self, fields: KeywordBlock):
+        self.fields = fields
+        self.source = fields.source
+        self.system = fields.get("TIME_SYSTEM") or ""
+        if self.system not in TIME_SYSTEMS:
+            raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
+        self.convention = row_convention(fields)
+        self.columns = self.convention.columns
+        self.method = self._read_method()
+        self.span = self._read_span()
+        self.blocks: list[Rows] = []
+        self._column_kinds = "t" + "n" * len(self.columns)  # an epoch and numbers
+
+    # -- metadata -------------------------------------------------------------------------------
+
+    def _read_method(self) -> InterpolationMethod | None:
+        """How the file is to be interpolated; None where it states nothing."""
+        name, degree = self.fields.get("INTERPOLATION_METHOD"), self.fields.get("INTERPOLATION_DEGREE")
+        if name is not None and name not in INTERPOLATION_METHODS:
+            raise self.fields.error("INTERPOLATION_METHOD", f"not one of {', '.join(INTERPOLATION_METHODS)}")
+        if name is not None and degree is None:
+            raise self.fields.error("INTERPOLATION_METHOD", "no INTERPOLATION_DEGREE beside it")
+        if degree is not None and not (degree.isascii() and degree.isdigit() and int(degree[:10]) > 0):
+            raise self.fields.error("INTERPOLATION_DEGREE", "not a whole number greater than 0")
+        if name is None or degree is None:
+            return None
+        return (
+            InterpolationMethod("lagrange", 1)
+            if name == "LINEAR"
+            else InterpolationMethod(name.lower(), int(degree[:10]))
+        )
+
+    def _read_span(self) -> dict[str, tuple[int, int]]:
+        """Times of the metadata, in order."""
+        span: dict[str, tuple[int, int]] = {}
+        for name in TIMES:
+            if name in self.fields.values:
+                text = self.fields.values[name].encode("ascii", "replace")
+                try:
+                    span[name] = parse_epoch(text, self.system)
+                except RowError as error:
+                    raise self.fields.error(name, error.reason) from None
+        for name, other in zip(span, list(span)[1:], strict=False):
+            if span[name] > span[other]:
+                raise self.fields.error(other, f"before {name}")
+        return span
+
+    @property
+    def useable(self) -> tuple[tuple[int, int] | None, tuple[int, int] | None]:
+        """The useable span, where the metadata state one."""
+        return self.span.get("USEABLE_START_TIME"), self.span.get("USEABLE_STOP_TIME")
+
+    # -- attitudes ------------------------------------------------------------------------------
+
+    def add_lines(self, text: bytes, number: int) -> int:
+        """Add whole lines, the first of which has this number; return how many of them are empty."""
+        table, numbers = text_rows.read_spaced(text, number, self._column_kinds)
+        if numbers:
+            self._add(table, numbers)
+        return text.count(b"\n") - len(numbers)
+
+    def add_rows(self, rows: list[bytes], numbers: Sequence[int]) -> None:
+        """Add rows with one blank between their words, and the numbers of their lines."""
+        if rows:
+            table = text_rows.read(b"\n".join(rows) + b"\n", self._column_kinds)
+            self._add(rows if table is None else table, numbers)
+
+    def _add(self, table: text_rows.ParsedRows | list[bytes], numbers: Sequence[int]) -> None:
+        """FormatError for the first row that is wrong, with the number of its line."""
+        try:
+            if isinstance(table, list):
+                stamps, values = parse_rows(table, self.columns, self.system)
+            else:
+                stamps, values = parse_epochs(table.texts[0], self.system), table.columns
+            self._check_order(stamps)
+            attitude, rate = self.convention.convert(values)
+        except RowError as error:
+            raise FormatError(error.reason, self.source, numbers[error.index]) from None
+        self.blocks.append(Rows(stamps, attitude, rate))
+
+    def _check_order(self, stamps: Timestamps) -> None:
+        """Refuse epochs that do not increase, or are outside START_TIME and STOP_TIME.
+
+        A writer may have rounded these two to fewer digits than the rows: less than a unit of their last
+        digit beyond them is inside.
+        """
+        second, atto = stamps
+        later = (second[1:] > second[:-1]) | ((second[1:] == second[:-1]) & (atto[1:] > atto[:-1]))
+        if self.blocks and stamps.first <= self.blocks[-1].stamps.last:
+            raise RowError(0, "an epoch that is not after the one before")
+        if not later.all():
+            raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
+        values, span = self.fields.values, self.span
+        if stamps.first <= moved(values["START_TIME"], span["START_TIME"], -1):
+            raise RowError(0, "an epoch before START_TIME")
+        stop = moved(values["STOP_TIME"], span["STOP_TIME"], 1)
+        if stamps.last >= stop:
+            raise RowError(int(np.argmin(stamps.is_before(stop))), "an epoch after STOP_TIME")
+
+    def close(self, line: int) -> None:
+        """End the segment; FormatError if it has no attitudes."""
+        if not self.blocks:
+            raise FormatError("no attitudes between DATA_START and DATA_STOP", self.source, line)
+
+    def rows(self) -> Rows:
+        """All rows; the blocks are released."""
+        blocks, self.blocks = self.blocks, []
+        stamps = Timestamps(*map(np.concatenate, zip(*(block.stamps for block in blocks), strict=True)))
+        attitude = np.concatenate([block.attitude for block in blocks], axis=1)
+        rates = [block.rate for block in blocks if block.rate is not None]
+        return Rows(stamps, attitude, np.concatenate(rates, axis=1) if rates else None)
+
+    def check_after(self, other: Segment) -> None:
+        """FormatError if this segment cannot follow another one in one ephemeris."""
+        for name in SHARED_KEYWORDS:
+            if self.fields.get(name) != other.fields.get(name):
+                shown = f"the segment before has {other.fields.values.get(name)}"
+                raise self.fields.error(name, f"{shown}; segment=k reads one of them")
+        stop, start = other.useable[1] or other.span["STOP_TIME"], self.useable[0] or self.span["START_TIME"]
+        if start < stop:
+            name, before = (
+                next(name for name in names if name in segment.span)
+                for segment, names in ((self, TIMES[1::-1]), (other, TIMES[2:]))
+            )
+            raise self.fields.error(
+                name, f"before {before} of the segment before; segment=k reads one of them"
+            )

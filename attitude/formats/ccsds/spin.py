@@ -1,0 +1,60 @@
+"""Attitudes of spinners as AEM rows have them: spin axis, phase and nutation (504.0-B-2, 3.2).
+
+The spin axis is the body's z.  Its right ascension and declination are alpha and delta, and the spin angle
+turns the body about it:
+
+    q = q_z(alpha + 90 deg) q_x(90 deg - delta) q_z(angle)
+
+The body rate is that of the spin about z, and of the precession about the angular momentum's direction l:
+
+    omega = d(angle)/dt z + Omega l
+
+SPIN has no precession.  SPIN/NUTATION has Omega = 2 pi / NUTATION_PER and, along the body's axes,
+l = (sin(nu) cos(phase), -sin(nu) sin(phase), cos(nu)) with the angle nu and the phase of the nutation;
+SPIN/NUTATION_MOM has Omega = NUTATION_VEL, and the direction of the momentum in the external frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...frames import rotations
+from .epochs import RowError
+from .keywords import SPIN
+
+
+def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternions (4, n) wxyz, body to external frame, and body rates (3, n), rad/s; columns in deg and s."""
+    alpha, delta, angle, speed = (np.deg2rad(columns[name]) for name in SPIN)
+    q = rotations.product(
+        rotations.product(_about(3, alpha + 0.5 * np.pi), _about(1, 0.5 * np.pi - delta)), _about(3, angle)
+    )
+    rate = np.zeros((len(q), 3))
+    if "NUTATION" in columns:
+        nutation, phase = np.deg2rad(columns["NUTATION"]), np.deg2rad(columns["NUTATION_PHASE"])
+        period = columns["NUTATION_PER"]
+        if not (period > 0.0).all():
+            raise RowError(int(np.argmin(period > 0.0)), "NUTATION_PER: a period greater than 0 belongs here")
+        momentum = _direction(-phase, 0.5 * np.pi - nutation)
+        rate = (2.0 * np.pi / period)[:, None] * momentum
+    elif "NUTATION_VEL" in columns:
+        momentum = _direction(np.deg2rad(columns["MOMENTUM_ALPHA"]), np.deg2rad(columns["MOMENTUM_DELTA"]))
+        momentum = rotations.rotate(rotations.conjugate(q), momentum)
+        rate = np.deg2rad(columns["NUTATION_VEL"])[:, None] * momentum
+    rate[:, 2] += speed
+    return np.ascontiguousarray(q.T), np.ascontiguousarray(rate.T)
+
+
+def _about(axis: int, angle: np.ndarray) -> np.ndarray:
+    """(n, 4) wxyz of rotations about x (1), y (2) or z (3)."""
+    q = np.zeros((len(angle), 4))
+    q[:, 0], q[:, axis] = np.cos(0.5 * angle), np.sin(0.5 * angle)
+    return q
+
+
+def _direction(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
+    """(n, 3) unit vectors."""
+    c = np.cos(latitude)
+    return np.stack([c * np.cos(longitude), c * np.sin(longitude), np.sin(latitude)], axis=1)

@@ -1,0 +1,1 @@
+"""Judging files of attitudes: `check` one, `compare` two."""

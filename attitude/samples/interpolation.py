@@ -1,0 +1,193 @@
+"""Attitudes between the nodes of a file, interpolated by the method that the file states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import RegimeError
+from ..frames import rotations
+from ..times.instants import Instants
+
+MIN_LENGTH = 0.1  # of a polynomial through unit quaternions; where it is shorter they are too far apart
+
+
+class InterpolationMethod(NamedTuple):
+    """A method of interpolation, as files state it.
+
+    kind : "slerp", constant rate along the shorter arc from node to node; "lagrange", a polynomial of each
+        component through degree + 1 nodes; "hermite", through (degree + 1) / 2 nodes and derivatives there
+    degree : of the polynomial; 1 for slerp
+    """
+
+    kind: str = "slerp"
+    degree: int = 1
+
+    def __str__(self) -> str:
+        return "slerp" if self.kind == "slerp" else f"{self.kind.capitalize()}, degree {self.degree}"
+
+
+class InterpolationSegment(NamedTuple):
+    """Nodes among which a file may be interpolated.
+
+    start, stop : s, between which it may be, both included
+    instants : (n,) of the nodes, increasing; they may reach beyond start and stop
+    attitude : (..., n, 4) wxyz
+    rate : (..., n, 3) rad/s, body components, or None
+    """
+
+    start: float
+    stop: float
+    instants: Instants
+    attitude: np.ndarray
+    rate: np.ndarray | None
+    method: InterpolationMethod
+
+
+@dataclass(frozen=True)
+class Interpolation:
+    """How attitudes between the instants of an ephemeris are found, where its motion is not known.
+
+    segments : in the order of time
+    is_stated : whether the file states the method and these are its instants, so that the method is written
+        again with them
+    sign_changes : how many attitudes of the file have a sign through which no polynomial may pass; they were
+        read as -q
+    """
+
+    segments: tuple[InterpolationSegment, ...]
+    is_stated: bool = False
+    sign_changes: int = 0
+
+    def owners(self, seconds: np.ndarray) -> np.ndarray:
+        """(n,) the segment of each instant, the later of two that share it; -1 where there is none."""
+        starts, stops = self.ends
+        owners = np.searchsorted(starts, seconds, side="right") - 1
+        return np.where(seconds <= stops[np.maximum(owners, 0)], owners, -1)
+
+    @cached_property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """First and last seconds of the segments."""
+        return np.array([s.start for s in self.segments]), np.array([s.stop for s in self.segments])
+
+    def method_at(self, seconds: float) -> InterpolationMethod | None:
+        """The stated method of the segment with this instant; None where none is stated."""
+        if not self.is_stated:
+            return None
+        return next(
+            (s.method for s in reversed(self.segments) if s.start <= seconds), self.segments[0].method
+        )
+
+    def __str__(self) -> str:
+        methods = sorted({str(segment.method) for segment in self.segments})
+        source = "as the file states" if self.is_stated else "the file states no method"
+        return f"interpolation between the attitudes of a file: {'; '.join(methods)} ({source})"
+
+
+def interpolate(segment: InterpolationSegment, instants: Instants) -> tuple[np.ndarray, np.ndarray | None]:
+    """Attitudes (..., m, 4) wxyz and, where the nodes have them, rates (..., m, 3) at instants of a segment.
+
+    Polynomials are those of the components of quaternions, normalised afterwards; rates are interpolated like
+    them, but linearly beside slerp, and with Hermite's they follow from the polynomial's derivative.
+    """
+    nodes = segment.instants
+    origin = nodes.seconds[0]
+    t, at = _since(nodes, origin), _since(instants, origin)
+    if t.size == 1:
+        return _repeat(segment.attitude, at.size), None if segment.rate is None else _repeat(
+            segment.rate, at.size
+        )
+    count = _node_count(segment)
+    interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
+    first = np.clip(interval - (count // 2 - 1), 0, t.size - count)
+    window = first[:, None] + np.arange(count)
+    attitude = segment.attitude[..., window, :]
+    rate = None if segment.rate is None else segment.rate[..., window, :]
+    weights, slopes = _lagrange(t[window], at)
+    if segment.method.kind == "slerp":
+        return _slerp(attitude, weights[:, 1]), None if rate is None else _weighted(weights, rate)
+    if segment.method.kind == "hermite" and rate is not None:
+        return _hermite(t[window], at, weights, slopes, attitude, rate)
+    return _unit(_weighted(weights, attitude)), None if rate is None else _weighted(weights, rate)
+
+
+def _since(instants: Instants, origin: float) -> np.ndarray:
+    low = instants.seconds_low
+    seconds = instants.seconds - origin
+    return seconds if low is None else seconds + low
+
+
+def _repeat(values: np.ndarray, count: int) -> np.ndarray:
+    return np.repeat(values[..., :1, :], count, axis=-2)
+
+
+def _node_count(segment: InterpolationSegment) -> int:
+    """Nodes of one polynomial."""
+    kind, degree = segment.method
+    has_derivatives = kind == "hermite" and segment.rate is not None
+    return max(2, min((degree + 1) // 2 if has_derivatives else degree + 1, segment.instants.shape[0]))
+
+
+def _lagrange(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values and derivatives of Lagrange's basis (m, w) through nodes t (m, w) at instants (m,)."""
+    values, slopes = np.ones_like(t), np.zeros_like(t)
+    for j in range(t.shape[1]):
+        for k in range(t.shape[1]):
+            if k != j:
+                inverse = 1.0 / (t[:, j] - t[:, k])
+                factor = (at - t[:, k]) * inverse
+                slopes[:, j] = slopes[:, j] * factor + values[:, j] * inverse
+                values[:, j] *= factor
+    return values, slopes
+
+
+def _weighted(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.einsum("mw,...mwc->...mc", weights, values)
+
+
+def _hermite(
+    t: np.ndarray,
+    at: np.ndarray,
+    basis: np.ndarray,
+    slopes: np.ndarray,
+    attitude: np.ndarray,
+    rate: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Unit quaternions and rates of the polynomial with these values and derivatives q' = q omega / 2."""
+    pure = np.concatenate([np.zeros_like(rate[..., :1]), rate], axis=-1)
+    derivative = 0.5 * rotations.product(attitude, pure)
+    own_slope = np.stack([_lagrange(t, t[:, j])[1][:, j] for j in range(t.shape[1])], axis=1)
+    ahead = at[:, None] - t
+    square, square_slope = basis**2, 2.0 * basis * slopes
+    linear = 1.0 - 2.0 * ahead * own_slope
+    q = _weighted(linear * square, attitude) + _weighted(ahead * square, derivative)
+    q_slope = _weighted(linear * square_slope - 2.0 * own_slope * square, attitude)
+    q_slope = q_slope + _weighted(square + ahead * square_slope, derivative)
+    twice = 2.0 * rotations.product(rotations.conjugate(q), q_slope)[..., 1:]
+    return _unit(q), twice / (q * q).sum(axis=-1, keepdims=True)
+
+
+def _slerp(attitude: np.ndarray, fraction: np.ndarray) -> np.ndarray:
+    """Attitudes at fractions (m,) of the shorter arc from the first of two nodes to the second."""
+    p, q = attitude[..., 0, :], attitude[..., 1, :]
+    turn = rotations.product(rotations.conjugate(p), q)
+    sine = np.sqrt((turn[..., 1:] ** 2).sum(axis=-1))
+    angle = np.arctan2(sine, np.abs(turn[..., 0]))
+    safe = np.where(sine > 1e-150, sine, 1.0)
+    before = np.where(sine > 1e-150, np.sin((1.0 - fraction) * angle) / safe, 1.0 - fraction)
+    after = np.where(sine > 1e-150, np.sin(fraction * angle) / safe, fraction)
+    after = np.where(turn[..., 0] < 0.0, -after, after)
+    return _unit(before[..., None] * p + after[..., None] * q)
+
+
+def _unit(q: np.ndarray) -> np.ndarray:
+    """Quaternions divided by their lengths; RegimeError where a polynomial has hardly any."""
+    length = np.sqrt((q * q).sum(axis=-1, keepdims=True))
+    if not (length > MIN_LENGTH).all():
+        raise RegimeError(
+            "resampled: attitudes of the file are too far apart for its polynomial, which passes near zero"
+        )
+    return q / length

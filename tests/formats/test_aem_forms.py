@@ -1,0 +1,216 @@
+"""AEM as others write it: frames of the registries, spins, useable spans, an <ndm>, missing keywords."""
+
+import io
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from attitude import FormatError, InputError
+from attitude.formats.ccsds.reader import parse
+from attitude.samples.resampling import with_interpolation
+from tests.formats.test_aem import LAST, OURS, file, text_of
+
+LATER = "2020-01-01T00:00:59"
+
+
+def read(text, **options):
+    return parse(io.BytesIO(text.encode()), "given", **options)
+
+
+def spinning(kind, numbers, version="2.0", **metadata):
+    direction = {"ATTITUDE_DIR": "A2B"} if version == "1.0" else {}
+    row = f"2020-01-01T00:00:01 {numbers}"
+    return read(file(row, version=version, ATTITUDE_TYPE=kind, **direction, **metadata))
+
+
+FRAMES = {
+    "ICRF": ["ICRF", "ICRF2", "ICRF3"],
+    "GCRF": ["GCRF", "GCRF1"],
+    "EME2000": ["EME2000", "J2000", "EME 2000"],
+    "ITRF": [
+        "ITRF",
+        "ITRF-93",
+        "ITRF-97",
+        "ITRF97",
+        "ITRF1997",
+        "ITRF2014",
+        "ITRF-2020",
+        "FIXED_EARTH",
+        "WGS84",
+    ],
+    "TEME": ["TEME", "TEMEOFDATE"],
+    "LVLH": ["LVLH", "LVLH_ROTATING"],
+    "QSW": ["QSW", "RSW", "RTN", "RIC", "RSW_ROTATING", "QSW_ROTATING"],
+}
+
+
+@pytest.mark.parametrize(("frame", "name"), [(frame, name) for frame in FRAMES for name in FRAMES[frame]])
+@pytest.mark.parametrize("body", ["SC_BODY_1", "STARTRACKER_2", "INSTRUMENT_A", "MAIN_BODY"])
+def test_frames_of_the_registries_are_known_by_all_their_names(frame, name, body):
+    back = read(file(f"{LATER} {LAST}", REF_FRAME_A=name, REF_FRAME_B=body))
+    assert back.frame == frame
+    assert Rotation.from_quat(back.quaternion("xyzw")[0]).approx_equal(OURS, 1e-15)
+    turned = read(file(f"{LATER} {LAST}", REF_FRAME_A=body, REF_FRAME_B=name))
+    assert turned.frame == frame
+    assert Rotation.from_quat(turned.quaternion("xyzw")[0]).approx_equal(OURS.inv(), 1e-15)
+
+
+# Numbers of a row; what Orekit 13.1 finds in it: its quaternion (frame to body axes) and body rate, rad/s.
+SPINS = {
+    ("SPIN", "40 25 70 6"): ([0.0, 0.0, 0.10471975511965978]),
+    ("SPIN/NUTATION", "40 25 70 6 12 50 33"): [
+        0.02191190703011268,
+        -0.014229758806793103,
+        0.227637407783332,
+    ],
+    ("SPIN/NUTATION", "40 25 70 6 12 50 120"): [
+        -0.013063476809370058,
+        -0.02262660555732664,
+        0.22763740778333208,
+    ],
+    ("SPIN/NUTATION_MOM", "40 25 70 6 44 31 2"): [
+        0.004171484978936276,
+        -0.0007028217823215839,
+        0.1393690615161757,
+    ],
+}
+OREKIT_ATTITUDE = [-0.1464533876252852, 0.46531511027177885, 0.26864980417341194, 0.8305784346607054]
+
+
+@pytest.mark.parametrize(("case", "rate"), SPINS.items(), ids=map(" ".join, SPINS))
+def test_spins_are_those_that_orekit_finds(case, rate):
+    back = spinning(*case)
+    q = back.quaternion("wxyz")[0]
+    assert abs(abs(q @ OREKIT_ATTITUDE) - 1.0) <= 1e-15
+    assert np.abs(back.angular_velocity[0] - rate).max() <= 1e-15
+
+
+def test_spin_axis_is_the_body_z_axis_at_alpha_and_delta():
+    back = spinning("SPIN", "40 25 70 6")
+    alpha, delta = np.deg2rad([40.0, 25.0])
+    axis = [np.cos(alpha) * np.cos(delta), np.sin(alpha) * np.cos(delta), np.sin(delta)]
+    assert np.abs(back.rotation.apply([0.0, 0.0, 1.0])[0] - axis).max() <= 1e-15
+
+
+def test_spin_of_version_1_and_in_xml_is_that_of_version_2():
+    plain = spinning("SPIN", "40 25 70 6")
+    assert (spinning("SPIN", "40 25 70 6", "1.0").quaternion("wxyz") == plain.quaternion("wxyz")).all()
+    xml = text_of(plain, "xml", rates=False)
+    state = (
+        "<spin><SPIN_ALPHA>40</SPIN_ALPHA><SPIN_DELTA>25</SPIN_DELTA><SPIN_ANGLE units='deg'>70</SPIN_ANGLE>"
+    )
+    state += "<SPIN_ANGLE_VEL>6</SPIN_ANGLE_VEL></spin>"
+    head, rest = xml.split("<quaternionEphemeris>")
+    epoch, tail = rest.split("<quaternion>")[0], rest.split("</quaternionEphemeris>")[1]
+    state = state.replace("<spin>", f"<spin>{epoch}")
+    back = read((head + state + tail).replace("<ATTITUDE_TYPE>QUATERNION<", "<ATTITUDE_TYPE>SPIN<"))
+    assert (back.quaternion("wxyz") == plain.quaternion("wxyz")).all()
+    assert (back.angular_velocity == plain.angular_velocity).all()
+
+
+def test_nutation_without_a_period_is_refused():
+    with pytest.raises(FormatError, match="NUTATION_PER: a period greater than 0"):
+        spinning("SPIN/NUTATION", "40 25 70 6 12 0 33")
+
+
+def test_euler_rates_of_version_1_are_derivatives_of_the_angles():
+    """Against the difference of attitudes: z by 3 deg/s, then y, then x."""
+    fields = {"ATTITUDE_DIR": "A2B", "EULER_ROT_SEQ": "321", "RATE_FRAME": "REF_FRAME_B"}
+    angles, speeds, dt = np.array([10.0, 20.0, 30.0]), np.array([1.0, 2.0, 3.0]), 1e-4
+    row = f"{LATER} 10 20 30 1 2 3"
+    back = read(file(row, version="1.0", ATTITUDE_TYPE="EULER_ANGLE/RATE", **fields))
+    before, after = (Rotation.from_euler("ZYX", angles + s * dt * speeds, degrees=True) for s in (-1, 1))
+    expected = (before.inv() * after).as_rotvec() / (2.0 * dt)
+    assert np.abs(back.angular_velocity[0] - expected).max() <= 1e-9
+
+
+def two(first, second, **metadata):
+    """Two segments: (start, useable start, useable stop, stop), minutes, with a row each minute."""
+    parts = []
+    for start, useable_start, useable_stop, stop in (first, second):
+        rows = "\n".join(
+            f"2020-01-01T00:{minute:02}:00 0 0 {np.sin(minute / 20)!r} {np.cos(minute / 20)!r}"
+            for minute in range(start, stop + 1)
+        )
+        times = {
+            "START_TIME": start,
+            "USEABLE_START_TIME": useable_start,
+            "USEABLE_STOP_TIME": useable_stop,
+            "STOP_TIME": stop,
+        }
+        fields = {k: None if v is None else f"2020-01-01T00:{v:02}:00" for k, v in times.items()}
+        parts.append(file(rows, **(fields | metadata)).replace("np.float64(", "").replace(")", ""))
+    return parts[0] + parts[1][parts[1].index("META_START") :]
+
+
+def test_segments_may_overlap_outside_their_useable_spans():
+    back = read(two((0, 0, 3, 5), (1, 3, 6, 6)))
+    assert back.elapsed.tolist() == [0.0, 60.0, 120.0, 180.0, 240.0, 300.0, 360.0]
+    assert [event.kind for event in back.events] == ["segment"]
+
+
+def test_rows_outside_the_useable_span_serve_interpolation():
+    degree = {"INTERPOLATION_METHOD": "LAGRANGE", "INTERPOLATION_DEGREE": "3"}
+    back = with_interpolation(read(two((0, 0, 3, 5), (1, 3, 6, 6), **degree)))
+    t = np.array([170.0, 190.0])
+    angle = np.arctan2(*back.resampled(t).quaternion("xyzw")[:, 2:].T)
+    assert np.abs(angle - t / 1200).max() <= 2e-9  # the nodes on both sides of 180 s: without them 3e-7
+
+
+def test_useable_spans_that_overlap_are_refused_with_the_way_out():
+    with pytest.raises(
+        FormatError, match="before USEABLE_STOP_TIME of the segment before; segment=k reads one"
+    ):
+        read(two((0, 0, 4, 5), (1, 3, 6, 6)))
+    with pytest.raises(
+        FormatError, match=r"START_TIME = .*: before STOP_TIME of the segment before; segment=k"
+    ):
+        read(two((0, None, None, 5), (1, None, None, 6)))
+
+
+@pytest.mark.parametrize(
+    ("stop", "epoch", "fits"),
+    [
+        ("00:01:00", "00:01:00.4", True),
+        ("00:01:00", "00:01:01", False),
+        ("00:01:00.50", "00:01:00.5099", True),
+        ("00:01:00.50", "00:01:00.51", False),
+        ("23:59:59", "23:59:59.9", True),
+    ],
+)
+def test_epochs_past_a_rounded_stop_time_are_read(stop, epoch, fits):
+    text = file(f"2020-01-01T{epoch} {LAST}", STOP_TIME=f"2020-01-01T{stop}")
+    if fits:
+        assert len(read(text)) == 1
+    else:
+        with pytest.raises(FormatError, match="an epoch after STOP_TIME"):
+            read(text)
+
+
+def test_object_id_may_be_missing():
+    assert len(read(file(f"{LATER} {LAST}", OBJECT_ID=None))) == 1
+
+
+def combined(*messages):
+    bodies = [m[m.index("<aem") :] for m in messages]
+    other = "<oem id='CCSDS_OEM_VERS' version='2.0'><header><X>text</X></header></oem>"
+    return (
+        f"<?xml version='1.0'?>\n<ndm>\n<MESSAGE_ID>1</MESSAGE_ID>{other}\n{''.join(bodies)}{other}</ndm>\n"
+    )
+
+
+def test_message_of_a_combined_instantiation_is_read():
+    plain = spinning("SPIN", "40 25 70 6")
+    other = spinning("SPIN", "50 25 70 6")
+    one, two = text_of(plain, "xml"), text_of(other, "xml")
+    assert (read(combined(one)).quaternion("wxyz") == plain.quaternion("wxyz")).all()
+    assert (read(combined(one, two), message=2).quaternion("wxyz") == other.quaternion("wxyz")).all()
+    with pytest.raises(FormatError, match="2 attitude ephemeris messages: message=k reads one"):
+        read(combined(one, two))
+    with pytest.raises(FormatError, match="no message 3, of 2"):
+        read(combined(one, two), message=3)
+    with pytest.raises(FormatError, match="an <ndm> without an <aem>"):
+        read(combined())
+    with pytest.raises(InputError, match="message: a whole number"):
+        read(one, message=0)
