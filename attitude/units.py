@@ -105,9 +105,10 @@ def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", u.UnitsWarning)  # of the style of m/s/s
             return float(_unit(name).to(like))
-    except (ValueError, TypeError, OverflowError, u.UnitConversionError):
+    except (ValueError, TypeError, OverflowError) as error:
         kind, examples = _KINDS[like]
-        near = nearest(name, [*re.findall('"(.+?)"', examples), *MORE_UNITS.get(like, ())])
+        known = [*re.findall('"(.+?)"', examples), *MORE_UNITS.get(like, ())]
+        near = None if isinstance(error, u.UnitConversionError) else nearest(name, known)
         meant = f"; did you mean {near!r}?" if near is not None else ""
         raise InputError(field, name, f"a unit of {kind}, such as {examples}{meant}") from None
 
