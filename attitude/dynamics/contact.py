@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import stopping
 from ..errors import InputError
 from ..frames import rotations
 from ..kernels import layout
@@ -252,7 +253,9 @@ class _FlightLog:
             records, starts = np.zeros(size, layout.INVARIANTS), np.empty((size + 1, layout.FLIGHT_WIDTH))
             contacts = np.empty((size, layout.CONTACT_WIDTH))
             starts[0], self._state[6:] = self._start, (hi, lo)
-            compiled.bounce(*self._inputs, self._state, records, starts, contacts, *self._scratch)
+            stop = stopping.current()
+            compiled.bounce(*self._inputs, self._state, stop.flag, records, starts, contacts, *self._scratch)
+            stop.check()
             outcome, count = int(self._state[2]), int(self._state[3])
             self._refuse(outcome, starts[count])
             self._append(records, starts, contacts[:count], outcome)
@@ -338,6 +341,7 @@ class _FlightLog:
         q, w = np.empty((4, 1, len(seconds))), np.empty((3, 1, len(seconds)))
         bounds = [*np.flatnonzero(np.diff(flight, prepend=-1)).tolist(), len(seconds)]
         for first, last in pairwise(bounds):
+            stopping.current().check()
             record = records[flight[first] : flight[first] + 1]
             compiled.sample(record, time, time_low, q, w, None, 0, first, last)
         start = starts[flight]
@@ -352,6 +356,7 @@ def _since_start(
     """Index of the last flight that has begun at each instant, and the time since then in two parts."""
     flight = np.searchsorted(starts[:, 0], seconds, side="right") - 1
     while True:
+        stopping.current().check()
         hi, lo = starts[flight, 0], starts[flight, 1]
         early = ((seconds - hi) + (low - lo) < 0.0) & (flight > 0)
         if not early.any():

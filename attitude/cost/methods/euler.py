@@ -164,8 +164,8 @@ def hermite(y0, y1, h, k, c):
 
 
 @kernel
-def runge_kutta(start, k, h, t, out):
-    """Write states (n, 7) at ascending instants t, by steps of h from 0.
+def runge_kutta(start, k, h, t, out, halted):
+    """Write states (n, 7) at ascending instants t, by steps of h from 0; halted : as in `kernels.solvers`.
 
     Between steps a quintic interpolates: its error is far below that of the steps at any h, and it is cheaper
     than shortened steps where samples are dense.
@@ -174,7 +174,7 @@ def runge_kutta(start, k, h, t, out):
     y0 = (start[0], start[1], start[2], start[3], start[4], start[5], start[6])
     y1 = step(y0, h, k)
     for j in range(t.size):
-        while t[j] > (left + 1) * h:
+        while t[j] > (left + 1) * h and halted[0] == 0.0:
             left, y0, y1, fresh = left + 1, y1, step(y1, h, k), False
         if not fresh:
             hermite(y0, y1, h, k, c)

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from ... import stopping
 from ..initial_value_problem import InitialValueProblem
 from ..method import Method, Solve
 from .euler import FreeEquations, runge_kutta
@@ -26,7 +27,9 @@ def prepare(problem: InitialValueProblem, steps: int) -> Solve:
 
     def solve(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         y = np.empty((t.size, 7))
-        runge_kutta(equations.start, equations.k, h, t * equations.second, y)
+        stop = stopping.current()
+        runge_kutta(equations.start, equations.k, h, t * equations.second, y, stop.flag)
+        stop.check()
         return equations.to_body(y)
 
     return solve

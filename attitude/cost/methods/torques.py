@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ... import stopping
 from ...dynamics.arcs import Arc, instants_within
 from ...kernels import layout
 from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
@@ -97,7 +98,9 @@ class TorqueEquations:
     ) -> np.ndarray:
         """States (n + 1, 7) at the instants and at the end, in the equations' time; see `extrapolated`."""
         out = np.empty((instants.size + 1, 7))
-        extrapolated(start, begin, end, instants, tolerance, out, self.arguments)
+        stop = stopping.current()
+        extrapolated(start, begin, end, instants, tolerance, out, self.arguments, stop.flag)
+        stop.check()
         return out
 
 
@@ -397,17 +400,18 @@ def extrapolated_step(time, y, h, arguments, table, work):
 
 
 @kernel
-def extrapolated(start, begin, end, instants, tolerance, out, arguments):
+def extrapolated(start, begin, end, instants, tolerance, out, arguments, halted):
     """Write states (n, 7) at ascending instants from begin to end, and the state at the end in the last row.
 
     The state is held in two parts, so that only the increments are rounded.
     start : (7,); begin, end, instants : in the equations' unit of time; out : (n + 1, 7), written
     tolerance : error in a unit of time, estimated by the difference of the last two extrapolations
+    halted : (1,), set to another number than 0 by another thread to end it
     """
     root = 1.0 / (2 * COLUMNS - 2)
     table, work = np.empty((COLUMNS, 7)), np.empty((4, 7))
     y, low, time, time_low, h, written = start.copy(), np.zeros(7), begin, 0.0, 0.5, 0
-    while True:
+    while halted[0] == 0.0:
         left = (end - time) - time_low
         ends = h >= left
         step = left if ends else h
@@ -417,6 +421,8 @@ def extrapolated(start, begin, end, instants, tolerance, out, arguments):
             continue
         increment = table[0].copy()
         while written < instants.size and (ends or (instants[written] - time) - time_low < step):
+            if halted[0] != 0.0:
+                return
             extrapolated_step(time, y, (instants[written] - time) - time_low, arguments, table, work)
             out[written] = y + (low + table[0])
             written += 1

@@ -61,7 +61,7 @@ class Scratch(NamedTuple):
 
 
 @kernel
-def bounce(tensor, moments, axes, corners, numbers, state, *arrays):
+def bounce(tensor, moments, axes, corners, numbers, state, halted, *arrays):
     """Flights one after the other until a time is up, contacts accumulate, or the log is full.
 
     Parameters
@@ -71,6 +71,7 @@ def bounce(tensor, moments, axes, corners, numbers, state, *arrays):
     state : (8,): greatest speed of the surface, m/s, and number of contacts in quick succession, both so far
         (zeros at first); written: what ended it, number of contacts, the time of the end (2); then read: the
         time until which to go on, s, in two parts
+    halted : (1,), set to another number than 0 by another thread to end it: what is written is of no use then
     arrays : those of `Log`, then those of `Scratch`
     """
     log, scratch = Log(*arrays[:3]), Scratch(*arrays[3:])
@@ -88,14 +89,16 @@ def bounce(tensor, moments, axes, corners, numbers, state, *arrays):
         if state[1] >= MAX_QUICK_CONTACTS:
             time, end = 0.0, AT_REST
             break
-        left = (state[6] - start[0]) + (state[7] - start[1])
-        time, end = _first_contact(ground, record, start, limits, STILL_SPEED * state[0], left, scratch)
+        left, still = (state[6] - start[0]) + (state[7] - start[1]), STILL_SPEED * state[0]
+        time, end = _first_contact(ground, record, start, limits, still, left, halted, scratch)
         if end != NO_ROOM:
             break
         # no longer than a bounce of QUICK_BOUNCE_HEIGHT
         is_quick = limits.bend * time * time <= 4.0 * QUICK_BOUNCE_HEIGHT * ground.size
         state[1] = state[1] + 1.0 if is_quick else 0.0
-        _collide(ground, body, log, flight, time, scratch)
+        _collide(ground, body, log, flight, time, halted, scratch)
+        if halted[0] != 0.0:
+            break
         flight, time = flight + 1, 0.0
     state[2], state[3] = end, flight
     _write_time(log.flights[flight], time, state[4:6])
@@ -154,7 +157,7 @@ def _in_range(record, limits):
 
 
 @routine
-def _first_contact(ground, record, start, limits, still, left, scratch):
+def _first_contact(ground, record, start, limits, still, left, halted, scratch):
     """(seconds into the flight, NO_ROOM) of the first contact, else when and how the flight ends."""
     time, steps_on_plane = 0.0, 0
     for _ in range(MAX_STEPS_PER_FLIGHT):
@@ -162,7 +165,7 @@ def _first_contact(ground, record, start, limits, still, left, scratch):
         wait, lowest, touches = clearance.contact_free_time(ground, view, limits, still)
         if touches < math.inf:
             return min(max(time + touches, 0.0), left), NO_ROOM
-        if time >= left:
+        if time >= left or halted[0] != 0.0:
             return left, TIME_IS_UP
         steps_on_plane = steps_on_plane + 1 if lowest <= limits.dip else 0
         if steps_on_plane > MAX_STEPS_ON_PLANE:
@@ -172,7 +175,7 @@ def _first_contact(ground, record, start, limits, still, left, scratch):
 
 
 @routine
-def _collide(ground, body, log, flight, time, scratch):
+def _collide(ground, body, log, flight, time, halted, scratch):
     """Write a contact, and the state after it as the start of a new flight."""
     start, contact, after = log.flights[flight], log.contacts[flight], log.flights[flight + 1]
     record, points = log.records[flight : flight + 1], scratch.points
@@ -183,7 +186,7 @@ def _collide(ground, body, log, flight, time, scratch):
     inertia = impact.Inertia(1.0 / ground.mass, body.inverse, view.normal, ground.friction)
     before = times(back, velocity)
     contact[0], contact[1] = count, _approach(points, count, view.normal, before, rate)
-    now, rate_after = impact.respond(points, count, inertia, ground.restitution, before, rate)
+    now, rate_after = impact.respond(points, count, inertia, ground.restitution, before, rate, halted)
     change = times(rows, add_scaled(now, -1.0, before))
     _write_time(start, time, after[0:2])
     for i in range(4):

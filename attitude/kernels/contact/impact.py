@@ -67,18 +67,19 @@ def velocity_at(r, velocity, rate):
 
 
 @routine
-def respond(points, count, body, restitution, velocity, rate):
+def respond(points, count, body, restitution, velocity, rate, halted):
     """Velocity and rate (body frame) after the contact; the first `count` points are in contact.
 
     points : (n, TOUCH_WIDTH), positions read, the rest written
+    halted : (1,), another number than 0 ends the iterations
     """
     _prepare(points, count, body)
     scale = 0.0
     for i in range(count):
         scale = max(scale, norm(velocity_at(point(points, i), velocity, rate)))
-    after, rate_after = _compress(points, count, body, velocity, rate, scale)
+    after, rate_after = _compress(points, count, body, velocity, rate, scale, halted)
     if restitution > 0.0:
-        after, rate_after = _expand(points, count, body, restitution, after, rate_after, scale)
+        after, rate_after = _expand(points, count, body, restitution, after, rate_after, scale, halted)
     return after, rate_after
 
 
@@ -131,7 +132,7 @@ def _motion_after(points, count, body, velocity, rate):
 
 
 @routine
-def _compress(points, count, body, velocity, rate, scale):
+def _compress(points, count, body, velocity, rate, scale, halted):
     """Compression, the first stage: velocity and rate at its end."""
     if (
         count == 1
@@ -146,7 +147,7 @@ def _compress(points, count, body, velocity, rate, scale):
         if body.friction > 0.0:
             change = max(change, _sweep_tangential(points, count, body, after, rate_after))
             after, rate_after = _motion_after(points, count, body, velocity, rate)
-        if _has_converged(change, last, scale):
+        if _has_converged(change, last, scale) or halted[0] != 0.0:
             break
         last = change
     return _limit_energy(points, count, body, velocity, rate, after, rate_after)
@@ -168,7 +169,7 @@ def _limit_energy(points, count, body, velocity, rate, after, rate_after):
 
 
 @routine
-def _expand(points, count, body, restitution, velocity, rate, scale):
+def _expand(points, count, body, restitution, velocity, rate, scale, halted):
     """Restitution, the second stage: impulses of the first scaled, then friction optimised."""
     _scale(points, count, restitution)
     if count == 1 and body.friction > 0.0 and _solve_one_point(points, body, velocity, rate, points[0, 3]):
@@ -179,7 +180,7 @@ def _expand(points, count, body, restitution, velocity, rate, scale):
         for _ in range(MAX_SWEEPS):
             change = _sweep_tangential(points, count, body, after, rate_after)
             after, rate_after = _motion_after(points, count, body, velocity, rate)
-            if _has_converged(change, last, scale):
+            if _has_converged(change, last, scale) or halted[0] != 0.0:
                 break
             last = change
     return after, rate_after

@@ -38,21 +38,22 @@ def copied(state, spare):
 
 
 @routine
-def write_until(step, arguments, states, span, body, instants, out, written):
+def write_until(step, arguments, states, span, body, output, written, halted):
     """Write the instants within a step, each reached by that step, shortened; returns how many are written.
 
     step(state, t, t_low, h, *arguments) : makes a step, in place
     states : the state (STATE,), and scratch of the same size
     span : t, t_low, h of the step, and whether the instants end with it
     body : its numbers, (STEPPED_BODY,), and whether it is symmetric
-    instants : (2, m), two-part, in the order of the steps
-    out : (10, m); written : how many instants are already
+    output : instants (2, m), two-part, in the order of the steps; rows (10, m) of them
+    written : how many instants are already; halted : (1,), another number than 0 ends the loop
 
     The steps themselves, and every bit of theirs, do not depend on the instants.
     """
     t, t_low, h, ends = span
     state, aside = states
-    while written < instants.shape[1]:
+    instants, out = output
+    while written < instants.shape[1] and halted[0] == 0.0:
         part = ((instants[0, written] - t) - t_low) + instants[1, written]
         if not ends and abs(part) >= abs(h):
             break

@@ -74,7 +74,8 @@ def _integrate(record, span, world, scratch, instants, out, halted):
                 return
             continue
         step = t, t_low, h, ends
-        written = write_until(_step, arguments, (state, aside), step, (body, False), instants, out, written)
+        states, output = (state, aside), (instants, out)
+        written = write_until(_step, arguments, states, step, (body, False), output, written, halted)
         copied(ahead, state)
         counts[0] += 1
         if ends:

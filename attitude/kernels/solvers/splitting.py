@@ -40,7 +40,8 @@ def split(bodies, span, scheme, instants, out, work, halted, *world):
         for k in range(record.steps + 1):
             t, t_low = time_of(k, h, span[0])
             step = t, t_low, h, k == record.steps
-            written = write_until(_step, arguments, states, step, own, instants, out[record.index], written)
+            output = instants, out[record.index]
+            written = write_until(_step, arguments, states, step, own, output, written, halted)
             if halted[0] != 0.0:
                 return
             if k < record.steps:

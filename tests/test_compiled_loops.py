@@ -1,0 +1,105 @@
+"""Every compiled loop ends soon after its computation is stopped (attitude/stopping.py).
+
+A loop reads the stop, as `halted[0]`; or constants of its module limit it to SHORT turns; or BOUNDED says why
+it is short.
+"""
+
+from __future__ import annotations
+
+import ast
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import attitude
+
+ROOT = Path(attitude.__file__).parent
+COMPILING = {"kernel", "routine", "inlined", "njit"}  # decorators
+SHORT = 5000  # turns of a few microseconds at the most
+
+# Of a module, its loops over ranges; of a function, those with `while` too.
+CHUNKS = "one pass over an array, which service requests limit to a million numbers: some 10 ms"
+POINTS = "one pass over the points of a body, some ns each, within a step or sweep that reads the stop"
+ROWS = "one pass over the rows of a scene's effects, within a step that reads the stop"
+FIXED = "a number of turns that the lengths of fixed arrays give"
+BOUNDED = {
+    "kernels.cayley_klein": CHUNKS,
+    "kernels.clock": CHUNKS,
+    "kernels.invariants": "one pass over bodies, of which a request has one",
+    "kernels.principal": "one pass over bodies, of which a request has one",
+    "kernels.regime": FIXED,
+    "kernels.expansion": "at most 4**4 terms: the products of four numbers of two parts",
+    "kernels.elliptic.quarter_period": "the arithmetic-geometric mean of doubles converges in 12 turns",
+    "kernels.interpolation": "one pass over at most 2**18 intervals, 16 nodes and 128 fractions: 0.2 s",
+    "kernels.contact": POINTS,
+    "kernels.solvers.dormand_prince": FIXED,
+    "kernels.solvers.free_rotation": "parts of a step, each of some radians",
+    "kernels.solvers.orbit_path": "the degree of a polynomial",
+    "kernels.solvers.splitting": FIXED,
+    "kernels.solvers.torque": ROWS,
+    "kernels.statistics": "one pass over a block of bodies, in ensembles only",
+    "cost.methods.euler.normalise": CHUNKS,
+    "cost.methods.torques": ROWS,
+}
+
+
+def compiled_loops(path):
+    """(function, loop) of each loop in the compiled functions of a source file."""
+    for function in ast.walk(ast.parse(path.read_text())):
+        if isinstance(function, ast.FunctionDef):
+            decorators = {getattr(each, "id", "") for each in function.decorator_list}
+            if decorators & COMPILING:
+                loops = (each for each in ast.walk(function) if isinstance(each, ast.For | ast.While))
+                yield from ((function.name, loop) for loop in loops)
+
+
+def reads_stop(loop):
+    subscripts = (node.value for node in ast.walk(loop) if isinstance(node, ast.Subscript))
+    return any(getattr(value, "id", "") == "halted" for value in subscripts)
+
+
+def is_short(loop, module):
+    """Whether it runs over a short range, or tuple, of constants of the module."""
+    if isinstance(loop, ast.While):
+        return False
+    expression = compile(ast.Expression(loop.iter), module.__name__, "eval")
+    try:
+        return len(eval(expression, dict(vars(module)))) <= SHORT
+    except NameError:  # of a local variable
+        return False
+
+
+def is_bounded(function, loop, name):
+    entries = {f"{name}.{function}"}
+    if isinstance(loop, ast.For):
+        entries |= {name, name.rpartition(".")[0]}
+    return bool(entries & set(BOUNDED))
+
+
+SOURCES = [path for path in sorted(ROOT.rglob("*.py")) if next(compiled_loops(path), None)]
+NAMES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in SOURCES]
+
+
+@pytest.mark.parametrize(("path", "name"), [*zip(SOURCES, NAMES, strict=True)], ids=NAMES)
+def test_compiled_loops_read_the_stop_or_are_short(path, name):
+    module = import_module(f"attitude.{name}")
+    endless = [
+        f"{path}:{loop.lineno} ({function})"
+        for function, loop in compiled_loops(path)
+        if not (reads_stop(loop) or is_short(loop, module) or is_bounded(function, loop, name))
+    ]
+    assert not endless, "neither halted[0] is read nor an entry of BOUNDED stands for:\n" + "\n".join(endless)
+
+
+def test_sources_with_compiled_loops_are_found():
+    assert {"collocation", "flight", "impact", "interpolation", "euler"} <= {path.stem for path in SOURCES}
+    assert "attitude.kernels.contact.flight" in {f"attitude.{name}" for name in NAMES}
+
+
+def test_loop_without_either_is_found():
+    loops = ast.parse("while x[0] > 0.0: pass\nfor i in range(n): pass").body
+    module = import_module("attitude.kernels.phase")
+    for loop in loops:
+        checks = reads_stop(loop), is_short(loop, module), is_bounded("f", loop, "kernels.phase")
+        assert checks == (False, False, False)
