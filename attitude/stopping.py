@@ -4,12 +4,13 @@
     with stoppable(stop):     # in the thread that computes
         scene.run()           # raises Stopped soon after stop.set() is called in any other
 
-Compiled loops whose length depends on their input read the flag at every step; loops in Python call `check`.
+Compiled loops whose length depends on input read the flag at every step; loops in Python call `check()`.
 The service stops a request at its deadline so (service/deadline.py).
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -51,6 +52,22 @@ _current: ContextVar[Stop] = ContextVar("stop", default=_never)
 def current() -> Stop:
     """The Stop of the current computation, or one that is never set."""
     return _current.get()
+
+
+def check() -> None:
+    """Raises Stopped where the current computation is to stop: for loops whose length depends on input."""
+    _current.get().check()
+
+
+@contextmanager
+def checked_calls() -> Iterator[None]:
+    """Every call of a Python function in this context does `check`: for code that knows nothing of stops."""
+    before, stop = sys.getprofile(), _current.get()
+    sys.setprofile(lambda *_: stop.check())
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
 
 
 @contextmanager

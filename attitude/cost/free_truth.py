@@ -5,14 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from threading import Lock
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from .. import stopping
 from ..errors import AttitudeError
 from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
@@ -20,6 +23,7 @@ from ..times.instants import as_instants
 from .initial_value_problem import InitialValueProblem
 
 MAX_TRUTH_INSTANTS = 30
+BLOCK_SAMPLES = 1 << 14  # whose errors are computed at once, in numbers of 16 bytes
 # Errors are computed in the longest floats, on moments and rates scaled to order one: on most machines the
 # rounding of the computation itself is then below that of the methods.
 LONG = np.longdouble
@@ -39,6 +43,29 @@ def oracle() -> ModuleType:
             raise
         raise AttitudeError("the cost needs mpmath for its truth: pip install 'attitude[cost]'") from None
     return truth
+
+
+_one_thread = Lock()
+
+
+@contextmanager
+def exclusive_oracle() -> Iterator[ModuleType]:
+    """The oracle, for one thread at a time: mpmath has one working precision for all of them.
+
+    Its computations end where the stop is set.
+    """
+    truth = oracle()
+    from mpmath import mp
+
+    while not _one_thread.acquire(timeout=0.1):
+        stopping.check()
+    precision = mp.prec
+    try:
+        with stopping.checked_calls():
+            yield truth
+    finally:
+        mp.prec = precision
+        _one_thread.release()
 
 
 @dataclass(frozen=True)
@@ -74,9 +101,9 @@ class Truth:
 
     def error(self, attitudes: np.ndarray) -> float:
         """Largest angle, rad, between quaternions (n, 4) at the samples and the truth."""
-        angle = oracle().attitude_error
         sampled = attitudes[self.indices].tolist()
-        return max(angle(q, p) for q, p in zip(sampled, self.attitudes, strict=True))
+        with exclusive_oracle() as truth:
+            return max(truth.attitude_error(q, p) for q, p in zip(sampled, self.attitudes, strict=True))
 
 
 def random_indices(count: int, random: np.random.Generator) -> np.ndarray:
@@ -88,11 +115,12 @@ def random_indices(count: int, random: np.random.Generator) -> np.ndarray:
 def true_attitudes(problem: InitialValueProblem, t: np.ndarray, route: str) -> list[Any]:
     """Quaternions of mpf at instants (n,), s, by one of the oracle's routes: "taylor" or "theta"."""
     rate, attitude = problem.angular_velocity.tolist(), problem.attitude.tolist()
-    if problem.moments is None:
-        exact = partial(oracle().attitude_and_rate_of_tensor, problem.tensor.tolist(), rate, attitude)
-    else:
-        exact = partial(oracle().attitude_and_rate, problem.moments.tolist(), rate, attitude)
-    return [exact(seconds, route=route)[0] for seconds in t.tolist()]
+    with exclusive_oracle() as truth:
+        if problem.moments is None:
+            exact = partial(truth.attitude_and_rate_of_tensor, problem.tensor.tolist(), rate, attitude)
+        else:
+            exact = partial(truth.attitude_and_rate, problem.moments.tolist(), rate, attitude)
+        return [exact(seconds, route=route)[0] for seconds in t.tolist()]
 
 
 def load(problem: InitialValueProblem) -> None:
@@ -138,11 +166,17 @@ class TrueQuantities:
 
     def errors(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
         """Largest errors of energy and momentum vector, relative to the largest; scaled ones for rest."""
-        energy, momentum = self._energy_and_momentum(attitudes[self.indices], rates[self.indices])
-        off = np.sqrt(((momentum - self.momentum) ** 2).sum(axis=-1)).max()
+        attitudes, rates = attitudes[self.indices], rates[self.indices]
+        energy_off, momentum_off = LONG(0.0), LONG(0.0)
+        for first in range(0, len(rates), BLOCK_SAMPLES):  # one block, where the truth has many rows
+            stopping.check()
+            block = slice(first, first + BLOCK_SAMPLES)
+            energy, momentum = self._energy_and_momentum(attitudes[block], rates[block])
+            energy_off = max(energy_off, np.abs(energy - self.energy).max())
+            momentum_off = max(momentum_off, np.sqrt(((momentum - self.momentum) ** 2).sum(axis=-1)).max())
         size = np.sqrt((self.momentum**2).sum(axis=-1)).max() or LONG(1.0)
         largest = np.abs(self.energy).max() or LONG(1.0)
-        return float(np.abs(energy - self.energy).max() / largest), float(off / size)
+        return float(energy_off / largest), float(momentum_off / size)
 
     def _energy_and_momentum(self, attitudes: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) energies and (n, 3) inertial momenta."""

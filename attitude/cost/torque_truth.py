@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..dynamics.solvers import RUNGE_KUTTA
-from .free_truth import LONG, TrueQuantities, Truth, oracle, random_indices
+from .free_truth import LONG, TrueQuantities, Truth, exclusive_oracle, random_indices
 from .initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from .methods import library_solvers, torques
 
@@ -99,12 +99,7 @@ def is_known(environment: TorqueEnvironment) -> bool:
 
 def by_oracle(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples:
     """By the Taylor oracle."""
-    oracle()
     environment = environment_of(problem)
-    from mpmath import mp
-
-    from ..oracle.torque_motion import TorqueMotion
-
     terms = [ORACLE_TORQUES[effect.type](effect, environment) for effect in environment.effects]
     inertia = problem.tensor if problem.moments is None else problem.moments
     own = problem.angular_velocity.tolist()
@@ -112,10 +107,6 @@ def by_oracle(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples
         # the document's rate is W, from which dissipation makes w = I^-1 (m - h) differ
         equations = torques.TorqueEquations.of(problem)
         own = equations.axes.apply(equations.start[4:] * equations.second).tolist()
-    motion = TorqueMotion(
-        inertia.tolist(), own, problem.attitude.tolist(), terms, orbit_of(environment), TAYLOR_DIGITS
-    )
-    states = motion.states(instants.tolist())
     alpha = sum(numbers[0] for name, *numbers in terms if name == "dissipation")
 
     def attitude_rate(state: Any) -> Any:
@@ -123,8 +114,17 @@ def by_oracle(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples
         (x, y, z), (a, b, c) = state.rate, state.momentum
         return x + alpha * (b * z - c * y), y + alpha * (c * x - a * z), z + alpha * (a * y - b * x)
 
-    with mp.workdps(TAYLOR_DIGITS + 10):
-        rates = np.array([[long_double(w) for w in attitude_rate(state)] for state in states], dtype=LONG)
+    with exclusive_oracle():
+        from mpmath import mp
+
+        from ..oracle.torque_motion import TorqueMotion
+
+        motion = TorqueMotion(
+            inertia.tolist(), own, problem.attitude.tolist(), terms, orbit_of(environment), TAYLOR_DIGITS
+        )
+        states = motion.states(instants.tolist())
+        with mp.workdps(TAYLOR_DIGITS + 10):
+            rates = np.array([[long_double(w) for w in attitude_rate(state)] for state in states], dtype=LONG)
     return [state.attitude for state in states], rates, "Taylor, eighteen digits", 0.0
 
 
@@ -172,8 +172,9 @@ def by_extrapolation(problem: InitialValueProblem, instants: np.ndarray) -> True
     """By the finer of two integrations; their difference estimates its error, rounding included."""
     attitudes, rates = extrapolate(problem, instants, TOLERANCE)
     rough, _ = extrapolate(problem, instants, 10.0 * TOLERANCE)
-    angle = oracle().attitude_error
-    off = max(angle(q, p) for q, p in zip(attitudes.tolist(), rough.tolist(), strict=True))
+    with exclusive_oracle() as truth:
+        pairs = zip(attitudes.tolist(), rough.tolist(), strict=True)
+        off = max(truth.attitude_error(q, p) for q, p in pairs)
     return attitudes.tolist(), rates.astype(LONG), "extrapolation in doubles", float(off)
 
 

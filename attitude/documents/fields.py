@@ -11,9 +11,10 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import core_schema
 
+from .. import stopping
 from ..errors import AttitudeError, FormatError, InputError, unknown
 
 
@@ -35,10 +36,24 @@ Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
 Four = Annotated[list[Number], Field(min_length=4, max_length=4)]
 
 
+MAX_KEYS = 1000
+
+
 class Part(BaseModel):
     """Any part of a document: frozen, unknown keys refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_number_of_keys(cls, value: Any) -> Any:
+        """Refuse thousands of keys at the first unknown one: pydantic would describe the fault of each."""
+        stopping.check()
+        if isinstance(value, dict) and len(value) > MAX_KEYS:
+            known = {field.alias or name for name, field in cls.model_fields.items()}
+            first = next(name for name in value if name not in known)
+            raise InputError(first, value[first], f"no such key, and {MAX_KEYS} keys at the most")
+        return value
 
 
 def exactly_one(part: Part, names: tuple[str, ...]) -> str:
@@ -125,6 +140,7 @@ def parse_json(text: str | bytes, source: str) -> Any:
 
 
 def _refuse_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    stopping.check()
     document: dict[str, Any] = {}
     for name, value in pairs:
         if name in document:

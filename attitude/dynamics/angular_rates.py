@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .. import stopping
 from ..frames import rotations
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import free_spin
@@ -26,6 +27,7 @@ def max_angular_rates(
     at_epoch = along_axes(bodies, bodies.rate)
     fastest, own, momentum = at_epoch, np.zeros(len(bodies)), np.zeros(len(bodies))
     for added in impulse_sums(impulses, bodies.attitude):
+        stopping.check()
         back = rotations.rotate(rotations.conjugate(bodies.attitude), added)
         rates = at_epoch + along_axes(bodies, back) / moments
         speed = vector_lengths(rates)

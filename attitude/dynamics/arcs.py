@@ -55,13 +55,15 @@ def arcs(
     cuts = sorted(edges, reverse=sign < 0.0)
     if len(cuts) == 1 or any(impulse.seconds == stop for impulse in met):
         cuts.append(stop)  # an arc of no length, for what happens at its instant
-    met.sort(key=lambda impulse: impulse.seconds * sign)
+    starting: dict[float, list[AppliedImpulse]] = {}
+    for impulse in met:
+        starting.setdefault(impulse.seconds, []).append(impulse)
     return [
         Arc(
             a,
             b,
             tuple(torque for torque in torques if _acts(spans[id(torque)], 0.5 * (a + b))),
-            tuple(impulse for impulse in met if impulse.seconds == a),
+            tuple(starting.get(a, ())),
         )
         for a, b in pairwise(cuts)
     ]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .. import stopping
 from ..errors import InputError, ToleranceError
 from ..frames import rotations
 from ..problem.initial_state import InitialState
@@ -56,6 +57,7 @@ def _coast(
         sign, q, w = 1.0 if path[-1].stop >= 0.0 else -1.0, attitude, rate
         momentum = rotations.rotate(q, turned(body.tensor, w))
         for arc, index in zip(path, instants_within(path, seconds[within], low[within]), strict=True):
+            stopping.check()
             for impulse in arc.impulses:
                 momentum = momentum + sign * inertial_components(impulse, q)
             if arc.impulses:

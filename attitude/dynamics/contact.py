@@ -341,7 +341,7 @@ class _FlightLog:
         q, w = np.empty((4, 1, len(seconds))), np.empty((3, 1, len(seconds)))
         bounds = [*np.flatnonzero(np.diff(flight, prepend=-1)).tolist(), len(seconds)]
         for first, last in pairwise(bounds):
-            stopping.current().check()
+            stopping.check()
             record = records[flight[first] : flight[first] + 1]
             compiled.sample(record, time, time_low, q, w, None, 0, first, last)
         start = starts[flight]
@@ -356,7 +356,7 @@ def _since_start(
     """Index of the last flight that has begun at each instant, and the time since then in two parts."""
     flight = np.searchsorted(starts[:, 0], seconds, side="right") - 1
     while True:
-        stopping.current().check()
+        stopping.check()
         hi, lo = starts[flight, 0], starts[flight, 1]
         early = ((seconds - hi) + (low - lo) < 0.0) & (flight > 0)
         if not early.any():

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .. import stopping
 from ..errors import InputError
 from ..frames import rotations
 from ..kernels import layout
@@ -94,6 +95,7 @@ def impulse_sums(impulses: Sequence[AppliedImpulse], attitude: np.ndarray) -> li
             key=lambda impulse: sign * impulse.seconds,
         )
         for impulse in outwards:
+            stopping.check()
             total = total + sign * inertial_components(impulse, attitude)
             sums.append(total)
     return sums

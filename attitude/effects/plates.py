@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from .. import stopping
 from ..documents.fields import Number, Part, Vector
 from ..documents.quantities import Area, LengthVector, check_positive, unit_vector
 from ..errors import InputError
@@ -15,6 +17,7 @@ from ..errors import InputError
 DIRECTION_COUNT = 20_000
 # No direction is farther than this from one of directions(), rad (a test measures it).
 COVERING = 2.6 / math.sqrt(DIRECTION_COUNT)
+MAX_NUMBERS = 1 << 18  # of plates times directions in one array
 Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]
 
 
@@ -102,7 +105,12 @@ class Surfaces(NamedTuple):
         reach = float(steepest @ np.sqrt((self.centres**2).sum(axis=1)))
         if reach == 0.0:
             return 0.0
-        greatest = np.sqrt((self.torque(directions()) ** 2).sum(axis=1).max())
+        greatest = 0.0
+        step = max(1, MAX_NUMBERS // len(self.areas))
+        for first in range(0, DIRECTION_COUNT, step):
+            stopping.check()
+            torques = self.torque(directions()[first : first + step])
+            greatest = max(greatest, float(np.sqrt((torques**2).sum(axis=1).max())))
         return float(min(reach, greatest + reach * COVERING))
 
 
@@ -112,6 +120,7 @@ def _geometry(plates: list[OpticalPlate] | list[DragPlate]) -> tuple[np.ndarray,
     return normals, centres, np.array([plate.area.si for plate in plates])
 
 
+@cache
 def directions() -> np.ndarray:
     """(DIRECTION_COUNT, 3) unit vectors, evenly over the sphere: a spiral by the golden angle."""
     k = np.arange(DIRECTION_COUNT) + 0.5

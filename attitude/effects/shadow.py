@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .. import stopping
 from ..orbit.path_states import evaluate, position, samples, velocity
 from ..problem.initial_state import OrbitPath, PiecewisePolynomial
 
@@ -49,6 +50,7 @@ class ShadowHeight:
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         """(...), m."""
+        stopping.check()
         t = np.asarray(t, dtype=float)
         r, sun = position(self.orbit_path, t.reshape(-1)), evaluate(self.sun, t.reshape(-1))
         sun = sun / np.sqrt((sun**2).sum(axis=1))[:, None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .. import stopping
 from ..documents.quantities import Instant
 from ..errors import InputError
 from ..problem.initial_state import InitialState
@@ -9,6 +10,7 @@ from ..problem.initial_state import InitialState
 
 def seconds(instant: Instant, initial_state: InitialState, field: str) -> float:
     """Seconds since the epoch; InputError with the field of the instant below `field`."""
+    stopping.check()
     try:
         return instant.seconds(initial_state.epoch)
     except InputError as error:

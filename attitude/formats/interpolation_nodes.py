@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .. import units
+from .. import stopping, units
 from ..errors import FormatError, InputError
 from ..samples.chunks import Samples
 from ..samples.resampling import SEGMENT_EVENTS
@@ -313,6 +313,7 @@ def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
     max_error, around = 0.0, interpolant.degree
     size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.first) else INTERVALS_PER_CHECK
     for first in range(0, samples.count - 1, size):
+        stopping.check()
         last = min(first + size, samples.count - 1)  # intervals, from first to last
         low, high = max(0, first - around), min(samples.count, last + 1 + around)
         piece = samples.chunk(low, high)
@@ -325,6 +326,7 @@ def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
         dense = intervals[is_long | _is_uneven(piece.elapsed, interpolant)[intervals]]
         group = size * FRACTIONS.size // DENSE_FRACTIONS.size + 1
         for i in range(0, dense.size, group):
+            stopping.check()
             dense_errors, _ = _interval_errors(piece, interpolant, dense[i : i + group], DENSE_FRACTIONS)
             max_error = max(max_error, float(dense_errors.max()))
         max_error = max(max_error, float(errors.max()))

@@ -31,7 +31,7 @@ from .exact import circulation, decades, elapsed, fractions, half_turn, multiply
 
 GUARD_DIGITS = 28
 MAX_STEP = 2.0
-MAX_STEPS = 20_000
+MAX_BYTES = 1 << 26  # of the steps that a motion keeps
 # Beside the separatrix errors grow as exp(u), and u is less than the time in rate units.
 SEPARATRIX_DIGITS = 60
 
@@ -51,7 +51,7 @@ def integrate(moments, omega, q0, t, digits=50):
     return motion(fractions(moments), fractions(omega), digits).at(t, q0, by_period=False)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=4)
 def motion(moments, omega, digits=50):
     """The `TaylorMotion` of a body, from Fractions; keeps the steps that it has made."""
     return TaylorMotion(moments, omega, digits)
@@ -75,6 +75,7 @@ class TaylorMotion:
         self.bits = ceil((digits + GUARD_DIGITS + lost) * 3.3219281) + 8
         self.order = ceil(self.bits * log(2) / 2)
         self.steps = {1: [], -1: []}
+        self.max_steps = MAX_BYTES // (7 * (self.order + 1) * (self.bits // 8 + 80))
         self.period_map = None
         if self.regime != "constant_rate":
             with mp.workprec(self.bits + 64):
@@ -134,8 +135,8 @@ class TaylorMotion:
     def next_step(self, direction):
         """Append a step forward (1) or backward (-1), as long as its own coefficients allow."""
         steps = self.steps[direction]
-        if len(steps) >= MAX_STEPS:
-            raise ArithmeticError(f"{MAX_STEPS} Taylor steps do not reach the time asked for")
+        if len(steps) >= self.max_steps:
+            raise ArithmeticError(f"{self.max_steps} Taylor steps do not reach the time asked for")
         if steps:
             last = steps[-1]
             start, state = last.start + last.scale * last.length, self.evaluate(last, last.length)

@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from .. import stopping
 from ..errors import InputError
 from ..problem.initial_state import PiecewisePolynomial
 from .path_states import evaluate
@@ -15,6 +16,7 @@ from .path_states import evaluate
 # Degree 9 over a twelfth of a revolution leaves 1e-12 of a circle; an ellipse takes more intervals.
 DEGREE = 9
 MAX_INTERVALS = 200_000
+BLOCK_INSTANTS = 1 << 14  # at which a function is evaluated at once
 
 VectorFunction = Callable[[np.ndarray], np.ndarray]
 
@@ -51,9 +53,18 @@ def interpolated(
 def _interpolate(function: VectorFunction, start: float, length: float, count: int) -> PiecewisePolynomial:
     nodes, to_powers = _chebyshev()
     t = start + length * (np.arange(count)[:, None] + nodes)
-    values = function(t.reshape(-1)).reshape(count, DEGREE + 1, 3)
+    values = _in_blocks(function, t.reshape(-1)).reshape(count, DEGREE + 1, 3)
     coefficients = np.ascontiguousarray(np.einsum("kj,pji->pik", to_powers, values))
     return PiecewisePolynomial(start, length, coefficients)
+
+
+def _in_blocks(function: VectorFunction, t: np.ndarray) -> np.ndarray:
+    """The function's values at t, of which a million take seconds."""
+    values = np.empty((t.size, 3))
+    for first in range(0, t.size, BLOCK_INSTANTS):
+        stopping.check()
+        values[first : first + BLOCK_INSTANTS] = function(t[first : first + BLOCK_INSTANTS])
+    return values
 
 
 def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -> float:
@@ -62,7 +73,7 @@ def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -
     x = np.concatenate([[1e-3], between])  # and beside the end, where intervals meet
     intervals = np.arange(len(polynomial.coefficients))[:, None]
     t = (polynomial.start + polynomial.length * (intervals + x)).reshape(-1)
-    expected = function(t)
+    expected = _in_blocks(function, t)
     error = np.sqrt(((evaluate(polynomial, t) - expected) ** 2).sum(axis=1))
     length = np.sqrt((expected**2).sum(axis=1))
     return float((error / length).max()) if (length > 0.0).all() else math.inf

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+from .. import stopping
+
 if TYPE_CHECKING:
     from ..times.instants import Instants
     from .ephemeris_data import EphemerisData
@@ -98,6 +100,7 @@ class Samples:
     def chunks(self, step: int = 0, steps: int = 1) -> Iterator[EphemerisData]:
         """Chunks in order; a writer that reads them several times reports progress as `step` of `steps`."""
         for first in range(0, self.count, CHUNK_INSTANTS):
+            stopping.check()
             last = min(first + CHUNK_INSTANTS, self.count)
             yield self.chunk(first, last)
             self.progress((step + last / self.count) / steps)
@@ -125,6 +128,7 @@ class Samples:
         """The least and the greatest instant, in whatever order they are, found in one pass."""
         least, greatest, has_low = (math.inf, 0), (-math.inf, 0), False
         for first in range(0, self.count, CHUNK_INSTANTS):
+            stopping.check()
             chunk = self.instants(first, min(first + CHUNK_INSTANTS, self.count))
             seconds = chunk.seconds.reshape(-1)
             row_size = max(1, math.prod(chunk.shape[1:]))

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import stopping
+
 Pushes = Iterable[tuple[float, np.ndarray]]
 
 
@@ -42,6 +44,7 @@ def pushed(start: Translation, acceleration: np.ndarray, seconds: np.ndarray, pu
     position, velocity = parabola(*start, acceleration, seconds)
     t = np.asarray(seconds, dtype=float)[..., None]
     for at, change in pushes:
+        stopping.check()
         done = (t >= at).astype(float) if at >= 0.0 else -(t < at).astype(float)
         position = position + done * change * (t - at)
         velocity = velocity + done * change
