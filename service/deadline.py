@@ -16,7 +16,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import perf_counter
+from time import perf_counter, thread_time
 
 from attitude.errors import InputError
 from attitude.stopping import Stop, stoppable
@@ -25,7 +25,8 @@ from .settings import variable
 
 log = logging.getLogger(__name__)
 
-STUCK_AFTER_S = 5
+# Beyond its deadline: the processor's time that a computation may take to stop; and when it is stuck.
+OVERTIME_S, STUCK_AFTER_S = 1, 5
 # After SIGTERM: for requests, beside their seconds of computing; then for a computation to stop.
 GRACE_S, STOP_WITHIN_S = 1, 0.5
 LOOK_EVERY_S = 1.0
@@ -50,12 +51,15 @@ class Deadline:
     @contextmanager
     def computing(self) -> Iterator[None]:
         """A piece of work, whose seconds count, and which the stop ends."""
-        self._begun = perf_counter()
+        self._begun, processor_begun = perf_counter(), thread_time()
+        allowed = self.max_seconds - self._before + OVERTIME_S
         try:
             with stoppable(self.stop):
                 yield
         finally:
             self._before, self._begun = self.spent(), None
+            if (seconds := thread_time() - processor_begun) > allowed:
+                log.warning("a computation took %.1f s, %.1f s were left to it", seconds, allowed)
 
     def spent(self) -> float:
         """Seconds of computing, those of the piece under way included."""

@@ -35,7 +35,7 @@ class Shape(Part):
     box: Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = None
     cylinder: Cylinder | None = None
     sphere: Positive | None = None
-    vertices: list[Vector] | None = None
+    vertices: list[Vector] | None = Field(None, fail_fast=True)
     centre: Vector | None = None
     unit: str = Field(examples=["m"])
 

@@ -33,7 +33,7 @@ class Drag(Torque):
     NEEDS_ORBIT: ClassVar[bool] = True
 
     type: Literal["drag"]
-    plates: Annotated[list[DragPlate], Field(min_length=1)]
+    plates: Annotated[list[DragPlate], Field(min_length=1, fail_fast=True)]
     density: MassDensity
     reference_altitude: Length | None = None
     scale_height: Length | None = None

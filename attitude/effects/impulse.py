@@ -58,7 +58,7 @@ class Impulse(Effect):
     impulse: ImpulseVector | None = None
     arm: LengthVector | None = None
     frame: Literal["body", "inertial"] | None = None
-    firings: list[Firing] | None = Field(None, min_length=1)
+    firings: list[Firing] | None = Field(None, min_length=1, fail_fast=True)
 
     @model_validator(mode="after")
     def _one_form(self) -> Impulse:

@@ -27,7 +27,7 @@ class SolarPressure(Torque):
     """
 
     type: Literal["solar_pressure"]
-    plates: Annotated[list[OpticalPlate], Field(min_length=1)]
+    plates: Annotated[list[OpticalPlate], Field(min_length=1, fail_fast=True)]
     source: Annotated[Any, Chosen(sunlight.parse, sunlight.classes, ("astropy",)), Field(alias="sun")]
     shadow: bool = True
 

@@ -30,14 +30,14 @@ class OrbitTimes(Measured):
     """Elapsed times of a table of positions, with their unit."""
 
     LIKE: ClassVar[Any] = units.SECOND
-    value: Annotated[list[Number], Field(min_length=MIN_POINTS)]
+    value: Annotated[list[Number], Field(min_length=MIN_POINTS, fail_fast=True)]
 
 
 class OrbitPositions(Measured):
     """Positions of a table, with their unit."""
 
     LIKE: ClassVar[Any] = units.LENGTH
-    value: Annotated[list[Vector], Field(min_length=MIN_POINTS)]
+    value: Annotated[list[Vector], Field(min_length=MIN_POINTS, fail_fast=True)]
 
 
 class OrbitTable(AboutABody):

@@ -1,4 +1,4 @@
-"""Documents that would take minutes, by the kind of loop that they lengthen; the service must end them all."""
+"""Documents that would take minutes, by the kind of loop that they lengthen: the service must end them."""
 
 from __future__ import annotations
 
