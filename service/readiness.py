@@ -10,8 +10,6 @@ import logging
 import threading
 import time
 from collections.abc import Iterator
-from importlib import import_module
-from importlib.util import find_spec
 from typing import Any
 
 from attitude.formats.encoding import encoded_file
@@ -75,16 +73,9 @@ def warm_up() -> str:
         scene = Scene.model_validate(document)
         json.dumps(scene.run())
         motion_summary(scene.motion(), scene.name)
-    _load_on_demand()
+    encoded_file(Scene.builtin("toutatis").samples(), FORMATS["czml"])  # reads tables of the Earth
     gc.freeze()  # what was loaded stays: to look through it for garbage takes longer than most requests
     return f"known case right, {count} kernels compiled, {time.monotonic() - begun:.2f} s"
-
-
-def _load_on_demand() -> None:
-    """Load what is imported or read by the first request that needs it: tables of the Earth, the cost."""
-    encoded_file(Scene.builtin("toutatis").samples(), FORMATS["czml"])
-    if find_spec("mpmath"):
-        import_module("attitude.cost")
 
 
 def check_known_case() -> None:
