@@ -86,7 +86,7 @@ class Encoded(NamedTuple):
 
     blocks: Iterator[bytes]
     written: Written
-    companions: Callable[[str], dict[str, bytes]]
+    companions: Callable[[str], dict[str, bytes]] = lambda _: {}
 
 
 def encode(
@@ -109,17 +109,14 @@ def encode(
         nodes = interpolation_nodes.chosen(
             samples, module.interpolant(**options), interpolation_error, max_nodes
         )
-        companions = partial(module.companions, nodes, **options) if entry.has_companions else _no_companions
-        return Encoded(module.blocks(nodes, **options), nodes.written, companions)
+        encoded = Encoded(module.blocks(nodes, **options), nodes.written)
+        if entry.has_companions:
+            encoded = encoded._replace(companions=partial(module.companions, nodes, **options))
+        return encoded
     if interpolation_error is not None:
         expected = f"none for {entry.name}, which holds every attitude"
         raise InputError("interpolation_error", interpolation_error, expected)
-    written = Written(math.prod(samples.shape))
-    return Encoded(module.blocks(samples, **options), written, _no_companions)
-
-
-def _no_companions(_: str) -> dict[str, bytes]:
-    return {}
+    return Encoded(module.blocks(samples, **options), Written(math.prod(samples.shape)))
 
 
 def read(path: str | Path, format: str | None = None, **options: Any) -> EphemerisData:  # noqa: A002 (public name)

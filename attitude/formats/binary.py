@@ -11,7 +11,6 @@ from . import bounded_read
 
 MAX_INFLATED_BYTES = 1 << 30  # that any file may unpack to; a larger file, to MAX_INFLATION times its size
 MAX_INFLATION = 100
-MIN_PIECE_BYTES = 1 << 16  # shorter pieces are joined
 
 
 class Sink:
@@ -45,7 +44,7 @@ class Sink:
         """What was written since the last call: joined bytes, and views of long pieces."""
         written, self._written = self._written, []
         pieces: list[Any] = []
-        for is_long, group in groupby(written, lambda data: memoryview(data).nbytes >= MIN_PIECE_BYTES):
+        for is_long, group in groupby(written, lambda data: memoryview(data).nbytes >= 1 << 16):
             if is_long:
                 pieces.extend(map(memoryview, group))
             else:

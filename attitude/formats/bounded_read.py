@@ -9,7 +9,6 @@ from ..errors import FormatError
 
 MAX_TEXT_BYTES = 1 << 30
 MAX_PIPE_BYTES = 1 << 27  # of a pipe or device, whose size is known only at its end
-READ_BYTES = 1 << 22  # of a pipe, at a time
 SAMPLE_BYTES = 1 << 12  # of a file's beginning and end, which are searched for zero bytes
 ALTERNATIVES = "csv, ndjson and arrows are read in blocks"
 
@@ -39,7 +38,7 @@ def from_pipe(stream: BinaryIO, source: str, max_bytes: int = MAX_PIPE_BYTES) ->
     Raises FormatError for more than `max_bytes`, or more than `MAX_PIPE_BYTES`.
     """
     chunks, count, limit = [], 0, min(max_bytes, MAX_PIPE_BYTES)
-    while chunk := stream.read(READ_BYTES):
+    while chunk := stream.read(1 << 22):
         chunks.append(chunk)
         count += len(chunk)
         if count > limit:

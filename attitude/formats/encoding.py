@@ -20,8 +20,6 @@ from .tables import json as columnar_json
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
 
-MIN_BLOCK_BYTES = 1 << 21  # shorter blocks are joined before they are sent
-
 
 class EncodedFile(NamedTuple):
     """The content of a file, its name and its media type.
@@ -81,7 +79,7 @@ def coalesced(blocks: Iterator[Any]) -> Iterator[Any]:
     for block in blocks:
         short.append(block)
         size += len(block)
-        if size >= MIN_BLOCK_BYTES:
+        if size >= 1 << 21:
             yield b"".join(short) if len(short) > 1 else block
             short, size = [], 0
     if short:

@@ -16,8 +16,6 @@ from ..runtime import compiled
 from ..runtime.threads import processors, ranges, run
 
 MAX_DEGREE = 15
-MIN_INTERVALS_PER_THREAD = 4096
-MAX_THREADS = 4
 
 
 class Interpolant(NamedTuple):
@@ -63,7 +61,7 @@ class Interpolant(NamedTuple):
                 t, nodes, intervals[first:last], width, fractions, part, work, sines[first:last]
             )
 
-        threads = min(processors(), MAX_THREADS, max(1, sines.size // MIN_INTERVALS_PER_THREAD))
+        threads = min(processors(), 4, max(1, sines.size // 4096))
         run(interpolate, ranges(sines.size, threads))
         return 2.0 * np.arcsin(np.minimum(sines, 1.0))
 

@@ -102,18 +102,14 @@ def chosen(
         known = samples.first.has_known_motion
         read = [samples] if interpolant.crosses else segments
         return Nodes(tuple(segments), interpolant, _error_bound(read, interpolant) if known else None)
-    return _evenly_spaced(samples, interpolant, _check_tolerance(tolerance, samples.first), most)
-
-
-def _check_tolerance(tolerance: Any, head: EphemerisData) -> float:
     angle = float(units.si_array(tolerance, units.ANGLE, "interpolation_error"))
     if not MIN_TOLERANCE <= angle <= MAX_TOLERANCE:
         expected = f"an angle from {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g} rad"
         raise InputError("interpolation_error", tolerance, expected)
-    if not head.has_known_motion:
+    if not samples.first.has_known_motion:
         expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
         raise InputError("interpolation_error", tolerance, expected)
-    return angle
+    return _evenly_spaced(samples, interpolant, angle, most)
 
 
 # -- the instants as they are given ---------------------------------------------------------------
@@ -126,11 +122,11 @@ def split_at_jumps(samples: Samples) -> list[Samples]:
         return [samples]
     seconds = np.concatenate([piece.elapsed for piece in samples.chunks()])
     edges = [0, *sorted({int(i) for i in np.searchsorted(seconds, cuts)} - {0, samples.count}), samples.count]
-    return [_slice(samples, first, last) for first, last in pairwise(edges)]
 
+    def part(first: int, last: int) -> Samples:
+        return Samples(last - first, lambda a, b: samples.chunk(first + a, first + b), samples.progress)
 
-def _slice(samples: Samples, first: int, last: int) -> Samples:
-    return Samples(last - first, lambda a, b: samples.chunk(first + a, first + b), samples.progress)
+    return [part(first, last) for first, last in pairwise(edges)]
 
 
 # -- instants chosen for a tolerance --------------------------------------------------------------

@@ -11,7 +11,6 @@ from ..errors import FormatError
 
 BLOCK_BYTES = 1 << 22
 MAX_LINE_BYTES = 1 << 20  # no format has longer lines, and a file of zeros is one line
-MIN_MEAN_LINE_BYTES = 8  # of a full block: a row of five numbers takes ten
 
 
 class LineBlock:
@@ -72,7 +71,7 @@ def blocks(stream: BinaryIO, source: str, last_line: re.Pattern[bytes] | None = 
         if len(rest) > MAX_LINE_BYTES:
             raise FormatError(f"a line of more than {MAX_LINE_BYTES} bytes", source, number + block.count)
         if end:
-            if block.count > max(1 << 16, len(chunk) // MIN_MEAN_LINE_BYTES):
+            if block.count > max(1 << 16, len(chunk) // 8):  # a row of five numbers takes ten bytes
                 raise FormatError("nearly empty lines, one after another", source, number)
             yield block
             number = block.number_at(block.size)

@@ -78,10 +78,12 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     stream = seekable(stream, source)
     try:
         with zipfile.ZipFile(stream) as archive:
-            _refuse_tail(stream, source)
+            stream.seek(-22, io.SEEK_END)  # where the archive's last record begins, if it has no comment
+            if stream.read(4) != b"PK\5\6":
+                raise FormatError("data after its end", source)
             members = _members(archive, source)
             refuse_inflated(sum(each.file_size for each in members.values()), stream, source)
-            meta = orjson.loads(_text(archive, members.pop(METADATA), source))
+            meta = orjson.loads(_metadata_text(archive, members.pop(METADATA), source))
             table = {name: _column(archive, each, name, source) for name, each in members.items()}
     except FormatError:
         raise
@@ -89,13 +91,6 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
         raise FormatError(f"not NPZ: {one_line(error)}", source) from None
     table.pop(columnar.TIME_TAI, None)  # the seconds are exact
     return schema.ephemeris_from(meta, table, source)
-
-
-def _refuse_tail(stream: BinaryIO, source: str) -> None:
-    """Refuses bytes after the archive's last record, of 22 bytes, and a comment in it."""
-    stream.seek(-22, io.SEEK_END)
-    if stream.read(4) != b"PK\5\6":
-        raise FormatError("data after its end", source)
 
 
 def _members(archive: zipfile.ZipFile, source: str) -> dict[str, zipfile.ZipInfo]:
@@ -112,7 +107,7 @@ def _members(archive: zipfile.ZipFile, source: str) -> dict[str, zipfile.ZipInfo
     return members
 
 
-def _text(archive: zipfile.ZipFile, each: zipfile.ZipInfo, source: str) -> str:
+def _metadata_text(archive: zipfile.ZipFile, each: zipfile.ZipInfo, source: str) -> str:
     with archive.open(each) as member:
         shape, _, kind = _read_header(member)
         if shape or kind.kind != "U" or kind.itemsize > each.file_size:

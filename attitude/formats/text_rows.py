@@ -10,7 +10,6 @@ import numpy as np
 
 from ..errors import FormatError
 
-MAX_NUMBER_BYTES = 26  # -1.2345678901234567e-308, and a point that is inserted
 MAX_TEXT_BYTES = 1 << 30  # Arrow counts them in 32 bits
 
 
@@ -29,7 +28,7 @@ def texts(columns: np.ndarray, pieces: list[bytes], leads: np.ndarray | None = N
     if not finite.all():
         raise FormatError(f"a number that is not finite, in row {int(np.argmin(finite))}, is not written")
     row_bytes = sum(map(len, pieces)) + (0 if leads is None else leads.itemsize)
-    row_bytes += len(columns) * MAX_NUMBER_BYTES
+    row_bytes += len(columns) * len("-1.2345678901234567e-308" + ".0")  # the longest number
     if len(finite) * row_bytes > MAX_TEXT_BYTES and len(finite) > 1:
         halves = [slice(len(finite) // 2), slice(len(finite) // 2, None)]
         return b"".join(texts(columns[:, h], pieces, leads if leads is None else leads[h]) for h in halves)

@@ -72,20 +72,24 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     try:
         file = pq.ParquetFile(stream)
         meta = _check(file.schema_arrow, source)
-        refuse_inflated(_stated_bytes(file.metadata), stream, source)
+        groups = [file.metadata.row_group(i).num_rows for i in range(file.metadata.num_row_groups)]
+        stated_rows = max(sum(groups), file.metadata.num_rows)
+        refuse_inflated(8 * stated_rows * file.metadata.num_columns, stream, source)
         table = file.read()
         table.validate(full=True)
     except FormatError:
         raise
     except Exception as error:  # of pyarrow, of astropy's YAML, and of the stream
         raise FormatError(f"not Parquet as astropy writes it: {one_line(error)}", source) from None
-    return schema.ephemeris_from(meta, _columns(table, source), source)
-
-
-def _stated_bytes(metadata: Any) -> int:
-    """Bytes of all columns, unpacked, by the row counts in the file's metadata."""
-    rows = sum(metadata.row_group(i).num_rows for i in range(metadata.num_row_groups))
-    return max(rows, metadata.num_rows) * metadata.num_columns * np.dtype(float).itemsize
+    columns = {}
+    for name, column in SCALARS.items():
+        if name in table.column_names:
+            columns[column] = _numbers(table, name, source)
+    for name, names, _ in VECTORS:
+        if name in table.column_names:
+            matrix = _numbers(table, name, source).reshape(-1, len(names))
+            columns.update(zip(names, matrix.T, strict=True))
+    return schema.ephemeris_from(meta, columns, source)
 
 
 def _check(arrow_schema: Any, source: str) -> dict[str, Any]:
@@ -106,19 +110,6 @@ def _check(arrow_schema: Any, source: str) -> dict[str, Any]:
         if name not in DATES and (None if unit is None else str(unit)) != UNITS[name]:
             raise FormatError(f"column {name!r} in {unit}, not in {UNITS[name]}", source)
     return dict(header["meta"])
-
-
-def _columns(table: Any, source: str) -> dict[str, np.ndarray]:
-    """The columns as `schema` names them."""
-    columns = {}
-    for name, column in SCALARS.items():
-        if name in table.column_names:
-            columns[column] = _numbers(table, name, source)
-    for name, names, _ in VECTORS:
-        if name in table.column_names:
-            matrix = _numbers(table, name, source).reshape(-1, len(names))
-            columns.update(zip(names, matrix.T, strict=True))
-    return columns
 
 
 def _numbers(table: Any, name: str, source: str) -> np.ndarray:

@@ -55,8 +55,12 @@ def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str)
     """The ephemeris; `open_reader` is `pyarrow.ipc.open_file` or `open_stream`."""
     try:
         reader = open_reader(stream)
-        _check(reader.schema, source)
-        table = _table(reader, source)
+        columnar.check_names(reader.schema.names, source)  # before any data is read
+        for name, kind in zip(reader.schema.names, reader.schema.types, strict=True):
+            if kind != _type(name):
+                raise FormatError(f"column {name!r} of {kind}, not {_type(name)}", source)
+        meta = _metadata(reader.schema, source)
+        table = _table(reader, meta, source)
         table.validate(full=True)
         if not has_footer(reader):
             refuse_trailing(stream, source)
@@ -68,7 +72,7 @@ def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str)
         raise FormatError("a column with missing values", source)
     names = [name for name in table.column_names if name != columnar.TIME_TAI]
     numbers = {name: table.column(name).to_numpy() for name in names}
-    return schema.ephemeris_from(_metadata(table.schema, source), numbers, source)
+    return schema.ephemeris_from(meta, numbers, source)
 
 
 def has_footer(reader: Any) -> bool:
@@ -76,26 +80,17 @@ def has_footer(reader: Any) -> bool:
     return hasattr(reader, "num_record_batches")
 
 
-def _table(reader: Any, source: str) -> Any:
+def _table(reader: Any, meta: Any, source: str) -> Any:
     """All batches; of a stream, which may be endless, no more instants than its metadata state."""
     if has_footer(reader):
         return reader.read_all()
-    stated = schema.stated_count(_metadata(reader.schema, source), source)
+    stated = schema.stated_count(meta, source)
     batches, count = [], 0
     for batch in reader:
         batches.append(batch)
         count += max(1, batch.num_rows)
         schema.refuse_more(count, stated, source)
     return pa.Table.from_batches(batches, reader.schema)
-
-
-def _check(arrow_schema: Any, source: str) -> None:
-    """Refuses, before any data is read, unknown or repeated columns and other types."""
-    columnar.check_names(arrow_schema.names, source)
-    for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
-        if kind != _type(name):
-            raise FormatError(f"column {name!r} of {kind}, not {_type(name)}", source)
-    _metadata(arrow_schema, source)
 
 
 def _metadata(arrow_schema: Any, source: str) -> Any:

@@ -100,7 +100,12 @@ def parse_epochs(texts: Any, system: str) -> Timestamps:
     Raises RowError for the first that is invalid.
     """
     if not isinstance(texts, list):
-        stamps = parse_calendar_epochs(_characters(texts), system)
+        from pyarrow import compute
+
+        widths = compute.binary_length(texts).to_numpy()
+        width = int(widths[0]) if (widths == widths[0]).all() else 0
+        characters = np.frombuffer(contents(texts), np.uint8)[: width * len(widths)]
+        stamps = parse_calendar_epochs(characters.reshape(len(widths), width), system)
         if stamps is not None:
             return stamps
         texts = texts.to_pylist()
@@ -109,16 +114,6 @@ def parse_epochs(texts: Any, system: str) -> Timestamps:
     stamps = parse_calendar_epochs(characters, system)
     assert stamps is not None
     return stamps
-
-
-def _characters(texts: Any) -> np.ndarray:
-    """(n, width) of an Arrow array of texts; (n, 0) where they are not all of one width."""
-    from pyarrow import compute
-
-    widths = compute.binary_length(texts).to_numpy()
-    width = int(widths[0]) if (widths == widths[0]).all() else 0
-    characters = np.frombuffer(contents(texts), dtype=np.uint8)
-    return characters[: width * len(widths)].reshape(len(widths), width)
 
 
 def _calendar_form(text: bytes, index: int, system: str) -> bytes:
@@ -134,19 +129,15 @@ def _calendar_form(text: bytes, index: int, system: str) -> bytes:
     if decimals[MAX_DECIMALS:].strip(b"0"):
         raise RowError(index, f"more than {MAX_DECIMALS} decimals of a second")
     if day_of_year is not None:
-        month, day = _month_and_day(int(year), int(day_of_year), index)
+        try:
+            calendar = date.fromordinal(date(int(year), 1, 1).toordinal() + int(day_of_year) - 1)
+        except (ValueError, OverflowError):
+            calendar = None
+        if calendar is None or calendar.year != int(year):
+            raise RowError(index, f"no day {int(day_of_year)} in year {int(year)}")
+        month, day = b"%02d" % calendar.month, b"%02d" % calendar.day
     clock = b"%s:%s:%s.%s" % (hour, minute, second, decimals[:MAX_DECIMALS].ljust(MAX_DECIMALS, b"0"))
     return b"%s-%s-%sT%s" % (year, month, day, clock)
-
-
-def _month_and_day(year: int, day: int, index: int) -> tuple[bytes, bytes]:
-    try:
-        calendar = date.fromordinal(date(year, 1, 1).toordinal() + day - 1)
-    except (ValueError, OverflowError):
-        calendar = None
-    if calendar is None or calendar.year != year:
-        raise RowError(index, f"no day {day} in year {year}")
-    return b"%02d" % calendar.month, b"%02d" % calendar.day
 
 
 def parse_calendar_epochs(characters: np.ndarray, system: str) -> Timestamps | None:

@@ -103,12 +103,9 @@ class KvnReader:
         assert self.fields is not None
         if text == "META_START":
             self.fields.close(number)
-            self._begin_metadata()
+            self.fields, self.add_line = self.message.metadata(), self._add_to_metadata
         else:
             self._add_keyword(self.fields, text, number)
-
-    def _begin_metadata(self) -> None:
-        self.fields, self.add_line = self.message.metadata(), self._add_to_metadata
 
     def _add_to_metadata(self, text: str, number: int) -> None:
         assert self.fields is not None
@@ -138,7 +135,7 @@ class KvnReader:
         if text != "META_START":
             reason = f"{text[:40]!r} after DATA_STOP, where META_START or the end belongs"
             raise FormatError(reason, self.source, number)
-        self._begin_metadata()
+        self.fields, self.add_line = self.message.metadata(), self._add_to_metadata
 
     # -- rows -------------------------------------------------------------------------------------
 

@@ -19,7 +19,6 @@ from .keywords import HEADER, METADATA, VERSIONS, KeywordBlock
 from .segment import Rows, Segment
 
 MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
-ATTOSECONDS_PER_NANOSECOND = 10**9  # writers round epochs to whole nanoseconds
 
 
 class MessageReader:
@@ -164,7 +163,7 @@ def _check_steps(times: Instants, stamps: Timestamps, shared: list[int]) -> None
     steps[np.array(shared, dtype=int) - 1] = np.inf
     if not steps.size or steps.min() > 2.1e-9:
         return
-    least = 2e-9 if (stamps.atto % ATTOSECONDS_PER_NANOSECOND).any() else 1e-9
+    least = 2e-9 if (stamps.atto % 10**9).any() else 1e-9
     close = np.flatnonzero(steps < least * (1.0 - 1e-3))
     if close.size:
         i = int(close[0])

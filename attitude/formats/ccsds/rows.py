@@ -18,8 +18,6 @@ from .. import schema
 from ..text_rows import texts
 from .epochs import EPOCH, RowError, Timestamps, parse_epochs
 
-EPOCH_BYTES = 29
-SAME_EPOCH = 4e-10  # s; dates are written to the nanosecond
 NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -65,7 +63,8 @@ class RowWriter:
         """Last epoch of a segment: where the next one begins if both are the same when rounded."""
         following = self.segments[self.segments.index(segment) + 1 :][:1]
         last = segment.last.elapsed[0]
-        if following and following[0].first.elapsed[0] <= max(last + SAME_EPOCH, np.nextafter(last, np.inf)):
+        # dates are written to the nanosecond
+        if following and following[0].first.elapsed[0] <= max(last + 4e-10, np.nextafter(last, np.inf)):
             return bytes(epoch_texts(following[0].first)[0])
         return bytes(epoch_texts(segment.last)[0])
 
@@ -85,7 +84,7 @@ class RowWriter:
 def epoch_texts(piece: EphemerisData) -> np.ndarray:
     """(n,) dates to the nanosecond; FormatError outside the years 1 to 9999."""
     epochs = schema.dates(piece.instants)
-    if epochs.dtype.itemsize != EPOCH_BYTES or epochs[0] < b"0001":
+    if epochs.dtype.itemsize != schema.ISO_BYTES or epochs[0] < b"0001":
         raise FormatError("an AEM has dates of the years 1 to 9999")
     return epochs
 

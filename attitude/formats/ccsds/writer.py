@@ -10,7 +10,6 @@ from ...errors import FormatError, InputError
 from ...frames.inertial import OBLIQUITY_J2000
 from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame
 from ...samples.chunks import Samples
-from ...samples.ephemeris_data import EphemerisData
 from ..interpolant import Interpolant, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS, RowError, parse_epoch
@@ -62,7 +61,11 @@ class AemOptions:
         if frame_named(frame) in INERTIAL_FRAMES | TURNING_FRAMES:
             raise InputError("body_frame", self.body_frame, "the name of axes of the body, no external frame")
         if self.creation_date is not None:
-            _check_date(self.creation_date)
+            try:
+                parse_epoch(self.creation_date.encode(), "UTC")
+            except RowError as error:
+                expected = f"a date in UTC, such as 2026-01-01T00:00:00 ({error.reason})"
+                raise InputError("creation_date", self.creation_date, expected) from None
         if self.rates not in (None, True, False):
             raise InputError("rates", self.rates, "True, False, or None: where there are any")
         interpolant(degree=self.degree)
@@ -78,14 +81,6 @@ def _check_text(name: str, value: Any) -> None:
         raise InputError(name, value, VALUE)
 
 
-def _check_date(text: str) -> None:
-    try:
-        parse_epoch(text.encode(), "UTC")
-    except RowError as error:
-        expected = f"a date in UTC, such as 2026-01-01T00:00:00 ({error.reason})"
-        raise InputError("creation_date", text, expected) from None
-
-
 class AemWriter:
     """The content of a file, without its syntax.
 
@@ -97,7 +92,12 @@ class AemWriter:
         self.nodes, self.options = nodes, options
         head = nodes.segments[0].first
         self.frame = check_any_frame(head.frame)
-        self.time_system = _time_system(head)
+        scale = head.instants.scale
+        if head.epoch is None or scale is None:
+            raise FormatError("an AEM has dates, and this ephemeris has no epoch to count them from")
+        self.time_system = scale.upper()
+        if self.time_system not in TIME_SYSTEMS:
+            raise FormatError(f"no TIME_SYSTEM of an AEM is the scale {scale!r}")
         if options.rates and not head.has_rate:
             raise InputError("rates", True, "an ephemeris that holds rates, or False")
         self.has_rate = head.has_rate if options.rates is None else bool(options.rates)
@@ -161,12 +161,3 @@ class AemWriter:
             name = "LINEAR"
         return [("INTERPOLATION_METHOD", name), ("INTERPOLATION_DEGREE", str(degree))] if degree else []
 
-
-def _time_system(head: EphemerisData) -> str:
-    """TIME_SYSTEM; FormatError for an ephemeris without an epoch."""
-    scale = head.instants.scale
-    if head.epoch is None or scale is None:
-        raise FormatError("an AEM has dates, and this ephemeris has no epoch to count them from")
-    if scale.upper() not in TIME_SYSTEMS:
-        raise FormatError(f"no TIME_SYSTEM of an AEM is the scale {scale!r}")
-    return scale.upper()

@@ -47,13 +47,11 @@ def _elements(pairs: Pairs) -> str:
 def _state_template(attitude_type: str) -> str:
     """AttitudeState with %s for its epoch and each of its numbers."""
     kind = ATTITUDE_TYPES[attitude_type]
-    rates = f"<angVel>\n{_number_elements(kind.rate)}</angVel>\n" if kind.rate else ""
-    quaternion = f"<quaternion>\n{_number_elements(kind.attitude)}</quaternion>\n"
-    content = f"<EPOCH>%s</EPOCH>\n{quaternion}{rates}"
-    element = kind.elements[0]
-    return f"<attitudeState>\n<{element}>\n{content}</{element}>\n</attitudeState>\n"
-
-
-def _number_elements(names: tuple[str, ...]) -> str:
-    units = {name: f' units="{UNITS[name]}"' if name in UNITS else "" for name in names}
-    return "".join(f"<{name}{units[name]}>%s</{name}>\n" for name in names)
+    parts = []
+    for element, names in (("quaternion", kind.attitude), ("angVel", kind.rate)):
+        units = [f' units="{UNITS[name]}"' if name in UNITS else "" for name in names]
+        numbers = "".join(f"<{name}{unit}>%s</{name}>\n" for name, unit in zip(names, units, strict=True))
+        parts.append(f"<{element}>\n{numbers}</{element}>\n" if names else "")
+    state = kind.elements[0]
+    content = f"<EPOCH>%s</EPOCH>\n{''.join(parts)}"
+    return f"<attitudeState>\n<{state}>\n{content}</{state}>\n</attitudeState>\n"

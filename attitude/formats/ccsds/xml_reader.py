@@ -106,7 +106,9 @@ class XmlReader:
             raise self._error(f"elements more than {MAX_DEPTH} deep")
         path = tuple(self.stack)
         if depth == 1:
-            self._begin_message(name, attributes)
+            if name != "aem" or attributes.get("id") != "CCSDS_AEM_VERS":
+                raise self._error('not an AEM: its first element is not <aem id="CCSDS_AEM_VERS">')
+            self.message.begin(attributes.get("version", ""), self.parser.CurrentLineNumber)
         elif path == ("aem", "header"):
             self._refuse_twice(name)
             self.fields = self.message.header()
@@ -149,11 +151,6 @@ class XmlReader:
         if requested is not None and requested > count:
             raise FormatError(f"no message {requested}, of {count}", self.source)
 
-    def _begin_message(self, name: str, attributes: dict[str, str]) -> None:
-        if name != "aem" or attributes.get("id") != "CCSDS_AEM_VERS":
-            raise self._error('not an AEM: its first element is not <aem id="CCSDS_AEM_VERS">')
-        self.message.begin(attributes.get("version", ""), self.parser.CurrentLineNumber)
-
     def _refuse_twice(self, name: str, after: str | None = None) -> None:
         if name in self.seen:
             raise self._error(f"{name} twice")
@@ -182,8 +179,9 @@ class XmlReader:
         if name not in self.names or parent not in self.elements:
             self._start_part(name)
             return
-        if attributes:
-            self._check_units(name, attributes)
+        units = attributes.get("units") if attributes else None
+        if units is not None and units != UNITS.get(name):
+            raise self._error(f"{name} in {units[:20]!r}, not {UNITS.get(name, 'without units')!r}")
         if name in self.state:
             raise self._error(f"{name} twice in an attitudeState")
         if name == "EPOCH":
@@ -202,11 +200,6 @@ class XmlReader:
                 raise self._error(f"no element {name[:40]!r} belongs in 'data' here")
         elif self.stack[4] == "COMMENT" or name not in self.elements:
             raise self._error(f"no element {name[:40]!r} belongs in {self.stack[-2]!r}")
-
-    def _check_units(self, name: str, attributes: dict[str, str]) -> None:
-        units = attributes.get("units")
-        if units is not None and units != UNITS.get(name):
-            raise self._error(f"{name} in {units[:20]!r}, not {UNITS.get(name, 'without units')!r}")
 
     def _take_text(self) -> str:
         text = "".join(self.text)
@@ -277,17 +270,15 @@ class XmlReader:
         try:
             words = [word for (word,) in [self.state[name].split() for name in self.names]]
         except (KeyError, ValueError):
-            raise self._error_in_state() from None
+            wrong = next(name for name in self.names if len(self.state.get(name, "").split()) != 1)
+            text = self.state.get(wrong, "").strip()
+            reason = f"{wrong} is {text[:40]!r}" if text else f"no {wrong} in an attitudeState"
+            raise self._error(reason) from None
         self.rows.append(" ".join(words).encode("ascii", "replace"))
         self.lines.append(self.state_line)
         self.state.clear()
         if len(self.rows) >= MAX_ROWS:
             self._flush()
-
-    def _error_in_state(self) -> FormatError:
-        wrong = next(name for name in self.names if len(self.state.get(name, "").split()) != 1)
-        text = self.state.get(wrong, "").strip()
-        return self._error(f"{wrong} is {text[:40]!r}" if text else f"no {wrong} in an attitudeState")
 
     def _flush(self) -> None:
         if self.rows and self.segment is not None:

@@ -11,13 +11,13 @@ import orjson
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
-from .. import line_blocks, schema, text_rows
+from .. import schema, text_rows
+from .row_reader import RowReader
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 NOT_PUNCTUATION = bytes(set(range(256)) - set(b'{}:,"\n'))
-PUNCTUATION_TO_BLANKS = bytes.maketrans(b"{}:,", b"    ")
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
@@ -34,86 +34,63 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
-    reader = _NdjsonReader(source)
-    for block in line_blocks.blocks(stream, source):
-        reader.read(block)
-    return reader.ephemeris()
+    return NdjsonReader(source).read(stream)
 
 
-class _NdjsonReader:
-    """Reads a line of metadata, then rows, each block into columns of numbers."""
+class NdjsonReader(RowReader):
+    """A line of metadata, then rows; all have the names of the first."""
 
-    def __init__(self, source: str):
-        self.source = source
-        self.meta: Any = None
-        self.names: list[str] | None = None  # of the first row
-        self.punctuation = b""  # of the first row
-        self.numbers: list[np.ndarray] = []
-        self.stated_count = self.count = 0
+    punctuation = b""  # of the first row
 
-    def read(self, block: line_blocks.LineBlock) -> None:
-        offset, number = 0, block.number
+    def is_header(self, line: bytes, number: int) -> bool:
+        """The metadata; from the first row its names and punctuation."""
+        document = self._object(line, number)
         if self.meta is None:
-            line, offset = block.line(0)
-            self.meta, number = _object(line, self.source, number), number + 1
-            self.stated_count = schema.stated_count(self.meta, self.source, 1)
-        if offset == block.size:
-            return
-        if self.names is None:
-            line, _ = block.line(offset)
-            self.names = list(_object(line, self.source, number))
-            self.punctuation = line.translate(None, NOT_PUNCTUATION) + b"\n"
-        text = block.text[offset:]
-        columns = self._fast_path(text, self.names)
-        self.numbers.append(self._slow_path(text, self.names, number) if columns is None else columns)
-        self.count += self.numbers[-1].shape[1]
-        schema.refuse_more(self.count, self.stated_count, self.source, self.stated_count + 2)
+            self.end_of_metadata(document, number + 1, number)
+            return True
+        self.names = list(document)
+        self.punctuation = line.translate(None, NOT_PUNCTUATION) + b"\n"
+        return False
 
-    def _fast_path(self, text: bytes, names: list[str]) -> np.ndarray | None:
-        """(c, n) numbers of rows with names and punctuation in the order of the first row; else None."""
+    def _object(self, line: bytes, number: int) -> dict[str, Any]:
+        try:
+            document = orjson.loads(line)
+        except orjson.JSONDecodeError as error:
+            raise FormatError(f"not JSON: {error.msg}", self.source, number) from None
+        if not isinstance(document, dict):
+            raise FormatError("not a JSON object", self.source, number)
+        return document
+
+    def columns(self, text: bytes, number: int) -> np.ndarray:
+        """Numbers by Arrow where all rows are like the first, else row by row."""
+        columns = self._fast_path(text)
+        return self._slow_path(text, number) if columns is None else columns
+
+    def _fast_path(self, text: bytes) -> np.ndarray | None:
+        """Numbers of rows with names and punctuation in the order of the first row; else None."""
         from pyarrow import compute
 
         if text.translate(None, NOT_PUNCTUATION) != self.punctuation * text.count(b"\n"):
             return None
         # Between quotes: the opening brace, then each name and its number, or its colon, date and comma.
-        kinds = "-" + "".join("t---" if name == schema.TIME else "tn" for name in names)
-        table = text_rows.read(text.translate(PUNCTUATION_TO_BLANKS), kinds, b'"')
+        kinds = "-" + "".join("t---" if name == schema.TIME else "tn" for name in self.names)
+        table = text_rows.read(text.translate(bytes.maketrans(b"{}:,", b"    ")), kinds, b'"')
         if table is None:
             return None
-        pairs = zip(table.texts, names, strict=True)
+        pairs = zip(table.texts, self.names, strict=True)
         same = all(compute.all(compute.equal(texts, name.encode())).as_py() for texts, name in pairs)
         return table.columns if same else None
 
-    def _slow_path(self, text: bytes, names: list[str], first_line: int) -> np.ndarray:
-        """(c, n) numbers of any rows; FormatError with the line of the first that is none."""
+    def _slow_path(self, text: bytes, first_line: int) -> np.ndarray:
+        """Numbers of any rows; FormatError with the line of the first that is none."""
+        names = [name for name in self.names if name != schema.TIME]
         rows = []
         for number, line in enumerate(text[:-1].split(b"\n"), first_line):
-            row = _object(line, self.source, number)
-            if row.keys() != set(names):
+            row = self._object(line, number)
+            if row.keys() != set(self.names):
                 raise FormatError("other names than in the line before", self.source, number)
-            rows.append({name: self._number(row, name, number) for name in names if name != schema.TIME})
-        columns = [[row[name] for row in rows] for name in names if name != schema.TIME]
-        return np.array(columns).reshape(-1, len(rows))
-
-    def _number(self, row: dict[str, Any], name: str, line: int) -> float:
-        value = row[name]
-        if type(value) not in (float, int) or abs(value) > sys.float_info.max:
-            raise FormatError(f"{name}: a number; got {value!r:.40}", self.source, line)
-        return float(value)
-
-    def ephemeris(self) -> EphemerisData:
-        if self.names is None:
-            raise FormatError("no instants", self.source)
-        names = [name for name in self.names if name != schema.TIME]
-        table = dict(zip(names, np.concatenate(self.numbers, axis=1), strict=True))
-        return schema.ephemeris_from(self.meta, table, self.source, 2)
-
-
-def _object(line: bytes, source: str, number: int) -> dict[str, Any]:
-    try:
-        document = orjson.loads(line)
-    except orjson.JSONDecodeError as error:
-        raise FormatError(f"not JSON: {error.msg}", source, number) from None
-    if not isinstance(document, dict):
-        raise FormatError("not a JSON object", source, number)
-    return document
+            for name in names:
+                if type(row[name]) not in (float, int) or abs(row[name]) > sys.float_info.max:
+                    raise FormatError(f"{name}: a number; got {row[name]!r:.40}", self.source, number)
+            rows.append([float(row[name]) for name in names])
+        return np.array(rows).reshape(len(rows), -1).T
