@@ -7,7 +7,7 @@ import pytest
 
 from attitude import Ephemeris, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.plot import timeline
-from attitude.plot.drop import LABEL_WIDTH, _apart
+from attitude.plot.drop import LABEL_WIDTH, apart
 from attitude.plot.drop import picture as drop_picture
 from attitude.scene.simulation import compared
 from tests.effects.scenes import effect, quantity, scene
@@ -137,5 +137,5 @@ def test_picture_of_a_body_that_comes_to_rest_ends_there():
 
 
 def test_labels_of_contacts_keep_their_distance():
-    assert _apart([1.0, 1.01, 1.2, 1.3, 1.31], 0.1) == [1.0, 1.2, 1.3]
-    assert _apart([], LABEL_WIDTH) == []
+    assert apart([1.0, 1.01, 1.2, 1.3, 1.31], 0.1) == [1.0, 1.2, 1.3]
+    assert apart([], LABEL_WIDTH) == []

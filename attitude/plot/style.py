@@ -24,14 +24,14 @@ SETTINGS = {
 }
 RED, BLUE, GREEN, BLACK = "#d55e00", "#0072b2", "#009e73", "#000000"
 DASHED = (0, (4, 2))
-UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
-MIN_UNITS = 4.0  # a span is measured in the largest unit that it has so many of
+CIRCLES = {"linestyle": "none", "marker": "o", "markerfacecolor": "none"}
 
 
 def time_unit(seconds: np.ndarray) -> tuple[str, float]:
-    """The unit of the time axis of these instants, and how many seconds it has."""
+    """The unit of the time axis of these instants, the largest with four in the span, and its seconds."""
     span = float(np.abs(seconds).max())
-    return next((each for each in UNITS if span >= MIN_UNITS * each[1]), UNITS[-1])
+    units = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
+    return next((each for each in units if span >= 4.0 * each[1]), units[-1])
 
 
 def drawn(draw: Callable[[Figure], None], size: tuple[float, float], file_format: str) -> bytes:
@@ -41,7 +41,6 @@ def drawn(draw: Callable[[Figure], None], size: tuple[float, float], file_format
         FigureCanvasAgg(figure)
         draw(figure)
         file = io.BytesIO()
-        figure.savefig(
-            file, format=file_format, dpi=150, metadata={"Date": None} if file_format == "svg" else {}
-        )
+        metadata = {"Date": None} if file_format == "svg" else {}
+        figure.savefig(file, format=file_format, dpi=150, metadata=metadata)
     return file.getvalue()

@@ -16,10 +16,7 @@ if TYPE_CHECKING:
 
     from ..ephemeris import Ephemeris
 
-WIDTH, HEIGHT, MARGIN = 9.0, 2.1, 1.3  # inches: of all, of a panel, beside the panels
-COLOURS = (BLACK, RED, BLUE, GREEN)
 MAX_JOINED_ANGLE = 1.2  # rad from sample to sample; beyond, a line between samples would mislead
-CONSERVED = 1e-9  # relative: quantities that change by less are not drawn
 EVENTS = {
     "contact": ("0.35", DASHED),
     "impulse": ("#cc79a7", "-"),
@@ -46,78 +43,61 @@ def picture(ephemeris: Ephemeris, file_format: str) -> bytes:
     """
     if len(ephemeris.shape) != 1 or len(ephemeris) < 2:
         raise InputError("ephemeris", f"shape {ephemeris.shape}", "one body at two instants or more")
-    panels = _panels(ephemeris)
-    size = WIDTH, HEIGHT * len(panels) + MARGIN
-    return drawn(partial(_draw, ephemeris, panels), size, file_format)
+    panels = panels_of(ephemeris)
+    size = 9.0, 2.1 * len(panels) + 1.3  # inches
+    return drawn(partial(draw, ephemeris, panels), size, file_format)
 
 
-def _panels(ephemeris: Ephemeris) -> list[TimelinePanel]:
+def panels_of(ephemeris: Ephemeris) -> list[TimelinePanel]:
+    """The panels of what the ephemeris holds."""
     names = tuple(f"q_{axis}" for axis in "wxyz")
     panels = [TimelinePanel("attitude", names, ephemeris.quaternion("wxyz"))]
     if ephemeris.has_rate:
         names = tuple(f"omega_{axis}" for axis in "xyz")
         panels.append(TimelinePanel("body rate, rad/s", names, ephemeris.angular_velocity))
     if ephemeris.body is not None and ephemeris.has_rate:
-        panels += _changing(ephemeris)
+        # energy and momentum over the greatest they reach, where they do not stay as they are
+        momentum = np.linalg.norm(ephemeris.angular_momentum, axis=1)
+        both = {"energy": ephemeris.kinetic_energy, "momentum": momentum}
+        varying = {
+            name: value / value.max() for name, value in both.items() if np.ptp(value) > 1e-9 * value.max()
+        }
+        if varying:
+            values = np.stack(list(varying.values()), axis=1)
+            panels.append(TimelinePanel("of the greatest", tuple(varying), values))
     if ephemeris.translation is not None:
         panels.append(TimelinePanel("position, m", tuple("xyz"), ephemeris.translation.position))
     return panels
 
 
-def _changing(ephemeris: Ephemeris) -> list[TimelinePanel]:
-    """Energy and momentum over the greatest they reach, where they do not stay as they are."""
-    momentum = np.linalg.norm(ephemeris.angular_momentum, axis=1)
-    both = {"energy": ephemeris.kinetic_energy, "momentum": momentum}
-    varying = {
-        name: value / value.max() for name, value in both.items() if np.ptp(value) > CONSERVED * value.max()
-    }
-    return (
-        [TimelinePanel("of the greatest", tuple(varying), np.stack(list(varying.values()), axis=1))]
-        if varying
-        else []
-    )
-
-
-def _draw(ephemeris: Ephemeris, panels: list[TimelinePanel], figure: Figure) -> None:
+def draw(ephemeris: Ephemeris, panels: list[TimelinePanel], figure: Figure) -> None:
+    """Draw the panels: lines through the samples, or dots where the body turns too far between them."""
     order = np.argsort(ephemeris.elapsed, kind="stable")
     seconds = ephemeris.elapsed[order]
     unit, size = time_unit(seconds)
-    styles = _styles(ephemeris, seconds)
+    fastest = float(np.linalg.norm(ephemeris.angular_velocity, axis=1).max()) if ephemeris.has_rate else 0.0
+    style: dict[str, Any] = {"linewidth": 1.3}
+    if fastest * float(np.median(np.diff(seconds))) > MAX_JOINED_ANGLE:
+        style = {"linestyle": "none", "marker": "o", "markersize": 1.3, "markeredgewidth": 0.0}
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, panel in zip(rows, panels, strict=True):
-        _lines(axes, panel, seconds / size, order, styles)
+        for name, values, colour in zip(panel.names, panel.values.T, (BLACK, RED, BLUE, GREEN), strict=False):
+            axes.plot(seconds / size, values[order], color=colour, label=name, **style)
+        legend = axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
+        for handle in legend.legend_handles:
+            handle.set_markersize(4.0)
         axes.set_ylabel(panel.title)
     rows[0].set_ylim(-1.08, 1.08)
-    rows[-1].set_xlabel(f"time{_since(ephemeris)}, {unit}")
-    _events(figure, rows, ephemeris, size)
+    epoch = ephemeris.epoch
+    since = f" since {epoch.isot} {epoch.scale}" if epoch is not None else ""
+    rows[-1].set_xlabel(f"time{since}, {unit}")
+    draw_events(figure, rows, ephemeris, size)
     figure.align_ylabels(rows)
     figure.suptitle(f"{ephemeris.name or 'A scene'}: attitude, body to {ephemeris.frame}", fontsize=13)
 
 
-def _since(ephemeris: Ephemeris) -> str:
-    return f" since {ephemeris.epoch.isot} {ephemeris.epoch.scale}" if ephemeris.epoch is not None else ""
-
-
-def _styles(ephemeris: Ephemeris, seconds: np.ndarray) -> dict[str, Any]:
-    """Lines through the samples, or dots where the body turns too far between them."""
-    fastest = float(np.linalg.norm(ephemeris.angular_velocity, axis=1).max()) if ephemeris.has_rate else 0.0
-    if fastest * float(np.median(np.diff(seconds))) > MAX_JOINED_ANGLE:
-        return {"linestyle": "none", "marker": "o", "markersize": 1.3, "markeredgewidth": 0.0}
-    return {"linewidth": 1.3}
-
-
-def _lines(
-    axes: Any, panel: TimelinePanel, time: np.ndarray, order: np.ndarray, style: dict[str, Any]
-) -> None:
-    for name, values, colour in zip(panel.names, panel.values.T, COLOURS, strict=False):
-        axes.plot(time, values[order], color=colour, label=name, **style)
-    legend = axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
-    for handle in legend.legend_handles:
-        handle.set_markersize(4.0)
-
-
-def _events(figure: Figure, rows: Any, ephemeris: Ephemeris, size: float) -> None:
-    """A line at each, through all panels; below, what the lines of a kind are and how many."""
+def draw_events(figure: Figure, rows: Any, ephemeris: Ephemeris, size: float) -> None:
+    """Draw a line at each event, through all panels; below, what the lines of a kind are and how many."""
     counts = Counter(event.kind for event in ephemeris.events)
     handles = {}
     for event in ephemeris.events:
