@@ -40,6 +40,24 @@ def real(value):
     return mpf(value.numerator) / value.denominator
 
 
+def reals(vector):
+    """The exact values of a vector, each rounded to the working precision."""
+    return [real(component) for component in fractions(vector)]
+
+
+def norm(vector):
+    """Length of a vector, at the working precision."""
+    return mp.sqrt(sum(component * component for component in vector))
+
+
+def symmetric(tensor):
+    """A (3, 3) tensor as rows of Fractions; ValueError where it is not symmetric."""
+    exact = [fractions(row) for row in tensor]
+    if any(exact[i][j] != exact[j][i] for i in range(3) for j in range(i)):
+        raise ValueError("the tensor is not symmetric")
+    return exact
+
+
 def decades(ratio):
     """Whole decimal digits by which a positive Fraction lies below one; never negative."""
     bits = ratio.denominator.bit_length() - ratio.numerator.bit_length()
@@ -95,18 +113,9 @@ def circulation(moments, omega):
     inverse = tuple(1 / moments[axis] for axis in axes)
     L2 = sum(component**2 for component in momentum)
     gamma_squared = tuple(component**2 / L2 for component in momentum)
-    regime = "separatrix" if D == 0 else "short_axis" if D > 0 else "long_axis"
-    return _with_elliptic_invariants(regime, axes, _signs(axes, momentum), inverse, gamma_squared, L2)
-
-
-def _signs(axes, momentum):
-    """Signs that make gamma1, gamma3 >= 0 in a right-handed frame."""
     even = axes in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
     first, third = (-1 if momentum[k] < 0 else 1 for k in (0, 2))
-    return first, (1 if even else -1) * first * third, third
-
-
-def _with_elliptic_invariants(regime, axes, signs, inverse, gamma_squared, L2):
+    signs = first, (1 if even else -1) * first * third, third
     a1, a2, a3 = inverse
     g1, g2, g3 = gamma_squared
     c_a1 = (a2 - a1) * g2 + (a3 - a1) * g3
@@ -115,8 +124,8 @@ def _with_elliptic_invariants(regime, axes, signs, inverse, gamma_squared, L2):
     amplitude_squared = (a3_c / (a3 - a1), a3_c / (a3 - a2), c_a1 / (a3 - a1))
     m = a3_c * (a2 - a1) / ((a3 - a2) * c_a1)
     m1 = (a3 - a1) * c_a2 / ((a3 - a2) * c_a1)
-    if m == 0:
-        regime = "symmetric"
+    regime = "separatrix" if D == 0 else "short_axis" if D > 0 else "long_axis"
+    regime = "symmetric" if m == 0 else regime
     return Circulation(
         regime, axes, signs, inverse, gamma_squared, amplitude_squared, m, m1, L2 * c_a1 * (a3 - a2)
     )
@@ -144,15 +153,23 @@ def conjugate(q):
 
 def normalised(q):
     """The unit quaternion along q, at the working precision."""
-    parts = [real(fraction(component)) for component in q]
-    norm = mp.sqrt(sum(component * component for component in parts))
-    return tuple(component / norm for component in parts)
+    parts = reals(q)
+    length = norm(parts)
+    return tuple(component / length for component in parts)
 
 
 def half_turn(axis, half_angle):
     """exp(axis * half_angle): the rotation by twice `half_angle` about a unit vector."""
     c, s = mp.cos_sin(half_angle)
     return (c, *(s * component for component in axis))
+
+
+def constant_rotation(rate, seconds):
+    """exp(rate seconds / 2): the rotation at a constant rate."""
+    speed = norm(rate)
+    if not speed:
+        return mpf(1), mpf(0), mpf(0), mpf(0)
+    return half_turn([component / speed for component in rate], speed * seconds / 2)
 
 
 def rotate(q, vector):
@@ -173,5 +190,5 @@ def quaternion_of_matrix(matrix):
         q[1 + i] = 1 - trace + 2 * R[i][i]
         q[1 + j] = R[i][j] + R[j][i]
         q[1 + k] = R[i][k] + R[k][i]
-    norm = sum(component * component for component in q) ** 0.5
-    return tuple(component / norm for component in q)
+    length = sum(component * component for component in q) ** 0.5
+    return tuple(component / length for component in q)

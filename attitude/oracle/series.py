@@ -90,7 +90,8 @@ class Tape:
 
     def _side_by_side(self, entries):
         """Integers that hold a coefficient of each entry, a slot apart."""
-        out, signed = self._new(packed=True), [_signed(entry) for entry in entries]
+        out = self._new(packed=True)
+        signed = [entry if isinstance(entry, tuple) else (1, entry) for entry in entries]
         parts = [
             (sign, series, self.slot * j) for j, (sign, series) in enumerate(signed) if series is not None
         ]
@@ -159,8 +160,3 @@ class Tape:
                 value = (value * x + self.half >> bits) + coefficient
             values.append(value)
         return values
-
-
-def _signed(entry):
-    """(1 or -1, series or None)."""
-    return entry if isinstance(entry, tuple) else (1, entry)

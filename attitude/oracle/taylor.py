@@ -27,7 +27,18 @@ try:
 except ImportError:
     mpz = int
 
-from .exact import circulation, decades, elapsed, fractions, half_turn, multiply, normalised, real
+from .exact import (
+    circulation,
+    constant_rotation,
+    decades,
+    elapsed,
+    fractions,
+    half_turn,
+    multiply,
+    normalised,
+    real,
+    reals,
+)
 
 GUARD_DIGITS = 28
 MAX_STEP = 2.0
@@ -79,19 +90,16 @@ class TaylorMotion:
         self.period_map = None
         if self.regime != "constant_rate":
             with mp.workprec(self.bits + 64):
-                self._set_rates()
-
-    def _set_rates(self):
-        a = [1 / moment for moment in self.moments]
-        spread = max(a) - min(a)
-        momentum = [moment * rate for moment, rate in zip(self.moments, self.omega, strict=True)]
-        self.L = mp.sqrt(real(sum(component * component for component in momentum)))
-        self.gamma0 = [real(component) / self.L for component in momentum]
-        self.rate_unit = self.L * real(spread)
-        self.mean_rate = self.L * real(a[self.mid_axis])
-        self.inverse = [real(component) for component in a]
-        self.gamma_rates = [real((a[(k + 2) % 3] - a[(k + 1) % 3]) / spread) for k in range(3)]
-        self.p_rates = [real((component - a[self.mid_axis]) / spread) for component in a]
+                a = [1 / moment for moment in moments]
+                spread = max(a) - min(a)
+                momentum = [moment * rate for moment, rate in zip(moments, omega, strict=True)]
+                self.L = mp.sqrt(real(sum(component * component for component in momentum)))
+                self.gamma0 = [real(component) / self.L for component in momentum]
+                self.rate_unit = self.L * real(spread)
+                self.mean_rate = self.L * real(a[self.mid_axis])
+                self.inverse = [real(component) for component in a]
+                self.gamma_rates = [real((a[(k + 2) % 3] - a[(k + 1) % 3]) / spread) for k in range(3)]
+                self.p_rates = [real((component - a[self.mid_axis]) / spread) for component in a]
 
     # Steps
 
@@ -160,14 +168,14 @@ class TaylorMotion:
 
     def evaluate(self, step, argument):
         """(gamma, p) as integers, at (t - start) / scale = argument in [0, 1]."""
-        x, bits = self.fixed(argument), self.bits
-        values = []
-        for component in step.series:
-            value = mpz(0)
-            for coefficient in reversed(component):
-                value = (value * x >> bits) + coefficient
-            values.append(value)
-        return values
+        return [self.horner(component, argument) for component in step.series]
+
+    def horner(self, series, argument):
+        """The sum of a series, as an integer."""
+        x, value = self.fixed(argument), mpz(0)
+        for coefficient in reversed(series):
+            value = (value * x >> self.bits) + coefficient
+        return value
 
     def state(self, time):
         """(gamma, p) as integers at a time in rate units, stepping until it is reached."""
@@ -219,18 +227,12 @@ class TaylorMotion:
         low, high = mpf(0), step.length
         for _ in range(12):
             middle = (low + high) / 2
-            before = (self._horner(series, middle) < 0) == (series[0] < 0)
+            before = (self.horner(series, middle) < 0) == (series[0] < 0)
             low, high = (middle, high) if before else (low, middle)
         root = (low + high) / 2
         for _ in range(ceil(log(self.bits) / log(2))):
-            root -= mpf(int(self._horner(series, root))) / int(self._horner(slope, root))
+            root -= mpf(int(self.horner(series, root))) / int(self.horner(slope, root))
         return root
-
-    def _horner(self, series, argument):
-        x, value = self.fixed(argument), mpz(0)
-        for coefficient in reversed(series):
-            value = (value * x >> self.bits) + coefficient
-        return value
 
     def _angle(self, period):
         """Twice the continuous growth of arg alpha over a period.
@@ -259,7 +261,8 @@ class TaylorMotion:
         t = elapsed(t)
         with mp.workprec(self.bits + 64):
             if self.regime == "constant_rate":
-                return self._constant_rate(t, normalised(q0))
+                rate = tuple(reals(self.omega))
+                return multiply(normalised(q0), constant_rotation(rate, real(t))), rate
             time = real(t) * self.rate_unit
             turn = self.mean_rate * real(t)
             if by_period and self.regime != "separatrix":
@@ -272,13 +275,6 @@ class TaylorMotion:
             attitude = multiply(half_turn(self.gamma0, turn / 2), state[3:])
             rate = tuple(self.L * a * gamma for a, gamma in zip(self.inverse, state[:3], strict=True))
             return multiply(normalised(q0), attitude), rate
-
-    def _constant_rate(self, t, q0):
-        rate = tuple(real(component) for component in self.omega)
-        speed = mp.sqrt(sum(component * component for component in rate))
-        if not speed:
-            return q0, rate
-        return multiply(q0, half_turn([component / speed for component in rate], speed * real(t) / 2)), rate
 
     def polhode_period(self):
         """Period of the body-frame momentum, s."""

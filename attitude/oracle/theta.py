@@ -20,14 +20,18 @@ from mpmath import mp, mpc, mpf
 from .exact import (
     circulation,
     conjugate,
+    constant_rotation,
     decades,
     elapsed,
     fractions,
     half_turn,
     multiply,
+    norm,
     normalised,
     quaternion_of_matrix,
     real,
+    reals,
+    rotate,
 )
 
 GUARD_DIGITS = 25
@@ -90,12 +94,8 @@ class ConstantRate(Motion):
 
     def turn_and_rate(self, t):
         """turn(t) and the body rate, at the working precision."""
-        omega = tuple(real(component) for component in self.omega)
-        rate = mp.sqrt(sum(component * component for component in omega))
-        if not rate:
-            return (mpf(1), mpf(0), mpf(0), mpf(0)), omega
-        axis = [component / rate for component in omega]
-        return half_turn(axis, rate * real(t) / 2), omega
+        omega = tuple(reals(self.omega))
+        return constant_rotation(omega, real(t)), omega
 
 
 class Symmetric(Motion):
@@ -112,8 +112,7 @@ class Symmetric(Motion):
         symmetry_axis = [mpf(int(k == body_axis)) for k in range(3)]
         spin_turn = half_turn(symmetry_axis, spin / 2)
         turn = multiply(half_turn(axis, L * real(inverse) * real(t) / 2), spin_turn)
-        rate = tuple(real(component) for component in self.omega)
-        return turn, multiply(multiply(conjugate(spin_turn), (mpf(0), *rate)), spin_turn)[1:]
+        return turn, rotate(conjugate(spin_turn), reals(self.omega))
 
 
 class CayleyKlein(Motion):
@@ -130,7 +129,7 @@ class CayleyKlein(Motion):
         invariants = self.circulation
         a = [real(inverse) for inverse in invariants.inverse]
         momentum = [real(self.moments[k] * self.omega[k]) for k in range(3)]
-        L = mp.sqrt(sum(component * component for component in momentum))
+        L = norm(momentum)
         gamma = [component / L for component in invariants.along_axes(momentum)]
         A = [mp.sqrt(real(square)) for square in invariants.amplitude_squared]
         s = 1 if invariants.inverse[0] > invariants.inverse[1] else -1

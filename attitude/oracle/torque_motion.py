@@ -25,7 +25,19 @@ from typing import NamedTuple
 
 from mpmath import mp, mpf
 
-from .exact import elapsed, fraction, fractions, half_turn, multiply, normalised, real, rotate
+from .exact import (
+    conjugate,
+    elapsed,
+    fraction,
+    half_turn,
+    multiply,
+    norm,
+    normalised,
+    real,
+    reals,
+    rotate,
+    symmetric,
+)
 from .series import Tape
 
 # Working digits beyond the promised ones, for the errors of steps as they grow over 1e5 rad.
@@ -43,6 +55,19 @@ class KeplerianOrbit(NamedTuple):
     node: float = 0
     pericentre: float = 0
     mean_anomaly: float = 0
+
+    def start(self):
+        """Position over a, and velocity over a times the mean motion, inertial, at t = 0."""
+        e, E = self.eccentricity, _eccentric_anomaly(self.mean_anomaly, self.eccentricity)
+        across = mp.sqrt(1 - e * e)
+        position = (mp.cos(E) - e, across * mp.sin(E), mpf(0))
+        slowness = 1 - e * mp.cos(E)
+        velocity = (-mp.sin(E) / slowness, across * mp.cos(E) / slowness, mpf(0))
+        x, z = (mpf(1), mpf(0), mpf(0)), (mpf(0), mpf(0), mpf(1))
+        turn = half_turn(z, self.node / 2)
+        turn = multiply(turn, half_turn(x, self.inclination / 2))
+        turn = multiply(turn, half_turn(z, self.pericentre / 2))
+        return rotate(turn, position), rotate(turn, velocity)
 
 
 class State(NamedTuple):
@@ -91,13 +116,20 @@ class TorqueMotion:
         self.digits = digits
         self.bits = ceil((digits + GUARD_DIGITS) * log(10, 2))
         self.order = ceil(self.bits * log(2) / 2)  # least work: order^2 / exp(-bits log 2 / order)
-        self.torques = _by_name(torques, orbit)
+        self.torques = defaultdict(list)  # numbers by the name of the torque
+        for name, *numbers in torques:
+            if name not in TORQUES:
+                raise ValueError(f"torque {name!r} is not one of {', '.join(sorted(TORQUES))}")
+            if orbit is None and name in ("gravity_gradient", "magnetic"):
+                raise ValueError(f"{name} needs an orbit")
+            self.torques[name].append(numbers)
         with mp.workprec(self.bits + 64):
-            self.orbit = None if orbit is None else KeplerianOrbit(*_reals(orbit))
-            self.wheels = _sum([_reals(h) for (h,) in self.torques["wheels"]])
-            self._set_units(_tensor(inertia), _reals(omega))
+            self.orbit = None if orbit is None else KeplerianOrbit(*reals(orbit))
+            rotors = [reals(h) for (h,) in self.torques["wheels"]]
+            self.wheels = [sum(components, mpf(0)) for components in zip((mpf(0),) * 3, *rotors, strict=True)]
+            self._set_units(_tensor(inertia), reals(omega))
             self.q0 = normalised(q0)
-            self._record_equations(_reals(omega))
+            self._record_equations(reals(omega))
 
     def at(self, times):
         """(attitude, rate) at each of some elapsed times, s: numbers, or tuples (hi, lo); in any order."""
@@ -117,11 +149,11 @@ class TorqueMotion:
 
     def _set_units(self, tensor, omega):
         self.moment_unit = max(abs(component) for row in tensor for component in row)
-        rates = [_norm(omega), _norm(self.wheels) / self.moment_unit]
+        rates = [norm(omega), norm(self.wheels) / self.moment_unit]
         if self.orbit:
             rates.append(mp.sqrt(self.orbit.mu / self.orbit.semi_major_axis**3))
         constant = self.torques["constant_body"] + self.torques["constant_inertial"]
-        rates += [mp.sqrt(_norm(_reals(torque)) / self.moment_unit) for (torque,) in constant]
+        rates += [mp.sqrt(norm(reals(torque)) / self.moment_unit) for (torque,) in constant]
         self.rate_unit = max(rates) or mpf(1)
         self.momentum_unit = self.moment_unit * self.rate_unit
         self.torque_unit = self.momentum_unit * self.rate_unit
@@ -139,29 +171,23 @@ class TorqueMotion:
         self.m = [tape.state(component) for component in momentum]
         offset = [-component for component in _times(self.inverse, rotors)]
         self.w = self._linear(self.inverse, self.m, offset)
-        self.W = self._attitude_rate()
+        self.W = self.w
+        alpha = sum((real(fraction(number)) for (number,) in self.torques["dissipation"]), mpf(0))
+        if alpha:
+            terms = zip(self.w, self._cross(self.m, self.w), strict=True)
+            self.W = [tape.combination([(mpf(1), w), (alpha * self.momentum_unit, x)]) for w, x in terms]
         self.rotating = [self.m]
         self._record_orbit()
         for name in self.torques:
             for numbers in self.torques[name]:
                 if name not in ("dissipation", "wheels"):
-                    self._change(self.m, getattr(self, f"_{name}")(*numbers))
-        self._record_rotation()
-
-    def _attitude_rate(self):
-        alpha = sum((real(fraction(number)) for (number,) in self.torques["dissipation"]), mpf(0))
-        if not alpha:
-            return self.w
-        across = self._cross(self.m, self.w)
-        terms = zip(self.w, across, strict=True)
-        return [self.tape.combination([(mpf(1), w), (alpha * self.momentum_unit, x)]) for w, x in terms]
-
-    def _record_rotation(self):
-        """q' = q W / 2, and u' = u x W of the momentum and of all inertial vectors, in one product."""
-        half = [self.tape.combination([(mpf("0.5"), component)]) for component in self.q]
-        rows = [*_quaternion_rows(*half), *(row for vector in self.rotating for row in _cross_rows(vector))]
+                    self._change(self.m, getattr(self, name)(*numbers))
+        # q' = q W / 2, and u' = u x W of the momentum and of all inertial vectors, in one product
+        w, x, y, z = (tape.combination([(mpf("0.5"), component)]) for component in self.q)
+        rows = [[(-1, x), (-1, y), (-1, z)], [w, (-1, z), y], [z, w, (-1, x)], [(-1, y), x, w]]
+        rows += [row for vector in self.rotating for row in _cross_rows(vector)]
         states = [*self.q, *(component for vector in self.rotating for component in vector)]
-        self._change(states, self.tape.bilinear(self.W, rows))
+        self._change(states, tape.bilinear(self.W, rows))
 
     def _record_orbit(self):
         """Record position (unit: semi-major axis), and |r|^-5 and |r|^-3, which are None on a circle."""
@@ -169,7 +195,7 @@ class TorqueMotion:
             self.r = None
             return
         tape, gravity = self.tape, self._per_second2(self.orbit.mu)
-        position, velocity = _start(self.orbit)
+        position, velocity = self.orbit.start()
         self.r = self._inertial(position)
         v = self._inertial([component * mp.sqrt(gravity) for component in velocity])
         self.inverse5 = self.inverse3 = None
@@ -183,24 +209,29 @@ class TorqueMotion:
 
     # Torques, in units of `torque_unit`
 
-    def _constant_body(self, torque):
-        return [self.tape.combination([], T / self.torque_unit) for T in _reals(torque)]
+    def constant_body(self, torque):
+        """T, along body axes."""
+        return [self.tape.combination([], T / self.torque_unit) for T in reals(torque)]
 
-    def _constant_inertial(self, torque):
-        return self._inertial([T / self.torque_unit for T in _reals(torque)])
+    def constant_inertial(self, torque):
+        """T, along inertial axes."""
+        return self._inertial([T / self.torque_unit for T in reals(torque)])
 
-    def _eddy(self, damping):
-        rows = [[-c * self.rate_unit / self.torque_unit for c in _reals(row)] for row in damping]
+    def eddy(self, damping):
+        """-C w."""
+        rows = [[-c * self.rate_unit / self.torque_unit for c in reals(row)] for row in damping]
         return self._linear(rows, self.w)
 
-    def _gravity_gradient(self, mu):
+    def gravity_gradient(self, mu):
+        """3 mu / |r|^5  r x I r."""
         factor = 3 * self._per_second2(real(fraction(mu)))
         rows = [[factor * entry for entry in row] for row in self.tensor]
         return self._scaled(self.inverse5, self._cross(self.r, self._linear(rows, self.r)))
 
-    def _magnetic(self, dipole, k, axis, rotation):
-        tape, d = self.tape, self._inertial(_reals(axis))
-        rotation = _reals(rotation)
+    def magnetic(self, dipole, k, axis, rotation):
+        """Dipole x B, B of the central body's dipole."""
+        tape, d = self.tape, self._inertial(reals(axis))
+        rotation = reals(rotation)
         if any(rotation):
             E = self._inertial([component / self.rate_unit for component in rotation])
             self._change(d, self._cross(E, d))
@@ -209,7 +240,7 @@ class TorqueMotion:
         second = self._scaled(self.inverse3, d)
         field = [tape.combination([(mpf(3), a), (mpf(-1), b)]) for a, b in zip(first, second, strict=True)]
         factor = real(fraction(k)) / self.orbit.semi_major_axis**3 / self.torque_unit
-        x, y, z = (factor * component for component in _reals(dipole))
+        x, y, z = (factor * component for component in reals(dipole))
         return self._linear([[0, -z, y], [z, 0, -x], [-y, x, 0]], field)
 
     # Vectors
@@ -220,7 +251,7 @@ class TorqueMotion:
 
     def _inertial(self, vector):
         """Body components of an inertial vector, u' = u x W; its own motion is added by `_change`."""
-        seen = [self.tape.state(u) for u in rotate(_conjugate(self.q0), vector)]
+        seen = [self.tape.state(u) for u in rotate(conjugate(self.q0), vector)]
         self.rotating.append(seen)
         return seen
 
@@ -282,41 +313,10 @@ TORQUES = frozenset(
 )
 
 
-def _by_name(torques, orbit):
-    """Lists of numbers by the name of the torque."""
-    by_name = defaultdict(list)
-    for name, *numbers in torques:
-        if name not in TORQUES:
-            raise ValueError(f"torque {name!r} is not one of {', '.join(sorted(TORQUES))}")
-        if orbit is None and name in ("gravity_gradient", "magnetic"):
-            raise ValueError(f"{name} needs an orbit")
-        by_name[name].append(numbers)
-    return by_name
-
-
-def _quaternion_rows(w, x, y, z):
-    """q W as rows over the components of W."""
-    return [[(-1, x), (-1, y), (-1, z)], [w, (-1, z), y], [z, w, (-1, x)], [(-1, y), x, w]]
-
-
 def _cross_rows(u):
     """u x v as rows over the components of v."""
     x, y, z = u
     return [[None, (-1, z), y], [z, None, (-1, x)], [(-1, y), x, None]]
-
-
-def _start(orbit):
-    """Position over a, and velocity over a times the mean motion, inertial, at t = 0."""
-    e, E = orbit.eccentricity, _eccentric_anomaly(orbit.mean_anomaly, orbit.eccentricity)
-    across = mp.sqrt(1 - e * e)
-    position = (mp.cos(E) - e, across * mp.sin(E), mpf(0))
-    slowness = 1 - e * mp.cos(E)
-    velocity = (-mp.sin(E) / slowness, across * mp.cos(E) / slowness, mpf(0))
-    x, z = (mpf(1), mpf(0), mpf(0)), (mpf(0), mpf(0), mpf(1))
-    turn = half_turn(z, orbit.node / 2)
-    turn = multiply(turn, half_turn(x, orbit.inclination / 2))
-    turn = multiply(turn, half_turn(z, orbit.pericentre / 2))
-    return rotate(turn, position), rotate(turn, velocity)
 
 
 def _eccentric_anomaly(M, e):
@@ -332,13 +332,9 @@ def _eccentric_anomaly(M, e):
 
 
 def _tensor(inertia):
-    rows = [inertia[0], inertia[1], inertia[2]]
-    if not hasattr(rows[0], "__len__"):
-        rows = [[rows[i] if i == j else 0 for j in range(3)] for i in range(3)]
-    exact = [fractions(row) for row in rows]
-    if any(exact[i][j] != exact[j][i] for i in range(3) for j in range(i)):
-        raise ValueError("the tensor is not symmetric")
-    return [[real(entry) for entry in row] for row in exact]
+    if hasattr(inertia[0], "__len__"):
+        return [[real(entry) for entry in row] for row in symmetric(inertia)]
+    return [[real(fraction(inertia[i])) if i == j else mpf(0) for j in range(3)] for i in range(3)]
 
 
 def _inverse(tensor):
@@ -353,21 +349,5 @@ def _inverse(tensor):
     return [[cofactors[j][i] / determinant for j in range(3)] for i in range(3)]
 
 
-def _reals(vector):
-    return [real(component) for component in fractions(vector)]
-
-
-def _sum(vectors):
-    return [sum((vector[k] for vector in vectors), mpf(0)) for k in range(3)]
-
-
 def _times(rows, vector):
     return [sum(a * b for a, b in zip(row, vector, strict=True)) for row in rows]
-
-
-def _norm(vector):
-    return mp.sqrt(sum(component * component for component in vector))
-
-
-def _conjugate(q):
-    return q[0], -q[1], -q[2], -q[3]

@@ -10,7 +10,18 @@ The results are mpf with more digits than `mpmath.mp` has by default: arithmetic
 from mpmath import mp, mpf
 
 from . import taylor, theta
-from .exact import conjugate, fraction, fractions, multiply, normalised, quaternion_of_matrix, real, rotate
+from .exact import (
+    conjugate,
+    fractions,
+    multiply,
+    norm,
+    normalised,
+    quaternion_of_matrix,
+    real,
+    reals,
+    rotate,
+    symmetric,
+)
 
 ROUTES = {"theta": theta.attitude_and_rate, "taylor": taylor.attitude_and_rate}
 COMPARISON_DIGITS = 60
@@ -44,7 +55,7 @@ def attitude_and_rate_of_tensor(tensor, omega, q0, t, digits=50, route="theta"):
     with mp.workdps(digits + 40):
         moments, axes = principal_axes(tensor)
         q_R = quaternion_of_matrix(axes)
-        omega_P = rotate(conjugate(q_R), [real(fraction(component)) for component in omega])
+        omega_P = rotate(conjugate(q_R), reals(omega))
         q0_P = multiply(normalised(q0), q_R)
         q, rate = attitude_and_rate(moments, omega_P, q0_P, t, digits, route)
         return multiply(q, conjugate(q_R)), rotate(q_R, rate)
@@ -55,9 +66,7 @@ def principal_axes(tensor):
 
     At the working precision of the caller; a diagonal tensor keeps its exact moments and their order.
     """
-    exact = [[fraction(component) for component in row] for row in tensor]
-    if any(exact[i][j] != exact[j][i] for i in range(3) for j in range(i)):
-        raise ValueError("the tensor is not symmetric")
+    exact = symmetric(tensor)
     if not any(exact[i][j] for i in range(3) for j in range(i)):
         return [exact[k][k] for k in range(3)], [[mpf(int(i == j)) for j in range(3)] for i in range(3)]
     moments, columns = mp.eigsy(mp.matrix([[real(component) for component in row] for row in exact]))
@@ -99,7 +108,7 @@ def component_error(q, p):
 def rate_error(omega, reference):
     """|omega - reference| / |reference|, as a float; infinite against a reference of zero unless both are."""
     with mp.workdps(COMPARISON_DIGITS):
-        truth = [real(fraction(component)) for component in reference]
-        off = [real(fraction(a)) - b for a, b in zip(omega, truth, strict=True)]
-        error, size = (mp.sqrt(sum(component * component for component in v)) for v in (off, truth))
+        truth = reals(reference)
+        error = norm([a - b for a, b in zip(reals(omega), truth, strict=True)])
+        size = norm(truth)
         return float(error / size) if size else float("inf") if error else 0.0
