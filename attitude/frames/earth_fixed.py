@@ -24,14 +24,11 @@ from ..errors import InputError
 from ..times import turn_rates
 from ..times.instants import Instants
 from . import earth_orientation
+from .earth_orientation import DAY, J2000
 from .inertial import FrameRotation
 
-DAY = 86400.0
-TT_TAI = 32.184 / DAY  # days
 TAU = 2.0 * math.pi
-J2000 = 2451545.0
-CENTURY = 36525.0
-MAX_DAYS = 10.0 * CENTURY  # precession and nutation are valid for some centuries about J2000.0
+CENTURY = 36525.0  # days
 # The Earth rotation angle (IERS Conventions 2010, eq. 5.15): turns at J2000.0, and turns per day less one.
 ANGLE_AT_J2000 = 0.7790572732640
 EXCESS_TURNS = Decimal("0.00273781191135448")
@@ -74,7 +71,7 @@ def since_j2000(instants: Instants) -> Days:
     """
     whole, fraction = instants.tai
     days = Days(whole - J2000, fraction).plus(0.0)
-    off = ~(np.abs(days.sum) < MAX_DAYS)
+    off = ~(np.abs(days.sum) < 10.0 * CENTURY)  # precession and nutation are valid for some centuries
     if off.any():
         distance = f"{float(days.sum[np.argmax(off)]) / 365.25:.6g} years from J2000.0"
         raise InputError("t", distance, "instants within 1000 years of J2000.0, for which nutation is known")
@@ -95,11 +92,11 @@ def teme(instants: Instants) -> FrameRotation:
         warnings.simplefilter("ignore", ErfaWarning)  # a year for which UTC is not defined
         day, fraction = erfa.taiutc(tai.whole + J2000, tai.fraction)
     centuries = ((day - J2000) + fraction) / CENTURY
-    to_pole, locator, locator_rate = _pole(tai)
+    to_pole, locator, locator_rate = celestial_pole(tai)
     angle = TAU * np.polynomial.polynomial.polyval(centuries, ANGLE_LESS_GMST)
     slope = np.polynomial.polynomial.polyval(centuries, [k * c for k, c in enumerate(ANGLE_LESS_GMST) if k])
     rate = TAU / (CENTURY * DAY) * slope
-    return to_pole.then(_about_z(0.5 * (angle - locator), rate - locator_rate))
+    return to_pole.then(FrameRotation.about("z", angle - locator, rate - locator_rate))
 
 
 def itrf(instants: Instants) -> FrameRotation:
@@ -115,27 +112,24 @@ def itrf(instants: Instants) -> FrameRotation:
     tai = since_j2000(instants)
     table = earth_orientation.covering(tai.sum)
     if table is None:
-        raise _beyond_tables(instants, tai.sum)
+        table = earth_orientation.longest()
+        off = (tai.sum < table.tai[0]) | (tai.sum > table.tai[-1])
+        time = instants[int(np.argmax(off))].time
+        value = "an instant" if time is None else f"{time.isot} {time.scale}"
+        raise InputError("t", value, f"instants from {table.span}, which astropy's tables of UT1 cover")
     orientation = earth_orientation.interpolated(table, tai.sum)
-    to_pole, locator, locator_rate = _pole(tai)
+    to_pole, locator, locator_rate = celestial_pole(tai)
     ut1_rate, x_rate, y_rate = orientation.rates
-    turns = _half_turns(tai.plus(orientation.ut1_tai / DAY))
+    turns = half_rotation_angle(tai.plus(orientation.ut1_tai / DAY))
     half = TAU * turns + 0.5 * (TERRESTRIAL_LOCATOR_RATE * tai.sum - locator)
     angle_rate = TAU * float(1 + EXCESS_TURNS) / DAY
     rate = angle_rate * (1.0 + ut1_rate) + TERRESTRIAL_LOCATOR_RATE / DAY - locator_rate
-    polar_motion = _about("y", -orientation.x_pole, -x_rate).then(_about("x", -orientation.y_pole, -y_rate))
-    return to_pole.then(_about_z(half, rate)).then(polar_motion)
+    about = FrameRotation.about
+    polar_motion = about("y", -orientation.x_pole, -x_rate).then(about("x", -orientation.y_pole, -y_rate))
+    return to_pole.then(about("z", 2.0 * half, rate)).then(polar_motion)
 
 
-def _beyond_tables(instants: Instants, tai: np.ndarray) -> InputError:
-    table = earth_orientation.longest()
-    off = (tai < table.tai[0]) | (tai > table.tai[-1])
-    time = instants[int(np.argmax(off))].time
-    value = "an instant" if time is None else f"{time.isot} {time.scale}"
-    return InputError("t", value, f"instants from {table.span}, which astropy's tables of UT1 cover")
-
-
-def _half_turns(ut1: Days) -> np.ndarray:
+def half_rotation_angle(ut1: Days) -> np.ndarray:
     """(n,): half the Earth rotation angle in turns, less whole ones; continuous where the angle wraps."""
     high, low = turn_rates.split(EXCESS_TURNS / 2)
     of_days = turn_rates.fraction_of_turn(ut1.whole, high, low) + 0.5 * np.mod(ut1.whole, 2.0)
@@ -145,10 +139,9 @@ def _half_turns(ut1: Days) -> np.ndarray:
 # -- the pole -----------------------------------------------------------------------------------
 
 
-def _pole(tai: Days) -> tuple[FrameRotation, np.ndarray, np.ndarray]:
+def celestial_pole(tai: Days) -> tuple[FrameRotation, np.ndarray, np.ndarray]:
     """S, and the locator s of the celestial intermediate origin, rad, with its rate, rad/s."""
-    values, rates = _interpolated_pole(tai.plus(TT_TAI))
-    (X, Y, s), (dX, dY, ds) = values, rates
+    (X, Y, s), (dX, dY, ds) = _interpolated_pole(tai.plus(32.184 / DAY))
     Z = np.sqrt(1.0 - X * X - Y * Y)
     dZ = -(X * dX + Y * dY) / Z
     quaternion = np.stack([1.0 + Z, Y, -X, np.zeros_like(X)], axis=-1)
@@ -195,22 +188,3 @@ def _lagrange() -> np.ndarray:
         others = np.delete(nodes, i)
         columns.append(np.polynomial.polynomial.polyfromroots(others) / np.prod(node - others))
     return np.array(columns).T
-
-
-# -- rotations about an axis ------------------------------------------------------------------------
-
-
-def _about_z(half: np.ndarray, rate: np.ndarray) -> FrameRotation:
-    """Rotation of the axes about z by twice the angle `half`, at the rate."""
-    zero = np.zeros_like(half)
-    quaternion = np.stack([np.cos(half), zero, zero, -np.sin(half)], axis=-1)
-    return FrameRotation(quaternion, np.stack([zero, zero, rate], axis=-1))
-
-
-def _about(axis: str, angle: np.ndarray, rate: np.ndarray) -> FrameRotation:
-    """Rotation of the axes about one of them by a small angle."""
-    i = "xyz".index(axis)
-    quaternion, angular_velocity = np.zeros((angle.size, 4)), np.zeros((angle.size, 3))
-    quaternion[:, 0], quaternion[:, 1 + i] = np.cos(0.5 * angle), -np.sin(0.5 * angle)
-    angular_velocity[:, i] = rate
-    return FrameRotation(quaternion, angular_velocity)

@@ -52,15 +52,10 @@ class EarthOrientationTable(NamedTuple):
 def covering(tai: np.ndarray) -> EarthOrientationTable | None:
     """The table that covers instants (n,), days of TAI since J2000.0: the final one if it does; or None."""
     least, greatest = tai.min(initial=np.inf), tai.max(initial=-np.inf)
-    for table in (_final, _with_rapid):
+    for table in (final, longest):
         if table().tai[0] <= least and greatest <= table().tai[-1]:
             return table()
     return None
-
-
-def longest() -> EarthOrientationTable:
-    """The final table, continued by the rapid service's."""
-    return _with_rapid()
 
 
 def interpolated(table: EarthOrientationTable, tai: np.ndarray) -> EarthOrientation:
@@ -73,22 +68,24 @@ def interpolated(table: EarthOrientationTable, tai: np.ndarray) -> EarthOrientat
 
 
 @cache
-def _final() -> EarthOrientationTable:
+def final() -> EarthOrientationTable:
+    """The final table."""
     from astropy.utils import iers
 
     return _table(iers.IERS_B.open(iers.IERS_B_FILE))
 
 
 @cache
-def _with_rapid() -> EarthOrientationTable:
+def longest() -> EarthOrientationTable:
+    """The final table, continued by the rapid service's."""
     from astropy.utils import iers
 
-    final, rapid = _final(), _table(iers.IERS_A.open(iers.IERS_A_FILE))
-    after = rapid.mjd > final.mjd[-1]
+    past, rapid = final(), _table(iers.IERS_A.open(iers.IERS_A_FILE))
+    after = rapid.mjd > past.mjd[-1]
     return EarthOrientationTable(
-        np.concatenate([final.mjd, rapid.mjd[after]]),
-        np.concatenate([final.tai, rapid.tai[after]]),
-        np.concatenate([final.values, rapid.values[:, after]], axis=1),
+        np.concatenate([past.mjd, rapid.mjd[after]]),
+        np.concatenate([past.tai, rapid.tai[after]]),
+        np.concatenate([past.values, rapid.values[:, after]], axis=1),
     )
 
 

@@ -27,6 +27,15 @@ class FrameRotation(NamedTuple):
     quaternion: np.ndarray
     rate: np.ndarray
 
+    @classmethod
+    def about(cls, axis: str, angle: np.ndarray, rate: np.ndarray) -> FrameRotation:
+        """Rotation of the axes about one of them by an angle (n,), rad, at a rate (n,), rad/s."""
+        i = "xyz".index(axis)
+        quaternion, angular_velocity = np.zeros((angle.size, 4)), np.zeros((angle.size, 3))
+        quaternion[:, 0], quaternion[:, 1 + i] = np.cos(0.5 * angle), -np.sin(0.5 * angle)
+        angular_velocity[:, i] = rate
+        return cls(quaternion, angular_velocity)
+
     def then(self, other: FrameRotation) -> FrameRotation:
         """The product: the rotation followed by the other."""
         quaternion = product(other.quaternion, self.quaternion)
@@ -54,16 +63,12 @@ def from_gcrf(frame: str, purpose: str) -> np.ndarray:
     if frame == "EME2000":
         return np.asarray(erfa.bp06(2451545.0, 0.0)[0])
     if frame == "ECLIPJ2000":
-        return _about_x(np.deg2rad(OBLIQUITY_J2000 / 3600.0))
+        obliquity = np.deg2rad(OBLIQUITY_J2000 / 3600.0)
+        c, s = np.cos(obliquity), np.sin(obliquity)
+        return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
     raise InputError("frame", frame, f"ICRF, GCRF, EME2000 or ECLIPJ2000, for {purpose}")
 
 
 def rotation_from_gcrf(frame: str, purpose: str) -> FrameRotation:
     """`from_gcrf` as a FrameRotation."""
     return FrameRotation(from_matrix(from_gcrf(frame, purpose)), STILL)
-
-
-def _about_x(angle: float) -> np.ndarray:
-    """Matrix to components along axes that are rotated about x by the angle."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])

@@ -22,8 +22,7 @@ UNITS = {
     "velocity_before": "m_s",
     "velocity_after": "m_s",
 }
-_RECORD_NAMES = {name: f"{name}_{unit}" for name, unit in UNITS.items()}
-_DETAIL_NAMES = {record_name: name for name, record_name in _RECORD_NAMES.items()}
+RECORD_NAMES = {name: f"{name}_{unit}" for name, unit in UNITS.items()}
 
 
 def to_plain(events: Sequence[Event]) -> list[dict[str, Any]]:
@@ -34,7 +33,7 @@ def to_plain(events: Sequence[Event]) -> list[dict[str, Any]]:
             "kind": event.kind,
             "text": event.text,
             "details": {
-                _RECORD_NAMES.get(name, name): value.tolist()
+                RECORD_NAMES.get(name, name): value.tolist()
                 if isinstance(value, (np.ndarray, np.generic))
                 else value
                 for name, value in event.details.items()
@@ -48,15 +47,15 @@ def from_plain(records: Any) -> tuple[Event, ...]:
     """The events of the records of `to_plain`; raises TypeError, KeyError or InputError for anything else."""
     if not isinstance(records, list):
         raise TypeError("events are not a list")
-    return tuple(_event(record) for record in records)
-
-
-def _event(record: dict[str, Any]) -> Event:
-    seconds = float(units.finite_array(record["elapsed_s"], "events"))
-    if not isinstance(record["kind"], str) or not isinstance(record["text"], str):
-        raise TypeError("kind or text of an event is not text")
-    details = {_DETAIL_NAMES.get(name, name): _value(value) for name, value in record["details"].items()}
-    return Event(seconds, record["kind"], record["text"], details)
+    names = {record_name: name for name, record_name in RECORD_NAMES.items()}
+    events = []
+    for record in records:
+        seconds = float(units.finite_array(record["elapsed_s"], "events"))
+        if not isinstance(record["kind"], str) or not isinstance(record["text"], str):
+            raise TypeError("kind or text of an event is not text")
+        details = {names.get(name, name): _value(value) for name, value in record["details"].items()}
+        events.append(Event(seconds, record["kind"], record["text"], details))
+    return tuple(events)
 
 
 def _value(value: Any) -> Any:

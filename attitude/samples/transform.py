@@ -46,13 +46,16 @@ def in_frame(ephemeris: Data, frame: str) -> Data:
     if rotating and rate is not None:
         body_components = rotate(rotations.conjugate(attitude), rotation.rate)
         rate = ephemeris.angular_velocity - body_components
-    momentum = ephemeris.momentum
+    momentum, translation = ephemeris.momentum, ephemeris.centre_of_mass
+    if translation is not None:  # relative to the rotated axes, with components along them
+        position, velocity = (rotate(rotation.quaternion, vector) for vector in translation)
+        translation = Translation(position, velocity - np.cross(rotation.rate, position))
     return replace(
         ephemeris,
         attitude=attitude,
         frame=frame,
         rate=rate,
-        centre_of_mass=None if frame in ORBITAL_FRAMES else _translation(ephemeris.centre_of_mass, rotation),
+        centre_of_mass=None if frame in ORBITAL_FRAMES else translation,
         events=tuple(_event(event, None if rotating else rotation) for event in ephemeris.events),
         momentum=None if momentum is None else rotate(rotation.quaternion, momentum),
         resample=resample,
@@ -109,17 +112,6 @@ def _from_gcrf(frame: str, instants: Instants) -> FrameRotation:
     if frame in FRAMES_OF_DATE:
         return FRAMES_OF_DATE[frame](instants)
     return rotation_from_gcrf(frame, "an attitude in another frame")
-
-
-# -- vectors in the other frame -------------------------------------------------------------------
-
-
-def _translation(translation: Translation | None, rotation: FrameRotation) -> Translation | None:
-    """Position and velocity relative to the rotated axes, with components along them."""
-    if translation is None:
-        return None
-    position, velocity = (rotate(rotation.quaternion, vector) for vector in translation)
-    return Translation(position, velocity - np.cross(rotation.rate, position))
 
 
 def _event(event: Event, rotation: FrameRotation | None) -> Event:

@@ -50,9 +50,6 @@ class Described(Protocol):
         """The torque-free motion from the epoch on."""
 
 
-WIDTH = 100  # characters of a line of text
-
-
 @dataclass(frozen=True)
 class EffectPlan:
     """Whether one effect is simulated, and its size.
@@ -78,6 +75,18 @@ class EffectPlan:
     relative_torque: float | None = None
     seconds_to_tolerance: float | None = None
     influence: float | None = None
+
+    @property
+    def size(self) -> str:
+        """The size of its torque, for people."""
+        text = f"up to {self.torque:.2g} N m"
+        if self.relative_torque is not None:
+            text += f", {self.relative_torque:.1e} of L^2/I"
+        if self.seconds_to_tolerance is not None:
+            text += f"; turns the body by the tolerance in {_duration(self.seconds_to_tolerance)}"
+        if self.influence is not None:
+            text += f", at most {self.influence:.1e} rad over the span"
+        return text
 
 
 @dataclass(frozen=True)
@@ -109,10 +118,16 @@ class ScenePlan:
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; units in the names."""
+        names = {
+            "torque": "torque_N_m",
+            "seconds_to_tolerance": "to_tolerance_s",
+            "influence": "influence_rad",
+        }
+        effects = [asdict(effect).items() for effect in self.effects]
         return {
             "name": self.name,
             "simulates": self.simulates,
-            "effects": [_with_units(effect) for effect in self.effects],
+            "effects": [{names.get(key, key): value for key, value in items} for items in effects],
             "solver": self.solver,
             "order": self.order,
             "step_s": self.step,
@@ -133,7 +148,7 @@ class ScenePlan:
             mark = f"simulated, acts on {effect.acts_on}" if effect.simulated else "left out"
             lines += _under(effect.type, f"{mark}: {effect.reason}")
             if effect.torque:
-                lines += _under("", _size(effect))
+                lines += _under("", effect.size)
         steps = "" if self.step is None else f", steps of {self.step:.3g} s"
         lines += _under("solver", self.solver + steps)
         error = f"error {self.predicted_error:.1e} rad (asked for: {self.tolerance:.1e})"
@@ -146,23 +161,7 @@ class ScenePlan:
 
 def _under(name: str, text: str) -> list[str]:
     """Lines of a text beside a name, none too long to read."""
-    return textwrap.wrap(text, WIDTH, initial_indent=f"  {name:<17}", subsequent_indent=" " * 19)
-
-
-def _with_units(effect: EffectPlan) -> dict[str, Any]:
-    named = {"torque": "torque_N_m", "seconds_to_tolerance": "to_tolerance_s", "influence": "influence_rad"}
-    return {named.get(key, key): value for key, value in asdict(effect).items()}
-
-
-def _size(effect: EffectPlan) -> str:
-    text = f"up to {effect.torque:.2g} N m"
-    if effect.relative_torque is not None:
-        text += f", {effect.relative_torque:.1e} of L^2/I"
-    if effect.seconds_to_tolerance is not None:
-        text += f"; turns the body by the tolerance in {_duration(effect.seconds_to_tolerance)}"
-    if effect.influence is not None:
-        text += f", at most {effect.influence:.1e} rad over the span"
-    return text
+    return textwrap.wrap(text, 100, initial_indent=f"  {name:<17}", subsequent_indent=" " * 19)
 
 
 def _duration(seconds: float) -> str:
@@ -185,10 +184,10 @@ def of_effect(
 ) -> EffectPlan:
     """Whether an effect of a scene is simulated, and why; the body never turns faster than `spin`."""
     if effect.ACTS_ON == "translation":
-        return _of_gravity(effect, field, scene, initial_state)
+        return of_gravity(effect, field, scene, initial_state)
     if effect.ACTS_ON == "instants":
         return EffectPlan(field, effect.label, True, "instants", REASONS[effect.type])
-    return _of_torque(effect, field, initial_state, scene.asked_tolerance, drop_below, spin)
+    return of_torque(effect, field, initial_state, scene.asked_tolerance, drop_below, spin)
 
 
 REASONS = {
@@ -202,7 +201,8 @@ REASONS = {
 }
 
 
-def _of_gravity(effect: Effect, field: str, scene: Described, initial_state: InitialState) -> EffectPlan:
+def of_gravity(effect: Effect, field: str, scene: Described, initial_state: InitialState) -> EffectPlan:
+    """Whether uniform gravity is simulated: it moves the centre of mass alone."""
     makes_none = "uniform gravity makes no torque about the centre of mass"
     if any(other.type == "ground" for other in scene.effects):
         reason = f"{makes_none}, but it brings the body to the ground: an exact parabola between contacts"
@@ -214,7 +214,7 @@ def _of_gravity(effect: Effect, field: str, scene: Described, initial_state: Ini
     return EffectPlan(field, effect.label, False, "translation", reason)
 
 
-def _of_torque(
+def of_torque(
     effect: Any,
     field: str,
     initial_state: InitialState,
@@ -222,27 +222,21 @@ def _of_torque(
     drop_below: float | None,
     spin: Spin,
 ) -> EffectPlan:
+    """Whether a torque is simulated, by its size against the motion and the span."""
     size = float(effect.size(initial_state, spin) if hasattr(effect, "sizes") else effect.size(initial_state))
-    numbers = (size, *_against(size, initial_state, tolerance))
+    momentum = float(np.linalg.norm(initial_state.body.tensor @ initial_state.rate))
+    least, greatest = float(initial_state.moments.min()), float(initial_state.moments.max())
+    span = max(abs(initial_state.start), abs(initial_state.stop))
+    relative = size * greatest / momentum**2 if momentum > 0.0 else None
+    to_tolerance = float(np.sqrt(2.0 * least * tolerance / size)) if size > 0.0 else None
+    influence = 0.5 * size / least * span**2
+    numbers = size, relative, to_tolerance, influence
 
     def make(simulated: bool, reason: str) -> EffectPlan:
         return EffectPlan(field, effect.label, simulated, "attitude", reason, *numbers)
 
     if size == 0.0:
         return make(False, "its torque is zero for this body and state, at every instant of the span")
-    influence = numbers[3]
-    if drop_below is not None and influence is not None and influence < drop_below:
+    if drop_below is not None and influence < drop_below:
         return make(False, f"as asked, less than {drop_below:.1e} rad over the span")
     return make(True, REASONS.get(effect.type, "a torque at every instant"))
-
-
-def _against(
-    size: float, initial_state: InitialState, tolerance: float
-) -> tuple[float | None, float | None, float]:
-    """(torque over L^2 / I, s to turn the body at rest by the tolerance, rad over the span)."""
-    momentum = float(np.linalg.norm(initial_state.body.tensor @ initial_state.rate))
-    least, greatest = float(initial_state.moments.min()), float(initial_state.moments.max())
-    span = max(abs(initial_state.start), abs(initial_state.stop))
-    relative = size * greatest / momentum**2 if momentum > 0.0 else None
-    needed = float(np.sqrt(2.0 * least * tolerance / size)) if size > 0.0 else None
-    return relative, needed, 0.5 * size / least * span**2

@@ -243,7 +243,11 @@ def with_ut1(time: Time, scale: str | None = None) -> Time:
     """
     if "ut1" not in (time.scale, scale):
         return time
-    table = _ut1_table()
+    from astropy.utils import iers
+
+    table = iers.earth_orientation_table.get()
+    if isinstance(table, iers.IERS_Auto):  # not the user's own
+        table = _bundled_ut1_table()
     if time.scale != "ut1":
         return _with_delta_ut1(time, _delta_ut1(table, time.utc.jd1, time.utc.jd2))
     delta = _delta_ut1(table, time.jd1, time.jd2)
@@ -269,16 +273,9 @@ def _with_delta_ut1(time: Time, delta: Any) -> Time:
     return time
 
 
-def _ut1_table() -> Any:
-    """The user's own Earth orientation table; else the bundled one, of a class that never downloads."""
-    from astropy.utils import iers
-
-    table = iers.earth_orientation_table.get()
-    return _bundled_ut1_table() if isinstance(table, iers.IERS_Auto) else table
-
-
 @cache
 def _bundled_ut1_table() -> Any:
+    """The Earth orientation table that comes with astropy, of a class that never downloads."""
     from astropy.utils import iers
 
     return iers.IERS_A(iers.IERS_Auto.read(iers.IERS_A_FILE))
