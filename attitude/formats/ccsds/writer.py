@@ -160,4 +160,3 @@ class AemWriter:
         if degree == 1 and stated is not None:
             name = "LINEAR"
         return [("INTERPOLATION_METHOD", name), ("INTERPOLATION_DEGREE", str(degree))] if degree else []
-
