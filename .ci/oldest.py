@@ -11,14 +11,14 @@ import tomllib
 from pathlib import Path
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[\w,-]+\])?>=([\d.]+)")
+REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[\w,-]+\])?>=([\d.]+)(?:,<[\d.]+)?")
 
 
 def oldest(requirements):
     for requirement in requirements:
         match = REQUIREMENT.fullmatch(requirement)
         if match is None:
-            sys.exit(f"{requirement}: NAME>=VERSION is what this script reads")
+            sys.exit(f"{requirement}: NAME>=VERSION[,<VERSION] is what this script reads")
         yield f"{match[1]}=={match[2]}"
 
 

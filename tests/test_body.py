@@ -66,9 +66,9 @@ def largest(matrix):
 
 @each_tensor
 def test_moments_are_good_to_thirty_digits(tensor):
-    found = sorted(two_part(RigidBody(tensor)._two_part_moments))
+    moments = sorted(two_part(RigidBody(tensor)._two_part_moments))
     truly = mp.eigsy(exact(tensor), eigvals_only=True)
-    assert max(abs(a - b) for a, b in zip(found, truly, strict=True)) <= TWO_PART_TOLERANCE * largest(truly)
+    assert max(abs(a - b) for a, b in zip(moments, truly, strict=True)) <= TWO_PART_TOLERANCE * largest(truly)
 
 
 @each_tensor
@@ -143,11 +143,11 @@ def test_three_by_three_is_one_tensor_and_never_three_bodies():
 
 def test_batch_of_tensors_is_its_tensors_one_by_one_bit_for_bit():
     batch = RigidBody(np.stack(list(TENSORS.values())).reshape(3, 4, 3, 3))
-    for place, tensor in zip(np.ndindex(3, 4), TENSORS.values(), strict=True):
+    for index, tensor in zip(np.ndindex(3, 4), TENSORS.values(), strict=True):
         alone = RigidBody(tensor)
         for name in ("_two_part_moments", "_two_part_axes", "tensor"):
-            assert np.array_equal(getattr(batch, name)[place], getattr(alone, name))
-            assert np.array_equal(getattr(batch[place], name), getattr(alone, name))
+            assert np.array_equal(getattr(batch, name)[index], getattr(alone, name))
+            assert np.array_equal(getattr(batch[index], name), getattr(alone, name))
 
 
 @pytest.mark.parametrize(
@@ -224,9 +224,9 @@ def test_any_size_of_moments_is_taken(size):
 def test_halves_of_a_tensor_off_by_rounding_are_averaged():
     tensor = TENSORS["spinner"].copy()
     tensor[0, 1] += 2e-10  # 1e-12 of the largest element is 2.6e-10
-    taken = RigidBody(tensor).tensor
-    assert np.array_equal(taken, taken.T)
-    assert taken[0, 1] == pytest.approx(0.6 + 1e-10, abs=1e-15)
+    symmetric = RigidBody(tensor).tensor
+    assert np.array_equal(symmetric, tensor_taken.T)
+    assert symmetric[0, 1] == pytest.approx(0.6 + 1e-10, abs=1e-15)
 
 
 def test_tensor_of_single_precision_is_averaged_with_a_warning():

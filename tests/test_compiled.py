@@ -35,10 +35,10 @@ print(*announced)
 DAYS = Signature("clock", "days_from_seconds", "d1.d1.d1.d1")
 
 
-def announced_compilations(place):
+def announced_compilations(cache):
     run = subprocess.run(
         [sys.executable, "-c", SEVERAL_DAYS],
-        env=os.environ | {"ATTITUDE_CACHE_DIR": str(place)},
+        env=os.environ | {"ATTITUDE_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
         check=True,
@@ -47,11 +47,11 @@ def announced_compilations(place):
 
 
 def test_code_is_compiled_once_and_found_again(tmp_path):
-    place = tmp_path / "new" / "place"
-    assert announced_compilations(place) == ["1"]
-    (kept,) = place.rglob("*.o")
+    cache = tmp_path / "new" / "place"
+    assert announced_compilations(cache) == ["1"]
+    (kept,) = cache.rglob("*.o")
     assert kept.stem == DAYS.symbol
-    assert announced_compilations(place) == []
+    assert announced_compilations(cache) == []
 
 
 def test_without_a_place_to_keep_it_code_is_compiled_and_runs(tmp_path):
@@ -102,9 +102,9 @@ def test_bits_are_the_same_without_numbas_private_classes(tmp_path):
     np.save(tmp_path / "bodies", np.concatenate([next(motion._batch.blocks(0, 1))[1] for motion in motions]))
 
     def samples(**variables):
-        place = tmp_path / "-".join(["cache", *variables])
+        cache = tmp_path / "-".join(["cache", *variables])
         run = [sys.executable, "-c", SAMPLES, tmp_path / "bodies.npy"]
-        environment = os.environ | {"ATTITUDE_CACHE_DIR": str(place)} | variables
+        environment = os.environ | {"ATTITUDE_CACHE_DIR": str(cache)} | variables
         return subprocess.run(run, env=environment, capture_output=True, check=True).stdout
 
     plain = samples(ATTITUDE_PLAIN_NUMBA="1")
