@@ -225,7 +225,7 @@ def test_halves_of_a_tensor_off_by_rounding_are_averaged():
     tensor = TENSORS["spinner"].copy()
     tensor[0, 1] += 2e-10  # 1e-12 of the largest element is 2.6e-10
     symmetric = RigidBody(tensor).tensor
-    assert np.array_equal(symmetric, tensor_taken.T)
+    assert np.array_equal(symmetric, symmetric.T)
     assert symmetric[0, 1] == pytest.approx(0.6 + 1e-10, abs=1e-15)
 
 
