@@ -126,18 +126,18 @@ def errors(body, t, attitude=ATTITUDE):
     """Of the library at instants t, against the truth."""
     of_tensor = np.ndim(body.inertia) == 2
     truly = truth.attitude_and_rate_of_tensor if of_tensor else truth.attitude_and_rate
-    found = []
+    columns = []
     for instant, q, rate in zip(t, *sample(body, t, attitude), strict=True):
         true_q, true_rate = truly(*body, attitude, instant, TRUTH_DIGITS)
         q = q.tolist()
-        found.append(
+        columns.append(
             (
                 truth.attitude_error(q, true_q),
                 truth.rate_error(rate.tolist(), true_rate),
                 truth.component_error(q, true_q),
             )
         )
-    return Errors(*(max(column) for column in zip(*found, strict=True)))
+    return Errors(*(max(column) for column in zip(*columns, strict=True)))
 
 
 def assert_true(body, t, attitude=ATTITUDE):

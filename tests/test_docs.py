@@ -121,8 +121,8 @@ def test_console_examples_print_what_is_shown(page, folder, request):
         printed = TAKEN.sub("", run_in_shell(command, folder).rstrip("\n"))
         shown = TAKEN.sub("", shown.rstrip("\n"))
         assert NUMBER.sub("#", printed) == NUMBER.sub("#", shown), command
-        found, expected = ([float(x) for x in NUMBER.findall(text)] for text in (printed, shown))
-        assert found == pytest.approx(expected, rel=PRINTED, abs=PRINTED), command
+        actual, expected = ([float(x) for x in NUMBER.findall(text)] for text in (printed, shown))
+        assert actual == pytest.approx(expected, rel=PRINTED, abs=PRINTED), command
 
 
 WORKED = [
@@ -135,13 +135,13 @@ WORKED = [
 @pytest.mark.parametrize("command", WORKED, ids=[command.split()[1] for command in WORKED])
 def test_worked_examples_of_many_bodies_run_with_fewer(command, tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
-    given = command.split()
-    given[-1] = str(tmp_path / given[-1])
-    run = [sys.executable, "-m", "attitude.cli", *given, "--bodies", "60"]
+    arguments = command.split()
+    arguments[-1] = str(tmp_path / arguments[-1])
+    run = [sys.executable, "-m", "attitude.cli", *arguments, "--bodies", "60"]
     answer = subprocess.run(run, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stderr
     assert re.match(r"# \d\d bodies in ", answer.stdout)
-    assert Path(given[-1]).read_bytes().startswith(b"\x89PNG")
+    assert Path(arguments[-1]).read_bytes().startswith(b"\x89PNG")
 
 
 def test_no_example_is_lost_to_the_tests():

@@ -204,27 +204,29 @@ def test_what_effects_give_comes_back_as_it_was_written(make, format, part, tmp_
     assert np.array_equal(back.angular_momentum, written.angular_momentum)
     assert back.has_own_momentum == written.has_own_momentum
     assert (back.translation is None) == (written.translation is None)
-    for mine, theirs in zip(back.translation or (), written.translation or (), strict=True):
-        assert np.array_equal(mine, theirs)
+    for ours, theirs in zip(back.translation or (), written.translation or (), strict=True):
+        assert np.array_equal(ours, theirs)
     assert_same_events(back.events, written.events)
 
 
-def assert_same_events(found, expected):
-    assert [(each.seconds, each.kind, each.text) for each in found] == [
+def assert_same_events(actual, expected):
+    assert [(each.seconds, each.kind, each.text) for each in actual] == [
         (each.seconds, each.kind, each.text) for each in expected
     ]
-    for mine, theirs in zip(found, expected, strict=True):
-        assert mine.details.keys() == theirs.details.keys()
+    for ours, theirs in zip(actual, expected, strict=True):
+        assert ours.details.keys() == theirs.details.keys()
         for name, value in theirs.details.items():
-            assert type(mine.details[name]) is type(value)
-            assert np.array_equal(mine.details[name], value)
+            assert type(ours.details[name]) is type(value)
+            assert np.array_equal(ours.details[name], value)
 
 
 def test_scenes_with_effects_have_what_they_are_here_for():
-    found = {name: make().run() for name, make in EFFECTS.items()}
-    assert [name for name in found if found[name].translation is not None] == ["bounce", "fall"]
-    assert [name for name in found if found[name].has_own_momentum] == ["rotors and firings", "sink"]
-    assert {name: len(found[name].events) for name in found} == dict(zip(EFFECTS, (1, 0, 2, 0), strict=True))
+    actual = {name: make().run() for name, make in EFFECTS.items()}
+    assert [name for name in actual if actual[name].translation is not None] == ["bounce", "fall"]
+    assert [name for name in actual if actual[name].has_own_momentum] == ["rotors and firings", "sink"]
+    assert {name: len(actual[name].events) for name in actual} == dict(
+        zip(EFFECTS, (1, 0, 2, 0), strict=True)
+    )
 
 
 @pytest.mark.parametrize("format", ["csv", "json"])

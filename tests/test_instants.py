@@ -43,8 +43,8 @@ def two_part(instants):
     return [Fraction(a) + Fraction(b) for a, b in zip(instants.seconds.flat, low.flat, strict=True)]
 
 
-def assert_close(found, truly, relative=TWO_PART_TOLERANCE):
-    for value, true in zip(found, truly, strict=True):
+def assert_close(actual, truly, relative=TWO_PART_TOLERANCE):
+    for value, true in zip(actual, truly, strict=True):
         assert abs(value - true) <= relative * abs(true)
 
 
@@ -255,12 +255,12 @@ def test_nested_lists_of_python_numbers_are_instants():
     [("utc", "isot"), ("tai", "iso"), ("tt", "jd"), ("tdb", "mjd"), ("tcb", "jyear"), ("utc", "unix")],
 )
 def test_dates_come_back_in_the_scale_and_format_they_were_given_in(scale, form):
-    given = getattr(Time(["2020-01-01T00:00:01.25", "2021-01-01T00:00:00"], scale="utc"), scale)
-    given.format = form
-    time = spinner(Time("2020-01-01", scale="tai")).at(given).time
+    dates = getattr(Time(["2020-01-01T00:00:01.25", "2021-01-01T00:00:00"], scale="utc"), scale)
+    dates.format = form
+    time = spinner(Time("2020-01-01", scale="tai")).at(dates).time
     assert (time.scale, time.format) == (scale, form)
-    assert np.array_equal(time.jd1, given.jd1)
-    assert np.array_equal(time.jd2, given.jd2)
+    assert np.array_equal(time.jd1, dates.jd1)
+    assert np.array_equal(time.jd2, dates.jd2)
 
 
 @pytest.mark.parametrize(
@@ -275,10 +275,10 @@ def test_elapsed_time_is_dated_in_the_scale_and_format_of_the_epoch(t, scale, fo
 
 
 def test_callers_dates_and_ours_do_not_share_memory():
-    epoch, given = Time("2020-01-01"), Time(["2020-01-02", "2020-01-03"])
-    ephemeris = spinner(epoch).at(given)
-    epoch.format, given.format = "mjd", "mjd"
-    given[0] = Time("2019-01-01")
+    epoch, dates = Time("2020-01-01"), Time(["2020-01-02", "2020-01-03"])
+    ephemeris = spinner(epoch).at(dates)
+    epoch.format, dates.format = "mjd", "mjd"
+    dates[0] = Time("2019-01-01")
     assert ephemeris.epoch.format == ephemeris.time.format == "iso"
     assert ephemeris.time[0].iso == "2020-01-02 00:00:00.000"
 

@@ -47,10 +47,10 @@ def worst_error(body, seed):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_bound_holds_and_is_within_eight_times_what_is_measured(form):
-    found = [worst_error(body, seed) for seed, body in enumerate(FORMS[form])]
-    assert {made.solver for _, made in found} == {form}
-    (bound,) = {made.error_bound for _, made in found}
-    worst = max(error for error, _ in found)
+    actual = [worst_error(body, seed) for seed, body in enumerate(FORMS[form])]
+    assert {made.solver for _, made in actual} == {form}
+    (bound,) = {made.error_bound for _, made in actual}
+    worst = max(error for error, _ in actual)
     assert worst <= bound <= 8.0 * worst
 
 
@@ -89,10 +89,10 @@ def test_batch_in_blocks_gives_the_same_bits(many, monkeypatch):
     monkeypatch.setattr(constants_of_motion, "BODIES_PER_BLOCK", 64)
     blocks = many()
     for threads in (1, 2):
-        expected, found = whole.at(t), blocks.at(t, threads=threads)
-        assert np.array_equal(found.quaternion("wxyz"), expected.quaternion("wxyz"))
-        assert np.array_equal(found.angular_velocity, expected.angular_velocity)
-        assert found.plan.solver == expected.plan.solver
+        expected, actual = whole.at(t), blocks.at(t, threads=threads)
+        assert np.array_equal(actual.quaternion("wxyz"), expected.quaternion("wxyz"))
+        assert np.array_equal(actual.angular_velocity, expected.angular_velocity)
+        assert actual.plan.solver == expected.plan.solver
     for name in ("regime", "polhode_period", "mean_precession_rate", "nutation_range", "kinetic_energy"):
         assert np.array_equal(getattr(blocks, name), getattr(whole, name))
         assert np.array_equal(getattr(blocks[3:9], name), getattr(whole[3:9], name))

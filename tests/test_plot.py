@@ -22,26 +22,26 @@ def free(times, rate=(0.3, -0.5, 0.9)):
 
 
 def test_picture_of_a_free_body_names_its_lines_and_frame():
-    found = words(timeline.picture(free(np.linspace(0, 60, 400)), "svg"))
+    actual = words(timeline.picture(free(np.linspace(0, 60, 400)), "svg"))
     for name in ("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z", "attitude", "body rate, rad/s"):
-        assert name in found
-    assert "A scene: attitude, body to ICRF" in found
-    assert "time, s" in found
+        assert name in actual
+    assert "A scene: attitude, body to ICRF" in actual
+    assert "time, s" in actual
     # energy and momentum stay as they are, and the centre of mass is not followed
-    assert not {"energy", "momentum", "position, m"} & set(found)
+    assert not {"energy", "momentum", "position, m"} & set(actual)
 
 
 def test_picture_shows_what_effects_change_and_when_they_acted():
-    found = words(timeline.picture(Scene.builtin("thruster-plan").run(), "svg"))
-    assert {"energy", "momentum", "impulse (4)"} <= set(found)
-    assert "time, min" in found
+    actual = words(timeline.picture(Scene.builtin("thruster-plan").run(), "svg"))
+    assert {"energy", "momentum", "impulse (4)"} <= set(actual)
+    assert "time, min" in actual
 
 
 def test_picture_of_a_sink_shows_energy_but_not_the_momentum_that_stays():
-    found = words(timeline.picture(Scene.builtin("explorer-1").run(), "svg"))
-    assert "energy" in found
-    assert "momentum" not in found
-    assert "time since 1958-02-01T03:55:00.000 tt, min" in found
+    actual = words(timeline.picture(Scene.builtin("explorer-1").run(), "svg"))
+    assert "energy" in actual
+    assert "momentum" not in actual
+    assert "time since 1958-02-01T03:55:00.000 tt, min" in actual
 
 
 def test_picture_of_a_fall_shows_where_the_centre_of_mass_is():
@@ -95,9 +95,9 @@ def test_picture_does_not_change_from_one_time_to_the_next():
 def test_attitudes_alone_are_drawn_alone():
     whole = free(np.linspace(0, 9, 30))
     alone = Ephemeris(whole.quaternion("wxyz").copy(), whole.instants, "GCRF")
-    found = words(timeline.picture(alone, "svg"))
-    assert "q_z" in found
-    assert "omega_x" not in found
+    actual = words(timeline.picture(alone, "svg"))
+    assert "q_z" in actual
+    assert "omega_x" not in actual
 
 
 @pytest.mark.parametrize("times", [3.0, [3.0], [[1.0, 2.0]]], ids=["instant", "one", "two dimensions"])
@@ -114,8 +114,8 @@ def drop(**changes):
 
 
 def test_drop_is_compared_and_other_scenes_are_not():
-    found = compared(drop())
-    assert found.falling.contacts == [event.seconds for event in drop().run().events]
+    actual = compared(drop())
+    assert actual.falling.contacts == [event.seconds for event in drop().run().events]
     assert compared(Scene.builtin("gyrostat")) is None
     assert compared(Scene.builtin("toutatis")) is None
     assert compared(drop(times={"start": 0, "stop": 1, "step": 0.1, "unit": "s"})) is None
@@ -124,11 +124,11 @@ def test_drop_is_compared_and_other_scenes_are_not():
 
 
 def test_picture_of_a_body_that_comes_to_rest_ends_there():
-    found = compared(drop(times={"start": 0, "stop": 20, "step": 0.01, "unit": "s"}))
-    assert found.model.seconds[-1] == 20.0
-    rest = found.falling.seconds[-1]
+    actual = compared(drop(times={"start": 0, "stop": 20, "step": 0.01, "unit": "s"}))
+    assert actual.model.seconds[-1] == 20.0
+    rest = actual.falling.seconds[-1]
     assert 2.8 < rest < 2.9
-    labels = words(drop_picture(found, "svg"))
+    labels = words(drop_picture(actual, "svg"))
     assert "20.0" not in labels
     assert "2.5" in labels
     assert (

@@ -115,8 +115,8 @@ def test_course_of_one_orbit(span):
 def test_number_of_a_line():
     text = b"a\nbc\n\nd\n" * 5
 
-    def asking(place):
-        return lambda lines: lines.number_at(place)
+    def asking(offset):
+        return lambda lines: lines.number_at(offset)
 
     answers = list(interrupted(asking(19), lambda: LineBlock(1, text), asking(6), LineBlock.number_at))
     assert len(answers) > 10

@@ -36,10 +36,10 @@ def sentences(path):
 
 @pytest.mark.parametrize("path", SOURCES, ids=[str(path.relative_to(ROOT)) for path in SOURCES])
 def test_retired_words_do_not_come_back(path):
-    found = [
+    matches = [
         f"{path.name}:{line}: {match[0]!r}; write: {term}"
         for line, text in sentences(path)
         for word, term in RETIRED.items()
         if (match := re.search(word, text, re.IGNORECASE))
     ]
-    assert not found, "\n".join(found)
+    assert not matches, "\n".join(matches)

@@ -21,7 +21,7 @@ from tests.formats.damage import edited, originals, outcome, random_edits
 
 # Parts of all inputs: ECSV, FITS and what is written through SPICE or turned with the Earth is slow.
 SHARES = dict.fromkeys(FORMATS, 10) | {"ecsv": 1, "fits": 3, "parquet": 5, "ck": 4, "czml": 6}
-MOST_TOLD = 5  # of one kind
+MAX_PRINTED_FAILURES = 5  # of one kind
 
 
 def fuzzed(format, count, seed, keep, progress=None):
@@ -36,23 +36,23 @@ def fuzzed(format, count, seed, keep, progress=None):
                 warnings.filterwarnings("ignore", "ERFA function")  # dubious years
                 counts[outcome(format, content)] += 1
         except Exception as error:
-            told = _told(error)
-            failures[told] += 1
-            if failures[told] <= MOST_TOLD:
+            message = described(error)
+            failures[message] += 1
+            if failures[message] <= MAX_PRINTED_FAILURES:
                 keep.mkdir(parents=True, exist_ok=True)
                 path = keep / f"{format}.{seed}.{i}"
                 path.write_bytes(content)
-                print(f"{path}: {told}", flush=True)
+                print(f"{path}: {message}", flush=True)
     return counts, failures
 
 
-def _told(error):
+def described(error):
     """The exception and where it was raised last, in one line."""
-    place = traceback.extract_tb(error.__traceback__)[-1]
+    frame = traceback.extract_tb(error.__traceback__)[-1]
     ours = [f for f in traceback.extract_tb(error.__traceback__) if "/attitude/" in f.filename]
     inside = f" of {Path(ours[-1].filename).name}:{ours[-1].lineno}" if ours else ""
     text = " ".join(str(error).split())[:120]
-    return f"{type(error).__name__}: {text} ({Path(place.filename).name}:{place.lineno}{inside})"
+    return f"{type(error).__name__}: {text} ({Path(frame.filename).name}:{frame.lineno}{inside})"
 
 
 def main():
@@ -61,14 +61,14 @@ def main():
     parser.add_argument("--format", choices=FORMATS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path, default=Path("damaged"))
-    given = parser.parse_args()
-    formats = [given.format] if given.format else list(FORMATS)
+    options = parser.parse_args()
+    formats = [options.format] if options.format else list(FORMATS)
     total, failed = Counter(), 0
     print(f"{'format':10}{'inputs':>8}{'refused':>9}{'kept':>7}{'failed':>8}{'time, s':>9}")
     for format in formats:
-        count = -(-given.inputs * SHARES[format] // sum(SHARES[name] for name in formats))
+        count = -(-options.inputs * SHARES[format] // sum(SHARES[name] for name in formats))
         begun = time.perf_counter()
-        counts, failures = fuzzed(format, count, given.seed, given.keep)
+        counts, failures = fuzzed(format, count, options.seed, options.keep)
         seconds, wrong = time.perf_counter() - begun, sum(failures.values())
         print(
             f"{format:10}{count:8}{counts['refused']:9}{counts['kept']:7}{wrong:8}{seconds:9.1f}", flush=True

@@ -99,16 +99,16 @@ def values(which, body):
 
 def health(host, port, seconds):
     """Latencies of /healthz, asked every 20 ms; in a process of its own, where no other client keeps it."""
-    found, until = [], time.monotonic() + float(seconds)
+    measurements, until = [], time.monotonic() + float(seconds)
     connection = http.client.HTTPConnection(host, int(port), timeout=60)
     while time.monotonic() < until:
         begun = time.perf_counter()
         connection.request("GET", "/healthz")
         connection.getresponse().read()
-        found.append(time.perf_counter() - begun)
+        measurements.append(time.perf_counter() - begun)
         time.sleep(0.02)
     connection.close()
-    print(json.dumps(found))
+    print(json.dumps(measurements))
 
 
 def asked_health(address, seconds):
@@ -127,16 +127,16 @@ def resident(process):
 
 def memory(running, seconds):
     """MiB, once a second."""
-    found, until = [], time.monotonic() + seconds
+    measurements, until = [], time.monotonic() + seconds
     while time.monotonic() < until:
-        found.append(resident(running.process.pid))
+        measurements.append(resident(running.process.pid))
         time.sleep(1.0)
-    return found
+    return measurements
 
 
-def growth(found, seconds):
+def growth(measurements, seconds):
     """MiB, from the part after the first minute: its last third over its first, by medians."""
-    rest = found[int(min(60.0, seconds / 5)) :]
+    rest = measurements[int(min(60.0, seconds / 5)) :]
     third = len(rest) // 3
     return statistics.median(rest[-third:]) - statistics.median(rest[:third])
 
@@ -173,7 +173,9 @@ def main(seconds=300.0, workers=1):
 
 def report(load, latencies, figures, seconds, code):
     others = {status: count for status, count in load.statuses.items() if status not in (200, 503)}
-    idle, busy, twice = (1e3 * statistics.quantiles(found, n=100)[98] for found in latencies.values())
+    idle, busy, twice = (
+        1e3 * statistics.quantiles(measurements, n=100)[98] for measurements in latencies.values()
+    )
     grown = growth(figures, seconds)
     rows = [
         ("answers of 200 and of 503", f"{load.statuses[200]} / {load.statuses[503]}", "", True),

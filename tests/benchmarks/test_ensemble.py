@@ -48,8 +48,8 @@ def test_statistics_against_the_plain_motion_of_as_many(benchmark):
     count = 1_000_000
     bodies = ensemble(count)
     few = ensemble(1000)
-    given = motion(few.states()).at(TIMES).quaternion("wxyz")
-    mean = np.linalg.eigh(np.einsum("nmi,nmj->mij", given, given))[1][..., -1]
+    quaternions = motion(few.states()).at(TIMES).quaternion("wxyz")
+    mean = np.linalg.eigh(np.einsum("nmi,nmj->mij", quaternions, quaternions))[1][..., -1]
     assert np.abs(np.abs((few.statistics(TIMES).mean * mean).sum(axis=1)) - 1.0).max() <= 1e-14
     blocks = [bodies.states(a, min(a + BLOCK, count)) for a in range(0, count, BLOCK)]
     assert np.array_equal(blocks[0].attitude[:1000], few.states().attitude)
@@ -76,10 +76,7 @@ def test_drawing_bodies(benchmark):
 def measured(count):
     """(s, s of processors, bytes at the peak) of statistics in a process of their own."""
     run = subprocess.run(
-        [sys.executable, __file__, "one", str(count)],
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, __file__, "one", str(count)], capture_output=True, text=True, check=True
     )
     seconds, busy, size = run.stdout.split()
     return float(seconds), float(busy), int(size)
@@ -97,12 +94,12 @@ def one(count):
     """Print seconds, and those of processors, after a warm-up, and the greatest memory."""
     ensemble(10_000).statistics(TIMES, workers=2)
     bodies = ensemble(count)
-    found = []
+    runs = []
     for _ in range(max(1, min(9, 3_000_000 // count))):  # of short ones the median
         begun, busy = perf_counter(), process_time()
         bodies.statistics(TIMES, workers=2)
-        found.append((perf_counter() - begun, process_time() - busy))
-    seconds, processors = sorted(found)[len(found) // 2]
+        runs.append((perf_counter() - begun, process_time() - busy))
+    seconds, processors = sorted(runs)[len(runs) // 2]
     print(seconds, processors, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 
 

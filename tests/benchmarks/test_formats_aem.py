@@ -59,10 +59,10 @@ def motion():
 
 @pytest.fixture(scope="module")
 def ephemeris(motion):
-    found = motion.at(np.arange(COUNT) * 0.1)
-    assert found.angular_velocity.shape == (COUNT, 3)  # computed before anybody writes
-    assert found.time.shape == (COUNT,)
-    return found
+    ephemeris = motion.at(np.arange(COUNT) * 0.1)
+    assert ephemeris.angular_velocity.shape == (COUNT, 3)  # computed before anybody writes
+    assert ephemeris.time.shape == (COUNT,)
+    return ephemeris
 
 
 def written(ephemeris, syntax):
@@ -110,10 +110,10 @@ def in_turns(works):
 def report(what, seconds):
     """Prints all, and gives back how many times as long as ours each takes."""
     ours = seconds["attitude"]
-    for name, taken in seconds.items():
-        print(f"\n    {what}: {name:24} {COUNT / taken:12,.0f} records/s {taken / ours:8.2f} x", end="")
+    for name, spent in seconds.items():
+        print(f"\n    {what}: {name:24} {COUNT / spent:12,.0f} records/s {spent / ours:8.2f} x", end="")
     assert COUNT / ours >= LEAST_RATES.get(what, LEAST_RATE)
-    return {name: taken / ours for name, taken in seconds.items()}
+    return {name: spent / ours for name, spent in seconds.items()}
 
 
 @both
@@ -166,9 +166,9 @@ def test_file(ephemeris, motion, tmp_path):
     path = tmp_path / "a.aem"
     instants = np.arange(COUNT) * 0.1
     works = {"write": lambda: motion.at(instants).write(path), "read": lambda: Ephemeris.read(path)}
-    for what, taken in in_turns(works).items():
-        print(f"\n    file: {what:5} {COUNT / taken:12,.0f} records/s", end="")
-        assert COUNT / taken >= LEAST_RATE
+    for what, spent in in_turns(works).items():
+        print(f"\n    file: {what:5} {COUNT / spent:12,.0f} records/s", end="")
+        assert COUNT / spent >= LEAST_RATE
     assert np.array_equal(Ephemeris.read(path).quaternion("xyzw"), ephemeris.quaternion("xyzw"))
 
 
@@ -183,8 +183,8 @@ def test_against_python(ephemeris, tmp_path):
     assert np.array_equal(read(content, "xml")[0], part.quaternion("xyzw"))
     works = {"read": lambda: read(content, "xml"), "written": lambda: written(part, "xml")}
     ours = [seconds / len(part) for seconds in in_turns(works).values()]
-    for what, taken, its in zip(works, ours, theirs, strict=True):
+    for what, spent, its in zip(works, ours, theirs, strict=True):
         print(
-            f"\n    {what}: {1 / taken:,.0f} records/s, ccsds-ndm {1 / its:,.0f}: {its / taken:.0f} x", end=""
+            f"\n    {what}: {1 / spent:,.0f} records/s, ccsds-ndm {1 / its:,.0f}: {its / spent:.0f} x", end=""
         )
-        assert its >= LEAST_RATIO * taken
+        assert its >= LEAST_RATIO * spent

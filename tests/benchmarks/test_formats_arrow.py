@@ -59,13 +59,13 @@ def test_arrow_against_pyarrow_alone(benchmark, format, epoch, tmp_path):
         with WRITERS[format](str(to), table.schema) as writer:
             writer.write_table(table, max_chunksize=CHUNK_INSTANTS)
 
-    found = []
+    tables = []
     for write in (ours, theirs):
         write(path)
-        found.append(READERS[format](path.read_bytes()).read_all())
+        tables.append(READERS[format](path.read_bytes()).read_all())
         path.unlink()
-    assert found[0].column_names == found[1].column_names
-    assert all(mine.equals(other) for mine, other in zip(*(each.columns for each in found), strict=True))
+    assert tables[0].column_names == tables[1].column_names
+    assert all(mine.equals(other) for mine, other in zip(*(each.columns for each in tables), strict=True))
     mine, alone = in_turns((ours, theirs), path)
     benchmark.pedantic(lambda: ours(path), rounds=3)
     benchmark.extra_info.update(figure=mine / alone, reach="<= 1.5 x pyarrow alone")

@@ -59,17 +59,19 @@ def motion_of(omega, epoch=None):
 def test_samples_against_filling_their_output(benchmark, omega, rate):
     """A call as users make it against allocating and filling arrays like its own, 128 MB of quaternions."""
     count, motion = 4_000_000, motion_of(omega)
-    given = as_instants(np.linspace(0.0, 1e6, count), None)
-    every = motion.at(given.seconds[::1000])
-    assert np.array_equal(motion.ephemeris(given, rate).quaternion("wxyz")[::1000], every.quaternion("wxyz"))
+    instants = as_instants(np.linspace(0.0, 1e6, count), None)
+    every = motion.at(instants.seconds[::1000])
+    assert np.array_equal(
+        motion.ephemeris(instants, rate).quaternion("wxyz")[::1000], every.quaternion("wxyz")
+    )
 
     def fill():
         np.empty((count, 4)).fill(1.0)
         if rate:
             np.empty((count, 3)).fill(1.0)
 
-    ours, filling = in_turns(lambda: motion.ephemeris(given, rate), fill)
-    benchmark.pedantic(lambda: motion.ephemeris(given, rate), rounds=5, warmup_rounds=1)
+    ours, filling = in_turns(lambda: motion.ephemeris(instants, rate), fill)
+    benchmark.pedantic(lambda: motion.ephemeris(instants, rate), rounds=5, warmup_rounds=1)
     report(benchmark, ours / filling, "<= 2.5 x filling")
     assert ours <= 2.5 * filling
 
@@ -194,8 +196,8 @@ def command(*arguments, **environment):
 
 
 def test_first_run_on_a_new_machine(benchmark, tmp_path):
-    place = str(tmp_path / "cache")
-    run = command("-m", "attitude.cli", "run", "toutatis", "-q", ATTITUDE_CACHE_DIR=place)
+    cache = str(tmp_path / "cache")
+    run = command("-m", "attitude.cli", "run", "toutatis", "-q", ATTITUDE_CACHE_DIR=cache)
     seconds = benchmark.pedantic(lambda: seconds_of(run), rounds=1)
     report(benchmark, seconds, "<= 10 s, with the compilation")
     assert seconds <= 10.0

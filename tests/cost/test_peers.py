@@ -45,9 +45,9 @@ def test_heyoka_is_right_over_ten_periods(body):
 @needs_heyoka
 def test_heyoka_is_more_exact_the_tighter_its_tolerance():
     body = GENERIC["short axis"]
-    found = [errors(method, body, ten_periods(body))[0] for method in heyoka.methods()]
-    assert found[0] > 1e-9
-    assert found == sorted(found, reverse=True)
+    attitude_errors = [errors(method, body, ten_periods(body))[0] for method in heyoka.methods()]
+    assert attitude_errors[0] > 1e-9
+    assert attitude_errors == sorted(attitude_errors, reverse=True)
 
 
 @needs_heyoka

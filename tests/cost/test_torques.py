@@ -41,16 +41,16 @@ def problem(*names, **changes):
     return InitialValueProblem.of_scene(under(*names, **changes))
 
 
-def answers(found, instants):
-    attitudes, rates = found
+def answers(answer, instants):
+    attitudes, rates = answer
     assert attitudes.shape == (instants.size, 4)
     assert rates.shape == (instants.size, 3)
     return attitudes.tolist(), rates
 
 
-def apart(found, attitudes, rates):
+def apart(answer, attitudes, rates):
     """Largest angle, rad, and difference of rates over the largest rate."""
-    q, w = found
+    q, w = answer
     angle = max(truth.attitude_error(a, b) for a, b in zip(q, attitudes, strict=True))
     return angle, float(np.abs(w - rates).max() / np.abs(rates).max())
 
@@ -68,15 +68,15 @@ BY_ORACLE = [[name] for name in WEAK] + [[*WEAK]]
 @pytest.fixture(scope="module")
 def exact():
     """By the oracle, of each scene once: (problem, attitudes, rates)."""
-    kept = {}
+    known = {}
 
     def of(names):
         key = tuple(names)
-        if key not in kept:
+        if key not in known:
             posed = problem(*names)
             assert torque_truth.is_known(posed.environment)
-            kept[key] = (posed, *torque_truth.by_oracle(posed, GRID)[:2])
-        return kept[key]
+            known[key] = (posed, *torque_truth.by_oracle(posed, GRID)[:2])
+        return known[key]
 
     return of
 
@@ -101,9 +101,9 @@ ELSEWISE = {
 
 @pytest.mark.parametrize("name", ELSEWISE)
 def test_truth_without_oracle_is_what_the_librarys_own_formulas_give(name):
-    given = [effect("constant_torque", **WEAK["constant_torque"], **SWITCHED)] if name == "switched" else []
-    given += [effect(each) for each in ELSEWISE[name]]
-    posed = InitialValueProblem.of_scene(scene(*given, times=TIMES))
+    effects = [effect("constant_torque", **WEAK["constant_torque"], **SWITCHED)] if name == "switched" else []
+    effects += [effect(each) for each in ELSEWISE[name]]
+    posed = InitialValueProblem.of_scene(scene(*effects, times=TIMES))
     assert not torque_truth.is_known(posed.environment)
     attitudes, rates, _, off = torque_truth.by_extrapolation(posed, GRID)
     ours = answers(method("compiled", "tol 1e-15").prepare(posed)(GRID), GRID)

@@ -13,17 +13,7 @@ from attitude.effects import KNOWN_EFFECTS, UserTorque, effect_class
 from attitude.effects.magnetic_dipole import G10, G11, H11
 from attitude.kernels import layout
 from attitude.orbit.path_states import position, velocity
-from tests.effects.scenes import (
-    EFFECTS,
-    ON_ORBIT,
-    TORQUES,
-    built,
-    document,
-    effect,
-    quantity,
-    scene,
-    torque,
-)
+from tests.effects.scenes import EFFECTS, ON_ORBIT, TORQUES, built, document, effect, quantity, scene, torque
 from tests.tables import GONE, assert_refused, refusals
 
 TENSOR = {"body": {"tensor": [[3, 0.3, -0.1], [0.3, 2, 0.2], [-0.1, 0.2, 4]], "unit": "kg m2"}}
@@ -179,7 +169,7 @@ def test_wheels_push_at_right_angles_to_their_momentum_and_the_rate():
     assert actual == pytest.approx(-np.cross(rate, [1, 2, 3]), rel=1e-13)
 
 
-def gauss_field(place):
+def gauss_field(point):
     """T, Earth-fixed: minus the gradient of the potential of degree 1, by differences (m)."""
 
     def potential(x):
@@ -187,7 +177,7 @@ def gauss_field(place):
         return 6371.2e3 * (6371.2e3 / radius) ** 2 * (G10 * x[2] + G11 * x[0] + H11 * x[1]) / radius
 
     steps = 100.0 * np.eye(3)
-    return -np.array([(potential(place + h) - potential(place - h)) / 200.0 for h in steps])
+    return -np.array([(potential(point + h) - potential(point - h)) / 200.0 for h in steps])
 
 
 @pytest.mark.parametrize("t", [0.0, 4000.0])

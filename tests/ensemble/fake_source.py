@@ -44,3 +44,17 @@ class Many:
 
 def many(size: int, seed: int = 7) -> Many:
     return Many(Drawn(size, seed))
+
+
+class Stop(Exception):  # noqa: N818
+    """Of a person, half-way."""
+
+
+def stop_at(fraction: float):
+    """Progress that is stopped at this fraction."""
+
+    def progress(done: float) -> None:
+        if done >= fraction:
+            raise Stop
+
+    return progress

@@ -11,7 +11,7 @@ from attitude.ensemble import engine, redraws
 from attitude.ensemble.engine import mapped
 from attitude.ensemble.execution import run
 from attitude.errors import AttitudeError, FormatError, InputError
-from tests.ensemble.fake_source import many
+from tests.ensemble.fake_source import Stop, many, stop_at
 from tests.ensemble.test_redraws import disc
 from tests.ensemble.test_store import assert_stored, entries
 
@@ -83,15 +83,8 @@ def test_redraws_are_those_of_threads(address, tmp_path, monkeypatch):
 
 
 def test_run_is_gone_on_with_by_another_engine(address, tmp_path):
-    class Stop(Exception):  # noqa: N818
-        pass
-
-    def stop(done):
-        if done > 0.3:
-            raise Stop
-
     with pytest.raises(Stop):
-        run(many(2000), TIMES, tmp_path / "out.parquet", workers=1, chunk=100, progress=stop)
+        run(many(2000), TIMES, tmp_path / "out.parquet", workers=1, chunk=100, progress=stop_at(0.35))
     assert run(many(2000), TIMES, tmp_path / "out.parquet", scheduler=address).resumed >= 6
     assert_stored(tmp_path / "out.parquet", many(2000), TIMES)
 
@@ -127,12 +120,7 @@ def test_killed_worker_loses_nothing(cluster, tmp_path):
 
     ensemble = many(6000)
     result = run(
-        ensemble,
-        TIMES,
-        tmp_path / "out.zarr",
-        scheduler=cluster.scheduler_address,
-        progress=kill,
-        chunk=100,
+        ensemble, TIMES, tmp_path / "out.zarr", scheduler=cluster.scheduler_address, progress=kill, chunk=100
     )
     assert killed
     assert (result.chunks, result.resumed) == (60, 0)

@@ -167,9 +167,7 @@ def test_spread_that_cannot_be_taken_is_named(field, value, message):
 
 
 @pytest.mark.parametrize(
-    "value",
-    [2, 2.0, "2", "2.0", "2e0", "2 1", np.float32(2), np.int8(2), np.array(2.0), 2 * u.one],
-    ids=repr,
+    "value", [2, 2.0, "2", "2.0", "2e0", "2 1", np.float32(2), np.int8(2), np.array(2.0), 2 * u.one], ids=repr
 )
 def test_bare_ratio_that_might_be_a_percentage_is_refused_with_both(value):
     words = r'moments: a percentage, such as "2 %", or a ratio below 1, such as 0\.02 \("2 %" .* or "200 %"\)'

@@ -66,8 +66,8 @@ def test_one_that_keeps_its_rate_never_flips_and_one_on_the_separatrix_once_at_m
 def test_ensemble_tells_when_its_bodies_flip():
     scene = Scene.builtin("intermediate-axis")
     ensemble = Ensemble.sample(scene, 500, 3, angular_velocity="1e-3 deg/s")
-    all_of_them, some = ensemble.flips(3), ensemble.flips(3, 100, 103)
-    assert (all_of_them[100:103] == some).all()
+    all_of_them, selected = ensemble.flips(3), ensemble.flips(3, 100, 103)
+    assert (all_of_them[100:103] == selected).all()
     assert all_of_them.shape == (500, 3)
     assert (np.diff(all_of_them, axis=1) > 0.0).all()
 

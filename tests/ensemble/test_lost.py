@@ -35,8 +35,8 @@ def test_bodies_that_cannot_be_followed_are_left_out_and_listed():
     assert (density.lost == actual.lost).all()
     assert (density.counts.sum(axis=(1, 2)) == actual.count).all()
     # of the others, the mean is that of an ensemble which has no others
-    kept = [i for i in range(40) if i not in actual.lost]
-    quaternions = np.array([simulated_alone(ensemble, i) for i in kept])
+    remaining = [i for i in range(40) if i not in actual.lost]
+    quaternions = np.array([simulated_alone(ensemble, i) for i in remaining])
     mean = np.array(
         [
             Rotation.from_quat(q, scalar_first=True).mean().as_quat(scalar_first=True)

@@ -10,6 +10,7 @@ from scipy.special import ndtri
 from attitude import InputError
 from attitude.cli import main
 from attitude.ensemble import Ensemble, redraws, storage
+from tests.ensemble.fake_source import Stop, stop_at
 from tests.ensemble.scenes import PLATE, TENSOR, scene
 
 TIMES = [0.0, 10.0]
@@ -124,8 +125,8 @@ def test_it_is_printed_with_everything_that_comes_of_the_bodies(tmp_path):
     assert text.endswith(" standard deviations from the scene's")
     statistics, density = ensemble.statistics(TIMES), ensemble.density(TIMES)
     result = ensemble.run(TIMES, tmp_path / "out.zarr")
-    said = repr(ensemble), repr(statistics), str(statistics), repr(density), str(result)
-    for shown in (*said, repr(storage.read(tmp_path / "out.zarr"))):
+    texts = repr(ensemble), repr(statistics), str(statistics), repr(density), str(result)
+    for shown in (*texts, repr(storage.read(tmp_path / "out.zarr"))):
         assert text in shown
 
 
@@ -190,16 +191,9 @@ def test_name_of_many_bodies_has_those_of_the_first(monkeypatch):
 
 @pytest.mark.parametrize("ending", ["zarr", "parquet"])
 def test_a_store_has_those_of_all_bodies_also_when_it_was_gone_on_with(tmp_path, ending):
-    class Stop(Exception):  # noqa: N818
-        pass
-
-    def stop(done):
-        if done > 0.5:
-            raise Stop
-
     to, whole = tmp_path / f"out.{ending}", disc().redraws()
     with pytest.raises(Stop):
-        disc().run(TIMES, to, workers=1, chunk=100, progress=stop)
+        disc().run(TIMES, to, workers=1, chunk=100, progress=stop_at(0.6))
     result = disc().run(TIMES, to, workers=2)
     assert result.resumed
     assert (result.redraws, storage.read(to).redraws) == (whole, whole)

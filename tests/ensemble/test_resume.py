@@ -14,12 +14,8 @@ from attitude.ensemble import execution, storage
 from attitude.ensemble.execution import run
 from attitude.ensemble.storage import store, store_head
 from attitude.errors import FormatError
-from tests.ensemble.fake_source import Many, many
+from tests.ensemble.fake_source import Many, Stop, many, stop_at
 from tests.ensemble.test_store import TIMES, assert_stored, entries
-
-
-class Stop(Exception):  # noqa: N818
-    """Of a person, half-way."""
 
 
 @pytest.fixture(params=["zarr", "parquet"])
@@ -28,13 +24,9 @@ def to(request, tmp_path):
 
 
 def interrupted(to, ensemble=None, at=0.5, **options):
-    def stop(done):
-        if done >= at:
-            raise Stop
-
     options = {"chunk": 10, "workers": 1, "times": TIMES} | options
     with pytest.raises(Stop):
-        run(ensemble or many(100), to=to, progress=stop, **options)
+        run(ensemble or many(100), to=to, progress=stop_at(at), **options)
 
 
 def test_only_missing_chunks_are_computed(to, monkeypatch):

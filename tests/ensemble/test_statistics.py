@@ -12,6 +12,7 @@ from attitude.ensemble import Ensemble, accumulation
 from attitude.ensemble.accumulation import MomentAccumulation, MomentSums
 from attitude.ensemble.block_motion import motion_of, solver_choice
 from attitude.kernels.layout import BODIES_PER_BLOCK, ROW_STRIDE
+from attitude.oracle import exact
 from attitude.times.instants import Instants
 from tests.bodies import angle_between, conjugate, product
 from tests.ensemble.scenes import SPREADS, TENSOR, scene
@@ -70,7 +71,7 @@ def test_all_is_what_its_definition_says_to_thirty_digits(degrees):
         for i in range(2):
             mean, covariance, axes = _by_definition(quaternions[:, i].tolist())
             q = [mp.mpf(number) for number in actual.mean[i].tolist()]
-            off = mp.sqrt(sum(part**2 for part in _product(_conjugate(mean), q)[1:]))
+            off = mp.sqrt(sum(part**2 for part in exact.multiply(exact.conjugate(mean), q)[1:]))
             # in units of the spread, whose square is what small sums are made of
             assert off <= 1e-15 + 1e-14 * spread
             assert max(
@@ -82,19 +83,6 @@ def test_all_is_what_its_definition_says_to_thirty_digits(degrees):
                 assert max(abs(actual.directions[i, k, j] - axis[j] / length) for j in range(3)) <= 1e-14
                 chord = mp.sqrt(2 * (1 - length))
                 assert abs(actual.spreads[i, k] - chord) <= 1e-8 * chord
-
-
-def _conjugate(q):
-    return [q[0], -q[1], -q[2], -q[3]]
-
-
-def _product(p, q):
-    return [
-        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
-        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
-        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
-        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
-    ]
 
 
 def _by_definition(quaternions):
@@ -115,9 +103,9 @@ def _by_definition(quaternions):
     covariance = [[mp.mpf(0)] * 3 for _ in range(3)]
     axes = [[mp.mpf(0)] * 3 for _ in range(3)]
     for q in all_of_them:
-        small = [2 * part for part in _product(_conjugate(mean), q)[1:]]
+        small = [2 * part for part in exact.multiply(exact.conjugate(mean), q)[1:]]
         for i in range(3):
-            turned = _product(_product(q, [mp.mpf(int(j == i + 1)) for j in range(4)]), _conjugate(q))[1:]
+            turned = exact.rotate(q, [mp.mpf(int(j == i)) for j in range(3)])
             for j in range(3):
                 covariance[i][j] += small[i] * small[j] / n
                 axes[i][j] += turned[j] / n

@@ -68,10 +68,10 @@ def test_two_part_instants_are_kept(to):
 
     days = np.array([0.1, 0.2, 3e5]) * u.d
     run(many(3), days, to)
-    kept, stored = as_instants(days, None), storage.read(to)
-    np.testing.assert_array_equal(stored.seconds, kept.seconds)
-    assert kept.seconds_low.any()
-    np.testing.assert_array_equal(stored.rest, kept.seconds_low)
+    instants, stored = as_instants(days, None), storage.read(to)
+    np.testing.assert_array_equal(stored.seconds, instants.seconds)
+    assert instants.seconds_low.any()
+    np.testing.assert_array_equal(stored.rest, instants.seconds_low)
 
 
 def test_rates_are_left_out_where_they_are_not_wanted(to):
@@ -255,13 +255,13 @@ def test_file_that_cannot_be_written_leaves_nothing_of_itself(to):
 @pytest.fixture
 def small_disk(tmp_path):
     """A file system of 1 MB."""
-    place = tmp_path / "small"
-    place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
+    mount_point = tmp_path / "small"
+    mount_point.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(mount_point)]
     if os.geteuid() or subprocess.run(mount, capture_output=True, check=False).returncode:
         pytest.skip("only who may mount can have a small disk")
-    yield place
-    subprocess.run(["umount", str(place)], check=True)
+    yield mount_point
+    subprocess.run(["umount", str(mount_point)], check=True)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)

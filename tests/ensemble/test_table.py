@@ -218,9 +218,9 @@ def test_neighbouring_bad_rows_and_bad_ends_are_passed_over():
     for row in bad:
         table["q_w"][row] = 5.0
     source = Tabled(table, "leave out")
-    kept = [row for row in range(COUNT) if row not in bad]
-    assert source.rows(0, source.size).tolist() == kept
-    assert_same(source, states(), kept)
+    remaining = [row for row in range(COUNT) if row not in bad]
+    assert source.rows(0, source.size).tolist() == remaining
+    assert_same(source, states(), remaining)
 
 
 def test_list_of_bad_rows_is_bounded_and_their_count_is_not(monkeypatch):

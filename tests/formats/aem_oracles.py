@@ -72,11 +72,11 @@ def _orekit():
 
 
 def _offsets(java):
-    found = java("java.util.ArrayList")()
+    offsets = java("java.util.ArrayList")()
     for day, offset in LEAP_SECONDS.items():
         start = java("org.orekit.time.DateComponents")(day.year, day.month, day.day)
-        found.add(java("org.orekit.time.OffsetModel")(start, offset))
-    return found
+        offsets.add(java("org.orekit.time.OffsetModel")(start, offset))
+    return offsets
 
 
 def _proxy(name, **functions):

@@ -100,10 +100,10 @@ KINDS_OF_AEM_1 = (
 @cache
 def originals(format):
     """Bytes of whole files, each by the format's own writer; of AEM some of version 1 too."""
-    found = [written(format, each) for each in ephemerides(format)]
+    files = [written(format, each) for each in ephemerides(format)]
     if format == "aem":
-        found += [AEM_1 % (way, kind, rate, rate) for way, kind, rate in KINDS_OF_AEM_1]
-    return tuple(found)
+        files += [AEM_1 % (direction, kind, rate, rate) for direction, kind, rate in KINDS_OF_AEM_1]
+    return tuple(files)
 
 
 def written(format, ephemeris, **options):
@@ -132,10 +132,10 @@ def read(format, content, stream=io.BytesIO, **options):
 
 
 class Edit(NamedTuple):
-    """What is done: `kind`, at a `place` of the file (0 to 1), with another, an offset, a length, a word."""
+    """What is done: `kind`, at a `position` of the file (0 to 1), with another, offset, length and word."""
 
     kind: str
-    place: float
+    position: float
     other: float
     offset: int
     length: int
@@ -200,7 +200,7 @@ def edited(content, edits):
 def _zipped(content, edits):
     archive, sink = zipfile.ZipFile(io.BytesIO(content)), io.BytesIO()
     members = archive.namelist()
-    chosen = members[int(edits[0].place * len(members))]
+    chosen = members[int(edits[0].position * len(members))]
     with zipfile.ZipFile(sink, "w") as changed:
         for name in members:
             data = archive.read(name)
@@ -211,16 +211,16 @@ def _zipped(content, edits):
 def _word(content, edit):
     """Takes some bytes away at a word, and puts others there."""
     starts = [match.start() for match in WORD.finditer(content)] or [0]
-    at = starts[int(edit.place * len(starts))] + edit.offset
+    at = starts[int(edit.position * len(starts))] + edit.offset
     return content[:at] + edit.word + content[at + edit.length :]
 
 
 def _number(content, edit):
     """Another number for one."""
-    found = list(NUMBER.finditer(content))
-    if not found:
+    matches = list(NUMBER.finditer(content))
+    if not matches:
         return edit.word
-    match = found[int(edit.place * len(found))]
+    match = matches[int(edit.position * len(matches))]
     other = NUMBERS[int(edit.other * len(NUMBERS))]
     return content[: match.start()] + other + content[match.end() :]
 
@@ -236,7 +236,7 @@ def _parts(content):
 def _with_parts(change):
     def done(content, edit):
         parts = _parts(content)
-        return b"".join(change(parts, int(edit.place * len(parts)), int(edit.other * len(parts))))
+        return b"".join(change(parts, int(edit.position * len(parts)), int(edit.other * len(parts))))
 
     return done
 
@@ -246,17 +246,17 @@ def _swap(parts, i, j):
     return parts
 
 
-def _used(content, place):
+def _used(content, position):
     """The byte at a place, counting those that are neither zero nor blank."""
     used = np.flatnonzero(~np.isin(np.frombuffer(content, np.uint8), (0, 32)))
-    return int(used[int(place * used.size)]) if used.size else 0
+    return int(used[int(position * used.size)]) if used.size else 0
 
 
 def _byte(change):
     def done(content, edit):
         if not content:
             return edit.word
-        at = _used(content, edit.place)
+        at = _used(content, edit.position)
         return content[:at] + bytes([change(content[at], edit)]) + content[at + 1 :]
 
     return done
@@ -271,7 +271,7 @@ _DONE = {
     "move": _with_parts(lambda parts, i, j: [*parts[:j], parts[i], *parts[j:]]),
     "flip": _byte(lambda value, edit: value ^ 1 << int(edit.other * 8)),
     "byte": _byte(lambda value, edit: int(edit.other * 256)),
-    "cut": lambda content, edit: content[: int(edit.place * len(content))],
+    "cut": lambda content, edit: content[: int(edit.position * len(content))],
 }
 
 
@@ -291,15 +291,15 @@ def outcome(format, content):
 def _outcome(format, content):
     options = {"frame": "ITRF"} if format == "czml" else {}  # the numbers as they stand in the file
     try:
-        found = read(format, content, **options)
+        back = read(format, content, **options)
     except AttitudeError as error:
         if not (isinstance(error, FormatError) and error.source.startswith("damaged.") and _is_line(error)):
             raise ValueError(f"no clear refusal: {error!r}") from error
         return "refused"
     if format == "ck":
-        check_same_ck(found)
+        check_same_ck(back)
     else:
-        check_same(format, found, read(format, written(format, found), **options))
+        check_same(format, back, read(format, written(format, back), **options))
     return "kept"
 
 
@@ -307,30 +307,30 @@ def _is_line(error):
     return str(error).isprintable() or not any(c in str(error) for c in "\n\r")
 
 
-def check_same_ck(found):
+def check_same_ck(back):
     """A CK has its clock beside it."""
     with TemporaryDirectory() as folder:
-        Ephemeris.of(found).write(Path(folder) / "a.bc")
-        check_same("ck", found, Ephemeris.read(Path(folder) / "a.bc"))
+        Ephemeris.of(back).write(Path(folder) / "a.bc")
+        check_same("ck", back, Ephemeris.read(Path(folder) / "a.bc"))
 
 
-def check_same(format, found, again):
+def check_same(format, back, again):
     """Bits, but for what a format writes in other units, along other axes, or to the nanosecond."""
-    q, p = found.quaternion("wxyz"), again.quaternion("wxyz")
+    q, p = back.quaternion("wxyz"), again.quaternion("wxyz")
     assert np.abs(np.sqrt((q * q).sum(axis=-1)) - 1.0).max() <= 1.0000001e-6
     assert np.array_equal(q, p), "another attitude"
-    assert (found.shape, found.frame) == (again.shape, again.frame)
-    check_same_instants(format, found.instants, again.instants)
-    if found.has_rate and format != "czml":
-        one, other = found.angular_velocity, again.angular_velocity
+    assert (back.shape, back.frame) == (again.shape, again.frame)
+    check_same_instants(format, back.instants, again.instants)
+    if back.has_rate and format != "czml":
+        one, other = back.angular_velocity, again.angular_velocity
         assert np.isfinite(one).all()
         size = np.sqrt((one / max(1.0, np.abs(one).max())) ** 2).sum(axis=-1, keepdims=True)
         allowed = {"ck": 1e-14 * size * max(1.0, np.abs(one).max())}.get(format, 1e-15 * np.abs(one) + 1e-323)
         assert (np.abs(one - other) <= (0.0 if format in EXACT else allowed)).all(), "another rate"
     if format in EXACT:
-        assert found.name == again.name
-        assert (found.body is None) == (again.body is None)
-        assert [event.seconds for event in found.events] == [event.seconds for event in again.events]
+        assert back.name == again.name
+        assert (back.body is None) == (again.body is None)
+        assert [event.seconds for event in back.events] == [event.seconds for event in again.events]
 
 
 def check_same_instants(format, one, other):

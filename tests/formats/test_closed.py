@@ -36,7 +36,7 @@ def test_damaged_files_are_refused_or_written_again(format):
     assert seen == {"refused", "kept"}
 
 
-# -- what was found once ----------------------------------------------------------------------------
+# -- files that readers took and writers refused ---------------------------------------------------
 
 AEM_ROWS = b"""CCSDS_AEM_VERS = 2.0
 CREATION_DATE = 2020-01-01T00:00:00
@@ -59,61 +59,36 @@ STK_ROWS = b"""stk.v.11.0
 BEGIN Attitude
 ScenarioEpoch %s
 CoordinateAxes ICRF
+AttitudeTimeQuaternions
 %s
 END Attitude
 """
 PLAIN, DERIVATIVE = b"QUATERNION", b"QUATERNION/DERIVATIVE"
-FOUND = {
-    "epochs that round to one": (
+APART = "attitudes.1.: epochs at least 2e-09 s apart"
+NOON = b"1 Jul 2007 12:00:00"
+REFUSED = [
+    ("aem", PLAIN, b"2020-01-01T00:00:00.0000000001 0 0 0 1\n2020-01-01T00:00:00.0000000004 0 0 0 1", APART),
+    ("aem", PLAIN, b"2020-01-01T23:59:59.9999999999 0 0 0 1\n2020-01-02T00:00:00 0 0 0 1", APART),
+    (
         "aem",
-        AEM_ROWS % (PLAIN, b"2020-01-01T00:00:00.0000000001 0 0 0 1\n2020-01-01T00:00:00.0000000004 0 0 0 1"),
-        "attitudes.1.: epochs at least 2e-09 s apart",
-    ),
-    "epochs that round to one across midnight": (
-        "aem",
-        AEM_ROWS % (PLAIN, b"2020-01-01T23:59:59.9999999999 0 0 0 1\n2020-01-02T00:00:00 0 0 0 1"),
-        "attitudes.1.: epochs at least 2e-09 s apart",
-    ),
-    "rate beyond a double in deg/s": (
-        "aem",
-        AEM_ROWS % (DERIVATIVE, b"2020-01-01T00:00:00 0 0 0 1 1e307 0 0 0"),
+        DERIVATIVE,
+        b"2020-01-01T00:00:00 0 0 0 1 1e307 0 0 0",
         r"line 15: a rate of more than 1e\+306 rad/s",
     ),
-    "seconds that are one when counted from the first": (
-        "stk",
-        STK_ROWS % (b"1 Jul 2007 12:00:00.5", b"AttitudeTimeQuaternions\n0 0 0 0 1\n1e-17 0 0 0 1"),
-        r"line 7: 0.[45]\d* s is not after 0.[45]",
-    ),
-    "year of five digits": (
-        "stk",
-        STK_ROWS % (b"1 Jul 2007 12:00:00", b"AttitudeTimeQuaternions\n1e12 0 0 0 1"),
-        "line 6: STK has years of four digits, not 33696",
-    ),
-    "seconds beyond any calendar": (
-        "stk",
-        STK_ROWS % (b"1 Jul 2007 12:00:00", b"AttitudeTimeQuaternions\n0 0 0 0 1\n1e300 0 0 0 1"),
-        "instants that a calendar has",
-    ),
-    "a gap in a cell": (
-        "ecsv",
-        originals("ecsv")[0].replace(b"0.2999999999999999", b"null", 1),
-        "line 42: elapsed, quaternion or rate without a value",
-    ),
-    "seconds beyond any calendar, of our own": (
-        "csv",
-        originals("csv")[0].replace(b",2.0,", b",1e300,"),
-        "instants that a calendar has .1e.300 s from the epoch",
-    ),
-    "epoch beyond any calendar": (
-        "json",
-        originals("json")[0].replace(b"2457754.0", b"-1e9"),
-        "epoch beyond any calendar|a calendar has",
-    ),
-}
+    ("stk", NOON + b".5", b"0 0 0 0 1\n1e-17 0 0 0 1", r"line 7: 0.[45]\d* s is not after 0.[45]"),
+    ("stk", NOON, b"1e12 0 0 0 1", "line 6: STK has years of four digits, not 33696"),
+    ("stk", NOON, b"0 0 0 0 1\n1e300 0 0 0 1", "instants that a calendar has"),
+    ("ecsv", b"0.2999999999999999", b"null", "line 42: elapsed, quaternion or rate without a value"),
+    ("csv", b",2.0,", b",1e300,", "instants that a calendar has .1e.300 s from the epoch"),
+    ("json", b"2457754.0", b"-1e9", "epoch beyond any calendar|a calendar has"),
+]
 
 
-@pytest.mark.parametrize(("format", "content", "words"), FOUND.values(), ids=FOUND)
-def test_what_its_writer_would_refuse_is_refused(format, content, words):
+@pytest.mark.parametrize(("format", "first", "second", "words"), REFUSED, ids=range(len(REFUSED)))
+def test_what_its_writer_would_refuse_is_refused(format, first, second, words):
+    """Type and rows of an AEM, epoch and rows of an STK file; else a number and another for it."""
+    rows = {"aem": AEM_ROWS, "stk": STK_ROWS}.get(format)
+    content = originals(format)[0].replace(first, second, 1) if rows is None else rows % (first, second)
     with pytest.raises(FormatError, match=words):
         read(format, content)
 

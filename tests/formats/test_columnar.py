@@ -22,7 +22,7 @@ from attitude import AttitudeError, Ephemeris, FormatError, InputError, Scene
 from attitude.formats import binary, columnar, find, line_blocks, module_of, schema, text_rows
 from attitude.samples import chunks
 from attitude.samples.ephemeris_data import CONVENTION
-from tests.test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, batch, motion
+from tests.test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, motion
 
 COLUMNAR = ("arrow", "arrows", "parquet", "fits", "npz")
 ASTROPYS = {"parquet": {}, "fits": {"astropy_native": True}, "ecsv": {}}
@@ -63,9 +63,9 @@ def test_metadata_of_many_bodies_come_back_whole(make, format):
     assert metadata(read(written(make(), format), format)) == metadata(make())
 
 
-@pytest.mark.parametrize("format", ["arrow", "arrows", "parquet"])
+@pytest.mark.parametrize("format", ["arrow", "arrows", "parquet", "ndjson"])
 @pytest.mark.parametrize("make", [MANY["batch"], OTHER["one instant"]], ids=["batch", "one instant"])
-def test_what_a_format_cannot_hold_is_refused_and_told_what_can(make, format, tmp_path):
+def test_batch_is_refused_with_the_formats_that_hold_it(make, format, tmp_path):
     with pytest.raises(FormatError, match=r"one body at a list of instants, .*; ecsv, json and npz do"):
         make().write(tmp_path / "a", format)
     assert list(tmp_path.iterdir()) == []
@@ -83,8 +83,8 @@ def test_batches_hold_the_same_whatever_their_size(format, block, monkeypatch):
 def frame_of(content, format):
     """pyarrow's own table."""
     opened = {"arrow": pa.ipc.open_file, "arrows": pa.ipc.open_stream, "parquet": pq.ParquetFile}[format]
-    found = opened(io.BytesIO(content))
-    return found.read() if format == "parquet" else found.read_all()
+    file = opened(io.BytesIO(content))
+    return file.read() if format == "parquet" else file.read_all()
 
 
 @each_format
@@ -116,9 +116,9 @@ def test_file_goes_through_pipes(format, capsysbinary):
 def test_dates_are_astropys_to_the_nanosecond(scale, date, span):
     epoch = Time(date, scale=scale)
     seconds = np.random.default_rng(5).uniform(-span, span, 500)
-    found = motion(epoch=epoch).at(seconds)
-    dates = columnar.nanoseconds(found.instants, epoch)
-    days = np.array([found.time.tai.jd1, found.time.tai.jd2], dtype=np.longdouble)
+    ephemeris = motion(epoch=epoch).at(seconds)
+    dates = columnar.nanoseconds(ephemeris.instants, epoch)
+    days = np.array([ephemeris.time.tai.jd1, ephemeris.time.tai.jd2], dtype=np.longdouble)
     exact = np.rint(((days[0] - 2440587.5) + days[1]) * 86400 * 10**9).astype(np.int64)
     assert np.abs(dates.astype(np.int64) - exact).max() <= 1
 
@@ -190,24 +190,24 @@ def test_astropy_reads_the_table_of_many_bodies(format, tmp_path):
     assert_same_table(QTable.read(tmp_path / f"a.{format}", **ASTROPYS[format]), ephemeris.to_table(), format)
 
 
-def assert_same_table(found, expected, format):
+def assert_same_table(actual, expected, format):
     if "elapsed_rest" in expected.colnames and not expected["elapsed_rest"].value.any():
         expected.remove_column("elapsed_rest")  # in no file
-    assert found.colnames == expected.colnames
+    assert actual.colnames == expected.colnames
     for name in expected.colnames:
-        assert type(found[name]) is type(expected[name])
+        assert type(actual[name]) is type(expected[name])
         if name == "time":
-            assert found[name].scale == expected[name].scale
-            assert np.array_equal(found[name].jd1, expected[name].jd1)
-            assert np.array_equal(found[name].jd2, expected[name].jd2)
+            assert actual[name].scale == expected[name].scale
+            assert np.array_equal(actual[name].jd1, expected[name].jd1)
+            assert np.array_equal(actual[name].jd2, expected[name].jd2)
         else:
-            assert getattr(found[name], "unit", None) == getattr(expected[name], "unit", None)
-            assert np.array_equal(np.asarray(found[name]), np.asarray(expected[name]))
+            assert getattr(actual[name], "unit", None) == getattr(expected[name], "unit", None)
+            assert np.array_equal(np.asarray(actual[name]), np.asarray(expected[name]))
     if format == "fits":
-        assert json.loads(found.meta["ATTITUDE"]) == expected.meta
-        assert (found.meta["FRAME"], found.meta["CONVENT"]) == (expected.meta["frame"], CONVENTION)
+        assert json.loads(actual.meta["ATTITUDE"]) == expected.meta
+        assert (actual.meta["FRAME"], actual.meta["CONVENT"]) == (expected.meta["frame"], CONVENTION)
     else:
-        assert dict(found.meta) == expected.meta
+        assert dict(actual.meta) == expected.meta
 
 
 def test_tables_that_astropy_writes_are_read_too(tmp_path):
@@ -238,27 +238,27 @@ def test_fits_holds_any_name_in_any_length(name, tmp_path):
 def test_npz_is_arrays_for_numpy(tmp_path):
     ephemeris = motion(epoch=EPOCH).at(T)
     ephemeris.write(tmp_path / "a.npz")
-    with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
-        assert list(found) == ["metadata", "time_tai", "elapsed_s", *schema.QUATERNION, *schema.RATE]
-        assert np.array_equal(found["q_z"], ephemeris.quaternion("wxyz")[:, 3])
-        assert np.array_equal(found["time_tai"], nanoseconds(ephemeris.time))
-        assert json.loads(found["metadata"].item()) == metadata(ephemeris)
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as actual:
+        assert list(actual) == ["metadata", "time_tai", "elapsed_s", *schema.QUATERNION, *schema.RATE]
+        assert np.array_equal(actual["q_z"], ephemeris.quaternion("wxyz")[:, 3])
+        assert np.array_equal(actual["time_tai"], nanoseconds(ephemeris.time))
+        assert json.loads(actual["metadata"].item()) == metadata(ephemeris)
 
 
 @pytest.mark.parametrize("make", [*MANY.values(), *OTHER.values()], ids=[*MANY, *OTHER])
 def test_npz_of_any_shape_is_arrays_for_numpy(make, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 7)
     make().write(tmp_path / "a.npz")
-    with np.load(tmp_path / "a.npz", allow_pickle=False) as found:
-        assert np.array_equal(found["q_z"], make().quaternion("wxyz")[..., 3])
-        assert np.array_equal(found["elapsed_s"], make().elapsed)
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as actual:
+        assert np.array_equal(actual["q_z"], make().quaternion("wxyz")[..., 3])
+        assert np.array_equal(actual["elapsed_s"], make().elapsed)
 
 
 def test_what_numpy_saves_of_it_is_read_too(tmp_path):
     ephemeris = MANY["batch"]()
     ephemeris.write(tmp_path / "a.npz")
-    with np.load(tmp_path / "a.npz") as found:
-        np.savez_compressed(tmp_path / "b.npz", **found)
+    with np.load(tmp_path / "a.npz") as actual:
+        np.savez_compressed(tmp_path / "b.npz", **actual)
     back = Ephemeris.read(tmp_path / "b.npz")
     assert np.array_equal(back.quaternion("wxyz"), ephemeris.quaternion("wxyz"))
     assert np.array_equal(back.instants.seconds_low, ephemeris.instants.seconds_low)
@@ -354,10 +354,9 @@ def test_frames_without_their_package_say_how_to_have_it(method, package, monkey
 
 
 @pytest.fixture(scope="module")
-def valid():
-    """Three samples in each format, and as NDJSON."""
-    ephemeris = motion(epoch=EPOCH).at(T[:3])
-    return {format: written(ephemeris, format) for format in (*COLUMNAR, "ndjson")}
+def three_lines():
+    """Three samples as NDJSON."""
+    return written(motion(epoch=EPOCH).at(T[:3]), "ndjson")
 
 
 def arrow(columns, metadata=None):
@@ -398,9 +397,9 @@ def test_malformed_arrow_is_refused(columns, meta, message):
 
 def npz(**changes):
     """Our own file of three samples, with arrays added, changed or (None) left out."""
-    found = dict(np.load(io.BytesIO(written(motion().at(T[:3]), "npz")))) | changes
+    actual = dict(np.load(io.BytesIO(written(motion().at(T[:3]), "npz")))) | changes
     sink = io.BytesIO()
-    np.savez(sink, **{name: values for name, values in found.items() if values is not None})
+    np.savez(sink, **{name: values for name, values in actual.items() if values is not None})
     return sink.getvalue()
 
 
@@ -444,30 +443,6 @@ def test_archive_that_would_fill_memory_is_refused_before_it_does(monkeypatch):
         read(bomb((8 << 17,), 8 << 20), "npz")
 
 
-def test_table_that_tells_of_more_rows_than_it_has_is_refused(valid):
-    content = valid["fits"].replace(b"NAXIS2  =                    3", b"NAXIS2  =        3000000000000")
-    assert content != valid["fits"]
-    with pytest.raises(FormatError, match="ends after 36 of 3000000000000 rows"):
-        read(content, "fits")
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (b"'BINTABLE'", b"'TABLE   '", "XTENSION is 'TABLE'"),
-        (b"'elapsed '", b"'seconds '", "column 'seconds', unknown"),
-        (b"TUNIT2  = 's       '", b"TUNIT2  = 'min     '", "column 'elapsed' in 'min', not in s"),
-        (b"TFORM2  = 'D       '", b"TFORM2  = 'E       '", "column 'elapsed' not of doubles"),
-        (b"ATTITUDE=", b"ALTITUDE=", "ATTITUDE"),
-        (b"SIMPLE  =", b"COMPLEX =", "no header where one belongs"),
-    ],
-)
-def test_malformed_fits_is_refused(old, new, message, valid):
-    assert old in valid["fits"]
-    with pytest.raises(FormatError, match=message):
-        read(valid["fits"].replace(old, new), "fits")
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -492,54 +467,14 @@ def test_malformed_parquet_is_refused(change, message, tmp_path):
 # -- lines of JSON ------------------------------------------------------------------------------
 
 
-def row(text):
-    """NDJSON with the second of its three rows replaced."""
-    return lambda lines: [*lines[:2], text(lines[2]), *lines[3:]]
-
-
-NDJSON = {
-    "a name more": (row(lambda line: line.replace(b'"q_x":', b'"was":0,"q_x":')), "other names"),
-    "a name less": (row(lambda line: b"{" + line[line.index(b'"q_w"') :]), "other names"),
-    "two in a line": (row(lambda line: line + b"," + line), "not JSON"),
-    "a list": (row(lambda line: b"[" + line + b"]"), "not a JSON object"),
-    "half, the rest in the next": (
-        lambda lines: [*lines[:2], *lines[2].replace(b',"q_y"', b'\n"q_y"').split(b"\n"), lines[3]],
-        "not JSON",
-    ),
-}
-
-
-@pytest.mark.parametrize(("change", "message"), NDJSON.values(), ids=NDJSON)
-def test_malformed_ndjson_is_refused_by_line(change, message, valid):
-    with pytest.raises(FormatError, match=message) as caught:
-        read(b"\n".join(change(valid["ndjson"].splitlines())) + b"\n", "ndjson")
-    assert caught.value.line == 3
-
-
-def test_names_of_ndjson_may_be_in_any_order(valid):
-    rows = valid["ndjson"].splitlines()
+def test_names_of_ndjson_may_be_in_any_order(three_lines):
+    rows = three_lines.splitlines()
     rows[2] = json.dumps(dict(reversed(json.loads(rows[2]).items()))).encode()
     back = read(b"\n".join(rows) + b"\n", "ndjson")
     assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
 
 
-@pytest.mark.parametrize("value", [b"null", b"true", b'"1"', b"[1]", b"{}"])
-def test_value_of_ndjson_that_is_no_number_is_named(value, valid):
-    rows = valid["ndjson"].splitlines()
-    fields = rows[3].split(b",")
-    place = next(i for i, field in enumerate(fields) if field.startswith(b'"q_y":'))
-    fields[place] = b'"q_y":' + value
-    with pytest.raises(FormatError, match="q_y: a number; got") as caught:
-        read(b"\n".join([*rows[:3], b",".join(fields)]) + b"\n", "ndjson")
-    assert caught.value.line == 4
-
-
-def test_ndjson_is_the_same_in_small_blocks(valid, monkeypatch):
+def test_ndjson_is_the_same_in_small_blocks(three_lines, monkeypatch):
     monkeypatch.setattr(line_blocks, "BLOCK_BYTES", 100)
-    back = read(valid["ndjson"], "ndjson")
+    back = read(three_lines, "ndjson")
     assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
-
-
-def test_batches_are_refused_by_ndjson_in_words():
-    with pytest.raises(FormatError, match="ecsv, json and npz do"):
-        written(batch((3,)).at(T), "ndjson")

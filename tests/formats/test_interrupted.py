@@ -38,9 +38,9 @@ def folder(request, tmp_path, format):
 
 def assert_untouched(folder, format, hidden=False):
     """The files as they were, or none; and of others at most hidden ones."""
-    found = sorted(entry.name for entry in folder.iterdir() if not (hidden and entry.name.startswith(".")))
-    assert found in ([], sorted(names(format)))
-    assert all((folder / name).read_bytes() == BEFORE for name in found)
+    present = sorted(entry.name for entry in folder.iterdir() if not (hidden and entry.name.startswith(".")))
+    assert present in ([], sorted(names(format)))
+    assert all((folder / name).read_bytes() == BEFORE for name in present)
 
 
 def failing(error):
@@ -117,9 +117,9 @@ class Stuck(Samples):
 
     def __init__(self, folder, begun):
         self.folder, self.begun = folder, begun
-        super().__init__(5000, self.given)
+        super().__init__(5000, self.piece)
 
-    def given(self, first, last):
+    def piece(self, first, last):
         if first > 1000 and any(name.startswith(".") for name in os.listdir(self.folder)):
             os.write(self.begun, b"!")
             time.sleep(60)
@@ -154,15 +154,15 @@ def ended(folder, format, number):
 def test_ended_process_leaves_what_was_there(tmp_path):
     ways = {int(signal.SIGTERM): True, int(signal.SIGKILL): False}  # whether there were files before
     places = [(number, format, tmp_path / str(number) / format) for number in ways for format in FORMATS]
-    for number, format, place in places:
-        place.mkdir(parents=True)
+    for number, format, target in places:
+        target.mkdir(parents=True)
         for name in names(format) if ways[number] else ():
-            (place / name).write_bytes(BEFORE)
+            (target / name).write_bytes(BEFORE)
     program = f"from {__name__} import ends; ends({str(tmp_path)!r}, {list(ways)})"
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=100)
     assert run.returncode == 0, run.stderr
-    told = [json.loads(line) for line in run.stdout.splitlines()]
-    assert told == [[format, "!", -number] for number, format, _ in places]
-    for number, format, place in places:
-        assert_untouched(place, format, hidden=True)
-        assert (place / names(format)[0]).exists() == ways[number]
+    outcomes = [json.loads(line) for line in run.stdout.splitlines()]
+    assert outcomes == [[format, "!", -number] for number, format, _ in places]
+    for number, format, target in places:
+        assert_untouched(target, format, hidden=True)
+        assert (target / names(format)[0]).exists() == ways[number]

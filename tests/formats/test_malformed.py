@@ -113,24 +113,24 @@ def damaged(format, kind, *arguments):
     return with_rows(format, original(format), change)
 
 
-def lines_of(format, content, place):
+def lines_of(format, content, position):
     """First and last line that an error may name: a line, a row of the samples, or where a text stands."""
-    if isinstance(place, int):
-        return place, place
-    if isinstance(place, str):
-        begin = end = content.index(encoded(place))
-    elif place[0] < len(rows_of(format, content)):
-        begin, end = rows_of(format, content)[place[0]].span()
+    if isinstance(position, int):
+        return position, position
+    if isinstance(position, str):
+        begin = end = content.index(encoded(position))
+    elif position[0] < len(rows_of(format, content)):
+        begin, end = rows_of(format, content)[position[0]].span()
     else:
         begin, end = re.search(rb"(?m)^.*DATA_STOP|^.*\Z", content).span()
     return content[:begin].count(b"\n") + 1, content[: max(begin, end - 1)].count(b"\n") + 1
 
 
-def assert_refused(format, content, words, place=None):
+def assert_refused(format, content, words, position=None):
     error = refusal(format, content)
     assert re.search(words, str(error)), str(error)
-    if place is not None:
-        first, last = lines_of(format, content, place)
+    if position is not None:
+        first, last = lines_of(format, content, position)
         assert first <= error.line <= last
 
 
@@ -138,8 +138,8 @@ def assert_refused(format, content, words, place=None):
     ("format", "edit", "words", "place"),
     [pytest.param(*row, id=f"{row[0]}: {row[2]}") for row in table("malformed_files")],
 )
-def test_malformed_file_is_refused_by_file_and_line(format, edit, words, place):
-    assert_refused(format, damaged(format, *edit), words, place)
+def test_malformed_file_is_refused_by_file_and_line(format, edit, words, position):
+    assert_refused(format, damaged(format, *edit), words, position)
 
 
 DEEP, VERY_DEEP = "[" * 900 + "]" * 900, "[" * 100_000 + "]" * 100_000
@@ -159,8 +159,8 @@ LARGE = [
 
 @pytest.mark.parametrize(("format", "pattern", "replacement", "words"), LARGE, ids=range(len(LARGE)))
 def test_deep_and_long_parts_are_refused(format, pattern, replacement, words):
-    place = {"aem": "AAA", "aem-xml": "<a>"}.get(format)
-    assert_refused(format, damaged(format, "sub", pattern, replacement), words, place)
+    position = {"aem": "AAA", "aem-xml": "<a>"}.get(format)
+    assert_refused(format, damaged(format, "sub", pattern, replacement), words, position)
 
 
 # -- what no writer of text can be brought to --------------------------------------------------------

@@ -9,51 +9,36 @@ import pytest
 
 from attitude import Ephemeris, FormatError, Scene
 from attitude.formats.interpolation_nodes import Interpolant
+from tests.effects.scenes import effect, quantity
 from tests.formats.test_nodes import angle, between
 
 SCENE = {
-    "body": {"moments": [1, 2, 2.5], "unit": "kg m2", "mass": {"value": 3, "unit": "kg"}},
+    "body": {"moments": [1, 2, 2.5], "unit": "kg m2", "mass": quantity(3, "kg")},
     "epoch": {"time": "2024-03-01T00:00:00", "scale": "utc"},
     "frame": "EME2000",
     "attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"},
-    "angular_velocity": {"value": [1, 2, 3], "unit": "deg/s"},
+    "angular_velocity": quantity([1, 2, 3], "deg/s"),
     "times": {"start": 0, "stop": 60, "count": 7, "unit": "s"},
 }
 FALL = {
     "attitude": {"quaternion": [0.33, -0.55, 0.77, 0.0], "order": "wxyz"},
-    "angular_velocity": {"value": [0.4, -1.0, 0.6], "unit": "rad/s"},
-    "position": {"value": [0, 0, 5], "unit": "m"},
-    "velocity": {"value": [1, 0, 0], "unit": "m/s"},
+    "angular_velocity": quantity([0.4, -1.0, 0.6], "rad/s"),
+    "position": quantity([0, 0, 5], "m"),
+    "velocity": quantity([1, 0, 0], "m/s"),
     "times": {"start": 0, "stop": 2, "count": 21, "unit": "s"},
 }
-GRAVITY = {"type": "uniform_gravity", "acceleration": {"value": [0, 0, -9.81], "unit": "m/s2"}}
-GROUND = {
-    "type": "ground",
-    "normal": [0, 0, 1],
-    "height": {"value": 0, "unit": "m"},
-    "shape": {"box": [1, 0.8, 0.5], "unit": "m"},
-    "restitution": 0.6,
-    "friction": 0.3,
-}
+GRAVITY = effect("uniform_gravity")
+SHAPE = {"box": [1, 0.8, 0.5], "unit": "m"}
+GROUND = effect("ground", shape=SHAPE, restitution=0.6, friction=0.3)
 
 
-def impulse(seconds):
-    return {
-        "type": "impulse",
-        "time": {"value": seconds, "unit": "s"},
-        "frame": "body",
-        "angular_impulse": {"value": [0.1, 0, 0], "unit": "N m s"},
-    }
+def impulse(seconds, size=0.1):
+    return effect("impulse", time=quantity(seconds, "s"), angular_impulse=quantity([size, 0, 0], "N m s"))
 
 
 def torque(start, stop):
-    return {
-        "type": "constant_torque",
-        "torque": {"value": [0.001, 0, 0], "unit": "N m"},
-        "frame": "body",
-        "start": {"value": start, "unit": "s"},
-        "stop": {"value": stop, "unit": "s"},
-    }
+    span = {"start": quantity(start, "s"), "stop": quantity(stop, "s")}
+    return effect("constant_torque", torque=quantity([0.001, 0, 0], "N m"), **span)
 
 
 def unit(document):
@@ -110,9 +95,9 @@ def test_segments_meet_at_every_event_and_keep_the_tolerance(name, ending, degre
     t, q = back.elapsed, back.quaternion("wxyz")
     for first, last in pairwise(edges):
         middle = t[first : last - 1] + 0.5 * np.diff(t[first:last])
-        found = between(Interpolant("lagrange", degree), t[first:last], q[first:last], middle)
+        interpolated = between(Interpolant("lagrange", degree), t[first:last], q[first:last], middle)
         true = ephemeris.resampled(middle).quaternion("wxyz")
-        assert angle(found, true).max() < 1.01 * tolerance
+        assert angle(interpolated, true).max() < 1.01 * tolerance
 
 
 @pytest.mark.parametrize("ending", [".aem", ".xml"])

@@ -32,8 +32,8 @@ def between(interpolant, t, q, at):
     for j in range(width + 1):
         for k in set(range(width + 1)) - {j}:
             weights[:, j] *= (at - t[window[:, k]]) / (t[window[:, j]] - t[window[:, k]])
-    found = (weights[:, :, None] * q[window]).sum(axis=1)
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
+    interpolated = (weights[:, :, None] * q[window]).sum(axis=1)
+    return interpolated / np.linalg.norm(interpolated, axis=1, keepdims=True)
 
 
 def angle(p, q):
@@ -49,8 +49,8 @@ def true_error(nodes, ephemeris, count=2000, seed=1):
     worst = 0.0
     for part, span in zip(segments, spans, strict=True):
         t, q = part.elapsed, part.quaternion("wxyz")
-        some = max(2, int(count * span / spans.sum()))
-        at = np.sort(np.random.default_rng(seed).uniform(t[0], t[-1], some))
+        selected = max(2, int(count * span / spans.sum()))
+        at = np.sort(np.random.default_rng(seed).uniform(t[0], t[-1], selected))
         true = ephemeris.resampled(at).quaternion("wxyz")
         worst = max(worst, float(angle(between(nodes.interpolant, t, q, at), true).max()))
     return worst
@@ -68,11 +68,11 @@ def test_reader_of_these_tests_is_scipys(degree):
     generator = np.random.default_rng(degree)
     t, q = np.cumsum(generator.uniform(0.5, 1.5, 20)), generator.normal(size=(20, 4))
     at = np.sort(generator.uniform(t[0], t[-1], 50))
-    for instant, found in zip(at, between(Interpolant("lagrange", degree), t, q, at), strict=True):
+    for instant, interpolated in zip(at, between(Interpolant("lagrange", degree), t, q, at), strict=True):
         interval = min(int(np.searchsorted(t, instant, side="right")) - 1, 18)
         first = min(max(interval - (degree - 1) // 2, 0), 19 - degree)
         value = BarycentricInterpolator(t[first : first + degree + 1], q[first : first + degree + 1])(instant)
-        assert found == pytest.approx(value / np.linalg.norm(value), abs=1e-10)
+        assert interpolated == pytest.approx(value / np.linalg.norm(value), abs=1e-10)
 
 
 @each_interpolant
@@ -210,9 +210,9 @@ def test_nodes_do_not_depend_on_the_pieces_they_come_in(block, monkeypatch):
     monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
     monkeypatch.setattr(interpolation_nodes, "INTERVALS_PER_CHECK", block)
     for expected in whole:
-        found = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)
-        assert found.max_error == expected.max_error
-        pieces = [piece.elapsed for piece in found.segments[0].chunks()]
+        interpolated = chosen(Samples.of(ephemeris), expected.interpolant, 1e-4)
+        assert interpolated.max_error == expected.max_error
+        pieces = [piece.elapsed for piece in interpolated.segments[0].chunks()]
         assert max(map(len, pieces)) <= block
         assert np.array_equal(np.concatenate(pieces), expected.segments[0].ephemeris().elapsed)
 
@@ -270,8 +270,8 @@ def test_resampled_is_the_motion_itself():
     )
     scene = Scene.builtin("gravity-gradient-capture")
     run = scene.run()
-    some = run.elapsed[3:90:7]
-    off = angle(run.resampled(some).quaternion("wxyz"), run.quaternion("wxyz")[3:90:7])
+    selected = run.elapsed[3:90:7]
+    off = angle(run.resampled(selected).quaternion("wxyz"), run.quaternion("wxyz")[3:90:7])
     assert off.max() < 2 * run.plan.error_bound  # a solver may take other steps for other instants
 
 
@@ -308,11 +308,7 @@ FILES = {
     **{f"{degree}.aem": (Interpolant("lagrange", degree), {"degree": degree}) for degree in (1, 4, 7)},
     "b.xml": (Interpolant("lagrange", 5), {"degree": 5}),
 }
-SPUN_UP = {
-    "type": "constant_torque",
-    "torque": {"value": [1e-3, 0, 0], "unit": "N m"},
-    "frame": "body",
-}
+SPUN_UP = {"type": "constant_torque", "torque": {"value": [1e-3, 0, 0], "unit": "N m"}, "frame": "body"}
 KICKED = {"type": "impulse", "time": {"value": 101.3, "unit": "s"}, "frame": "body"} | {
     "angular_impulse": {"value": [0.02, 0.0, 0.1], "unit": "N m s"}
 }
@@ -359,7 +355,11 @@ def test_file_keeps_what_is_promised_of_it(file, name, tolerance, tmp_path):
     for first, last in pairwise([0, *np.searchsorted(back.elapsed, cuts), len(back)]):
         t = instants[first:last]
         at = np.sort(np.random.default_rng(1).uniform(t[0], t[-1], 1000))
-        found = angle(between(interpolant, t, q[first:last], at), true.resampled(at).quaternion("wxyz"))
-        assert found.max() <= written.interpolation_error + 1e-9  # dates to the nanosecond, at 0.6 rad/s
+        interpolated = angle(
+            between(interpolant, t, q[first:last], at), true.resampled(at).quaternion("wxyz")
+        )
+        assert (
+            interpolated.max() <= written.interpolation_error + 1e-9
+        )  # dates to the nanosecond, at 0.6 rad/s
     assert tolerance is None or written.interpolation_error <= tolerance
     assert (name == "kicked" and not file.endswith(".a")) == (len(cuts) == 1)

@@ -77,8 +77,7 @@ def test_rest_stays_rest():
 
 
 @pytest.mark.parametrize(
-    ("degrees", "period"),
-    [(5, 3.71104178597), (30, 3.97504211928), (60, 5.08511862699), (85, 9.03534488122)],
+    ("degrees", "period"), [(5, 3.71104178597), (30, 3.97504211928), (60, 5.08511862699), (85, 9.03534488122)]
 )
 def test_pitch_in_the_gravity_gradient_is_a_pendulum(degrees, period):
     """n T = 4 K(sin^2 th) / sqrt(3 k_P), k_P = (Ix - Iz) / Iy: after T the body hangs as it did."""
@@ -294,9 +293,9 @@ def test_another_formulation_integrated_by_dop853_agrees(name):
     case = CASES[name]
     equations = Equations(case)
     t = 12.0 / math.hypot(*case.omega)
-    found = solve_ivp(equations, (0, t), equations.start, "DOP853", rtol=1e-13, atol=1e-13)
+    solution = solve_ivp(equations, (0, t), equations.start, "DOP853", rtol=1e-13, atol=1e-13)
     ((q, rate),) = case.oracle(20).at([t])
-    q_found, m_found = found.y[:4, -1], found.y[4:, -1]
+    q_found, m_found = solution.y[:4, -1], solution.y[4:, -1]
     assert truth.attitude_error(q_found.tolist(), q) < INTEGRATED
     assert truth.rate_error((equations.inverse @ (m_found - equations.rotors)).tolist(), rate) < INTEGRATED
 

@@ -129,8 +129,8 @@ class Visit:
             self.page.wait_for_timeout(30)
 
     def text(self, selector: str) -> str:
-        found: str = self.page.inner_text(selector)
-        return found
+        text: str = self.page.inner_text(selector)
+        return text
 
 
 @pytest.fixture

@@ -178,8 +178,8 @@ def selected(page):
 def test_refusal_is_shown_at_its_field(visit, scene, old, new, line, marked, words):
     page = visit.open(scene)
     spoiled(page, old, new)
-    said = visit.text("#document-problem")
-    assert words in said
+    problem = visit.text("#document-problem")
+    assert words in problem
     assert line in visit.text(".editor-lines .bad")
     assert selected(page) == marked
     below = page.locator("#document-problem").bounding_box()
@@ -187,7 +187,7 @@ def test_refusal_is_shown_at_its_field(visit, scene, old, new, line, marked, wor
     assert 0 <= below["y"] - (field["y"] + field["height"]) < 10
     assert page.get_attribute("#document", "aria-invalid") == "true"
     assert page.get_attribute("#document", "aria-describedby") == "document-problem"
-    assert said in visit.text("#status")
+    assert problem in visit.text("#status")
     forgive_refusals(visit)
 
 
@@ -446,10 +446,10 @@ def module(visit):
 def test_principal_axes_for_drawing_are_those_of_the_inertia(module, name):
     body = Scene.builtin(name).document()["body"]
     inertia = np.array(body["tensor"] if body.get("tensor") else np.diag(body["moments"]))
-    found = module("rotation.js", "m.principal(given)", inertia.tolist())
-    axes = np.array(found["axes"])
-    assert np.allclose(found["moments"], np.linalg.eigvalsh(inertia), rtol=1e-12)
-    assert np.allclose(axes.T @ np.diag(found["moments"]) @ axes, inertia, atol=1e-11 * inertia.max())
+    actual = module("rotation.js", "m.principal(given)", inertia.tolist())
+    axes = np.array(actual["axes"])
+    assert np.allclose(actual["moments"], np.linalg.eigvalsh(inertia), rtol=1e-12)
+    assert np.allclose(axes.T @ np.diag(actual["moments"]) @ axes, inertia, atol=1e-11 * inertia.max())
     assert np.linalg.det(axes) == pytest.approx(1.0)
 
 
@@ -496,13 +496,13 @@ def test_pointers_find_every_value_of_every_scene_and_tidying_changes_none(modul
         *(Scene.builtin(name).document() for name in builtin_names()),
         {"a/b": {"c~d": [1, {"": 1e-7}]}},
     ]:
-        wanted = dict(leaves(document))
+        expected = dict(leaves(document))
         tidy = module("json_text.js", "m.tidy(given)", json.dumps(document))
         assert json.loads(tidy) == document
-        found = module(
+        actual = module(
             "json_text.js",
             "given.pointers.map((p) => m.find(given.text, p)).map((f) => given.text.slice(f.start, f.end))",
-            {"text": tidy, "pointers": list(wanted)},
+            {"text": tidy, "pointers": list(expected)},
         )
-        for text, value in zip(found, wanted.values(), strict=True):
+        for text, value in zip(actual, expected.values(), strict=True):
             assert json.loads(re.sub(r'^"(?:[^"\\]|\\.)*": ', "", text)) == value
