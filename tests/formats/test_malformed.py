@@ -135,7 +135,7 @@ def assert_refused(format, content, words, position=None):
 
 
 @pytest.mark.parametrize(
-    ("format", "edit", "words", "place"),
+    ("format", "edit", "words", "position"),
     [pytest.param(*row, id=f"{row[0]}: {row[2]}") for row in table("malformed_files")],
 )
 def test_malformed_file_is_refused_by_file_and_line(format, edit, words, position):
