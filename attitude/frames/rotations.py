@@ -119,6 +119,26 @@ def from_euler(sequence: str, angles: np.ndarray) -> np.ndarray:
     return q
 
 
+def check_sequence(sequence: Any, field: str = "rotation_sequence") -> str:
+    """The axes of Euler angles; InputError unless they are three of X, Y, Z, no two neighbours the same."""
+    axes = sequence if isinstance(sequence, str) else ""
+    if len(axes) != 3 or set(axes) - set("XYZ") or axes[0] == axes[1] or axes[1] == axes[2]:
+        raise InputError(field, sequence, 'three axes, no two neighbours the same, such as "ZYX"')
+    return axes
+
+
+def euler_angles(q: np.ndarray, sequence: str) -> np.ndarray:
+    """(..., 3) rad: angles of intrinsic rotations about the axes of a sequence such as "ZYX" (`from_euler`).
+
+    Where the second angle leaves the other two undetermined, the third is zero.
+    """
+    from scipy.spatial.transform import Rotation
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of undetermined angles, which are as good as any
+        return np.asarray(Rotation.from_quat(q, scalar_first=True).as_euler(sequence))
+
+
 def from_mrp(mrp: np.ndarray) -> np.ndarray:
     """(4,) wxyz of modified Rodrigues parameters e tan(angle/4) (Schaub and Junkins, eq. 3.140)."""
     scale = max(1.0, float(np.abs(mrp).max()))  # the square of a long vector would overflow

@@ -130,8 +130,8 @@ class Attitude(Part):
                 raise InputError(name, None, f"{_MEANING[name]} beside {form}")
             if name not in needed and getattr(self, name) is not None:
                 raise InputError(name, getattr(self, name), f"no {name} beside {form}")
-        if self.sequence and (self.sequence[0] == self.sequence[1] or self.sequence[1] == self.sequence[2]):
-            raise InputError("sequence", self.sequence, "three axes, no two neighbours the same")
+        if self.sequence:
+            rotations.check_sequence(self.sequence, "sequence")
         return self
 
     def build(self) -> np.ndarray:

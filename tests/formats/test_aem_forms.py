@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from attitude import FormatError, InputError
+from attitude import FormatError, InputError, RigidBody, TorqueFreeMotion
 from attitude.formats.ccsds.reader import parse
 from attitude.samples.resampling import with_interpolation
-from tests.formats.test_aem import LAST, OURS, file, text_of
+from tests.formats.test_aem import EPOCH, GENERIC, LAST, OURS, T, file, motion, text_of
 
 LATER = "2020-01-01T00:00:59"
 
@@ -107,6 +107,46 @@ def test_spin_of_version_1_and_in_xml_is_that_of_version_2():
     back = read((head + state + tail).replace("<ATTITUDE_TYPE>QUATERNION<", "<ATTITUDE_TYPE>SPIN<"))
     assert (back.quaternion("wxyz") == plain.quaternion("wxyz")).all()
     assert (back.angular_velocity == plain.angular_velocity).all()
+
+
+@pytest.mark.parametrize("syntax", ["kvn", "xml"])
+@pytest.mark.parametrize("sequence", ["ZYX", "ZXZ", "YZY"])
+@pytest.mark.parametrize("kind", ["EULER_ANGLE", "EULER_ANGLE/ANGVEL"])
+def test_euler_angles_are_written_where_asked_for(kind, sequence, syntax):
+    written = motion(frame="EME2000").at(T)
+    text = text_of(written, syntax, attitude_type=kind, rotation_sequence=sequence)
+    back = read(text)
+    assert (back.rotation * written.rotation.inv()).magnitude().max() <= 1e-14
+    assert back.has_rate == kind.endswith("ANGVEL")
+    assert "INTERPOLATION" not in text
+    angles = written.rotation.as_euler(sequence, degrees=True)
+    if syntax == "kvn":
+        row = text.split("DATA_START\n")[1].split()[1:4]
+        assert np.abs(np.array(row, dtype=float) - angles[0]).max() <= 1e-12
+
+
+@pytest.mark.parametrize("syntax", ["kvn", "xml"])
+def test_spins_are_written_of_bodies_that_spin(syntax):
+    spinner = TorqueFreeMotion(RigidBody((2.0, 2.0, 1.0)), GENERIC, (0.0, 0.0, 0.9), EPOCH, order="wxyz")
+    text = text_of(spinner.at(T), syntax, attitude_type="SPIN")
+    assert_motion(read(text), spinner.at(T))
+    nutating = TorqueFreeMotion(RigidBody((2.0, 2.0, 1.0)), GENERIC, (0.2, -0.1, 0.9), EPOCH, order="wxyz")
+    assert_motion(read(text_of(nutating.at(T), syntax, attitude_type="SPIN/NUTATION_MOM")), nutating.at(T))
+
+
+def assert_motion(back, written):
+    assert (back.rotation * written.rotation.inv()).magnitude().max() <= 1e-13
+    assert np.abs(back.angular_velocity - written.angular_velocity).max() <= 1e-13
+
+
+def test_spin_of_a_body_that_does_not_is_refused():
+    with pytest.raises(FormatError, match="of the body's rate is not that of SPIN, which is about z"):
+        text_of(motion().at(T), attitude_type="SPIN")
+    with pytest.raises(FormatError, match="of bodies symmetric about z; QUATERNION/ANGVEL holds any rate"):
+        text_of(motion().at(T), attitude_type="SPIN/NUTATION_MOM")
+    for wrong in ({"attitude_type": "EULER"}, {"attitude_type": "EULER_ANGLE", "rotation_sequence": "ZZX"}):
+        with pytest.raises(InputError, match=r"attitude_type: one of|three axes"):
+            text_of(motion().at(T), **wrong)
 
 
 def test_nutation_without_a_period_is_refused():

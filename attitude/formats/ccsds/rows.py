@@ -16,7 +16,9 @@ from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
 from .. import schema
 from ..text_rows import texts
+from . import spin
 from .epochs import EPOCH, RowError, Timestamps, parse_epochs
+from .keywords import ANGLES, ATTITUDE_TYPES, MOMENTUM, SPIN
 
 NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 
@@ -25,13 +27,14 @@ class RowWriter:
     """Writes the rows of an AEM's segments, in order, in either syntax.
 
     segments : all of the file's
-    has_rate : whether a row has the angular velocity
+    kind : ATTITUDE_TYPE
+    sequence : of Euler angles, EULER_ROT_SEQ
     number_count : numbers in a row
     """
 
-    def __init__(self, segments: Sequence[Samples], has_rate: bool):
-        self.segments, self.has_rate = segments, has_rate
-        self.number_count = 7 if has_rate else 4
+    def __init__(self, segments: Sequence[Samples], kind: str, sequence: str = ""):
+        self.segments, self.kind, self.sequence = segments, ATTITUDE_TYPES[kind], sequence
+        self.number_count = len(self.kind.attitude + self.kind.rate)
         self._last_epoch = b""
         self._last_attitude: np.ndarray | None = None
 
@@ -50,14 +53,25 @@ class RowWriter:
             if left == 0:
                 epochs[-1] = self.last_epoch(segment)
             self._check_order(epochs, is_begin)
-            columns = np.empty((self.number_count, len(piece)))
+            # Adding 0.0 makes -0.0 positive: the standard has no -0 (6.8.5).
+            yield texts(self._numbers(piece) + 0.0, separators, epochs)
+
+    def _numbers(self, piece: EphemerisData) -> np.ndarray:
+        """(number_count, n) of the rows."""
+        if self.kind.attitude is SPIN:
+            return spin.numbers(piece, has_momentum=self.kind.rate is MOMENTUM)
+        columns = np.empty((self.number_count, len(piece)))
+        count = len(self.kind.attitude)
+        if self.kind.attitude is ANGLES:
+            columns[:count] = rotations.euler_angles(piece.quaternion("wxyz"), self.sequence).T
+            np.rad2deg(columns[:count], out=columns[:count])
+        else:
             q = rotations.sign_continuous(piece.quaternion("xyzw"), self._last_attitude)
             self._last_attitude = q[-1]
-            # Adding 0.0 makes -0.0 positive: the standard has no -0 (6.8.5).
-            np.add(q.T, 0.0, out=columns[:4])
-            if self.has_rate:
-                np.add(schema.degrees(piece).T, 0.0, out=columns[4:])
-            yield texts(columns, separators, epochs)
+            columns[:count] = q.T
+        if self.kind.rate:
+            columns[count:] = schema.degrees(piece).T
+        return columns
 
     def last_epoch(self, segment: Samples) -> bytes:
         """Last epoch of a segment: where the next one begins if both are the same when rounded."""

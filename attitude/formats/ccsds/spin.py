@@ -20,9 +20,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ...errors import FormatError
 from ...frames import rotations
+from ...samples.ephemeris_data import EphemerisData
 from .epochs import RowError
 from .keywords import SPIN
+
+MAX_OTHER_RATE = 1e-9  # of the rate, that rows of a spin leave out
 
 
 def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -45,6 +49,39 @@ def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np
         rate = np.deg2rad(columns["NUTATION_VEL"])[:, None] * momentum
     rate[:, 2] += speed
     return np.ascontiguousarray(q.T), np.ascontiguousarray(rate.T)
+
+
+def numbers(piece: EphemerisData, has_momentum: bool) -> np.ndarray:
+    """(4 or 7, n) numbers of rows SPIN or SPIN/NUTATION_MOM, in deg and deg/s.
+
+    Raises FormatError where the body's rate is not the spin that such rows state.
+    """
+    q, rate = piece.quaternion("wxyz"), piece.angular_velocity
+    first, second, angle = rotations.euler_angles(q, "ZXZ").T
+    columns = [first - 0.5 * np.pi, 0.5 * np.pi - second, angle]
+    if not has_momentum:
+        _refuse_other_rates(rate, np.abs(rate[:, :2]).max(axis=1), "SPIN, which is about z")
+        return np.rad2deg(np.stack([*columns, rate[:, 2]]))
+    momentum = piece.angular_momentum
+    momentum = momentum / np.sqrt((momentum**2).sum(axis=1, keepdims=True))
+    x, y, z = rotations.rotate(rotations.conjugate(q), momentum).T
+    across = x * x + y * y
+    precession = (x * rate[:, 0] + y * rate[:, 1]) / np.where(across > 0.0, across, 1.0)
+    off = np.hypot(rate[:, 0] - precession * x, rate[:, 1] - precession * y)
+    _refuse_other_rates(rate, off, "SPIN/NUTATION_MOM, which is of bodies symmetric about z")
+    longitude, latitude = (
+        np.arctan2(momentum[:, 1], momentum[:, 0]),
+        np.arcsin(np.clip(momentum[:, 2], -1.0, 1.0)),
+    )
+    return np.rad2deg(np.stack([*columns, rate[:, 2] - precession * z, longitude, latitude, precession]))
+
+
+def _refuse_other_rates(rate: np.ndarray, off: np.ndarray, kind: str) -> None:
+    size = np.sqrt((rate**2).sum(axis=1))
+    if (off > MAX_OTHER_RATE * size).any():
+        share = float((off / np.where(size > 0.0, size, 1.0)).max())
+        kinds = f"is not that of {kind}; QUATERNION/ANGVEL holds any rate"
+        raise FormatError(f"attitude_type: {share:.1e} of the body's rate {kinds}")
 
 
 def _about(axis: int, angle: np.ndarray) -> np.ndarray:

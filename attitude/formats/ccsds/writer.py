@@ -8,12 +8,12 @@ from typing import Any
 
 from ...errors import FormatError, InputError
 from ...frames.inertial import OBLIQUITY_J2000
-from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame
+from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame, check_sequence
 from ...samples.chunks import Samples
 from ..interpolant import Interpolant, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS, RowError, parse_epoch
-from .keywords import VALUE, frame_named, is_value
+from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, VALUE, frame_named, is_value
 from .rows import RowWriter, epoch_texts
 
 VERSION = "2.0"
@@ -24,6 +24,14 @@ UNREGISTERED_FRAMES = {
 }
 ORBIT_RELATIVE_NAMES = {"LVLH": "LVLH_ROTATING", "QSW": "RSW_ROTATING"}  # in the SANA registry
 DEFAULT_DEGREE = 7
+WRITTEN_TYPES = (
+    "QUATERNION",
+    "QUATERNION/ANGVEL",
+    "EULER_ANGLE",
+    "EULER_ANGLE/ANGVEL",
+    "SPIN",
+    "SPIN/NUTATION_MOM",
+)
 Pairs = list[tuple[str, str]]
 
 
@@ -37,6 +45,9 @@ class AemOptions:
     creation_date : CREATION_DATE, UTC; None for now
     body_frame : REF_FRAME_B, the name of the body's axes
     rates : whether angular velocities are written; None writes those of an ephemeris that has them
+    attitude_type : ATTITUDE_TYPE: QUATERNION, QUATERNION/ANGVEL, EULER_ANGLE, EULER_ANGLE/ANGVEL, SPIN or
+        SPIN/NUTATION_MOM (of bodies symmetric about z); None for quaternions, with rates as `rates` says
+    rotation_sequence : EULER_ROT_SEQ, the axes of Euler angles in their order
     degree : degree of the Lagrange interpolation that the file states; None for the method and degree that
         the ephemeris's own file states, or else 7
     """
@@ -49,6 +60,8 @@ class AemOptions:
     center_name: str | None = None
     body_frame: str = "SC_BODY_1"
     rates: bool | None = None
+    attitude_type: str | None = None
+    rotation_sequence: str = "ZYX"
     degree: int | None = None
 
     def __post_init__(self) -> None:
@@ -68,6 +81,9 @@ class AemOptions:
                 raise InputError("creation_date", self.creation_date, expected) from None
         if self.rates not in (None, True, False):
             raise InputError("rates", self.rates, "True, False, or None: where there are any")
+        if self.attitude_type not in (None, *WRITTEN_TYPES):
+            raise InputError("attitude_type", self.attitude_type, f"one of {', '.join(WRITTEN_TYPES)}")
+        check_sequence(self.rotation_sequence)
         interpolant(degree=self.degree)
 
 
@@ -100,25 +116,38 @@ class AemWriter:
             raise FormatError(f"no TIME_SYSTEM of an AEM is the scale {scale!r}")
         if options.rates and not head.has_rate:
             raise InputError("rates", True, "an ephemeris that holds rates, or False")
-        self.has_rate = head.has_rate if options.rates is None else bool(options.rates)
-        self.attitude_type = "QUATERNION/ANGVEL" if self.has_rate else "QUATERNION"
-        self.rows = RowWriter(nodes.segments, self.has_rate)
+        self.attitude_type = options.attitude_type or self._quaternion_type(head)
+        kind = ATTITUDE_TYPES[self.attitude_type]
+        if (kind.rate or kind.attitude is SPIN) and not head.has_rate:
+            raise InputError(
+                "attitude_type", self.attitude_type, "QUATERNION or EULER_ANGLE: there are no rates"
+            )
+        self.has_rate = kind.rate is ANGVEL
+        self.rows = RowWriter(nodes.segments, self.attitude_type, options.rotation_sequence)
         self.object_name = head.name or "UNKNOWN" if options.object_name is None else options.object_name
         _check_text("object_name", self.object_name)
+
+    def _quaternion_type(self, head: EphemerisData) -> str:
+        has_rate = head.has_rate if self.options.rates is None else bool(self.options.rates)
+        return "QUATERNION/ANGVEL" if has_rate else "QUATERNION"
 
     def comments(self) -> list[str]:
         """Convention in words, and the interpolation error."""
         body, frame = self.options.body_frame, self.frame
         outer = "inertial" if frame in INERTIAL_FRAMES else "external"
-        lines = [
-            f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}",
-            f"v_{outer} = q * v_body * conj(q), Hamilton product: q rotates {body} to {frame}",
-        ]
+        lines = {
+            "Q": [
+                f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}",
+                f"v_{outer} = q * v_body * conj(q), Hamilton product: q rotates {body} to {frame}",
+            ],
+            "E": [f"Angles turn axes of {frame} into those of {body}, each about an axis as already turned"],
+            "S": [f"The spin axis is the z axis of {body}; its direction is relative to {frame}"],
+        }[self.attitude_type[0]]
         if self.has_rate:
             lines.append(f"ANGVEL is that of {body} relative to {frame}, components in {body}, deg/s")
         if frame in UNREGISTERED_FRAMES:
             lines.append(f"{frame} is not in the SANA registry of frames: {UNREGISTERED_FRAMES[frame]}")
-        return [*lines, self.nodes.remark]
+        return [*lines, self.nodes.remark] if self.attitude_type[0] == "Q" else lines
 
     def header(self) -> Pairs:
         """Keywords of the header and their values."""
@@ -142,12 +171,18 @@ class AemWriter:
             ("START_TIME", start),
             ("STOP_TIME", stop),
             ("ATTITUDE_TYPE", self.attitude_type),
+            *([("EULER_ROT_SEQ", options.rotation_sequence)] if self.attitude_type[0] == "E" else []),
             *rate,
             *self._method(segment),
         ]
 
     def _method(self, segment: Samples) -> Pairs:
-        """The interpolation that the file states, with no more nodes than the segment has."""
+        """The interpolation that the file states, with no more nodes than the segment has.
+
+        None of angles, which start anew after a turn.
+        """
+        if self.attitude_type[0] != "Q":
+            return []
         head = segment.first
         stated = None
         if self.options.degree is None and head.interpolation is not None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..interpolation_nodes import Nodes
 from ..writer_options import takes_options
-from .keywords import ATTITUDE_TYPES, UNITS
+from .keywords import ATTITUDE_TYPES, UNITS, Q
 from .reader import parse as parse
 from .writer import VERSION, AemOptions, AemWriter, Pairs
 from .writer import interpolant as interpolant
@@ -51,7 +51,8 @@ def _state_template(attitude_type: str) -> str:
     for element, names in (("quaternion", kind.attitude), ("angVel", kind.rate)):
         units = [f' units="{UNITS[name]}"' if name in UNITS else "" for name in names]
         numbers = "".join(f"<{name}{unit}>%s</{name}>\n" for name, unit in zip(names, units, strict=True))
-        parts.append(f"<{element}>\n{numbers}</{element}>\n" if names else "")
+        is_group = kind.attitude is Q and names
+        parts.append(f"<{element}>\n{numbers}</{element}>\n" if is_group else numbers)
     state = kind.elements[0]
     content = f"<EPOCH>%s</EPOCH>\n{''.join(parts)}"
     return f"<attitudeState>\n<{state}>\n{content}</{state}>\n</attitudeState>\n"
