@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -136,8 +136,16 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         return formats.write(self, path, format, progress, interpolation_error, **options)
 
     @classmethod
-    def read(cls, path: str | Path, format: str | None = None, **options: Any) -> Ephemeris:  # noqa: A002
+    def read(
+        cls,
+        path: str | Path | Sequence[str | Path],
+        format: str | None = None,  # noqa: A002 (public name)
+        **options: Any,
+    ) -> Ephemeris:
         """Read a file, in the format of its ending or the one that is named.
+
+        Several files, of one body and of spans of time that follow each other, are joined to one ephemeris,
+        in which each further one begins a segment.
 
         From a file in a format of this library (docs/formats.md) the bits of quaternions, rates and times
         come back; from one in a format of other tools what it holds, in the conventions of this library.

@@ -15,7 +15,12 @@ DESCRIPTION = (
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude convert`."""
-    parser.add_argument("file", metavar="FILE", help="a file of attitudes")
+    parser.add_argument(
+        "files",
+        nargs="+",
+        metavar="FILE",
+        help="a file of attitudes; several that follow each other are joined",
+    )
     parser.add_argument(
         "--from", dest="source_format", metavar="F", help="its format; by default from its ending"
     )
@@ -36,10 +41,10 @@ def execute(options: Namespace) -> None:
     from .. import formats
     from ..ephemeris import Ephemeris
 
-    source = formats.find(options.file, options.source_format)
+    source = formats.find(options.files[0], options.source_format)
     target, writing, reading = arguments.output_format(options, source)
     console.announce_compilation(options)
-    ephemeris = Ephemeris.read(options.file, options.source_format, **reading)
+    ephemeris = Ephemeris.read(options.files, options.source_format, **reading)
     ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
     chosen = instants.requested(options, ephemeris)
     ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)

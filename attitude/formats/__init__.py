@@ -25,7 +25,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -37,6 +38,7 @@ from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from ..runtime.atomic_files import write_together
 from ..runtime.atomic_files import write_whole as write_whole
 from ..samples.chunks import Progress, Samples
+from ..samples.joining import joined
 from ..samples.resampling import with_interpolation
 from . import interpolation_nodes
 from .interpolation_nodes import Written
@@ -119,8 +121,21 @@ def encode(
     return Encoded(module.blocks(samples, **options), Written(math.prod(samples.shape)))
 
 
-def read(path: str | Path, format: str | None = None, **options: Any) -> EphemerisData:  # noqa: A002 (public name)
+def read(
+    path: str | Path | Sequence[str | Path],
+    format: str | None = None,  # noqa: A002 (public name)
+    **options: Any,
+) -> EphemerisData:
     """See `Ephemeris.read`."""
+    if isinstance(path, (str, Path)):
+        return _read_one(path, format, options)
+    if not list(path):
+        raise InputError("path", path, "a file, or several")
+    parts = [_read_one(each, format, options) for each in path]
+    return with_interpolation(joined([replace(part, resample=None) for part in parts], list(map(str, path))))
+
+
+def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> EphemerisData:  # noqa: A002
     entry = find(path, format)
     module = module_of(entry)
     check_options(entry, options, "parse")

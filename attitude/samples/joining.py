@@ -1,0 +1,97 @@
+"""Ephemerides of one body, each of a span of time, joined to one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..errors import InputError
+from ..times.instants import Instants, as_instants
+from ..times.two_part import two_sum
+from .ephemeris_data import EphemerisData
+from .event import Event
+from .interpolation import Interpolation
+
+
+def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisData:
+    """One ephemeris of several, in the order of time; where a further one begins, an event "segment" says so.
+
+    names : of the parts, for errors and events
+
+    Raises InputError for parts that differ in frame, are of several bodies, have no dates where there are
+    several, or overlap.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    for part, name in zip(parts, names, strict=True):
+        if len(part.shape) != 1 or part.epoch is None:
+            raise InputError(name, f"shape {part.shape}", "one body at a list of dated instants")
+        if part.frame != parts[0].frame:
+            raise InputError(name, part.frame, f"attitudes relative to {parts[0].frame}, as in {names[0]}")
+    order = sorted(range(len(parts)), key=lambda i: parts[i].time[:1].tai.jd)
+    parts, names = [parts[i] for i in order], [names[i] for i in order]
+    moved = [_since(part, parts[0]) for part in parts]
+    for (before, after), name in zip(pairwise(moved), names[1:], strict=True):
+        last, first = float(before.elapsed[-1]), float(after.elapsed[0])
+        if not first > last:
+            raise InputError(name, f"from {first!r} s", f"instants after {last!r} s")
+    events = [
+        Event(float(part.elapsed[0]), "segment", f"{name} begins")
+        for part, name in zip(moved[1:], names[1:], strict=True)
+    ]
+    events += [event for part in moved for event in part.events]
+    segments = [segment for part in moved if part.interpolation for segment in part.interpolation.segments]
+    is_stated = any(part.interpolation.is_stated for part in moved if part.interpolation)
+    origin = moved[0].instants
+    low = None
+    if any(part.instants.seconds_low is not None for part in moved):
+        low = np.concatenate([_low(part.instants) for part in moved])
+    return EphemerisData(
+        np.concatenate([part.quaternion("wxyz") for part in moved]),
+        Instants(
+            np.concatenate([part.instants.seconds for part in moved]), low, origin.epoch, scale=origin.scale
+        ),
+        moved[0].frame,
+        moved[0].body,
+        np.concatenate([part.angular_velocity for part in moved]) if all(p.has_rate for p in moved) else None,
+        moved[0].name,
+        events=tuple(sorted(events, key=lambda event: event.seconds)),
+        interpolation=Interpolation(tuple(segments), is_stated) if segments else None,
+    )
+
+
+def _since(part: EphemerisData, first: EphemerisData) -> EphemerisData:
+    """The ephemeris with its seconds counted from the epoch of the first."""
+    offset = as_instants(part.epoch, first.epoch)
+    if part is first or (offset.seconds == 0.0 and not _low(offset)):
+        return part
+    shift = float(offset.seconds)
+    interpolation = part.interpolation
+    if interpolation is not None:
+        segments = tuple(
+            segment._replace(
+                start=segment.start + shift,
+                stop=segment.stop + shift,
+                instants=_moved(segment.instants, offset),
+            )
+            for segment in interpolation.segments
+        )
+        interpolation = replace(interpolation, segments=segments)
+    return replace(
+        part,
+        instants=_moved(part.instants, offset),
+        events=tuple(replace(event, seconds=event.seconds + shift) for event in part.events),
+        interpolation=interpolation,
+    )
+
+
+def _moved(instants: Instants, offset: Instants) -> Instants:
+    seconds, low = two_sum(instants.seconds, offset.seconds)
+    return Instants(seconds, low + _low(instants) + _low(offset), offset.epoch, scale=instants.scale)
+
+
+def _low(instants: Instants) -> np.ndarray:
+    return np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
