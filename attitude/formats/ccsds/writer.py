@@ -10,6 +10,7 @@ from ...errors import FormatError, InputError
 from ...frames.inertial import OBLIQUITY_J2000
 from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame, check_sequence
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from ..interpolant import Interpolant, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS, RowError, parse_epoch
