@@ -9,10 +9,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from astropy.time import Time
-from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
 
-from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
+from attitude import Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.formats import interpolation_nodes
 from attitude.formats.ccsds import kvn as kvn_format
 from attitude.formats.ccsds import xml as xml_format
@@ -23,7 +22,8 @@ from attitude.times.instants import as_instants
 from attitude.times.leap_seconds import tai_minus_utc
 from tests.bodies import ATTITUDE
 from tests.formats import aem_oracles
-from tests.formats.damage import EDITS, edited
+from tests.formats.test_malformed import Endless
+from tests.tables import table
 
 MODULES = {"kvn": kvn_format, "xml": xml_format}
 FORMATS = {"kvn": "aem", "xml": "aem-xml"}
@@ -617,228 +617,17 @@ def test_segment_that_differs_is_read_on_its_own():
 
 ROW = f"2020-01-01T00:00:01.0 {LAST}"
 NEXT = f"2020-01-01T00:00:02.0 {LAST}"
-GOOD = f"{ROW}\n{NEXT}"
-# The text of a file; what is said; in which line: META_START is in 4, the first row in 15.
-BAD = {
-    "empty": ("", "ends before DATA_STOP", None),
-    "another file": ("a,b\n1,2\n", "not an AEM: no CCSDS_AEM_VERS", 1),
-    "version 3": (file(GOOD, version="3.0"), "AEM version '3.0', not 1.0 or 2.0", 1),
-    "no CREATION_DATE": (file(GOOD).replace("CREATION_DATE = 2020-01-01T00:00:00\n", ""), "no CREATION_D", 3),
-    "unknown keyword in the header": (file(GOOD, header="COLOUR = RED\n"), "'COLOUR' is no keyword", 4),
-    "unknown keyword in the metadata": (
-        file(GOOD, COLOUR="RED"),
-        "'COLOUR' is no keyword of the metadata",
-        13,
-    ),
-    "keyword twice": (file(GOOD, header="ORIGINATOR = ESA\n"), "ORIGINATOR twice", 4),
-    "keyword without value": (file(GOOD, OBJECT_ID=""), "OBJECT_ID without a value", 6),
-    "keyword without equals": (file(GOOD).replace("OBJECT_ID =", "OBJECT_ID"), "KEYWORD = value", 6),
-    "keyword of version 1": (file(GOOD, ATTITUDE_DIR="A2B"), "'ATTITUDE_DIR' is no keyword", 13),
-    "keyword of version 2": (file(GOOD, version="1.0", ANGVEL_FRAME="J2000"), "'ANGVEL_FRAME' is no", 13),
-    "no ATTITUDE_DIR": (file(GOOD, version="1.0"), "no ATTITUDE_DIR in the metadata", 13),
-    "no QUATERNION_TYPE": (file(GOOD, **V1 | {"QUATERNION_TYPE": None}), "no QUATERNION_TYPE: FIRST", None),
-    "direction": (file(GOOD, **V1 | {"ATTITUDE_DIR": "B2B"}), "ATTITUDE_DIR = B2B: neither", 13),
-    **{
-        f"no {name}": (file(GOOD, **{name: None}), f"no {name} in the metadata", 12)
-        for name in ("OBJECT_NAME", "REF_FRAME_A", "TIME_SYSTEM", "START_TIME", "STOP_TIME", "ATTITUDE_TYPE")
-    },
-    "no META_STOP": (file(GOOD).replace("META_STOP\n", ""), "'DATA_START' where KEYWORD = value", 13),
-    "no DATA_START": (file(GOOD).replace("DATA_START\n", ""), "where DATA_START belongs", 14),
-    "no DATA_STOP": (file(GOOD).replace("DATA_STOP\n", ""), "ends before DATA_STOP", 16),
-    "cut off in a row": (file(GOOD)[:-30], "QC is|numbers where|ends before", 16),
-    "cut off in DATA_STOP": (file(GOOD)[:-2], "'DATA_STO' where an epoch or DATA_STOP belongs", 17),
-    "text after the end": (file(GOOD) + "more\n", "'more' after DATA_STOP", 18),
-    "comment after the end": (file(GOOD) + "COMMENT more\n", "'COMMENT more' after DATA_STOP", 18),
-    "comment between rows": (file(f"{ROW}\nCOMMENT x\n{NEXT}"), "'COMMENT' where an epoch", 16),
-    "keyword between rows": (file(f"{ROW}\nMETA_START\n{NEXT}"), "'META_START' where an epoch", 16),
-    "no rows": (file("COMMENT none"), "no attitudes between DATA_START", 16),
-    "unknown time system": (
-        file(GOOD, TIME_SYSTEM="MET"),
-        "TIME_SYSTEM = MET: this version reads UTC, TAI",
-        9,
-    ),
-    "unknown frame": (file(GOOD, REF_FRAME_A="TNW"), "REF_FRAME_A = TNW: neither frame A nor", 7),
-    "two external frames": (file(GOOD, REF_FRAME_B="ICRF"), "REF_FRAME_B = ICRF: .* is the body's", 8),
-    "spin of the frame": (
-        file(GOOD, ATTITUDE_TYPE="SPIN", REF_FRAME_A="SC_BODY_1", REF_FRAME_B="ICRF"),
-        "a spin is relative to frame A",
-        7,
-    ),
-    "too few numbers of a spin": (
-        file(GOOD, ATTITUDE_TYPE="SPIN/NUTATION"),
-        "4 numbers where SPIN_ALPHA",
-        15,
-    ),
-    "rate of version 1": (file(GOOD, ATTITUDE_TYPE="QUATERNION/RATE"), "library reads QUATERNION, QUAT", 12),
-    "no ANGVEL_FRAME": (file(GOOD, **ANGVEL), "no ANGVEL_FRAME: REF_FRAME_A or REF_FRAME_B", None),
-    "other ANGVEL_FRAME": (file(GOOD, **ANGVEL, ANGVEL_FRAME="LVLH"), "ANGVEL_FRAME = LVLH: REF_FRAME_A", 13),
-    "no sequence": (file(GOOD, ATTITUDE_TYPE="EULER_ANGLE"), "no EULER_ROT_SEQ: three axes", None),
-    "sequence": (file(GOOD, ATTITUDE_TYPE="EULER_ANGLE", EULER_ROT_SEQ="XXZ"), "three axes belong", 13),
-    "method": (file(GOOD, INTERPOLATION_METHOD="CUBIC"), "= CUBIC: not one of LINEAR, HERMITE", 13),
-    "method without degree": (file(GOOD, INTERPOLATION_METHOD="LINEAR"), "no INTERPOLATION_DEGREE", 13),
-    "degree": (file(GOOD, INTERPOLATION_DEGREE="1.5"), "not a whole number greater than 0", 13),
-    "no such day": (file(GOOD, START_TIME="2020-02-30T00:00:00"), "no date 2020-02-30", 10),
-    "no such day of a year": (file(GOOD, START_TIME="2021-366T00:00:00"), "no day 366 in year 2021", 10),
-    "no such hour": (file(GOOD.replace("T00:00:02", "T24:00:02")), "no 24:00:02 on that day in UTC", 16),
-    "no leap second": (file(GOOD.replace("T00:00:02", "T23:59:60")), "no 23:59:60 on that day in UTC", 16),
-    "leap second of TAI": (
-        file(GOOD, TIME_SYSTEM="TAI", START_TIME="2016-12-31T23:59:60"),
-        "no 23:59:60 on that day in TAI",
-        10,
-    ),
-    "Z of TAI": (
-        file(GOOD.replace(".0 ", ".0Z "), TIME_SYSTEM="TAI"),
-        "Z states UTC, where TIME_SYSTEM is",
-        15,
-    ),
-    "useable before start": (
-        file(
-            GOOD,
-            STOP_TIME=None,
-            USEABLE_START_TIME="2019-12-31T00:00:00",
-            **{"STOP_TIME ": "2021-001T00:00:00"},
-        ),
-        "USEABLE_START_TIME = .*: before START_TIME",
-        12,
-    ),
-    "stop before start": (file(GOOD, STOP_TIME="2019-12-31T00:00:00"), "STOP_TIME = .*before START_TIME", 11),
-    "before START_TIME": (file(GOOD, START_TIME="2020-01-01T00:00:01.1"), "an epoch before START_TIME", 15),
-    "after STOP_TIME": (file(GOOD, STOP_TIME="2020-01-01T00:00:01.9"), "an epoch after STOP_TIME", 16),
-    "wrong order": (file(f"{NEXT}\n{ROW}"), "an epoch that is not after the one before", 16),
-    "the same epoch": (file(f"{ROW}\n{NEXT}\n{NEXT}"), "an epoch that is not after the one before", 17),
-    "no QC": (file(GOOD[: GOOD.rindex(" ")]), "3 numbers where Q1 Q2 Q3 QC belong, no QC", 16),
-    "one number more": (file(GOOD + " 0.1"), "5 numbers where Q1 Q2 Q3 QC belong", 16),
-    "no epoch": (file(f"{ROW}\n1.5 {LAST}"), "'1.5' is no epoch", 16),
-    "NaN": (file(f"{ROW}\n2020-01-01T00:00:02 0 NaN 0 1"), "Q2 is 'NaN', not a finite number", 16),
-    "infinity": (file(f"{ROW}\n2020-01-01T00:00:02 0 0 0 1e999"), "QC is '1e999', not a finite", 16),
-    "underscore": (file(f"{ROW}\n2020-01-01T00:00:02 0 0 0 1_0"), "QC is '1_0', not a finite", 16),
-    "not unit": (
-        file(f"{ROW}\n2020-01-01T00:00:02 0 0 0.2 1"),
-        "unit quaternion, within 0.01 .* got length 1.01",
-        16,
-    ),
-    "square beyond a double": (file("2020-01-01T00:00:02 0 0 1e200 1"), "unit quaternion", 15),
-    "rate beyond a double": (
-        file(f"{EPOCH_TEXT} 0 0 0 1 1e308 1e308 1e308 1e308", **DERIVATIVE),
-        "a rate of more than 1e\\+306 rad/s",
-        15,
-    ),
-    "not ASCII": (file(GOOD, OBJECT_NAME="é"), "characters that are not ASCII", 5),
-    "segment that differs": (two(TIME_SYSTEM="TAI"), "TIME_SYSTEM = TAI: the segment before has UTC", 23),
-    "segment before": (two(START_TIME="2020-01-01T00:00:59"), "before STOP_TIME of the segment before", 24),
-}
 
 
-@pytest.mark.parametrize(("text", "message", "line"), BAD.values(), ids=BAD)
-def test_malformed_file_is_refused_by_file_and_line(text, message, line):
+@pytest.mark.parametrize(
+    ("changes", "message", "line"), [pytest.param(*row, id=row[1]) for row in table("malformed_aem")]
+)
+def test_malformed_file_is_refused_by_file_and_line(changes, message, line):
+    """Arguments of `file`, and what replaces a part of it; META_START is in line 4, the first row in 15."""
+    pattern, replacement = changes.pop("replace", ("", ""))
+    rows = changes.pop("rows", "ROW\nNEXT").replace("ROW", ROW).replace("NEXT", NEXT)
     with pytest.raises(FormatError, match=message) as caught:
-        read(text)
-    assert caught.value.source == "given"
-    assert "\n" not in str(caught.value)
-    assert caught.value.line == line or line is None
-
-
-def swap(old, new, count=1):
-    def change(text):
-        assert old in text
-        return text.replace(old, new, count)
-
-    return change
-
-
-def row(change):
-    """The second state of three changed."""
-
-    def changed(text):
-        states = text.split("<attitudeState>")
-        states[2] = change(states[2])
-        return "<attitudeState>".join(states)
-
-    return changed
-
-
-ENTITY = '<!DOCTYPE aem [<!ENTITY a "b"><!ENTITY c "&a;&a;&a;&a;">]>\n<aem '
-OUTSIDE = '<!DOCTYPE aem [<!ENTITY a SYSTEM "file:///etc/passwd">]>\n<aem '
-DOCTYPE = "a document type or entity declaration"
-# The metadata end in line 25; the second state begins in 43, its EPOCH is in 45, its Q1 in 47.
-BAD_XML = {
-    "entities": (swap("<aem ", ENTITY), DOCTYPE, 2),
-    "outside entity": (swap("<aem ", OUTSIDE), DOCTYPE, 2),
-    "doctype": (swap("<aem ", '<!DOCTYPE aem SYSTEM "http://x/aem.dtd">\n<aem '), DOCTYPE, 2),
-    "undeclared entity": (row(swap("<Q1>", "<Q1>&a;")), "not XML: undefined entity", 47),
-    "another root": (swap("<aem ", "<oem "), "not an AEM", 2),
-    "another id": (swap("CCSDS_AEM_VERS", "CCSDS_OEM_VERS"), "not an AEM", 2),
-    "another version": (swap('version="2.0"', 'version="7"'), "AEM version '7'", 2),
-    "cut off": (lambda text: text[: text.rindex("</data>")], "not XML: no element found", None),
-    "cut off in a state": (lambda text: text[: text.rindex("</Q3>")], "not XML: no element found", None),
-    "text after the end": (lambda text: text + "more", "not XML: junk after document element", None),
-    "unknown keyword": (
-        swap("</metadata>", "<COLOUR>RED</COLOUR>\n</metadata>"),
-        "'COLOUR' is no keyword",
-        25,
-    ),
-    "keyword twice": (swap("</header>", "<ORIGINATOR>X</ORIGINATOR></header>"), "ORIGINATOR twice", 10),
-    "no OBJECT_NAME": (swap("<OBJECT_NAME>UNKNOWN</OBJECT_NAME>\n", ""), "no OBJECT_NAME in the meta", None),
-    "no metadata": (
-        lambda text: re.sub("(?s)<metadata>.*</metadata>", "", text),
-        "data without a metadata before it",
-        None,
-    ),
-    "no data": (lambda text: re.sub("(?s)<data>.*</data>", "", text), "a segment without data", None),
-    "no header": (
-        lambda text: re.sub("(?s)<header>.*</header>", "", text),
-        "body without a header before it",
-        None,
-    ),
-    "unknown part": (swap("<segment>", "<part>").__call__, "not XML|no element 'part' belongs", None),
-    "text in data": (row(swap("</attitudeState>", "</attitudeState>x")), "text 'x' where an element", None),
-    "no QC": (row(lambda state: re.sub("<QC>.*</QC>", "", state)), "no QC in an attitudeState", 58),
-    "empty QC": (row(lambda state: re.sub("<QC>.*</QC>", "<QC/>", state)), "no QC in an attitudeState", 58),
-    "Q1 twice": (row(swap("<Q1>", "<Q1>0</Q1><Q1>")), "Q1 twice", 47),
-    "unknown element": (row(swap("<Q1>", "<Q5>0</Q5><Q1>")), "no element 'Q5' belongs in 'quaternion'", 47),
-    "other type": (
-        lambda text: text.replace("quaternionAngVel>", "quaternionDerivative>"),
-        "no element 'quaternionDerivative' belongs in 'attitudeState'",
-        28,
-    ),
-    "rates in radians": (row(swap("deg/s", "rad/s")), "ANGVEL_X in 'rad/s', not 'deg/s'", 53),
-    "two numbers": (row(swap("<Q1>", "<Q1>1 ")), "Q1 is", 58),
-    "two numbers and none": (
-        row(lambda state: re.sub("<Q2>[^<]*<", "<Q2> <", state.replace("<Q1>", "<Q1>1 "))),
-        "Q1 is '1 ",
-        58,
-    ),
-    "no number": (row(swap("<Q1>", "<Q1>x")), "Q1 is 'x", 45),
-    "no number, other form": (row(swap("<Q1>", "<Q1><!-- -->x")), "Q1 is 'x", 45),
-    "not unit": (row(lambda state: re.sub("<Q1>.*</Q1>", "<Q1>7.0</Q1>", state)), "unit quaternion", 45),
-    "wrong order": (row(swap("<EPOCH>2016", "<EPOCH>2015")), "not after the one before", 45),
-    "nested": (swap("<segment>", "<segment>" + "<a>" * 100_000), "no element 'a' belongs in 'segment'", 12),
-    "one long name": (
-        swap("<body>", "<" + "a" * 5_000_000),
-        "more than 1048576 bytes without an element",
-        None,
-    ),
-    "one long text": (swap("<OBJECT_ID>", "<OBJECT_ID>" + "a " * 1_000_000), "a text of more than", None),
-    "unknown encoding": (swap('"UTF-8"', '"X-MARS"'), "not XML", None),
-    "another encoding": (lambda text: text.replace('"UTF-8"', '"UTF-16"'), "not XML", None),
-    "bytes that are no text": (
-        row(swap("<Q1>", "<Q1>\udcff")),
-        "Q1 is .*not a finite number|not well-formed",
-        None,
-    ),
-}
-
-
-@pytest.fixture(scope="module")
-def xml():
-    return text_of(motion(EPOCH).at(T[:3]), "xml")
-
-
-@pytest.mark.parametrize(("change", "message", "line"), BAD_XML.values(), ids=BAD_XML)
-def test_malformed_xml_is_refused_by_file_and_line(change, message, line, xml):
-    content = change(xml).encode("utf-8", "surrogateescape")
-    with pytest.raises(FormatError, match=message) as caught:
-        xml_format.parse(io.BytesIO(content), "given")
+        read(re.sub(pattern, replacement, file(rows, **changes), count=1))
     assert caught.value.source == "given"
     assert "\n" not in str(caught.value)
     assert caught.value.line == line or line is None
@@ -856,28 +645,15 @@ def test_error_late_in_a_large_file_names_its_line(monkeypatch):
         assert caught.value.line == wrong + 1
 
 
-class Endless(io.RawIOBase):
-    """More bytes than anybody holds, which count themselves."""
-
-    def __init__(self, beginning, pattern):
-        self.beginning, self.pattern, self.byte_count = beginning, pattern, 0
-
-    def read(self, size=-1):
-        chunk = self.beginning or self.pattern * (size // len(self.pattern) + 1)
-        self.beginning = b""
-        self.byte_count += len(chunk)
-        if self.byte_count > 1 << 25:
-            raise AssertionError("asked for more than 32 MB")
-        return chunk
-
-
 @pytest.mark.parametrize("beginning", ["", "CCSDS_AEM_VERS = 2.0\n", "<?xml version='1.0'?>", "<aem>"])
 @pytest.mark.parametrize(
     "pattern", [b"\0", b"a", b"a=b\n", b"<a>", b"<a", b"1.0 2.0 3.0\n", b"<!-- a -->", b"<?a b?>", b"<!-- "]
 )
 def test_endless_garbage_is_refused_at_once(beginning, pattern):
+    endless = Endless(beginning.encode(), pattern)
     with pytest.raises(FormatError):
-        kvn_format.parse(Endless(beginning.encode(), pattern), "given")
+        kvn_format.parse(endless, "given")
+    assert endless.byte_count <= 1 << 25
 
 
 # -- what is not written ---------------------------------------------------------------------------
@@ -966,33 +742,3 @@ def test_degree_is_told_and_is_what_nodes_are_chosen_by():
     assert "INTERPOLATION_DEGREE = 3\n" in text_of(motion().at(T), degree=3)
     cut = rebuilt(motion().at(T), events=(Event(T[2], "impulse", ""), Event(T[3], "contact", "")))
     assert re.findall("DEGREE = (.*)", text_of(cut)) == ["1", "7"]
-
-
-# -- any damage ------------------------------------------------------------------------------------
-
-
-@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
-@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
-@both
-def test_any_damage_is_refused_or_gives_attitudes(syntax):
-    cut = rebuilt(motion().at(T[:5]), events=(Event(T[2], "impulse", ""),))
-    original = text_of(cut, syntax).encode()
-
-    @settings(max_examples=200, deadline=None, database=None, derandomize=True)
-    @given(EDITS)
-    def damage(edits):
-        assert_refused_or_sound(edited(original, edits))
-
-    damage()
-
-
-def assert_refused_or_sound(text):
-    try:
-        ephemeris = read(text)
-        q = ephemeris.quaternion("wxyz")
-        assert np.abs(np.sqrt((q * q).sum(axis=-1)) - 1).max() <= 1e-6
-        assert (np.diff(ephemeris.elapsed) > 0).all()
-        assert not ephemeris.has_rate or np.isfinite(ephemeris.angular_velocity).all()
-        text_of(ephemeris)  # what is read, is written
-    except AttitudeError:
-        pass

@@ -4,7 +4,6 @@ import copy
 import io
 import json
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +13,6 @@ from astropy.coordinates import GCRS, ITRS, CartesianRepresentation
 from astropy.coordinates.builtin_frames import intermediate_rotation_transforms as matrices
 from astropy.time import Time, TimeDelta
 from astropy.utils import iers
-from hypothesis import given, settings
 from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation
 
@@ -23,7 +21,6 @@ from attitude.formats import czml, interpolation_nodes
 from attitude.samples import chunks
 from attitude.times.instants import as_instants
 from tests.effects.scenes import KEPLER, effect, quantity, scene
-from tests.formats.damage import EDITS, edited
 from tests.test_frames import orbiting
 
 EPOCH = Time("2026-03-20T12:00:00", scale="utc")
@@ -446,27 +443,3 @@ def test_too_long_a_file_is_refused(monkeypatch):
     monkeypatch.setattr(czml, "MAX_BYTES", 100)
     with pytest.raises(FormatError, match="more than 100 bytes"):
         read(QUARTER)
-
-
-@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
-@pytest.mark.filterwarnings("ignore:ERFA function:erfa.ErfaWarning")
-def test_any_damage_is_refused_or_gives_attitudes():
-    original = re.sub(r'"clock".*?}},', '"x":1},', QUARTER).encode()
-
-    @settings(max_examples=400, deadline=None, database=None, derandomize=True)
-    @given(EDITS)
-    def damage(edits):
-        assert_refused_or_sound(edited(original, edits))
-
-    damage()
-
-
-def assert_refused_or_sound(text):
-    try:
-        back = read(text)
-    except FormatError:
-        return
-    q = back.quaternion("wxyz")
-    assert np.abs((q * q).sum(axis=-1) - 1).max() <= 3e-6
-    assert (np.diff(back.elapsed) > 0.0).all()
-    text_of(back)  # what is read can be written

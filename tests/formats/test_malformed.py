@@ -51,7 +51,7 @@ def rows_of(format, content):
 
 
 def encoded(text):
-    return text.encode()
+    return text.encode("utf-8", "surrogateescape")
 
 
 def substituted(content, pattern, replacement, count=1):
@@ -152,14 +152,17 @@ LARGE = [
     ("json", r"(?s).*", "[" * 100_000, "not JSON"),
     ("czml", '"version":"1.0"', '"version":' + DEEP, "version"),
     ("ecsv", r"# - \{name: ''\}\n", LAUGHS, "aliases expand to more"),
-    ("aem-xml", "<data>", "<data>" + "<a>" * 10**5, "no element 'a' belongs"),
+    ("aem-xml", "<data>", "<data>" + "<a>" * 10**5, "no element 'a' belongs in 'data'"),
+    ("aem-xml", "<segment>", "<segment>" + "<a>" * 10**5, "no element 'a' belongs in 'segment'"),
+    ("aem-xml", "<body>", "<" + "a" * 5_000_000, "more than 1048576 bytes without an element"),
+    ("aem-xml", "<OBJECT_ID>", "<OBJECT_ID>" + "a " * 1_000_000, "a text of more than"),
     ("aem", "= ATTITUDE", "= " + "A" * 231, "1 to 230 printable"),
 ]
 
 
 @pytest.mark.parametrize(("format", "pattern", "replacement", "words"), LARGE, ids=range(len(LARGE)))
 def test_deep_and_long_parts_are_refused(format, pattern, replacement, words):
-    position = {"aem": "AAA", "aem-xml": "<a>"}.get(format)
+    position = "AAA" if format == "aem" else "<a>" if "<a>" in replacement else None
     assert_refused(format, damaged(format, "sub", pattern, replacement), words, position)
 
 
@@ -287,7 +290,7 @@ class Endless(io.RawIOBase):
     """A beginning, and then the same again and again; it cannot be sought in, as a pipe."""
 
     def __init__(self, beginning, unit):
-        self.left, self.unit = beginning, unit * (1 + (1 << 16) // len(unit))
+        self.left, self.unit, self.byte_count = beginning, unit * (1 + (1 << 16) // len(unit)), 0
 
     def readable(self):
         return True
@@ -297,6 +300,7 @@ class Endless(io.RawIOBase):
         while len(self.left) < size:
             self.left += self.unit * (1 + size // len(self.unit))
         block, self.left = self.left[:size], self.left[size:]
+        self.byte_count += size
         return block
 
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from astropy.time import Time
 
-from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
+from attitude import Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
 from attitude.formats import interpolation_nodes, stk
 from attitude.samples import chunks
 from attitude.samples.event import Event
 from attitude.times.instants import Instants
+from tests.tables import table
 
 BODY = RigidBody((1.0, 1.6, 2.1))
 Q0, OMEGA = (0.1, -0.7, 0.5, 0.5), (0.3, -0.5, 0.9)
@@ -268,92 +269,12 @@ def test_epoch_in_a_leap_second_is_read(tmp_path):
     assert back.time.isot[2] == "2017-01-01T00:00:01.500"
 
 
-# What is changed, what is said, and the line.
-MALFORMED = {
-    "empty": (lambda text: "", "before END", None),
-    "another file": (lambda text: "a,b\n1,2\n", "not an STK file", 1),
-    "no version": (lambda text: text.partition("\n")[2], "not an STK file", 2),
-    "ephemeris": (
-        lambda text: text.replace("BEGIN Attitude", "BEGIN Ephemeris"),
-        "BEGIN Attitude belongs",
-        3,
-    ),
-    "no end": (lambda text: text.replace("END ATTITUDE\n", ""), "before END Attitude", 17),
-    "cut in a line": (lambda text: text[:-4], "middle of a line", 18),
-    "cut in the header": (lambda text: text[: text.index("Central")], "before END Attitude", 7),
-    "something after the end": (lambda text: text + "1 2 3\n", "after END", 19),
-    "unknown keyword": (lambda text: text.replace("MessageLevel", "Color"), "keyword 'Color'", 5),
-    "rates alone": (
-        lambda text: text.replace("quaternions", "AngVels"),
-        "'attitudetimeAngVels' is not read; AttitudeTimeQuaternions",
-        12,
-    ),
-    "keyword twice": (
-        lambda text: text.replace("CentralBody Sun", "TimeFormat EpSec"),
-        "TimeFormat twice",
-        10,
-    ),
-    "other times": (lambda text: text.replace("EpSec", "LCLG"), "TimeFormat 'LCLG'", 10),
-    "no epoch": (lambda text: re.sub("Scenario.*\n", "", text), "no ScenarioEpoch", None),
-    "epoch of another form": (lambda text: text.replace("1 Jul 2007", "07/01/2007"), "not a date", 6),
-    "epoch that never was": (lambda text: text.replace("1 Jul", "31 Jun"), "not a date", 6),
-    "leap second that never was": (lambda text: text.replace("12:00:00", "12:00:60"), "not a date", 6),
-    "no axes": (lambda text: text.replace("CoordinateAxes J2000\n", ""), "no CoordinateAxes", None),
-    "axes of another body": (lambda text: text.replace("J2000", "Fixed"), "CoordinateAxes 'Fixed' of Sun", 9),
-    "inertial of another body": (
-        lambda text: text.replace("J2000", "Inertial").replace("Sun", "Moon"),
-        "CoordinateAxes 'Inertial'",
-        9,
-    ),
-    "count": (lambda text: text.replace("\t3", "\t4"), "3 attitudes, and NumberOfAttitudePoints is 4", 4),
-    "count that is none": (lambda text: text.replace("\t3", "\tx"), "NumberOfAttitudePoints 'x'", 4),
-    "no rows": (lambda text: re.sub(r"(?ms)^0\.0 .*(?=END)", "", text), "no attitudes", 13),
-    "short row": (lambda text: text.replace("0.0 0.8", "0.8"), "4 numbers where 5 belong", 13),
-    "long row": (lambda text: text.replace("8.0e-1", "8.0e-1 1"), "6 numbers where 5 belong", 17),
-    "word": (lambda text: text.replace("1.0e+000", "noon"), "END Attitude or numbers|could not convert", 15),
-    "NaN": (lambda text: text.replace("\t0 0.6", "\tnan 0.6"), "finite numbers; got nan", 15),
-    "infinite": (lambda text: text.replace("2 0 0 0.6", "2 0 inf 0.6"), "finite numbers; got inf", 17),
-    "not unit": (lambda text: text.replace("8.0e-1", "8.2e-1"), "unit quaternion, within 0.01", 17),
-    "instants back": (lambda text: text.replace("2 0 0", "0.5 0 0"), "0.5 s is not after 1.0 s", 17),
-    "instant twice": (lambda text: text.replace("1.0e+000", "0"), "0.0 s is not after 0.0 s", 15),
-}
-
-
-@pytest.mark.parametrize(("change", "message", "line"), MALFORMED.values(), ids=MALFORMED)
-def test_malformed_files_are_refused_with_their_line(change, message, line, tmp_path):
-    assert change(LITERAL) != LITERAL
+@pytest.mark.parametrize(
+    ("edit", "message", "line"), [pytest.param(*row, id=row[1]) for row in table("malformed_stk")]
+)
+def test_malformed_files_are_refused_with_their_line(edit, message, line, tmp_path):
+    text = re.sub(*edit, LITERAL)
+    assert text != LITERAL
     with pytest.raises(FormatError, match=message) as caught:
-        read(tmp_path, change(LITERAL))
+        read(tmp_path, text)
     assert (caught.value.source, caught.value.line) == (str(tmp_path / "a.a"), line)
-
-
-@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
-def test_any_damage_is_refused_or_gives_attitudes(tmp_path):
-    valid = text_of(tmp_path, motion().at(T[:4]), rates=True).encode()
-    valid, random = re.sub(rb"(?m)^#.*\n", b"", valid), np.random.default_rng(5)
-    letters = b' \n\r#.-+eE0123456789abTNx\x00\xff\t"'
-    for _ in range(600):
-        data = bytearray(valid)
-        for place in random.integers(len(data), size=random.integers(1, 4)):
-            data[place] = letters[random.integers(len(letters))]
-        data = bytes(data[: random.integers(len(data))]) if random.random() < 0.1 else bytes(data)
-        try:
-            back = read(tmp_path, data)
-        except AttitudeError:
-            continue
-        assert np.abs(np.linalg.norm(back.quaternion("wxyz"), axis=-1) - 1).max() <= 1e-6
-        assert (np.diff(back.elapsed) > 0).all()
-        assert back.time.shape == back.shape
-
-
-class Interruption(BaseException):
-    """As Ctrl-C."""
-
-
-def test_interrupted_write_leaves_nothing(tmp_path):
-    def interrupt(done):
-        raise Interruption
-
-    with pytest.raises(Interruption):
-        motion().at(T).write(tmp_path / "a.a", progress=interrupt)
-    assert list(tmp_path.iterdir()) == []
