@@ -1,6 +1,6 @@
 """What the benchmarks of the service share: servers as processes of their own, and clients on the loopback.
 
-The clients are bare sockets: a library's parsing of an answer would be measured with it.
+Where time is measured the clients are bare sockets: a library's parsing would be measured with it.
 """
 
 from __future__ import annotations
@@ -65,81 +65,45 @@ def _wait(port, path, process):
         time.sleep(0.1)
 
 
-def request_bytes(path, document, headers=""):
+def request_bytes(path, document):
     """A POST of a document, ready to be sent."""
     head = f"POST {path} HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\n"
-    return f"{head}content-length: {len(document)}\r\n{headers}\r\n".encode() + document
+    return f"{head}content-length: {len(document)}\r\n\r\n".encode() + document
 
 
 # -- one whole request --------------------------------------------------------------------------------
 
 
-def ask(connection, request):
+def answered(connection, path, document):
+    """The response of an `http.client.HTTPConnection` to a posted document."""
+    connection.request("POST", path, document, {"content-type": "application/json"})
+    response = connection.getresponse()
+    assert response.status == 200, response.read()[:2000]
+    return response
+
+
+def ask(connection, path, document):
     """The answer's content, whole."""
-    connection.sendall(request)
-    received = bytearray()
-    while (end := received.find(b"\r\n\r\n")) < 0:
-        received += _received(connection)
-    head, rest = bytes(received[:end]).lower(), received[end + 4 :]
-    assert head.startswith(b"http/1.1 200"), bytes(received[:2000])
-    length = re.search(rb"content-length: (\d+)", head)
-    return _fixed(connection, rest, int(length[1])) if length else _chunked(connection, rest)
+    return answered(connection, path, document).read()
 
 
-def _received(connection):
-    data = connection.recv(RECEIVED)
-    assert data, "the server hung up"
-    return data
-
-
-def _fixed(connection, rest, length):
-    content = bytearray(length)
-    content[: len(rest)] = rest
-    view, have = memoryview(content), len(rest)
-    while have < length:
-        count = connection.recv_into(view[have:])
-        assert count
-        have += count
-    return content
-
-
-def _chunked(connection, rest):
-    content = bytearray()
-    while True:
-        while (end := rest.find(b"\r\n")) < 0:
-            rest += _received(connection)
-        size = int(rest[:end], 16)
-        rest = rest[end + 2 :]
-        missing = size + 2 - len(rest)
-        if missing > 0:
-            rest += _fixed(connection, b"", missing)
-        if not size:
-            return content
-        content += memoryview(rest)[:size]
-        rest = rest[size + 2 :]
-
-
-def drained(connection, request):
+def drained(connection, path, document):
     """Bytes of the answer, counted and dropped: for answers too large to be held."""
-    connection.sendall(request)
-    total, last, room = 0, b"", bytearray(RECEIVED)
-    while not last.endswith(b"\r\n0\r\n\r\n"):
-        count = connection.recv_into(room)
-        assert count
+    response, total, room = answered(connection, path, document), 0, bytearray(RECEIVED)
+    while count := response.readinto(room):
         total += count
-        last = (last + room[max(0, count - 16) : count])[-16:]
     return total
 
 
-def receive(connection, request, room):
+def receive(sock, request, room):
     """All of an answer in chunks, as it comes, into `room`; how many bytes.
 
     Nothing is copied or looked through: that would be measured too.
     """
-    connection.sendall(request)
+    sock.sendall(request)
     view, have = memoryview(room), 0
     while room[have - 7 : have] != b"\r\n0\r\n\r\n":
-        count = connection.recv_into(view[have:])
+        count = sock.recv_into(view[have:])
         assert count
         have += count
     return have
@@ -159,7 +123,9 @@ def requests_per_second(port, requests, connections, seconds):
     done, begun = 0, time.perf_counter()
     while (passed := time.perf_counter() - begun) < seconds:
         for key, _ in chooser.select(timeout=1):
-            key.data.extend(_received(key.fileobj))
+            received = key.fileobj.recv(RECEIVED)
+            assert received, "the server hung up"
+            key.data.extend(received)
             if _is_whole(key.data):
                 assert key.data.startswith(b"HTTP/1.1 200"), bytes(key.data)
                 key.data.clear()

@@ -8,9 +8,9 @@ is timed in turns.
 
 from __future__ import annotations
 
-import socket
 import statistics
 import time
+from http.client import HTTPConnection
 
 import orjson
 import pyarrow as pa
@@ -56,9 +56,10 @@ def server():
 
 @pytest.fixture
 def connection(server):
-    with socket.create_connection(("127.0.0.1", server[0])) as connection:
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        yield connection
+    connection = HTTPConnection("127.0.0.1", server[0])  # which sets TCP_NODELAY
+    connection.connect()
+    yield connection
+    connection.close()
 
 
 def in_turns(*works):
@@ -89,19 +90,19 @@ def test_json_of_1e5_samples_against_library_and_orjson(connection):
         return json.dumps(Scene.from_json(text).run())
 
     room = bytearray(40_000_000)
-    whole, expected = orjson.loads(ask(connection, request)), orjson.loads(alone())
+    whole, expected = orjson.loads(ask(connection, "/v1/ephemeris", text)), orjson.loads(alone())
     assert {name: whole[name] for name in expected} == expected
     compare(
         "1e5 samples as JSON: whole request / library and orjson",
-        lambda: receive(connection, request, room),
+        lambda: receive(connection.sock, request, room),
         alone,
         1.3,
     )
 
 
 def test_arrow_of_1e6_samples_against_library_and_pyarrow(connection):
-    text = document(1_000_000)
-    request = request_bytes("/v1/ephemeris?format=arrows", text)
+    text, path = document(1_000_000), "/v1/ephemeris?format=arrows"
+    request = request_bytes(path, text)
 
     def alone():
         ephemeris = Scene.from_json(text).run()
@@ -114,11 +115,11 @@ def test_arrow_of_1e6_samples_against_library_and_pyarrow(connection):
         return sink.getvalue()
 
     room = bytearray(100_000_000)
-    whole, expected = (pa.ipc.open_stream(each).read_all() for each in (ask(connection, request), alone()))
+    whole, expected = (pa.ipc.open_stream(each).read_all() for each in (ask(connection, path, text), alone()))
     assert whole.replace_schema_metadata().cast(expected.schema).equals(expected)
     compare(
         "1e6 samples as Arrow: whole request / library and pyarrow",
-        lambda: receive(connection, request, room),
+        lambda: receive(connection.sock, request, room),
         alone,
         1.5,
     )
@@ -160,15 +161,15 @@ def test_small_requests_against_a_bare_route(server, of):
 
 
 @pytest.mark.parametrize("format", ["arrows", "ndjson", "csv", "json"])
-def test_memory_of_1e7_samples(server, format):
+def test_memory_of_1e7_samples(server, connection, format):
     """What the process grows by while it sends them, after a small answer in the same format."""
-    port, pid = server
-    with socket.create_connection(("127.0.0.1", port)) as connection:
-        ask(connection, request_bytes(f"/v1/ephemeris?format={format}", document(1000)))
-        forget_peak(pid)
-        before, begun = resident(pid), time.perf_counter()
-        sent = drained(connection, request_bytes(f"/v1/ephemeris?format={format}", document(10_000_000)))
-        grown, seconds = resident(pid, "VmHWM") - before, time.perf_counter() - begun
+    _, pid = server
+    path = f"/v1/ephemeris?format={format}"
+    ask(connection, path, document(1000))
+    forget_peak(pid)
+    before, begun = resident(pid), time.perf_counter()
+    sent = drained(connection, path, document(10_000_000))
+    grown, seconds = resident(pid, "VmHWM") - before, time.perf_counter() - begun
     figures = f"{grown:.0f} MiB"
     report(f"1e7 samples as {format}, {sent / 1e6:.0f} MB in {seconds:.1f} s: growth", figures, "< 150 MiB")
     assert grown < 150.0

@@ -786,27 +786,6 @@ def test_overlapping_segments_are_refused(tmp_path):
         Ephemeris.read(path)
 
 
-@pytest.mark.filterwarnings("ignore::attitude.AttitudeWarning")
-@pytest.mark.parametrize("type", [2, 3])
-def test_any_damage_is_refused_or_gives_attitudes(type, tmp_path):
-    path, _ = written(tmp_path, type=type)
-    valid, random = path.read_bytes(), np.random.default_rng(7)
-    used = np.flatnonzero(np.frombuffer(valid, np.uint8))
-    for _ in range(150):
-        data = bytearray(valid)
-        for place in random.choice(used, random.integers(1, 4)):
-            data[place] = random.integers(256)
-        path.write_bytes(data[: random.integers(len(data))] if random.random() < 0.2 else data)
-        try:
-            back = Ephemeris.read(path)
-        except AttitudeError:
-            continue
-        assert np.isfinite(back.quaternion("wxyz")).all()
-        assert np.isfinite(back.elapsed).all()
-        assert (np.diff(back.elapsed) >= 0).all()
-        back.time.isot  # noqa: B018  every instant has a date
-
-
 def test_memory_does_not_grow_with_the_number_of_records(tmp_path):
     program = f"""
 import resource, time, numpy as np
