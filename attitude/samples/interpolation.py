@@ -106,7 +106,7 @@ def interpolate(segment: InterpolationSegment, instants: Instants) -> tuple[np.n
     window = first[:, None] + np.arange(count)
     attitude = segment.attitude[..., window, :]
     rate = None if segment.rate is None else segment.rate[..., window, :]
-    weights, slopes = _lagrange(t[window], at)
+    weights, slopes = lagrange_basis(t[window], at)
     if segment.method.kind == "slerp":
         return _slerp(attitude, weights[:, 1]), None if rate is None else _weighted(weights, rate)
     if segment.method.kind == "hermite" and rate is not None:
@@ -131,7 +131,7 @@ def _node_count(segment: InterpolationSegment) -> int:
     return max(2, min((degree + 1) // 2 if has_derivatives else degree + 1, segment.instants.shape[0]))
 
 
-def _lagrange(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def lagrange_basis(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and derivatives of Lagrange's basis (m, w) through nodes t (m, w) at instants (m,)."""
     values, slopes = np.ones_like(t), np.zeros_like(t)
     for j in range(t.shape[1]):
@@ -159,7 +159,7 @@ def _hermite(
     """Unit quaternions and rates of the polynomial with these values and derivatives q' = q omega / 2."""
     pure = np.concatenate([np.zeros_like(rate[..., :1]), rate], axis=-1)
     derivative = 0.5 * rotations.product(attitude, pure)
-    own_slope = np.stack([_lagrange(t, t[:, j])[1][:, j] for j in range(t.shape[1])], axis=1)
+    own_slope = np.stack([lagrange_basis(t, t[:, j])[1][:, j] for j in range(t.shape[1])], axis=1)
     ahead = at[:, None] - t
     square, square_slope = basis**2, 2.0 * basis * slopes
     linear = 1.0 - 2.0 * ahead * own_slope

@@ -14,6 +14,7 @@ from ...errors import FormatError
 
 TICKS = 65536  # in a second of our clocks
 SECONDS = 2**36  # of our clocks, 2178 years: their ticks are whole doubles to the end
+MONTHS = ("JAN", "FEB", "MAR", "APR", "MAY", "JUN", "JUL", "AUG", "SEP", "OCT", "NOV", "DEC")
 MAX_STRING_LENGTH = 70  # characters of a string in a kernel; longer ones are continued
 
 LEAP_SECONDS = """KPL/LSK
@@ -91,9 +92,8 @@ KERNELS_TO_LOAD = (
 
 def leap_seconds() -> str:
     """Leap-second kernel (LSK) of all steps of TAI - UTC of whole seconds in erfa."""
-    months = ("JAN", "FEB", "MAR", "APR", "MAY", "JUN", "JUL", "AUG", "SEP", "OCT", "NOV", "DEC")
     steps = [step for step in erfa.leap_seconds.get().tolist() if step[0] >= 1972]
-    leaps = (f"{round(offset)}, @{year}-{months[month - 1]}-1" for year, month, offset in steps)
+    leaps = (f"{round(offset)}, @{year}-{MONTHS[month - 1]}-1" for year, month, offset in steps)
     return LEAP_SECONDS.format(leaps=("\n" + " " * 21).join(leaps))
 
 
