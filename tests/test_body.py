@@ -1,4 +1,4 @@
-"""RigidBody: what inertia is taken, and principal moments and axes to thirty digits."""
+"""RigidBody: what inertia is accepted, and principal moments and axes to thirty digits."""
 
 import numpy as np
 import pytest
@@ -165,7 +165,7 @@ def test_single_body_has_no_index():
         RigidBody((1, 2, 2))[0]
 
 
-# -- what is taken ------------------------------------------------------------------------------
+# -- what is accepted---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_single_body_has_no_index():
     [(1.0, 2.0, 3.0), (0.1, 0.2, 0.3), (0.8, 0.1, 0.7), (1.0, 2.0, 3.0 * (1 + 5e-13)), (1.0, 1.0, 2.0)],
     ids=str,
 )
-def test_planar_body_is_taken(moments):
+def test_planar_body_is_accepted(moments):
     assert RigidBody(moments).moments.tolist() == list(moments)
 
 
@@ -217,7 +217,7 @@ def test_unphysical_body_has_positive_moments():
 
 
 @pytest.mark.parametrize("size", [5e-324, 1e-300, 1e300, 1.7e308], ids=str)
-def test_any_size_of_moments_is_taken(size):
+def test_any_size_of_moments_is_accepted(size):
     assert RigidBody((size, size, size)).moments.tolist() == [size] * 3
 
 

@@ -86,14 +86,14 @@ def test_kernel_neither_built_nor_compilable_says_what_is_missing():
     assert "llvmlite" in run.stderr
 
 
-def test_kernels_built_of_other_sources_are_not_taken(library, monkeypatch):
+def test_kernels_built_of_other_sources_are_not_loaded(library, monkeypatch):
     monkeypatch.setattr(prebuilt, "_library", lambda: ctypes.CDLL(str(library)))
     assert prebuilt.address(DAYS)
     monkeypatch.setattr(signature, "source_digest", lambda module: "0123456789abcdef")
     assert prebuilt.address(DAYS) is None
 
 
-def test_where_all_is_built_no_compiler_is_asked_for(monkeypatch):
+def test_where_all_is_built_the_compiler_is_not_used(monkeypatch):
     monkeypatch.setattr(prebuilt, "address", lambda signature: 1)
     monkeypatch.setattr(
         kernel_cache, "_compiler_digest", lambda: pytest.fail("the compiler's version was asked for")

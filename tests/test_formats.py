@@ -397,7 +397,7 @@ def test_text_of_dates_has_their_shape(shape):
 
 
 @each_exact_format
-def test_full_disk_is_said_and_leaves_nothing(format, monkeypatch, tmp_path):
+def test_full_disk_is_named_and_leaves_nothing(format, monkeypatch, tmp_path):
     def full(*arguments):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -428,7 +428,7 @@ def test_written_file_stands_alone_with_the_permissions_of_any_other(tmp_path):
     ["missing/a.csv", "x" * 300 + ".csv", "folder.csv", "a\0b.csv"],
     ids=["folder", "long", "is one", "null"],
 )
-def test_path_that_cannot_be_written_or_read_is_said(name, tmp_path):
+def test_path_that_cannot_be_written_or_read_is_named(name, tmp_path):
     (tmp_path / "folder.csv").mkdir()
     path = f"{tmp_path}/{name}"
     with pytest.raises(FormatError, match=r"cannot be written \(.+\)") as caught:

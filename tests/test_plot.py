@@ -101,7 +101,7 @@ def test_attitudes_alone_are_drawn_alone():
 
 
 @pytest.mark.parametrize("times", [3.0, [3.0], [[1.0, 2.0]]], ids=["instant", "one", "two dimensions"])
-def test_what_is_no_course_is_refused(times):
+def test_one_instant_or_two_dimensions_are_not_drawn(times):
     with pytest.raises(InputError, match="one body at two instants or more"):
         timeline.picture(free(times), "svg")
 

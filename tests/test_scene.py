@@ -293,7 +293,7 @@ def test_other_faults_are_named_beside_the_first():
 def test_many_faults_are_counted_and_few_are_listed():
     with pytest.raises(InputError, match=r"also unknown: .*; and 81 more\)$") as caught:
         Scene.model_validate(changed(**{f"colour{i}": "red" for i in range(101)}))
-    assert str(caught.value).count("colour") == 21  # the first is told twice, by its field and its name
+    assert str(caught.value).count("colour") == 21  # the first stands twice, by its field and its name
 
 
 def test_faulty_list_of_instants_is_refused_at_its_first_fault():
@@ -389,7 +389,7 @@ def test_too_many_samples_are_refused_before_they_are_made(instants):
     assert_refused(lambda: scene.run(max_samples=1000), "/times", message)
 
 
-def test_as_many_samples_as_the_limit_are_taken():
+def test_as_many_samples_as_the_limit_are_computed():
     assert len(Scene.model_validate(changed(**grid(0, 999, step=1))).run(max_samples=1000)) == 1000
 
 

@@ -80,7 +80,7 @@ def test_rates_of_one_ephemeris(plain, part):
 
 
 @pytest.mark.parametrize("span", [10.0, -10.0, 5000.0])
-def test_course_of_one_orbit(span):
+def test_path_of_one_orbit(span):
     """Another thread computes the path over its own span, and ends while this one asks."""
 
     def made():

@@ -4,7 +4,7 @@
 
 The ephemeris is computed piece by piece and written to the null device, so that what the process grows by,
 from the first piece of it to the end of the file, is the writer's.  Fails where that is above 150 MiB.
-Of scenes with effects, whose instants are all computed before the first is written, it is told only.
+Of scenes with effects, whose instants are all computed before the first is written, it is only printed.
 """
 
 import json

@@ -3,8 +3,8 @@
     python -m tests.benchmarks.fuzz_formats [--inputs 100000] [--format NAME] [--seed N] [--keep FOLDER]
 
 What is refused, is so by a FormatError that names the file; what is read, the format's own writer writes, and
-it comes back the same.  Anything else (another exception, a warning) is told, its input saved under `keep`,
-and the exit code is 1.  Inputs are shared among the formats by their speed.
+it comes back the same.  Anything else (another exception, a warning) is printed, its input is kept
+under `keep`, and the exit code is 1.  Inputs are shared among the formats by their speed.
 """
 
 import argparse

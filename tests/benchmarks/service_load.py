@@ -5,7 +5,7 @@
 Clients ask as fast as they are answered, twice as many as the service lets in; a refusal is obeyed for the
 time that it names.  Told at the end, each with what is to be reached: statuses other than 200 and 503,
 answers that are not right to the last digit, growth of resident memory after the first minute (after the
-first fifth of a shorter run), latency of /healthz before, with all slots busy, and meanwhile, and what
+first fifth of a shorter run), latency of /healthz before, with all slots busy, and under load, and what
 SIGTERM leaves unanswered.
 """
 

@@ -3,8 +3,8 @@
     python -m pytest -o addopts= -s tests/benchmarks/test_ensemble.py
     python tests/benchmarks/test_ensemble.py 1e5 1e6 1e7        time a body and memory, each in a new process
 
-Answers are asserted equal first; times are medians of runs in turns.  On a machine that does something else
-meanwhile the rows fail: run them alone.
+Answers are asserted equal first; times are medians of runs in turns.  The rows fail on a busy machine: run
+them alone.
 """
 
 import os

@@ -4,7 +4,7 @@
 
 Answers are asserted equal first; ratios are of medians of repeats taken in turns, in processor time.  Of
 what a library does, "arrays" is from or to arrays of numbers, which is what all of ours are, "objects" from
-or to its own objects, "text" to objects that nobody looks at.  Ours, written, includes the check of
+or to its own objects, "text" to objects that are not read.  Ours, written, includes the check of
 interpolation everywhere; "file" is Ephemeris.write and Ephemeris.read, from the motion to a file on
 disk and back.  ccsds-ndm-py and brahe are compiled (Rust).  ccsds-ndm, which is Python, cannot be installed
 beside it: CCSDS_NDM_PYTHON names the interpreter of an environment that has it.  Its version 3.1 reads and

@@ -2,8 +2,8 @@
 
     python -m pytest -o addopts= tests/benchmarks/test_speed.py
 
-Answers are asserted equal first; ratios are of medians of repeats taken in turns.  On a machine that
-does something else meanwhile the rows fail: run them alone.
+Answers are asserted equal first; ratios are of medians of repeats taken in turns.  The rows fail
+on a busy machine: run them alone.
 """
 
 import os

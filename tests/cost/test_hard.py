@@ -104,7 +104,7 @@ def exact(problem):
     return ours.methods()[-1].prepare(problem)
 
 
-def test_nan_failure_and_absence_are_told_apart():
+def test_nan_failure_and_absence_are_different_statuses():
     def nan(problem):
         def solve(t):
             attitudes, rates = exact(problem)(t)
@@ -129,7 +129,7 @@ def test_nan_failure_and_absence_are_told_apart():
     ]
 
 
-def test_steps_beyond_the_budget_are_not_taken():
+def test_steps_beyond_the_budget_are_not_computed():
     horizons = []
 
     def stepping(problem):
@@ -150,7 +150,7 @@ def test_each_ladder_is_announced_once():
     assert announced == list(dict.fromkeys(case.ladder for case in CASES))
 
 
-# -- what is told ---------------------------------------------------------------------------------
+# -- reports -------------------------------------------------------------------------------------
 
 
 def test_table_fits_a_terminal_and_holds_every_cell(report):

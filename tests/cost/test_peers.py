@@ -68,7 +68,7 @@ def test_heyoka_answers_again_as_it_did():
 
 
 @needs_heyoka
-def test_heyoka_that_comes_to_grief_names_the_outcome():
+def test_heyoka_that_fails_names_the_outcome():
     equations = FreeEquations.of(problem(GENERIC["Toutatis"]))
     system = heyoka.free_motion(import_module("heyoka"))
     integrator = import_module("heyoka").taylor_adaptive(
@@ -205,7 +205,7 @@ def test_java_without_compiler_is_absence(monkeypatch):
         orekit.methods()[0].prepare(problem(GENERIC["Toutatis"]))
 
 
-def test_java_that_warns_of_native_code_is_told_not_to(tmp_path):
+def test_java_that_warns_of_native_code_has_the_flag_against_it(tmp_path):
     library = tmp_path / "lib" / "server" / "libjvm.so"
     library.parent.mkdir(parents=True)
     assert orekit.flags_of(library) == []

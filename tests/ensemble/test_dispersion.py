@@ -133,7 +133,7 @@ def test_states_do_not_depend_on_how_many_bodies_there_are():
         ("attitude", None, [0.0] * 3),
     ],
 )
-def test_spread_is_taken(field, value, expected):
+def test_spread_is_accepted(field, value, expected):
     assert np.allclose(spread(value, field), expected, rtol=1e-15, atol=0)
 
 
@@ -161,7 +161,7 @@ def test_spread_is_taken(field, value, expected):
         ("attitude", 1e51, r"attitude: a spread from 0 to 1e\+50"),
     ],
 )
-def test_spread_that_cannot_be_taken_is_named(field, value, message):
+def test_spread_that_is_none_is_refused_by_name(field, value, message):
     with pytest.raises(InputError, match=message):
         Sampled(scene(), 10, 1, **{field: value})
 

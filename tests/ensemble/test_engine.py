@@ -36,7 +36,7 @@ def test_so_many_workers_work_at_the_same_time():
     assert list(mapped(lambda _: together.wait(timeout=10) >= 0, range(3), workers=3)) == [True] * 3
 
 
-def test_results_that_nobody_takes_stop_the_work():
+def test_results_that_are_not_consumed_stop_the_work():
     done = []
     results = mapped(done.append, range(1000), workers=2)
     next(results)

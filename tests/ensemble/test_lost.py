@@ -1,4 +1,4 @@
-"""Bodies that cannot be followed to the scene's tolerance stop an ensemble, or are left out and listed."""
+"""Bodies that cannot be integrated to the scene's tolerance stop an ensemble, or are left out and listed."""
 
 import numpy as np
 import pytest
@@ -20,12 +20,12 @@ def hopeless():
     return Ensemble.sample(Scene.model_validate(document), 40, 7, moments="2 %")
 
 
-def test_body_that_cannot_be_followed_stops_an_ensemble_by_its_name():
+def test_body_that_cannot_be_integrated_stops_an_ensemble_by_its_name():
     with pytest.raises(ToleranceError, match=r"^bodies\[\d+\]: tolerance: 1.0e-09 rad cannot be reached"):
         hopeless().statistics()
 
 
-def test_bodies_that_cannot_be_followed_are_left_out_and_listed():
+def test_bodies_that_cannot_be_integrated_are_left_out_and_listed():
     ensemble = hopeless()
     actual = ensemble.statistics(lost_bodies="leave out")
     assert 0 < len(actual.lost) < 40
@@ -61,12 +61,12 @@ def test_no_statistics_where_no_body_can_be_integrated():
         ensemble.statistics(lost_bodies="leave out")
 
 
-def test_what_becomes_of_lost_bodies_is_one_of_two_words():
+def test_lost_bodies_is_one_of_two_words():
     with pytest.raises(InputError, match="lost_bodies: one of stop, leave out"):
         hopeless().statistics(lost_bodies="keep")
 
 
-def test_command_leaves_them_out_where_it_is_told_to(capfd, tmp_path):
+def test_command_leaves_them_out_by_its_flag(capfd, tmp_path):
     path = tmp_path / "a.json"
     ensemble = hopeless()
     path.write_text(ensemble.scene.to_json())

@@ -112,7 +112,7 @@ def test_moments_that_find_no_value_do_not_spoil_a_name():
         ensemble.redraws()
 
 
-# -- where it is said -------------------------------------------------------------------------------
+# -- where it is reported ---------------------------------------------------------------------------
 
 
 def test_it_is_printed_with_everything_that_comes_of_the_bodies(tmp_path):

@@ -80,7 +80,7 @@ def test_chunk_need_not_be_said_again(to):
     ],
     ids=["seed", "bodies", "times", "chunk", "rate"],
 )
-def test_other_run_is_refused_and_told_apart(to, other, named):
+def test_other_run_is_refused_with_the_difference(to, other, named):
     interrupted(to)
     before = entries(to)
     arguments = {"ensemble": many(100), "times": TIMES, "chunk": 10} | other

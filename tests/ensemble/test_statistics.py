@@ -308,7 +308,7 @@ def test_states_leave_as_a_table_with_frame_and_epoch():
     )
 
 
-def test_progress_is_told_to_the_end():
+def test_progress_is_reported_to_the_end():
     fractions = []
     ensemble(n=20 * BODIES_PER_BLOCK).statistics(TIMES, progress=fractions.append)
     assert fractions == sorted(fractions)

@@ -63,7 +63,7 @@ def test_numbers_are_those_of_the_motion(to):
     np.testing.assert_array_equal(stored.part(25, 95)[0], expected(many(100))[0][25:95])
 
 
-def test_two_part_instants_are_kept(to):
+def test_two_part_instants_are_stored(to):
     from astropy import units as u
 
     days = np.array([0.1, 0.2, 3e5]) * u.d
@@ -198,7 +198,7 @@ def test_file_is_never_replaced(to, overwrite):
     assert to.read_text() == "a file"
 
 
-def test_empty_directory_is_taken(to):
+def test_empty_directory_is_filled(to):
     to.mkdir()
     run(many(3), TIMES, to)
     assert_stored(to, many(3))

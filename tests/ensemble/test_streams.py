@@ -1,4 +1,4 @@
-"""Random numbers of each body: those of numpy's generator at the documented counters, whoever asks."""
+"""Random numbers of each body: those of numpy's generator at the documented counters, in any part."""
 
 import numpy as np
 import pytest

@@ -120,7 +120,7 @@ def test_directory_of_parquet_is_one_table(tmp_path):
     assert_same(pickle.loads(pickle.dumps(source)), reference)
 
 
-def test_parquet_of_lists_is_taken(tmp_path):
+def test_parquet_of_lists_is_read(tmp_path):
     reference = states(TENSOR)
     columns = {
         "tensor": reference.body.tensor.tolist(),
@@ -131,7 +131,7 @@ def test_parquet_of_lists_is_taken(tmp_path):
     assert_same(Tabled(tmp_path / "t.parquet"), reference)
 
 
-def test_pandas_and_dask_frames_are_taken():
+def test_pandas_and_dask_frames_are_read():
     pd = pytest.importorskip("pandas")
     dd = pytest.importorskip("dask.dataframe")
     reference = states()
@@ -285,7 +285,7 @@ def with_column(**columns):
         (None, "table: a QTable"),
     ],
 )  # fmt: skip
-def test_table_that_cannot_be_taken_is_refused_by_name(table, message):
+def test_table_without_states_is_refused_by_name(table, message):
     with pytest.raises(InputError, match=message):
         Tabled(table)
 

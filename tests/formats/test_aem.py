@@ -429,7 +429,7 @@ EQUIVALENT_ROWS = {
 
 
 @pytest.mark.parametrize(("numbers", "metadata"), EQUIVALENT_ROWS.values(), ids=EQUIVALENT_ROWS)
-def test_one_attitude_in_every_way_it_may_be_told(numbers, metadata):
+def test_one_attitude_in_every_convention_is_read_the_same(numbers, metadata):
     back = read(file(f"{EPOCH_TEXT} {numbers}", **metadata))
     assert (back.frame, back.name, back.instants.scale) == ("EME2000", "SAT", "utc")
     q = back.quaternion("xyzw")[0]
@@ -736,7 +736,7 @@ def test_name_that_a_line_cannot_hold_is_refused():
     assert "OBJECT_NAME = A" in text_of(rebuilt(motion().at(T), name="å"), object_name="A")
 
 
-def test_degree_is_told_and_is_what_nodes_are_chosen_by():
+def test_degree_is_written_and_decides_the_nodes():
     assert kvn_format.interpolant(degree=3, object_id="X") == interpolation_nodes.Interpolant("lagrange", 3)
     assert xml_format.interpolant() == interpolation_nodes.Interpolant("lagrange", 7)
     assert "INTERPOLATION_DEGREE = 3\n" in text_of(motion().at(T), degree=3)

@@ -134,7 +134,7 @@ def test_dates_across_a_leap_second_are_a_quarter_of_a_second_apart():
     ("year", "years", "held"),
     [(2000, 250, True), (2000, 262, False), (2250, 30, False), (2250, -550, True), (1700, -30, False)],
 )
-def test_dates_that_64_bits_cannot_hold_are_left_out_and_it_is_said(year, years, held):
+def test_dates_that_64_bits_cannot_hold_are_left_out_with_a_remark(year, years, held):
     epoch = Time(year, format="jyear", scale="tai")
     ephemeris = motion(epoch=epoch).at(np.array([0.0, years * 365.25 * 86400]))
     table = frame_of(written(ephemeris, "arrow"), "arrow")

@@ -73,7 +73,7 @@ def test_failure_between_pieces_leaves_what_was_there(format, error, kind, words
 
 
 @each_format
-def test_full_disk_leaves_what_was_there_and_is_said(format, folder, monkeypatch):
+def test_full_disk_leaves_what_was_there_and_is_named(format, folder, monkeypatch):
     made = atomic_files.tempfile.NamedTemporaryFile
 
     def full(*arguments, **options):

@@ -181,7 +181,7 @@ def test_two_attitudes_at_one_instant_are_refused():
         b"".join(stk.blocks(in_segments(range(11), range(10, 20), jump=True)))
 
 
-def test_impulses_are_told_in_comments_and_allow_no_higher_order(tmp_path):
+def test_impulses_are_comments_and_allow_no_higher_order(tmp_path):
     whole = motion().at(T)
     events = (Event(5.1, "impulse", ""),)
     ephemeris = Ephemeris(whole.quaternion("wxyz").copy(), whole.instants, "ICRF", events=events)
