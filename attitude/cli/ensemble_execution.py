@@ -24,9 +24,6 @@ from ..runtime.output_paths import check_picture
 from ..scene.document import Scene
 from .console import progress_bar, warn
 
-STATISTICS_KIND = "attitude-ensemble-statistics/1"
-MAX_BODIES_NAMED = 10  # of those that are left out
-FLIPS_DRAWN, MAX_BODIES_FOR_FLIPS = 3, 200_000
 DRAWN = ("bodies", "seed", "moments", "angular_velocity", "attitude")
 
 
@@ -49,11 +46,14 @@ def carry_out(options: Namespace, text: str | bytes, source: str) -> None:
             )
         redraws = statistics.redraws
         if len(statistics.lost):
-            names = ", ".join(map(str, statistics.lost[:MAX_BODIES_NAMED].tolist()))
-            names += " ..." if len(statistics.lost) > MAX_BODIES_NAMED else ""
+            names = ", ".join(map(str, statistics.lost[:10].tolist()))
+            names += " ..." if len(statistics.lost) > 10 else ""
             warn(f"left out, for they cannot be followed: {len(statistics.lost)} bodies ({names})")
         if options.output is None or options.statistics is not None:
-            _write(statistics, options.statistics)
+            if options.statistics is None:
+                print(table_text(statistics), end="")
+            else:
+                write_whole([_encoder(options.statistics)(statistics)], options.statistics)
         if options.plot is not None:
             _draw(ensemble, statistics, options)
     if note(redraws):
@@ -187,18 +187,11 @@ def _draw(ensemble: Ensemble, statistics: Statistics, options: Namespace) -> Non
         )
     flips = None
     if is_free(ensemble.scene):
-        flips = ensemble.flips(FLIPS_DRAWN, 0, min(ensemble.size, MAX_BODIES_FOR_FLIPS))
+        flips = ensemble.flips(3, 0, min(ensemble.size, 200_000))
     name = ensemble.scene.name if ensemble.scene is not None else ""
     label = axis if axis in BODY_AXES else f"{axis}-moment"
     content = picture(statistics, density, flips, check_picture(options.plot), name, label)
     write_whole([content], options.plot)
-
-
-def _write(statistics: Statistics, path: str | None) -> None:
-    if path is None:
-        print(table_text(statistics), end="")
-    else:
-        write_whole([_encoder(path)(statistics)], path)
 
 
 def table_text(statistics: Statistics) -> str:
@@ -251,5 +244,6 @@ def _json(statistics: Statistics) -> bytes:
         else:
             columns[f"{name}_{str(column.unit).replace(' ', '_')}"] = column.value.tolist()
     return orjson.dumps(
-        {"kind": STATISTICS_KIND, **table.meta, "columns": columns}, option=orjson.OPT_INDENT_2
+        {"kind": "attitude-ensemble-statistics/1", **table.meta, "columns": columns},
+        option=orjson.OPT_INDENT_2,
     )

@@ -14,8 +14,6 @@ from ..scene.document import Scene
 from ..times.instants import Instants
 from .sources.states import States, StateSource
 
-TRIAL_BODIES = 8  # that the solver is selected by
-
 
 class BlockMotion(NamedTuple):
     """Motion of n bodies at m instants.
@@ -46,7 +44,7 @@ def solver_choice(scene: Scene | None, source: StateSource, instants: Instants) 
         return None
     from .effects_simulation import choose  # late: free bodies need no solvers
 
-    return choose(scene, instants, source.part(0, min(TRIAL_BODIES, source.size)))
+    return choose(scene, instants, source.part(0, min(8, source.size)))
 
 
 def motion_of(

@@ -49,7 +49,7 @@ def _client(address: str) -> Any:
     try:
         # a Client whose scheduler does not answer leaves threads behind that retry for ever
         with ThreadPoolExecutor(1) as pool:  # this thread may run an event loop, as in a notebook
-            pool.submit(asyncio.run, _probe(address)).result()
+            pool.submit(asyncio.run, probe(address)).result()
         client = _distributed().Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
@@ -63,7 +63,7 @@ def _client(address: str) -> Any:
     return client
 
 
-async def _probe(address: str) -> None:
+async def probe(address: str) -> None:
     """Raise OSError or ValueError unless something listens at the address."""
     connect = needed("distributed.comm", "a cluster", "ensemble").connect
     security = _distributed().Security().get_connection_args("client")
@@ -83,7 +83,7 @@ class _ClusterMap:
         self._client, self._address = client, address
         self._name = f"attitude-{uuid4().hex}"
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TiB"}):  # sent only once
-            self._work = client.submit(_identity, work, key=f"{self._name}-work", pure=False)
+            self._work = client.submit(lambda work: work, work, key=f"{self._name}-work", pure=False)
         self._pending: dict[Any, Sequence[Any]] = {}  # batches of tasks by their futures
         self._completed = _distributed().as_completed(loop=client.loop)
 
@@ -138,10 +138,6 @@ class _ClusterMap:
 
 def _distributed() -> Any:
     return needed("distributed", "a cluster", "ensemble")
-
-
-def _identity(work: Any) -> Any:
-    return work
 
 
 def _compute(version: str, work: Any, batch: Sequence[Any]) -> list[Any]:

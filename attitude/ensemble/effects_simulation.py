@@ -25,8 +25,6 @@ from ..scene.document import Scene, Times
 from ..scene.simulation import SimulationInputs
 from ..times.instants import Instants
 
-MAX_COASTING_ROWS = 2**20  # rows of bodies whose motions between impulses are computed side by side
-
 
 class HasStates(Protocol):
     """Bodies, (n,), with attitudes (n, 4) wxyz and rates (n, 3), rad/s, body frame, at the epoch."""
@@ -118,7 +116,8 @@ def simulated(
         rows = integration.solve_each(problem, bodies, instants, candidate, lost)
     else:
         template = _template(inputs, instants)
-        size = max(1, MAX_COASTING_ROWS // (OUTPUTS * max(1, instants.seconds.size)))
+        # bodies whose motions between impulses are computed side by side, in a million rows
+        size = max(1, 2**20 // (OUTPUTS * max(1, instants.seconds.size)))
         parts = [bodies[i : i + size] for i in range(0, len(bodies), size)]
         rows = np.concatenate([coasting.coast(template, part, inputs.kicks, instants) for part in parts])
     samples = np.swapaxes(rows, 1, 2)

@@ -19,8 +19,6 @@ from .cluster import SCHEDULER_ADDRESS, TASKS_PER_THREAD, mapped_by_cluster
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-ASSUMED_CLUSTER_THREADS = 64
-
 
 def check(scheduler: Any, workers: Any) -> None:
     """Raise InputError for a scheduler or a number of workers that `mapped` does not accept."""
@@ -76,7 +74,7 @@ def mapped(
 
 def threads(scheduler: str | None, workers: int | None) -> int:
     """Return the number of threads to share work among; a guess for a cluster, whose workers come and go."""
-    return ASSUMED_CLUSTER_THREADS if scheduler is not None else workers or processors()
+    return 64 if scheduler is not None else workers or processors()
 
 
 def _by_threads(

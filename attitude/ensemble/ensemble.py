@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -271,8 +272,10 @@ class Ensemble:
             part = Instants(np.ascontiguousarray(instants.seconds[a:b]), low, None)
             reference = self._reference(part, choice, leave_out)
             work = MomentAccumulation(self.source, self.scene, choice, part, reference, leave_out)
-            sums = MomentSums(b - a)
-            for others in self._mapped(work, scheduler, workers, _of_pass(progress, number, len(passes))):
+            sums, report = MomentSums(b - a), None
+            if progress is not None:
+                report = partial(lambda before, done: progress((before + done) / len(passes)), number)
+            for others in self._mapped(work, scheduler, workers, report):
                 sums.add(others)
             if sums.regimes.sum() == len(sums.lost):
                 raise RegimeError(f"statistics: none of the {self.size} bodies can be integrated")
@@ -356,19 +359,13 @@ class Ensemble:
     def __repr__(self) -> str:
         count = len(self.scene.effects) if self.scene else 0
         effects = "free" if is_free(self.scene) else f"with {count} effects"
-        return f"<Ensemble: {self.size} bodies, {effects}, {self.frame}{self._redraws_note()}>"
-
-    def _redraws_note(self) -> str:
-        """Of at most a million bodies, so that a repr takes no time."""
-        try:
+        try:  # redraws of at most a million bodies, so that a repr takes no time
             text = note(self.redraws(0, min(self.size, BODIES_PER_TASK)))
+            if text and self.size > BODIES_PER_TASK:
+                text = f"; of the first {BODIES_PER_TASK}{text}"
         except InputError as error:
-            return f"; {error}"
-        return f"; of the first {BODIES_PER_TASK}{text}" if text and self.size > BODIES_PER_TASK else text
-
-
-def _of_pass(progress: Progress | None, number: int, passes: int) -> Progress | None:
-    return None if progress is None else lambda done: progress((number + done) / passes)
+            text = f"; {error}"
+        return f"<Ensemble: {self.size} bodies, {effects}, {self.frame}{text}>"
 
 
 def _leaves_out(lost_bodies: Any) -> bool:

@@ -15,10 +15,6 @@ if TYPE_CHECKING:
     from .density import AxisDensity
     from .statistics import Statistics
 
-SIZE = (9.0, 8.6)  # inches
-FLIP_BINS = 160
-DRAWN_FLIPS = 0.98  # of all; the others are a long tail of bodies close to the separatrix
-
 
 def picture(
     statistics: Statistics,
@@ -34,10 +30,10 @@ def picture(
     """
     if flips is not None and not np.median(flips[:, 0]) < statistics.seconds.max():
         flips = None
-    return drawn(partial(_draw, statistics, density, flips, name, axis), SIZE, ending)
+    return drawn(partial(draw, statistics, density, flips, name, axis), (9.0, 8.6), ending)
 
 
-def _draw(
+def draw(
     statistics: Statistics,
     density: AxisDensity,
     flips: np.ndarray | None,
@@ -45,16 +41,18 @@ def _draw(
     axis: str,
     figure: Figure,
 ) -> None:
+    """Draw the sphere above, growth and flips below it."""
     rows = figure.add_gridspec(2, 2, height_ratios=[1.25, 1.0])
-    _sphere(figure, rows[0, :], density, axis)
-    _growth(figure.add_subplot(rows[1, 0] if flips is not None else rows[1, :]), statistics)
+    draw_sphere(figure, rows[0, :], density, axis)
+    draw_growth(figure.add_subplot(rows[1, 0] if flips is not None else rows[1, :]), statistics)
     if flips is not None:
-        _histogram(figure.add_subplot(rows[1, 1]), flips)
+        draw_flips(figure.add_subplot(rows[1, 1]), flips)
     title = f"{name or 'An ensemble'}: {statistics.count} bodies in {statistics.frame}"
     figure.suptitle(title, fontsize=13)
 
 
-def _sphere(figure: Figure, cell: Any, density: AxisDensity, axis: str) -> None:
+def draw_sphere(figure: Figure, cell: Any, density: AxisDensity, axis: str) -> None:
+    """Draw where an axis points, as densities on the sphere."""
     axes = figure.add_subplot(cell, projection="mollweide")
     relative = density.relative[-1]
     longitude = np.linspace(-np.pi, np.pi, relative.shape[1] + 1)
@@ -71,7 +69,8 @@ def _sphere(figure: Figure, cell: Any, density: AxisDensity, axis: str) -> None:
     bar.set_label("density over that of any direction")
 
 
-def _growth(axes: Any, statistics: Statistics) -> None:
+def draw_growth(axes: Any, statistics: Statistics) -> None:
+    """Draw the spread of attitudes and of the body axes in time."""
     unit, seconds = time_unit(statistics.seconds)
     t = statistics.seconds / seconds
     spread = np.degrees(np.sqrt(np.trace(statistics.covariance, axis1=1, axis2=2)))
@@ -90,10 +89,11 @@ def _growth(axes: Any, statistics: Statistics) -> None:
     axes.legend(frameon=False, fontsize=8)
 
 
-def _histogram(axes: Any, flips: np.ndarray) -> None:
-    last = float(np.quantile(flips[:, -1], DRAWN_FLIPS))
+def draw_flips(axes: Any, flips: np.ndarray) -> None:
+    """Draw when the bodies flip, without the long tail of those close to the separatrix."""
+    last = float(np.quantile(flips[:, -1], 0.98))
     unit, seconds = time_unit(np.array([last]))
-    edges = np.linspace(0.0, last / seconds, FLIP_BINS + 1)
+    edges = np.linspace(0.0, last / seconds, 161)
     width = edges[1] - edges[0]
     for k, color in enumerate((RED, BLUE, GREEN)[: flips.shape[1]]):
         counts, _ = np.histogram(flips[:, k] / seconds, edges)

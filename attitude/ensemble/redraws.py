@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any
 
 from . import engine
@@ -75,13 +74,9 @@ def redraws_of(
     if len(tasks) == 1:
         tallies = [source.tally(first, last)]
     else:
-        tallies = list(engine.mapped(partial(_tally, source), tasks, scheduler, workers))
+        tallies = list(engine.mapped(source.tally_of, tasks, scheduler, workers))
     redrawn, rejected, *sums = (sum(numbers) for numbers in zip(*tallies, strict=True))
     nominal, spread = source.body.moments.tolist(), source.spread[:3].tolist()
     shift = [total * TALLY_UNIT / bodies for total in sums]
     mean = [moment * (1.0 + s * off) for moment, s, off in zip(nominal, spread, shift, strict=True)]
     return Redraws(bodies, redrawn, rejected, tuple(nominal), tuple(mean), tuple(shift))
-
-
-def _tally(source: Sampled, bodies: tuple[int, int]) -> tuple[int, ...]:
-    return source.tally(*bodies)

@@ -44,11 +44,12 @@ def spread(value: Any, field: str) -> np.ndarray:
         parts = list(value)  # an array of Quantities gives Quantities
         if len(parts) != 3:
             raise InputError(field, value, f"one spread, such as {SPREADS[field][1]}, or three")
-        return np.array([_one(part, field, f"{field}[{i}]") for i, part in enumerate(parts)])
-    return np.full(3, _one(value, field, field))
+        return np.array([one_spread(part, field, f"{field}[{i}]") for i, part in enumerate(parts)])
+    return np.full(3, one_spread(value, field, field))
 
 
-def _one(value: Any, field: str, path: str) -> float:
+def one_spread(value: Any, field: str, path: str) -> float:
+    """Return one standard deviation, SI; `path` names it in errors."""
     dimension, example = SPREADS[field]
     expected = f"a spread from 0 to {MAX_SPREAD:g} in its unit, such as {example}"
     number: Any = value[()] if isinstance(value, np.ndarray) and np.ndim(value) == 0 else value
@@ -135,7 +136,7 @@ class Sampled:
         if is_spread[0]:
             self._check(attempts, first)
         return States(
-            self._bodies(moments) if is_spread[0] else self.body.broadcast_to((count,)),
+            self.bodies(moments) if is_spread[0] else self.body.broadcast_to((count,)),
             attitudes if is_spread[2] else np.broadcast_to(self._nominal[6:], (count, 4)),
             rates if is_spread[1] else np.broadcast_to(self._nominal[3:6], (count, 3)),
         )
@@ -161,6 +162,10 @@ class Sampled:
             total = [before + int(more) for before, more in zip(total, sums, strict=True)]
         return tuple(total)
 
+    def tally_of(self, bodies: tuple[int, int]) -> tuple[int, ...]:
+        """`tally` as a task's work."""
+        return self.tally(*bodies)
+
     def identity(self) -> dict[str, Any]:
         """Plain data that identifies this source among those of the same scene."""
         return {
@@ -179,7 +184,8 @@ class Sampled:
         )
         raise InputError("moments", self.spread[:3].tolist(), expected)
 
-    def _bodies(self, moments: np.ndarray) -> RigidBody:
+    def bodies(self, moments: np.ndarray) -> RigidBody:
+        """Bodies (n,) of these principal moments (n, 3), with the axes of the scene's."""
         if self.body._tensor is None:
             return RigidBody.from_moments(moments)
         axes = self.body.axes

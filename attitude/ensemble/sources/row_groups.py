@@ -16,9 +16,6 @@ from astropy.table import Table
 
 from ...errors import FormatError, InputError
 
-MAX_CACHED_GROUPS = 4  # parallel tasks read neighbours
-TABLES = "a QTable, a pandas or dask DataFrame, or the path of a Parquet file or a directory of them"
-
 Arrays = dict[str, np.ndarray]
 
 
@@ -59,13 +56,14 @@ class RowGroups:
         with self._lock:
             group = self._cached.pop(i, None)
             if group is None or not set(names) <= set(group):
-                group = self._load(i, names)
+                group = self.load(i, names)
             self._cached[i] = group
-            while len(self._cached) > MAX_CACHED_GROUPS:
+            while len(self._cached) > 4:  # parallel tasks read neighbours
                 self._cached.popitem(last=False)
             return group
 
-    def _load(self, i: int, names: list[str]) -> Arrays:
+    def load(self, i: int, names: list[str]) -> Arrays:
+        """Columns of all rows of a group."""
         raise NotImplementedError
 
     def __getstate__(self) -> dict[str, Any]:
@@ -91,7 +89,8 @@ def row_groups(table: Any, units: dict[str, str]) -> RowGroups:
         return InMemory(table, list(map(str, table.columns)), units, len(table))
     if package.startswith("dask") and hasattr(table, "partitions"):
         return Partitions(table, units)
-    raise InputError("table", table, TABLES)
+    expected = "a QTable, a pandas or dask DataFrame, or the path of a Parquet file or a directory of them"
+    raise InputError("table", table, expected)
 
 
 class InMemory(RowGroups):
@@ -101,7 +100,8 @@ class InMemory(RowGroups):
         super().__init__(names, units, [rows])
         self._table = table
 
-    def _load(self, i: int, names: list[str]) -> Arrays:  # noqa: ARG002 -- the only group
+    def load(self, i: int, names: list[str]) -> Arrays:  # noqa: ARG002 -- the only group
+        """Columns of all rows."""
         return {name: column(self._table[name], name) for name in names}
 
 
@@ -113,7 +113,8 @@ class Partitions(RowGroups):
         super().__init__([str(name) for name in frame.columns], units, lengths)
         self._frame = frame
 
-    def _load(self, i: int, names: list[str]) -> Arrays:
+    def load(self, i: int, names: list[str]) -> Arrays:
+        """Columns of a partition."""
         part = self._frame.partitions[i][names].compute(scheduler="synchronous")
         return {name: column(part[name], name) for name in names}
 
@@ -132,7 +133,7 @@ class ParquetFiles(RowGroups):
         self._groups = [(i, j) for i, file in enumerate(opened) for j in range(file.metadata.num_row_groups)]
         lengths = [opened[i].metadata.row_group(j).num_rows for i, j in self._groups]
         schema = opened[0].schema_arrow
-        super().__init__(list(schema.names), units | _units_of(schema), lengths)
+        super().__init__(list(schema.names), units | units_of(schema), lengths)
 
     def _open(self, file: Path) -> Any:
         from pyarrow import parquet
@@ -144,7 +145,8 @@ class ParquetFiles(RowGroups):
         except Exception as error:  # pyarrow's own kinds
             raise FormatError(f"not Parquet: {' '.join(str(error).split())}", str(file)) from None
 
-    def _load(self, i: int, names: list[str]) -> Arrays:
+    def load(self, i: int, names: list[str]) -> Arrays:
+        """Columns of a row group of a file."""
         number, group = self._groups[i]
         file = self._files[number]
         try:
@@ -156,10 +158,11 @@ class ParquetFiles(RowGroups):
         missing = [name for name in names if name not in table.column_names]
         if missing:
             raise FormatError(f"no column {missing[0]!r}, which other files of the directory have", str(file))
-        return {name: _of_arrow(table.column(name).combine_chunks(), name) for name in names}
+        return {name: doubles_of_arrow(table.column(name).combine_chunks(), name) for name in names}
 
 
-def _units_of(schema: Any) -> dict[str, str]:
+def units_of(schema: Any) -> dict[str, str]:
+    """Units by column, of its field's metadata or of the table that astropy has written."""
     units = {}
     text = (schema.metadata or {}).get(b"table_meta_yaml")
     if text is not None:
@@ -177,7 +180,7 @@ def _units_of(schema: Any) -> dict[str, str]:
     return units
 
 
-def _of_arrow(array: Any, name: str) -> np.ndarray:
+def doubles_of_arrow(array: Any, name: str) -> np.ndarray:
     """(n, ...) of scalars, or of lists of equal length; nulls are NaN."""
     import pyarrow as pa
 
@@ -186,7 +189,7 @@ def _of_arrow(array: Any, name: str) -> np.ndarray:
     if not pa.types.is_nested(array.type):
         return column(array.to_numpy(zero_copy_only=False), name)
     if pa.types.is_fixed_size_list(array.type) and not array.null_count:
-        flat = _of_arrow(array.flatten(), name)
+        flat = doubles_of_arrow(array.flatten(), name)
         return flat.reshape(len(array), -1, *flat.shape[1:])
     return column(np.array([*array.to_pylist(), None], dtype=object)[:-1], name)
 

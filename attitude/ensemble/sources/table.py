@@ -18,7 +18,6 @@ from .row_groups import row_groups
 from .states import MAX_BODIES, States
 
 MAX_LISTED = 1000  # bad rows; all are counted
-MAX_NAMED = 5  # in an error
 CHECKED_ROWS = 2**16  # at a time
 
 XYZ = ("x", "y", "z")
@@ -34,7 +33,6 @@ SCALARS: dict[str, list[tuple[str, ...]]] = {
     ],
 }
 UNITS = {"moments": MOMENT, "tensor": MOMENT, "quaternion": None, "angular_velocity": RATE}
-TENSOR_INDICES = [0, 1, 2, 1, 3, 4, 2, 4, 5]  # of the nine components, in the six scalars
 
 
 class BadRow(NamedTuple):
@@ -81,7 +79,7 @@ class BadRowsError(InputError):
 
     def __init__(self, left_out: LeftOut, size: int):
         first, *others = left_out.listed
-        named = "; ".join(map(str, others[: MAX_NAMED - 1]))
+        named = "; ".join(map(str, others[:4]))
         more = f" ({left_out.count} bad rows of {size}{': also ' + named if named else ''})"
         super().__init__(f"table[{first.row}].{first.field}", first.value, first.expected + more)
         self.left_out = left_out
@@ -115,7 +113,10 @@ class Tabled:
     def __init__(self, table: Any, bad_rows: str = "stop", units: dict[str, str] | None = None):
         if bad_rows not in ("stop", "leave out"):
             raise InputError("bad_rows", bad_rows, '"stop" or "leave out"')
-        self._table = row_groups(table, _checked_units(units))
+        pairs = [] if units is None else units.items() if isinstance(units, dict) else [(units,)]
+        if not all(isinstance(part, str) for pair in pairs for part in pair):
+            raise InputError("units", units, 'units by column, such as {"angular_velocity": "deg/s"}')
+        self._table = row_groups(table, units or {})
         self._names = _names(self._table.names)
         self._factors = {
             name: self._factor(field, name) for field, names in self._names.items() for name in names
@@ -194,14 +195,6 @@ class Tabled:
         return LeftOut(np.concatenate(rows) if rows else (), tuple(listed))
 
 
-def _checked_units(units: Any) -> dict[str, str]:
-    if units is None:
-        return {}
-    if not isinstance(units, dict) or not all(isinstance(x, str) for pair in units.items() for x in pair):
-        raise InputError("units", units, 'units by column, such as {"angular_velocity": "deg/s"}')
-    return units
-
-
 # -- columns ----------------------------------------------------------------------------------------
 
 
@@ -227,7 +220,7 @@ def _shaped(field: str, array: np.ndarray) -> np.ndarray:
     """(n, 3), (n, 4) or (n, 3, 3)."""
     width = WIDTHS[field]
     if field == "tensor" and array.shape[1:] == (6,):
-        array = array[:, TENSOR_INDICES]
+        array = array[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]]  # of the nine components, in the six scalars
     if (array[:1].size != width and len(array)) or array.ndim < 2:
         raise InputError(f"table.{field}", f"shape {array.shape}", f"{width} numbers in each row")
     return np.ascontiguousarray(array).reshape(len(array), *((3, 3) if field == "tensor" else (width,)))
@@ -258,13 +251,9 @@ def _any(wrong: np.ndarray) -> np.ndarray:
     return np.asarray(wrong.reshape(len(wrong), -1).any(axis=1))
 
 
-def _missing(array: np.ndarray) -> np.ndarray:
-    return _any(~np.isfinite(array))
-
-
 def _of_moments(moments: np.ndarray | None) -> Checks:
     if moments is not None:
-        yield _missing(moments), moments, "finite numbers"
+        yield _any(~np.isfinite(moments)), moments, "finite numbers"
         with np.errstate(over="ignore", invalid="ignore"):
             for wrong, expected in unphysical(moments):
                 yield _any(wrong), moments, expected
@@ -272,7 +261,7 @@ def _of_moments(moments: np.ndarray | None) -> Checks:
 
 def _of_tensor(tensor: np.ndarray | None) -> Checks:
     if tensor is not None:
-        missing = _missing(tensor)
+        missing = _any(~np.isfinite(tensor))
         yield missing, tensor, "finite numbers"
         sound = np.where(missing[:, None, None], np.eye(3), tensor)
         wrong = _any(asymmetry(sound) > MAX_ROUNDING)
@@ -284,13 +273,13 @@ def _of_tensor(tensor: np.ndarray | None) -> Checks:
 
 
 def _of_quaternion(quaternion: np.ndarray) -> Checks:
-    yield _missing(quaternion), quaternion, "finite numbers"
+    yield _any(~np.isfinite(quaternion)), quaternion, "finite numbers"
     with np.errstate(invalid="ignore"):
         length, off = off_unit(quaternion)
     yield off, length, UNIT
 
 
 def _of_rate(rate: np.ndarray) -> Checks:
-    yield _missing(rate), rate, "finite numbers"
+    yield _any(~np.isfinite(rate)), rate, "finite numbers"
     with np.errstate(invalid="ignore"):
         yield beyond_rates(rate), rate, RATES

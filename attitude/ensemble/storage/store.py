@@ -36,7 +36,7 @@ def begin(target: StoreTarget, head: Head, instants: Instants, overwrite: bool) 
         if existing is None:
             target.put_head(head)
         else:
-            _check_same(target.path, existing, head)
+            refuse_other_run(target.path, existing, head)
         target.prepare(head, instants)
 
 
@@ -85,7 +85,8 @@ def _clear(target: StoreTarget, head: Head) -> None:
         target.remove(name)
 
 
-def _check_same(path: Path, existing: Head, head: Head) -> None:
+def refuse_other_run(path: Path, existing: Head, head: Head) -> None:
+    """Raise FormatError unless the store is an incomplete one of the same run."""
     if existing[COMPLETE]:
         raise FormatError("store exists and is complete; pass overwrite=True to replace it", str(path))
     difference = next(_differences(existing, head), None)
