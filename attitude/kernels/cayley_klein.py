@@ -21,7 +21,7 @@ from .vectors import dot, first_three
 
 
 @routine
-def _exp_pair(x):
+def exp_pair(x):
     """e^x and e^-x for x <= 0, each within an ulp or two; x below -707 counts as -707.
 
     Both share the even and odd parts of the polynomial, which saves the division.
@@ -45,7 +45,7 @@ def _exp_pair(x):
 
 
 @routine
-def _inverse_root(x):
+def inverse_root(x):
     """1/sqrt(x) for a normal x > 0, within an ulp.
 
     A guess from the bits (relative error 3.5 %) and two Householder steps: the processor's square
@@ -71,10 +71,10 @@ def _quartic(p0, p1, p2, p3, p4, w):
 
 
 @routine
-def _compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
+def compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
     """Turn by the precession and normalise: the quaternion q_MP, in the order w, x, y, z."""
     norm2 = fma(alpha_re, alpha_re, alpha_im * alpha_im) + fma(beta_re, beta_re, beta_im * beta_im)
-    inverse = _inverse_root(norm2)
+    inverse = inverse_root(norm2)
     sine, cosine = sine * inverse, cosine * inverse
     w = fma(alpha_re, cosine, -alpha_im * sine)
     z = fma(alpha_re, sine, alpha_im * cosine)
@@ -105,7 +105,7 @@ def _frame_times(frame, q):
 
 
 @routine
-def _theta_pair(s, c, w, series):
+def theta_pair(s, c, w, series):
     """alpha from theta4 and beta from theta1 of v - ih, as polynomials in w = cos 2v (eqs. 21, 22)."""
     ar, ai, br, bi = series
     alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
@@ -113,7 +113,7 @@ def _theta_pair(s, c, w, series):
 
 
 @routine
-def _theta_direction(s, c, w, direction):
+def theta_direction(s, c, w, direction):
     """gamma by theta quotients (eq. 31), each component with full relative accuracy."""
     g1, g2, g3, below = direction
     inverse = 1.0 / _quartic(*below, w)
@@ -121,10 +121,10 @@ def _theta_direction(s, c, w, direction):
 
 
 @routine
-def _transformed_pair(powers, signs, series):
+def transformed_pair(powers, signs, series):
     """alpha and beta after the modular transform (eqs. 23, 25).
 
-    powers : e, z, far; signs : of y, flip, parity (`_since_half_turn`); series : of alpha and beta
+    powers : e, z, far; signs : of y, flip, parity (`since_half_turn`); series : of alpha and beta
     """
     (e, z, far), (sign, flip, parity), (ar, ai, br, bi) = powers, signs, series
     alpha_re = fma(e, _cubic(*ar, far), _cubic(*ar, z))
@@ -134,8 +134,8 @@ def _transformed_pair(powers, signs, series):
 
 
 @routine
-def _transformed_direction(powers, signs, Q, factor):
-    """gamma after the modular transform (eq. 32); powers and signs as in `_transformed_pair`."""
+def transformed_direction(powers, signs, Q, factor):
+    """gamma after the modular transform (eq. 32); powers and signs as in `transformed_pair`."""
     (e, z, far), (_sign, flip, parity) = powers, signs
     Q2 = Q * Q
     Q4 = Q2 * Q2
@@ -149,7 +149,7 @@ def _transformed_direction(powers, signs, Q, factor):
 
 
 @routine
-def _since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
+def since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
     """y less n half turns, to the nearest u = 0 (mod 2K); its sign, that times (-1)^n and (-1)^n; n."""
     shifted = fma(y, per_half_turn, ROUND)
     n = shifted - ROUND
@@ -193,7 +193,7 @@ def _outputs(body):
 
 
 @routine
-def _sample_theta(body, window, t, t_low, quaternions, rates, plain):
+def sample_theta(body, window, t, t_low, quaternions, rates, plain):
     """Samples of one body by theta functions; window : its row in the outputs, first and last instant."""
     b, first, last = window
     lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
@@ -208,18 +208,18 @@ def _sample_theta(body, window, t, t_low, quaternions, rates, plain):
         w = fma(c, c, -s * s)
         if quaternions is not None:
             turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
-            q = _frame_times(frame, _compose(*_theta_pair(s, c, w, series), *sine_cosine(turns, rest)))
+            q = _frame_times(frame, compose(*theta_pair(s, c, w, series), *sine_cosine(turns, rest)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
-            gamma = _theta_direction(s, c, w, direction)
+            gamma = theta_direction(s, c, w, direction)
             for j in range(3):
                 rates[j, b, i] = dot(to_rate[j], gamma)
 
 
 @routine
-def _sample_transformed(body, window, t, t_low, quaternions, rates, plain):
-    """Samples of one body by the transformed series; window as in `_sample_theta`."""
+def sample_transformed(body, window, t, t_low, quaternions, rates, plain):
+    """Samples of one body by the transformed series; window as in `sample_theta`."""
     b, first, last = window
     lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
     y_hi, y_lo = body.argument[0], _low(body.argument, plain)
@@ -230,18 +230,18 @@ def _sample_transformed(body, window, t, t_low, quaternions, rates, plain):
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
         y, rest = argument(y_hi, y_lo, t[i], low, y0, y0_lo)
-        y, signs, _n = _since_half_turn(y, rest, *half_turn)
-        e, inverse = _exp_pair(-2.0 * abs(y))
+        y, signs, _n = since_half_turn(y, rest, *half_turn)
+        e, inverse = exp_pair(-2.0 * abs(y))
         powers = e, Q * inverse, Q * e
         if quaternions is not None:
             turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
             turns, joined = two_sum(turns, slip * y)
-            pair = _transformed_pair(powers, signs, series)
-            q = _frame_times(frame, _compose(*pair, *sine_cosine(turns, rest + joined)))
+            pair = transformed_pair(powers, signs, series)
+            q = _frame_times(frame, compose(*pair, *sine_cosine(turns, rest + joined)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
-            gamma = _transformed_direction(powers, signs, Q, factor)
+            gamma = transformed_direction(powers, signs, Q, factor)
             for j in range(3):
                 rates[j, b, i] = dot(to_rate[j], gamma)
 
@@ -264,9 +264,9 @@ def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):  # 
     """
     for b in range(bodies.shape[0]):
         if bodies[b].route == THETA:
-            _sample_theta(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
+            sample_theta(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
         else:
-            _sample_transformed(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
+            sample_transformed(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
 
 
 @kernel
@@ -284,14 +284,14 @@ def azimuth(bodies, sense, t, angles):
             x, rest = argument(body.argument[0], body.argument[1], t[i], None, start, start_lo)
             if body.route == THETA:
                 s, c = sine_cosine(x, rest)
-                pair = _theta_pair(s, c, fma(c, c, -s * s), series)
+                pair = theta_pair(s, c, fma(c, c, -s * s), series)
                 # beta differs from exp(i s v) by less than half a turn: v counts the turns
                 lead = math.atan2(pair[3] * c - pair[2] * s * sense[b], pair[2] * c + pair[3] * s * sense[b])
                 lead += sense[b] * TURN[0] * (x + rest)
             else:
-                y, (sign, _flip, _parity), n = _since_half_turn(x, rest, *half_turn)
-                e, inverse = _exp_pair(-2.0 * abs(y))
+                y, (sign, _flip, _parity), n = since_half_turn(x, rest, *half_turn)
+                e, inverse = exp_pair(-2.0 * abs(y))
                 powers = e, body.nome * inverse, body.nome * e
-                pair = _transformed_pair(powers, (sign, sign, 1.0), series)
+                pair = transformed_pair(powers, (sign, sign, 1.0), series)
                 lead = math.atan2(pair[3], pair[2]) + sense[b] * n * math.pi + 2.0 * TURN[0] * body.slip * y
             angles[b, i] = 2.0 * TURN[0] * (turns + low) + math.atan2(pair[1], pair[0]) + lead

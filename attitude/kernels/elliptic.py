@@ -39,11 +39,11 @@ def carlson_rf(root_x, root_y, root_z):
         a, b, c = sqrt(x), sqrt(y), sqrt(z)
         pairs = add(add(mul(a, b), mul(a, c)), mul(b, c))
     mean = div(add(add(x, y), z), (3.0, 0.0))
-    return div(_rf_series(x, y, mean), sqrt(mean))
+    return div(carlson_series(x, y, mean), sqrt(mean))
 
 
 @routine
-def _rf_series(x, y, mean):
+def carlson_series(x, y, mean):
     """The symmetric series about the mean, through degree 7 (DLMF 19.36.1); the next term is 3e-32."""
     inverse = div(ONE, mean)
     X = sub(ONE, mul(x, inverse))

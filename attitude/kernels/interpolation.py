@@ -4,8 +4,6 @@ import math
 
 from .intrinsics import kernel, routine
 
-ROUNDING = 5e-16  # of a file's numbers and of a reader's arithmetic; weights of polynomials multiply it
-
 
 @kernel
 def interpolate(t, nodes, intervals, width, fractions, true, work, sines):
@@ -22,23 +20,24 @@ def interpolate(t, nodes, intervals, width, fractions, true, work, sines):
     for i in range(intervals.shape[0]):
         at = intervals[i]
         if width == 0:
-            _interpolate_arc(nodes, at, fractions, work)
+            interpolate_arc(nodes, at, fractions, work)
         else:
             begin = min(max(at - (width - 1) // 2, 0), t.shape[0] - 1 - width)
-            _interpolate_polynomial(t, nodes, at, begin, begin + width + 1, fractions, work)
+            interpolate_polynomial(t, nodes, at, begin, begin + width + 1, fractions, work)
         greatest = weights = 0.0
         for k in range(fractions.shape[0]):
             j = i * fractions.shape[0] + k
-            square = _squared_sine(
+            square = squared_sine(
                 work[0, k], work[1, k], work[2, k], work[3, k], true[j, 0], true[j, 1], true[j, 2], true[j, 3]
             )
             greatest = max(greatest, square if square <= 1.0 else 1.0)  # NaN counts as the greatest error
             weights = max(weights, work[4, k])
-        sines[i] = math.sqrt(greatest) + ROUNDING * weights
+        # rounding of a file's numbers and of a reader's arithmetic, which weights of polynomials multiply
+        sines[i] = math.sqrt(greatest) + 5e-16 * weights
 
 
 @routine
-def _interpolate_polynomial(t, nodes, at, begin, end, fractions, work):
+def interpolate_polynomial(t, nodes, at, begin, end, fractions, work):
     """Write the polynomial's values into work[:4], and the sum of the weights' magnitudes into work[4].
 
     work[5:] : for each node, the distance from it to the interval's first, in intervals; the factor of its
@@ -71,7 +70,7 @@ def _interpolate_polynomial(t, nodes, at, begin, end, fractions, work):
 
 
 @routine
-def _interpolate_arc(nodes, at, fractions, work):
+def interpolate_arc(nodes, at, fractions, work):
     """Write attitudes on the shorter arc into work[:4], and 1 into work[4]; half a turn apart, on any arc."""
     work[4] = 1.0
     pw, px, py, pz = nodes[0, at], nodes[1, at], nodes[2, at], nodes[3, at]
@@ -93,7 +92,7 @@ def _interpolate_arc(nodes, at, fractions, work):
 
 
 @routine
-def _squared_sine(pw, px, py, pz, qw, qx, qy, qz):
+def squared_sine(pw, px, py, pz, qw, qx, qy, qz):
     """Square of abs(vec(conj(p) q)), with p normalised."""
     square = pw * pw + px * px + py * py + pz * pz
     if square == 0.0:

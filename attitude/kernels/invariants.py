@@ -96,13 +96,13 @@ def invariants(tensors, moments, axes, rates, attitudes, constant, out, *space):
             ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
         )
         if constant[b]:
-            _constant_rate(rates[b], attitude, out[b])
+            constant_rate_motion(rates[b], attitude, out[b])
         else:
-            _polhode_motion(tensors[b], moments[b], axes[b], rates[b], attitude, space, out[b])
+            polhode_motion(tensors[b], moments[b], axes[b], rates[b], attitude, space, out[b])
 
 
 @routine
-def _constant_rate(rate, attitude, out):
+def constant_rate_motion(rate, attitude, out):
     """q = q0 exp(omega t / 2), eq. (30): the theta route with beta = 0."""
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
     x, y, z = (rate[0] / unit, 0.0), (rate[1] / unit, 0.0), (rate[2] / unit, 0.0)
@@ -123,7 +123,8 @@ def _constant_rate(rate, attitude, out):
 
 
 @routine
-def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
+def polhode_motion(tensor, moments, axes, rate, attitude, space, out):
+    """Constants of a motion whose rate is not constant, its regime among them."""
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
     size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
     # only ratios of moments reach the attitude: the greatest is brought to [1, 2)
@@ -133,9 +134,9 @@ def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
         scale(pair(moments[2]), 1.0 / size),
     )
     omega = (
-        _component(axes[0], rate, 1.0 / unit),
-        _component(axes[1], rate, 1.0 / unit),
-        _component(axes[2], rate, 1.0 / unit),
+        component_along(axes[0], rate, 1.0 / unit),
+        component_along(axes[1], rate, 1.0 / unit),
+        component_along(axes[2], rate, 1.0 / unit),
     )
     lo, mid, hi = ascending(inertia)
     diagonal = tensor[0, 1] == 0.0 and tensor[0, 2] == 0.0 and tensor[1, 2] == 0.0
@@ -144,9 +145,9 @@ def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
         tensor, rate_over_unit = over_powers_of_two(tensor, size, rate, unit, space[3])
         root_D, sign_D = root_of_D_of_tensor(tensor, rate_over_unit, inertia, lo, mid, hi, space)
     first, third = (hi, lo) if sign_D < 0.0 else (lo, hi)
-    polhode, signs = _polhode(inertia, omega, first, mid, third, root_D)
+    polhode, signs = polhode_of(inertia, omega, first, mid, third, root_D)
     if polhode.A1[0] == 0.0 or polhode.r32[0] == 0.0 or polhode.u_rate[0] == 0.0:
-        _constant_rate(rate, attitude, out)  # nearer to a principal axis than two parts resolve
+        constant_rate_motion(rate, attitude, out)  # nearer to a principal axis than two parts resolve
         return
     K, K_prime = quarter_period(polhode.k1), quarter_period(polhode.k)
     # docs/theory.md (12): the initial amplitude by its sine and cosine
@@ -154,22 +155,22 @@ def _polhode_motion(tensor, moments, axes, rate, attitude, space, out):
     C = div(polhode.gamma[0], polhode.A1)
     u0 = mul(S, carlson_rf(C, div(polhode.gamma[2], polhode.A3), ONE))
     if polhode.k1[0] * polhode.k1[0] >= TRANSFORM_BELOW:
-        series = _theta_series(polhode, K, K_prime, u0, out)
+        series = theta_series(polhode, K, K_prime, u0, out)
     else:
-        series = _transformed_series(polhode, K, K_prime, u0, out)
-    _write_series(series, unit, out)
+        series = transformed_series(polhode, K, K_prime, u0, out)
+    write_series(series, unit, out)
     # R_PB: axes 1, 2, 3 as rows, right-handed, with signs that make gamma1 and gamma3 non-negative
     R_PB = _signed(axes[first], signs[0]), _signed(axes[mid], signs[1]), _signed(axes[third], signs[2])
-    _write_frame(R_PB, series, attitude, out)
+    write_frame(R_PB, series, attitude, out)
     for i in range(3):  # omega_B = R_BP diag(L/I) gamma
         for j in range(3):
             out.rate[j, i] = mul(R_PB[i][j], polhode.spin_rates[i])[0] * unit
     out.regime = decide_regime(sign_D)
-    _write_public_fields(polhode, K, K_prime, u0, unit, out)
+    write_public_fields(polhode, K, K_prime, u0, unit, out)
 
 
 @routine
-def _component(axis, rate, factor):
+def component_along(axis, rate, factor):
     """Component of factor * rate along a two-part axis (3, 2)."""
     total = mul(pair(axis[0]), (rate[0] * factor, 0.0))
     total = add(total, mul(pair(axis[1]), (rate[1] * factor, 0.0)))
@@ -177,7 +178,7 @@ def _component(axis, rate, factor):
 
 
 @routine
-def _root_difference(I_i, I_j):
+def root_of_difference(I_i, I_j):
     """sqrt(abs(1/I_j - 1/I_i)) from the difference of the moments."""
     difference = sub(I_i, I_j)
     if difference[0] < 0.0:
@@ -186,7 +187,7 @@ def _root_difference(I_i, I_j):
 
 
 @routine
-def _polhode(inertia, omega, first, mid, third, root_D):
+def polhode_of(inertia, omega, first, mid, third, root_D):
     """Amplitudes, moduli and rate of gamma (theory, eqs. 6 to 11), and the signs of the axes."""
     I1, I2, I3 = inertia[first], inertia[mid], inertia[third]
     L1, L2, L3 = mul(I1, omega[first]), mul(I2, omega[mid]), mul(I3, omega[third])
@@ -198,7 +199,7 @@ def _polhode(inertia, omega, first, mid, third, root_D):
     inverse = div(ONE, L)
     gamma = (mul(scale(L1, sign1), inverse), mul(scale(L2, sign2), inverse), mul(scale(L3, sign3), inverse))
     s = -1.0 if I3[0] < I1[0] or (I3[0] == I1[0] and I3[1] < I1[1]) else 1.0
-    r21, r31, r32 = _root_difference(I2, I1), _root_difference(I3, I1), _root_difference(I3, I2)
+    r21, r31, r32 = root_of_difference(I2, I1), root_of_difference(I3, I1), root_of_difference(I3, I2)
     S1 = hypot(mul(r21, gamma[1]), mul(r31, gamma[2]))  # sqrt abs(c - a1)
     S3 = hypot(mul(r31, gamma[0]), mul(r32, gamma[1]))  # sqrt abs(a3 - c)
     S2 = div(root_D, mul(sqrt(I2), L))  # sqrt abs(c - a2)
@@ -215,7 +216,7 @@ def _polhode(inertia, omega, first, mid, third, root_D):
 
 
 @routine
-def _eta(polhode):
+def eta_of(polhode):
     """eta = F(atan(r32/r21) | m1) (eq. 14)."""
     third = hypot(polhode.r21, mul(polhode.k, polhode.r32))
     roots = div(polhode.r21, polhode.r31), div(third, polhode.r31)
@@ -223,24 +224,24 @@ def _eta(polhode):
 
 
 @routine
-def _eta_complement(polhode):
+def eta_complement(polhode):
     """K' - eta = F(atan(A3/A1) | m1) (eq. 15), whatever K'."""
     third = hypot(polhode.A1, mul(polhode.k, polhode.A3))
     return mul(polhode.A3, carlson_rf(polhode.A1, third, ONE))
 
 
 @routine
-def _nomes(polhode, K, K_prime, out):
+def nomes(polhode, K, K_prime, out):
     """q, E = exp(-2h) and E' = q/E (eq. 16), from the distance to the nearer of the two poles."""
     over_K = div(PI, K)
     q = ZERO if K_prime[0] == math.inf else exp(neg(mul(over_K, K_prime)))
     if polhode.r32[0] * polhode.A1[0] <= polhode.r21[0] * polhode.A3[0]:
-        eta = _eta(polhode)
+        eta = eta_of(polhode)
         out.eta = eta[0]
         E = exp(neg(mul(over_K, eta)))
         E_prime = div(q, E) if q[0] > 0.0 else ZERO
     else:
-        eta = _eta_complement(polhode)
+        eta = eta_complement(polhode)
         out.eta = K_prime[0] - eta[0]
         E_prime = exp(neg(mul(over_K, eta)))
         E = div(q, E_prime) if q[0] > 0.0 else ZERO
@@ -248,7 +249,7 @@ def _nomes(polhode, K, K_prime, out):
 
 
 @routine
-def _theta_phase_sum(q, E, E_prime):
+def theta_phase_sum(q, E, E_prime):
     """sum_n (q^n E'^n - q^2n E^n) / (1 - q^4n), to the last of both parts (eq. 20)."""
     total = ZERO
     near, far, q4 = ONE, ONE, ONE
@@ -263,7 +264,7 @@ def _theta_phase_sum(q, E, E_prime):
 
 
 @routine
-def _theta_terms(q, E, E_prime):
+def theta_terms(q, E, E_prime):
     """a_n, b_n of theta4 and c_k, d_k of theta1 relative to its first, n and k from 0 to 3 (eqs. 17, 18).
 
     The d_k are (1 - E) times sums of one sign, sinh (2k+1)h / sinh h = sum_j e^2jh: where the two
@@ -297,7 +298,7 @@ def _sum4(x):
 
 
 @routine
-def _amplitudes(polhode, sum_alpha, sum_beta):
+def factors_at_start(polhode, sum_alpha, sum_beta):
     """Factors that make abs(alpha)^2 = (1 + A3)/2 and abs(beta)^2 = (1 - A3)/2 at u = 0 (eq. 19)."""
     root = sqrt(scale(add(ONE, polhode.A3), 0.5))
     return div(root, sum_alpha), div(scale(div(polhode.A1, root), 0.5), sum_beta)
@@ -316,7 +317,7 @@ def _linear(w0, w1, w2, w3, x):
 
 
 @routine
-def _powers(a, b, c, d):
+def powers_of_cosine(a, b, c, d):
     """From multiple angles to powers of w = cos 2v (eq. 22)."""
     alpha_re = (
         _linear(1.0, 0.0, -1.0, 0.0, a),
@@ -341,7 +342,7 @@ def _powers(a, b, c, d):
 
 
 @routine
-def _doubled(x):
+def even_cosines(x):
     """Coefficients of 1 + 2 x1 cos 2v + 2 x2 cos 4v + ... as powers of w = cos 2v."""
     p0 = add(sub(ONE, scale(x[2], 2.0)), scale(x[4], 2.0))
     p2 = sub(scale(x[2], 4.0), scale(x[4], 16.0))
@@ -349,7 +350,7 @@ def _doubled(x):
 
 
 @routine
-def _odd_cosines(x):
+def odd_cosines(x):
     """sum x_n cos (2n+1)v / cos v as powers of w; with every second sign changed, of sines in -w."""
     p0 = add(sub(sub(x[0], x[1]), sub(x[2], x[3])), x[4])
     p1 = add(sub(scale(x[1], 2.0), scale(x[2], 2.0)), sub(scale(x[4], 4.0), scale(x[3], 4.0)))
@@ -358,14 +359,14 @@ def _odd_cosines(x):
 
 
 @routine
-def _write_theta_direction(polhode, q, out):
+def write_theta_direction(polhode, q, out):
     """gamma = (A1 cn, s A2 sn, A3 dn) as theta quotients of nome q (eq. 31), made exact at u = 0 and K."""
     q2 = square(q)
     q4 = square(q2)
     q6, q8, q9 = mul(q4, q2), square(q4), mul(square(q4), q)
     even = (ONE, q, q4, q9, square(q8))  # q^(n^2)
     odd = (ONE, q2, q6, square(q6), mul(square(q8), q4))  # q^(n(n+1))
-    theta3, theta2 = _doubled(even), _odd_cosines(odd)
+    theta3, theta2 = even_cosines(even), odd_cosines(odd)
     theta4, theta1 = (*_alternating(theta3), theta3[4]), (*_alternating(theta2), theta2[4])
     at_zero2 = add(_sum4(theta2), theta2[4])
     at_zero3, at_zero4 = add(_sum4(theta3), theta3[4]), add(_sum4(theta4), theta4[4])
@@ -380,7 +381,7 @@ def _write_theta_direction(polhode, q, out):
 
 
 @routine
-def _write_transformed_direction(polhode, Q, out):
+def write_transformed_direction(polhode, Q, out):
     """Factors that make gamma's quotients (eq. 32) A1 and A3 at u = 0, and s A2 at u = K."""
     Q2 = square(Q)
     Q4 = square(Q2)
@@ -400,20 +401,20 @@ def _polynomial(p, w):
 
 
 @routine
-def _theta_series(polhode, K, K_prime, u0, out):
+def theta_series(polhode, K, K_prime, u0, out):
     """Section 4 of the theory: nome exp(-pi K'/K), argument v = pi u / 2K."""
-    q, E, E_prime = _nomes(polhode, K, K_prime, out)
-    _write_theta_direction(polhode, q, out)
-    a, b, c, d = _theta_terms(q, E, E_prime)
-    factor_a, factor_b = _amplitudes(polhode, _sum4(a), _sum4(d))
+    q, E, E_prime = nomes(polhode, K, K_prime, out)
+    write_theta_direction(polhode, q, out)
+    a, b, c, d = theta_terms(q, E, E_prime)
+    factor_a, factor_b = factors_at_start(polhode, _sum4(a), _sum4(d))
     s = polhode.s
     a, b = _times(factor_a, a), _times(scale(factor_a, s), b)
     c, d = _times(scale(factor_b, s), c), _times(factor_b, d)
-    alpha_re, alpha_im, beta_re, beta_im = _powers(a, b, c, d)
+    alpha_re, alpha_im, beta_re, beta_im = powers_of_cosine(a, b, c, d)
 
     v_per_u = div(scale(PI, 0.5), K)
     v_rate, v0 = mul(polhode.u_rate, v_per_u), mul(u0, v_per_u)
-    drift = scale(mul(v_rate, _theta_phase_sum(q, E, E_prime)), 2.0 * s)
+    drift = scale(mul(v_rate, theta_phase_sum(q, E, E_prime)), 2.0 * s)
 
     sine, cosine = sin_cos(v0)
     w = sub(square(cosine), square(sine))
@@ -434,7 +435,7 @@ def _theta_series(polhode, K, K_prime, u0, out):
 
 
 @routine
-def _transformed_phase_sum(x, Q):
+def transformed_phase_sum(x, Q):
     """tan x - 4 sum_n (-1)^n Q^2n / (1 - Q^2n) sin 2nx (eq. 26)."""
     sine, cosine = sin_cos(x)
     total = div(sine, cosine)
@@ -452,7 +453,7 @@ def _transformed_phase_sum(x, Q):
 
 
 @routine
-def _transformed_terms(x, Q):
+def transformed_terms(x, Q):
     """Q^(k^2) cos (2k+1)x and Q^(k^2) sin (2k+1)x for k = 0..3 (eq. 24)."""
     sine, cosine = sin_cos(x)
     cos2, sin2 = sub(square(cosine), square(sine)), scale(mul(sine, cosine), 2.0)
@@ -470,11 +471,11 @@ def _alternating(x):
 
 
 @routine
-def _transformed_series(polhode, K, K_prime, u0, out):
+def transformed_series(polhode, K, K_prime, u0, out):
     """Section 5 of the theory: nome exp(-pi K / 2K'), argument y = pi u / 4K'; K may be infinite."""
     s = polhode.s
     y_per_u = div(scale(PI, 0.25), K_prime)
-    eta = _eta(polhode)
+    eta = eta_of(polhode)
     x = mul(eta, y_per_u)
     out.eta = eta[0]
     infinite = K[0] == math.inf
@@ -483,29 +484,29 @@ def _transformed_series(polhode, K, K_prime, u0, out):
     # x u'/K: the share of the precession that comes in steps, one each half-turn (eq. 27)
     slip = ZERO if infinite else mul(div(x, mul(PI, half_turn)), (s, 0.0))
 
-    _write_transformed_direction(polhode, Q, out)
-    cosines, sines = _transformed_terms(x, Q)
+    write_transformed_direction(polhode, Q, out)
+    cosines, sines = transformed_terms(x, Q)
     alternating_sines = _alternating(sines)
     sum_alpha, sum_beta = _polynomial(cosines, Q), _polynomial(alternating_sines, Q)
-    factor_a, factor_b = _amplitudes(polhode, sum_alpha, sum_beta)
+    factor_a, factor_b = factors_at_start(polhode, sum_alpha, sum_beta)
     alpha_re, alpha_im = _times(factor_a, cosines), _times(scale(factor_a, -s), sines)
     beta_re = _times(scale(factor_b, s), _alternating(cosines))
     beta_im = _times(neg(factor_b), alternating_sines)
 
     y_rate, y0 = mul(polhode.u_rate, y_per_u), mul(u0, y_per_u)
-    drift = scale(mul(y_rate, _transformed_phase_sum(x, Q)), s)
+    drift = scale(mul(y_rate, transformed_phase_sum(x, Q)), s)
     rate = mul(add(polhode.mean_rate, drift), PER_TURN)
     rate = sub(rate, mul(slip, y_rate))
 
     out.route, out.nome, out.slip = TRANSFORMED, Q[0], slip[0]
     store(out.half_turn, half_turn)
     out.per_half_turn = 0.0 if infinite else 1.0 / half_turn[0]
-    alpha, beta = _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip)
+    alpha, beta = transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip)
     return Series(rate, y_rate, y0, alpha_re, alpha_im, beta_re, beta_im, alpha, beta)
 
 
 @routine
-def _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
+def transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
     """alpha and beta at t = 0, with the turn by slip*y0 that the samples make too (eq. 25)."""
     size = y0 if y0[0] >= 0.0 else neg(y0)
     sign = 1.0 if y0[0] >= 0.0 else -1.0
@@ -523,7 +524,8 @@ def _transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
 
 
 @routine
-def _write_series(series, unit, out):
+def write_series(series, unit, out):
+    """Coefficients, and the rates of the phases."""
     store(out.precession, scale(series.precession, unit))
     store(out.argument, scale(series.argument, unit))
     store(out.argument0, series.argument0)
@@ -541,7 +543,7 @@ def _signed(axis, sign):
 
 
 @routine
-def _write_frame(R_PB, series, attitude, out):
+def write_frame(R_PB, series, attitude, out):
     """q(t) = q_IM * q_MP(t) * q_PB with q_IM from q(0), as one 4 by 4 matrix on q_MP (eq. 5)."""
     q_PB = quaternion.from_rotation_matrix(R_PB)
     q_MP = quaternion.normalised((series.alpha[0], series.beta[0], series.beta[1], series.alpha[1]))
@@ -561,7 +563,8 @@ def _write_frame(R_PB, series, attitude, out):
 
 
 @routine
-def _write_public_fields(polhode, K, K_prime, u0, unit, out):
+def write_public_fields(polhode, K, K_prime, u0, unit, out):
+    """The constants that users ask about."""
     amplitudes = (polhode.A1, polhode.A2, polhode.A3)
     for i in range(3):
         out.amplitude[i] = amplitudes[i][0]

@@ -48,18 +48,18 @@ def principal_axes(tensors, moments, axes, matrix):
                 break
             for i in range(2):
                 for j in range(i + 1, 3):
-                    _rotate(matrix, axes[b], i, j)
+                    jacobi_rotation(matrix, axes[b], i, j)
         for i in range(3):
             store(moments[b, i], pair(matrix[i, i]))
 
 
 @routine
-def _rotate(matrix, axes, i, j):
+def jacobi_rotation(matrix, axes, i, j):
     """One Jacobi rotation in the plane (i, j), zeroing matrix[i, j]."""
     off = pair(matrix[i, j])
     if off[0] == 0.0:
         return
-    t, c, s = _jacobi_angle(pair(matrix[i, i]), pair(matrix[j, j]), off)
+    t, c, s = jacobi_angle(pair(matrix[i, i]), pair(matrix[j, j]), off)
     store(matrix[i, i], sub(pair(matrix[i, i]), mul(t, off)))
     store(matrix[j, j], add(pair(matrix[j, j]), mul(t, off)))
     store(matrix[i, j], ZERO)
@@ -78,7 +78,7 @@ def _rotate(matrix, axes, i, j):
 
 
 @routine
-def _jacobi_angle(a, b, off):
+def jacobi_angle(a, b, off):
     """tan, cos, sin of the smaller angle that zeroes the off-diagonal element."""
     difference = sub(b, a)
     if abs(difference[0]) > 1e40 * abs(off[0]):  # theta^2 would be 1 to both parts, or out of range

@@ -73,7 +73,7 @@ def root_of_D_of_tensor(tensor, rate, inertia, lo, mid, hi, space):
     part counts as zero.
     """
     parts, work, factors, _numbers = space
-    middle, rest = _three_part_moment(tensor, inertia, lo, mid, hi, space)
+    middle, rest = three_part_moment(tensor, inertia, lo, mid, hi, space)
     count, twice_energy = 0, 0.0
     for j in range(3):
         for k in range(3):
@@ -96,7 +96,7 @@ def root_of_D_of_tensor(tensor, rate, inertia, lo, mid, hi, space):
 
 
 @routine
-def _three_part_moment(tensor, inertia, lo, mid, hi, space):
+def three_part_moment(tensor, inertia, lo, mid, hi, space):
     """The middle moment in two parts and a third; the third is zero where two hold it exactly.
 
     Newton's method on det(I - x 1), evaluated without rounding; two steps, since the two parts
@@ -107,12 +107,12 @@ def _three_part_moment(tensor, inertia, lo, mid, hi, space):
     slope = sub(inertia[lo], x)[0] * sub(inertia[hi], x)[0]
     if abs(slope) < 1e-20:
         return x, 0.0
-    x = add(x, (_determinant(tensor, x, space) / slope, 0.0))
-    return x, _determinant(tensor, x, space) / slope
+    x = add(x, (characteristic_polynomial(tensor, x, space) / slope, 0.0))
+    return x, characteristic_polynomial(tensor, x, space) / slope
 
 
 @routine
-def _determinant(tensor, x, space):
+def characteristic_polynomial(tensor, x, space):
     """det(I - x 1) for a two-part x, its products summed without rounding, as one double."""
     parts, work, factors, _numbers = space
     count = 0

@@ -1,6 +1,6 @@
 """States of bodies drawn about a nominal state, each from random words of its own."""
 
-import numpy as np
+from numpy import uint64
 
 from ..intrinsics import kernel, routine
 from ..layout import MAX_DRAWS, WORDS_PER_BODY
@@ -8,40 +8,39 @@ from ..rotation import about, product
 from .normal import normal
 from .philox import four_words
 
-U = np.uint64
-COUNTERS = U(WORDS_PER_BODY // 4)
-MOMENTS, RATE, ATTITUDE = U(0), U(1), U(2)  # offsets of a body's counters
+COUNTERS = uint64(WORDS_PER_BODY // 4)  # of a body
+MOMENTS, RATE, ATTITUDE = uint64(0), uint64(1), uint64(2)  # offsets of a body's counters
 
 
 @routine
-def _three_deviates(body, attempt, offset, key_0, key_1):
+def three_deviates(body, attempt, offset, key_0, key_1):
     """Draw normal deviates of the first three words of one of a body's counters, of this attempt.
 
     As in numpy's generator, the counter is incremented before it is encrypted.
     """
-    counter = U(body) * COUNTERS + offset + U(1)
-    words = four_words((counter, U(0), U(0), U(attempt)), key_0, key_1)
+    counter = uint64(body) * COUNTERS + offset + uint64(1)
+    words = four_words((counter, uint64(0), uint64(0), uint64(attempt)), key_0, key_1)
     return normal(words[0]), normal(words[1]), normal(words[2])
 
 
 @routine
-def _is_physical(m):
+def is_physical(m):
     """Whether moments are positive, none greater than the sum of the others; quarters cannot overflow."""
     a, b, c = 0.25 * m[0], 0.25 * m[1], 0.25 * m[2]
     return a > 0.0 and b > 0.0 and c > 0.0 and a <= b + c and b <= c + a and c <= a + b
 
 
 @routine
-def _draw_moments(nominal, spread, body, key_0, key_1, out):
+def draw_moments(nominal, spread, body, key_0, key_1, out):
     """Draw moments until they are physical; returns the number of attempts, zero if all have failed."""
     for attempt in range(MAX_DRAWS):
-        n = _three_deviates(body, attempt, MOMENTS, key_0, key_1)
+        n = three_deviates(body, attempt, MOMENTS, key_0, key_1)
         m = (
             nominal[0] * (1.0 + spread[0] * n[0]),
             nominal[1] * (1.0 + spread[1] * n[1]),
             nominal[2] * (1.0 + spread[2] * n[2]),
         )
-        if _is_physical(m):
+        if is_physical(m):
             out[0], out[1], out[2] = m
             return attempt + 1
     return 0
@@ -60,16 +59,16 @@ def draw(key, first, nominal, spread, moments, rates, attitudes, attempts):
     moments, rates, attitudes : (n, 3), (n, 3), (n, 4), written; or (0, ...), where they are not spread
     attempts : (n,), int64, written with the moments: the number of draws, 0 where 1000 were too few
     """
-    key_0, key_1 = U(key[0]), U(key[1])
+    key_0, key_1 = uint64(key[0]), uint64(key[1])
     q = nominal[6], nominal[7], nominal[8], nominal[9]
     for i in range(moments.shape[0]):
-        attempts[i] = _draw_moments(nominal[0:3], spread[0:3], first + i, key_0, key_1, moments[i])
+        attempts[i] = draw_moments(nominal[0:3], spread[0:3], first + i, key_0, key_1, moments[i])
     for i in range(rates.shape[0]):
-        n = _three_deviates(first + i, 0, RATE, key_0, key_1)
+        n = three_deviates(first + i, 0, RATE, key_0, key_1)
         for j in range(3):
             rates[i, j] = nominal[3 + j] + spread[3 + j] * n[j]
     for i in range(attitudes.shape[0]):
-        n = _three_deviates(first + i, 0, ATTITUDE, key_0, key_1)
+        n = three_deviates(first + i, 0, ATTITUDE, key_0, key_1)
         turn = about((spread[6] * n[0], spread[7] * n[1], spread[8] * n[2]), 1.0)
         turned = product(q, turn)
         for j in range(4):

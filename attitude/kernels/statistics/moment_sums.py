@@ -15,7 +15,7 @@ P, P2, P4, P8 = (np.uint64(rows * ROW_STRIDE) for rows in (1, 2, 4, 8))
 
 
 @inlined
-def _departure(r, q):
+def departure(r, q):
     """conj(r) q."""
     w = fma(r[0], q[0], fma(r[1], q[1], fma(r[2], q[2], r[3] * q[3])))
     x = fma(r[0], q[1], fma(-r[1], q[0], fma(-r[2], q[3], r[3] * q[2])))
@@ -40,7 +40,7 @@ def accumulate(quaternions, reference, sums):
         for i in range(np.uint64(quaternions.shape[2])):  # unsigned: no test for negative indices
             r = reference[i], reference[i + P], reference[i + P2], reference[i + P2 + P]
             q = quaternions[0, b, i], quaternions[1, b, i], quaternions[2, b, i], quaternions[3, b, i]
-            w, x, y, z = _departure(r, q)
+            w, x, y, z = departure(r, q)
             sums[i] += w * w
             sums[i + P] += w * x
             sums[i + P2] += w * y

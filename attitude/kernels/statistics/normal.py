@@ -6,58 +6,83 @@ that IEEE 754 defines to the last bit, so that deviates are the same on every ma
 
 import math
 
-import numpy as np
+from numpy import uint64
 
+from ..doubledouble import LN2
 from ..intrinsics import bits_of, double_of, fma, inlined, routine
 
-U = np.uint64
-STEP = 2.0**-53
-HALF = U(2**52)
-LAST = U(2**53 - 1)
+HALF = uint64(2**52)
+LAST = uint64(2**53 - 1)
 CENTRAL = 0.425
-LN2 = 0.6931471805599453
-SQRT_HALF = 0.7071067811865476
-FRACTION, ONE_BITS = 0x000FFFFFFFFFFFFF, 0x3FF0000000000000
 
 # Numerators and denominators, highest power first: M. Wichura, "Algorithm AS 241: the percentage points of
 # the normal distribution", Applied Statistics 37 (1988) 477, PPND16.
-CENTRE_NUMERATOR = (
-    *(2509.0809287301226727, 33430.575583588128105, 67265.770927008700853, 45921.953931549871457),
-    *(13731.693765509461125, 1971.5909503065514427, 133.14166789178437745, 3.387132872796366608),
+CENTRE = (
+    (
+        2509.0809287301226727,
+        33430.575583588128105,
+        67265.770927008700853,
+        45921.953931549871457,
+        13731.693765509461125,
+        1971.5909503065514427,
+        133.14166789178437745,
+        3.387132872796366608,
+    ),
+    (
+        5226.495278852854561,
+        28729.085735721942674,
+        39307.89580009271061,
+        21213.794301586595867,
+        5394.1960214247511077,
+        687.1870074920579083,
+        42.313330701600911252,
+        1.0,
+    ),
 )
-CENTRE_DENOMINATOR = (
-    *(5226.495278852854561, 28729.085735721942674, 39307.89580009271061, 21213.794301586595867),
-    *(5394.1960214247511077, 687.1870074920579083, 42.313330701600911252, 1.0),
+NEAR = (
+    (
+        7.7454501427834140764e-4,
+        0.0227238449892691845833,
+        0.24178072517745061177,
+        1.27045825245236838258,
+        3.64784832476320460504,
+        5.7694972214606914055,
+        4.6303378461565452959,
+        1.42343711074968357734,
+    ),
+    (
+        1.05075007164441684324e-9,
+        5.475938084995344946e-4,
+        0.0151986665636164571966,
+        0.14810397642748007459,
+        0.68976733498510000455,
+        1.6763848301838038494,
+        2.05319162663775882187,
+        1.0,
+    ),
 )
-NEAR_NUMERATOR = (
-    *(7.7454501427834140764e-4, 0.0227238449892691845833, 0.24178072517745061177, 1.27045825245236838258),
-    *(3.64784832476320460504, 5.7694972214606914055, 4.6303378461565452959, 1.42343711074968357734),
-)
-NEAR_DENOMINATOR = (
-    *(1.05075007164441684324e-9, 5.475938084995344946e-4, 0.0151986665636164571966, 0.14810397642748007459),
-    *(0.68976733498510000455, 1.6763848301838038494, 2.05319162663775882187, 1.0),
-)
-FAR_NUMERATOR = (
-    *(
+FAR = (
+    (
         2.01033439929228813265e-7,
         2.71155556874348757815e-5,
         0.0012426609473880784386,
         0.026532189526576123093,
+        0.29656057182850489123,
+        1.7848265399172913358,
+        5.4637849111641143699,
+        6.6579046435011037772,
     ),
-    *(0.29656057182850489123, 1.7848265399172913358, 5.4637849111641143699, 6.6579046435011037772),
-)
-FAR_DENOMINATOR = (
-    *(
+    (
         2.04426310338993978564e-15,
         1.4215117583164458887e-7,
         1.8463183175100546818e-5,
         7.868691311456132591e-4,
+        0.0148753612908506148525,
+        0.13692988092273580531,
+        0.59983220655588793769,
+        1.0,
     ),
-    *(0.0148753612908506148525, 0.13692988092273580531, 0.59983220655588793769, 1.0),
 )
-CENTRE = CENTRE_NUMERATOR, CENTRE_DENOMINATOR
-NEAR = NEAR_NUMERATOR, NEAR_DENOMINATOR
-FAR = FAR_NUMERATOR, FAR_DENOMINATOR
 
 
 @inlined
@@ -77,12 +102,12 @@ def _ratio(coefficients, x):
 
 
 @routine
-def _minus_log(x):
+def minus_log(x):
     """-log x of a normal x < 1/2, within two ulps: 2 artanh((m - 1)/(m + 1)) of the fraction m."""
     bits = bits_of(x)
     power = float((bits >> 52) - 1023)
-    m = double_of((bits & FRACTION) | ONE_BITS)
-    if m > 2.0 * SQRT_HALF:
+    m = double_of((bits & 0x000FFFFFFFFFFFFF) | 0x3FF0000000000000)
+    if m > 1.4142135623730951:
         m *= 0.5
         power += 1.0
     s = (m - 1.0) / (m + 1.0)
@@ -90,7 +115,7 @@ def _minus_log(x):
     p = 1.0 / 23.0
     for k in range(21, 0, -2):
         p = fma(p, s2, 1.0 / k)
-    return -fma(power, LN2, 2.0 * s * p)
+    return -fma(power, LN2[0], 2.0 * s * p)
 
 
 @routine
@@ -99,13 +124,13 @@ def normal(word):
 
     Within 1e-15 of its size; at most 8.3 away from zero.
     """
-    k = word >> U(11)
+    k = word >> uint64(11)
     below = k < HALF
-    r = (float(k if below else LAST - k) + 0.5) * STEP  # the probability of the nearer tail, exactly
+    r = (float(k if below else LAST - k) + 0.5) * 2.0**-53  # the probability of the nearer tail, exactly
     q = 0.5 - r
     if q <= CENTRAL:
         x = q * _ratio(CENTRE, fma(-q, q, CENTRAL * CENTRAL))
     else:
-        root = math.sqrt(_minus_log(r))
+        root = math.sqrt(minus_log(r))
         x = _ratio(NEAR, root - 1.6) if root <= 5.0 else _ratio(FAR, root - 5.0)
     return -x if below else x

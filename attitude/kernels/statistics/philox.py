@@ -5,18 +5,16 @@ test for randomness.  Source: J. Salmon, M. Moraes, R. Dror and D. Shaw, "Parall
 as 1, 2, 3" (SC11); multipliers and key increments are theirs, and those of numpy's `Philox`.
 """
 
-import numpy as np
+from numpy import uint64
 
 from ..intrinsics import high_product, inlined, routine
 
-U = np.uint64
-MULTIPLIER_0, MULTIPLIER_1 = U(0xD2E7470EE14C6C93), U(0xCA5A826395121157)
-INCREMENT_0, INCREMENT_1 = U(0x9E3779B97F4A7C15), U(0xBB67AE8584CAA73B)
-ROUNDS = 10
+MULTIPLIER_0, MULTIPLIER_1 = uint64(0xD2E7470EE14C6C93), uint64(0xCA5A826395121157)
+INCREMENT_0, INCREMENT_1 = uint64(0x9E3779B97F4A7C15), uint64(0xBB67AE8584CAA73B)
 
 
 @inlined
-def _round(c, key_0, key_1):
+def philox_round(c, key_0, key_1):
     """One round on the four words of a counter."""
     high_0, low_0 = high_product(MULTIPLIER_0, c[0]), MULTIPLIER_0 * c[0]
     high_1, low_1 = high_product(MULTIPLIER_1, c[2]), MULTIPLIER_1 * c[2]
@@ -27,8 +25,8 @@ def _round(c, key_0, key_1):
 def four_words(counter, key_0, key_1):
     """Four words of 64 bits for a counter of four, lowest first; all of them uint64."""
     c = counter
-    for _ in range(ROUNDS):
-        c = _round(c, key_0, key_1)
+    for _ in range(10):
+        c = philox_round(c, key_0, key_1)
         key_0 += INCREMENT_0
         key_1 += INCREMENT_1
     return c
