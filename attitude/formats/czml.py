@@ -301,16 +301,19 @@ def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
 
 
 def _packet_with_orientation(packets: list[dict[str, Any]], name: str | None) -> dict[str, Any]:
-    """Packet with an orientation, of this id if one is given."""
+    """Packet with an orientation, of this id if one is given; packets of one id are parts of one."""
     candidates = [
         packet for packet in packets if "orientation" in packet and name in (None, packet.get("id"))
     ]
     if not candidates:
         raise FormatError(f"no packet {'' if name is None else f'{name!r} '}has an orientation")
-    if len(candidates) > 1:
-        names = ", ".join(repr(packet.get("id")) for packet in candidates[:10])
-        raise FormatError(f"several packets have an orientation ({names}): one is read, by its id")
-    return candidates[0]
+    names = list(dict.fromkeys(repr(packet.get("id")) for packet in candidates))
+    if len(names) > 1 or (len(candidates) > 1 and candidates[0].get("id") is None):
+        listed = ", ".join(names[:10])
+        raise FormatError(f"several packets have an orientation ({listed}): one is read, by its id")
+    if len(candidates) == 1:
+        return candidates[0]
+    return {**candidates[0], "orientation": [part for packet in candidates for part in _intervals(packet)]}
 
 
 def _ephemeris(packet: dict[str, Any], source: str) -> EphemerisData:
@@ -320,11 +323,10 @@ def _ephemeris(packet: dict[str, Any], source: str) -> EphemerisData:
     fields = [f"orientation[{i}]" for i in range(len(intervals))] if len(intervals) > 1 else ["orientation"]
     segments = [_segment(part, field) for part, field in zip(intervals, fields, strict=True)]
     epoch = segments[0][0]
-    seconds = [t + _seconds_between(start, epoch) for start, t, _ in segments]
-    for before, after in pairwise(np.concatenate(seconds).tolist()):
-        if not before < after:
-            raise FormatError(f"orientation: {after!r} s is not after {before!r} s")
-    quaternion = schema.unit_rows(np.concatenate([q for _, _, q in segments]), source, field="unitQuaternion")
+    parts = [(t + _seconds_between(start, epoch), q) for start, t, q in segments]
+    has_interval = [isinstance(part, dict) and "interval" in part for part in intervals]
+    seconds, quaternions = _in_order(parts, has_interval)
+    quaternion = schema.unit_rows(np.concatenate(quaternions), source, field="unitQuaternion")
     events = tuple(Event(float(t[0]), "segment", "a new interval of the file") for t in seconds[1:])
     instants = Instants(np.concatenate(seconds), None, epoch, scale="utc").finite("unitQuaternion")
     name = packet.get("name", packet.get("id", ""))
@@ -332,8 +334,43 @@ def _ephemeris(packet: dict[str, Any], source: str) -> EphemerisData:
     return EphemerisData(quaternion, schema.check_dates(instants), FRAME, name=name, events=events)
 
 
+def _in_order(
+    parts: list[tuple[np.ndarray, np.ndarray]], has_interval: list[bool]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Times and quaternions of the intervals, in order.
+
+    Samples without an interval belong together, and of two at one instant the later one counts, as in Cesium.
+    Of an instant that two intervals share, the first one gets the double before.
+    """
+    seconds: list[np.ndarray] = []
+    quaternions: list[np.ndarray] = []
+    for k, (t, q) in enumerate(parts):
+        if any(not before < after for before, after in pairwise(t.tolist())):
+            i = int(np.argmax(np.diff(t) <= 0.0))
+            raise FormatError(f"orientation: {float(t[i + 1])!r} s is not after {float(t[i])!r} s")
+        if k and not has_interval[k] and not has_interval[k - 1]:
+            times, values = np.append(seconds[-1], t), np.concatenate([quaternions[-1], q])
+            order = np.argsort(times, kind="stable")
+            is_last = np.append(np.diff(times[order]) > 0.0, True)
+            seconds[-1], quaternions[-1] = times[order][is_last], values[order][is_last]
+            continue
+        if k and t[0] <= seconds[-1][-1]:
+            if t[0] < seconds[-1][-1]:
+                raise FormatError(f"orientation: {float(t[0])!r} s is not after {float(seconds[-1][-1])!r} s")
+            seconds[-1][-1] = np.nextafter(t[0], -np.inf)
+        seconds.append(t)
+        quaternions.append(q)
+    return seconds, quaternions
+
+
 def _segment(part: Any, field: str) -> tuple[Time, np.ndarray, np.ndarray]:
     """Epoch, (n,) s since it, and (n, 4) wxyz, of one interval."""
+    for key in ("reference", "references", "velocityReference"):
+        if isinstance(part, dict) and key in part:
+            target = str(part[key])[:60]
+            raise FormatError(
+                f"{field}: {key} to {target!r}, which is not followed; read that packet, by its id"
+            )
     if not isinstance(part, dict) or not isinstance(part.get("unitQuaternion"), list):
         raise FormatError(f"{field}: no unitQuaternion with its samples")
     unknown = sorted(set(part) - SAMPLED_KEYS)
@@ -387,8 +424,8 @@ def _parse_date(text: Any, field: str) -> Time:
 
 def _plain_date(text: Any, field: str) -> str:
     """UTC date without its Z."""
-    if not isinstance(text, str) or not re.fullmatch(
-        r"\d{4}-\d\d-\d\dT\d\d:\d\d(:\d\d(\.\d{1,20})?)?Z", text
-    ):
+    form = r"(\d{4}-\d\d-\d\dT\d\d:\d\d(:\d\d(\.\d{1,20})?)?)(Z|\+00:?00)"
+    match = re.fullmatch(form, text) if isinstance(text, str) else None
+    if match is None:
         raise FormatError(f"{field}: {str(text)[:40]!r} is no date such as 2026-01-01T00:00:00Z")
-    return text.removesuffix("Z")
+    return str(match[1])

@@ -382,6 +382,63 @@ def test_one_of_several_packets_is_read_by_its_id():
         read(json.dumps(packets), id="c")
 
 
+START = "2012-03-15T10:00:00Z"
+
+
+def orientations(*parts, ids=None):
+    """A document with an orientation of these parts, in one packet or each in one of its own."""
+    document = other()[:1]
+    if ids is None:
+        return json.dumps([*document, {"id": "a", "orientation": list(parts)}])
+    return json.dumps([*document, *({"id": i, "orientation": p} for i, p in zip(ids, parts, strict=True))])
+
+
+def sampled(*rows, **more):
+    return {"epoch": START, "unitQuaternion": [number for row in rows for number in row], **more}
+
+
+def test_packets_of_one_id_are_parts_of_one():
+    first = sampled((0, 0, 0, 0, 1), (10, 0, 0, 0.6, 0.8))
+    second = sampled((10, 0, 0, 0.8, 0.6), (20, 0, 0, 0, 1))
+    back = read(orientations(first, second, ids=["a", "a"]), frame="ITRF")
+    assert back.elapsed.tolist() == [0.0, 10.0, 20.0]
+    # of two samples at one instant Cesium keeps the one that came last
+    assert back.quaternion("wxyz")[1].tolist() == [0.6, 0.0, 0.0, 0.8]
+    assert not back.events
+    with pytest.raises(FormatError, match="several packets have an orientation"):
+        read(orientations(first, second, ids=["a", "b"]))
+
+
+def test_samples_of_packets_of_one_id_may_interleave():
+    first = sampled((0, 0, 0, 0, 1), (10, 0, 0, 0.6, 0.8))
+    second = sampled((5, 0, 0.6, 0, 0.8), (15, 0, 0, 0, 1))
+    back = read(orientations(first, second, ids=["a", "a"]), frame="ITRF")
+    assert back.elapsed.tolist() == [0.0, 5.0, 10.0, 15.0]
+    assert back.quaternion("wxyz")[1].tolist() == [0.8, 0.0, 0.6, 0.0]
+
+
+@pytest.mark.parametrize("ids", [None, ["a", "a"]], ids=["one packet", "two packets"])
+def test_intervals_that_share_an_instant_keep_both_attitudes(ids):
+    spans = [f"{START}/2012-03-15T10:00:10Z", "2012-03-15T10:00:10Z/2012-03-15T10:00:20Z"]
+    first = sampled((0, 0, 0, 0, 1), (10, 0, 0, 0.6, 0.8), interval=spans[0])
+    second = sampled((10, 0, 0, 0.8, 0.6), (20, 0, 0, 0, 1), interval=spans[1])
+    back = read(orientations(first, second, ids=ids), frame="ITRF")
+    assert back.elapsed.tolist() == [0.0, np.nextafter(10.0, 0.0), 10.0, 20.0]
+    assert back.quaternion("wxyz")[1:3].tolist() == [[0.8, 0.0, 0.0, 0.6], [0.6, 0.0, 0.0, 0.8]]
+    assert [event.seconds for event in back.events] == [10.0]
+    overlap = sampled((9, 0, 0, 0.8, 0.6), (20, 0, 0, 0, 1), interval=f"{START}/2012-03-15T10:00:20Z")
+    with pytest.raises(FormatError, match=r"9\.0 s is not after 10\.0 s"):
+        read(orientations(first, overlap, ids=ids))
+
+
+@pytest.mark.parametrize("zone", ["+00:00", "+0000"])
+def test_dates_may_state_a_zone_without_offset(zone):
+    back = read(json.dumps(other(epoch=START.replace("Z", zone))), frame="ITRF")
+    assert back.epoch.isot == "2012-03-15T10:00:00.000"
+    with pytest.raises(FormatError, match="no date such as"):
+        read(json.dumps(other(epoch=START.replace("Z", "+01:00"))))
+
+
 QS = [0, 0, 0, 0, 1, 1, 0, 0, 0, 1]
 MALFORMED = {
     "not JSON": ("[{", "a.czml, line 1: not JSON"),
@@ -392,8 +449,11 @@ MALFORMED = {
     "no version": ([{"id": "document"}, other()[2]], "the first packet is not the document's"),
     "version to come": ([{"id": "document", "version": "2.0"}, other()[2]], "version '2.0' of CZML"),
     "nothing turns": (other()[:2], "no packet has an orientation"),
-    "another packet's": (other(unitQuaternion=None, reference="a#b"), "no unitQuaternion"),
-    "along the velocity": (other(velocityReference="#position"), "'velocityReference' is not read"),
+    "another packet's": (other(unitQuaternion=None, reference="a#b"), "reference to 'a#b', which is not"),
+    "along the velocity": (
+        other(velocityReference="#position"),
+        "velocityReference to '#position', which is not",
+    ),
     "unknown key": (other(colour="red"), "'colour' is not read"),
     "constant": (other(unitQuaternion=[0, 0, 0, 1]), "one attitude without an instant"),
     "no attitude": (other(unitQuaternion=[]), "0 numbers"),
