@@ -1,23 +1,25 @@
 """The application: `uvicorn service.app:app`."""
 
-from __future__ import annotations
-
 import asyncio
 import logging.config
 import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from pathlib import Path
 
 from fastapi import FastAPI, Security
-from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES
+from starlette.middleware.cors import CORSMiddleware
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 import attitude
 from attitude.formats.registry import FORMATS
 
-from . import logs, metrics, middleware, openapi, pages
+from . import logs, metrics
 from .compute import Compute
 from .deadline import end_stuck_process
 from .errors import install
+from .middleware import Requests
+from .openapi import DescribedAPI
 from .readiness import Readiness
 from .routes import open_router, router
 from .security import Guard, bearer
@@ -29,15 +31,15 @@ app: FastAPI
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The service; without settings, those of the environment."""
     settings = settings or Settings.read()
-    app = openapi.DescribedAPI(
+    app = DescribedAPI(
         title="attitude",
         summary="Exact attitude ephemerides of freely rotating bodies",
-        description=openapi.DESCRIPTION,
+        description=Path(__file__).with_name("description.md").read_text(),
         version=attitude.__version__,
         lifespan=lifespan,
         redirect_slashes=False,  # a path that is not there is a problem, not a redirection
         separate_input_output_schemas=False,  # a scene is one and the same, asked for or answered
-        openapi_url=None,  # both are among the pages: with tags, and no scripts from other people's servers
+        openapi_url=None,  # both are routes of ours: with tags, and no scripts from other people's servers
         docs_url=None,
         redoc_url=None,
     )
@@ -46,30 +48,27 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.compute = Compute(settings)
     app.include_router(router, dependencies=[Security(bearer)] if settings.token else [])
     app.include_router(open_router)
-    app.include_router(pages.router)
     if settings.token is not None:  # innermost, where the router itself was
-        open_routes = [open_router, pages.router]
-        app.router.middleware_stack = Guard(app.router.middleware_stack, open_routes, settings.token)
+        app.router.middleware_stack = Guard(app.router.middleware_stack, open_router.routes, settings.token)
     install(app)
     # The last one added is the first one that a request passes.
     binary = [each.media for each in FORMATS.values() if not re.match(r"text/|.*(json|xml)$", each.media)]
     app.add_middleware(
-        middleware.Compression,
+        GZipMiddleware,
         minimum_size=1024,
         compresslevel=1,  # takes a quarter of the sixth's time, and packs digits nearly as well
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, *binary),
     )
+    app.add_middleware(Requests, compute=app.state.compute)
     if settings.cors_origins:
-        sent = ("Accept", "Authorization", "Content-Type", "If-None-Match", "X-Request-ID")
         shown = "Attitude-Cost Attitude-Plan Attitude-Version Content-Disposition ETag Retry-After"
         app.add_middleware(
-            middleware.CrossOrigin,
+            CORSMiddleware,
             allow_origins=settings.cors_origins,
             allow_methods=("GET", "HEAD", "POST"),
-            allow_headers=sent,
+            allow_headers=("Accept", "Authorization", "Content-Type", "If-None-Match", "X-Request-ID"),
             expose_headers=[*shown.split(), "WWW-Authenticate", "X-Request-ID"],
         )
-    app.add_middleware(middleware.Requests, compute=app.state.compute)
     return app
 
 

@@ -1,8 +1,9 @@
 """What runs in threads, beside the event loop: a document in, one library call, the answer out."""
 
-from __future__ import annotations
-
+import io
+import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from http import HTTPStatus
 from importlib.util import find_spec
 from itertools import chain
@@ -13,7 +14,9 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
 from attitude.documents.fields import parse_json
+from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError
+from attitude.formats import module_of
 from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
 from attitude.formats.tables import json as columns_as_json
@@ -22,22 +25,21 @@ from attitude.samples.chunks import Samples
 from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
 
-from .compute import count_samples
-from .dependencies import JSON, CostQuery, EphemerisQuery, FileQuery, PlanQuery, no_field
+from .compute import check_wanted, count_samples
 from .errors import refusal, unexpected
-from .limits import Budget, check_length, check_wanted, scene_of, scene_within
+from .schemas import ConvertQuery, CostQuery, EphemerisQuery, FileQuery, PlanQuery
 from .settings import Settings, variable
-from .streaming import Computed, is_known, tag_of
+from .streaming import JSON, Computed, is_known, tag_of
 
 
 def plan(document: bytes, query: PlanQuery, settings: Settings) -> bytes:
-    scene = scene_of(document, settings)
+    scene = scene_within(parse_json(document, "document"), settings)
     with no_field("drop_below"):
         return orjson.dumps(scene.plan(query.drop_below).to_dict())
 
 
 def motion(document: bytes, settings: Settings) -> bytes:
-    scene = scene_of(document, settings)
+    scene = scene_within(parse_json(document, "document"), settings)
     return motion_summary(scene.motion(), scene.name)
 
 
@@ -47,10 +49,9 @@ def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:
     if budget > settings.max_seconds:
         limit = f"at most {settings.max_seconds} s ({variable('max_seconds')})"
         raise InputError("budget", budget, limit, steps=())
-    if query.samples is not None and query.samples > settings.max_samples:
-        limit = f"at most {settings.max_samples} samples ({variable('max_samples')})"
-        raise InputError("samples", query.samples, limit, steps=())
-    scene = scene_of(document, settings)
+    with no_field("samples"):
+        check_count("samples", query.samples or 0, "samples", settings)
+    scene = scene_within(parse_json(document, "document"), settings)
     if find_spec("mpmath") is None:
         detail = "the cost needs mpmath for its truth: pip install 'attitude[cost]' where this service runs"
         raise HTTPException(HTTPStatus.NOT_IMPLEMENTED, detail)
@@ -60,7 +61,55 @@ def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:
     if samples is None and settings.max_samples < measurement.SAMPLES:
         samples = max(2, min(settings.max_samples, measurement.SAMPLES_UNDER_TORQUES))
     with no_field(*type(query).model_fields):
-        return measure(scene, budget, query.method, samples, seed=query.seed).to_json().encode()
+        return measure(scene, budget, query.method or None, samples, seed=query.seed).to_json().encode()
+
+
+# -- limits: what is refused for its size -----------------------------------------------------------
+
+
+def scene_within(document: Any, settings: Settings) -> Scene:
+    """The scene of plain data, whose lengths are looked at before their members."""
+    if isinstance(document, dict):
+        check_count("effects", document.get("effects"), "effects", settings)
+        if isinstance(times := document.get("times"), dict):
+            check_count("times", times.get("elapsed"), "samples", settings)
+            check_count("times", times.get("dates"), "samples", settings)
+    return Scene.model_validate(document)
+
+
+def check_count(field: str, counted: Any, noun: str, settings: Settings, where: str = "") -> None:
+    """InputError for a number, or a list, of more than the setting max_`noun` allows."""
+    limit = getattr(settings, f"max_{noun}")
+    count = counted if isinstance(counted, int) else len(counted) if isinstance(counted, list) else 0
+    if count > limit:
+        expected = f"at most {limit} {noun}{where} ({variable(f'max_{noun}')})"
+        raise InputError(field, f"{count} {noun}", expected, None if field in Scene.model_fields else ())
+
+
+class Budget:
+    """The seconds that the scenes of one request may need together."""
+
+    def __init__(self, max_seconds: float):
+        self.max_seconds, self.predicted = max_seconds, 0.0
+
+    def check(self, seconds: float) -> None:
+        """Add what one scene is predicted to need; InputError where all need more than they may."""
+        predicted = self.predicted + seconds
+        if not predicted <= self.max_seconds:
+            limit = f"a scene predicted to take at most {self.max_seconds} s ({variable('max_seconds')})"
+            raise InputError("times", f"{predicted:.3g} s", limit)
+        self.predicted = predicted
+
+
+@contextmanager
+def no_field(*names: str) -> Iterator[None]:
+    """An error about one of these parameters points at no field of the document."""
+    try:
+        yield
+    except InputError as error:
+        if error.field in names:
+            error.steps = ()
+        raise
 
 
 # -- ephemerides ------------------------------------------------------------------------------------
@@ -74,16 +123,10 @@ class Writing(NamedTuple):
     options: dict[str, Any]
     settings: Settings
 
-    @classmethod
-    def of(cls, query: FileQuery, target: Format, settings: Settings) -> Writing:
-        if query.frame is not None:
-            with no_field("frame"):
-                check_any_frame(query.frame)
-        return cls(query, target, query.options(target), settings)
-
     def samples(self, scene: Scene, budget: Budget, drop_below: float | None) -> Samples:
         limit = self.settings.max_samples, variable("max_samples")
-        samples = scene.samples(check_wanted, drop_below, self.query.frame, *limit, budget.check)
+        with no_field("drop_below"):
+            samples = scene.samples(check_wanted, drop_below, self.query.frame, *limit, budget.check)
         count_samples(samples.count)
         return samples
 
@@ -92,10 +135,28 @@ class Writing(NamedTuple):
         with no_field(*type(self.query).model_fields, *self.options):
             return encoded_file(samples, target, error, limit, self.options)
 
-    def computed(self, file: EncodedFile, headers: dict[str, str]) -> Computed:
-        disposition = "inline" if file.media == JSON else "attachment"
-        named = {"content-disposition": f'{disposition}; filename="{file.name}"'}
-        return Computed(file.blocks, file.is_whole, file.media, named | headers)
+
+def computed(file: EncodedFile, **headers: str) -> Computed:
+    disposition = f'{"inline" if file.media == JSON else "attachment"}; filename="{file.name}"'
+    return Computed(file.blocks, file.is_whole, file.media, {"content-disposition": disposition, **headers})
+
+
+def convert(
+    files: dict[str, bytes], source: Format, query: ConvertQuery, target: Format, settings: Settings
+) -> Computed:
+    """A file in another format or frame; `files` may have a clock kernel (`sclk`) beside the `file`."""
+    options, reading = query.options(target, source)
+    with tempfile.NamedTemporaryFile(suffix=".tsc") as clock:  # SPICE's reader takes a path
+        if "sclk" in files:
+            clock.write(files["sclk"])
+            clock.flush()
+            reading["sclk"] = clock.name
+        data = module_of(source).parse(io.BytesIO(files["file"]), "file", **reading)
+    ephemeris = Ephemeris.of(data)
+    samples = Samples.of(ephemeris.in_frame(query.frame) if query.frame else ephemeris, check_wanted)
+    check_count("file", samples.count, "samples", settings)
+    count_samples(samples.count)
+    return computed(Writing(query, target, options, settings).file(samples, target))
 
 
 def ephemeris(
@@ -106,30 +167,32 @@ def ephemeris(
     tag = tag_of(document, target.name, repr(sorted(request.query_params.multi_items())))
     if is_known(tag, request):
         return Computed(iter([]), True, target.media, {"etag": tag}, HTTPStatus.NOT_MODIFIED)
-    writing = Writing.of(query, target, settings)
+    if query.frame is not None:
+        with no_field("frame"):
+            check_any_frame(query.frame)
+    writing = Writing(query, target, query.options(target)[0], settings)
     if isinstance(parsed, list):
-        computed = batch(parsed, writing, query.drop_below, request)
+        answer = batch(parsed, writing, query.drop_below, request)
     else:
-        computed = single(scene_within(parsed, settings), writing, query.drop_below)
-    return computed._replace(headers={**computed.headers, "etag": tag})
+        answer = single(scene_within(parsed, settings), writing, query.drop_below)
+    return answer._replace(headers={**answer.headers, "etag": tag})
 
 
 def single(scene: Scene, writing: Writing, drop_below: float | None) -> Computed:
-    """Files say version, plan and cost in headers, since their bytes do not depend on these.
+    """Files say plan and cost in headers, since their bytes do not depend on these.
 
     Of samples that are computed as they are sent, what that takes is not known before: it is predicted.
     """
-    with no_field("drop_below"):
-        samples = writing.samples(scene, Budget(writing.settings), drop_below)
+    samples = writing.samples(scene, Budget(writing.settings.max_seconds), drop_below)
     file = writing.file(samples, writing.target)
     plan = samples.first.plan
     if file.media == JSON or plan is None:
-        return writing.computed(file, {})
+        return computed(file)
     cost = {"set_up_s": plan.set_up_seconds, "sample_s": plan.sample_seconds}
     if not samples.in_memory:
         cost = {"set_up_s": plan.set_up_seconds, "predicted_s": scene.plan().predicted_seconds}
     described = {"attitude-plan": columns_as_json.plan_of(plan, samples), "attitude-cost": cost}
-    return writing.computed(file, {name: orjson.dumps(value).decode() for name, value in described.items()})
+    return computed(file, **{name: orjson.dumps(value).decode() for name, value in described.items()})
 
 
 def batch(documents: list[Any], writing: Writing, drop_below: float | None, request: Request) -> Computed:
@@ -139,36 +202,31 @@ def batch(documents: list[Any], writing: Writing, drop_below: float | None, requ
         raise InputError("format", target.name, "one of json, ndjson for a list of scenes", steps=())
     if not documents:
         raise InputError("document", documents, "at least one scene", steps=())
-    check_length("document", documents, "scenes", settings)
-    scenes = [scene_or_error(document, settings) for document in documents]
+    check_count("document", documents, "scenes", settings)
+    scenes: list[Scene | AttitudeError] = []
+    for document in documents:
+        try:
+            scenes.append(scene_within(document, settings))
+        except AttitudeError as error:
+            scenes.append(error)
     count = sum(scene.times.samples for scene in scenes if isinstance(scene, Scene))
-    if count > settings.max_samples:
-        limit = f"at most {settings.max_samples} samples in all scenes ({variable('max_samples')})"
-        raise InputError("document", f"{count} samples", limit, steps=())
-    blocks = coalesced(joined(members(scenes, writing, drop_below, request), target.media == JSON))
+    check_count("document", count, "samples", settings, " in all scenes")
+    blocks = coalesced(joined(answers(scenes, writing, drop_below, request), target.media == JSON))
     first = next(blocks)  # whatever is refused as a whole is refused here
-    file = EncodedFile(chain([first], blocks), f"ephemerides{target.endings[0]}", target.media, False)
-    return writing.computed(file, {})
+    return computed(
+        EncodedFile(chain([first], blocks), f"ephemerides{target.endings[0]}", target.media, False)
+    )
 
 
-def scene_or_error(document: Any, settings: Settings) -> Scene | AttitudeError:
-    try:
-        return scene_within(document, settings)
-    except AttitudeError as error:
-        return error
-
-
-def members(
+def answers(
     scenes: list[Scene | AttitudeError], writing: Writing, drop_below: float | None, request: Request
 ) -> Iterator[Iterator[bytes]]:
-    budget = Budget(writing.settings)
+    budget = Budget(writing.settings.max_seconds)
     for index, scene in enumerate(scenes):
         try:
             if isinstance(scene, AttitudeError):
                 raise scene
-            with no_field("drop_below"):
-                samples = writing.samples(scene, budget, drop_below)
-            yield writing.file(samples, FORMATS["json"]).blocks
+            yield writing.file(writing.samples(scene, budget, drop_below), FORMATS["json"]).blocks
         except AttitudeError as error:
             if isinstance(error, InputError):
                 error.steps = (index, *error.steps)
@@ -176,13 +234,13 @@ def members(
         except ClientDisconnect:
             raise
         except Exception:  # the others have their answers all the same
-            yield iter([bytes(unexpected(request.scope).body), b"\n"])
+            yield iter([bytes(unexpected(request).body), b"\n"])
 
 
-def joined(answers: Iterator[Iterator[bytes]], is_json: bool) -> Iterator[bytes]:
+def joined(members: Iterator[Iterator[bytes]], is_json: bool) -> Iterator[bytes]:
     """A list in an object; or, an answer being a line, its lines."""
     yield b'{"answers":[\n' if is_json else b""
-    for index, answer in enumerate(answers):
+    for index, member in enumerate(members):
         yield b"," if is_json and index else b""
-        yield from answer
+        yield from member
     yield b"]}\n" if is_json else b""

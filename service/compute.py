@@ -5,8 +5,6 @@ by block where the answer is sent in blocks, so that a long answer does not keep
 more requests than are meant to wait are refused at once, with the time after which to try again.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -166,3 +164,9 @@ def count_samples(samples: int) -> None:
     """Instants that an answer holds, for the log and the metrics."""
     if (job := current.get()) is not None:
         job.samples += samples
+
+
+def check_wanted(_done: float = 0.0) -> None:
+    """What the library calls between pieces of its work, as its `progress`: raises as `Job.check`."""
+    if (job := current.get()) is not None:
+        job.check()

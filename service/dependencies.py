@@ -1,112 +1,22 @@
-"""What routes depend on: the query's parameters, as models, and the raw document.
+"""What handlers depend on: the body within its limits, parameters once each, and the format to answer in."""
 
-FastAPI validates the parameters and describes them; documents are parsed by the library, in a thread, so
-that they are refused in its words and never hold the event loop.
-"""
-
-from __future__ import annotations
-
-import re
+import asyncio
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import lru_cache
 from http import HTTPStatus
-from typing import Annotated, Any
+from pathlib import PurePath
+from typing import Annotated
 
 from fastapi import Depends, Request
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
-from pydantic.json_schema import SkipJsonSchema
+from starlette.datastructures import UploadFile
 from starlette.exceptions import HTTPException
+from starlette.types import Message
 
-from attitude.errors import InputError, unknown
-from attitude.formats import module_of, option_names
-from attitude.formats.encoding import parse_options
-from attitude.formats.registry import FORMATS, Format
+from attitude.errors import InputError, unknown_name
+from attitude.formats.registry import BY_ENDING, FORMATS, Format
 
-from . import limits
-
-JSON = "application/json"
-
-
-def _decimal(text: Any) -> Any:
-    """Python would also take "1_0", "nan" and digits of other scripts."""
-    if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", text, re.ASCII):
-        raise ValueError("a decimal number")
-    return text
-
-
-Decimal = BeforeValidator(_decimal)
-Number = Annotated[float, Field(gt=0, allow_inf_nan=False), Decimal]
-
-
-class NoParameters(BaseModel):
-    """Of a route that has none; any other is refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class PlanQuery(NoParameters):
-    """Of a plan, and of what is computed by it."""
-
-    drop_below: Number | SkipJsonSchema[None] = Field(
-        None, description="rad: leave out torques that matter less over the span"
-    )
-
-
-class CostQuery(NoParameters):
-    """What is to be measured, within which budget."""
-
-    budget: Number | SkipJsonSchema[None] = Field(
-        None, description="s, wall-clock, for all of it", examples=[2]
-    )
-    samples: Annotated[int, Field(ge=2), Decimal] | SkipJsonSchema[None] = Field(
-        None, description="instants of each horizon", examples=[1000]
-    )
-    seed: Annotated[int, Field(ge=0), Decimal] = Field(
-        0, description="of the instants compared with the truth"
-    )
-    method: list[str] | SkipJsonSchema[None] = Field(
-        None, description="only this family; repeatable", examples=[["ours"]]
-    )
-
-
-class FileQuery(BaseModel):
-    """How attitudes are written; parameters beside the named ones are options of the format."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-
-    format: str | SkipJsonSchema[None] = Field(
-        None,
-        description="of the answer, instead of what Accept names; other parameters are options of the format",
-        json_schema_extra={"enum": list(FORMATS)},
-    )
-    frame: str | SkipJsonSchema[None] = Field(
-        None, description="attitudes relative to it, instead of the document's"
-    )
-    interpolation_error: Number | SkipJsonSchema[None] = Field(
-        None,
-        description="rad: choose the instants so that what readers of the format interpolate stays within it",
-        json_schema_extra={"minimum": 1e-13, "maximum": 1},
-    )
-
-    def options(self, target: Format) -> dict[str, Any]:
-        """Options of a format; InputError for one that it has not."""
-        options = self.model_extra or {}
-        known = (*type(self).model_fields, *option_names(module_of(target).blocks)) if options else ()
-        for name, text in options.items():
-            if name not in known:
-                raise unknown_parameter(name, text, known)
-        return parse_options(options, target)
-
-
-class EphemerisQuery(FileQuery, PlanQuery):
-    """How an ephemeris is computed and written."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-
-
-def unknown_parameter(name: str, text: Any, known: tuple[str, ...]) -> InputError:
-    return InputError(name, text, unknown("query parameter", name, known), steps=())
+from .settings import variable
+from .streaming import JSON
 
 
 async def once(request: Request) -> None:
@@ -117,23 +27,100 @@ async def once(request: Request) -> None:
             raise InputError(name, "the parameter twice", "each parameter once", steps=())
 
 
-@contextmanager
-def no_field(*names: str) -> Iterator[None]:
-    """An error about one of these parameters points at no field of the document."""
+async def body(request: Request) -> bytes:
+    """The request's body; reading stops where a limit is passed, whatever length was announced."""
+    settings, content = request.app.state.settings, bytearray()
+    limit = f"at most {settings.max_body_bytes} bytes ({variable('max_body_bytes')})"
+    too_large = HTTPException(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"document: {limit}; got more")
+    if int(request.headers.get("content-length", "0")) > settings.max_body_bytes:
+        raise too_large
     try:
-        yield
-    except InputError as error:
-        if error.field in names:
-            error.steps = ()
-        raise
+        async with asyncio.timeout(settings.client_seconds):
+            async for chunk in request.stream():
+                content += chunk
+                if len(content) > settings.max_body_bytes:
+                    raise too_large
+    except TimeoutError:
+        detail = f"document: whole within {settings.client_seconds} s ({variable('client_seconds')})"
+        end = {"connection": "close"}  # what is still to come of the document is not waited for
+        raise HTTPException(HTTPStatus.REQUEST_TIMEOUT, detail, end) from None
+    return bytes(content)
 
 
 async def document(request: Request) -> bytes:
-    """The body, if it is JSON and no longer than it may be."""
+    """The body, if it is JSON; the library parses it, in a thread and in its own words."""
     media = request.headers.get("content-type", "nothing")
     if media.partition(";")[0].strip().lower() != JSON:
         raise HTTPException(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"content-type: {JSON}; got {media[:200]}")
-    return await limits.read_body(request, request.app.state.settings)
+    return await body(request)
+
+
+async def files(request: Request) -> dict[str, tuple[str, bytes]]:
+    """Names and contents of a form's files; of any other body, that of the one `file`."""
+    content = await body(request)
+    if not request.headers.get("content-type", "").lower().startswith("multipart/form-data"):
+        return {"file": ("", content)}
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": content, "more_body": False}
+
+    async with Request(request.scope, receive).form(max_files=2, max_fields=0) as form:
+        parts = {name: part for name, part in form.items() if isinstance(part, UploadFile)}
+        if "file" not in parts:
+            raise InputError("file", None, "a file of the form, of this name", steps=())
+        return {name: (part.filename or "", await part.read()) for name, part in parts.items()}
 
 
 Document = Annotated[bytes, Depends(document)]
+Files = Annotated[dict[str, tuple[str, bytes]], Depends(files)]
+
+
+def named_format(parameter: str, name: str) -> Format:
+    if name not in FORMATS:
+        raise unknown_name(parameter, "format", name, FORMATS, steps=())
+    return FORMATS[name]
+
+
+def source_of(name: str | None, filename: str, media: str) -> Format:
+    """The format of a file: as named, else by the ending of its name, else by its media type."""
+    by_media = {each.media: each for each in FORMATS.values()}.get(media.partition(";")[0].strip().lower())
+    entry = BY_ENDING.get(PurePath(filename).suffix.lower(), by_media)
+    if name is not None:
+        return named_format("source", name)
+    if entry is None:
+        raise InputError("source", media or None, "the format of the file, here or by its name or type", ())
+    return entry
+
+
+@lru_cache(maxsize=256)
+def negotiated(name: str | None, accept: str) -> Format:
+    """The format that `?format=` names, else the best that Accept names (RFC 9110, 12.5.1).
+
+    Raises InputError for a name that is none, HTTPException 406 where nothing accepted is known.
+    """
+    if name is not None:
+        return named_format("format", name)
+    ranges = qualities(accept) if accept.strip() else {JSON: 1.0}
+
+    def weight(each: Format) -> tuple[float, bool]:
+        family = ranges.get(each.media.partition("/")[0] + "/*", ranges.get("*/*", 0.0))
+        return ranges.get(each.media, family), each.name == "json"
+
+    best = max(FORMATS.values(), key=weight)  # the first of equals, JSON before all
+    if not weight(best)[0]:
+        offered = ", ".join(each.media for each in FORMATS.values())
+        raise HTTPException(HTTPStatus.NOT_ACCEPTABLE, f"accept: one of {offered}; got {accept[:200]}")
+    return best
+
+
+def qualities(header: str) -> dict[str, float]:
+    """Weights of the members of Accept or Accept-Encoding, by name (RFC 9110, 12.4.2)."""
+    weights: dict[str, float] = {}
+    for member in header.lower().split(","):
+        name, *others = (part.strip() for part in member.split(";"))
+        quality = next((other[2:] for other in others if other.startswith("q=")), "1")
+        try:
+            weights.setdefault(name, min(max(float(quality), 0.0), 1.0))
+        except ValueError:
+            weights.setdefault(name, 0.0)
+    return weights

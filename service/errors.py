@@ -4,8 +4,6 @@ The library's text goes out as it stands, so that library, command and HTTP refu
 words; an unexpected error goes out as fixed text and an id that the log has.
 """
 
-from __future__ import annotations
-
 import logging
 import secrets
 from http import HTTPStatus
@@ -15,16 +13,15 @@ import orjson
 from fastapi import FastAPI
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect, Request
+from starlette.requests import Request
 from starlette.responses import Response
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from attitude.documents.fields import fault
 from attitude.errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
 
 log = logging.getLogger(__name__)
 
-MEDIA_TYPE = "application/problem+json"
+PROBLEM = "application/problem+json"
 UNEXPECTED = "an unexpected error; the service's log has it under this id"
 
 
@@ -47,100 +44,57 @@ TABLE: dict[type[AttitudeError], Kind] = {
 
 
 def problem(
-    status: int,
-    detail: str,
-    kind: Kind | None = None,
-    headers: dict[str, str] | None = None,
-    **members: Any,
+    status: int, detail: str, kind: Kind | None = None, headers: Any = None, **members: Any
 ) -> Response:
     """An answer that says what was wrong; members that are None are left out.
 
     Without a kind the type is about:blank: the status says it all.  Text is what UTF-8 can hold: a document
     may name a key with half a surrogate pair, which it cannot.
     """
-    document = {
-        "type": f"urn:problem-type:attitude:{kind.name}" if kind else "about:blank",
-        "title": kind.title if kind else HTTPStatus(status).phrase,
-        "status": status,
-        "detail": detail,
-        **members,
-    }
+    name = f"urn:problem-type:attitude:{kind.name}" if kind else "about:blank"
+    title = kind.title if kind else HTTPStatus(status).phrase
+    document = {"type": name, "title": title, "status": status, "detail": detail, **members}
     sendable = {
         name: value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value
         for name, value in document.items()
         if value is not None
     }
-    return Response(orjson.dumps(sendable), status, headers, MEDIA_TYPE)
+    return Response(orjson.dumps(sendable), status, headers, PROBLEM)
 
 
-def refusal(_request: Request, error: Exception) -> Response:
+def refusal(_request: Request, error: Any) -> Response:
     """The library's refusal, with the table's status."""
     kind = next(TABLE[parent] for parent in type(error).__mro__ if parent in TABLE)
     pointer, line = getattr(error, "pointer", None), getattr(error, "line", None)
     return problem(kind.status, str(error), kind, pointer=pointer, line=line)
 
 
-def refused_parameter(request: Request, error: Exception) -> Response:
+def refused_parameter(request: Request, error: Any) -> Response:
     """A parameter of the query that FastAPI refuses, in the library's words."""
-    assert isinstance(error, RequestValidationError)  # noqa: S101 (for the type checker)
-    details = error.errors()[0]
     (model,) = request.scope["route"].dependant.query_params
-    refused = fault(details, lambda _: model.field_info.annotation.model_fields, "query parameter")
-    return refusal(request, InputError(str(details["loc"][1]), refused.value, refused.expected, steps=()))
+    refused = fault(error.errors()[0], lambda _: model.field_info.annotation.model_fields, "query parameter")
+    return refusal(request, InputError(str(refused.steps[1]), refused.value, refused.expected, steps=()))
 
 
-def http_refusal(request: Request, error: Exception) -> Response:
+def http_refusal(request: Request, error: Any) -> Response:
     """What the framework or a handler refuses by its status: no such path, method, content type, size."""
-    assert isinstance(error, HTTPException)  # noqa: S101 (for the type checker)
-    headers = dict(error.headers or {})
-    detail = error.detail
-    if detail == HTTPStatus(error.status_code).phrase:  # the framework's own text, which repeats the title
-        if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
-            allowed = headers.get("Allow", "another method")
-            detail = f"{request.method} is not answered at {request.url.path}; {allowed} is"
-        elif error.status_code == HTTPStatus.NOT_FOUND:
-            detail = f"nothing is at {request.url.path}; /openapi.json lists what there is"
+    detail, headers, path = error.detail, error.headers or {}, request.url.path
+    if detail == HTTPStatus.METHOD_NOT_ALLOWED.phrase:  # the framework's own text, which repeats the title
+        detail = f"{request.method} is not answered at {path}; {headers.get('Allow', 'another method')} is"
+    elif detail == HTTPStatus.NOT_FOUND.phrase:
+        detail = f"nothing is at {path}; /openapi.json lists what there is"
     return problem(error.status_code, detail, headers=headers)
 
 
-class UnexpectedErrors:
-    """Turns an unexpected error into a fixed text and an id, which the log has beside the traceback.
-
-    A middleware rather than an exception handler: the framework's handler for Exception raises
-    the error again after answering, and it would be logged twice.
-    """
-
-    def __init__(self, app: ASGIApp):
-        self.app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        started = False
-
-        async def watched(message: Message) -> None:
-            nonlocal started
-            started = True
-            await send(message)
-
-        try:
-            await self.app(scope, receive, watched)
-        except ClientDisconnect:
-            log.info("the client went away before its document was whole")
-        except Exception:
-            if started or scope["type"] != "http":
-                raise
-            await unexpected(scope)(scope, receive, send)
-
-
-def unexpected(scope: Scope) -> Response:
+def unexpected(request: Request) -> Response:
     """Called where an error is handled, which goes into the log."""
     identity = secrets.token_hex(8)
-    log.exception("unexpected error %s at %s %r", identity, scope["method"], scope["path"])
+    log.exception("unexpected error %s at %s %r", identity, request.method, request.scope["path"])
     return problem(HTTPStatus.INTERNAL_SERVER_ERROR, UNEXPECTED, id=identity)
 
 
 def install(app: FastAPI) -> None:
-    """Make every error answer of `app` a problem."""
+    """Make every refusal of `app` a problem."""
     app.add_exception_handler(AttitudeError, refusal)
     app.add_exception_handler(RequestValidationError, refused_parameter)
     app.add_exception_handler(HTTPException, http_refusal)
-    app.add_middleware(UnexpectedErrors)

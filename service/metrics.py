@@ -3,20 +3,10 @@
 With several workers its multi-process mode adds them up, in the folder that PROMETHEUS_MULTIPROC_DIR names.
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
-from prometheus_client import (
-    REGISTRY,
-    CollectorRegistry,
-    Counter,
-    Gauge,
-    Histogram,
-    disable_created_metrics,
-    generate_latest,
-)
+from prometheus_client import REGISTRY, CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 from prometheus_client.multiprocess import MultiProcessCollector, mark_process_dead
 
 DIRECTORY = "PROMETHEUS_MULTIPROC_DIR"  # read by prometheus_client when it is imported
@@ -24,29 +14,19 @@ DIRECTORY = "PROMETHEUS_MULTIPROC_DIR"  # read by prometheus_client when it is i
 REASONS = {400: "format", 401: "token", 404: "path", 405: "method", 406: "accept", 408: "slow"}
 REASONS |= {413: "size", 415: "content_type", 422: "value", 431: "headers", 503: "busy"}
 
-disable_created_metrics()  # type: ignore[no-untyped-call]
 requests = Counter("attitude_requests", "Requests answered", ["method", "route", "status"])
-seconds = Histogram(
-    "attitude_request_seconds",
-    "From a request to the end of its answer",
-    ["route"],
-    buckets=(0.002, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0),
-)
+seconds = Histogram("attitude_request_seconds", "From a request to the end of its answer", ["route"])
 samples = Counter("attitude_samples", "Instants computed for answers")
 computing = Counter("attitude_compute_seconds", "Spent by threads that compute")
 refusals = Counter("attitude_refusals", "Requests refused", ["reason"])
-in_flight = Gauge(
-    "attitude_requests_in_flight",
-    "Requests that compute, wait for a thread, or whose answer is being sent",
-    multiprocess_mode="livesum",
-)
+in_flight = Gauge("attitude_requests_in_flight", "Requests that are not over", multiprocess_mode="livesum")
 busy = Gauge("attitude_threads_busy", "Threads that compute", multiprocess_mode="livesum")
 
 
 def observe(method: str, route: str, status: int | str, taken: float) -> None:
     """Count a request that is over; status is "gone" where its client did not wait for an answer."""
-    known = method in ("GET", "HEAD", "POST", "OPTIONS")
-    requests.labels(method if known else "other", route, str(status)).inc()
+    is_known = method in ("GET", "HEAD", "POST", "OPTIONS")
+    requests.labels(method if is_known else "other", route, str(status)).inc()
     seconds.labels(route).observe(taken)
     if status in REASONS:
         refusals.labels(REASONS[int(status)]).inc()

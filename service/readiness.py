@@ -3,8 +3,6 @@
 The same warm-up runs when the container image is built, so that it has the compiled kernel on board.
 """
 
-from __future__ import annotations
-
 import gc
 import logging
 import threading

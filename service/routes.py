@@ -1,14 +1,15 @@
-"""The handlers: document in, one library call, answer out."""
+"""The handlers: document in, one library call, answer out; and the pages."""
 
-from __future__ import annotations
-
+import mimetypes
 import platform
 from functools import cache
 from http import HTTPStatus
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Annotated, Any
 
+import fastapi_offline
 import orjson
 from fastapi import APIRouter, Depends, Query, Request
 from prometheus_client import CONTENT_TYPE_LATEST
@@ -17,17 +18,17 @@ from starlette.responses import Response
 
 import attitude
 from attitude.errors import unknown_name
+from attitude.formats.registry import FORMATS
 from attitude.scene.document import Scene, builtin_names
 
 from . import computations, metrics
-from .dependencies import CostQuery, Document, EphemerisQuery, NoParameters, PlanQuery, once
+from .dependencies import Document, Files, negotiated, once, source_of
 from .errors import problem
-from .negotiation import negotiated
-from .openapi import REFUSALS, file_responses, scene_body, tagged
-from .schemas import Catalogue, Status
+from .openapi import REFUSALS, file_responses, tagged
+from .schemas import ConvertQuery, CostQuery, Ephemerides, Ephemeris, EphemerisQuery, NoQuery, PlanQuery
 from .streaming import fixed, json_response, response
 
-Nothing = Annotated[NoParameters, Query()]
+Nothing = Annotated[NoQuery, Query()]
 
 router = APIRouter(dependencies=[Depends(once)], responses=REFUSALS)
 open_router = APIRouter(responses=REFUSALS)  # of what is answered without a token too
@@ -36,7 +37,7 @@ open_router = APIRouter(responses=REFUSALS)  # of what is answered without a tok
 # -- computing: beside the event loop -------------------------------------------------------------
 
 
-@router.post("/v1/ephemeris", responses=file_responses(), openapi_extra=scene_body(is_list=True))
+@router.post("/v1/ephemeris", responses=file_responses(Ephemeris | Ephemerides))
 async def ephemeris(
     request: Request, query: Annotated[EphemerisQuery, Query()], document: Document
 ) -> Response:
@@ -47,21 +48,32 @@ async def ephemeris(
     return response(await compute.run(computations.ephemeris, *arguments), compute)
 
 
-@router.post("/v1/plan", response_model=dict[str, Any], openapi_extra=scene_body())
+@router.post("/v1/convert", responses=file_responses(Ephemeris))
+async def convert(request: Request, query: Annotated[ConvertQuery, Query()], files: Files) -> Response:
+    """A file of attitudes in another format or frame."""
+    compute = request.app.state.compute
+    target = negotiated(query.format, request.headers.get("accept", ""))
+    source = source_of(query.source, files["file"][0], request.headers.get("content-type", ""))
+    contents = {name: content for name, (_, content) in files.items()}
+    arguments = contents, source, query, target, compute.settings
+    return response(await compute.run(computations.convert, *arguments), compute)
+
+
+@router.post("/v1/plan", response_model=dict[str, Any])
 async def plan(request: Request, query: Annotated[PlanQuery, Query()], document: Document) -> Response:
     """What of a scene would be simulated, what not and why, by which solver, at what cost and error."""
     state = request.app.state
     return json_response(await state.compute.run(computations.plan, document, query, state.settings))
 
 
-@router.post("/v1/motion", response_model=dict[str, Any], openapi_extra=scene_body())
+@router.post("/v1/motion", response_model=dict[str, Any])
 async def motion(request: Request, _: Nothing, document: Document) -> Response:
     """Regime, periods, rates and constants of a scene's motion; null for what this motion has not."""
     state = request.app.state
     return json_response(await state.compute.run(computations.motion, document, state.settings))
 
 
-@router.post("/v1/cost", response_model=dict[str, Any], openapi_extra=scene_body())
+@router.post("/v1/cost", response_model=dict[str, Any])
 async def cost(request: Request, query: Annotated[CostQuery, Query()], document: Document) -> Response:
     """What accuracy costs in time on a scene's body and state, measured here within a budget."""
     state = request.app.state
@@ -71,74 +83,53 @@ async def cost(request: Request, query: Annotated[CostQuery, Query()], document:
 # -- the built-in scenes --------------------------------------------------------------------------
 
 
-@router.get("/v1/scenes", responses=tagged(Catalogue))
+@router.get("/v1/scenes", responses=tagged(dict[str, list[dict[str, str]]]))
 async def scenes(request: Request, _: Nothing) -> Response:
     """The scenes that come with the service."""
-    return fixed(request, catalogue())
-
-
-@cache
-def catalogue() -> bytes:
-    entries = [(name, Scene.builtin(name)) for name in builtin_names()]
-    return orjson.dumps(
-        {
-            "scenes": [
-                {
-                    "name": name,
-                    "title": scene.name,
-                    "description": scene.description,
-                    "href": f"/v1/scenes/{name}",
-                }
-                for name, scene in entries
-            ]
-        }
-    )
+    scenes = {name: Scene.builtin(name) for name in builtin_names()}
+    entries = [
+        {"name": name, "title": each.name, "description": each.description, "href": f"/v1/scenes/{name}"}
+        for name, each in scenes.items()
+    ]
+    return fixed(request, orjson.dumps({"scenes": entries}))
 
 
 @router.get("/v1/scenes/{name}", responses=tagged(Scene))
 async def scene(request: Request, name: str, _: Nothing) -> Response:
     """One of them, as a document to post."""
     if name not in builtin_names():
-        raise HTTPException(HTTPStatus.NOT_FOUND, str(unknown_name("scene", "scene", name, builtin_names())))
-    return fixed(request, scene_text(name))
-
-
-@cache
-def scene_text(name: str) -> bytes:
-    return Scene.builtin(name).to_json().encode()
+        refusal = unknown_name("scene", "scene", name, builtin_names())
+        raise HTTPException(HTTPStatus.NOT_FOUND, str(refusal))
+    return fixed(request, Scene.builtin(name).to_json().encode())
 
 
 # -- the process: answered by the event loop, whatever is being computed --------------------------
 
 
-@open_router.get("/healthz", response_model=Status)
+@open_router.get("/healthz", response_model=dict[str, str])
 async def healthz(request: Request) -> Response:
     """The process is alive."""
     if request.app.state.compute.is_stuck():
         detail = "a computation goes on long after it was stopped; this process is to be replaced"
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, detail)
-    return json_response(orjson.dumps({"status": "alive"}))
+    return json_response(b'{"status":"alive"}')
 
 
-@open_router.get("/readyz", response_model=Status)
+@open_router.get("/readyz", response_model=dict[str, str])
 async def readyz(request: Request) -> Response:
     """Work may be sent: the kernel is compiled and a known case came out right."""
     obstacle = request.app.state.readiness.obstacle
     if obstacle is not None:
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, obstacle)
-    return json_response(orjson.dumps({"status": "ready"}))
+    return json_response(b'{"status":"ready"}')
 
 
 @router.get("/version", responses=tagged(dict[str, str]))
 async def version(request: Request, _: Nothing) -> Response:
     """Versions of the package and of what it computes with."""
-    return fixed(request, versions())
-
-
-@cache
-def versions() -> bytes:
     packages = {name: version_of(name) for name in ("numpy", "numba", "astropy") if find_spec(name)}
-    return orjson.dumps({"attitude": attitude.__version__, "python": platform.python_version(), **packages})
+    versions = {"attitude": attitude.__version__, "python": platform.python_version(), **packages}
+    return fixed(request, orjson.dumps(versions))
 
 
 @router.get(
@@ -149,3 +140,39 @@ def versions() -> bytes:
 async def figures() -> Response:
     """Requests, latency, samples, seconds of computing and refusals, for Prometheus."""
     return Response(metrics.text(), headers={"content-type": CONTENT_TYPE_LATEST})
+
+
+# -- pages: the viewer (service/viewer, bundled beforehand), and the description's ------------------
+
+
+@open_router.get("/openapi.json", include_in_schema=False)
+async def description(request: Request) -> Response:
+    return fixed(request, request.app.described)
+
+
+@open_router.get("/viewer/formats.json", include_in_schema=False)
+async def formats(request: Request) -> Response:
+    """What the viewer offers to download, from the library's own list."""
+    entries = [{"name": each.name, "endings": each.endings, "media": each.media} for each in FORMATS.values()]
+    return fixed(request, orjson.dumps({"formats": entries}))
+
+
+VIEWER, DOCS = (Path(__file__).parent / folder for folder in ("viewer/dist", "docs"))
+SWAGGER = Path(fastapi_offline.__file__).parent / "static"
+PAGES = {"/": VIEWER / "index.html", "/docs": DOCS / "index.html", "/docs/start.js": DOCS / "start.js"}
+PAGES |= {
+    f"/viewer/{name}": VIEWER / name for name in ("viewer.js", "viewer.css", "icon.svg", "licences.txt")
+}
+PAGES |= {f"/docs/{name}": SWAGGER / name for name in ("swagger-ui.css", "swagger-ui-bundle.js")}
+
+
+async def page(request: Request) -> Response:
+    """A file, which is kept by browsers but asked about at every visit."""
+    file = PAGES[request.scope["route"].path]
+    media = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
+    return fixed(request, content(file), media, **{"cache-control": "no-cache"})
+
+
+content = cache(Path.read_bytes)
+for path in PAGES:
+    open_router.add_api_route(path, page, include_in_schema=False)

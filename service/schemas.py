@@ -1,10 +1,88 @@
-"""What answers hold, for the description: problems, ephemerides in JSON, and lists of them."""
+"""What requests ask for in the query, and what answers hold: FastAPI validates and describes these."""
 
-from __future__ import annotations
+import re
+from typing import Annotated, Any, Literal
 
-from typing import Any, Literal
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic.json_schema import SkipJsonSchema
 
-from pydantic import BaseModel, Field
+from attitude.errors import InputError, unknown
+from attitude.formats import module_of, option_names
+from attitude.formats.encoding import parse_options
+from attitude.formats.registry import FORMATS, Format
+
+Text = str | SkipJsonSchema[None]
+FormatName = Annotated[Text, Field(json_schema_extra={"enum": list(FORMATS)})]
+
+
+def decimal(text: str) -> str:
+    """Python would also take "1_0", "nan" and digits of other scripts."""
+    if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", text, re.ASCII):
+        raise ValueError("a decimal number")
+    return text
+
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), BeforeValidator(decimal)] | SkipJsonSchema[None]
+Whole = Annotated[int, Field(ge=0), BeforeValidator(decimal)]
+
+
+class NoQuery(BaseModel):
+    """Of a route that has no parameters; any is refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PlanQuery(NoQuery):
+    """Of a plan, and of what is computed by it."""
+
+    drop_below: Positive = Field(None, description="rad: leave out torques that matter less over the span")
+
+
+class CostQuery(NoQuery):
+    """What is to be measured, within which budget."""
+
+    budget: Positive = Field(None, description="s, wall-clock, for all of it", examples=[2])
+    samples: Whole | SkipJsonSchema[None] = Field(None, ge=2, description="instants", examples=[1000])
+    seed: Whole = Field(0, description="of the instants compared with the truth")
+    method: list[str] = Field([], description="only this family; repeatable", examples=[["ours"]])
+
+
+class FileQuery(BaseModel):
+    """How attitudes are written; parameters beside the named ones are options of the formats."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    format: FormatName = Field(None, description="of the answer, instead of what Accept names")
+    frame: Text = Field(None, description="attitudes relative to it")
+    interpolation_error: Positive = Field(
+        None, le=1, description="rad: instants such that readers of the format interpolate within it"
+    )
+
+    def options(self, target: Format, source: Format | None = None) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Options of the format that is written, and of the one that is read; InputError for any other."""
+        options = self.model_extra or {}
+        of_writer = option_names(module_of(target).blocks) if options else []
+        of_reader = option_names(module_of(source).parse) if options and source else []
+        known = sorted({*of_writer, *of_reader} - {"sclk"})  # which is a path
+        for name, text in options.items():
+            if name not in known:
+                expected = unknown("query parameter", name, (*type(self).model_fields, *known))
+                raise InputError(name, text, expected, steps=())
+        writing = {name: text for name, text in options.items() if name in of_writer}
+        reading = {name: text for name, text in options.items() if name not in of_writer}
+        return parse_options(writing, target), parse_options(reading, source or target, reading=True)
+
+
+class EphemerisQuery(FileQuery, PlanQuery):
+    """How an ephemeris is computed and written."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+
+class ConvertQuery(FileQuery):
+    """What format a file is in, and how its attitudes are written."""
+
+    source: FormatName = Field(None, description="format of the file, instead of what its name or type says")
 
 
 class Problem(BaseModel):
@@ -19,24 +97,6 @@ class Problem(BaseModel):
     id: str | None = Field(None, description="under which the service's log has an unexpected error")
 
 
-class PlanSummary(BaseModel):
-    """How an ephemeris was computed, and what it is worth."""
-
-    solver: str
-    samples: int
-    simulated: list[str]
-    left_out: list[str]
-    error_bound_rad: float
-    error_bound_source: str
-
-
-class ComputingTime(BaseModel):
-    """Wall-clock seconds of the computation."""
-
-    set_up_s: float
-    sample_s: float
-
-
 class Ephemeris(BaseModel):
     """Columns, one list each, units in their names, and how to read them."""
 
@@ -49,35 +109,14 @@ class Ephemeris(BaseModel):
     time_scale: str | None
     body: dict[str, Any] | None
     shape: list[int]
-    events: list[dict[str, Any]] = Field(default_factory=list)
+    events: list[dict[str, Any]] = []
     version: str
-    plan: PlanSummary | None
+    plan: dict[str, Any] | None = Field(description="how it was computed, and what it is worth")
     columns: dict[str, list[float | str]]
-    cost: ComputingTime | None
+    cost: dict[str, float] | None = Field(description="wall-clock seconds of the computation")
 
 
 class Ephemerides(BaseModel):
     """Of a list of scenes: an answer or a problem for each, in its order."""
 
     answers: list[Ephemeris | Problem]
-
-
-class Status(BaseModel):
-    """Of the process."""
-
-    status: Literal["alive", "ready"]
-
-
-class SceneEntry(BaseModel):
-    """A scene that comes with the service."""
-
-    name: str
-    title: str
-    description: str
-    href: str
-
-
-class Catalogue(BaseModel):
-    """The scenes that come with the service."""
-
-    scenes: list[SceneEntry]

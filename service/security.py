@@ -1,19 +1,13 @@
-"""The bearer token, where one is set: who does not bring it finds the open routes and nothing else.
-
-The request is handed to a router that has those alone.  So it is the router that decides what a path leads
-to, under whatever prefix the service runs, and a route is closed unless it was included among the open ones.
-"""
-
-from __future__ import annotations
+"""The bearer token, where one is set: a route is closed unless it is among the open ones."""
 
 import hmac
-from collections.abc import Iterable
+from collections.abc import Sequence
 from http import HTTPStatus
 
-from fastapi import APIRouter
 from fastapi.security import HTTPBearer
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
+from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
 
@@ -21,32 +15,29 @@ bearer = HTTPBearer(scheme_name="token", auto_error=False)  # describes the clos
 
 
 class Guard:
-    """The application's router for requests with the token, and the open routes alone for all others."""
+    """Around the router: refuses, before the body is read, what no open route answers and has no token.
 
-    def __init__(self, everything: ASGIApp, open_routers: Iterable[APIRouter], token: str):
-        self.everything = everything
-        self.open_routes = APIRouter(redirect_slashes=False, default=refuse)
-        for router in open_routers:
-            self.open_routes.include_router(router)
-        self.token = token.encode()
+    The routes themselves say what a path leads to, under whatever prefix the service runs.
+    """
+
+    def __init__(self, router: ASGIApp, open_routes: Sequence[BaseRoute], token: str):
+        self.router, self.open_routes, self.token = router, open_routes, token.encode()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        is_open = scope["type"] == "lifespan" or self.is_authorized(Headers(scope=scope))
-        await (self.everything if is_open else self.open_routes)(scope, receive, send)
+        if scope["type"] == "lifespan" or self.is_authorized(scope) or self.is_open(scope):
+            await self.router(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await WebSocketClose()(scope, receive, send)
+        else:
+            got = "another" if "authorization" in Headers(scope=scope) else "nothing"
+            challenge = 'Bearer realm="attitude"' + (', error="invalid_token"' if got == "another" else "")
+            detail = f"authorization: Bearer and the service's token; got {got}"
+            raise HTTPException(HTTPStatus.UNAUTHORIZED, detail, {"www-authenticate": challenge})
 
-    def is_authorized(self, headers: Headers) -> bool:
+    def is_authorized(self, scope: Scope) -> bool:
         """Whether the token is right; compared in a time that does not tell how much of it was."""
-        scheme, _, token = headers.get("authorization", "").partition(" ")
-        is_right = hmac.compare_digest(token.strip().encode(), self.token)
-        return is_right and scheme.lower() == "bearer"
+        scheme, _, token = Headers(scope=scope).get("authorization", "").partition(" ")
+        return hmac.compare_digest(token.strip().encode(), self.token) and scheme.lower() == "bearer"
 
-
-async def refuse(scope: Scope, receive: Receive, send: Send) -> None:
-    """Refuse where no open route answers, before anything of the request's body is read."""
-    if scope["type"] == "websocket":
-        await WebSocketClose()(scope, receive, send)
-        return
-    is_sent = "authorization" in Headers(scope=scope)
-    challenge = 'Bearer realm="attitude"' + (', error="invalid_token"' if is_sent else "")
-    detail = f"authorization: Bearer and the service's token; got {'another' if is_sent else 'nothing'}"
-    raise HTTPException(HTTPStatus.UNAUTHORIZED, detail, {"www-authenticate": challenge})
+    def is_open(self, scope: Scope) -> bool:
+        return any(route.matches(scope)[0] is not Match.NONE for route in self.open_routes)

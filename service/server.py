@@ -1,7 +1,5 @@
 """`attitude serve`: uvicorn with the options that the settings give it."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 

@@ -3,8 +3,6 @@
 `python -m service.settings` prints them as a table.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -31,29 +29,20 @@ class Settings(BaseSettings):
     max_effects: int = Field(100, ge=1, description="effects that one scene may name")
     max_scenes: int = Field(1000, ge=1, description="scenes that one list may hold")
     max_seconds: int = Field(30, ge=1, description="seconds of computing that one request may need")
-    max_body_bytes: int = Field(4 * 2**20, ge=1, description="bytes that a request's document may have")
-    max_requests: int | None = Field(
-        None, ge=1, description="requests that a worker computes or keeps waiting; by default 16 per thread"
-    )
+    max_body_bytes: int = Field(4 * 2**20, ge=1, description="bytes that a request's body may have")
+    max_requests: int | None = Field(None, ge=1, description="requests at a worker; by default 16 per thread")
     workers: int = Field(1, ge=1, le=1024, description="processes that answer")
     threads: int | None = Field(
         None,
         ge=1,
         le=1024,
-        description="threads of a worker that compute; by default the processors, shared among the workers",
+        description="threads of a worker that compute; by default its share of processors",
     )
-    client_seconds: int = Field(
-        20, ge=1, description="seconds that a client may take to send a document, or to take a block"
-    )
+    client_seconds: int = Field(20, ge=1, description="seconds to send a document in, or to take a block in")
     token_file: str | None = Field(None, description="file that holds the token, instead of the token itself")
-    token: str | None = Field(
-        None,
-        repr=False,
-        validate_default=True,
-        description="bearer token that requests have to bring; none by default",
-    )
+    token: str | None = Field(None, repr=False, validate_default=True, description="bearer token to bring")
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
-        (), description="origins whose pages may ask, by commas; none by default"
+        (), description="origins whose pages may ask, by commas"
     )
     log_level: Literal["debug", "info", "warning", "error"] = Field(
         "info", description="what is logged: debug, info, warning, error"
@@ -69,7 +58,6 @@ class Settings(BaseSettings):
     @field_validator("token")
     @classmethod
     def find_token(cls, token: str | None, info: ValidationInfo) -> str | None:
-        """The token itself, or that of the file."""
         path = info.data.get("token_file")
         if token is not None and path is not None:
             raise ValueError(f"either this or {variable('token_file')}, not both")
@@ -80,9 +68,7 @@ class Settings(BaseSettings):
     @field_validator("cors_origins", mode="before")
     @classmethod
     def split_origins(cls, value: Any) -> Any:
-        origins = (
-            [each.strip() for each in value.split(",") if each.strip()] if isinstance(value, str) else value
-        )
+        origins = [each.strip() for each in value.split(",")] if isinstance(value, str) else value
         if not all(re.fullmatch(r"\*|https?://[^/?#\s]+", origin) for origin in origins):
             raise ValueError("origins such as https://example.org, by commas, or * for all")
         return origins
@@ -93,14 +79,14 @@ class Settings(BaseSettings):
         return value.lower() if isinstance(value, str) else value
 
     @classmethod
-    def read(cls, **options: object) -> Settings:
+    def read(cls, **options: object) -> "Settings":
         """Settings of the environment; an option that is not None wins.
 
         Raises InputError, in one line that names the variable (or option), the value and what would be right.
         """
-        given = {name: value for name, value in options.items() if value is not None}
+        given = {name: str(value) for name, value in options.items() if value is not None}
         try:
-            return cls(**{name: str(value) for name, value in given.items()})  # type: ignore[arg-type]
+            return cls(**given)  # type: ignore[arg-type]
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
         name = str(first["loc"][0])

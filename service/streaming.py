@@ -1,9 +1,6 @@
 """Responses: in blocks as they are computed, or whole; tags, and 304 for who has the answer already."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from functools import lru_cache
 from hashlib import blake2b
 from http import HTTPStatus
 from typing import Any, NamedTuple
@@ -14,7 +11,8 @@ from starlette.responses import Response, StreamingResponse
 import attitude
 
 from .compute import Compute
-from .dependencies import JSON
+
+JSON = "application/json"
 
 
 class Computed(NamedTuple):
@@ -44,22 +42,20 @@ def is_known(tag: str, request: Request) -> bool:
 
 def response(computed: Computed, compute: Compute) -> Response:
     """In one piece, with its length, or in blocks, each computed when the one before is on its way."""
-    headers = {"vary": "accept, accept-encoding", "attitude-version": attitude.__version__} | computed.headers
+    headers = {"vary": "accept, accept-encoding", "attitude-version": attitude.__version__}
+    headers |= {"content-type": computed.media, **computed.headers}
     if computed.is_whole:
-        return Response(next(computed.blocks, b""), computed.status, headers, computed.media)
-    return StreamingResponse(compute.blocks(computed.blocks), computed.status, headers, computed.media)
+        return Response(next(computed.blocks, b""), computed.status, headers)
+    return StreamingResponse(compute.blocks(computed.blocks), computed.status, headers)
 
 
 def json_response(content: bytes) -> Response:
     return Response(content, HTTPStatus.OK, {"attitude-version": attitude.__version__}, JSON)
 
 
-tag_of_fixed = lru_cache(maxsize=64)(tag_of)
-
-
 def fixed(request: Request, content: bytes, media: str = JSON, **headers: str) -> Response:
     """What never changes while the service runs: with a tag, and not sent again to who has it."""
-    tag = tag_of_fixed(content)
+    tag = tag_of(content)
     headers |= {"etag": tag, "vary": "accept-encoding", "attitude-version": attitude.__version__}
     if is_known(tag, request):
         return Response(b"", HTTPStatus.NOT_MODIFIED, headers)

@@ -12,8 +12,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
 from attitude import InputError, Scene
-from service import create_app, limits
-from service.compute import Compute, Job, current
+from service import create_app
+from service.compute import Compute, Job, check_wanted, current
 from service.settings import Settings
 
 WITHIN_S = 30
@@ -154,7 +154,7 @@ def test_computation_stops_between_pieces_when_the_client_has_gone():
 
     async def scenario(compute):
         client = Client()
-        task = asyncio.create_task(asked(compute, work, limits.check_wanted, client=client))
+        task = asyncio.create_task(asked(compute, work, check_wanted, client=client))
         await until(begun.is_set)
         client.went.set()
         with pytest.raises(ClientDisconnect):
@@ -199,7 +199,7 @@ def test_work_over_its_seconds_is_refused_while_it_is_under_way_and_stops():
 
     async def scenario(compute):
         with pytest.raises(InputError, match=r"at most 1 s to compute \(ATTITUDE_MAX_SECONDS\)"):
-            await asked(compute, work, limits.check_wanted)
+            await asked(compute, work, check_wanted)
         await until(stopped.is_set)
 
     computing(scenario, max_seconds=1)

@@ -8,8 +8,7 @@ from asking import assert_problem, library_json, without_cost
 
 from attitude import InputError, Scene
 from attitude.scene.document import builtin_names
-from service import limits
-from service.settings import Settings
+from service.computations import Budget
 
 WITH_EFFECTS = [name for name in builtin_names() if Scene.builtin(name).effects]
 ORBIT = {"altitude": {"value": 600, "unit": "km"}}
@@ -108,7 +107,7 @@ def test_free_motion_is_never_checked_and_torques_once_by_what_the_plan_predicts
 
 def test_prediction_that_is_no_number_is_refused():
     with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
-        limits.Budget(Settings()).check(float("nan"))
+        Budget(30).check(float("nan"))
 
 
 def test_answer_says_what_was_simulated_and_what_not(client, document):

@@ -202,7 +202,7 @@ def test_named_origin_may_ask_with_its_token_and_others_get_a_problem():
     assert allowed.status_code == 200
     assert allowed.headers["access-control-allow-origin"] == "https://a.example"
     refused = asked.options("/v1/motion", headers=PREFLIGHT | {"origin": "https://b.example"})
-    assert "origin" in assert_problem(refused, 400)["detail"]
+    assert (refused.status_code, "access-control-allow-origin" in refused.headers) == (400, False)
     answer = asked.get("/version", headers={"origin": "https://a.example"})
     assert answer.status_code == 401
     shown = set(answer.headers["access-control-expose-headers"].lower().split(", "))

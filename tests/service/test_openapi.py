@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from worked import answered, examples_of, routes
+from worked import answered, examples, examples_of, routes
 
 from attitude import Scene
-from service import openapi
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +38,7 @@ def test_every_reference_leads_somewhere(description):
 def test_description_has_every_route(description):
     assert set(description["paths"]) == {
         "/v1/ephemeris",
+        "/v1/convert",
         "/v1/motion",
         "/v1/plan",
         "/v1/cost",
@@ -51,19 +51,19 @@ def test_description_has_every_route(description):
     }
 
 
-@pytest.mark.parametrize("path", sorted(openapi.examples()))
+@pytest.mark.parametrize("path", sorted(examples()))
 def test_worked_examples_are_what_is_answered(client, description, path):
     """All that an answer says, but for times, versions and machines, which differ from run to run."""
     method, operation = next(iter(description["paths"][path].items()))
-    assert examples_of(operation) == openapi.examples()[path]
-    for name, expected in openapi.examples()[path]["answers"].items():
-        answer = answered(client, method, path, openapi.examples()[path].get("requests", {}).get(name))
+    assert examples_of(operation) == examples()[path]
+    for name, expected in examples()[path]["answers"].items():
+        answer = answered(client, method, path, examples()[path].get("requests", {}).get(name))
         assert_alike(answer, expected)
 
 
 def test_every_described_route_has_a_worked_example(description):
-    assert set(openapi.examples()) | {"/metrics"} == set(description["paths"])
-    assert set(routes(description)) >= set(openapi.examples())
+    assert set(examples()) | {"/metrics", "/v1/convert"} == set(description["paths"])
+    assert set(routes(description)) >= set(examples())
 
 
 VARYING = ("cost", "version", "attitude", "python", "numpy", "numba", "astropy")

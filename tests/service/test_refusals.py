@@ -11,8 +11,8 @@ from asking import MAX_BODY_BYTES, MAX_SAMPLES, assert_problem
 
 from attitude import AttitudeError, InputError, Scene, errors
 from service import computations
+from service.computations import scene_within
 from service.errors import TABLE, UNEXPECTED
-from service.limits import scene_within
 from service.settings import Settings
 
 # -- values that cannot be taken ------------------------------------------------------------------

@@ -38,7 +38,7 @@ ROOTS = [
     "/Docs",
     "/%2e",
 ]
-# 503: not warm here, which is no refusal of who asks; 404: no file of the viewer's, or of the description's.
+# 503: not warm here, which is no refusal of who asks.
 OPEN = {
     "/": 200,
     "/healthz": 200,
@@ -46,14 +46,14 @@ OPEN = {
     "/openapi.json": 200,
     "/docs": 200,
     "/docs/start.js": 200,
-    "/docs/nothing": 404,
-    "/docs/..": 404,
     "/viewer/viewer.js": 200,
-    "/viewer/nothing": 404,
     "/%68ealthz": 200,
 }
 # And what they are to who has the token.
 CLOSED = {
+    "/docs/nothing": 404,
+    "/docs/..": 404,
+    "/viewer/nothing": 404,
     "/version": 200,
     "/metrics": 200,
     "/v1/scenes": 200,

@@ -7,12 +7,15 @@ It asks the service itself; what it writes is to be read before it is committed.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import orjson
 
 from attitude import Scene
 from service import openapi
+from service.openapi import overlay
+from service.streaming import JSON
 
 
 def small(name: str, **changed: Any) -> dict[str, Any]:
@@ -48,15 +51,22 @@ def answered(client: Any, method: str, path: str, document: Any) -> Any:
 
 
 def examples_of(operation: dict[str, Any]) -> dict[str, Any]:
-    """What the description holds of an operation, in the form of examples.json."""
-    request = operation.get("requestBody", {}).get("content", {}).get(openapi.JSON, {}).get("examples")
-    answer = operation["responses"]["200"]["content"][openapi.JSON]["examples"]
-    requests = {"requests": _values(request)} if request else {}
-    return {**requests, "answers": _values(answer)}
+    """Documents by part ("requests", "answers") and name; of an operation that has examples."""
+    parts = {"requests": operation.get("requestBody"), "answers": operation.get("responses", {}).get("200")}
+    found = {
+        name: (part or {}).get("content", {}).get(JSON, {}).get("examples") for name, part in parts.items()
+    }
+    return {
+        part: {name: example["value"] for name, example in examples.items()}
+        for part, examples in found.items()
+        if examples
+    }
 
 
-def _values(examples: dict[str, Any]) -> dict[str, Any]:
-    return {name: example["value"] for name, example in examples.items()}
+def examples() -> dict[str, Any]:
+    """By path, of all operations that have some."""
+    found = {path: examples_of(next(iter(each.values()))) for path, each in overlay()["paths"].items()}
+    return {path: each for path, each in found.items() if each}
 
 
 def routes(description: dict[str, Any]) -> list[str]:
@@ -70,15 +80,19 @@ def _write() -> None:
     from service import create_app
     from service.settings import Settings
 
-    found: dict[str, Any] = {}
+    parts = overlay()
     with TestClient(create_app(Settings())) as client:
         wait_until_ready(lambda: client.get("/readyz").status_code == 200)
         for path, requests in _requests().items():
             method = "post" if next(iter(requests.values())) else "get"
-            given = {name: document for name, document in requests.items() if document is not None}
-            answers = {name: answered(client, method, path, each) for name, each in requests.items()}
-            found[path] = {**({"requests": given} if given else {}), "answers": answers}
-    openapi.EXAMPLES.write_bytes(orjson.dumps(found, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))
+            operation = parts["paths"][path][method]
+            for name, document in requests.items():
+                answer = {"value": answered(client, method, path, document)}
+                operation["responses"]["200"]["content"][JSON]["examples"][name] = answer
+                if document is not None:
+                    operation["requestBody"]["content"][JSON]["examples"][name] = {"value": document}
+    path = Path(openapi.__file__).with_suffix(".json")
+    path.write_bytes(orjson.dumps(parts, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))
 
 
 if __name__ == "__main__":

@@ -16,10 +16,12 @@ from starlette.testclient import TestClient
 
 from attitude.formats.registry import FORMATS
 from service import create_app
-from service.pages import BUNDLE, VIEWER_FILES
+from service.routes import PAGES
+from service.routes import VIEWER as BUNDLE
 from service.settings import Settings
 
 VIEWER = BUNDLE.parent
+VIEWER_FILES = [path.rpartition("/")[2] for path in PAGES if path.startswith("/viewer/")]
 ROOT = VIEWER.parents[1]
 MEDIA = {
     ".js": "text/javascript; charset=utf-8",

@@ -16,7 +16,7 @@ from attitude.cost.cell import Cell
 from attitude.cost.report import Report
 from attitude.formats.registry import FORMATS
 from attitude.scene.document import builtin_names
-from service.pages import BUNDLE
+from service.routes import VIEWER as BUNDLE
 
 SOURCES = BUNDLE.parent / "src"
 REFUSED = re.compile(r"Failed to load resource: the server responded with a status of (4\d\d|503)")
