@@ -79,6 +79,7 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     compute = app.state.compute
     backstop = asyncio.create_task(end_stuck_process(compute.is_stuck, compute.settings.max_seconds))
     yield
+    app.state.readiness.stop.set()
     backstop.cancel()
     await compute.stop()
 

@@ -25,7 +25,7 @@ from attitude.samples.chunks import Samples
 from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
 
-from .compute import check_wanted, count_samples
+from .compute import check_wanted, current
 from .errors import refusal, unexpected
 from .schemas import ConvertQuery, CostQuery, EphemerisQuery, FileQuery, PlanQuery
 from .settings import Settings, variable
@@ -127,13 +127,19 @@ class Writing(NamedTuple):
         limit = self.settings.max_samples, variable("max_samples")
         with no_field("drop_below"):
             samples = scene.samples(check_wanted, drop_below, self.query.frame, *limit, budget.check)
-        count_samples(samples.count)
-        return samples
+        return counted(samples)
 
     def file(self, samples: Samples, target: Format) -> EncodedFile:
         error, limit = self.query.interpolation_error, self.settings.max_samples
         with no_field(*type(self.query).model_fields, *self.options):
             return encoded_file(samples, target, error, limit, self.options)
+
+
+def counted(samples: Samples) -> Samples:
+    """The same, known to the log and the figures."""
+    if (job := current.get()) is not None:
+        job.samples += samples.count
+    return samples
 
 
 def computed(file: EncodedFile, **headers: str) -> Computed:
@@ -155,8 +161,7 @@ def convert(
     ephemeris = Ephemeris.of(data)
     samples = Samples.of(ephemeris.in_frame(query.frame) if query.frame else ephemeris, check_wanted)
     check_count("file", samples.count, "samples", settings)
-    count_samples(samples.count)
-    return computed(Writing(query, target, options, settings).file(samples, target))
+    return computed(Writing(query, target, options, settings).file(counted(samples), target))
 
 
 def ephemeris(

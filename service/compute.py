@@ -6,19 +6,25 @@ more requests than are meant to wait are refused at once, with the time after wh
 """
 
 import asyncio
+import logging
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
 from functools import partial
 from http import HTTPStatus
+from time import perf_counter, thread_time
 from typing import ParamSpec, TypeVar
 
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
-from . import metrics
-from .deadline import Deadline, end_computations
+from attitude.errors import InputError
+from attitude.stopping import Stop, stoppable
+
+from . import deadline, metrics
 from .settings import Settings, variable
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -32,42 +38,62 @@ class Job:
     Attributes
     ----------
     identity : goes through the logs, and back to the client
-    deadline : seconds of computing, and the stop that ends them
     samples : instants that the answer holds
     is_admitted : counts among those in flight
     is_abandoned : no client waits for the answer any more
     """
 
     def __init__(self, identity: str, request: Request, max_seconds: float):
-        self.identity, self.request = identity, request
-        self.deadline = Deadline(max_seconds)
+        self.identity, self.request, self.max_seconds = identity, request, max_seconds
         self.samples = 0
         self.is_admitted = self.is_abandoned = False
+        self._stop = Stop()
+        self._before = 0.0  # seconds of the pieces of work that are done
+        self._begun: float | None = None  # the piece under way
 
-    async def look(self) -> None:
-        """Raises what `check` does, the client having been looked for."""
-        self.is_abandoned = await self.request.is_disconnected()
-        self.check()
-
-    def give_up(self) -> None:
-        """Stop the thread that computes, if any."""
-        self.is_abandoned = True
-        self.deadline.stop.set()
+    def spent(self) -> float:
+        """Seconds of computing, those of the piece under way included."""
+        begun = self._begun
+        return self._before + (perf_counter() - begun if begun is not None else 0.0)
 
     def check(self) -> None:
         """Raises ClientDisconnect where no client waits any more, InputError where its time is used up."""
         if self.is_abandoned:
             raise ClientDisconnect
-        self.deadline.check()
+        if (spent := self.spent()) > self.max_seconds:
+            limit = f"a scene that takes at most {self.max_seconds} s to compute ({variable('max_seconds')})"
+            raise InputError("times", f"{spent:.3g} s so far", limit)
 
     def run(self, work: Callable[[], T]) -> T:
         """One piece of its work, in the thread that calls this."""
         self.check()
-        with self.deadline.computing():
-            return work()
+        allowed = self.max_seconds - self._before + deadline.OVERTIME_S
+        self._begun, processor_begun = perf_counter(), thread_time()
+        try:
+            with stoppable(self._stop):
+                return work()
+        finally:
+            self._before, self._begun = self.spent(), None
+            if (seconds := thread_time() - processor_begun) > allowed:
+                log.warning("a computation took %.1f s, %.1f s were left to it", seconds, allowed)
+
+    def give_up(self) -> None:
+        """Stop the thread that computes, if any."""
+        self.is_abandoned = True
+        self._stop.set()
+
+    def is_stuck(self) -> bool:
+        """Whether a computation goes on that should have stopped long ago."""
+        return self._begun is not None and self.spent() > self.max_seconds + deadline.STUCK_AFTER_S
 
 
 current: ContextVar[Job | None] = ContextVar("job", default=None)
+
+
+def check_wanted(_done: float = 0.0) -> None:
+    """What the library calls between pieces of its work, as its `progress`: raises as `Job.check`."""
+    if (job := current.get()) is not None:
+        job.check()
 
 
 class Compute:
@@ -95,16 +121,25 @@ class Compute:
         assert job is not None  # noqa: S101 (for the type checker)
         self._admit(job)
         job.check()
-        piece = partial(copy_context().run, self._piece, job, partial(work, *args, **kwargs))
+        piece = partial(copy_context().run, self._run_piece, job, partial(work, *args, **kwargs))
         future = asyncio.get_running_loop().run_in_executor(self._pool, piece)
         try:
             while not (await asyncio.wait([future], timeout=LOOK_EVERY_S))[0]:
-                await job.look()
+                job.is_abandoned = await job.request.is_disconnected()
+                job.check()
         except BaseException:
             job.give_up()
             future.cancel()
             raise
         return await future
+
+    def _run_piece(self, job: Job, work: Callable[[], T]) -> T:
+        self.running.add(job)
+        try:
+            with metrics.busy.track_inprogress():
+                return job.run(work)
+        finally:
+            self.running.discard(job)
 
     async def blocks(self, blocks: Iterator[bytes]) -> AsyncIterator[bytes]:
         """The blocks of an answer, each computed while the one before is on its way, and none beyond that."""
@@ -136,37 +171,15 @@ class Compute:
             self.in_flight -= 1
             metrics.in_flight.dec()
 
-    def _piece(self, job: Job, work: Callable[[], T]) -> T:
-        """In a thread: some of a request's work."""
-        self.running.add(job)
-        try:
-            with metrics.busy.track_inprogress():
-                return job.run(work)
-        finally:
-            self.running.discard(job)
-
     def is_stuck(self) -> bool:
-        """Whether a computation goes on that should have stopped long ago."""
-        return any(job.deadline.is_stuck() for job in tuple(self.running))
+        return any(job.is_stuck() for job in tuple(self.running))
 
     async def stop(self) -> None:
         """Stop what is computed: the process is to end."""
         for job in tuple(self.running):
             job.give_up()
-        await end_computations(lambda: bool(self.running))
+        await deadline.end_computations(lambda: bool(self.running))
 
     def close(self) -> None:
         """End the threads, for who makes many of them; a process that ends needs it not."""
         self._pool.shutdown(wait=False, cancel_futures=True)
-
-
-def count_samples(samples: int) -> None:
-    """Instants that an answer holds, for the log and the metrics."""
-    if (job := current.get()) is not None:
-        job.samples += samples
-
-
-def check_wanted(_done: float = 0.0) -> None:
-    """What the library calls between pieces of its work, as its `progress`: raises as `Job.check`."""
-    if (job := current.get()) is not None:
-        job.check()

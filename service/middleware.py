@@ -72,7 +72,7 @@ class Requests:
             outcome = answer.status if answer.is_whole else "gone" if is_gone else "cut"
             metrics.observe(method, route, outcome, taken)
             metrics.samples.inc(job.samples)
-            metrics.computing.inc(job.deadline.spent())
+            metrics.computing.inc(job.spent())
             fields = {
                 "method": method[:200],
                 "path": scope["path"][:200],
@@ -80,7 +80,7 @@ class Requests:
                 "status": outcome,
                 "seconds": round(taken, 6),
                 "bytes": answer.bytes,
-                "compute_seconds": round(job.deadline.spent(), 6),
+                "compute_seconds": round(job.spent(), 6),
             }
             log.info("request", extra={"fields": fields})
 

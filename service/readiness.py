@@ -12,10 +12,10 @@ from typing import Any
 
 from attitude.formats.encoding import encoded_file
 from attitude.formats.registry import FORMATS
-from attitude.formats.tables import json
 from attitude.runtime import compiled
 from attitude.scene.document import Scene, builtin_names
 from attitude.scene.motion_summary import motion_summary
+from attitude.stopping import Stop, stoppable
 
 log = logging.getLogger(__name__)
 
@@ -31,15 +31,14 @@ class KnownCaseError(Exception):
 
 
 class Readiness:
-    """Whether work may be sent here; decided by the warm-up, which runs in a thread of its own.
+    """Whether work may be sent here: `obstacle` says why not, in words, and is None where it may.
 
-    Attributes
-    ----------
-    obstacle : why not, in words; None where it may
+    Decided by the warm-up, in a thread of its own; once `stop` is set, it ends without a word.
     """
 
     def __init__(self) -> None:
         self.obstacle: str | None = "the kernel is being compiled or loaded"
+        self.stop = Stop()
 
     def start(self) -> None:
         # a daemon: a stop that comes while the kernel is compiled is not to wait for it
@@ -47,13 +46,13 @@ class Readiness:
 
     def run(self) -> None:
         try:
-            summary = warm_up()
-        except KnownCaseError as error:
-            self.obstacle = str(error)
-            log.critical("not ready, and never will be: %s", error)
-        except Exception:
-            self.obstacle = "the warm-up ended with an unexpected error, which the service's log has"
-            log.critical("not ready, and never will be", exc_info=True)
+            with stoppable(self.stop):
+                summary = warm_up()
+        except BaseException as error:
+            if not self.stop.flag[0]:
+                unexpected = "the warm-up ended with an unexpected error, which the service's log has"
+                self.obstacle = str(error) if isinstance(error, KnownCaseError) else unexpected
+                log.critical("not ready, and never will be", exc_info=True)
         else:
             self.obstacle = None
             log.info("ready: %s", summary)
@@ -69,7 +68,7 @@ def warm_up() -> str:
     check_known_case()
     for document in request_forms():
         scene = Scene.model_validate(document)
-        json.dumps(scene.run())
+        encoded_file(scene.samples(), FORMATS["json"])
         motion_summary(scene.motion(), scene.name)
     encoded_file(Scene.builtin("toutatis").samples(), FORMATS["czml"])  # reads tables of the Earth
     gc.freeze()  # what was loaded stays: to look through it for garbage takes longer than most requests
@@ -89,9 +88,7 @@ def request_forms() -> Iterator[dict[str, Any]]:
     yield from ({"scene": name} for name in builtin_names())
     dates = ["2026-01-01T00:00:00", "2026-01-01T00:00:00.1"]
     dated = {"scene": KNOWN_SCENE, "epoch": {"time": dates[0], "scale": "utc"}}
-    tensor = [[2.0, 0.1, 0.0], [0.1, 3.0, 0.0], [0.0, 0.0, 4.0]]
-    yield dated | {"body": {"tensor": tensor, "unit": "kg m2"}}
+    yield dated | {"body": {"tensor": [[2, 0.1, 0], [0.1, 3, 0], [0, 0, 4]], "unit": "kg m2"}}
     yield dated | {"times": {"start": 0, "stop": 3, "step": 1, "unit": "s"}}
-    yield dated | {"times": {"elapsed": [0, 0.1, 7], "unit": "min"}}
-    yield dated | {"times": {"dates": dates, "scale": "utc"}}
-    yield dated | {"times": {"dates": dates, "scale": "tai"}}  # not converted: arrays of another kind
+    for scale in ("utc", "tai"):  # one converted, one not
+        yield dated | {"times": {"dates": dates, "scale": scale}}

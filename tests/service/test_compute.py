@@ -251,7 +251,7 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
             await take(compute)
         compute.leave(job)
         assert len(taken) == 3
-        assert 1.0 < job.deadline.spent() < 2.0
+        assert 1.0 < job.spent() < 2.0
 
     computing(scenario, max_seconds=1)
 

@@ -212,8 +212,8 @@ def test_workers_share_port_and_figures_and_are_replaced_and_stopped(document, c
         wait_until_ready(lambda: len(ready_lines(running)) == 2)
         for _ in range(20):
             assert running.get("/healthz")[0] == 200
-        text = running.get("/metrics")[2].decode()
-        assert 'attitude_requests_total{method="GET",route="/healthz",status="200"} 20.0' in text
+        counted = b'attitude_requests_total{method="GET",route="/healthz",status="200"} 20.0'
+        wait_until_ready(lambda: counted in running.get("/metrics")[2])  # each after its answer is sent
 
         victim = next(re.search(r"server process \[(\d+)\]", line["message"]) for line in started(running))
         os.kill(int(victim[1]), signal.SIGKILL)

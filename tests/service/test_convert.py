@@ -1,0 +1,106 @@
+"""Files over HTTP: in any format, out in any other, as the library reads and writes them."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+from asking import MAX_BODY_BYTES, assert_problem
+from starlette.testclient import TestClient
+
+from attitude import Ephemeris, Scene
+from attitude.formats.encoding import encoded_file
+from attitude.formats.registry import FORMATS
+from service import create_app
+from service.settings import Settings
+
+TIMES = {"elapsed": [0, 100, 200, 300, 400, 500], "unit": "s"}
+OPTIONS = {"ck": {"naif_id": 2004179}, "stk": {}, "czml": {}}
+
+
+def encoded(name):
+    """A short ephemeris as a file of a format."""
+    samples = Scene.model_validate({"scene": "toutatis", "times": TIMES}).samples()
+    return b"".join(encoded_file(samples, FORMATS[name], options=OPTIONS.get(name)).blocks)
+
+
+def uploaded(name):
+    """Files of a form; of the archive of a CK the two that reading needs."""
+    if not FORMATS[name].has_companions:
+        return {"file": ("x" + FORMATS[name].endings[0], encoded(name))}
+    with zipfile.ZipFile(io.BytesIO(encoded(name))) as archive:
+        members = {member[-3:]: (member, archive.read(member)) for member in archive.namelist()}
+    return {"file": members[".bc"], "sclk": members["tsc"]}
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if name != "ck"])
+def test_file_of_any_format_becomes_json(client, name):
+    answer = client.post("/v1/convert?frame=ECLIPJ2000", files=uploaded(name))
+    assert answer.status_code == 200, answer.text
+    columns = answer.json()["columns"]
+    found = np.transpose([columns[f"q_{letter}"] for letter in "wxyz"])
+    truth = Scene.model_validate({"scene": "toutatis", "times": TIMES}).run().quaternion("wxyz")
+    np.testing.assert_allclose(np.abs((found * truth).sum(1)), 1.0, atol=1e-12)
+    assert (answer.json()["plan"], answer.json()["cost"]) == (None, None)
+
+
+def test_kernel_of_spice_is_read_with_its_clock(client):
+    pytest.importorskip("spiceypy")
+    answer = client.post("/v1/convert?format=csv", files=uploaded("ck"))
+    assert answer.status_code == 200, answer.text
+
+
+@pytest.mark.parametrize("name", ["csv", "aem", "parquet", "npz"])
+def test_body_is_read_by_its_type_and_written_as_the_library_writes_it(client, tmp_path, name):
+    content, path = encoded(name), tmp_path / f"x{FORMATS[name].endings[0]}"
+    path.write_bytes(content)
+    turned = Ephemeris.read(path).in_frame("EME2000")
+    for query in ({}, {"source": name}):
+        media = FORMATS[name].media if not query else "application/octet-stream"
+        answer = client.post(
+            "/v1/convert",
+            params={"frame": "EME2000", "format": "csv", **query},
+            content=content,
+            headers={"content-type": media},
+        )
+        assert answer.content == b"".join(encoded_file(turned, FORMATS["csv"]).blocks)
+
+
+REFUSED = {
+    "no format": ({}, b"x", 422, "source: the format of the file"),
+    "unknown format": ({"source": "eam"}, b"x", 422, "source: unknown format 'eam'; did you mean 'aem'?"),
+    "unknown target": ({"source": "aem", "format": "cvs"}, b"x", 422, "format: unknown format 'cvs'"),
+    "no such file": ({"source": "aem"}, b"x", 400, "file"),
+    "empty": ({"source": "csv"}, b"", 400, "file"),
+    "unknown option": ({"source": "czml", "entiti": "x"}, b"x", 422, "entiti: unknown query parameter"),
+    "path of the server": (
+        {"source": "ck", "sclk": "/etc/passwd"},
+        b"x",
+        422,
+        "sclk: unknown query parameter",
+    ),
+    "unknown frame": ({"source": "csv", "frame": "MARS", "format": "json"}, None, 422, "frame: "),
+}
+
+
+@pytest.mark.parametrize(("query", "content", "status", "words"), REFUSED.values(), ids=REFUSED)
+def test_file_that_cannot_be_converted_is_a_problem(client, query, content, status, words):
+    content = encoded("csv") if content is None else content
+    answer = client.post("/v1/convert", params=query, content=content)
+    assert assert_problem(answer, status)["detail"].startswith(words)
+
+
+def test_limits_hold_for_files_too(client):
+    answer = client.post("/v1/convert?source=csv", content=b"x" * (MAX_BODY_BYTES + 1))
+    assert assert_problem(answer, 413)["detail"].startswith("document: at most")
+    small = create_app(Settings(max_samples=5))
+    refused = TestClient(small).post("/v1/convert?format=csv", files=uploaded("aem"))
+    detail = "file: at most 5 samples (ATTITUDE_MAX_SAMPLES); got '6 samples'"
+    assert assert_problem(refused, 422)["detail"] == detail
+
+
+@pytest.mark.parametrize("files", [{"other": ("x.csv", b"x")}, {"file": ("x", b"x"), "a": b"x", "b": b"x"}])
+def test_form_that_is_none_of_a_file_is_a_problem(client, files):
+    assert client.post("/v1/convert", files=files).headers["content-type"] == "application/problem+json"
