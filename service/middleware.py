@@ -1,4 +1,4 @@
-"""Around every request: its id, log line, figures and headers, and what becomes of unexpected errors."""
+"""Around every request: its id, log line, figures and headers; and the answer to unexpected errors."""
 
 import asyncio
 import logging
