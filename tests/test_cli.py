@@ -188,7 +188,7 @@ def test_scene_with_effects_is_run_as_the_library_runs_it(answer, written):
 def test_effects_and_solver_are_reported_on_a_terminal(answer, tmp_path):
     _, _, err = answer("run", "envisat", "-o", tmp_path / "out.csv", terminal=True)
     assert "attitude: simulated: gravity_gradient, eddy_damping\n" in err
-    assert re.search(r"gauss, order 16: \d+ steps, \d+ torques; error estimated at [\d.]+e-1\d rad\n", err)
+    assert re.search(r"gauss, order 32: \d+ steps, \d+ sweeps; error estimated at [\d.]+e-1\d rad\n", err)
     assert "regime" not in err  # which a free motion has
 
 

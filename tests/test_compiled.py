@@ -146,7 +146,7 @@ def sources(tmp_path, monkeypatch):
 
 
 EVERY_MODULE = {each.module for wing in compiled.WINGS for group in wing for each in group}
-TORQUES = {f"solvers.{name}" for name in ("collocation", "splitting", "dormand_prince")}
+TORQUES = {"solvers.collocation"}
 
 
 @pytest.mark.parametrize(

@@ -24,21 +24,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TorqueEnvironment:
-    """The torques of a scene, with the orbit and the solver of its document.
+    """The torques of a scene, with the orbit of its document.
 
     Attributes
     ----------
     initial_state : body, state, span of the scene
     effects : the simulated ones; torques : the same, as solvers take them
     orbit : of the document, or None
-    solver : the kind named in the document, or None
     """
 
     initial_state: InitialState
     effects: tuple[Torque, ...]
     torques: tuple[CachedTorque, ...]
     orbit: OrbitDefinition | None
-    solver: str | None
 
     @cached_property
     def pace(self) -> float:
@@ -115,9 +113,7 @@ class InitialValueProblem:
         attitude = initial_state.attitude / np.linalg.norm(initial_state.attitude)
         simulated = zip(scene.effects, inputs.effects, strict=True)
         effects = [e for e, plan in simulated if plan.simulated and isinstance(e, Torque)]
-        environment = TorqueEnvironment(
-            initial_state, tuple(effects), inputs.torques, scene.orbit, scene.wanted_solver
-        )
+        environment = TorqueEnvironment(initial_state, tuple(effects), inputs.torques, scene.orbit)
         return cls(
             tensor,
             _diagonal(tensor),

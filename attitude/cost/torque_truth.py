@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dynamics.solvers import RUNGE_KUTTA
 from .free_truth import LONG, TrueQuantities, Truth, exclusive_oracle, random_indices
 from .initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from .methods import library_solvers, torques
@@ -35,7 +34,7 @@ def reach(problem: InitialValueProblem, budget: float) -> float:
     max_radians, pace = 0.3 * budget / seconds, environment.pace
     part = min(1.0, max_radians / (pace * problem.unit)) if pace else 1.0
     t = np.linspace(0.0, part * problem.unit, 65)
-    _, rates = library_solvers.integrate(problem, RUNGE_KUTTA, 1e-6, t)
+    _, rates = library_solvers.integrate(problem, 1.0 / (pace or 1.0), t, decay=1e-6)
     faster = np.maximum(pace, np.sqrt((rates**2).sum(axis=1)))
     radians = np.cumsum(faster[1:]) * (t[1] - t[0])
     return (

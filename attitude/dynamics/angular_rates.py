@@ -13,7 +13,7 @@ from ..problem.spin_bound import free_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from .batch_states import Bodies, along_axes
 from .momentum import impulse_sums
-from .solvers import vector_lengths
+from .solver import vector_lengths
 
 
 def max_angular_rates(

@@ -12,8 +12,8 @@ from ..times.instants import Instants
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, TorqueProblem
 from .momentum import initial_momenta
-from .solver_arguments import SolverArguments
-from .solvers import OUTPUTS, Solver, SolverSpan, SolverTask, can_take
+from .solver import OUTPUTS, SolverTask, StepSetting, take_steps
+from .solver_arguments import SolverArguments, most_symmetric
 
 
 class Solution(NamedTuple):
@@ -22,13 +22,13 @@ class Solution(NamedTuple):
     Attributes
     ----------
     rows : (n, OUTPUTS, m): attitude wxyz (4), rate (3, body), momentum (3, inertial); NaN where steps failed
-    steps, torques, failed : (n,), as `SolverWork` has them
+    steps, sweeps, failed : (n,), as `SolverWork` has them
     symmetric : (n,), whether the body is, for the solver; smooth : whether every torque is
     """
 
     rows: np.ndarray
     steps: np.ndarray
-    torques: np.ndarray
+    sweeps: np.ndarray
     failed: np.ndarray
     symmetric: np.ndarray
     smooth: bool
@@ -45,15 +45,8 @@ def two_part(instants: Instants) -> np.ndarray:
     return np.array([seconds, low])
 
 
-def integrate(
-    problem: TorqueProblem,
-    bodies: Bodies,
-    instants: np.ndarray,
-    solver: Solver,
-    settings: np.ndarray,
-    coarsely: bool = False,
-) -> Solution:
-    """All bodies at all instants (2, m), forwards and backwards from the epoch; settings (n,).
+def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, setting: StepSetting) -> Solution:
+    """All bodies at all instants (2, m), forwards and backwards from the epoch.
 
     A body is stepped as if it were alone: no bit of its rows depends on the others.
     """
@@ -63,10 +56,10 @@ def integrate(
     for path in arcs_by_direction(problem.template, problem.torques, problem.impulses):
         within = np.flatnonzero(seconds < 0.0 if path[-1].stop < 0.0 else seconds >= 0.0)
         if within.size:
-            outwards = _Outwards(problem, bodies, solver, settings, path[0])
+            outwards = _Outwards(problem, bodies, setting, path[0])
             indices = instants_within(path, seconds[within], low[within])
             for arc, index in zip(path, indices, strict=True):
-                rows[:, :, within[index]] = outwards.over(arc, instants[:, within[index]], coarsely)
+                rows[:, :, within[index]] = outwards.over(arc, instants[:, within[index]])
             work += outwards.work
             symmetric &= outwards.symmetric
             smooth = smooth and outwards.smooth
@@ -76,20 +69,18 @@ def integrate(
 class _Outwards:
     """All bodies on their way from the epoch in one direction."""
 
-    def __init__(
-        self, problem: TorqueProblem, bodies: Bodies, solver: Solver, settings: np.ndarray, first: Arc
-    ):
-        self._problem, self._bodies, self._solver, self._settings = problem, bodies, solver, settings
+    def __init__(self, problem: TorqueProblem, bodies: Bodies, setting: StepSetting, first: Arc):
+        self._problem, self._bodies, self._setting = problem, bodies, setting
         squares = (bodies.attitude * bodies.attitude).T
         length = np.sqrt((squares[0] + squares[1]) + (squares[2] + squares[3]))
         self._attitude = bodies.attitude / length[:, None]
-        self.work = np.zeros((3, len(bodies)), np.int64)  # steps, torques, failures
+        self.work = np.zeros((3, len(bodies)), np.int64)  # steps, sweeps, failures
         self.symmetric, self.smooth = np.ones(len(bodies), np.bool_), True
         self._prepared: dict[tuple[int, ...], SolverArguments] = {}
         momenta = initial_momenta(problem.template, bodies, first.torques)
         self._states = self._under(first.torques).states(self._attitude, momenta, bodies.rate)
 
-    def over(self, arc: Arc, instants: np.ndarray, coarsely: bool) -> np.ndarray:
+    def over(self, arc: Arc, instants: np.ndarray) -> np.ndarray:
         """(n, OUTPUTS, m): over the next arc, at the instants (2, m) in it."""
         arguments = self._under(arc.torques)
         for impulse in arc.impulses:
@@ -99,17 +90,16 @@ class _Outwards:
         at = np.ascontiguousarray(np.concatenate([instants, [[arc.stop], [0.0]]], axis=1))
         out = np.full((len(self._bodies), OUTPUTS, at.shape[1]), np.nan)
         finite = (self.work[2] == 0) & np.isfinite(self._states).all(axis=1)
-        which = np.flatnonzero(finite & can_take(self._solver, arguments))
-        span = SolverSpan(arc.start, arc.stop, at, coarsely)
-        task = SolverTask(arguments, which, self._states, span, self._settings, out)
-        self.work[:, which] += self._solver.integrate(task, arc.torques)
+        which = np.flatnonzero(finite)
+        task = SolverTask(arguments, which, self._states, arc.start, arc.stop, at, self._setting, out)
+        self.work[:, which] += take_steps(task, arc.torques)
         self._attitude = out[:, :4, -1]
         return out[:, :, :-1]
 
     def _under(self, torques: Sequence[CachedTorque]) -> SolverArguments:
         key = tuple(id(torque) for torque in torques)
         if key not in self._prepared:
-            arguments = self._solver.prepare(self._problem.template, self._bodies, torques)
+            arguments = most_symmetric(self._problem.template, self._bodies, torques)
             self._prepared[key] = arguments
             self.symmetric &= arguments.symmetric
             self.smooth = self.smooth and arguments.is_smooth

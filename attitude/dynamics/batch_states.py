@@ -93,14 +93,13 @@ class TorqueProblem:
     ----------
     template : surroundings and span of all bodies; its own body and state are the scene's
     torques, impulses : what acts on the bodies
-    tolerance : rad; kind : "splitting", "gauss" or "dop853", or None for any solver
+    tolerance : rad
     """
 
     template: InitialState
     torques: tuple[CachedTorque, ...]
     impulses: tuple[AppliedImpulse, ...] = ()
     tolerance: float = 0.0
-    kind: str | None = None
 
     @property
     def body(self) -> Bodies:

@@ -19,7 +19,7 @@ from .arc_integration import two_part
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, named
 from .momentum import inertial_components
-from .solvers import OUTPUTS
+from .solver import OUTPUTS
 
 
 def coast(

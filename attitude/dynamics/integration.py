@@ -1,30 +1,38 @@
-"""Motion under torques, of one body or many: the solver, its steps for the tolerance, the attitudes.
+"""Motion under torques, of one body or many: steps for the tolerance, and the attitudes.
 
-One body is a block of one.  For many the solver, and how fine, is chosen once; every body's error is
-estimated by itself, and one whose estimate stays above the tolerance is solved as a scene of its own.
+One body is a block of one.  For many how fine steps are is chosen once; every body's error is estimated by
+itself, and one whose estimate stays above the tolerance is solved as a scene of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import InputError, ToleranceError
+from ..errors import ToleranceError
 from ..times.instants import Instants
-from .arc_integration import two_part
+from .angular_rates import max_angular_rates
+from .arc_integration import Solution, two_part
 from .batch_states import Bodies, TorqueProblem, named
-from .error_estimate import compared_instants
-from .refinement import SHARE_OF_TOLERANCE, refine_step, short_arc_trial
-from .solver_selection import Candidate, candidates
-from .solvers import COLLOCATION, OUTPUTS, RUNGE_KUTTA, SPLITTINGS, endless_steps
+from .error_estimate import compare, compared_instants, estimate
+from .solver import OUTPUTS, StepSetting
+from .step_selection import Candidate, candidate_of
 
 STATES = 7  # the first rows, which ensembles keep: attitude (4) and rate (3)
+MAX_ATTEMPTS = 6
 # Attempts at all bodies of a block together; those that are left then are solved as scenes of their own.
 MAX_BLOCK_ATTEMPTS = 2
 # Numbers of rows that a block of bodies may fill: it stays in a processor's cache, or not far from it.
 MAX_NUMBERS_PER_BLOCK = 1 << 18
+# First parts of spans longer than this, rad, one of so many, are solved first, at so many instants; the part
+# of the tolerance that the estimate is brought to; errors grow with this power of time.
+MIN_RADIANS_OF_REHEARSAL, PARTS_OF_SPAN, INSTANTS_OF_REHEARSAL = 1e4, 12.0, 8
+SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.5, 1.1
+# Of an attempt's step, what the next takes at most (more would hardly change the number of steps) and at
+# least.
+MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.3
+ORDER, ORDER_OF_BREAKS = 14.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -35,42 +43,33 @@ class TorquedSolution:
     ----------
     rows : (OUTPUTS, m): attitude wxyz (4), rate (3, body), momentum (3, inertial) at the instants
     error : rad, estimated greatest error of an attitude
-    candidate : the solver and setting that were used
-    steps, torques : steps made, and torques computed in them
+    candidate : the steps that were used
+    steps, sweeps : steps made, and sweeps in them
     """
 
     rows: np.ndarray
     error: float
     candidate: Candidate
     steps: int
-    torques: int
+    sweeps: int
 
 
-def choose(problem: TorqueProblem, body: Bodies | None = None) -> list[Candidate]:
-    """Solvers and settings for the problem's span, cheapest first.
+def choose(problem: TorqueProblem, body: Bodies | None = None) -> Candidate:
+    """Steps for the problem's span.
 
     body : a block of one; without, the scene's own
-
-    Raises
-    ------
-    InputError : the kind of solver asked for cannot take these effects.
     """
-    choice = candidates(problem, problem.body if body is None else body)
-    if not choice:
-        raise InputError(
-            "solver", problem.kind, "a solver that takes these effects: automatic, gauss or dop853"
-        )
-    return choice
+    return candidate_of(problem, problem.body if body is None else body)
 
 
 def solve(
-    problem: TorqueProblem, instants: Instants, choice: Sequence[Candidate], body: Bodies | None = None
+    problem: TorqueProblem, instants: Instants, candidate: Candidate, body: Bodies | None = None
 ) -> TorquedSolution:
     """Attitudes at the instants, off by less than the tolerance by comparison with a coarser solution.
 
     Parameters
     ----------
-    choice : by `choose`
+    candidate : by `choose`
     body : a block of one; without, the scene's own
 
     Raises
@@ -78,49 +77,131 @@ def solve(
     ToleranceError : steps however small do not bring the estimate below the tolerance.
     """
     body, at = problem.body if body is None else body, two_part(instants)
-    least, nearest = np.inf, choice[0].solver
     rows = np.empty((1, OUTPUTS, at.shape[1]))
-    for cheapest in _worth_trying(problem, body, choice):
-        candidate = short_arc_trial(problem, body, cheapest)
-        (refined,) = refine_step(problem, body, at, candidate, rows)
-        if refined.reached:
-            used = refined.candidate
-            return TorquedSolution(rows[0], refined.error, used, refined.steps, refined.torques)
-        if refined.failed:
-            raise endless_steps(candidate.setting)
-        if refined.error < least:
-            least, nearest = refined.error, candidate.solver
-    if not np.isfinite(least):
+    rehearsed = rehearse(problem, body, candidate)
+    (refined,) = refine(problem, body, at, rehearsed, rows)
+    if refined.reached:
+        return TorquedSolution(rows[0], refined.error, refined.candidate, refined.steps, refined.sweeps)
+    if not np.isfinite(refined.error):
         raise ToleranceError(
-            f"tolerance: no steps of {nearest.name} lead to the end of the span: the torque is not finite "
-            "somewhere in it, or far too great for the body"
+            "tolerance: no steps lead to the end of the span: the torque is not finite somewhere in it, or "
+            "far too great for the body"
         )
     raise ToleranceError(
-        f"tolerance: {problem.tolerance:.1e} rad cannot be reached over this span in double precision by "
-        f"{nearest.name} (estimated error {least:.1e} rad); ask for more than that"
+        f"tolerance: {problem.tolerance:.1e} rad cannot be reached over this span in double precision "
+        f"(estimated error {refined.error:.1e} rad); ask for more than that"
     )
 
 
-def _worth_trying(problem: TorqueProblem, body: Bodies, choice: Sequence[Candidate]) -> list[Candidate]:
-    """Return the cheapest candidate and, where it is another, the one for what trials do not show.
+# -- steps made finer, body by body -----------------------------------------------------------------------
 
-    Where torques are not smooth, that which finds for itself where they break; after a splitting collocation,
-    for trials in which errors do not show: a body at rest spun up about one axis.
+
+@dataclass
+class Refinement:
+    """Attempts at one body.
+
+    Attributes
+    ----------
+    candidate : with the steps of the last attempt where the tolerance is reached, else of the next
+    error : rad, the least estimate of the attempts
+    steps, sweeps : of the last
+    reached : whether its estimate is below the tolerance
+    stalled : attempts in more steps that hardly made the estimate smaller
     """
-    smooth = RUNGE_KUTTA.prepare(problem.template, body, problem.torques).is_smooth
-    other = COLLOCATION if choice[0].solver in SPLITTINGS else choice[0].solver
-    other = other if smooth else RUNGE_KUTTA
-    return [choice[0], *(candidate for candidate in choice[1:] if candidate.solver is other)]
+
+    candidate: Candidate
+    error: float = np.inf
+    steps: int = 0
+    sweeps: int = 0
+    reached: bool = False
+    stalled: int = 0
+
+    def add(self, error: float, rounding: float, fine: Solution, k: int, tolerance: float) -> bool:
+        """Add the k-th body's attempt; returns whether another, finer one is worth making."""
+        if error > 0.5 * self.error and fine.steps[k] > self.steps:
+            self.stalled += 1  # of few steps, a setting somewhat finer may make as many again
+        self.error = min(self.error, error)
+        self.steps, self.sweeps = int(fine.steps[k]), int(fine.sweeps[k])
+        self.reached = error <= tolerance
+        if not self.reached:
+            self.candidate = finer(self.candidate, tolerance / error, fine.smooth, self.steps)
+        return not self.reached and self.stalled < 2 and rounding <= tolerance
+
+
+def refine(
+    problem: TorqueProblem,
+    bodies: Bodies,
+    instants: np.ndarray,
+    candidate: Candidate,
+    out: np.ndarray,
+    attempts: int = MAX_ATTEMPTS,
+) -> list[Refinement]:
+    """Finer and finer until each estimate is below the tolerance, twice has hardly fallen, or is rounding.
+
+    out : (n, k, m), written where the tolerance is reached: the first k rows of `Solution.rows`
+    """
+    rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
+    angles = rates * problem.max_abs_seconds
+    chosen, dense = candidate.settings(instants.shape[1], problem.max_abs_seconds)
+    refinements = [Refinement(chosen) for _ in range(len(bodies))]
+    left = np.arange(len(bodies))
+    for _ in range(attempts):
+        if not left.size:
+            break
+        steps = np.array([refinements[i].candidate.step for i in left])
+        decay = np.array([refinements[i].candidate.decay for i in left])
+        part = bodies if left.size == len(bodies) else bodies[left]
+        compared = compare(problem, part, instants, StepSetting(steps, decay, dense))
+        errors, rounding = estimate(compared, angles[left])
+        reached = errors <= problem.tolerance
+        out[left[reached]] = compared.fine.rows[reached, : out.shape[1]]
+        again = [
+            refinements[i].add(float(errors[k]), float(rounding[k]), compared.fine, k, problem.tolerance)
+            for k, i in enumerate(left.tolist())
+        ]
+        left = left[again]
+    return refinements
+
+
+def finer(candidate: Candidate, ratio: float, smooth: bool, steps: int) -> Candidate:
+    """Steps whose error is smaller by a ratio, and a little more; of few steps, some that make others."""
+    share = (0.5 * ratio) ** (1.0 / ORDER) if ratio > 0.0 else 0.5  # nothing known: it did not settle
+    share = min(MAX_STEP_FACTOR, 1.0 - 1.0 / max(2, steps), max(MIN_STEP_FACTOR, share))
+    decay = candidate.decay if smooth else candidate.decay * min(0.3, max(1e-4, 0.5 * ratio))
+    return replace(candidate, step=candidate.step * share, decay=decay)
+
+
+def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Candidate:
+    """The candidate with steps that have kept their share of the tolerance over the first part of the span.
+
+    To find only at the end of a long span that steps were too long would cost all of it again.
+    """
+    rate = float(max_angular_rates(problem.template, body, problem.torques, problem.impulses)[0])
+    angle = rate * problem.max_abs_seconds / PARTS_OF_SPAN
+    if angle * PARTS_OF_SPAN < MIN_RADIANS_OF_REHEARSAL:
+        return candidate
+    start, stop = problem.template.start / PARTS_OF_SPAN, problem.template.stop / PARTS_OF_SPAN
+    part = replace(problem, template=replace(problem.template, start=start, stop=stop))
+    instants = np.array([np.linspace(start, stop, INSTANTS_OF_REHEARSAL), np.zeros(INSTANTS_OF_REHEARSAL)])
+    share = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**ERROR_GROWTH_EXPONENT
+    for _ in range(MAX_ATTEMPTS):
+        setting = StepSetting(np.array([candidate.step]), np.array([candidate.decay]))
+        compared = compare(part, body, instants, setting)
+        (error,), (rounding,) = estimate(compared, np.array([angle]))
+        if error <= share or rounding > share:
+            break
+        candidate = finer(candidate, share / error, compared.fine.smooth, int(compared.fine.steps[0]))
+    return candidate
 
 
 # -- many bodies ------------------------------------------------------------------------------------------
 
 
 def choose_for_all(problem: TorqueProblem, instants: Instants, probes: Bodies | None = None) -> Candidate:
-    """The solver and setting for all bodies of an ensemble, by a few of them, or by the scene's own.
+    """The steps for all bodies of an ensemble, by a few of them, or by the scene's own.
 
-    The solver that most of them would choose, with the finest setting of those; on the first of them its
-    estimate over the whole span is brought to half of the tolerance.
+    The finest that any of them would choose; on that one its estimate over the whole span is brought to half
+    of the tolerance.
 
     Raises
     ------
@@ -128,22 +209,18 @@ def choose_for_all(problem: TorqueProblem, instants: Instants, probes: Bodies | 
     """
     bodies = problem.body if probes is None or not len(probes) else replace(probes, index=None)
     blocks = [bodies[i : i + 1] for i in range(len(bodies))]
-    cheapest = [choose(problem, body)[0] for body in blocks]
-    names = [candidate.solver.name for candidate in cheapest]
-    commonest = max(names, key=names.count)
-    alike = [candidate for candidate in cheapest if candidate.solver.name == commonest]
-    finest = min(alike, key=lambda candidate: candidate.setting)
-    body, at = blocks[names.index(commonest)], two_part(instants)
+    choices = [choose(problem, body) for body in blocks]
+    finest = min(range(len(blocks)), key=lambda i: choices[i].step)
+    at = two_part(instants)
     at = at[:, compared_instants(at.shape[1])]
     for tolerance in (SHARE_OF_TOLERANCE * problem.tolerance, problem.tolerance):
         aimed = replace(problem, tolerance=tolerance)
-        candidate = short_arc_trial(aimed, body, finest)
-        (refined,) = refine_step(aimed, body, at, candidate, np.empty((1, STATES, at.shape[1])))
-        if refined.failed:
-            raise endless_steps(candidate.setting)
+        candidate = rehearse(aimed, blocks[finest], choices[finest])
+        out = np.empty((1, STATES, at.shape[1]))
+        (refined,) = refine(aimed, blocks[finest], at, candidate, out)
         if refined.reached:
             return refined.candidate
-    return finest
+    return choices[finest]
 
 
 def solve_each(
@@ -168,9 +245,8 @@ def solve_each(
     size = max(1, MAX_NUMBERS_PER_BLOCK // (OUTPUTS * max(1, at.shape[1])))
     for first in range(0, len(bodies), size):
         block = bodies[first : first + size]
-        refined = refine_step(
-            problem, block, at, candidate, out[first : first + size], attempts=MAX_BLOCK_ATTEMPTS
-        )
+        rows = out[first : first + size]
+        refined = refine(problem, block, at, candidate, rows, attempts=MAX_BLOCK_ATTEMPTS)
         for i in (i for i, one in enumerate(refined) if not one.reached):
             with named(block, i, lost):
                 out[first + i] = np.nan
@@ -179,6 +255,6 @@ def solve_each(
 
 
 def solve_alone(problem: TorqueProblem, body: Bodies, instants: Instants) -> np.ndarray:
-    """(STATES, m): of one body of an ensemble, with a solver and steps of its own."""
+    """(STATES, m): of one body of an ensemble, in steps of its own."""
     body = replace(body, index=None)
     return solve(problem, instants, choose(problem, body), body).rows[:STATES]

@@ -50,16 +50,6 @@ class SolverArguments:
         """Whether all torques are, in time."""
         return not self.codes & NOT_SMOOTH
 
-    @property
-    def has_rotors(self) -> np.ndarray:
-        """(n,): whether there are rotors in each body."""
-        return np.asarray(self.body[:, layout.ROTORS : layout.ROTORS + 3].any(axis=1))
-
-    @property
-    def has_dissipation(self) -> np.ndarray:
-        """(n,): whether energy is dissipated inside each body."""
-        return np.asarray(self.body[:, layout.ALPHA] != 0.0)
-
     def states(
         self, attitude: np.ndarray, momentum: np.ndarray, rate: np.ndarray | None = None
     ) -> np.ndarray:
@@ -89,33 +79,10 @@ class SolverArguments:
         states[:, layout.AXIAL] += sign * rotations.rotate(self.to_axes, own)[:, 2]
 
 
-def ascending(template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]) -> SolverArguments:
-    """With axes as splitting needs them: that of symmetry last; without one, moments in ascending order."""
-    least, middle, greatest = np.argsort(bodies.body.moments, axis=1, kind="stable").T
-    plain = solver_arguments(template, bodies, torques, np.stack([least, middle, greatest], axis=1))
-    moments = np.asarray(bodies.body.moments)
-    alike = _are_same(_pick(moments, middle), _pick(moments, greatest))
-    if not alike.any():
-        return plain
-    around = solver_arguments(template, bodies, torques, np.stack([middle, greatest, least], axis=1))
-    is_around = alike & around.symmetric
-
-    def merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        return np.where(is_around.reshape(-1, *[1] * (one.ndim - 1)), one, other)
-
-    return SolverArguments(
-        merged(around.body, plain.body),
-        merged(around.symmetric, plain.symmetric),
-        merged(around.to_axes, plain.to_axes),
-        merged(around.effects, plain.effects),
-        plain.surroundings,
-    )
-
-
 def most_symmetric(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
 ) -> SolverArguments:
-    """With axes as collocation needs them: the two of most similar moments first."""
+    """Of bodies under torques, with axes as the solver needs them: the two of most similar moments first."""
     least, middle, greatest = np.argsort(bodies.body.moments, axis=1, kind="stable").T
     moments = np.asarray(bodies.body.moments)
     inverses = [1.0 / _pick(moments, index) for index in (least, middle, greatest)]
@@ -131,11 +98,6 @@ def _pick(moments: np.ndarray, index: np.ndarray) -> np.ndarray:
     return picked
 
 
-def _are_same(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    same: np.ndarray = np.abs(one - other) <= SYMMETRY_TOLERANCE * other
-    return same
-
-
 def solver_arguments(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque], order: np.ndarray
 ) -> SolverArguments:
@@ -146,7 +108,7 @@ def solver_arguments(
     table = np.concatenate([np.zeros((len(bodies), 0, layout.EFFECT_WIDTH)), *rows], axis=1)
     absorbed = np.isin(table[0, :, 0], ABSORBED)
     to_axes = rotations.from_matrix(axes)
-    same = _are_same(moments[:, 0], moments[:, 1])
+    same = np.abs(moments[:, 0] - moments[:, 1]) <= SYMMETRY_TOLERANCE * moments[:, 1]
     moments[same, :2] = 0.5 * (moments[same, 0] + moments[same, 1])[:, None]
     body = _body(moments, to_axes, table[:, absorbed])
     # momentum along the third axis: rotors across it, and dissipation, which turns the body, change it too

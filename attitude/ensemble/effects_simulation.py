@@ -15,8 +15,8 @@ import numpy as np
 
 from ..dynamics import coasting, contact, integration
 from ..dynamics.batch_states import Bodies, TorqueProblem, named
-from ..dynamics.solver_selection import Candidate
-from ..dynamics.solvers import OUTPUTS, SOLVERS
+from ..dynamics.solver import OUTPUTS
+from ..dynamics.step_selection import Candidate
 from ..errors import RegimeError
 from ..problem.initial_state import InitialState
 from ..rigid_body.body import RigidBody
@@ -44,25 +44,23 @@ class HasStates(Protocol):
 
 @dataclass(frozen=True)
 class SolverChoice:
-    """Return the solver for all bodies of an ensemble; small, and sent to the workers.
+    """How all bodies of an ensemble are stepped; small, and sent to the workers.
 
     Attributes
     ----------
-    solver : its name, or None where no torque acts
-    setting : its step, s, or tolerance of a step, rad
+    candidate : the steps, or None where no torque acts
     start, stop : s since the epoch, the span that effects are prepared for
     key : under which a process caches the inputs that it has prepared
     """
 
-    solver: str | None
-    setting: float
+    candidate: Candidate | None
     start: float
     stop: float
     key: str = field(default_factory=lambda: uuid4().hex)
 
 
 def choose(scene: Scene, instants: Instants, trial_states: HasStates | None = None) -> SolverChoice:
-    """Return the solver for all bodies of an ensemble and all its instants.
+    """Return the steps for all bodies of an ensemble and all its instants.
 
     trial_states : of a few bodies, the same however the ensemble is divided; by default the scene's body
 
@@ -73,13 +71,13 @@ def choose(scene: Scene, instants: Instants, trial_states: HasStates | None = No
     start, stop = scene.times.span(scene.epoch.build() if scene.epoch is not None else None)
     seconds = instants.seconds
     start, stop = min(start, float(seconds.min())), max(stop, float(seconds.max()))
-    choice = SolverChoice(None, 0.0, start, stop)
+    choice = SolverChoice(None, start, stop)
     inputs = _inputs(_CachedScene(scene, choice))
     if not inputs.torques:
         return choice
     trial_bodies = None if trial_states is None else _bodies(trial_states, 0)
     candidate = integration.choose_for_all(_problem(scene, inputs, instants), instants, trial_bodies)
-    return replace(choice, solver=candidate.solver.name, setting=candidate.setting)
+    return replace(choice, candidate=candidate)
 
 
 def simulated(
@@ -111,9 +109,9 @@ def simulated(
     if inputs.ground is not None:
         return _with_contacts(inputs, bodies, instants, lost)
     if inputs.torques:
-        candidate = Candidate(SOLVERS[str(choice.solver)], choice.setting)
+        assert choice.candidate is not None
         problem = _problem(scene, inputs, instants)
-        rows = integration.solve_each(problem, bodies, instants, candidate, lost)
+        rows = integration.solve_each(problem, bodies, instants, choice.candidate, lost)
     else:
         template = _template(inputs, instants)
         # bodies whose motions between impulses are computed side by side, in a million rows
@@ -157,7 +155,7 @@ def _with_contacts(
 
 def _problem(scene: Scene, inputs: SimulationInputs, instants: Instants) -> TorqueProblem:
     template = _template(inputs, instants)
-    return TorqueProblem(template, inputs.torques, inputs.kicks, scene.asked_tolerance, scene.wanted_solver)
+    return TorqueProblem(template, inputs.torques, inputs.kicks, scene.asked_tolerance)
 
 
 def _template(inputs: SimulationInputs, instants: Instants) -> InitialState:

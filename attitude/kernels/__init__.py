@@ -22,12 +22,9 @@ closed form is at the root, in the order of the calculation:
 and in packages what other parts of the library need:
 
     solvers.orbit_path     position and velocity of the centre of mass on its orbit
-    solvers.torque         effects, time, attitude, rate -> torque
-    solvers.free_rotation  the exact motion over one step, in plain doubles
-    solvers.dense_output   what solvers share: state, time of a step, samples
-    solvers.splitting      kicks by the torque around exact free rotation
-    solvers.collocation    Gauss's collocation, order 16
-    solvers.dormand_prince Dormand and Prince, order 8, with automatic steps
+    solvers.torque         effects, time, attitude, rate -> torque, at all nodes of a step
+    solvers.dense_output   states at instants, also within a step
+    solvers.collocation    Gauss's collocation, order 32
     contact.clearance      height of a body's lowest point over a plane, and a bound on the time to contact
     contact.friction       impulse at one point of contact with friction
     contact.impact         change of velocity and body rate at a contact

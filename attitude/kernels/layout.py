@@ -59,17 +59,18 @@ ORBIT_WIDTH = 16
 MOMENTS, INVERSES, TO_AXES, ROTORS, ALPHA, EDDIES = 0, 3, 6, 10, 13, 14
 STEPPED_BODY = 23
 
-# The state that solvers step: attitude of the axes (4, to inertial), momentum (3, inertial) and what its
-# rounding left (3); of a body symmetric about its third axis also the momentum along that axis and the
-# rest, and the turn about it that is not in the attitude, in turns, and the rest.
-ATTITUDE, MOMENTUM, MOMENTUM_LOW, AXIAL, AXIAL_LOW, SPIN, SPIN_LOW = 0, 4, 7, 10, 11, 12, 13
-STATE = 14
+# The state that solvers step: attitude of the axes (4, to inertial) and what its rounding left (4), momentum
+# (3, inertial) and the rest (3); of a body symmetric about its third axis also the momentum along that axis
+# and the rest, and the turn about it that is not in the attitude, in turns, and the rest.
+ATTITUDE, ATTITUDE_LOW, MOMENTUM, MOMENTUM_LOW = 0, 4, 8, 11
+AXIAL, AXIAL_LOW, SPIN, SPIN_LOW = 14, 15, 16, 17
+STATE = 18
 
 # A body and how it is stepped: its index in the arrays of effects and of results; numbers as above, and
 # whether it is symmetric about the third axis; state, at the start and, when a solver returns, at the end.
-# Steps are equal ones, so many; or begin with the first one (s, signed), and are as long as a tolerance (rad
-# in the attitude, and of the momentum relative to it) lets them be, no more than so many, those refused
-# included.  Counts : zeros, written as the solver says; scratch : of two states.
+# Steps : equal ones, so many; halved where they are too long, by `decay` (relative size of the last Legendre
+# coefficients of a step; infinite: any), no more than max_steps pieces.  Dense : whether instants within a
+# step are read off its polynomial.  Counts : sweeps, failures, pieces; scratch : of two states.
 STEPPED = np.dtype(
     [
         ("index", "i8"),
@@ -77,25 +78,35 @@ STEPPED = np.dtype(
         ("symmetric", "i8"),
         ("state", "f8", STATE),
         ("steps", "i8"),
-        ("first_step", "f8"),
-        ("tolerance", "f8"),
+        ("decay", "f8"),
         ("max_steps", "f8"),
+        ("dense", "i8"),
         ("counts", "f8", 3),
         ("scratch", "f8", 2 * STATE),
     ]
 )
 
-# Nodes of a quadrature or a collocation: as many as the widest vectors hold.  A workspace has rows of
+# Nodes of a step: two of the widest vectors, the second half mirrors of the first.  A workspace has rows of
 # so many numbers, one after the other; in one dimension, for the compiler to see that rows are apart.
-NODES = 8
+NODES, HALF = 16, 8
 
-# Rows of the collocation's workspace.
-TIME, TIME_LOW, PLACE, SPEED, SUN, ABOUT, COSINE, SINE = 0, 1, 2, 5, 8, 11, 15, 16
-FULL, RATE, MOMENT, TORQUE, STAGE, SLOPE, CHANGE = 17, 21, 24, 27, 30, 38, 46
-# The scheme: nodes, weights, and row j of the matrix the weights of node j in the integrals up to each node.
-AT, WEIGHTS, MATRIX = 47, 48, 49
-WORKSPACE = 57
-# Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the axis.
+# Rows of the collocation's workspace.  Known before the sweeps: time, place, speed and Sun (along the axes of
+# the step), cosine and sine of the turns about the momentum and about the third axis, and both in turns.
+TIME, TIME_LOW, PLACE, SPEED, SUN, COSINE, SINE, SPIN_COSINE, SPIN_SINE = 0, 1, 2, 5, 8, 11, 12, 13, 14
+TURNED, SPUN = 15, 16
+# Changed by the sweeps: momentum and torque along the body's axes, the unknowns, their slopes, the last
+# change; and the Legendre coefficients of the slopes.
+MOMENT, TORQUE, STAGE, SLOPE, CHANGE, COEFFICIENT = 17, 20, 23, 31, 39, 40
+# Sums and differences of four slopes at mirrored nodes.
+SUMS = 48
+# The scheme: nodes, weights; row j of the matrix the weights in the integrals up to each node of the first
+# half, of sums and of differences; weights of node j in the Legendre coefficients.
+AT, WEIGHTS, MATRIX, LEGENDRE = 52, 53, 54, 62
+# For each effect: its direction along the axes of the step turned about the momentum, and its strength;
+# before them, those of one effect, where the compiler sees them apart from the other rows.
+DIRECTION, STRENGTH, KNOWN = 78, 81, 82
+KNOWN_ROWS = 4
+# Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the third axis.
 UNKNOWNS = 8
 
 # A body that flies over a plane, as kernels take it: numbers (WORLD_WIDTH) and the corners of its shape

@@ -44,11 +44,15 @@ def rotated_back(q, v):
 
 
 @inlined
-def normalised(q):
-    """Unit quaternion of q, whose norm is 1 but for rounding: one Newton step."""
-    norm2 = fma(q[0], q[0], fma(q[1], q[1], fma(q[2], q[2], q[3] * q[3])))
-    factor = fma(-0.5, norm2, 1.5)
-    return q[0] * factor, q[1] * factor, q[2] * factor, q[3] * factor
+def upright(direction):
+    """A quaternion that takes the third axis to a unit vector; 1 for a vector of zeros."""
+    side = -1.0 if direction[2] < 0.0 else 1.0  # below, half a turn about the first axis comes last
+    w = math.sqrt(0.5 + 0.5 * side * direction[2])
+    w = 1.0 if direction[0] == 0.0 and direction[1] == 0.0 else w
+    x, y = -side * direction[1] * (0.5 / w), direction[0] * (0.5 / w)
+    if side < 0.0:
+        return -x, w, 0.0, y
+    return w, x, y, 0.0
 
 
 @inlined

@@ -109,8 +109,6 @@ nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
 collocate = Kernel("solvers.collocation.collocate", f"s1.d1.d2.d3.d1.d1.{WORLD}")
-split = Kernel("solvers.splitting.split", f"s1.d1.d2.d2.d3.d2.d1.{WORLD}")
-dormand_prince = Kernel("solvers.dormand_prince.dormand_prince", f"s1.d1.d2.d2.d3.d1.d1.{WORLD}")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3.d2")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.d1.d2.d2.d1")
 draw = Kernel("statistics.dispersion.draw", "i1.i.d1.d1.d2.d2.d2.i1")
@@ -125,7 +123,7 @@ ALWAYS = [
         *(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
     ],
 ]
-TORQUES = [[collocate], [split, dormand_prince]]
+TORQUES = [[collocate]]
 CONTACT = [[bounce]]
 INTERPOLATION = [[interpolate]]
 ENSEMBLES = [[draw], [accumulate, add_exactly]]

@@ -55,6 +55,8 @@ if TYPE_CHECKING:
 MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
 MAX_GRID_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
 STATE = {"body", "attitude", "angular_velocity", "frame"}  # fields that determine the motion
+# Solvers that documents may still name.
+SOLVERS_THAT_LEFT = ("splitting", "dop853")
 MAX_SAMPLES_HELD = 1 << 18  # computed once, rather than again each time a writer reads them
 # Between these; below the least, the rounding of the motion itself is larger (docs/theory.md, section 8).
 MIN_TOLERANCE, MAX_TOLERANCE, DEFAULT_TOLERANCE = 1e-13, 1e-2, 1e-9
@@ -288,6 +290,9 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _check(self) -> Scene:
+        if self.solver in SOLVERS_THAT_LEFT:
+            text = f"solver: {self.solver} is no longer offered; gauss, to the same tolerance, is used"
+            warnings.warn(text, FutureWarning, stacklevel=2)
         rotations.check_frame(self.frame)
         if self.effects or self.position is not None or self.velocity is not None:
             consistency.check(self)
@@ -399,11 +404,6 @@ class Scene(Part):
         motion = copy(_motion(state))
         motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
         return motion
-
-    @property
-    def wanted_solver(self) -> str | None:
-        """The kind of solver that the document names; None for the planner's choice."""
-        return None if self.solver in (None, "automatic") else self.solver
 
     @property
     def _is_plain(self) -> bool:

@@ -39,10 +39,6 @@ class Described(Protocol):
     def asked_tolerance(self) -> float:
         """rad, at the end of the span."""
 
-    @property
-    def wanted_solver(self) -> str | None:
-        """The kind of solver; None for the cheapest."""
-
     def initial_state(self) -> InitialState:
         """In SI units; every effect is checked against it."""
 

@@ -1,9 +1,9 @@
-"""From a scene to its ephemeris: which effects act on what, the cheapest sufficient solver, and its solution.
+"""From a scene to its ephemeris: which effects act on what, the steps of the solver, and its solution.
 
 no torque               one closed form
 impulses only           the closed form between them
 ground                  the closed form between contacts, which compiled code finds and answers
-torques                 arcs of a solver, chosen for the tolerance (`dynamics.solver_selection`)
+torques                 arcs of collocation, in steps for the tolerance (`dynamics.step_selection`)
 
 `resolve` decides all of this once; the plan and the run of a scene start from what it returns.
 """
@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics import coasting, integration
+from ..dynamics import coasting, integration, solver
 from ..dynamics.batch_states import Bodies, TorqueProblem
-from ..dynamics.solver_selection import SECONDS_PER_SAMPLE, Candidate
+from ..dynamics.step_selection import Candidate
 from ..effects.effect import BodyDependentTorque, Effect, Torque
 from ..effects.ground import Ground
 from ..effects.impulse import Impulse
@@ -50,7 +50,10 @@ CHAINED = (
     "the bound of one closed form (docs/theory.md, section 8) for each stretch between events; rounding of "
     "the state at an event grows with the time after it, as any change of an initial state does: not in it"
 )
-ESTIMATE = "estimated over the whole span from the same solver {} (docs/torques.md, section 5)"
+ESTIMATE = (
+    "estimated over the whole span from the same solver in steps 1.2 times as long "
+    "(docs/torques.md, section 4)"
+)
 COASTING = "closed form between impulses"
 BOUNCING = "closed form between contacts"
 # Seconds: measured set-up and samples of a closed form (tests/benchmarks/test_speed.py).
@@ -92,20 +95,18 @@ class SimulationInputs:
 
     @property
     def problem(self) -> TorqueProblem:
-        """What the solvers need besides the bodies."""
-        scene = self.scene
-        tolerance, solver = scene.asked_tolerance, scene.wanted_solver
-        return TorqueProblem(self.initial_state, self.torques, self.kicks, tolerance, solver)
+        """What the solver needs besides the bodies."""
+        return TorqueProblem(self.initial_state, self.torques, self.kicks, self.scene.asked_tolerance)
 
     @cached_property
-    def candidates(self) -> list[Candidate]:
-        """Solvers for the torques, cheapest first."""
+    def candidate(self) -> Candidate:
+        """Steps for the torques."""
         return integration.choose(self.problem)
 
     def predicted_seconds(self, samples: int) -> float:
         """s, of computing so many samples."""
         if self.torques:
-            return self.candidates[0].seconds + samples * SECONDS_PER_SAMPLE
+            return self.candidate.seconds + samples * self.candidate.sample_seconds
         return CLOSED_FORM_SET_UP + samples * CLOSED_FORM_SAMPLE
 
 
@@ -148,28 +149,27 @@ def _kicks(effects: Sequence[Effect], initial_state: InitialState) -> tuple[Appl
 def plan(inputs: SimulationInputs) -> ScenePlan:
     """What `run` would do, its predicted error and its predicted cost."""
     scene, samples = inputs.scene, inputs.scene.times.samples
-    order, step, considered = None, None, inputs.candidates if inputs.torques else []
+    order, step, considered = None, None, [inputs.candidate] if inputs.torques else []
     if considered:
-        chosen = considered[0]
-        solver, error, adaptive = chosen.solver.name, chosen.error, chosen.solver.kind == "dop853"
-        order, step = (8, None) if adaptive else (chosen.solver.order, chosen.setting)
+        name, error = solver.NAME, considered[0].error
+        order, step = solver.ORDER, considered[0].step
     elif inputs.ground is not None or inputs.kicks:
-        solver, error = BOUNCING if inputs.ground is not None else COASTING, WORST_BOUND
+        name, error = BOUNCING if inputs.ground is not None else COASTING, WORST_BOUND
     else:
         record = scene.motion()._batch.fields("regime", "route")
-        solver, error = FORMS[int(form_of(record["regime"], record["route"]))]
+        name, error = FORMS[int(form_of(record["regime"], record["route"]))]
     return ScenePlan(
         scene.name,
         inputs.effects,
         "attitude and translation" if inputs.moves else "attitude",
-        solver,
+        name,
         order,
         step,
         samples,
         scene.asked_tolerance,
         error,
         inputs.predicted_seconds(samples),
-        tuple((one.solver.name, one.setting, one.error, one.seconds) for one in considered),
+        tuple((name, one.step, one.error, one.seconds) for one in considered),
     )
 
 
@@ -220,13 +220,9 @@ def compared(scene: Described) -> Drop | None:
 def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None) -> Ephemeris:
     if check is not None:
         check(inputs.predicted_seconds(instants.seconds.size))
-    answer = integration.solve(inputs.problem, _with_pushes(inputs, instants), inputs.candidates)
-    solver = answer.candidate.solver
-    text = f"{solver.name}: {answer.steps} steps, {answer.torques} torques"
-    coarser = (
-        "at ten times the tolerance of a step" if solver.kind == "dop853" else "in two thirds of the steps"
-    )
-    plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, ESTIMATE.format(coarser))
+    answer = integration.solve(inputs.problem, _with_pushes(inputs, instants), inputs.candidate)
+    text = f"{solver.NAME}: {answer.steps} steps, {answer.sweeps} sweeps"
+    plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, ESTIMATE)
     events = (*_switching_events(inputs), *_impulse_events(inputs.kicks))
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
 

@@ -2,7 +2,7 @@
 
     python -m pytest -o addopts= -s tests/benchmarks/test_torques.py
 
-Ours is `Scene.run` whole: the choice of a solver, the solution, and the coarser one that tells its error.  A
+Ours is `Scene.run` whole: the choice of the steps, the solution, and the coarser one that tells its error.  A
 peer is given its equations compiled, and takes what its ladder of tolerances says it needs for the error that
 ours was measured to have; where it never comes so near, what its most exact rung takes.  heyoka is taken at
 the better of two ways to write the equations, one of which only circular orbits allow.
@@ -63,11 +63,11 @@ def ours(problem, tolerance, repeats):
     used = integration.solve(posed_to_solvers, as_instants(t, None), choice).candidate
 
     def alone():
-        return tuple(library_solvers.march(posed, used.solver, used.setting, t)[0][0].tolist())
+        return tuple(library_solvers.integrate(posed, used.step, t)[0][0].tolist())
 
     bare = peers.repeated(alone, repeats)
     truth = peers.TRUTH[problem.name]
-    note = f"{used.solver.name}, steps of {used.setting:.3g} s"
+    note = f"steps of {used.step:.3g} s"
     return (
         Row(f"ours, tolerance {tolerance:.0e}", answer.seconds, peers.error(answer.attitude, truth)),
         Row("  the solver alone", bare.seconds, peers.error(bare.attitude, truth), note),

@@ -1,4 +1,4 @@
-"""Motions under torques by one solver after another, and by SciPy from equations written out here."""
+"""Motions under torques by the solver, and by SciPy from equations written out here."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -6,7 +6,8 @@ from scipy.integrate import solve_ivp
 from attitude import RigidBody
 from attitude.dynamics.batch_states import Bodies
 from attitude.dynamics.momentum import initial_momenta
-from attitude.dynamics.solvers import OUTPUTS, SolverSpan, SolverTask, can_take
+from attitude.dynamics.solver import OUTPUTS, SolverTask, StepSetting, take_steps
+from attitude.dynamics.solver_arguments import most_symmetric
 from attitude.effects.effect import row
 from attitude.kernels import layout
 from attitude.orbit.kepler import Kepler
@@ -83,29 +84,26 @@ def kepler(mu, a, e=0.0, inclination=0.0, node=0.0, pericentre=0.0, mean_anomaly
     return OrbitPath(path.numbers, path.coefficients, path.period, CentralBody(mu, None, False))
 
 
-def integrate_arc(solver, initial_state, torques, setting, seconds, state=None, start=0.0, stop=None):
+def integrate_arc(
+    initial_state, torques, step, seconds, state=None, start=0.0, stop=None, decay=1e-16, dense=False
+):
     """Rows (OUTPUTS, n) at instants between start and stop, one arc; and the work, (1,) each.
 
-    setting : steps, s, or the tolerance of a step
+    step : s; decay : of a step's last Legendre coefficients, without effect for smooth torques; dense :
+        whether instants are read off polynomials
     state : (attitude, momentum) at the start, if not that at the epoch
     """
     seconds = np.atleast_1d(np.asarray(seconds, dtype=float))
     stop = seconds[-1] if stop is None else stop
     body, torques = Bodies.of(initial_state), [CachedTorque(torque, initial_state) for torque in torques]
-    arguments = solver.prepare(initial_state, body, torques)
+    arguments = most_symmetric(initial_state, body, torques)
     if state is None:
         state = initial_state.attitude, initial_momenta(initial_state, body, torques)[0]
     states = arguments.states(*(np.asarray(each)[None] for each in state))
-    span = SolverSpan(float(start), float(stop), np.array([seconds, np.zeros_like(seconds)]))
-    out = np.full((1, OUTPUTS, seconds.size), np.nan)
-    task = SolverTask(arguments, np.array([0]), states, span, np.array([setting]), out)
-    return out[0], solver.integrate(task, torques)
-
-
-def is_taken(solver, initial_state, torques):
-    """Whether a solver is for a body under torques."""
-    cached = [CachedTorque(torque, initial_state) for torque in torques]
-    return bool(can_take(solver, solver.prepare(initial_state, Bodies.of(initial_state), cached))[0])
+    setting = StepSetting(np.array([step]), np.array([decay]), dense)
+    out, at = np.full((1, OUTPUTS, seconds.size), np.nan), np.array([seconds, np.zeros_like(seconds)])
+    task = SolverTask(arguments, np.array([0]), states, float(start), float(stop), at, setting, out)
+    return out[0], take_steps(task, torques)
 
 
 def angle(p, q):

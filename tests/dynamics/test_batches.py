@@ -12,21 +12,20 @@ from attitude.dynamics.arc_integration import integrate, two_part
 from attitude.dynamics.batch_states import Bodies, TorqueProblem
 from attitude.dynamics.error_estimate import compare, estimate
 from attitude.dynamics.momentum import initial_momenta
-from attitude.dynamics.solvers import SOLVERS
+from attitude.dynamics.solver import StepSetting
 from attitude.kernels import layout
 from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes
-from attitude.scene.simulation import resolve
 from attitude.times.instants import as_instants
 from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate
-from tests.effects.scenes import TORQUES, effect, quantity, scene
+from tests.effects.scenes import TORQUES, effect, scene
 from tests.oracles.torque_cases import CASES, EXPECTED
 
 
-def problem_of(initial_state, torques, seconds, tolerance, kind=None):
+def problem_of(initial_state, torques, seconds, tolerance):
     like = replace(initial_state, start=min(0.0, *seconds), stop=max(0.0, *seconds))
-    return TorqueProblem(like, tuple(CachedTorque(torque, like) for torque in torques), (), tolerance, kind)
+    return TorqueProblem(like, tuple(CachedTorque(torque, like) for torque in torques), (), tolerance)
 
 
 def bodies_of(*states_at_epoch):
@@ -50,18 +49,14 @@ def near(initial_state, n, rng):
         yield replace(initial_state, body=body, attitude=attitude / np.linalg.norm(attitude), rate=rate)
 
 
-@pytest.mark.parametrize("kind", ["gauss", "dop853", "splitting"])
 @pytest.mark.parametrize("name", CASES)
-def test_one_of_many_ends_where_24_digits_end(name, kind):
+def test_one_of_many_ends_where_24_digits_end(name):
     start, torques = prepared(name)
-    if kind == "splitting" and any(torque.row[0] == layout.DISSIPATION for torque in torques):
-        pytest.skip("a sink is not for splitting")
     seconds, tolerance = np.array([state.seconds for state in EXPECTED[name]]), 1e-9
-    problem = problem_of(start, torques, seconds, tolerance, kind)
+    problem = problem_of(start, torques, seconds, tolerance)
     others = list(near(start, 2, np.random.default_rng(3)))
     at = as_instants(seconds, None)
     chosen = integration.choose_for_all(problem, at)
-    assert chosen.solver.kind == kind
     rows = integration.solve_each(problem, bodies_of(others[0], start, others[1]), at, chosen)[1]
     expected = np.array([[float(x) for x in state.attitude] for state in EXPECTED[name]]).T
     rates = [whole_rate(CASES[name], [float(x) for x in state.rate]) for state in EXPECTED[name]]
@@ -115,8 +110,7 @@ def kinds_of_bodies(rng):
 
 
 @pytest.mark.parametrize("name", TORQUES)
-@pytest.mark.parametrize("prepare", ["ascending", "most_symmetric"])
-def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(name, prepare):
+def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(name):
     """Rows that the effect itself gives along axes in the order of the moments, which is asked of it here."""
     made = random_scene(name)
     initial_state, rng = made.initial_state(), np.random.default_rng(1)
@@ -125,13 +119,13 @@ def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(n
         replace(initial_state, body=body, rate=rng.normal(size=3)) for body in kinds_of_bodies(rng)
     ]
     bodies = bodies_of(*states_at_epoch)
-    block = getattr(solver_arguments, prepare)(initial_state, bodies, [torque])
+    block = solver_arguments.most_symmetric(initial_state, bodies, [torque])
     momenta = rng.normal(size=(len(states_at_epoch), 3))
     states = block.states(bodies.attitude, momenta)
     assert torque.follows_axes
     keeps_axis = name not in ("wheels", "dissipation")  # momentum along an axis of symmetry
     for i, one in enumerate(states_at_epoch):
-        ordered = one.ordered(order_of(one.moments, prepare, keeps_axis))
+        ordered = one.ordered(order_of(one.moments))
         rows = made.effects[0].rows(ordered)
         absorbed = np.isin(rows[:, 0], solver_arguments.ABSORBED)
         scale = np.abs(rows).max(initial=0.0, where=np.isfinite(rows))
@@ -150,7 +144,7 @@ def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(n
         own = matrix(states[i, :4])
         assert np.allclose(own @ axes, matrix(one.attitude), atol=1e-14)
         assert states[i, layout.AXIAL] == pytest.approx((own.T @ momenta[i])[2], abs=1e-14)
-        assert (states[i, 4:7] == momenta[i]).all()
+        assert (states[i, layout.MOMENTUM : layout.MOMENTUM + 3] == momenta[i]).all()
 
 
 # Where the numbers of rows that become part of the body stand in it, and how many they are.
@@ -161,15 +155,12 @@ PLACES = {
 }
 
 
-def order_of(moments, prepare, keeps_axis):
-    """Ascending, or with the two alike, or most alike, first."""
+def order_of(moments):
+    """With the two that are alike, or most alike, first."""
     least, middle, greatest = (int(i) for i in np.argsort(moments, kind="stable"))
     a, b, c = moments[[least, middle, greatest]]
-    if prepare == "most_symmetric":
-        last_is_greatest = 1.0 / a - 1.0 / b < 1.0 / b - 1.0 / c
-    else:
-        last_is_greatest = c - b > 1e-15 * c or not keeps_axis
-    return (least, middle, greatest) if last_is_greatest else (middle, greatest, least)
+    is_oblate = 1.0 / a - 1.0 / b < 1.0 / b - 1.0 / c
+    return (least, middle, greatest) if is_oblate else (middle, greatest, least)
 
 
 @pytest.mark.parametrize("name", TORQUES)
@@ -236,59 +227,23 @@ def test_torque_by_moments_is_seen_to_be_one(place):
     assert not follows_axes(ByMoments(place), initial_state)
 
 
-def test_body_found_unfit_for_a_scheme_is_solved_alone(monkeypatch):
-    """Schemes for two parts are not for triaxial bodies with rotors, whatever was chosen."""
-    made = scene(effect("wheels", momentum=quantity([0, 0, 0.05], "N m s")), effect("gravity_gradient"))
-    initial_state, seconds = made.initial_state(), np.array([0.0, 200.0])
-    torques = tuple(CachedTorque(one, initial_state) for one in made.effects)
-    problem = TorqueProblem(replace(initial_state, stop=200.0), torques, (), 1e-9)
-    solver = SOLVERS["splitting, order (8, 6, 4)"]
-    candidate = replace(
-        integration.choose_for_all(problem, as_instants(seconds, None)), solver=solver, setting=1.0
-    )
-    symmetric = replace(initial_state, body=RigidBody(np.diag([3.0, 3.0, 1.0])))
-    alone = []
-    solve_alone = integration.solve_alone
-    monkeypatch.setattr(
-        integration, "solve_alone", lambda *a: alone.append(a[1].body.moments.tolist()) or solve_alone(*a)
-    )
-    rows = integration.solve_each(
-        problem, bodies_of(symmetric, initial_state), as_instants(seconds, None), candidate
-    )
-    assert alone == [[[2.0, 3.0, 4.0]]]
-    assert np.isfinite(rows).all()
-
-
 def test_error_estimated_of_one_of_many_is_what_it_is_alone():
     start, torques = prepared("gravity gradient, tensor, eccentric orbit")
     seconds = np.linspace(0.0, 2000.0, 5)
-    problem = problem_of(start, torques, seconds, 1e-9, "gauss")
-    at, solver = two_part(as_instants(seconds, None)), SOLVERS["gauss, order 16"]
-    setting = 0.8 / np.linalg.norm(start.rate)
-    other = replace(start, rate=0.9 * start.rate)
-    block = compare(problem, bodies_of(start, other), at, solver, np.full(2, setting))
-    alone = compare(problem, problem.body, at, solver, np.array([setting]))
+    problem, at = problem_of(start, torques, seconds, 1e-9), two_part(as_instants(seconds, None))
+    step, other = 4.0 / np.linalg.norm(start.rate), replace(start, rate=0.9 * start.rate)
+
+    def setting(n, **more):
+        return StepSetting(np.full(n, step), np.full(n, 1e-12), **more)
+
+    block = compare(problem, bodies_of(start, other), at, setting(2))
+    alone = compare(problem, problem.body, at, setting(1))
     angles = 2000.0 * max_angular_rates(start, bodies_of(start, other), problem.torques)
-    errors, rounding = (each[0] for each in estimate(solver, block, angles))
-    assert (errors, rounding) == tuple(each[0] for each in estimate(solver, alone, angles[:1]))
+    errors, rounding = (each[0] for each in estimate(block, angles))
+    assert (errors, rounding) == tuple(each[0] for each in estimate(alone, angles[:1]))
     assert errors > rounding > 0.0
     fine, coarse = (
-        integrate(problem, problem.body, at, solver, np.array([setting]), c) for c in (False, True)
+        integrate(problem, problem.body, at, setting(1, coarsely=coarsely)) for coarsely in (False, True)
     )
     assert block.difference[0] == pytest.approx(angle(fine.rows[0, :4], coarse.rows[0, :4]), rel=0.1)
     assert block.fine.steps[0] == fine.steps[0] > coarse.steps[0]
-
-
-def test_schemes_for_two_parts_are_not_tried_where_any_arc_has_three():
-    """Rotors, and a torque that ends before the impulse after which the body turns fastest."""
-    pushed = {"start": quantity(5, "s"), "stop": quantity(10, "s")}
-    made = scene(
-        effect("wheels", momentum=quantity([0, 0.01, 0.02], "N m s")),
-        effect("constant_torque", torque=quantity([1e-4, 0, 1e-4], "N m"), **pushed),
-        effect("impulse", time=quantity(20.0, "s"), angular_impulse=quantity([0.5, 1.0, 0.3], "N m s")),
-    )
-    way = resolve(made)
-    problem = TorqueProblem(replace(way.initial_state, stop=100.0), way.torques, way.kicks, 1e-7, "splitting")
-    names = {candidate.solver.name for candidate in integration.choose(problem)}
-    assert names
-    assert not any("(" in name for name in names)

@@ -5,11 +5,9 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from attitude.dynamics.solvers import SOLVERS
 from attitude.frames import rotations
 from tests.dynamics.motions import Rows, initial_state, integrate_arc, kepler, layout, matrix
 
-GAUSS = SOLVERS["gauss, order 16"]
 MU, RADIUS = 3.986004418e14, 6978136.3
 COURSE = kepler(MU, RADIUS)
 N = 2.0 * np.pi / COURSE.period
@@ -75,7 +73,7 @@ def test_libration_in_pitch_has_the_period_of_a_pendulum(moments, degrees, nT):
     stop, step = 6.0 * period, period / 60.0
 
     def angle(t):
-        rows, work = integrate_arc(GAUSS, body, TORQUES, step, t, stop=stop)
+        rows, work = integrate_arc(body, TORQUES, step, t, stop=stop)
         assert work.failed == 0
         return pitch(rows, [t])[0]
 
@@ -91,9 +89,7 @@ def test_pitch_returns_to_rest_at_the_amplitude_at_every_period():
     amplitude = np.radians(60.0)
     period = 4.0 * ellipk(np.sin(amplitude) ** 2) / (N * np.sqrt(3.0 * 11750.0 / 12250.0))
     t = period * np.arange(1, 21)
-    rows, _ = integrate_arc(
-        GAUSS, released((12250.0, 12250.0, 500.0), (0.0, amplitude, 0.0)), TORQUES, 60.0, t
-    )
+    rows, _ = integrate_arc(released((12250.0, 12250.0, 500.0), (0.0, amplitude, 0.0)), TORQUES, 60.0, t)
     assert np.abs(pitch(rows, t) - amplitude).max() < 1e-12
     # the rate in the plane; what rounding puts across it grows, as this pendulum is not stable sideways
     assert np.abs(rows[5] + N).max() < 1e-12 * N
@@ -115,7 +111,7 @@ def map_of(moments, seconds):
             small = np.zeros(6)
             small[i] = sign * DELTA
             body = released(moments, small[:3], small[3:] * N)
-            rows, _ = integrate_arc(GAUSS, body, TORQUES, 0.5 / N, [seconds])
+            rows, _ = integrate_arc(body, TORQUES, 0.5 / N, [seconds])
             q = relative(rows, [seconds])[0]
             down = matrix(rows[:4, 0]).T @ np.array([0.0, 0.0, N])
             ends.append(np.concatenate([2.0 * q[1:] * np.sign(q[0]), (rows[4:7, 0] - down) / N]))
@@ -200,7 +196,7 @@ def test_jacobi_integral_stays_over_a_thousand_orbits(moments):
     """And without trend: by the line fitted to it, it changes by a tenth of that (1e5 orbits: benchmarks)."""
     body = released(moments, (0.3, 0.6, -0.4), (0.1 * N, 0.0, 0.2 * N))
     t = np.linspace(0.0, 1000.0, 2001) * COURSE.period
-    rows, work = integrate_arc(GAUSS, body, TORQUES, 0.5 / N, t)
+    rows, work = integrate_arc(body, TORQUES, 0.5 / N, t)
     J = jacobi(rows, t, moments)
     assert work.failed == 0
     assert np.abs(J - J[0]).max() < 1e-11

@@ -141,33 +141,25 @@ def test_exception_in_the_function_reaches_the_user():
     assert np.isfinite(early.quaternion("wxyz")).all()
 
 
-@pytest.mark.parametrize("solver", ["automatic", "gauss", "dop853"])
 @pytest.mark.parametrize(
     "result", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0), None, "much"], ids=str
 )
-def test_what_is_no_torque_is_refused_with_the_effects_name(result, solver):
+def test_what_is_no_torque_is_refused_with_the_effects_name(result):
     effect = UserTorque("odd one", lambda t, q, w: result, size=0.03)
-    made = scene(effect, rate=RATE, elapsed=SECONDS, tolerance=1e-8, solver=solver)
+    made = scene(effect, rate=RATE, elapsed=SECONDS, tolerance=1e-8)
     with pytest.raises(InputError, match=r"effect 'odd one'.*three finite numbers"):
         made.run()
 
 
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-3])
 @pytest.mark.parametrize("elapsed", [(0.0, 300.0), (0.0, 100.0, 201.0), (0.0, -50.0, 300.0)], ids=str)
-@pytest.mark.parametrize("solver", ["automatic", "gauss", "dop853"])
-def test_nan_of_a_compiled_function_stops_with_a_clear_error(solver, elapsed, tolerance):
+def test_nan_of_a_compiled_function_stops_with_a_clear_error(elapsed, tolerance):
     """Nobody can say more than that the torque was not a number; but never an answer with nan in it, nor
-    with what was in memory.  The nan comes later than the turns in which the planner tries solvers."""
+    with what was in memory.  The nan comes later than the turns in which steps are tried."""
     effect = UserTorque("stop", compiled=compiled_stop, size=0.03)
-    made = scene(effect, rate=RATE, elapsed=elapsed, tolerance=tolerance, solver=solver)
+    made = scene(effect, rate=RATE, elapsed=elapsed, tolerance=tolerance)
     with pytest.raises(AttitudeError, match="not finite"):
         made.run()
-
-
-def test_splitting_does_not_take_a_torque_that_may_depend_on_the_rate():
-    effect = UserTorque("mine", lambda t, q, w: T, size=0.03)
-    with pytest.raises(InputError, match=r"solver.*automatic, gauss or dop853"):
-        scene(effect, rate=RATE, elapsed=SECONDS, solver="splitting").run()
 
 
 def test_ctypes_function_is_taken():

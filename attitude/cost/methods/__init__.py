@@ -1,7 +1,7 @@
 """The methods that the cost compares, by the names that select them.
 
 ours               the library's closed form
-library_solvers    the library's solvers for motion under torques
+library_solvers    the library's solver for motion under torques
 published          the closed form as van Zon & Schofield published it
 fixed_step         Runge-Kutta, order 4, fixed steps
 scipy_integrators  DOP853 and LSODA
@@ -33,9 +33,7 @@ FAMILIES: dict[str, Callable[[], list[Method]]] = {
 
 UNDER_TORQUES: dict[str, Callable[[], list[Method]]] = {
     "automatic": library_solvers.automatic,
-    "splitting": library_solvers.splitting,
     "gauss": library_solvers.gauss,
-    "compiled": library_solvers.compiled,
     "dop853": scipy_integrators.dop853,
     "heyoka": heyoka.methods,
 }

@@ -1,12 +1,13 @@
-"""Gauss's collocation of order 16, around the exact rotation of the nearest symmetric body.
+"""Gauss's collocation of order 32, around the exact rotation of the nearest symmetric body.
 
 A body whose moments about axes 1 and 2 were equal would turn about its momentum and about axis 3, both at
 constant rates.  What is integrated is the departure from that over one step: torque, and the little by
 which the two moments differ.  Of a symmetric body the error is therefore proportional to the torque.
-docs/torques.md, section 4.
+docs/torques.md, section 3.
 
-All eight nodes of a step are computed side by side, in loops over the last dimension of every array, which
-LLVM turns into vector instructions.
+All nodes of a step are computed side by side, in loops over the last dimension of every array, which LLVM
+turns into vector instructions.  The axes of a step have the momentum at its start as the third, so that the
+turn about it is one of two components.
 """
 
 import math
@@ -14,48 +15,54 @@ import math
 from ..doubledouble import two_product, two_sum
 from ..intrinsics import fma, inlined, kernel, routine
 from ..layout import (
-    ABOUT,
     ALPHA,
     AT,
     ATTITUDE,
+    ATTITUDE_LOW,
     AXIAL,
     AXIAL_LOW,
     CHANGE,
+    COEFFICIENT,
     COSINE,
-    FULL,
+    EDDIES,
+    HALF,
     INVERSES,
+    LEGENDRE,
     MATRIX,
     MOMENT,
     MOMENTUM,
     MOMENTUM_LOW,
     NO_ORBIT,
     NODES,
-    PLACE,
-    RATE,
     ROTORS,
     SINE,
     SLOPE,
-    SPEED,
     SPIN,
+    SPIN_COSINE,
     SPIN_LOW,
+    SPIN_SINE,
+    SPUN,
     STAGE,
     STATE,
+    SUMS,
     SUN,
     TIME,
     TIME_LOW,
     TORQUE,
+    TURNED,
     UNKNOWNS,
     WEIGHTS,
 )
 from ..phase import ROUND, sine_cosine
-from ..rotation import PER_TURN, normalised, product, rotated, rotated_back
-from ..vectors import add_scaled, cross, dot
-from .dense_output import later, momentum_of, time_of, write_until
-from .free_rotation import turned_about_third
-from .orbit_path import along_pieces, position_and_velocity
+from ..rotation import PER_TURN, product, rotated, rotated_back
+from ..vectors import cross, dot, scaled
+from .dense_output import copied, later, momentum_of, start_of, time_of, write, write_between
+from .orbit_path import along_pieces, places_and_speeds
 from .torque import (
+    asks_for_rates,
+    departed,
     eddies_of,
-    four_at,
+    known_beforehand,
     put_four,
     put_three,
     rate_of,
@@ -63,256 +70,468 @@ from .torque import (
     three,
     three_at,
     torques,
+    turned_by,
 )
 
-MOST_SWEEPS = 60
+MOST_SWEEPS = 40
+MOST_HALVINGS = 40
 
 
 @kernel
 def collocate(bodies, span, instants, out, work, halted, *world):
     """Step every body from one instant to another, and write its states at the instants between them.
 
+    Each is stepped as if it were alone: its bits do not depend on the others.  No step depends on the
+    instants.
+
     Parameters
     ----------
-    bodies : (k,) records of STEPPED; counts : sweeps made, steps whose sweeps did not settle (after one that
-        gave no numbers nothing more of the body is written)
-    work : (WORKSPACE * 8,), with the scheme in its last rows
-    the rest : as in `splitting.split`
+    bodies : (k,) records of STEPPED; counts : sweeps made, failures (after one, where sweeps did not settle
+        in the shortest steps, nothing more of the body is written), pieces that steps were halved into
+    span : (2,), s, where steps begin and end
+    instants : (2, m), two-part, in the order of the steps, none outside them
+    out : (n, 10, m), written at the index of each body: attitude, rate, momentum
+    work : ((KNOWN + KNOWN_ROWS * rows) * NODES,), with the scheme in its rows
+    halted : (1,), set to another number than 0 by another thread to end it: nothing more is written
+    world : effects (n, rows, EFFECT_WIDTH), orbit, pieces, sun (start, length, whether there is one),
+        sun_pieces
     """
     for i in range(bodies.shape[0]):
         record = bodies[i]
         effects, orbit, pieces, sun, sun_pieces = world
         own = record.body, record.symmetric != 0
         arguments = own, (effects[record.index], orbit, pieces, sun, sun_pieces), work, record.counts
-        states = record.state, record.scratch[:STATE]
-        h, written = (span[1] - span[0]) / record.steps, 0
-        for k in range(record.steps + 1):
-            t, t_low = time_of(k, h, span[0])
-            step = t, t_low, h, k == record.steps
-            output = instants, out[record.index]
-            written = write_until(_step, arguments, states, step, own, output, written, halted)
-            if halted[0] != 0.0:
+        _march(record, span, arguments, instants, out[record.index], halted)
+        if halted[0] != 0.0:
+            return
+
+
+@routine
+def _march(record, span, arguments, instants, out, halted):
+    """One body: equal steps, those that are too long cut in half again and again."""
+    counts = arguments[3]
+    state, ahead, aside = record.state, record.scratch[:STATE], record.scratch[STATE:]
+    whole, written, force = (span[1] - span[0]) / record.steps, 0, (0.0, 0.0, 0.0)
+    if record.decay <= 1e300:
+        force = _force(state, span[0], 0.0, *arguments)
+    for k in range(record.steps):
+        level, part = 0, 0
+        while level > 0 or part == 0:
+            share = 0.5**level
+            h = whole * share
+            t, t_low = time_of(k + part * share, whole, span[0])
+            copied(state, ahead)
+            counts[2] += 1.0
+            if halted[0] != 0.0 or counts[2] > record.max_steps:
+                counts[1] += 1.0
                 return
-            if k < record.steps:
-                _step(record.state, t, t_low, h, *arguments)
-                if not abs(record.state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
-                    record.counts[1] += 1
-                    break
+            settled = step(ahead, t, t_low, h, *arguments)
+            smooth, after = True, force
+            if settled and record.decay <= 1e300:
+                smooth, after = _is_smooth(record.decay, (state, ahead), force, (t, t_low, h), arguments)
+            if not (settled and smooth) and level < MOST_HALVINGS:
+                level, part = level + 1, 2 * part
+                continue
+            if not settled:
+                counts[1] += 1.0
+                return
+            output = instants, out
+            written = _write_within(record, (t, t_low, h), arguments, output, written, halted)
+            copied(ahead, state)
+            force, part = after, part + 1
+            while level > 0 and part % 2 == 0:
+                level, part = level - 1, part // 2
+    for i in range(written, instants.shape[1]):
+        if halted[0] != 0.0:
+            return
+        time = (instants[0, i] - span[1]) + instants[1, i]
+        copied(state, aside)
+        if time != 0.0:
+            step(aside, span[1], 0.0, time, *arguments)
+        write(aside, arguments[0], out, i)
 
 
 @routine
-def _step(state, t, t_low, h, own, world, work, counts):
-    body, symmetric = own
-    L = momentum_of(state)
-    axial = state[AXIAL]
-    if not symmetric:
-        axial = rotated_back((state[0], state[1], state[2], state[3]), L)[2]
-    across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
-    spin = fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2])
-    _along_nodes(state, t, t_low, h, (across, spin), world, work)
-    sweeps, settled = _settle(state, L, axial, across, h, own, world, work)
+def _write_within(record, span, arguments, output, written, halted):
+    """Write the instants within the step just made from the record's state; returns how many are written."""
+    instants, out = output
+    own, _, work, _ = arguments
+    t, t_low, h = span
+    state, aside, fitted = record.state, record.scratch[STATE:], record.decay <= 1e300
+    while written < instants.shape[1] and halted[0] == 0.0:
+        time = ((instants[0, written] - t) - t_low) + instants[1, written]
+        if abs(time) >= abs(h):
+            break
+        if time == 0.0:
+            write(state, own, out, written)
+        elif record.dense != 0:
+            if not fitted:
+                legendre(work)
+                fitted = True
+            write_between(state, time, h, own, work, out, written)
+        else:
+            copied(state, aside)
+            step(aside, t, t_low, time, *arguments)
+            write(aside, own, out, written)
+        written += 1
+    return written
+
+
+@routine
+def step(state, t, t_low, h, own, world, work, counts):
+    """Make one step, in place; returns whether its sweeps settled, on numbers."""
+    start = start_of(state, own)
+    _along_nodes(state, (t, t_low), h, start, world, work)
+    sweeps, settled = _settle(start, h, own, world, work)
     counts[0] += sweeps
-    counts[1] += 0 if settled else 1
-    _advance(state, L, across, spin, h, symmetric, work)
+    _advance(state, start, h, own[1], work)
+    return settled and abs(state[ATTITUDE]) <= 2.0
 
 
-@routine
-def _along_nodes(state, t, t_low, h, rates, world, work):
-    """What is known of the nodes beforehand: times, place on the orbit, the two constant turns."""
-    across, spin = rates
-    _, orbit, pieces, sun, sun_pieces = world
-    L = momentum_of(state)
-    size = math.sqrt(dot(L, L))
-    inverse = 1.0 / size if size > 0.0 else 0.0
-    half, phase = 0.5 * PER_TURN * size * across, PER_TURN * spin
-    spin0, spin0_low = state[SPIN], state[SPIN_LOW]
+@inlined
+def _along_nodes(state, time, h, start, world, work):
+    """What is known of the nodes beforehand: times, the two constant turns, directions of the effects."""
+    effects, orbit, pieces, sun, sun_pieces = world
+    _, size, _, across, frame, spin = start
+    turning, spinning = size * across * PER_TURN, spin * PER_TURN
+    spun, spun_low = state[SPIN], state[SPIN_LOW]
     for i in range(NODES):
-        time = work[AT * NODES + i] * h
-        sine, cosine = sine_cosine(half * time, 0.0)
-        sine *= inverse
-        put_four(work, ABOUT, i, (cosine, L[0] * sine, L[1] * sine, L[2] * sine))
-        turns, rest = two_sum(0.5 * spin0, 0.5 * phase * time)
-        sine, cosine = sine_cosine(turns, rest + 0.5 * spin0_low)
+        seconds = work[AT * NODES + i] * h
+        work[TIME * NODES + i], work[TIME_LOW * NODES + i] = later(time[0], time[1], seconds)
+        work[TURNED * NODES + i] = turning * seconds
+        turns, rest = two_sum(spun, spinning * seconds)
+        work[SPUN * NODES + i] = turns
+        sine, cosine = sine_cosine(turns, rest + spun_low)
+        work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i] = cosine, sine
+    for i in range(NODES):
+        sine, cosine = sine_cosine(work[TURNED * NODES + i], 0.0)
         work[COSINE * NODES + i], work[SINE * NODES + i] = cosine, sine
-        work[TIME * NODES + i], work[TIME_LOW * NODES + i] = later(t, t_low, time)
     if orbit[0] != NO_ORBIT:
-        for i in range(NODES):
-            now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
-            r, v = position_and_velocity(orbit, pieces, now, now_low)
-            put_three(work, PLACE, i, r)
-            put_three(work, SPEED, i, v)
+        places_and_speeds(orbit, pieces, frame, work)
     if sun[2] != 0.0:
         for i in range(NODES):
             now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
             place, _ = along_pieces(sun_pieces, sun[0], sun[1], now, now_low)
-            put_three(work, SUN, i, place)
+            put_three(work, SUN, i, rotated_back(frame, place))
+    known_beforehand(effects, frame, work)
 
 
-@routine
-def _settle(state, L, axial, across, h, own, world, work):
-    """(sweeps, whether the stages stand still): to rounding, so that no step remembers a guess."""
-    for row in range(UNKNOWNS):
-        for i in range(NODES):
-            work[(STAGE + row) * NODES + i] = 0.0
-    size = abs(L[0]) + abs(L[1]) + abs(L[2])
+@inlined
+def _settle(start, h, own, world, work):
+    """(sweeps, whether the stages stand still): to rounding, so that no step remembers a guess.
+
+    In a sweep (Gauss and Seidel's) the torque at the stages gives the momentum, and that the attitude; after
+    the last the torque once more, for the momentum at the end of the step.
+    """
+    symmetric = own[1]
+    for row in range(STAGE * NODES, (STAGE + UNKNOWNS) * NODES):
+        work[row] = 0.0
+    aim = 1e-17 if symmetric else 1e-19
     last, ratio = 1.0, 1.0
     for sweep in range(MOST_SWEEPS):
-        _slopes(state, L, axial, across, own, world, work)
-        change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
-        if sweep == 0:
-            size = max(size, _gained(work))
-        # what the next sweep would change, were it to gain no more than the last two; or rounding is left
-        gain = max(ratio, change / last)
+        _forces(start, h, own, world, work)
+        _integrate(4, work)
+        _turns(start, h, own, work)
+        _keep_attitude(work)
+        _integrate(0, work)
+        change = _change(work)
         if not change <= 1e300:
             return sweep + 1, False
-        if change * gain <= 2e-17 or (change >= 0.5 * last and change < 1e-13):
+        # what the next sweep would change, were it to gain no more than the last two; or rounding is left
+        gain = max(ratio, change / last)
+        if change * gain <= aim or (change >= 0.5 * last and change < 1e-13):
+            _forces(start, h, own, world, work)
             return sweep + 1, True
         last, ratio = max(change, 1e-300), change / last
     return MOST_SWEEPS, False
 
 
 @inlined
-def _gained(work):
-    """Momentum that the first sweep has found to be added in the step: a body at rest has no other."""
-    greatest = 0.0
-    for row in range(4, 7):
-        for i in range(NODES):
-            greatest = max(greatest, abs(work[(STAGE + row) * NODES + i]))
-    return greatest
+def _moments(start, work):
+    """Momentum at the nodes along the body's axes: turned from the step's, the third apart."""
+    p, size, axial, _, _, _ = start
+    for i in range(NODES):
+        cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
+        x, y, z = turned_by(cosine, -sine, three_at(work, STAGE + 4, i))
+        m = rotated_back(departed(work, i, p), (x, y, z + size))
+        m = turned_by(work[SPIN_COSINE * NODES + i], -work[SPIN_SINE * NODES + i], m)
+        put_three(work, MOMENT, i, (m[0], m[1], axial + work[(STAGE + 7) * NODES + i]))
 
 
 @inlined
-def _slopes(state, L, axial, across, own, world, work):
-    """Rates of change of all unknowns at the nodes, from the stages.
-
-    Numbers that are the same at all nodes are read first: see `torque.torques`.
-    """
+def _forces(start, h, own, world, work):
+    """Changes of the momentum, in the step's axes, and of its part along the third axis of the body."""
     body, symmetric = own
-    start = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
-    constants = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
-    kept = 1.0 if symmetric else 0.0
-    for i in range(NODES):
-        _at_node(work, i, start, L, axial, kept, constants)
-    torques(world, body, work)
-    for i in range(NODES):
-        _slope_at_node(work, i, start, axial, across, constants)
-
-
-@inlined
-def _at_node(work, i, start, L, axial, kept, constants):
-    """Attitude, momentum and rate of the body, from the departure."""
-    inverses, rotors, _, _ = constants
-    turned = product(_about(work, i), _departed(work, i, start))
-    q = turned_about_third(turned, work[SINE * NODES + i], work[COSINE * NODES + i])
-    gained = three_at(work, STAGE + 4, i)
-    m = rotated_back(q, add_scaled(gained, 1.0, L))
-    m3 = m[2] + kept * ((axial - m[2]) + work[(STAGE + 7) * NODES + i])
-    rate = rate_of(inverses, rotors, (m[0], m[1], m3))
-    put_four(work, FULL, i, q)
-    put_three(work, MOMENT, i, (m[0], m[1], m3))
-    put_three(work, RATE, i, rate)
-
-
-@inlined
-def _slope_at_node(work, i, start, axial, across, constants):
-    inverses, rotors, alpha, C = constants
-    q = four_at(work, FULL, i)
-    m, rate = three_at(work, MOMENT, i), three_at(work, RATE, i)
-    total = add_scaled(three_at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
-    inner = cross(m, rate)
-    extra = (
-        fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
-        fma(inverses[1] - across, m[1], fma(alpha, inner[1], -inverses[1] * rotors[1])),
-        fma(inverses[2] - across, m[2] - axial, alpha * inner[2]),
-    )
-    # turned by the spin, which stands between the departure and the body
-    half_c, half_s = work[COSINE * NODES + i], work[SINE * NODES + i]
-    c, s = fma(half_c, half_c, -half_s * half_s), 2.0 * half_c * half_s
-    extra = fma(c, extra[0], -s * extra[1]), fma(s, extra[0], c * extra[1]), extra[2]
-    outer = rotated_back(_about(work, i), three_at(work, STAGE + 4, i))
-    p = _departed(work, i, start)
-    left = product((0.0, across * outer[0], across * outer[1], across * outer[2]), p)
-    right = product(p, (0.0, extra[0], extra[1], extra[2]))
-    force = rotated(q, total)
-    p = left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]
-    put_four(work, SLOPE, i, (0.5 * p[0], 0.5 * p[1], 0.5 * p[2], 0.5 * p[3]))
-    put_three(work, SLOPE + 4, i, force)
-    work[(SLOPE + 7) * NODES + i] = total[2]
-
-
-@inlined
-def _departed(work, i, start):
-    stage = four_at(work, STAGE, i)
-    return start[0] + stage[0], start[1] + stage[1], start[2] + stage[2], start[3] + stage[3]
-
-
-@inlined
-def _about(work, i):
-    return four_at(work, ABOUT, i)
-
-
-@inlined
-def _stages(h, scale, work):
-    """The unknowns at the nodes from their slopes; the greatest change of any, momenta over the momentum."""
-    for i in range(NODES):
-        work[CHANGE * NODES + i] = 0.0
-    for row in range(UNKNOWNS):
-        at = (SLOPE + row) * NODES
-        f0, f1, f2, f3 = h * work[at], h * work[at + 1], h * work[at + 2], h * work[at + 3]
-        f4, f5, f6, f7 = h * work[at + 4], h * work[at + 5], h * work[at + 6], h * work[at + 7]
-        unit = 1.0 if row < 4 else scale
+    p, _, axial, across, frame, _ = start
+    inverses, rotors, alpha, C = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
+    effects = world[0]
+    damped = body[EDDIES] != 0.0 or body[EDDIES + 4] != 0.0 or body[EDDIES + 8] != 0.0
+    if damped or not symmetric or asks_for_rates(effects):
+        _moments(start, work)
+    torques(effects, body, p, frame, work)
+    if damped:
         for i in range(NODES):
-            _stage_at_node(work, i, (f0, f1, f2, f3), (f4, f5, f6, f7), (STAGE + row) * NODES, unit)
-    change = 0.0
+            lost = taken_by_eddies(C, rate_of(inverses, rotors, three_at(work, MOMENT, i)))
+            x, y, z = three_at(work, TORQUE, i)
+            put_three(work, TORQUE, i, (x - lost[0], y - lost[1], z - lost[2]))
     for i in range(NODES):
-        change = max(change, work[CHANGE * NODES + i])
-    return change
+        total = three_at(work, TORQUE, i)
+        work[(SLOPE + 7) * NODES + i] = h * total[2]
+        force = turned_by(work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i], total)
+        force = rotated(departed(work, i, p), force)
+        force = turned_by(work[COSINE * NODES + i], work[SINE * NODES + i], force)
+        put_three(work, SLOPE + 4, i, scaled(h, force))
+    if not symmetric:  # of a symmetric body nothing else changes the momentum along the axis
+        for i in range(NODES):
+            m = three_at(work, MOMENT, i)
+            w = _excess(m, axial, across, (inverses, rotors, alpha))
+            added = h * fma(m[0], w[1], -m[1] * w[0])
+            work[(SLOPE + 7) * NODES + i] += added
 
 
 @inlined
-def _stage_at_node(work, i, f, g, at, unit):
-    new = fma(work[MATRIX * NODES + i], f[0], work[(MATRIX + 1) * NODES + i] * f[1])
-    new = fma(work[(MATRIX + 2) * NODES + i], f[2], fma(work[(MATRIX + 3) * NODES + i], f[3], new))
-    new = fma(work[(MATRIX + 4) * NODES + i], g[0], fma(work[(MATRIX + 5) * NODES + i], g[1], new))
-    new = fma(work[(MATRIX + 6) * NODES + i], g[2], fma(work[(MATRIX + 7) * NODES + i], g[3], new))
-    step = abs(new - work[at + i]) * unit
-    work[CHANGE * NODES + i] = max(step, work[CHANGE * NODES + i])
-    work[at + i] = new
+def _excess(m, axial, across, constants):
+    """Rate of turning less that of the two constant turns, along the body's axes."""
+    inverses, rotors, alpha = constants
+    inner = cross(m, rate_of(inverses, rotors, m))
+    x = fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0]))
+    y = fma(inverses[1] - across, m[1], fma(alpha, inner[1], -inverses[1] * rotors[1]))
+    z = fma(inverses[2] - across, m[2] - axial, alpha * inner[2])
+    return x, y, z
 
 
 @inlined
-def _gain(row, h, work):
-    total = 0.0
+def _turns(start, h, own, work):
+    """Changes of the departure of the attitude."""
+    body, symmetric = own
+    p0, _, axial, across, _, _ = start
+    constants = three(body, INVERSES), three(body, ROTORS), body[ALPHA]
+    half = 0.5 * h
+    if not symmetric:
+        _moments(start, work)
     for i in range(NODES):
-        total = fma(work[WEIGHTS * NODES + i], work[(SLOPE + row) * NODES + i], total)
-    return h * total
+        p = departed(work, i, p0)
+        if symmetric:
+            w = 0.0, 0.0, (constants[0][2] - across) * work[(STAGE + 7) * NODES + i]
+        else:
+            w = _excess(three_at(work, MOMENT, i), axial, across, constants)
+            w = turned_by(work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i], w)
+        cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
+        outer = scaled(half * across, turned_by(cosine, -sine, three_at(work, STAGE + 4, i)))
+        left = product((0.0, outer[0], outer[1], outer[2]), p)
+        right = product(p, (0.0, half * w[0], half * w[1], half * w[2]))
+        put_four(
+            work,
+            SLOPE,
+            i,
+            (left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]),
+        )
+
+
+@inlined
+def _integrate(first, work):
+    """Four unknowns, from `first` on, at the nodes from their changes.
+
+    The integral from the middle of the step to a node is that of the even part of a function, odd in the
+    node, and that of its odd part, even in the node: sums and differences of mirrored nodes, half of all
+    products each.
+    """
+    for i in range(HALF):
+        for row in range(4):
+            f = (SLOPE + first + row) * NODES
+            work[(SUMS + row) * NODES + i] = work[f + i] + work[f + HALF + i]
+            work[(SUMS + row) * NODES + HALF + i] = work[f + i] - work[f + HALF + i]
+    a, da = _eight(work, SUMS * NODES), _eight(work, SUMS * NODES + HALF)
+    b, db = _eight(work, (SUMS + 1) * NODES), _eight(work, (SUMS + 1) * NODES + HALF)
+    c, dc = _eight(work, (SUMS + 2) * NODES), _eight(work, (SUMS + 2) * NODES + HALF)
+    d, dd = _eight(work, (SUMS + 3) * NODES), _eight(work, (SUMS + 3) * NODES + HALF)
+    weights = _eight(work, WEIGHTS * NODES)
+    whole = _sum8(weights, a), _sum8(weights, b), _sum8(weights, c), _sum8(weights, d)
+    for i in range(HALF):
+        odd_a, even_a, odd_b, even_b = 0.0, 0.0, 0.0, 0.0
+        odd_c, even_c, odd_d, even_d = 0.0, 0.0, 0.0, 0.0
+        for j in range(HALF):
+            odd, even = work[(MATRIX + j) * NODES + i], work[(MATRIX + j) * NODES + HALF + i]
+            odd_a, even_a = fma(odd, a[j], odd_a), fma(even, da[j], even_a)
+            odd_b, even_b = fma(odd, b[j], odd_b), fma(even, db[j], even_b)
+            odd_c, even_c = fma(odd, c[j], odd_c), fma(even, dc[j], even_c)
+            odd_d, even_d = fma(odd, d[j], odd_d), fma(even, dd[j], even_d)
+        at = (STAGE + first) * NODES + i
+        work[at], work[at + HALF] = odd_a + even_a, (whole[0] - odd_a) + even_a
+        work[at + NODES], work[at + NODES + HALF] = odd_b + even_b, (whole[1] - odd_b) + even_b
+        at += 2 * NODES
+        work[at], work[at + HALF] = odd_c + even_c, (whole[2] - odd_c) + even_c
+        work[at + NODES], work[at + NODES + HALF] = odd_d + even_d, (whole[3] - odd_d) + even_d
+
+
+@inlined
+def _sum8(a, b):
+    one, two = a[0] * b[0], a[1] * b[1]
+    for j in range(2, HALF, 2):
+        one, two = fma(a[j], b[j], one), fma(a[j + 1], b[j + 1], two)
+    return one + two
+
+
+@inlined
+def _eight(work, at):
+    first = work[at], work[at + 1], work[at + 2], work[at + 3]
+    return first[0], first[1], first[2], first[3], work[at + 4], work[at + 5], work[at + 6], work[at + 7]
+
+
+@inlined
+def _keep_attitude(work):
+    """Keep the departures, to tell by what a sweep changes them."""
+    for i in range(4 * NODES):
+        work[COEFFICIENT * NODES + i] = work[STAGE * NODES + i]
+
+
+@inlined
+def _change(work):
+    """The greatest change of a departure."""
+    for i in range(NODES):
+        change = 0.0
+        for row in range(4):
+            old, new = work[(COEFFICIENT + row) * NODES + i], work[(STAGE + row) * NODES + i]
+            change = max(change, abs(new - old))
+        work[CHANGE * NODES + i] = change
+    for half in (8, 4, 2, 1):
+        for i in range(half):
+            work[CHANGE * NODES + i] = max(work[CHANGE * NODES + i], work[CHANGE * NODES + half + i])
+    return work[CHANGE * NODES]
 
 
 @routine
-def _advance(state, L, across, spin, h, symmetric, work):
-    """The state at the end of the step."""
-    size = math.sqrt(dot(L, L))
-    inverse = 1.0 / size if size > 0.0 else 0.0
+def _force(state, t, t_low, own, world, work, counts):
+    """Rate of change of the momentum, inertial: that at the nodes of a step of no length."""
+    start = start_of(state, own)
+    _along_nodes(state, (t, t_low), 0.0, start, world, work)
+    for row in range(STAGE * NODES, (STAGE + UNKNOWNS) * NODES):
+        work[row] = 0.0
+    _forces(start, 1.0, own, world, work)
+    counts[0] += 1.0
+    return rotated(start[4], three_at(work, SLOPE + 4, 0))
+
+
+@routine
+def _is_smooth(limit, states, force, span, arguments):
+    """(whether the changes in a step are smooth, the rate of change of the momentum at its end).
+
+    The last three Legendre coefficients are below the limit, and so is what a break between an end and the
+    node next to it would leave, by the polynomial there and the rate of change itself; momenta relative to
+    that of the body.  Leaves the coefficients in the workspace.
+
+    states : before and after the step; force : at its start; span : its start in two parts and its length
+    """
+    own, world, work, counts = arguments
+    state, ahead = states
+    t, t_low, h = span
+    legendre(work)
+    frame, L, gained = start_of(state, own)[4], momentum_of(state), 0.0
+    end, end_low = later(t, t_low, h)
+    after = _force(ahead, end, end_low, own, world, work, counts)
+    before, behind = rotated_back(frame, force), rotated_back(frame, after)
+    for row in range(4, 7):
+        gained = max(gained, abs(work[(COEFFICIENT + row) * NODES]))
+    unit, greatest = 1.0 / max(math.sqrt(dot(L, L)), gained, 1e-300), 0.0
+    for row in range(UNKNOWNS - 1):
+        at = (COEFFICIENT + row) * NODES
+        rough = abs(work[at + NODES - 3]) + abs(work[at + NODES - 2]) + abs(work[at + NODES - 1])
+        if row >= 4:
+            at_start, at_end = 0.0, 0.0
+            for k in range(NODES):
+                at_start += work[at + k] * (1.0 if k % 2 == 0 else -1.0)
+                at_end += work[at + k]
+            off = max(abs(at_start - h * before[row - 4]), abs(at_end - h * behind[row - 4]))
+            rough = max(rough, off * work[AT * NODES]) * unit
+        greatest = max(greatest, rough)
+    return greatest <= limit, after
+
+
+@routine
+def legendre(work):
+    """Legendre coefficients of the changes in a step, from those at the nodes."""
+    for row in range(UNKNOWNS):
+        for i in range(NODES):
+            total = 0.0
+            for j in range(NODES):
+                total = fma(work[(LEGENDRE + j) * NODES + i], work[(SLOPE + row) * NODES + j], total)
+            work[(COEFFICIENT + row) * NODES + i] = total
+
+
+@inlined
+def _gain(row, work):
+    total = 0.0
+    for i in range(NODES):
+        total = fma(work[WEIGHTS * NODES + i], work[(SLOPE + row) * NODES + i], total)
+    return total
+
+
+@inlined
+def _advance(state, start, h, symmetric, work):
+    """The state at the end of the step, attitude and momentum in two parts."""
+    _, size, _, across, frame, spin = start
+    L = momentum_of(state)
+    gained = product(frame, (_gain(0, work), _gain(1, work), _gain(2, work), _gain(3, work)))
     sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * h, 0.0)
-    sine *= inverse
-    p = (
-        state[ATTITUDE] + _gain(0, h, work),
-        state[ATTITUDE + 1] + _gain(1, h, work),
-        state[ATTITUDE + 2] + _gain(2, h, work),
-        state[ATTITUDE + 3] + _gain(3, h, work),
-    )
-    q = normalised(product((cosine, L[0] * sine, L[1] * sine, L[2] * sine), p))
-    for j in range(4):
-        state[ATTITUDE + j] = q[j]
+    _turn_attitude(state, gained, cosine, L, sine / size if size > 0.0 else 0.0)
+    added = rotated(frame, (_gain(4, work), _gain(5, work), _gain(6, work)))
     for j in range(3):
-        place, low = MOMENTUM + j, MOMENTUM_LOW + j
-        total, rest = two_sum(state[place], _gain(4 + j, h, work))
-        state[place], state[low] = two_sum(total, state[low] + rest)
+        total, rest = two_sum(state[MOMENTUM + j], added[j])
+        state[MOMENTUM + j], state[MOMENTUM_LOW + j] = two_sum(total, state[MOMENTUM_LOW + j] + rest)
     if symmetric:
-        total, rest = two_sum(state[AXIAL], _gain(7, h, work))
+        total, rest = two_sum(state[AXIAL], _gain(7, work))
         state[AXIAL], state[AXIAL_LOW] = two_sum(total, state[AXIAL_LOW] + rest)
     hi, lo = two_product(spin * PER_TURN, h)
     turns, rest = two_sum(state[SPIN], hi)
     rest += lo + state[SPIN_LOW]
-    turns -= 2.0 * (((0.5 * turns) + ROUND) - ROUND)
+    turns -= 2.0 * (((0.5 * turns) + ROUND) - ROUND)  # of two turns, after which the quaternion returns
     state[SPIN], state[SPIN_LOW] = two_sum(turns, rest)
+
+
+@inlined
+def _turn_attitude(state, gained, cosine, L, sine):
+    """(cosine, L sine) * (q + gained), normalised, everything in two parts."""
+    q0, q1, q2, q3 = (
+        _joined(state, 0, gained),
+        _joined(state, 1, gained),
+        _joined(state, 2, gained),
+        _joined(state, 3, gained),
+    )
+    c, (x, y, z) = (cosine, 0.0), (two_product(L[0], sine), two_product(L[1], sine), two_product(L[2], sine))
+    w = _dot4((c, _minus(x), _minus(y), _minus(z)), (q0, q1, q2, q3))
+    i = _dot4((c, x, y, _minus(z)), (q1, q0, q3, q2))
+    j = _dot4((c, y, z, _minus(x)), (q2, q0, q1, q3))
+    k = _dot4((c, z, x, _minus(y)), (q3, q0, q2, q1))
+    square, rest = _dot4((w, i, j, k), (w, i, j, k))
+    factor = -0.5 * ((square - 1.0) + rest)
+    _put_scaled(state, 0, w, factor)
+    _put_scaled(state, 1, i, factor)
+    _put_scaled(state, 2, j, factor)
+    _put_scaled(state, 3, k, factor)
+
+
+@inlined
+def _joined(state, j, gained):
+    hi, rest = two_sum(state[ATTITUDE + j], gained[j])
+    return two_sum(hi, rest + state[ATTITUDE_LOW + j])
+
+
+@inlined
+def _minus(a):
+    return -a[0], -a[1]
+
+
+@inlined
+def _dot4(a, b):
+    """Sum of four products of numbers in two parts."""
+    total, rest = 0.0, 0.0
+    for n in range(4):
+        hi, lo = two_product(a[n][0], b[n][0])
+        total, lost = two_sum(total, hi)
+        rest += fma(a[n][0], b[n][1], fma(a[n][1], b[n][0], lo)) + lost
+    return two_sum(total, rest)
+
+
+@inlined
+def _put_scaled(state, j, a, factor):
+    state[ATTITUDE + j], state[ATTITUDE_LOW + j] = two_sum(a[0], fma(a[0], factor, a[1]))

@@ -1,18 +1,35 @@
-"""What the solvers share: the state they step, the time of a step, and what they write of it."""
+"""What is written of a march: its state, the time of a step, states at instants."""
+
+import math
 
 from ..doubledouble import two_product, two_sum
-from ..intrinsics import inlined, routine
-from ..layout import ALPHA, AXIAL, MOMENTUM, STATE, TO_AXES
-from ..rotation import product, rotated, rotated_back
-from ..vectors import add_scaled, cross
-from .free_rotation import attitude_of
-from .torque import body_rate
+from ..intrinsics import fma, inlined, routine
+from ..layout import (
+    ALPHA,
+    ATTITUDE,
+    AXIAL,
+    CHANGE,
+    COEFFICIENT,
+    INVERSES,
+    MOMENTUM,
+    NODES,
+    ROTORS,
+    SPIN,
+    SPIN_LOW,
+    STATE,
+    TO_AXES,
+    UNKNOWNS,
+)
+from ..phase import sine_cosine
+from ..rotation import PER_TURN, conjugate, product, rotated, rotated_back, upright
+from ..vectors import add_scaled, cross, dot, scaled
+from .torque import rate_of, three
 
 
 @inlined
-def time_of(step, h, start):
-    """start + step h in two parts."""
-    hi, lo = two_product(float(step), h)
+def time_of(steps, h, start):
+    """start + steps h in two parts."""
+    hi, lo = two_product(steps, h)
     t, rest = two_sum(start, hi)
     return two_sum(t, rest + lo)
 
@@ -37,50 +54,33 @@ def copied(state, spare):
         spare[i] = state[i]
 
 
-@routine
-def write_until(step, arguments, states, span, body, output, written, halted):
-    """Write the instants within a step, each reached by that step, shortened; returns how many are written.
-
-    step(state, t, t_low, h, *arguments) : makes a step, in place
-    states : the state (STATE,), and scratch of the same size
-    span : t, t_low, h of the step, and whether the instants end with it
-    body : its numbers, (STEPPED_BODY,), and whether it is symmetric
-    output : instants (2, m), two-part, in the order of the steps; rows (10, m) of them
-    written : how many instants are already; halted : (1,), another number than 0 ends the loop
-
-    The steps themselves, and every bit of theirs, do not depend on the instants.
-    """
-    t, t_low, h, ends = span
-    state, aside = states
-    instants, out = output
-    while written < instants.shape[1] and halted[0] == 0.0:
-        part = ((instants[0, written] - t) - t_low) + instants[1, written]
-        if not ends and abs(part) >= abs(h):
-            break
-        copied(state, aside)
-        if part != 0.0:
-            step(aside, t, t_low, part, *arguments)
-        write(aside, body, out, written)
-        written += 1
-    return written
+@inlined
+def turned_about_third(q, turns, rest):
+    """A quaternion after a rotation about the third axis."""
+    sine, cosine = sine_cosine(0.5 * turns, 0.5 * rest)
+    w = fma(q[0], cosine, -q[3] * sine)
+    x = fma(q[1], cosine, q[2] * sine)
+    y = fma(q[2], cosine, -q[1] * sine)
+    z = fma(q[3], cosine, q[0] * sine)
+    return w, x, y, z
 
 
 @routine
-def turning_rate(body, m):
-    """(rate that the torques meet, rate at which the attitude turns): a sink inside turns the body too."""
-    rate = body_rate(body, m)
-    return rate, add_scaled(rate, body[ALPHA], cross(m, rate))
-
-
-@routine
-def write(state, body, out, i):
+def write(state, own, out, i):
     """Attitude (w, x, y, z), rate (body components), momentum (inertial), as rows of out (10, n)."""
-    body, symmetric = body
-    q, L = attitude_of(state), momentum_of(state)
+    q = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
+    q = turned_about_third(q, state[SPIN], state[SPIN_LOW])
+    _write(q, momentum_of(state), state[AXIAL], own, out, i)
+
+
+@inlined
+def _write(q, L, axial, own, out, i):
+    body, symmetric = own
     m = rotated_back(q, L)
     if symmetric:
-        m = m[0], m[1], state[AXIAL]
-    _, rate = turning_rate(body, m)
+        m = m[0], m[1], axial
+    rate = rate_of(three(body, INVERSES), three(body, ROTORS), m)
+    rate = add_scaled(rate, body[ALPHA], cross(m, rate))  # dissipation turns the body too
     to_axes = body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
     attitude = product(q, to_axes)
     rate = rotated((to_axes[0], -to_axes[1], -to_axes[2], -to_axes[3]), rate)
@@ -89,3 +89,60 @@ def write(state, body, out, i):
     for j in range(3):
         out[4 + j, i] = rate[j]
         out[7 + j, i] = L[j]
+
+
+# -- steps of the collocation
+# ---------------------------------------------------------------------------------
+
+
+@inlined
+def start_of(state, own):
+    """What a step is made around: departure, size of the momentum, its part along axis 3, mean of a1 and a2,
+    frame, spin.
+
+    frame : quaternion from the axes of the step, of which the third is along the momentum, to inertial ones
+    spin : rad/s, the constant turn about the third axis of the body
+    """
+    body, symmetric = own
+    L = momentum_of(state)
+    size = math.sqrt(dot(L, L))
+    frame = upright(scaled(1.0 / size if size > 0.0 else 0.0, L))
+    q = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
+    axial = state[AXIAL] if symmetric else rotated_back(q, L)[2]
+    across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
+    spin = fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2])
+    return product(conjugate(frame), q), size, axial, across, frame, spin
+
+
+@routine
+def write_between(state, time, h, own, work, out, i):
+    """Write an instant within the step of length h that was just made from a state, off its polynomial.
+
+    The Legendre coefficients of the step's changes are in the workspace.
+    """
+    p, size, axial, across, frame, spin = start_of(state, own)
+    _departures(time / h, work)
+    at = CHANGE * NODES
+    p = p[0] + work[at], p[1] + work[at + 1], p[2] + work[at + 2], p[3] + work[at + 3]
+    norm = 1.0 / math.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3])
+    sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * time, 0.0)
+    q = product(product(frame, (cosine * norm, 0.0, 0.0, sine * norm)), p)
+    turns, rest = two_sum(state[SPIN], spin * PER_TURN * time)
+    q = turned_about_third(q, turns, rest + state[SPIN_LOW])
+    L = add_scaled(momentum_of(state), 1.0, rotated(frame, three(work, at + 4)))
+    _write(q, L, axial + work[at + 7], own, out, i)
+
+
+@inlined
+def _departures(s, work):
+    """The unknowns at a part s of the step, into the row CHANGE: coefficients times Legendre integrals."""
+    at, x = CHANGE * NODES, 2.0 * s - 1.0
+    for row in range(UNKNOWNS):
+        work[at + row] = s * work[(COEFFICIENT + row) * NODES]
+    before, here = 1.0, x
+    for k in range(1, NODES):
+        after = ((2 * k + 1) * x * here - k * before) / (k + 1)
+        integral = (after - before) / (4 * k + 2)
+        for row in range(UNKNOWNS):
+            work[at + row] = fma(integral, work[(COEFFICIENT + row) * NODES + k], work[at + row])
+        before, here = here, after

@@ -3,64 +3,95 @@
 import math
 
 from ..intrinsics import fma, inlined
-from ..layout import KEPLER, NO_ORBIT
+from ..layout import KEPLER, NODES, PLACE, SPEED, TIME, TIME_LOW
 from ..phase import ROUND, argument, sine_cosine
-from ..rotation import PER_TURN
+from ..rotation import PER_TURN, rotated_back
 from ..vectors import add_scaled, scaled
 
 TURN = 6.283185307179586
 
 
-@inlined
-def position_and_velocity(orbit, pieces, t, t_low):
-    """(r, v), m and m/s, at the time t + t_low; zeros without an orbit.
+MOST_ROUNDS = 12
 
-    orbit : (ORBIT_WIDTH,), pieces : (n, 3, degree + 1), as `layout` has them
+
+@inlined
+def places_and_speeds(orbit, pieces, frame, work):
+    """Position, m, and velocity, m/s, at all nodes of a step, along its axes, into the workspace.
+
+    orbit : (ORBIT_WIDTH,), of an orbit, and pieces : (n, 3, degree + 1), as `layout` has them
+    frame : quaternion from the axes of the step to inertial ones
     """
-    if orbit[0] == NO_ORBIT:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if orbit[0] == KEPLER:
-        return _two_body(orbit, t, t_low)
-    return along_pieces(pieces, orbit[1], orbit[2], t, t_low)
+        _two_body(orbit, frame, work)
+        return
+    for i in range(NODES):
+        now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+        r, v = along_pieces(pieces, orbit[1], orbit[2], now, now_low)
+        _put(work, i, rotated_back(frame, r), rotated_back(frame, v))
 
 
 @inlined
-def _two_body(orbit, t, t_low):
+def _two_body(orbit, frame, work):
     a, e, rate = orbit[1], orbit[2], orbit[6]
-    turns, rest = argument(orbit[4], orbit[5], t, t_low, orbit[3], 0.0)
-    sine, cosine = sine_cosine(turns, rest)
-    if e != 0.0:
-        whole = (turns + ROUND) - ROUND
-        sine, cosine = _eccentric(((turns - whole) + rest) * TURN, e, sine)
     minor = math.sqrt((1.0 - e) * (1.0 + e))
-    P, Q = (orbit[7], orbit[8], orbit[9]), (orbit[10], orbit[11], orbit[12])
-    speed = a * rate / fma(-e, cosine, 1.0)
-    r = add_scaled(scaled(a * (cosine - e), P), a * minor * sine, Q)
-    v = add_scaled(scaled(-speed * sine, P), speed * minor * cosine, Q)
-    return r, v
+    P = rotated_back(frame, (orbit[7], orbit[8], orbit[9]))
+    Q = rotated_back(frame, (orbit[10], orbit[11], orbit[12]))
+    for i in range(NODES):
+        now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+        turns, rest = argument(orbit[4], orbit[5], now, now_low, orbit[3], 0.0)
+        sine, cosine = sine_cosine(turns, rest)
+        M = ((turns - ((turns + ROUND) - ROUND)) + rest) * TURN
+        work[PLACE * NODES + i], work[(PLACE + 1) * NODES + i] = cosine, sine
+        work[SPEED * NODES + i] = M
+    if e != 0.0:
+        _eccentric_anomalies(e, work)
+    for i in range(NODES):
+        cosine, sine = work[PLACE * NODES + i], work[(PLACE + 1) * NODES + i]
+        speed = a * rate / fma(-e, cosine, 1.0)
+        r = add_scaled(scaled(a * (cosine - e), P), a * minor * sine, Q)
+        v = add_scaled(scaled(-speed * sine, P), speed * minor * cosine, Q)
+        _put(work, i, r, v)
 
 
 @inlined
-def _eccentric(M, e, sine_M):
-    """Sine and cosine of the eccentric anomaly E of M = E - e sin E, abs(M) <= pi.
+def _put(work, i, r, v):
+    for j in range(3):
+        work[(PLACE + j) * NODES + i] = r[j]
+        work[(SPEED + j) * NODES + i] = v[j]
 
-    Fourth-order iteration from E = M + 0.85 e sign(sin M), which converges for every e < 1.
+
+@inlined
+def _eccentric_anomalies(e, work):
+    """Cosine and sine of the eccentric anomaly E of M = E - e sin E at all nodes, from those of M.
+
+    Danby's iteration of fourth order until the change at every node leaves an error below rounding.
     Source: Danby, Fundamentals of Celestial Mechanics, 2nd ed., section 6.6.
     """
-    E = M + math.copysign(0.85 * e, sine_M)
-    sine, cosine = 0.0, 1.0
-    for _ in range(12):
-        sine, cosine = sine_cosine(E * PER_TURN, 0.0)
-        f = (E - e * sine) - M
-        f1, f2, f3 = 1.0 - e * cosine, e * sine, e * cosine
-        step = -f / f1
-        step = -f / fma(0.5 * step, f2, f1)
-        step = -f / fma(step, fma(step, f3 / 6.0, 0.5 * f2), f1)
-        E += step
-        if abs(step) < 1e-9:  # the error left is of fourth order in it
-            sine, cosine = sine + step * cosine, cosine - step * sine
+    for i in range(NODES):
+        M, cosine, sine = work[SPEED * NODES + i], work[PLACE * NODES + i], work[(PLACE + 1) * NODES + i]
+        near = M + e * sine * fma(e, cosine, 1.0)
+        # beyond e = 0.9 the series is no start near the pericentre: Danby's own converges for every e < 1
+        work[(SPEED + 1) * NODES + i] = near if e < 0.9 else M + math.copysign(0.85 * e, sine)
+    for _ in range(MOST_ROUNDS):
+        greatest = 0.0
+        for i in range(NODES):
+            M, E = work[SPEED * NODES + i], work[(SPEED + 1) * NODES + i]
+            sine, cosine = sine_cosine(E * PER_TURN, 0.0)
+            f = (E - e * sine) - M
+            f1, f2, f3 = 1.0 - e * cosine, e * sine, e * cosine
+            step = -f / f1
+            step = -f / fma(0.5 * step, f2, f1)
+            step = -f / fma(step, fma(step, f3 / 6.0, 0.5 * f2), f1)
+            work[(SPEED + 1) * NODES + i] = E + step
+            work[(SPEED + 2) * NODES + i] = abs(step)
+            # the rest of the change, to second order in it
+            half = 0.5 * step * step
+            work[PLACE * NODES + i] = cosine - step * sine - half * cosine
+            work[(PLACE + 1) * NODES + i] = sine + step * cosine - half * sine
+        for i in range(NODES):
+            greatest = max(greatest, work[(SPEED + 2) * NODES + i])
+        if greatest < 3e-6:
             break
-    return sine, cosine
 
 
 @inlined

@@ -1,10 +1,14 @@
-"""The torques of a scene's effects at an instant; rows of numbers as `layout` has them.
+"""The torques of a scene's effects at all nodes of a step; rows of numbers as `layout` has them.
 
-All in components along the body's axes that the solver steps, and SI.
+What depends on the time alone (directions of the centre of the Earth, of the wind, of the Sun and of the
+field, and how strong each is) is computed once a step, along axes that turn with the step
+(`known_beforehand`); what depends on the attitude in every sweep (`torques`).  All along the body's axes that
+the solver steps, and SI.
 """
 
 import math
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
@@ -13,29 +17,39 @@ from ..intrinsics import bits_of, fma, inlined, routine
 from ..layout import (
     CONSTANT_BODY,
     CONSTANT_INERTIAL,
+    COSINE,
+    DIRECTION,
     DRAG_PLATE,
     EDDIES,
-    FULL,
     GRAVITY_GRADIENT,
     INVERSES,
+    KNOWN,
+    KNOWN_ROWS,
     MAGNETIC,
+    MOMENT,
     MOMENTS,
     NODES,
     PLACE,
-    RATE,
     ROTORS,
+    SINE,
     SOLAR_PLATE,
     SPEED,
+    SPIN_COSINE,
+    SPIN_SINE,
+    SPUN,
+    STAGE,
+    STRENGTH,
     SUN,
     TIME,
     TIME_LOW,
     TO_AXES,
     TORQUE,
+    TURNED,
+    USER,
 )
 from ..phase import phase, sine_cosine
 from ..rotation import product, rotated, rotated_back
 from ..vectors import add_scaled, cross, dot, scaled
-from .orbit_path import along_pieces, position_and_velocity
 
 ASTRONOMICAL_UNIT = 149597870700.0
 
@@ -44,88 +58,6 @@ ASTRONOMICAL_UNIT = 149597870700.0
 def three(row, first):
     """Three numbers of a row, from `first` on."""
     return row[first], row[first + 1], row[first + 2]
-
-
-@routine
-def torque(world, body, t, t_low, q, rate):
-    """Sum of the torques, but for eddies, whose torque is linear in the rate.
-
-    world : effects (n, EFFECT_WIDTH), orbit, pieces, sun (start, length, whether there is one), sun_pieces
-    body : (STEPPED_BODY,); q : attitude of the axes; rate : of the body
-    """
-    effects, orbit, pieces, sun, sun_pieces = world
-    r, v = position_and_velocity(orbit, pieces, t, t_low)
-    total = 0.0, 0.0, 0.0
-    for k in range(effects.shape[0]):
-        row = effects[k]
-        code = row[0]
-        if code == GRAVITY_GRADIENT:
-            one = gravity_gradient(row[1], three(body, MOMENTS), q, r)
-        elif code == CONSTANT_BODY:
-            one = three(row, 1)
-        elif code == CONSTANT_INERTIAL:
-            one = rotated_back(q, three(row, 1))
-        elif code == MAGNETIC:
-            one = magnetic(_dipole(row), (row[14], row[15]), t, t_low, q, r)
-        elif code == SOLAR_PLATE:
-            place, _ = along_pieces(sun_pieces, sun[0], sun[1], t, t_low)
-            one = solar_plate(_plate(row), q, add_scaled(place, -1.0, r))
-        elif code == DRAG_PLATE:
-            one = drag_plate(_plate(row), three(row, 11), q, r, v)
-        else:
-            one = users(row[1], _to_axes(body), t + t_low, q, rate)
-        total = add_scaled(total, 1.0, one)
-    return total
-
-
-@inlined
-def torques(world, body, work):
-    """`torque` at all nodes of a step side by side, from rows of the workspace `work` into its row TORQUE.
-
-    What depends on the time alone (places and speeds on the orbit, places of the sun) is there already.
-    What does not depend on the node is read beforehand: a loop that reads no other array becomes vectors.
-    """
-    effects = world[0]
-    for i in range(NODES):
-        put_three(work, TORQUE, i, (0.0, 0.0, 0.0))
-    for k in range(effects.shape[0]):
-        row = effects[k]
-        code = row[0]
-        if code == GRAVITY_GRADIENT:
-            mu, moments = row[1], three(body, MOMENTS)
-            for i in range(NODES):
-                q, r = four_at(work, FULL, i), three_at(work, PLACE, i)
-                _add_at(work, TORQUE, i, gravity_gradient(mu, moments, q, r))
-        elif code == CONSTANT_BODY:
-            fixed = three(row, 1)
-            for i in range(NODES):
-                _add_at(work, TORQUE, i, fixed)
-        elif code == CONSTANT_INERTIAL:
-            fixed = three(row, 1)
-            for i in range(NODES):
-                _add_at(work, TORQUE, i, rotated_back(four_at(work, FULL, i), fixed))
-        elif code == MAGNETIC:
-            dipole, pace = _dipole(row), (row[14], row[15])
-            for i in range(NODES):
-                q, r = four_at(work, FULL, i), three_at(work, PLACE, i)
-                t, t_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
-                _add_at(work, TORQUE, i, magnetic(dipole, pace, t, t_low, q, r))
-        elif code == SOLAR_PLATE:
-            plate = _plate(row)
-            for i in range(NODES):
-                to_sun = add_scaled(three_at(work, SUN, i), -1.0, three_at(work, PLACE, i))
-                _add_at(work, TORQUE, i, solar_plate(plate, four_at(work, FULL, i), to_sun))
-        elif code == DRAG_PLATE:
-            plate, turning = _plate(row), three(row, 11)
-            for i in range(NODES):
-                q, r = four_at(work, FULL, i), three_at(work, PLACE, i)
-                _add_at(work, TORQUE, i, drag_plate(plate, turning, q, r, three_at(work, SPEED, i)))
-        else:
-            address, to_axes = row[1], _to_axes(body)
-            for i in range(NODES):
-                q, rate = four_at(work, FULL, i), three_at(work, RATE, i)
-                t = work[TIME * NODES + i] + work[TIME_LOW * NODES + i]
-                _add_at(work, TORQUE, i, users(address, to_axes, t, q, rate))
 
 
 @inlined
@@ -157,85 +89,195 @@ def put_four(work, row, i, q):
 
 
 @inlined
-def _add_at(work, row, i, vector):
-    work[row * NODES + i] += vector[0]
-    work[(row + 1) * NODES + i] += vector[1]
-    work[(row + 2) * NODES + i] += vector[2]
+def turned_by(cosine, sine, v):
+    """A vector after a turn about the third axis."""
+    return fma(cosine, v[0], -sine * v[1]), fma(sine, v[0], cosine * v[1]), v[2]
 
 
 @inlined
-def _to_axes(body):
-    return body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
+def departed(work, i, start):
+    """The departure of the attitude at node i."""
+    stage = four_at(work, STAGE, i)
+    return start[0] + stage[0], start[1] + stage[1], start[2] + stage[2], start[3] + stage[3]
+
+
+# -- once a step ------------------------------------------------------------------------------------------
+
+
+@routine
+def known_beforehand(effects, frame, work):
+    """Direction and strength of every effect at the nodes, from places, speeds and Sun in the workspace.
+
+    frame : quaternion from the axes of the step to inertial ones
+    """
+    for k in range(effects.shape[0]):
+        row = effects[k]
+        code = row[0]
+        if code == GRAVITY_GRADIENT:
+            for i in range(NODES):
+                r = three_at(work, PLACE, i)
+                distance2 = dot(r, r)
+                inverse = 1.0 / math.sqrt(distance2)
+                _know(work, i, scaled(inverse, r), 3.0 * row[1] * inverse / distance2)
+        elif code == CONSTANT_INERTIAL:
+            fixed = rotated_back(frame, three(row, 1))
+            for i in range(NODES):
+                _know(work, i, fixed, 1.0)
+        elif code == MAGNETIC:
+            still, cosines = rotated_back(frame, three(row, 5)), rotated_back(frame, three(row, 8))
+            axis = still, cosines, rotated_back(frame, three(row, 11))
+            strength, pace = row[4], (row[14], row[15])
+            for i in range(NODES):
+                t = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+                _know(work, i, dipole_field(strength, axis, pace, t, three_at(work, PLACE, i)), 1.0)
+        elif code == SOLAR_PLATE:
+            pressure = row[10] * ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT
+            for i in range(NODES):
+                to_sun = add_scaled(three_at(work, SUN, i), -1.0, three_at(work, PLACE, i))
+                inverse2 = 1.0 / dot(to_sun, to_sun)
+                _know(work, i, scaled(math.sqrt(inverse2), to_sun), pressure * inverse2)
+        elif code == DRAG_PLATE:
+            turning, density, reference, height = rotated_back(frame, three(row, 11)), row[8], row[9], row[10]
+            for i in range(NODES):
+                r = three_at(work, PLACE, i)
+                wind = add_scaled(three_at(work, SPEED, i), -1.0, cross(turning, r))
+                speed2 = dot(wind, wind)
+                pressure = 0.5 * density * math.exp((reference - math.sqrt(dot(r, r))) / height) * speed2
+                _know(work, i, scaled(1.0 / math.sqrt(max(speed2, 1e-300)), wind), pressure)
+        at = np.uint64((KNOWN + KNOWN_ROWS * k) * NODES)
+        for i in range(np.uint64(KNOWN_ROWS * NODES)):
+            work[at + i] = work[np.uint64(DIRECTION * NODES) + i]
 
 
 @inlined
-def _dipole(row):
-    """(dipole of the body, strength, the three vectors of the field's axis)."""
-    return three(row, 1), row[4], three(row, 5), three(row, 8), three(row, 11)
+def _know(work, i, direction, strength):
+    """Keep a direction, turned with the step about the momentum, and a strength."""
+    cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
+    put_three(work, DIRECTION, i, turned_by(cosine, -sine, direction))
+    work[STRENGTH * NODES + i] = strength
 
 
 @inlined
-def _plate(row):
-    """(normal, centre of pressure, four numbers)."""
-    return three(row, 1), three(row, 4), (row[7], row[8], row[9], row[10])
+def dipole_field(strength, axis, pace, t, r):
+    """k / r^3 (3 (d . e) e - d): the field of a dipole d fixed in the turning central body.
 
-
-@inlined
-def gravity_gradient(mu, moments, q, r):
-    """3 mu / r^3 e x I e, e the direction of the centre of the central body (or away from it)."""
+    axis : a, b, c of d = a + b cos + c sin; pace : turns/s in two parts; t in two parts
+    """
+    turns, rest = phase(pace[0], pace[1], t[0], t[1])
+    sine, cosine = sine_cosine(turns, rest)
+    d = add_scaled(add_scaled(axis[0], cosine, axis[1]), sine, axis[2])
     distance2 = dot(r, r)
     inverse = 1.0 / math.sqrt(distance2)
-    e = rotated_back(q, scaled(inverse, r))
-    size = 3.0 * mu * inverse / distance2
-    I1, I2, I3 = moments
-    x = size * (I3 - I2) * e[1] * e[2]
-    y = size * (I1 - I3) * e[2] * e[0]
-    z = size * (I2 - I1) * e[0] * e[1]
+    e = scaled(inverse, r)
+    return scaled(strength * inverse / distance2, add_scaled(scaled(3.0 * dot(d, e), e), -1.0, d))
+
+
+# -- in every sweep ---------------------------------------------------------------------------------------
+
+
+@inlined
+def asks_for_rates(effects):
+    """Whether a torque depends on the rate of the body."""
+    asks = False
+    for k in range(effects.shape[0]):
+        asks |= effects[k, 0] == USER
+    return asks
+
+
+@inlined
+def torques(effects, body, start, frame, work):
+    """Sum of the torques at all nodes, but for eddies, into the row TORQUE of the workspace.
+
+    What does not depend on the node is read beforehand: a loop that reads no other array becomes vectors.
+
+    start : the departure at the start of the step; frame : as in `known_beforehand`
+    """
+    for i in range(NODES):
+        put_three(work, TORQUE, i, (0.0, 0.0, 0.0))
+    for k in range(effects.shape[0]):
+        row = effects[k]
+        code = row[0]
+        at = np.uint64((KNOWN + KNOWN_ROWS * k) * NODES)
+        for i in range(np.uint64(KNOWN_ROWS * NODES)):  # unsigned: no index is tested for being negative
+            work[np.uint64(DIRECTION * NODES) + i] = work[at + i]
+        if code == GRAVITY_GRADIENT:
+            moments = three(body, MOMENTS)
+            for i in range(NODES):
+                _add(work, i, gravity_gradient(work[STRENGTH * NODES + i], moments, _seen(work, i, start)))
+        elif code == CONSTANT_BODY:
+            fixed = three(row, 1)
+            for i in range(NODES):
+                _add(work, i, fixed)
+        elif code == CONSTANT_INERTIAL:
+            for i in range(NODES):
+                _add(work, i, _seen(work, i, start))
+        elif code == MAGNETIC:
+            own = three(row, 1)
+            for i in range(NODES):
+                _add(work, i, cross(own, _seen(work, i, start)))
+        elif code == SOLAR_PLATE:
+            n, centre, plate = three(row, 1), three(row, 4), three(row, 7)
+            for i in range(NODES):
+                force = sunlight(work[STRENGTH * NODES + i], plate, n, _seen(work, i, start))
+                _add(work, i, cross(centre, force))
+        elif code == DRAG_PLATE:
+            n, centre, area = three(row, 1), three(row, 4), row[7]
+            for i in range(NODES):
+                ahead, pressure = _seen(work, i, start), work[STRENGTH * NODES + i]
+                force = scaled(-pressure * area * max(dot(n, ahead), 0.0), ahead)
+                _add(work, i, cross(centre, force))
+        elif code == USER:
+            constants, address = (three(body, INVERSES), three(body, ROTORS)), row[1]
+            to_axes = body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
+            for i in range(NODES):
+                rate = rate_of(constants[0], constants[1], three_at(work, MOMENT, i))
+                t = work[TIME * NODES + i] + work[TIME_LOW * NODES + i]
+                _add(work, i, users(address, to_axes, t, attitude_at(work, i, start, frame), rate))
+
+
+@inlined
+def _seen(work, i, start):
+    """The direction along the body's axes at node i."""
+    v = rotated_back(departed(work, i, start), three_at(work, DIRECTION, i))
+    return turned_by(work[SPIN_COSINE * NODES + i], -work[SPIN_SINE * NODES + i], v)
+
+
+@inlined
+def attitude_at(work, i, start, frame):
+    """The whole attitude at node i."""
+    sine, cosine = sine_cosine(0.5 * work[TURNED * NODES + i], 0.0)
+    q = product(product(frame, (cosine, 0.0, 0.0, sine)), departed(work, i, start))
+    sine, cosine = sine_cosine(0.5 * work[SPUN * NODES + i], 0.0)
+    return product(q, (cosine, 0.0, 0.0, sine))
+
+
+@inlined
+def _add(work, i, vector):
+    work[TORQUE * NODES + i] += vector[0]
+    work[(TORQUE + 1) * NODES + i] += vector[1]
+    work[(TORQUE + 2) * NODES + i] += vector[2]
+
+
+@inlined
+def gravity_gradient(strength, moments, e):
+    """3 mu / r^3 e x I e, e the direction of the centre of the central body (or away from it)."""
+    x = strength * (moments[2] - moments[1]) * e[1] * e[2]
+    y = strength * (moments[0] - moments[2]) * e[2] * e[0]
+    z = strength * (moments[1] - moments[0]) * e[0] * e[1]
     return x, y, z
 
 
 @inlined
-def magnetic(dipole, pace, t, t_low, q, r):
-    """Dipole x B, B that of a dipole fixed in the turning central body."""
-    own, strength, still, cosines, sines = dipole
-    turns, rest = phase(pace[0], pace[1], t, t_low)
-    sine, cosine = sine_cosine(turns, rest)
-    d = add_scaled(add_scaled(still, cosine, cosines), sine, sines)
-    distance2 = dot(r, r)
-    inverse = 1.0 / math.sqrt(distance2)
-    e = scaled(inverse, r)
-    field = add_scaled(scaled(3.0 * dot(d, e), e), -1.0, d)
-    return cross(own, rotated_back(q, scaled(strength * inverse / distance2, field)))
-
-
-@inlined
-def solar_plate(plate, q, to_sun):
-    """Pressure of sunlight on a plate: what is absorbed, mirrored and scattered.
+def sunlight(pressure, plate, n, s):
+    """Force of sunlight on a plate: what is absorbed, mirrored and scattered.
 
     F = -P A cos [(1 - specular) s + 2 (specular cos + diffuse / 3) n] on the lit side.
     Source: Wertz, Spacecraft Attitude Determination and Control (1978), section 17.2.2.
     """
-    n, centre, (area, specular, diffuse, pressure) = plate
-    distance2 = dot(to_sun, to_sun)
-    s = rotated_back(q, scaled(1.0 / math.sqrt(distance2), to_sun))
+    area, specular, diffuse = plate
     cosine = max(dot(n, s), 0.0)
-    pressure *= ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT / distance2
     along_n = 2.0 * fma(specular, cosine, diffuse / 3.0)
-    force = scaled(-pressure * area * cosine, add_scaled(scaled(1.0 - specular, s), along_n, n))
-    return cross(centre, force)
-
-
-@inlined
-def drag_plate(plate, turning, q, r, v):
-    """Drag of the air that meets a plate: F = -1/2 rho Cd A cos v^2 along the air's motion."""
-    n, centre, (area, density, reference, height) = plate
-    wind = add_scaled(v, -1.0, cross(turning, r))
-    speed2 = dot(wind, wind)
-    inverse = 1.0 / math.sqrt(max(speed2, 1e-300))
-    ahead = rotated_back(q, scaled(inverse, wind))
-    cosine = max(dot(n, ahead), 0.0)
-    density *= math.exp((reference - math.sqrt(dot(r, r))) / height)
-    return cross(centre, scaled(-0.5 * density * area * cosine * speed2, ahead))
+    return scaled(-pressure * area * cosine, add_scaled(scaled(1.0 - specular, s), along_n, n))
 
 
 @inlined
@@ -272,14 +314,8 @@ def called(typingctx, address, t, q, rate):
 
 
 @inlined
-def body_rate(body, m):
-    """Rate of the body whose momentum, rotors included, is m in body components."""
-    return rate_of(three(body, INVERSES), three(body, ROTORS), m)
-
-
-@inlined
 def rate_of(inverses, rotors, m):
-    """Body rate of a momentum, along the principal axes."""
+    """Body rate of a momentum, rotors included, along the principal axes."""
     x = inverses[0] * (m[0] - rotors[0])
     y = inverses[1] * (m[1] - rotors[1])
     z = inverses[2] * (m[2] - rotors[2])

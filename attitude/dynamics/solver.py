@@ -1,0 +1,156 @@
+"""The solver of scenes with torques: Gauss's collocation (docs/torques.md, section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import stopping
+from ..kernels import layout
+from ..kernels.layout import NODES
+from ..problem.torque_model import CachedTorque
+from ..runtime import compiled
+from .solver_arguments import SolverArguments
+
+NAME, ORDER = "gauss, order 32", 2 * NODES
+OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
+STRIDE = 1.2  # steps of the coarser solution over those of the answer
+COARSER_DECAY = 10.0  # the same of the size to which Legendre coefficients are to fall
+LEAST_DECAY = 1e-15  # below which coefficients are rounding
+MAX_STEPS = 1e8
+
+
+class StepSetting(NamedTuple):
+    """How finely bodies are stepped.
+
+    Attributes
+    ----------
+    step : (n,) s, the longest that is asked for
+    decay : (n,), size of the last Legendre coefficients above which a step is halved, where torques break
+    dense : whether instants within a step are read off its polynomial, else reached by the step, shortened
+    coarsely : in fewer steps, for the error's estimate
+    """
+
+    step: np.ndarray
+    decay: np.ndarray
+    dense: bool = False
+    coarsely: bool = False
+
+
+class SolverTask(NamedTuple):
+    """Some bodies of a block, to be stepped over a span.
+
+    Attributes
+    ----------
+    arguments : of the whole block, n; which : (k,), indices of the bodies to step
+    states : (n, STATE), at the start; changed into those at the end
+    start, stop : s; instants : (2, m), two-part, within, in that direction
+    setting : StepSetting
+    out : (n, OUTPUTS, m), written
+    max_steps : after so many a body is given up
+    """
+
+    arguments: SolverArguments
+    which: np.ndarray
+    states: np.ndarray
+    start: float
+    stop: float
+    instants: np.ndarray
+    setting: StepSetting
+    out: np.ndarray
+    max_steps: float = MAX_STEPS
+
+
+class SolverWork(NamedTuple):
+    """Work of the solver, (k,) each: steps, sweeps made in them, and failures."""
+
+    steps: np.ndarray
+    sweeps: np.ndarray
+    failed: np.ndarray
+
+
+def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
+    """Step the bodies of a task; raises what a user's function raised while stepping, and Stopped."""
+    records, arguments = _records(task), task.arguments
+    rows = layout.KNOWN + layout.KNOWN_ROWS * arguments.effects.shape[1]
+    work = np.zeros(rows * NODES)
+    work[: scheme().size] = scheme()
+    span, flag = np.array([task.start, task.stop]), stopping.current().flag
+    try:
+        compiled.collocate(
+            records, span, task.instants, task.out, work, flag, arguments.effects, *arguments.surroundings
+        )
+        stopping.current().check()
+    finally:
+        for torque in torques:
+            torque.raise_failure()
+    task.states[task.which] = records["state"]
+    sweeps, failed, pieces = records["counts"].astype(np.int64).T
+    return SolverWork(pieces, sweeps, failed)
+
+
+def _records(task: SolverTask) -> np.ndarray:
+    """(k,) records of STEPPED: the bodies of a task, with the steps that their settings ask for."""
+    which, setting = task.which, task.setting
+    records = np.zeros(len(which), layout.STEPPED)
+    records["index"], records["state"] = which, task.states[which]
+    records["body"] = task.arguments.body[which]
+    records["symmetric"] = task.arguments.symmetric[which]
+    records["max_steps"], records["dense"] = task.max_steps, setting.dense
+    # none longer than asked for; at least two, so that there is something coarser
+    length = abs(task.stop - task.start)
+    steps = np.maximum(2, np.ceil(np.minimum(length / setting.step[which] * (1.0 - 1e-12), 2.0**62)))
+    records["steps"] = (steps / STRIDE if setting.coarsely else steps).astype(np.int64)
+    decay = setting.decay[which] * (COARSER_DECAY if setting.coarsely else 1.0)
+    records["decay"] = np.maximum(decay, LEAST_DECAY)
+    if task.arguments.is_smooth:
+        records["decay"] = np.inf
+    return records
+
+
+def vector_lengths(vectors: np.ndarray) -> np.ndarray:
+    """(n,), of (n, 3): sums are written out, for the same bits whatever n is."""
+    x, y, z = (vectors * vectors).T
+    length: np.ndarray = np.sqrt((x + y) + z)
+    return length
+
+
+@cache
+def scheme() -> np.ndarray:
+    """(KNOWN * NODES,): the collocation's workspace with Gauss's scheme in its rows.
+
+    Nodes and weights are Newton's from numpy's, in the processor's longest numbers.  The weights of the
+    integrals up to a node, and of the Legendre coefficients, are those of Legendre's polynomials P_k, each of
+    which is integrated exactly:
+
+        int_-1^y P_k = (P_{k+1} - P_{k-1}) / (2 k + 1),    c_k = (2 k + 1) / 2 sum w P_k f
+    """
+    half, numbers = layout.HALF, np.arange(NODES)
+    mirrored = np.concatenate([numbers[:half], numbers[:half][::-1] + half])
+    y = np.polynomial.legendre.leggauss(NODES)[0].astype(np.longdouble)[mirrored]
+    for _ in range(2):
+        p = _legendre(y)
+        y = y - p[NODES] * (y * y - 1.0) / (NODES * (y * p[NODES] - p[NODES - 1]))
+    p = _legendre(y)
+    weights = (1.0 - y * y) / (NODES * p[NODES - 1]) ** 2  # of the interval from 0 to 1
+    to_coefficients = (2 * numbers + 1) * (weights * p[:NODES]).T  # (node, k)
+    integrals = np.concatenate([[y + 1.0], p[2:] - p[: NODES - 1]]) / (4 * numbers + 2)[:, None]
+    matrix = (to_coefficients @ integrals)[:, :half]
+    work = np.zeros((layout.KNOWN, NODES))
+    work[layout.AT], work[layout.WEIGHTS] = 0.5 * (1.0 + y), weights
+    work[layout.MATRIX : layout.MATRIX + half, :half] = 0.5 * (matrix[:half] + matrix[half:])
+    work[layout.MATRIX : layout.MATRIX + half, half:] = 0.5 * (matrix[:half] - matrix[half:])
+    work[layout.LEGENDRE : layout.LEGENDRE + NODES] = to_coefficients
+    work.flags.writeable = False
+    return work.reshape(-1)
+
+
+def _legendre(y: np.ndarray) -> np.ndarray:
+    """(NODES + 1, n): Legendre's polynomials of degrees 0 to NODES."""
+    p = [np.ones_like(y), y]
+    for n in range(1, NODES):
+        p.append(((2 * n + 1) * y * p[n] - n * p[n - 1]) / (n + 1))
+    return np.array(p)

@@ -1,0 +1,232 @@
+"""How long steps may be: tried on a short part of the motion, for the tolerance asked for.
+
+The first radians are solved in pairs of journeys, the second in steps a little longer, as the whole span will
+be (`error_estimate`), at ever shorter steps until the error that this foretells is small enough.  The same
+scene is always solved in the same way: no clock is read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import ToleranceError
+from ..frames import rotations
+from ..problem.torque_model import CachedTorque
+from .angular_rates import max_angular_rates, rates_after
+from .arcs import Arc, arcs_by_direction
+from .batch_states import Bodies, TorqueProblem
+from .error_estimate import (
+    ROUNDING_OF_ANGLE,
+    ROUNDING_OF_RATE,
+    ROUNDING_OF_STEPS,
+    SAFETY,
+    SAFETY_OF_BREAKS,
+)
+from .momentum import impulse_sums, initial_momenta
+from .solver import LEAST_DECAY, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
+from .solver_arguments import most_symmetric
+
+# Radians of the fastest motion: what a trial runs over, and the longest steps, of a symmetric body and
+# others.
+RADIANS_OF_TRIAL = 40.0
+MAX_RADIANS, MAX_RADIANS_UNSYMMETRIC = 12.0, 6.0
+MAX_TRIALS = 16
+MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.4  # from one trial to the next
+# Steps that a trial may be cut into: far more than any torque that can be followed over the span.
+MAX_STEPS_OF_TRIAL = 2e4
+# Of the tolerance, what the estimate is to be: the rest is for what the trial did not meet.
+SHARE_OF_TOLERANCE = 0.25
+# The power of time that errors are taken to grow with: cautious, since the order is high.
+ERROR_GROWTH_EXPONENT = 1.5
+# Differences below this are rounding: shorter steps would not make them smaller.
+ROUNDING = 3e-15
+# The orders that steps are changed by: of the solution, of its polynomial within a step, and where torques
+# break.
+ORDER, DENSE_ORDER, ORDER_OF_BREAKS = 20.0, 16.0, 1.0
+# Of the tolerance, what the polynomial within a step may be off by; instants in the trial that it is tried
+# at.
+SHARE_OF_DENSE, INSTANTS_OF_TRIAL = 0.1, 24
+
+# Measured costs, ns: a step, a sweep, one effect more in it; a sample off the polynomial, and by a step.
+STEP_NS, SWEEP_NS, EFFECT_NS = 400.0, 150.0, 25.0
+DENSE_SAMPLE_NS, SAMPLE_NS, OVERHEAD_SECONDS = 250.0, 1500.0, 1.5e-3
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Steps that a body would need.
+
+    Attributes
+    ----------
+    step : s
+    decay : size of the last Legendre coefficients above which a step is halved, where torques break
+    error : rad, predicted at the end of the span
+    seconds : predicted cost, but for samples; sample_seconds : of each
+    dense_step : s, in which the polynomial within a step is exact enough to be read; 0 if none is
+    """
+
+    step: float
+    decay: float = 0.0
+    error: float = 0.0
+    seconds: float = 0.0
+    sample_seconds: float = 1e-9 * SAMPLE_NS
+    dense_step: float = 0.0
+
+    def settings(self, samples: int, span: float) -> tuple[Candidate, bool]:
+        """The candidate for so many samples over a span (s), and whether they are read off polynomials.
+
+        Steps are made shorter for it where the samples are so many that this costs less.
+        """
+        if self.dense_step <= 0.0:
+            return self, False
+        if self.dense_step >= self.step:
+            return self, True
+        more = span / self.dense_step - span / self.step
+        if more > 0.8 * samples:
+            return self, False
+        return replace(self, step=self.dense_step), True
+
+
+def candidate_of(problem: TorqueProblem, body: Bodies) -> Candidate:
+    """The steps that one body needs.
+
+    Raises
+    ------
+    ToleranceError : a body that turns too fast for any steps.
+    """
+    span = problem.max_abs_seconds
+    arc, added = _fastest_arc(problem, body)
+    spinning = replace(body, rate=rates_after(body, added))
+    rate = float(max_angular_rates(problem.template, spinning, arc.torques)[0])
+    if rate == 0.0 or span == 0.0:
+        return Candidate(max(span, 1.0), LEAST_DECAY)
+    if not RADIANS_OF_TRIAL / rate > 0.0:
+        raise ToleranceError(
+            f"effects: the angular rate of this body, {rate:.3g} rad/s, is too high to integrate numerically"
+        )
+    return _Trial(problem, body, arc, rate, added).candidate()
+
+
+def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]:
+    """The arc that steps are tried on, and the momentum (1, 3), inertial, that impulses add by its start.
+
+    That in which the body turns fastest, of these that with the most torques, of these the longest.
+    """
+    starts = []
+    for path in arcs_by_direction(problem.template, problem.torques, problem.impulses):
+        sums, count = impulse_sums([impulse for arc in path for impulse in arc.impulses], body.attitude), 0
+        for arc in path:
+            count += len(arc.impulses)
+            starts.append((arc, sums[count]))
+    torques = max((arc.torques for arc, _ in starts), key=len)
+    at_rest = replace(body, rate=np.zeros((1, 3)))
+    slowest = float(max_angular_rates(problem.template, at_rest, torques)[0])
+    speeds = [max(float(np.linalg.norm(rates_after(body, added))), slowest) for _, added in starts]
+    ranks = [(speed, len(arc.torques), arc.length) for speed, (arc, _) in zip(speeds, starts, strict=True)]
+    return starts[ranks.index(max(ranks))]
+
+
+class _Trial:
+    """The first few turns of one body on an arc."""
+
+    def __init__(self, problem: TorqueProblem, body: Bodies, arc: Arc, rate: float, added: np.ndarray):
+        self.tolerance, self.rate = problem.tolerance, rate
+        self.torques: tuple[CachedTorque, ...] = arc.torques
+        self.arguments = most_symmetric(problem.template, body, arc.torques)
+        self.whole = problem.max_abs_seconds
+        self.span = min(self.whole, arc.length or self.whole, RADIANS_OF_TRIAL / rate)
+        self.start, self.stop = arc.start, arc.start + float(np.copysign(self.span, arc.stop - arc.start))
+        momentum = initial_momenta(problem.template, body, arc.torques) + added
+        self.states = self.arguments.states(body.attitude, momentum)
+
+    def run(
+        self, step: float, decay: float, instants: np.ndarray, dense: bool = False, coarsely: bool = False
+    ) -> tuple[np.ndarray, SolverWork]:
+        """(OUTPUTS, m) at the instants, and the work."""
+        out = np.full((1, OUTPUTS, instants.size), np.nan)
+        setting = StepSetting(np.array([step]), np.array([decay]), dense, coarsely)
+        at = np.array([instants, np.zeros_like(instants)])
+        task = SolverTask(
+            self.arguments,
+            np.array([0]),
+            self.states.copy(),
+            self.start,
+            self.stop,
+            at,
+            setting,
+            out,
+            MAX_STEPS_OF_TRIAL,
+        )
+        work = take_steps(task, self.torques)
+        return out[0], work
+
+    def candidate(self) -> Candidate:
+        """Steps in which the difference of two journeys, and its growth, keep a share of the tolerance."""
+        smooth, growth = self.arguments.is_smooth, self.whole / self.span
+        safety, order = (SAFETY, ORDER) if smooth else (SAFETY_OF_BREAKS, ORDER_OF_BREAKS)
+        aim = SHARE_OF_TOLERANCE * self.tolerance / growth**ERROR_GROWTH_EXPONENT / safety
+        longest = MAX_RADIANS if self.arguments.symmetric[0] else MAX_RADIANS_UNSYMMETRIC
+        step, decay = min(longest / self.rate, self.span), max(aim, LEAST_DECAY)
+        for _ in range(MAX_TRIALS):
+            difference, work = self._difference(step, decay)
+            # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
+            is_cut = smooth and work.steps[0] > 1.2 * self.span / step + 2.0
+            if (difference <= max(aim, ROUNDING) and not is_cut) or not (smooth or decay > LEAST_DECAY):
+                break
+            ratio = (0.5 * aim / difference) ** (1.0 / order) if difference > aim else 1.0
+            step *= min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, ratio))
+            decay = max(LEAST_DECAY, decay * min(0.3, max(1e-3, ratio)))
+        steps = self.whole / step
+        wandering = 0.0 if self.arguments.symmetric[0] else ROUNDING_OF_RATE * np.sqrt(steps)
+        rounding = (ROUNDING_OF_ANGLE + wandering) * self.rate * self.whole + ROUNDING_OF_STEPS * np.sqrt(
+            steps
+        )
+        dense_step = self._dense_step(step, decay)
+        return Candidate(
+            step,
+            decay,
+            float(safety * difference * growth + rounding),
+            self._seconds(work) * growth + OVERHEAD_SECONDS,
+            1e-9 * (DENSE_SAMPLE_NS if dense_step >= step else SAMPLE_NS),
+            dense_step,
+        )
+
+    def _difference(self, step: float, decay: float) -> tuple[float, SolverWork]:
+        """rad, at the end, from a journey in longer steps, and the work of the first."""
+        end = np.array([self.stop])
+        (fine, work), (coarse, also) = (self.run(step, decay, end, coarsely=c) for c in (False, True))
+        if work.steps[0] > MAX_STEPS_OF_TRIAL:
+            raise ToleranceError(
+                "tolerance: the steps of the trial have no end: the torque is far too great for the body, or "
+                "not continuous anywhere"
+            )
+        if work.failed[0] or also.failed[0]:
+            return np.inf, work
+        return difference_of(fine[:, 0], coarse[:, 0]), work
+
+    def _seconds(self, work: SolverWork) -> float:
+        """Of that work and of the coarser solution beside it."""
+        effects = max(0, self.arguments.effects.shape[1] - 1)
+        ns = work.steps[0] * STEP_NS + work.sweeps[0] * (SWEEP_NS + EFFECT_NS * effects)
+        return 1e-9 * float(ns)
+
+    def _dense_step(self, step: float, decay: float) -> float:
+        """Steps, s, no longer than these, within which polynomials keep a part of the tolerance."""
+        at = np.linspace(self.start, self.stop, INSTANTS_OF_TRIAL + 1)[1:]
+        exact, read = self.run(step, decay, at)[0], self.run(step, decay, at, dense=True)[0]
+        if not (np.isfinite(exact).all() and np.isfinite(read).all()):
+            return 0.0
+        off = max(difference_of(a, b) for a, b in zip(exact.T, read.T, strict=True))
+        if SAFETY * off <= SHARE_OF_DENSE * self.tolerance:
+            return step
+        return step * (0.5 * SHARE_OF_DENSE * self.tolerance / (SAFETY * off)) ** (1.0 / DENSE_ORDER)
+
+
+def difference_of(one: np.ndarray, other: np.ndarray) -> float:
+    """rad: of two attitudes, or of the momenta relative to them, whichever is greater."""
+    angle = float(rotations.angle_between(one[:4], other[:4]))
+    size = float(np.linalg.norm(one[7:]))
+    relative = float(np.linalg.norm(one[7:] - other[7:])) / size if size else 0.0
+    return max(angle, relative) if np.isfinite(angle) and np.isfinite(relative) else np.inf
