@@ -8,14 +8,21 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from . import units
+from .frames import rotations
 from .samples.ephemeris_data import EphemerisData, OrbitStates
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from astropy.coordinates import SkyCoord
     from astropy.table import QTable
 
     from .formats.interpolation_nodes import Written
+    from .pointing.ground import GroundPoints
+    from .pointing.spin_state import SpinState
 
 
 class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
@@ -57,6 +64,89 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         from .samples.transform import in_frame
 
         return in_frame(self, frame)
+
+    # -- pointing ---------------------------------------------------------------------------------
+
+    def euler(self, sequence: str = "ZYX", unit: Any = "rad") -> np.ndarray:
+        """(..., 3) angles of intrinsic rotations about the axes of a sequence, q = q_1 q_2 q_3.
+
+        unit : of angles, its name or an astropy unit
+
+        Raises InputError for a sequence that is none, and for a unit of something else.
+        """
+        angles = rotations.euler_angles(self.attitude, rotations.check_sequence(sequence, "sequence"))
+        return angles / units.parse_unit(unit, units.ANGLE, "unit")
+
+    def spin(self, axis: Any = "z") -> SpinState:
+        """The spin about a body axis: direction of the angular momentum, nutation, phases, rate.
+
+        Raises RegimeError where there are no rates or no inertia, and in a frame that turns.
+        """
+        from .pointing.spin_state import spin_state
+
+        return spin_state(self, axis)
+
+    def direction(self, body_axis: Any) -> np.ndarray:
+        """(..., 3) unit vectors of a body axis ("x", "-z", three numbers) along the axes of `frame`."""
+        from .pointing import targets
+
+        return targets.direction(self, body_axis)
+
+    def sky_coord(self, body_axis: Any) -> SkyCoord:
+        """The direction of a body axis on the sky, an astropy SkyCoord in ICRS.
+
+        Raises InputError in frame INERTIAL, whose axes only its user knows.
+        """
+        from astropy.coordinates import SkyCoord
+
+        x, y, z = np.moveaxis(self.in_frame("ICRF").direction(body_axis), -1, 0)
+        return SkyCoord(x=x, y=y, z=z, representation_type="cartesian", frame="icrs")
+
+    def angle(self, body_axis: Any, to: Any, unit: Any = "rad") -> np.ndarray:
+        """(...,) angles between a body axis and a target.
+
+        Parameters
+        ----------
+        body_axis : "x", "-z", or three numbers along the body axes
+        to : "sun" (its geometric direction, from the body where the scene has an orbit), "earth" (nadir),
+            "velocity" (inertial), "momentum", "magnetic_field" (of the Earth's dipole); a direction of three
+            numbers along the axes of `frame`; {"body_axis": axis}; {"position": (3,) m, from the central body}
+        unit : of angles, its name or an astropy unit
+
+        Raises
+        ------
+        InputError : an axis, target or unit that is none; a target that needs dates where there are none.
+        RegimeError : a target that needs an orbit, a momentum or a frame that this ephemeris has not.
+        """
+        from .pointing import targets
+
+        return targets.angle(self, body_axis, to) / units.parse_unit(unit, units.ANGLE, "unit")
+
+    @property
+    def position(self) -> np.ndarray:
+        """(instants, 3) m of the scene's orbit along the axes of `frame`; RegimeError without an orbit."""
+        from .pointing import targets
+
+        return targets.position(self)
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """(instants, 3) m/s of the scene's orbit, inertial, along the axes of `frame`."""
+        from .pointing import targets
+
+        return targets.orbit_state(self)[1]
+
+    def ground_points(self, body_axis: Any) -> GroundPoints:
+        """Where a body axis meets the Earth: geodetic longitude and latitude, rad, and distance, m."""
+        from .pointing import ground
+
+        return ground.ground_points(self, body_axis)
+
+    def sub_point(self, to: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Longitude and latitude, rad, of a target (see `angle`) in the body axes: of the Sun, sub-solar."""
+        from .pointing import ground
+
+        return ground.sub_point(self, to)
 
     # -- leaving and coming back ----------------------------------------------------------------
 

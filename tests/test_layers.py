@@ -86,6 +86,7 @@ WINGS = (
     "documents frames",
     "rigid_body",
     "samples problem",
+    "pointing",
     "formats orbit dynamics",
     "ephemeris effects",
     "motion quality",

@@ -11,6 +11,7 @@ from pydantic import model_validator
 from ..documents.fields import Part
 from ..documents.quantities import Angle, DipoleVector, FieldStrength, Length, Rate, check_positive
 from ..errors import InputError
+from ..frames.celestial import G10, G11, H11, REFERENCE_RADIUS
 from ..kernels import layout
 from ..orbit.path_states import least_distance, normals
 from ..problem.initial_state import InitialState
@@ -18,9 +19,6 @@ from ..times import turn_rates
 from . import central_body_rotation
 from .effect import Torque, required_orbit_path, row
 
-# The Earth's dipole for 2025.0: g10, g11, h11 in T and their reference radius in m (IGRF-14, IAGA 2024).
-G10, G11, H11 = -29350.0e-9, -1410.3e-9, 4545.5e-9
-REFERENCE_RADIUS = 6371.2e3
 NO_ANGLE = Angle(value=0.0, unit="deg")
 
 

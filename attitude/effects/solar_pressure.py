@@ -9,6 +9,7 @@ from pydantic import Field
 
 from ..documents.fields import Chosen
 from ..errors import InputError
+from ..frames.celestial import au
 from ..kernels import layout
 from ..orbit.path_states import evaluate
 from ..problem.initial_state import InitialState, PiecewisePolynomial
@@ -97,5 +98,5 @@ class SolarPressure(Torque):
         sun = self.sun(initial_state)
         t = sun.start + sun.length * np.arange(len(sun.coefficients) + 1)
         nearest = float(np.sqrt((evaluate(sun, t) ** 2).sum(axis=1).min()))
-        pressure = sunlight.pressure() * (sunlight.au() / nearest) ** 2
+        pressure = sunlight.pressure() * (au() / nearest) ** 2
         return pressure * Surfaces.of(self.plates).greatest_torque()

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING, Any
 
-import erfa
 import numpy as np
-from erfa import ErfaWarning
 from pydantic import model_validator
 
 from ..documents.fields import Part, Vector
 from ..documents.quantities import unit_vector
 from ..errors import InputError
+from ..frames.celestial import DAY, au, sun_from_earth
 from ..frames.inertial import from_gcrf
 from ..orbit.piecewise_polynomial import interpolated
 from ..problem.initial_state import PiecewisePolynomial
@@ -21,7 +19,6 @@ if TYPE_CHECKING:
     from astropy.time import Time
 
 SOLAR_CONSTANT = 1361.0  # W/m2 at 1 au (IAU 2015 resolution B3, nominal total solar irradiance)
-DAY = 86400.0
 INTERPOLATION_TOLERANCE = 1e-9  # the rounding of the series itself is 7e-11
 
 
@@ -55,13 +52,6 @@ def classes() -> list[type[Part]]:
     return [FixedSun]
 
 
-def au() -> float:
-    """Return the astronomical unit, m."""
-    from astropy.constants import au
-
-    return float(au.value)
-
-
 def pressure() -> float:
     """Return the pressure of sunlight on an absorbing plate at 1 au, N/m2."""
     from astropy.constants import c
@@ -70,19 +60,11 @@ def pressure() -> float:
 
 
 def from_earth(epoch: Time, frame: str, start: float, stop: float) -> PiecewisePolynomial:
-    """Vector from the Earth to the Sun, m, in `frame`, within 1e-9 of its length.
-
-    The geometric position, not the apparent one (20 arcseconds apart), by the series that astropy's built-in
-    ephemeris uses (erfa.epv00; 1900 to 2100, extrapolated beyond).
-    """
-    scaled_rotation = au() * from_gcrf(frame, "the position of the Sun")
-    tdb = epoch.tdb
-    day, fraction = float(tdb.jd1), float(tdb.jd2)
+    """Vector from the Earth to the Sun, m, in `frame`, within 1e-9 of `celestial.sun_from_earth`."""
+    rotation = from_gcrf(frame, "the position of the Sun")
+    tdb = float(epoch.tdb.jd1), float(epoch.tdb.jd2)
 
     def position(t: np.ndarray) -> np.ndarray:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ErfaWarning)  # a year outside 1900 to 2100
-            earth = erfa.epv00(day, fraction + t / DAY)[0]
-        return -earth["p"] @ scaled_rotation.T
+        return np.asarray(sun_from_earth(tdb, t) @ rotation.T)
 
     return interpolated(position, start - DAY, stop + DAY, 4.0 * DAY, INTERPOLATION_TOLERANCE, "sun")

@@ -75,7 +75,7 @@ def _resample_in_frame(
 def _rotation(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
     """From the ephemeris's frame to another; None where only the name changes.
 
-    By way of GCRF, whose axes are those of ICRF; to an orbital frame, by way of the frame of its orbit.
+    To an orbital frame, by way of the frame of its orbit.
     """
     source, instants, steps = ephemeris.frame, ephemeris.instants, []
     if source in ORBITAL_FRAMES:
@@ -87,19 +87,32 @@ def _rotation(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
         raise RegimeError(
             f"in_frame: {frame} lies along an orbit, and this ephemeris is of no scene that has one"
         )
-    target = frame if orbit is None else orbit.frame
-    axes, target_axes = ("GCRF" if name == "ICRF" else name for name in (source, target))
-    if axes != target_axes:
-        if "INERTIAL" in (source, frame):
-            expected = "a frame whose axes are defined; those of INERTIAL are the user's own"
-            raise InputError("frame", f"{source} to {frame}", expected)
-        steps += [_from_gcrf(source, instants).back()] if axes != "GCRF" else []
-        steps += [_from_gcrf(target, instants)] if target_axes != "GCRF" else []
+    between = rotation_between(source, frame if orbit is None else orbit.frame, instants)
+    steps += [] if between is None else [between]
     if orbit is not None:
-        steps += [orbit.axes(instants)] + ([QSW_TO_LVLH] if frame == "LVLH" else [])
-    if not steps:
+        along = orbit.axes(instants)
+        steps += [_shaped(along, instants)] + ([QSW_TO_LVLH] if frame == "LVLH" else [])
+    return reduce(FrameRotation.then, steps) if steps else None
+
+
+def rotation_between(source: str, target: str, instants: Instants) -> FrameRotation | None:
+    """From one frame to another, neither along an orbit; None where only the name changes.
+
+    By way of GCRF, whose axes are those of ICRF.
+    """
+    axes, target_axes = ("GCRF" if name == "ICRF" else name for name in (source, target))
+    if axes == target_axes:
         return None
-    rotation = reduce(FrameRotation.then, steps)
+    if "INERTIAL" in (source, target):
+        expected = "a frame whose axes are defined; those of INERTIAL are the user's own"
+        raise InputError("frame", f"{source} to {target}", expected)
+    steps = [_from_gcrf(source, instants).back()] if axes != "GCRF" else []
+    steps += [_from_gcrf(target, instants)] if target_axes != "GCRF" else []
+    return _shaped(reduce(FrameRotation.then, steps), instants)
+
+
+def _shaped(rotation: FrameRotation, instants: Instants) -> FrameRotation:
+    """The rotation at (n,) instants, in the shape of the instants."""
     return FrameRotation(
         *(
             np.reshape(array, instants.shape + array.shape[-1:]) if array.ndim > 1 else array

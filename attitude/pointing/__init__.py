@@ -1,0 +1,1 @@
+"""Where the axes of a body point: angles, directions, spin, points on the ground; and columns of these."""

@@ -1,0 +1,66 @@
+"""The spin of a body as operators state it: momentum direction, nutation, phases and rates.
+
+The spin axis is a body axis s, the body's z if no other is named.  With the angular momentum along the
+direction l, and the angles of q = q_z(ra + 90 deg) q_x(90 deg - dec) q_z(precession) q_x(nutation) q_z(phase)
+in axes of which s is the third:
+
+    nutation     angle between s and l
+    precession   angle of the plane of l and s about l, from the line of nodes of l
+    phase        angle about s, from that plane
+    rate         component of the angular velocity along s
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..frames import rotations
+from ..samples.ephemeris_data import EphemerisData
+from .targets import body_axis
+
+
+class SpinState(NamedTuple):
+    """The spin at each instant, (...,) each: rad, and rad/s for `rate`.
+
+    ra, dec : right ascension and declination of the angular momentum in the ephemeris's frame
+    nutation, precession, phase : the angles defined in this module
+    rate : component of the body rate along the spin axis
+    """
+
+    ra: np.ndarray
+    dec: np.ndarray
+    nutation: np.ndarray
+    precession: np.ndarray
+    phase: np.ndarray
+    rate: np.ndarray
+
+
+def spin_state(data: EphemerisData, axis: Any = "z") -> SpinState:
+    """The spin about a body axis; RegimeError without inertia or rates, and in a frame that turns."""
+    third = body_axis(axis)
+    momentum = np.asarray(data.angular_momentum)
+    momentum = momentum / np.sqrt((momentum**2).sum(axis=-1, keepdims=True))
+    ra = np.arctan2(momentum[..., 1], momentum[..., 0]) % (2.0 * np.pi)
+    dec = np.arctan2(momentum[..., 2], np.hypot(momentum[..., 0], momentum[..., 1]))
+    to_momentum = rotations.product(_about("Z", ra + 0.5 * np.pi), _about("X", 0.5 * np.pi - dec))
+    q = rotations.product(rotations.conjugate(to_momentum), data.quaternion("wxyz"))
+    q = rotations.product(q, _to_third(third))
+    precession, nutation, phase = np.moveaxis(rotations.euler_angles(q, "ZXZ"), -1, 0)
+    rate = data.angular_velocity @ third
+    return SpinState(ra, dec, nutation, precession % (2.0 * np.pi), phase % (2.0 * np.pi), rate)
+
+
+def _about(axis: str, angle: np.ndarray) -> np.ndarray:
+    """(..., 4) wxyz of the rotation about an axis."""
+    return rotations.from_euler(axis, np.asarray(angle)[..., None])
+
+
+def _to_third(axis: np.ndarray) -> np.ndarray:
+    """(4,) wxyz of the shortest rotation from z to a body axis: axes of which that one is the third."""
+    w = 1.0 + axis[2]
+    if w < 1e-12:
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    q = np.array([w, -axis[1], axis[0], 0.0])
+    return q / np.sqrt(q @ q)

@@ -1,0 +1,151 @@
+"""Directions that an angle is measured to: Sun, Earth, velocity, momentum, field, a vector, a body axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .. import units
+from ..errors import InputError, RegimeError
+from ..frames import rotations
+from ..frames.celestial import dipole_field, sun_at
+from ..frames.rotations import ORBITAL_FRAMES
+from ..samples.ephemeris_data import EphemerisData
+from ..samples.transform import rotation_between
+from ..times.instants import Instants
+
+AXES = {"x": 0, "y": 1, "z": 2}
+AXIS = '"x", "y", "z", "-x", "-y", "-z", or a vector of three numbers along the body axes'
+
+
+def body_axis(axis: Any, field: str = "body_axis") -> np.ndarray:
+    """(3,) unit vector along the body axes; InputError for what is no axis."""
+    if isinstance(axis, str):
+        name = axis.lower().lstrip("+-")
+        if name not in AXES or len(axis) - len(name) > 1:
+            raise InputError(field, axis, AXIS)
+        vector = np.zeros(3)
+        vector[AXES[name]] = -1.0 if axis.startswith("-") else 1.0
+        return vector
+    return unit_vector(axis, field, AXIS)
+
+
+def unit_vector(value: Any, field: str, expected: str) -> np.ndarray:
+    """(3,) unit vector of three numbers that are not all zero; InputError for others."""
+    vector = units.finite_array(value, field)
+    size = float(np.sqrt((vector**2).sum())) if vector.shape == (3,) else 0.0
+    if not 0.0 < size < np.inf:
+        raise InputError(field, value, expected)
+    return vector / size
+
+
+def direction(data: EphemerisData, axis: Any) -> np.ndarray:
+    """(..., 3) unit vectors of a body axis along the axes of the ephemeris's frame."""
+    return rotations.rotate(data.quaternion("wxyz"), body_axis(axis))
+
+
+def target(data: EphemerisData, to: Any) -> np.ndarray:
+    """(..., 3) unit vectors to a target along the axes of the ephemeris's frame.
+
+    to : "sun", "earth" (nadir), "velocity", "momentum", "magnetic_field"; a direction of three numbers
+        along the axes of the frame; {"body_axis": axis}; {"position": (3,) m, along the axes of the frame,
+        from the central body}
+
+    Raises
+    ------
+    InputError : another target; one that needs a date where there is no epoch.
+    RegimeError : one that needs an orbit, or is not known in the axes of an orbit.
+    """
+    if isinstance(to, str):
+        if to not in TARGETS:
+            raise InputError("to", to, f"one of {', '.join(TARGETS)}, a direction, a body axis or a position")
+        vectors = TARGETS[to](data)
+    elif isinstance(to, dict) and set(to) == {"body_axis"}:
+        vectors = direction(data, to["body_axis"])
+    elif isinstance(to, dict) and set(to) == {"position"}:
+        place = np.asarray(units.si_array(to["position"], units.LENGTH, "to.position"))
+        vectors = place - position(data)
+    else:
+        vectors = unit_vector(to, "to", f"one of {', '.join(TARGETS)}, or a direction of three numbers")
+    size = np.sqrt((vectors**2).sum(axis=-1, keepdims=True))
+    return np.broadcast_to(vectors / size, (*data.shape, 3))
+
+
+def angle(data: EphemerisData, axis: Any, to: Any) -> np.ndarray:
+    """(...,) rad between a body axis and a target; of vectors, so that small angles keep their digits."""
+    a, b = direction(data, axis), target(data, to)
+    across = np.sqrt((np.cross(a, b) ** 2).sum(axis=-1))
+    return np.arctan2(across, (a * b).sum(axis=-1))
+
+
+# -- where the body is, and what is seen from there ------------------------------------------------
+
+
+def orbit_state(data: EphemerisData) -> tuple[np.ndarray, np.ndarray]:
+    """Position (..., 3), m, and inertial velocity, m/s, of the orbit, along the axes of the frame."""
+    if data.orbit is None:
+        raise RegimeError("orbit: this ephemeris is of no scene that has an orbit")
+    vectors = data.orbit.state(_flat(data.instants))
+    return _in_frame(data, vectors[0], data.orbit.frame), _in_frame(data, vectors[1], data.orbit.frame)
+
+
+def position(data: EphemerisData) -> np.ndarray:
+    """(..., 3) m of the orbit, from the central body along the axes of the frame."""
+    return orbit_state(data)[0]
+
+
+def sun(data: EphemerisData) -> np.ndarray:
+    """(..., 3) m to the Sun: from the body where an orbit about the Earth is known, else from the Earth."""
+    if data.epoch is None:
+        raise InputError("epoch", None, "a date, for the position of the Sun")
+    vectors = _in_frame(data, sun_at(_flat(data.instants)), "GCRF")
+    if data.orbit is None:
+        return vectors
+    if not data.orbit.is_about_the_earth:
+        raise RegimeError(
+            "sun: the central body of this orbit is not the Earth, so the Sun's place is unknown"
+        )
+    return np.asarray(vectors - position(data))
+
+
+def magnetic_field(data: EphemerisData) -> np.ndarray:
+    """(..., 3) T, the field of the Earth's dipole at the body."""
+    if data.orbit is not None and not data.orbit.is_about_the_earth:
+        raise RegimeError("magnetic_field: the field of a central body that is not the Earth is unknown")
+    place = position(data)
+    to_itrf = rotation_between(data.frame, "ITRF", data.instants)
+    turn = np.array([1.0, 0, 0, 0]) if to_itrf is None else to_itrf.quaternion
+    return rotations.rotate(rotations.conjugate(turn), dipole_field(rotations.rotate(turn, place)))
+
+
+def momentum(data: EphemerisData) -> np.ndarray:
+    """(..., 3) kg m2 rad/s; RegimeError in a frame that turns, and without inertia."""
+    return np.asarray(data.angular_momentum)
+
+
+TARGETS: dict[str, Callable[[EphemerisData], np.ndarray]] = {
+    "sun": sun,
+    "earth": lambda data: -position(data),
+    "velocity": lambda data: orbit_state(data)[1],
+    "momentum": momentum,
+    "magnetic_field": magnetic_field,
+}
+
+
+def _flat(instants: Instants) -> Instants:
+    low = instants.seconds_low
+    flat_low = None if low is None else low.reshape(-1)
+    return Instants(instants.seconds.reshape(-1), flat_low, instants.epoch, scale=instants.scale)
+
+
+def _in_frame(data: EphemerisData, vectors: np.ndarray, frame: str) -> np.ndarray:
+    """Vectors (n, 3) along the axes of a frame, as (instants, 3) along those of the ephemeris."""
+    if data.frame in ORBITAL_FRAMES:
+        raise RegimeError(
+            f"to: targets are not known along the axes of {data.frame}; ask the original ephemeris"
+        )
+    vectors = vectors.reshape(*data.instants.shape, 3)
+    rotation = rotation_between(frame, data.frame, data.instants)
+    return vectors if rotation is None else rotations.rotate(rotation.quaternion, vectors)
