@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -110,7 +110,7 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         body_axis : "x", "-z", or three numbers along the body axes
         to : "sun" (its geometric direction, from the body where the scene has an orbit), "earth" (nadir),
             "velocity" (inertial), "momentum", "magnetic_field" (of the Earth's dipole); a direction of three
-            numbers along the axes of `frame`; {"body_axis": axis}; {"position": (3,) m, from the central body}
+            numbers along the axes of `frame`; {"body_axis": axis}; {"position": (3,) m, from the centre}
         unit : of angles, its name or an astropy unit
 
         Raises
@@ -147,6 +147,19 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         from .pointing import ground
 
         return ground.sub_point(self, to)
+
+    def with_columns(self, columns: str | Sequence[str]) -> Ephemeris:
+        """The same ephemeris, of which tables and files of columns hold what is named here, in this order.
+
+        columns : of "time", "elapsed", "quaternion", "angular_velocity", "angular_momentum", "position",
+            "velocity", "euler:ZYX", "direction:z", "angle:z:sun", "spin" and their likes (docs/formats.md),
+            as a list or with commas between them
+
+        Raises InputError for what is none of these.
+        """
+        from .pointing.columns import parse
+
+        return replace(self, columns=parse(columns))
 
     # -- leaving and coming back ----------------------------------------------------------------
 

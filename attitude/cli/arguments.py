@@ -46,6 +46,15 @@ def add_output(parser: ArgumentParser) -> None:
     )
 
 
+def add_columns(parser: ArgumentParser) -> None:
+    """What the columns of a table hold."""
+    parser.add_argument(
+        "--columns",
+        metavar="LIST",
+        help="what a table holds, such as time,euler:ZYX,direction:z,angle:z:sun (docs/formats.md)",
+    )
+
+
 def angle(text: str | None, field: str) -> float | None:
     """rad; None for no text."""
     from .. import units

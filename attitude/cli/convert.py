@@ -25,6 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--from", dest="source_format", metavar="F", help="its format; by default from its ending"
     )
     arguments.add_output(parser)
+    arguments.add_columns(parser)
     chosen = parser.add_mutually_exclusive_group()
     chosen.add_argument(
         "--times",
@@ -50,6 +51,7 @@ def execute(options: Namespace) -> None:
     ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)
     if chosen is not None and ephemeris.plan is not None:
         console.remark(options, ephemeris.plan.solver)
+    ephemeris = ephemeris if options.columns is None else ephemeris.with_columns(options.columns)
     with console.progress_bar(options) as progress:
         written = formats.write(ephemeris, options.output, target.name, progress, **writing)
     report_interpolation(written, options)

@@ -19,6 +19,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude run`."""
     parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
     arguments.add_output(parser)
+    arguments.add_columns(parser)
     parser.add_argument(
         "--interpolation-error",
         metavar="TOL",
@@ -31,16 +32,18 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(options: Namespace) -> None:
     """Write the ephemeris."""
     from .. import formats
+    from ..pointing.columns import parse
 
     target, writing, _ = arguments.output_format(options)
     drop_below = arguments.angle(options.drop_below, "--drop-below")
     error = arguments.angle(options.interpolation_error, "--interpolation-error")
+    columns = () if options.columns is None else parse(options.columns)
     scene = arguments.read_scene(options.scene)
     console.announce_compilation(options)
     if console.is_watched(options):
         _describe(scene, options)
     with console.progress_bar(options) as progress:
-        samples = scene.samples(progress, drop_below, options.frame)
+        samples = scene.samples(progress, drop_below, options.frame, columns=columns)
         if scene.effects:
             _report_effects(samples.first, options)
         written = formats.write(samples, options.output, target.name, None, error, **writing)

@@ -106,6 +106,8 @@ def encode(
         raise FormatError(f"the name {samples.first.name!a} contains an unpaired surrogate; not valid UTF-8")
     check_options(entry, options)
     if hasattr(module, "interpolant"):
+        if samples.first.columns:
+            raise InputError("columns", samples.first.columns, f"none for {entry.name}, which is no table")
         if hasattr(module, "prepared"):
             samples = module.prepared(samples)
         nodes = interpolation_nodes.chosen(

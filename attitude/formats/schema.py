@@ -15,6 +15,8 @@ from astropy.time import Time
 from .. import units
 from ..errors import AttitudeError, FormatError, InputError, shown
 from ..frames import rotations
+from ..pointing.columns import VectorColumn, derived
+from ..pointing.targets import orbit_state
 from ..rigid_body.body import RigidBody
 from ..samples import event_records
 from ..samples.ephemeris_data import EphemerisData, convention
@@ -35,6 +37,14 @@ POSITION = ("position_x_m", "position_y_m", "position_z_m")
 VELOCITY = ("velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s")
 MOMENTUM = ("momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s")
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"
+# Vectors by their labels: the names of the components, and the unit.
+VECTORS = {
+    "quaternion": (QUATERNION, ""),
+    "angular_velocity": (RATE, "rad/s"),
+    "angular_momentum": (MOMENTUM, "N m s"),
+    "position": (POSITION, "m"),
+    "velocity": (VELOCITY, "m/s"),
+}
 
 ISO_BYTES = 29  # of a date with nanoseconds
 SECOND_NS = 10**9
@@ -47,6 +57,7 @@ def metadata(samples: Samples) -> dict[str, Any]:
     """All metadata as plain data; events only where there were any."""
     first, instants = samples.first, samples.first.instants
     events = {"events": event_records.to_plain(first.events)} if first.events else {}
+    chosen = {"chosen_columns": list(first.columns)} if first.columns else {}
     return {
         "kind": KIND,
         "name": first.name,
@@ -58,6 +69,7 @@ def metadata(samples: Samples) -> dict[str, Any]:
         "body": None if first.body is None else _body(first.body),
         "shape": list(samples.shape),
         **events,
+        **chosen,
     }
 
 
@@ -94,7 +106,11 @@ def names(samples: Samples) -> list[str]:
     first = samples.first
     time = [TIME] if first.instants.epoch is not None else []
     rest = [REST] if samples.extremes.has_seconds_low else []
-    return [*time, ELAPSED, *rest, *chain.from_iterable(dict(vectors(first)))]
+    elapsed = [ELAPSED]
+    if first.columns:
+        time, rest = (time, []) if "time" in first.columns else ([], [])
+        elapsed = [ELAPSED] if "elapsed" in first.columns else []
+    return [*time, *elapsed, *rest, *chain.from_iterable(column.names for column in vectors(first))]
 
 
 def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.ndarray]:
@@ -110,10 +126,10 @@ def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.nd
     if REST in names:
         low = ephemeris.instants.seconds_low
         table[REST] = np.zeros(ephemeris.instants.shape) if low is None else low
-    for group, vector in vectors(ephemeris):
-        for i, name in enumerate(group):
+    for column in vectors(ephemeris):
+        for i, name in enumerate(column.names):
             if name in names:
-                table[name] = vector[..., i]
+                table[name] = column.values[..., i]
     return table
 
 
@@ -123,19 +139,45 @@ def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes])
     return texts(columns, pieces, table.get(TIME))
 
 
-def vectors(ephemeris: EphemerisData) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
-    """(names of the components, (..., k) vector) of each vector that the ephemeris holds, not copied.
+def vectors(ephemeris: EphemerisData) -> Iterator[VectorColumn]:
+    """Each vector that the ephemeris holds, not copied, or those that its `columns` ask for, in their order.
 
     The momentum only where it is not inertia times rate.
+
+    Raises InputError or RegimeError where what is asked for is not known of this ephemeris.
     """
-    yield QUATERNION, ephemeris.attitude
-    if ephemeris.rate is not None:
-        yield RATE, ephemeris.computed_rate
-    if ephemeris.momentum is not None:
-        yield MOMENTUM, ephemeris.momentum
+    own = {column.label: column for column in _own_vectors(ephemeris)}
+    if not ephemeris.columns:
+        yield from own.values()
+    for request in ephemeris.columns:
+        if request in own:
+            yield own[request]
+        elif request in VECTORS:
+            yield VectorColumn(request, *VECTORS[request], _computed(ephemeris, request))
+        else:
+            yield from derived(ephemeris, request)
+
+
+def _own_vectors(ephemeris: EphemerisData) -> Iterator[VectorColumn]:
+    values = {
+        "quaternion": ephemeris.attitude,
+        "angular_velocity": None if ephemeris.rate is None else ephemeris.computed_rate,
+        "angular_momentum": ephemeris.momentum,
+    }
     if ephemeris.centre_of_mass is not None:
-        yield POSITION, ephemeris.centre_of_mass.position
-        yield VELOCITY, ephemeris.centre_of_mass.velocity
+        values |= ephemeris.centre_of_mass._asdict()
+    for label, (names, unit) in VECTORS.items():
+        vector = values.get(label)
+        if vector is not None:
+            yield VectorColumn(label, names, unit, vector)
+
+
+def _computed(ephemeris: EphemerisData, label: str) -> np.ndarray:
+    """What the ephemeris does not hold as such: of its orbit, or of rate and inertia."""
+    if label in ("position", "velocity"):
+        vector = dict(zip(("position", "velocity"), orbit_state(ephemeris), strict=True))[label]
+        return np.broadcast_to(vector, (*ephemeris.shape, 3))
+    return np.asarray(getattr(ephemeris, label))
 
 
 def ephemeris_from(

@@ -86,6 +86,7 @@ class EphemerisData:
     resample : attitudes as a function of instants: of the motion itself, or interpolated; or None
     orbit : the orbit of its scene, or None
     interpolation : how `resample` interpolates between attitudes of a file; None where the motion is known
+    columns : what tables of it hold (`Ephemeris.with_columns`), where this was chosen
     """
 
     attitude: np.ndarray
@@ -101,6 +102,7 @@ class EphemerisData:
     resample: Callable[[Any], EphemerisData] | None = None
     orbit: OrbitStates | None = None
     interpolation: Interpolation | None = None
+    columns: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self.attitude.flags.writeable = False

@@ -457,8 +457,12 @@ class Scene(Part):
         max_samples: int | None = None,
         set_by: str = "",
         check: Callable[[float], None] | None = None,
+        columns: tuple[str, ...] = (),
     ) -> Samples:
-        """What `run` returns, for writers; a long ephemeris without effects is computed chunk by chunk."""
+        """What `run` returns, for writers; a long ephemeris without effects is computed chunk by chunk.
+
+        columns : of tables, as `Ephemeris.with_columns` takes them
+        """
         if self._is_plain and self.times.samples > MAX_SAMPLES_HELD:
             if max_samples is not None:
                 self._check_samples(max_samples, set_by)
@@ -468,9 +472,9 @@ class Scene(Part):
             samples = self._computed_on_demand(progress)
         else:
             samples = Samples.of(self.run(max_samples, set_by, drop_below, check), progress)
-        if frame in (None, self.frame):
-            return samples
-        return samples.transformed(lambda piece: in_frame(piece, frame))
+        if frame not in (None, self.frame):
+            samples = samples.transformed(lambda piece: in_frame(piece, frame))
+        return samples.transformed(lambda piece: replace(piece, columns=columns)) if columns else samples
 
     def _computed_on_demand(self, progress: Progress | None) -> Samples:
         motion, orbit = self.motion(), self._ephemeris_orbit()

@@ -19,7 +19,7 @@ from ...errors import FormatError
 from ...samples.chunks import Samples
 from .. import schema
 from ..binary import Sink, one_line, refuse_inflated, seekable
-from ..tables.qtable import VECTORS, refuse_unfolding, to_table
+from ..tables.qtable import refuse_unfolding, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
@@ -27,7 +27,11 @@ if TYPE_CHECKING:
 ASTROPY_METADATA = "table_meta_yaml"  # the key of astropy's metadata in the Arrow schema's
 SCALARS = {"elapsed": schema.ELAPSED, "elapsed_rest": schema.REST}
 DATES = ("time.jd1", "time.jd2")  # not read: the seconds are exact
-UNITS = {"elapsed": "s", "elapsed_rest": "s", **{name: unit and str(unit) for name, _, unit in VECTORS}}
+UNITS = {
+    "elapsed": "s",
+    "elapsed_rest": "s",
+    **{name: unit or None for name, (_, unit) in schema.VECTORS.items()},
+}
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
@@ -85,7 +89,7 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     for name, column in SCALARS.items():
         if name in table.column_names:
             columns[column] = _numbers(table, name, source)
-    for name, names, _ in VECTORS:
+    for name, (names, _) in schema.VECTORS.items():
         if name in table.column_names:
             matrix = _numbers(table, name, source).reshape(-1, len(names))
             columns.update(zip(names, matrix.T, strict=True))
@@ -100,7 +104,9 @@ def _check(arrow_schema: Any, source: str) -> dict[str, Any]:
     refuse_unfolding(text.decode())
     header = table_meta.get_header_from_yaml(text.decode().split("\n"))
     units = {column["name"]: column.get("unit") for column in header["datatype"]}
-    shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {name: (len(names),) for name, names, _ in VECTORS}
+    shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {
+        name: (len(names),) for name, (names, _) in schema.VECTORS.items()
+    }
     for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
         if name not in shapes or arrow_schema.names.count(name) > 1:
             raise FormatError(f"column {name!r:.40}, unknown or repeated", source)

@@ -20,8 +20,9 @@ from astropy.table import QTable
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
+from .. import schema
 from ..binary import one_line, refuse_trailing
-from .qtable import VECTORS, from_table, to_table
+from .qtable import from_table, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
@@ -33,7 +34,10 @@ CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
     "time": ((2,), u.d),
     "elapsed": ((), u.s),
     "elapsed_rest": ((), u.s),
-    **{name: ((len(names),), unit) for name, names, unit in VECTORS},
+    **{
+        name: ((len(names),), u.Unit(unit) if unit else None)
+        for name, (names, unit) in schema.VECTORS.items()
+    },
 }
 
 

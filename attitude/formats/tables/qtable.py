@@ -16,15 +16,6 @@ from .. import schema
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
-# Vector columns of a table: name, the names of the components in `schema`, and unit.
-VECTORS: tuple[tuple[str, tuple[str, ...], u.UnitBase | None], ...] = (
-    ("quaternion", schema.QUATERNION, None),
-    ("angular_velocity", schema.RATE, u.rad / u.s),
-    ("angular_momentum", schema.MOMENTUM, u.N * u.m * u.s),
-    ("position", schema.POSITION, u.m),
-    ("velocity", schema.VELOCITY, u.m / u.s),
-)
-
 
 def to_table(
     ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_seconds_low: bool | None = None
@@ -38,17 +29,18 @@ def to_table(
         )
     meta = schema.metadata(Samples.of(ephemeris))
     table = QTable(meta=meta if shape is None else {**meta, "shape": list(shape)})
-    if ephemeris.epoch is not None:
+    names = schema.names(Samples.of(ephemeris))
+    if schema.TIME in names:
         table["time"] = _without_delta(ephemeris.time)
         table["time"].info.serialize_method["ecsv"] = "jd1_jd2"  # as text it would lose digits
-    table["elapsed"] = ephemeris.elapsed * u.s
-    if has_seconds_low:
+    if schema.ELAPSED in names:
+        table["elapsed"] = ephemeris.elapsed * u.s
+    if has_seconds_low and not ephemeris.columns:
         table["elapsed_rest"] = (np.zeros(len(ephemeris)) if low is None else low) * u.s
-    axis, columns = len(ephemeris.batch_shape), {names: (name, unit) for name, names, unit in VECTORS}
-    for names, vector in schema.vectors(ephemeris):
-        name, unit = columns[names]
-        rows = np.moveaxis(vector, axis, 0)
-        table[name] = rows if unit is None else rows * unit
+    for column in schema.vectors(ephemeris):
+        values = column.values if len(column.names) > 1 else column.values[..., 0]
+        rows = np.moveaxis(values, len(ephemeris.batch_shape), 0)
+        table[column.label] = rows * u.Unit(column.unit) if column.unit else rows
     return table
 
 
@@ -83,7 +75,7 @@ def refuse_unfolding(header: str) -> None:
 
 def from_table(table: QTable, source: str) -> EphemerisData:
     """The ephemeris of a table that `to_table` made; FormatError for any other."""
-    known = ("time", "elapsed", "elapsed_rest", *(name for name, _, _ in VECTORS))
+    known = ("time", "elapsed", "elapsed_rest", *schema.VECTORS)
     unknown = [name for name in table.colnames if name not in known]
     if unknown:
         raise FormatError(f"column {shown(unknown[0])} is unknown", source)
@@ -92,9 +84,9 @@ def from_table(table: QTable, source: str) -> EphemerisData:
     columns = {schema.ELAPSED: _values(table, "elapsed", u.s, (), source)}
     if "elapsed_rest" in table.colnames:
         columns[schema.REST] = _values(table, "elapsed_rest", u.s, (), source)
-    for name, names, unit in VECTORS:
+    for name, (names, unit) in schema.VECTORS.items():
         if name in table.colnames or names is schema.QUATERNION:
-            vector = _values(table, name, unit, (len(names),), source)
+            vector = _values(table, name, u.Unit(unit) if unit else None, (len(names),), source)
             columns.update(zip(names, _components(vector, axis), strict=True))
     return schema.ephemeris_from(dict(table.meta), columns, source)
 

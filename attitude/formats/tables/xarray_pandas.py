@@ -19,27 +19,24 @@ if TYPE_CHECKING:
 
     from ...samples.ephemeris_data import EphemerisData
 
-# Variables of a Dataset: name, the names of the components in `schema`, unit, and axes.
-VARIABLES = (
-    ("quaternion", schema.QUATERNION, "1", "body to inertial"),
-    ("angular_velocity", schema.RATE, "rad/s", "body axes"),
-    ("angular_momentum", schema.MOMENTUM, "N m s", "inertial axes"),
-    ("position", schema.POSITION, "m", "inertial axes"),
-    ("velocity", schema.VELOCITY, "m/s", "inertial axes"),
-)
+# Axes along which the components of a Dataset's variables are; the frame's where they are not named.
+AXES = {"quaternion": "body to inertial", "angular_velocity": "body axes"}
 
 
 def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
     """See `Ephemeris.to_xarray`."""
     xarray = needed("xarray", "to_xarray", "tables")
     bodies, times = _dimensions(ephemeris)
-    vectors = {names: vector.copy(order="K") for names, vector in schema.vectors(ephemeris)}
-    variables = {
-        name: ((*bodies, *times, _last(names)), vectors[names], {"units": unit, "axes": axes})
-        for name, names, unit, axes in VARIABLES
-        if names in vectors
-    }
-    components = {_last(names): list("wxyz" if names is schema.QUATERNION else "xyz") for names in vectors}
+    variables, components = {}, {}
+    for column in schema.vectors(ephemeris):
+        attributes = {"units": column.unit or "1", "axes": AXES.get(column.label, "inertial axes")}
+        values, last = column.values.copy(order="K"), []
+        if len(column.names) > 1:
+            last = ["quaternion_component" if column.names is schema.QUATERNION else "axis"]
+            components[last[0]] = list("wxyz" if column.names is schema.QUATERNION else "xyz")
+        else:
+            values = values[..., 0]
+        variables[column.label] = ((*bodies, *times, *last), values, attributes)
     return xarray.Dataset(variables, {**_times(ephemeris, times), **components}, _attributes(ephemeris))
 
 
@@ -60,10 +57,6 @@ def _dimensions(ephemeris: EphemerisData) -> tuple[list[str], list[str]]:
     bodies = ["body" if i == 0 else f"body_{i}" for i in range(len(ephemeris.batch_shape))]
     dimensions = len(ephemeris.instants.shape)
     return bodies, ["time"] if dimensions == 1 else [f"time_{i}" for i in range(dimensions)]
-
-
-def _last(names: tuple[str, ...]) -> str:
-    return "quaternion_component" if names is schema.QUATERNION else "axis"
 
 
 def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
