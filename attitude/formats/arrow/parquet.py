@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from astropy import units as u
 from astropy.table import QTable, Table, serialize
 from astropy.table import meta as table_meta
 from astropy.utils.data_info import serialize_context_as
@@ -30,7 +31,7 @@ DATES = ("time.jd1", "time.jd2")  # not read: the seconds are exact
 UNITS = {
     "elapsed": "s",
     "elapsed_rest": "s",
-    **{name: unit or None for name, (_, unit) in schema.VECTORS.items()},
+    **{name: str(u.Unit(unit)) if unit else None for name, (_, unit) in schema.VECTORS.items()},
 }
 
 
