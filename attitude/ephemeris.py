@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from astropy.table import QTable
 
     from .formats.interpolation_nodes import Written
-    from .pointing.ground import GroundPoints
     from .pointing.spin_state import SpinState
+    from .pointing.surface_points import GroundPoints
 
 
 class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
@@ -138,15 +138,15 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
 
     def ground_points(self, body_axis: Any) -> GroundPoints:
         """Where a body axis meets the Earth: geodetic longitude and latitude, rad, and distance, m."""
-        from .pointing import ground
+        from .pointing import surface_points
 
-        return ground.ground_points(self, body_axis)
+        return surface_points.ground_points(self, body_axis)
 
     def sub_point(self, to: Any) -> tuple[np.ndarray, np.ndarray]:
         """Longitude and latitude, rad, of a target (see `angle`) in the body axes: of the Sun, sub-solar."""
-        from .pointing import ground
+        from .pointing import surface_points
 
-        return ground.sub_point(self, to)
+        return surface_points.sub_point(self, to)
 
     def with_columns(self, columns: str | Sequence[str]) -> Ephemeris:
         """The same ephemeris, of which tables and files of columns hold what is named here, in this order.
