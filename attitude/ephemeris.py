@@ -39,7 +39,7 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         warnings.warn("Ephemeris.along is called orbit", DeprecationWarning, stacklevel=2)
         return self.orbit
 
-    def in_frame(self, frame: str) -> Ephemeris:
+    def in_frame(self, frame: str, ut1: str | None = None) -> Ephemeris:
         """The same motion relative to another frame.
 
         Parameters
@@ -47,6 +47,8 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         frame : "ICRF", "GCRF", "EME2000", "ECLIPJ2000"; or one that turns: "TEME", "ITRF" and, of a scene
             with an orbit, "QSW" (x radial outward, z along the orbital momentum) and "LVLH" (z to the nadir,
             y against the orbital momentum)
+        ut1 : for ITRF, "tables" (those that come with astropy) or "utc", to take UTC for UT1 (within 0.9 s)
+            beyond them; by default that of the ephemeris
 
         Returns
         -------
@@ -58,12 +60,12 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         Raises
         ------
         InputError : an unknown frame, or INERTIAL, whose axes only its user knows; TEME or ITRF without an
-            epoch, or ITRF beyond the tables of the Earth's rotation that come with astropy.
+            epoch, or ITRF beyond the tables of the Earth's rotation that come with astropy without ut1="utc".
         RegimeError : axes along an orbit where there is none; from such axes to others.
         """
         from .samples.transform import in_frame
 
-        return in_frame(self, frame)
+        return in_frame(self, frame, ut1)
 
     # -- pointing ---------------------------------------------------------------------------------
 

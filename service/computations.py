@@ -4,6 +4,7 @@ import io
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from http import HTTPStatus
 from importlib.util import find_spec
 from itertools import chain
@@ -125,6 +126,8 @@ class Writing(NamedTuple):
 
     def samples(self, scene: Scene, budget: Budget, drop_below: float | None) -> Samples:
         limit = self.settings.max_samples, variable("max_samples")
+        if self.query.ut1 is not None:
+            scene = scene.model_copy(update={"ut1": self.query.ut1})
         with no_field("drop_below"):
             samples = scene.samples(check_wanted, drop_below, self.query.frame, *limit, budget.check)
         return counted(samples)
@@ -158,7 +161,7 @@ def convert(
             clock.flush()
             reading["sclk"] = clock.name
         data = module_of(source).parse(io.BytesIO(files["file"]), "file", **reading)
-    ephemeris = Ephemeris.of(data)
+    ephemeris = Ephemeris.of(data if query.ut1 is None else replace(data, ut1=query.ut1))
     samples = Samples.of(ephemeris.in_frame(query.frame) if query.frame else ephemeris, check_wanted)
     check_count("file", samples.count, "samples", settings)
     return computed(Writing(query, target, options, settings).file(counted(samples), target))

@@ -54,6 +54,9 @@ class FileQuery(BaseModel):
 
     format: FormatName = Field(None, description="of the answer, instead of what Accept names")
     frame: Text = Field(None, description="attitudes relative to it")
+    ut1: Literal["tables", "utc"] | SkipJsonSchema[None] = Field(
+        None, description="utc takes UTC for UT1 in ITRF, beyond astropy's tables"
+    )
     interpolation_error: Positive = Field(
         None, le=1, description="rad: instants such that readers of the format interpolate within it"
     )
@@ -61,15 +64,17 @@ class FileQuery(BaseModel):
     def options(self, target: Format, source: Format | None = None) -> tuple[dict[str, Any], dict[str, Any]]:
         """Options of the format that is written, and of the one that is read; InputError for any other."""
         options = self.model_extra or {}
-        of_writer = option_names(module_of(target).blocks) if options else []
-        of_reader = option_names(module_of(source).parse) if options and source else []
-        known = sorted({*of_writer, *of_reader} - {"sclk"})  # which is a path
+        of_writer = option_names(module_of(target).blocks)
+        of_reader = option_names(module_of(source).parse) if source else []
+        known = sorted({*of_writer, *of_reader} - {"sclk", "fk"})  # which are paths
         for name, text in options.items():
             if name not in known:
                 expected = unknown("query parameter", name, (*type(self).model_fields, *known))
                 raise InputError(name, text, expected, steps=())
         writing = {name: text for name, text in options.items() if name in of_writer}
         reading = {name: text for name, text in options.items() if name not in of_writer}
+        if self.ut1 is not None and "ut1" in of_reader:
+            reading["ut1"] = self.ut1
         return parse_options(writing, target), parse_options(reading, source or target, reading=True)
 
 

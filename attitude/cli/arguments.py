@@ -39,7 +39,7 @@ def add_output(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         help="an option of the format, such as object_id=1998-067A; of convert also one of the format "
-        "that is read, such as clock_id=-82; repeatable",
+        "that is read, such as clock_id=-82; ut1=utc takes UTC for UT1 in ITRF; repeatable",
     )
     parser.add_argument(
         "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
@@ -109,14 +109,20 @@ def output_format(
     """
     from .. import formats
     from ..formats.encoding import parse_options
+    from ..frames.rotations import check_ut1
 
     by_default = "csv" if options.output == formats.STANDARD_STREAM else None
     target = formats.find(options.output, options.format or by_default)
     texts, reading = dict(map(_option, options.set)), {}
+    options.ut1 = texts.pop("ut1", None)
+    if options.ut1 is not None:
+        check_ut1(options.ut1, "--set ut1")
     if source is not None:
         of_writer = formats.option_names(formats.module_of(target).blocks)
         of_reader = formats.option_names(formats.module_of(source).parse)
         reading = {name: texts.pop(name) for name in of_reader if name in texts and name not in of_writer}
+        if options.ut1 is not None and "ut1" in of_reader:
+            reading["ut1"] = options.ut1
     writing = parse_options(texts, target)
     formats.check_options(target, writing)
     return target, writing, {} if source is None else parse_options(reading, source, reading=True)

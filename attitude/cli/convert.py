@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 
 from . import arguments, console, instants
 from .run import report_interpolation
@@ -46,6 +47,8 @@ def execute(options: Namespace) -> None:
     target, writing, reading = arguments.output_format(options, source)
     console.announce_compilation(options)
     ephemeris = Ephemeris.read(options.files, options.source_format, **reading)
+    if options.ut1 is not None:
+        ephemeris = replace(ephemeris, ut1=options.ut1)
     ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
     chosen = instants.requested(options, ephemeris)
     ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)

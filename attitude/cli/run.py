@@ -39,6 +39,8 @@ def execute(options: Namespace) -> None:
     error = arguments.angle(options.interpolation_error, "--interpolation-error")
     columns = () if options.columns is None else parse(options.columns)
     scene = arguments.read_scene(options.scene)
+    if options.ut1 is not None:
+        scene = scene.model_copy(update={"ut1": options.ut1})
     console.announce_compilation(options)
     if console.is_watched(options):
         _describe(scene, options)

@@ -109,7 +109,7 @@ def encode(
         if samples.first.columns:
             raise InputError("columns", samples.first.columns, f"none for {entry.name}, which is no table")
         if hasattr(module, "prepared"):
-            samples = module.prepared(samples)
+            samples = module.prepared(samples, **options)
         nodes = interpolation_nodes.chosen(
             samples, module.interpolant(**options), interpolation_error, max_nodes
         )

@@ -45,9 +45,13 @@ DEFAULT_BOX = (3.0, 2.0, 1.0)  # m
 POSITION_STEP, POSITION_DEGREE = 60.0, 5
 PLAYING_TIME = 60.0  # s, of longer ephemerides
 DESCRIPTION = (
-    "Attitude: rotation from the body's axes to the Earth-fixed frame (ITRF, IAU 2006/2000A, UT1 and the "
-    "pole from the tables of the IERS), scalar last, unit quaternion"
+    "Attitude: rotation from the body's axes to the Earth-fixed frame (ITRF, IAU 2006/2000A, {ut1}), scalar "
+    "last, unit quaternion"
 )
+UT1_DESCRIPTIONS = {
+    "tables": "UT1 and the pole from the tables of the IERS",
+    "utc": "UTC taken for UT1, off by at most 0.9 s, and no polar motion",
+}
 
 
 # -- writing ------------------------------------------------------------------------------------
@@ -58,10 +62,12 @@ def interpolant(**_: Any) -> Interpolant:
     return Interpolant("slerp")
 
 
-def prepared(samples: Samples) -> Samples:
+def prepared(samples: Samples, *, ut1: str | None = None, **_: Any) -> Samples:
     """Transform samples to the Earth-fixed frame, in which Cesium interpolates."""
+    if ut1 is not None:
+        rotations.check_ut1(ut1)
     return Samples(
-        samples.count, lambda first, last: _earth_fixed(samples.chunk(first, last)), samples.progress
+        samples.count, lambda first, last: _earth_fixed(samples.chunk(first, last), ut1), samples.progress
     )
 
 
@@ -72,6 +78,7 @@ def blocks(
     position: Any = None,
     box: Any = DEFAULT_BOX,
     model: str | None = None,
+    ut1: str | None = None,  # noqa: ARG001 (`prepared` uses it)
 ) -> Iterator[bytes]:
     """Packet of the document, and packet of the body.
 
@@ -80,6 +87,7 @@ def blocks(
         the Earth, and without one at DEFAULT_POSITION
     box : (x, y, z), m, size of the box that is drawn along the body's axes; None for none
     model : URI of a glTF model that is drawn instead of the box
+    ut1 : "utc" to take UTC for UT1, beyond the tables that come with astropy
     """
     fixed = None if position is None else _three_numbers(position, "position")
     size = None if box is None or model is not None else _three_numbers(box, "box")
@@ -90,7 +98,7 @@ def blocks(
     name = head.name or "attitude"
     yield b"[" + orjson.dumps(_document(head, tail, span, name)) + b","
     packet: dict[str, Any] = {"id": id or name, "name": name, "availability": span}
-    packet["description"] = "<p>" + html.escape(f"{DESCRIPTION}. {nodes.remark}.") + "</p>"
+    packet["description"] = "<p>" + html.escape(f"{_description(head)}. {nodes.remark}.") + "</p>"
     if model is not None:
         packet["model"] = {"gltf": model, "minimumPixelSize": 64}
     if size is not None:
@@ -104,6 +112,10 @@ def blocks(
     yield b',"orientation":'
     yield from _orientation(nodes.segments)
     yield b"}]\n"
+
+
+def _description(head: EphemerisData) -> str:
+    return DESCRIPTION.format(ut1=UT1_DESCRIPTIONS[head.ut1])
 
 
 def _document(head: EphemerisData, tail: EphemerisData, span: str, name: str) -> dict[str, Any]:
@@ -146,7 +158,7 @@ def _position(head: EphemerisData, tail: EphemerisData, fixed: list[float] | Non
             yield from _positions(orbit, head, first, last)
             yield b"]}"
             return
-        fixed = _earth_fixed_positions(orbit, head.instants)[0].tolist()
+        fixed = _earth_fixed_positions(orbit, head.instants, head.ut1)[0].tolist()
     yield orjson.dumps({"cartesian": list(DEFAULT_POSITION) if fixed is None else fixed})
 
 
@@ -156,18 +168,20 @@ def _positions(orbit: OrbitStates, head: EphemerisData, first: float, last: floa
     for k in range(0, intervals + 1, CHUNK_INSTANTS):
         i = np.arange(k, min(k + CHUNK_INSTANTS, intervals + 1))
         t = np.where(i == intervals, last, first + (last - first) * (i / intervals))
-        yield (b"," if k else b"") + _rows(t, _earth_fixed_positions(orbit, Instants(t, None, head.epoch)))
+        yield (b"," if k else b"") + _rows(
+            t, _earth_fixed_positions(orbit, Instants(t, None, head.epoch), head.ut1)
+        )
 
 
-def _earth_fixed_positions(orbit: OrbitStates, instants: Instants) -> np.ndarray:
+def _earth_fixed_positions(orbit: OrbitStates, instants: Instants, ut1: str) -> np.ndarray:
     """(n, 3) m."""
-    turn = rotation_from_gcrf(orbit.frame, "an Earth-fixed position").back().then(itrf(instants))
+    turn = rotation_from_gcrf(orbit.frame, "an Earth-fixed position").back().then(itrf(instants, ut1))
     return rotations.rotate(turn.quaternion, orbit.state(instants)[0])
 
 
-def _earth_fixed(ephemeris: EphemerisData) -> EphemerisData:
+def _earth_fixed(ephemeris: EphemerisData, ut1: str | None = None) -> EphemerisData:
     try:
-        return in_frame(ephemeris, FRAME)
+        return in_frame(ephemeris, FRAME, ut1)
     except AttitudeError as error:
         raise FormatError(f"CZML is relative to the Earth-fixed frame ({error})") from None
 
@@ -244,17 +258,19 @@ def parse(
     *,
     id: str | None = None,  # noqa: A002 (public name)
     frame: str = "GCRF",
+    ut1: str = "tables",
 ) -> EphemerisData:
     """Attitudes of one packet, without rates, transformed from the Earth-fixed frame to `frame`.
 
     id : of the packet, if several have an orientation
     frame : "ITRF" for the numbers of the file, unchanged
+    ut1 : "utc" to take UTC for UT1, beyond the tables that come with astropy
     """
     rotations.check_any_frame(frame)
     try:
         packet = _packet_with_orientation(_packets(stream, source), id)
         # interpolated in the frame of the file, as Cesium does
-        ephemeris = in_frame(with_interpolation(_with_method(_ephemeris(packet, source), packet)), frame)
+        ephemeris = in_frame(with_interpolation(_with_method(_ephemeris(packet, source), packet)), frame, ut1)
     except FormatError as error:
         raise FormatError(str(error), source) if not error.source else error from None
     except AttitudeError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import chain
@@ -61,7 +62,7 @@ def metadata(samples: Samples) -> dict[str, Any]:
     return {
         "kind": KIND,
         "name": first.name,
-        "convention": convention(first.frame),
+        "convention": convention(first.frame, first.ut1),
         "quaternion_order": "wxyz",
         "frame": first.frame,
         "epoch": None if instants.epoch is None else _epoch(instants.epoch),
@@ -70,6 +71,7 @@ def metadata(samples: Samples) -> dict[str, Any]:
         "shape": list(samples.shape),
         **events,
         **chosen,
+        **({"ut1": first.ut1} if first.ut1 != "tables" else {}),
     }
 
 
@@ -261,7 +263,9 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source:
     name = meta.get("name", "")
     if not isinstance(name, str) or not is_utf8(name):
         raise ValueError(f"name {shown(name)}")
-    return EphemerisData(quaternion, times, frame, body, rate, name, None, translation, events, momentum)
+    ut1 = rotations.check_ut1(meta.get("ut1", "tables"))
+    read = EphemerisData(quaternion, times, frame, body, rate, name, None, translation, events, momentum)
+    return read if ut1 == "tables" else replace(read, ut1=ut1)
 
 
 def is_utf8(text: str) -> bool:

@@ -119,7 +119,7 @@ def _header(nodes: Nodes, origin: TimeOrigin, count: int, options: StkOptions) -
     name = head.name.encode("ascii", "backslashreplace").decode().replace("\n", " ").replace("\r", " ")
     comments = [
         f"Written by attitude {__version__}" + (f": {name}" if name else ""),
-        convention(head.frame),
+        convention(head.frame, head.ut1),
         "In this file: transformation from CoordinateAxes to body axes, scalar last (the same four numbers)",
         "angular velocity in deg/s, body components" if options.rates else "no angular velocity",
         f"attitude was relative to {head.frame}",

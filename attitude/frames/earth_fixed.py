@@ -99,25 +99,22 @@ def teme(instants: Instants) -> FrameRotation:
     return to_pole.then(FrameRotation.about("z", angle - locator, rate - locator_rate))
 
 
-def itrf(instants: Instants) -> FrameRotation:
+def itrf(instants: Instants, ut1: str = "tables") -> FrameRotation:
     """GCRF to ITRF at (n,) instants.
 
     IAU 2006/2000A without the observed offsets of the pole (1e-9 rad); UT1 and polar motion from the tables
-    that come with astropy.
+    that come with astropy.  With ut1="utc", for missions beyond these tables, UTC is taken for UT1 (within
+    0.9 s, 13.5 arcseconds) and there is no polar motion.
 
     Raises
     ------
     InputError : instants outside these tables; newer ones are not downloaded.
     """
     tai = since_j2000(instants)
-    table = earth_orientation.covering(tai.sum)
-    if table is None:
-        table = earth_orientation.longest()
-        off = (tai.sum < table.tai[0]) | (tai.sum > table.tai[-1])
-        time = instants[int(np.argmax(off))].time
-        value = "an instant" if time is None else f"{time.isot} {time.scale}"
-        raise InputError("t", value, f"instants from {table.span}, which astropy's tables of UT1 cover")
-    orientation = earth_orientation.interpolated(table, tai.sum)
+    if ut1 == "utc":
+        orientation = earth_orientation.of_utc(tai.sum)
+    else:
+        orientation = earth_orientation.interpolated(_covering_table(instants, tai.sum), tai.sum)
     to_pole, locator, locator_rate = celestial_pole(tai)
     ut1_rate, x_rate, y_rate = orientation.rates
     turns = half_rotation_angle(tai.plus(orientation.ut1_tai / DAY))
@@ -127,6 +124,20 @@ def itrf(instants: Instants) -> FrameRotation:
     about = FrameRotation.about
     polar_motion = about("y", -orientation.x_pole, -x_rate).then(about("x", -orientation.y_pole, -y_rate))
     return to_pole.then(about("z", 2.0 * half, rate)).then(polar_motion)
+
+
+def _covering_table(instants: Instants, tai: np.ndarray) -> earth_orientation.EarthOrientationTable:
+    """The table that covers instants, days of TAI since J2000.0; InputError where none does."""
+    table = earth_orientation.covering(tai)
+    if table is not None:
+        return table
+    table = earth_orientation.longest()
+    off = (tai < table.tai[0]) | (tai > table.tai[-1])
+    time = instants[int(np.argmax(off))].time
+    value = "an instant" if time is None else f"{time.isot} {time.scale}"
+    cure = 'ut1="utc" takes UTC for UT1 beyond them'
+    expected = f"instants from {table.span}, which astropy's tables of UT1 cover; {cure}"
+    raise InputError("t", value, expected)
 
 
 def half_rotation_angle(ut1: Days) -> np.ndarray:

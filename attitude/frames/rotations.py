@@ -32,6 +32,8 @@ TURNING_FRAMES = {
     "LVLH": "along the orbit: z to the nadir, y against the orbital momentum",
 }
 ORBITAL_FRAMES = ("QSW", "LVLH")
+# Where UT1 and the pole come from, for ITRF: the tables that come with astropy, or UTC and no polar motion.
+UT1_SOURCES = ("tables", "utc")
 
 
 def check_order(order: str | None, field: str = "order") -> str:
@@ -54,6 +56,14 @@ def check_any_frame(frame: str, field: str = "frame") -> str:
     if not isinstance(frame, str) or frame not in frames:
         raise InputError(field, frame, f"a frame, one of {', '.join(frames)}")
     return frame
+
+
+def check_ut1(ut1: str, field: str = "ut1") -> str:
+    """The source of UT1; InputError unless it is one of UT1_SOURCES."""
+    if not isinstance(ut1, str) or ut1 not in UT1_SOURCES:
+        expected = '"tables", those that come with astropy, or "utc", to take UTC for UT1'
+        raise InputError(field, ut1, expected)
+    return ut1
 
 
 def attitude_quaternion(attitude: Any, order: str | None, field: str = "attitude") -> np.ndarray:

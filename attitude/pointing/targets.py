@@ -115,7 +115,7 @@ def magnetic_field(data: EphemerisData) -> np.ndarray:
     if data.orbit is not None and not data.orbit.is_about_the_earth:
         raise RegimeError("magnetic_field: the field of a central body that is not the Earth is unknown")
     place = position(data)
-    to_itrf = rotation_between(data.frame, "ITRF", data.instants)
+    to_itrf = rotation_between(data.frame, "ITRF", data.instants, data.ut1)
     turn = np.array([1.0, 0, 0, 0]) if to_itrf is None else to_itrf.quaternion
     return rotations.rotate(rotations.conjugate(turn), dipole_field(rotations.rotate(turn, place)))
 
@@ -147,5 +147,5 @@ def _in_frame(data: EphemerisData, vectors: np.ndarray, frame: str) -> np.ndarra
             f"to: targets are not known along the axes of {data.frame}; ask the original ephemeris"
         )
     vectors = vectors.reshape(*data.instants.shape, 3)
-    rotation = rotation_between(frame, data.frame, data.instants)
+    rotation = rotation_between(frame, data.frame, data.instants, data.ut1)
     return vectors if rotation is None else rotations.rotate(rotation.quaternion, vectors)

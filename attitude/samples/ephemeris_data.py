@@ -38,11 +38,12 @@ TURNING_CONVENTION = (
 )
 
 
-def convention(frame: str) -> str:
+def convention(frame: str, ut1: str = "tables") -> str:
     """The conventions of an ephemeris in this frame, as files state them."""
     if frame not in rotations.TURNING_FRAMES:
         return CONVENTION
-    return TURNING_CONVENTION.format(frame=frame, meaning=rotations.TURNING_FRAMES[frame])
+    text = TURNING_CONVENTION.format(frame=frame, meaning=rotations.TURNING_FRAMES[frame])
+    return f"{text}; UTC is taken for UT1" if (frame, ut1) == ("ITRF", "utc") else text
 
 
 class OrbitStates(Protocol):
@@ -87,6 +88,7 @@ class EphemerisData:
     orbit : the orbit of its scene, or None
     interpolation : how `resample` interpolates between attitudes of a file; None where the motion is known
     columns : what tables of it hold (`Ephemeris.with_columns`), where this was chosen
+    ut1 : "tables", or "utc" where UTC is taken for UT1 in ITRF
     """
 
     attitude: np.ndarray
@@ -103,6 +105,7 @@ class EphemerisData:
     orbit: OrbitStates | None = None
     interpolation: Interpolation | None = None
     columns: tuple[str, ...] = ()
+    ut1: str = "tables"
 
     def __post_init__(self) -> None:
         self.attitude.flags.writeable = False
@@ -242,7 +245,7 @@ class EphemerisData:
             )
         motion = self.resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
         parts = {field.name: getattr(motion, field.name) for field in fields(motion)}
-        return replace(self, **(parts | {"orbit": self.orbit}))
+        return replace(self, **(parts | {"orbit": self.orbit, "ut1": self.ut1}))
 
     # -- indexing -----------------------------------------------------------------------------
 

@@ -21,7 +21,6 @@ from .translation import Translation
 
 Data = TypeVar("Data", bound=EphemerisData)
 
-FRAMES_OF_DATE: dict[str, Callable[[Instants], FrameRotation]] = {"TEME": teme, "ITRF": itrf}
 # x of LVLH is y of QSW, y is -z, z is -x.
 QSW_TO_LVLH = FrameRotation(rotations.from_matrix(np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])), STILL)
 # Details of events with components in the frame, and in the body frame; an angular impulse states which.
@@ -29,15 +28,17 @@ FRAME_VECTORS = ("impulse", "point", "velocity_before", "velocity_after")
 BODY_VECTORS = ("rate_before", "rate_after")
 
 
-def in_frame(ephemeris: Data, frame: str) -> Data:
+def in_frame(ephemeris: Data, frame: str, ut1: str | None = None) -> Data:
     """See `Ephemeris.in_frame`."""
     rotations.check_any_frame(frame)
     if frame == ephemeris.frame:
         return ephemeris
+    if ut1 is not None:
+        ephemeris = replace(ephemeris, ut1=rotations.check_ut1(ut1))
     rotation = _rotation(ephemeris, frame)
     resample = ephemeris.resample
     if resample is not None:
-        resample = partial(_resample_in_frame, resample, ephemeris.orbit, frame)
+        resample = partial(_resample_in_frame, resample, ephemeris.orbit, ephemeris.ut1, frame)
     if rotation is None:
         return replace(ephemeris, frame=frame, resample=resample)
     rotating = bool({frame, ephemeris.frame} & TURNING_FRAMES.keys())
@@ -63,10 +64,14 @@ def in_frame(ephemeris: Data, frame: str) -> Data:
 
 
 def _resample_in_frame(
-    resample: Callable[[Any], EphemerisData], orbit: OrbitStates | None, frame: str, instants: Instants
+    resample: Callable[[Any], EphemerisData],
+    orbit: OrbitStates | None,
+    ut1: str,
+    frame: str,
+    instants: Instants,
 ) -> EphemerisData:
     """The motion at other instants, computed in its own frame and transformed to this one."""
-    return in_frame(replace(resample(instants), orbit=orbit), frame)
+    return in_frame(replace(resample(instants), orbit=orbit, ut1=ut1), frame)
 
 
 # -- rotation between frames --------------------------------------------------------------------
@@ -87,7 +92,7 @@ def _rotation(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
         raise RegimeError(
             f"in_frame: {frame} lies along an orbit, and this ephemeris is of no scene that has one"
         )
-    between = rotation_between(source, frame if orbit is None else orbit.frame, instants)
+    between = rotation_between(source, frame if orbit is None else orbit.frame, instants, ephemeris.ut1)
     steps += [] if between is None else [between]
     if orbit is not None:
         along = orbit.axes(instants)
@@ -95,7 +100,9 @@ def _rotation(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
     return reduce(FrameRotation.then, steps) if steps else None
 
 
-def rotation_between(source: str, target: str, instants: Instants) -> FrameRotation | None:
+def rotation_between(
+    source: str, target: str, instants: Instants, ut1: str = "tables"
+) -> FrameRotation | None:
     """From one frame to another, neither along an orbit; None where only the name changes.
 
     By way of GCRF, whose axes are those of ICRF.
@@ -106,8 +113,8 @@ def rotation_between(source: str, target: str, instants: Instants) -> FrameRotat
     if "INERTIAL" in (source, target):
         expected = "a frame whose axes are defined; those of INERTIAL are the user's own"
         raise InputError("frame", f"{source} to {target}", expected)
-    steps = [_from_gcrf(source, instants).back()] if axes != "GCRF" else []
-    steps += [_from_gcrf(target, instants)] if target_axes != "GCRF" else []
+    steps = [_from_gcrf(source, instants, ut1).back()] if axes != "GCRF" else []
+    steps += [_from_gcrf(target, instants, ut1)] if target_axes != "GCRF" else []
     return _shaped(reduce(FrameRotation.then, steps), instants)
 
 
@@ -121,9 +128,11 @@ def _shaped(rotation: FrameRotation, instants: Instants) -> FrameRotation:
     )
 
 
-def _from_gcrf(frame: str, instants: Instants) -> FrameRotation:
-    if frame in FRAMES_OF_DATE:
-        return FRAMES_OF_DATE[frame](instants)
+def _from_gcrf(frame: str, instants: Instants, ut1: str) -> FrameRotation:
+    if frame == "ITRF":
+        return itrf(instants, ut1)
+    if frame == "TEME":
+        return teme(instants)
     return rotation_from_gcrf(frame, "an attitude in another frame")
 
 

@@ -287,6 +287,7 @@ class Scene(Part):
     velocity: SpeedVector | None = None
     tolerance: Tolerance | None = None
     solver: Literal["automatic", "splitting", "gauss", "dop853"] | None = None
+    ut1: Literal["tables", "utc"] = "tables"
 
     @model_validator(mode="after")
     def _check(self) -> Scene:
@@ -447,7 +448,7 @@ class Scene(Part):
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
-        return ephemeris if self.orbit is None else replace(ephemeris, orbit=self._ephemeris_orbit())
+        return self._with_surroundings(ephemeris, self._ephemeris_orbit())
 
     def samples(
         self,
@@ -481,7 +482,8 @@ class Scene(Part):
         part, count = instants.lazy_instants(self.times.lazily(motion.epoch), motion.epoch)
 
         def cut(first: int, last: int) -> Ephemeris:
-            return replace(motion.ephemeris(part(first, last), rate=True, name=self.name), orbit=orbit)
+            ephemeris = motion.ephemeris(part(first, last), rate=True, name=self.name)
+            return self._with_surroundings(ephemeris, orbit)
 
         return Samples(count, cut, progress, part, in_memory=False)
 
@@ -523,7 +525,13 @@ class Scene(Part):
         chunks = motion.chunks(
             self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
         )
-        return (replace(chunk, orbit=orbit) for chunk in chunks)
+        return (self._with_surroundings(chunk, orbit) for chunk in chunks)
+
+    def _with_surroundings(self, ephemeris: Ephemeris, orbit: EphemerisOrbit | None) -> Ephemeris:
+        """The ephemeris with its orbit, and the source of UT1."""
+        if orbit is None and self.ut1 == "tables":
+            return ephemeris
+        return replace(ephemeris, orbit=orbit, ut1=self.ut1)
 
     def _ephemeris_orbit(self) -> EphemerisOrbit | None:
         """The orbit, for frames that follow it; computed when such a frame is requested."""

@@ -28,6 +28,24 @@ def unzipped(content):
         return {name: archive.read(name) for name in archive.namelist()}
 
 
+def test_utc_is_taken_for_ut1_where_the_query_says_so(client):
+    late = {**SMALL, "epoch": {"time": "2028-06-01T00:00:00", "scale": "utc"}}
+    late["times"] = {"start": 0, "stop": 60, "count": 3, "unit": "s"}
+    path = "/v1/ephemeris?format=csv&frame=ITRF"
+    assert 'ut1=\\"utc\\" takes UTC for UT1 beyond them' in client.post(path, json=late).text
+    got = client.post(f"{path}&ut1=utc", json=late)
+    assert got.status_code == 200
+    assert "UTC is taken for UT1" in got.text
+    assert client.post(path, json={**late, "ut1": "utc"}).text == got.text
+    assert client.post(f"{path}&ut1=x", json=late).status_code == 422
+
+
+def test_path_of_a_frame_kernel_is_no_parameter_of_the_query(client):
+    refused = client.post("/v1/convert?source=ck&fk=/etc/hostname", content=b"DAF/CK  ")
+    assert refused.status_code == 422
+    assert "unknown query parameter 'fk'" in refused.text
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_file_is_the_librarys_own(client, name):
     got = client.post("/v1/ephemeris", json=SMALL, params={"format": name, **MADE.get(name, {})})
