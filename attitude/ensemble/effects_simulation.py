@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Protocol
 from uuid import uuid4
 
 import numpy as np
@@ -19,27 +18,11 @@ from ..dynamics.solver import OUTPUTS
 from ..dynamics.step_selection import Candidate
 from ..errors import RegimeError
 from ..problem.initial_state import InitialState
-from ..rigid_body.body import RigidBody
 from ..scene import simulation
 from ..scene.document import Scene, Times
 from ..scene.simulation import SimulationInputs
 from ..times.instants import Instants
-
-
-class HasStates(Protocol):
-    """Bodies, (n,), with attitudes (n, 4) wxyz and rates (n, 3), rad/s, body frame, at the epoch."""
-
-    @property
-    def body(self) -> RigidBody:
-        """Bodies (n,)."""
-
-    @property
-    def attitude(self) -> np.ndarray:
-        """(n, 4), wxyz."""
-
-    @property
-    def angular_velocity(self) -> np.ndarray:
-        """(n, 3), rad/s, body frame."""
+from .sources.states import States
 
 
 @dataclass(frozen=True)
@@ -59,7 +42,7 @@ class SolverChoice:
     key: str = field(default_factory=lambda: uuid4().hex)
 
 
-def choose(scene: Scene, instants: Instants, trial_states: HasStates | None = None) -> SolverChoice:
+def choose(scene: Scene, instants: Instants, trial_states: States | None = None) -> SolverChoice:
     """Return the steps for all bodies of an ensemble and all its instants.
 
     trial_states : of a few bodies, the same however the ensemble is divided; by default the scene's body
@@ -82,7 +65,7 @@ def choose(scene: Scene, instants: Instants, trial_states: HasStates | None = No
 
 def simulated(
     scene: Scene,
-    states: HasStates,
+    states: States,
     instants: Instants,
     choice: SolverChoice,
     first: int = 0,
@@ -122,7 +105,7 @@ def simulated(
     return np.ascontiguousarray(samples[:, :, :4]), np.ascontiguousarray(samples[:, :, 4:7])
 
 
-def _bodies(states: HasStates, first: int) -> Bodies:
+def _bodies(states: States, first: int) -> Bodies:
     indices = np.arange(first, first + len(states.attitude))
     attitude, rate = np.asarray(states.attitude), np.asarray(states.angular_velocity)
     return Bodies(states.body, np.ascontiguousarray(attitude), np.ascontiguousarray(rate), indices)

@@ -101,7 +101,7 @@ def chosen(
         segments = split_at_jumps(samples)
         known = samples.first.has_known_motion
         read = [samples] if interpolant.crosses else segments
-        return Nodes(tuple(segments), interpolant, _error_bound(read, interpolant) if known else None)
+        return Nodes(tuple(segments), interpolant, error_bound(read, interpolant) if known else None)
     angle = float(units.si_array(tolerance, units.ANGLE, "interpolation_error"))
     if not MIN_TOLERANCE <= angle <= MAX_TOLERANCE:
         expected = f"an angle from {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g} rad"
@@ -109,7 +109,7 @@ def chosen(
     if not samples.first.has_known_motion:
         expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
         raise InputError("interpolation_error", tolerance, expected)
-    return _evenly_spaced(samples, interpolant, angle, most)
+    return evenly_spaced(samples, interpolant, angle, most)
 
 
 # -- the instants as they are given ---------------------------------------------------------------
@@ -132,34 +132,34 @@ def split_at_jumps(samples: Samples) -> list[Samples]:
 # -- instants chosen for a tolerance --------------------------------------------------------------
 
 
-def _evenly_spaced(samples: Samples, interpolant: Interpolant, tolerance: float, most: int) -> Nodes:
+def evenly_spaced(samples: Samples, interpolant: Interpolant, tolerance: float, most: int) -> Nodes:
     """Space nodes evenly in each span between events, as far apart as the tolerance allows."""
     segments: list[Samples] = []
     max_error = 0.0
-    for start, stop in _spans(samples):
+    for start, stop in spans_between_events(samples):
         left = most - sum(segment.count for segment in segments)
-        segment, error = _nodes_of_span(samples, interpolant, tolerance, (start, stop), left)
+        segment, error = nodes_of_span(samples, interpolant, tolerance, (start, stop), left)
         segments.append(segment)
         max_error = max(max_error, error)
     return Nodes(tuple(segments), interpolant, max_error)
 
 
-def _nodes_of_span(
+def nodes_of_span(
     samples: Samples, interpolant: Interpolant, tolerance: float, span: tuple[float, float], most: int
 ) -> tuple[Samples, float]:
     """Even nodes of a span that keep the tolerance everywhere, and their interpolation error."""
     start, stop = span
     if start == stop:
-        return _even_nodes(samples, start, stop, 1.0), 0.0
+        return even_nodes(samples, start, stop, 1.0), 0.0
     head, least = samples.first, (stop - start) / max(most - 1, 0.5)
-    longest = _longest_spacing(head, interpolant, start, stop)
-    even = cache(lambda step: _even_nodes(samples, start, stop, step))
+    longest = longest_spacing(head, interpolant, start, stop)
+    even = cache(lambda step: even_nodes(samples, start, stop, step))
     step = longest
     for error_of in (
-        lambda step: _trial_error(head, interpolant, start, stop, step),
-        lambda step: _error_bound([even(step)], interpolant),
+        lambda step: trial_error(head, interpolant, start, stop, step),
+        lambda step: error_bound([even(step)], interpolant),
     ):
-        step, error = _search_spacing(error_of, step, (least, longest), tolerance, interpolant.order)
+        step, error = search_spacing(error_of, step, (least, longest), tolerance, interpolant.order)
         if step < least:
             expected = f"an angle that no more than {most} nodes can keep to"
             raise InputError("interpolation_error", tolerance, expected)
@@ -168,7 +168,7 @@ def _nodes_of_span(
     return even(step), error
 
 
-def _search_spacing(
+def search_spacing(
     error_of: Callable[[float], float],
     step: float,
     limits: tuple[float, float],
@@ -194,13 +194,13 @@ def _search_spacing(
                 break
         gain = max(0.01, (0.8 * tolerance / max(error, 1e-300)) ** (1.0 / order))
         target = step * gain if best < step * gain < failed else math.sqrt(best * failed)
-        step = min(longest, _readable_spacing(target))
+        step = min(longest, readable_spacing(target))
         if step in (best, failed):
             break
     return (best, best_error) if best else (step, error)
 
 
-def _spans(samples: Samples) -> list[tuple[float, float]]:
+def spans_between_events(samples: Samples) -> list[tuple[float, float]]:
     """First and last instant of each span between events; for a single instant they are equal.
 
     A span ends just before its event, whose effect belongs to the next span.
@@ -217,7 +217,7 @@ def _spans(samples: Samples) -> list[tuple[float, float]]:
     return list(zip(starts, [*stops, last], strict=True))
 
 
-def _even_nodes(samples: Samples, start: float, stop: float, step: float) -> Samples:
+def even_nodes(samples: Samples, start: float, stop: float, step: float) -> Samples:
     """Nodes at start, every step, and at stop; one that would be close to stop is moved half-way back."""
     intervals = max(1, math.ceil((stop - start) / step - 1e-9)) if start < stop else 0
     grid = Grid(start, stop, step=step) if intervals > 2 else Grid(start, start, 1)
@@ -243,11 +243,11 @@ def _is_simulated(ephemeris: EphemerisData) -> bool:
     return ephemeris.plan is not None and bool(ephemeris.plan.simulated)
 
 
-def _longest_spacing(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
+def longest_spacing(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
     """Longest spacing, s: one window in the span, and `MAX_ROTATION_PER_INTERVAL` at the greatest rate."""
     at = Instants(start + _trial_fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
     rate = math.sqrt(_squared_rates(head.resampled(at)).max())
-    return _readable_spacing(
+    return readable_spacing(
         min((stop - start) / interpolant.degree, MAX_ROTATION_PER_INTERVAL / max(rate, 1e-300))
     )
 
@@ -257,7 +257,7 @@ def _trial_fractions() -> np.ndarray:
     return np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, TRIAL_WINDOWS - 2)))
 
 
-def _trial_error(
+def trial_error(
     head: EphemerisData, interpolant: Interpolant, start: float, stop: float, step: float
 ) -> float:
     """Greatest error, rad, in trial windows of a span; those at both ends are among them.
@@ -271,7 +271,8 @@ def _trial_error(
     t = begins[:, None] + np.append(nodes, between)
     order = np.argsort(t, axis=None, kind="stable")
     q = np.empty((t.size, 4))
-    q[order] = _attitudes_at(head, t.reshape(-1)[order])
+    instants = Instants(t.reshape(-1)[order], None, head.epoch, scale=head.instants.scale)
+    q[order] = head.resampled(instants).quaternion("wxyz")
     windows = q.reshape(TRIAL_WINDOWS, -1, 4)
     errors = np.array(
         [
@@ -281,10 +282,11 @@ def _trial_error(
     )
     middle = (width - 1) // 2
     inside = errors[1:-1, middle]
-    return _with_margin(max(float(inside.max()), float(errors[0].max()), float(errors[-1].max())))
+    error = max(float(inside.max()), float(errors[0].max()), float(errors[-1].max()))
+    return min(ERROR_MARGIN * error, np.pi)
 
 
-def _readable_spacing(step: float) -> float:
+def readable_spacing(step: float) -> float:
     """Spacing rounded down to three digits: easy to read, and a whole number of nanoseconds."""
     power = 10.0 ** (np.floor(np.log10(step)) - 2.0)
     return float(f"{np.floor(step / power * (1 + 1e-12)) * power:.2e}")
@@ -293,18 +295,14 @@ def _readable_spacing(step: float) -> float:
 # -- interpolation errors --------------------------------------------------------------------------
 
 
-def _error_bound(segments: list[Samples], interpolant: Interpolant) -> float:
+def error_bound(segments: list[Samples], interpolant: Interpolant) -> float:
     """Bound on the interpolation error, rad, in all intervals, compared with the motion itself."""
     intervals = [segment for segment in segments if segment.count > 1]
-    error = max((_greatest_error(segment, interpolant) for segment in intervals), default=0.0)
-    return _with_margin(error)
-
-
-def _with_margin(error: float) -> float:
+    error = max((greatest_error(segment, interpolant) for segment in intervals), default=0.0)
     return min(ERROR_MARGIN * error, np.pi)
 
 
-def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
+def greatest_error(samples: Samples, interpolant: Interpolant) -> float:
     """Greatest interpolation error of a segment at the fractions of all intervals, rad."""
     max_error, around = 0.0, interpolant.degree
     size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.first) else INTERVALS_PER_CHECK
@@ -315,7 +313,7 @@ def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
         piece = samples.chunk(low, high)
         _check_order(piece, low)
         intervals = np.arange(first - low, last - low)
-        errors, rotation = _interval_errors(piece, interpolant, intervals, FRACTIONS)
+        errors, rotation = interval_errors(piece, interpolant, intervals, FRACTIONS)
         if rotation.max() > MAX_RESOLVED_ROTATION:
             return np.pi
         is_long = rotation > MAX_ROTATION_PER_INTERVAL * (1.0 + 1e-9)
@@ -323,13 +321,13 @@ def _greatest_error(samples: Samples, interpolant: Interpolant) -> float:
         group = size * FRACTIONS.size // DENSE_FRACTIONS.size + 1
         for i in range(0, dense.size, group):
             stopping.check()
-            dense_errors, _ = _interval_errors(piece, interpolant, dense[i : i + group], DENSE_FRACTIONS)
+            dense_errors, _ = interval_errors(piece, interpolant, dense[i : i + group], DENSE_FRACTIONS)
             max_error = max(max_error, float(dense_errors.max()))
         max_error = max(max_error, float(errors.max()))
     return max_error
 
 
-def _interval_errors(
+def interval_errors(
     piece: EphemerisData, interpolant: Interpolant, intervals: np.ndarray, fractions: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Greatest error of intervals at fractions of them, and rotation at the greatest rate there; rad.
@@ -384,8 +382,3 @@ def _instants_between(instants: Instants, intervals: np.ndarray, fractions: np.n
             + fractions * (instants.seconds_low[after] - instants.seconds_low[before])
         )
     return Instants(at.reshape(-1), rest.reshape(-1), instants.epoch, scale=instants.scale)
-
-
-def _attitudes_at(head: EphemerisData, seconds: np.ndarray) -> np.ndarray:
-    instants = Instants(seconds, None, head.epoch, scale=head.instants.scale)
-    return head.resampled(instants).quaternion("wxyz")

@@ -65,9 +65,9 @@ def metadata(samples: Samples) -> dict[str, Any]:
         "convention": convention(first.frame, first.ut1),
         "quaternion_order": "wxyz",
         "frame": first.frame,
-        "epoch": None if instants.epoch is None else _epoch(instants.epoch),
+        "epoch": None if instants.epoch is None else epoch_record(instants.epoch),
         "time_scale": instants.scale,
-        "body": None if first.body is None else _body(first.body),
+        "body": None if first.body is None else body_record(first.body),
         "shape": list(samples.shape),
         **events,
         **chosen,
@@ -83,7 +83,7 @@ def refuse_unless_list(samples: Samples, name: str) -> None:
         )
 
 
-def _epoch(epoch: Time) -> dict[str, Any]:
+def epoch_record(epoch: Time) -> dict[str, Any]:
     """The epoch as its two Julian dates, which are exact, and as text for people."""
     days = float(epoch.jd1), float(epoch.jd2)
     text = _epoch_text(*days, epoch.scale)
@@ -96,7 +96,8 @@ def _epoch_text(jd1: float, jd2: float, scale: str) -> str:
     return text.decode()
 
 
-def _body(body: RigidBody) -> dict[str, Any]:
+def body_record(body: RigidBody) -> dict[str, Any]:
+    """The body as its principal moments, or as its tensor where its axes are others."""
     physical = {} if body.physical else {"physical": False}
     if body._tensor is None or (body.axes == np.eye(3)).all():
         return {"moments": body.moments.tolist(), "unit": "kg m2", **physical}
@@ -251,10 +252,10 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source:
     rate, momentum, position, velocity = (
         _vector(table, names) if names[0] in table else None for names in (RATE, MOMENTUM, POSITION, VELOCITY)
     )
-    epoch = _read_epoch(meta.get("epoch"))
+    epoch = epoch_of_record(meta.get("epoch"))
     scale = None if epoch is None else _check_scale(meta["time_scale"])
     times = check_dates(Instants(table[ELAPSED], table.get(REST), epoch, scale=scale))
-    frame, body = rotations.check_any_frame(meta["frame"]), _read_body(meta.get("body"))
+    frame, body = rotations.check_any_frame(meta["frame"]), body_of_record(meta.get("body"))
     batch = shape[: len(shape) - len(instants)]
     if body is not None and np.broadcast_shapes(body.shape, batch) != batch:
         raise ValueError(f"bodies of shape {body.shape}, attitudes of {batch}")
@@ -321,7 +322,8 @@ def _check_scale(scale: Any) -> str:
     return str(scale)
 
 
-def _read_epoch(epoch: Mapping[str, Any] | None) -> Time | None:
+def epoch_of_record(epoch: Mapping[str, Any] | None) -> Time | None:
+    """The epoch of what `epoch_record` returns."""
     if epoch is None:
         return None
     days = units.finite_array([epoch["jd1"], epoch["jd2"]], "epoch")
@@ -334,7 +336,8 @@ def _read_epoch(epoch: Mapping[str, Any] | None) -> Time | None:
     return check_epoch(time)
 
 
-def _read_body(body: Mapping[str, Any] | None) -> RigidBody | None:
+def body_of_record(body: Mapping[str, Any] | None) -> RigidBody | None:
+    """The body of what `body_record` returns."""
     if body is None:
         return None
     if body["unit"] != "kg m2":

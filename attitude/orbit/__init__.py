@@ -9,19 +9,20 @@ from ..errors import InputError
 from .orbit import OrbitDefinition
 
 
-def _parse(value: Any) -> OrbitDefinition:
+def parse_orbit(value: Any) -> OrbitDefinition:
     """Choose the form of an orbit by the keys of the document; orbits made in Python pass through."""
     if isinstance(value, OrbitDefinition):
         return value
     if not isinstance(value, dict):
         raise InputError("", value, "an orbit: Keplerian elements, a tle, or times and positions")
-    kepler, tle, table = _forms()
+    kepler, tle, table = orbit_forms()
     if "tle" in value:
         return tle.model_validate(value)
     return (table if "times" in value or "positions" in value else kepler).model_validate(value)
 
 
-def _forms() -> tuple[type[OrbitDefinition], type[OrbitDefinition], type[OrbitDefinition]]:
+def orbit_forms() -> tuple[type[OrbitDefinition], type[OrbitDefinition], type[OrbitDefinition]]:
+    """The classes of Keplerian elements, of a TLE and of a table, imported when a document has an orbit."""
     from .kepler import Kepler
     from .tabulated import OrbitTable
     from .tle import TwoLine
@@ -29,4 +30,4 @@ def _forms() -> tuple[type[OrbitDefinition], type[OrbitDefinition], type[OrbitDe
     return Kepler, TwoLine, OrbitTable
 
 
-AnyOrbit = Annotated[OrbitDefinition, Chosen(_parse, _forms)]
+AnyOrbit = Annotated[OrbitDefinition, Chosen(parse_orbit, orbit_forms)]

@@ -67,11 +67,11 @@ class Kepler(AboutABody):
         a = self._semi_major_axis(central)
         high, low, rate = turn_rates.mean_motion(central.mu, a)
         numbers = np.zeros(layout.ORBIT_WIDTH)
-        numbers[:7] = layout.KEPLER, a, e, self._mean_anomaly(), high, low, rate
-        numbers[7:10], numbers[10:13] = self._directions()
+        numbers[:7] = layout.KEPLER, a, e, self.initial_mean_anomaly(), high, low, rate
+        numbers[7:10], numbers[10:13] = self.perifocal_axes()
         return OrbitPath(numbers, np.zeros((1, 3, 1)), 1.0 / high, central)
 
-    def _mean_anomaly(self) -> float:
+    def initial_mean_anomaly(self) -> float:
         """Mean anomaly at the epoch, turns, from -0.5 to 0.5."""
         if self.true_anomaly is None:
             mean = NO_ANGLE.si if self.mean_anomaly is None else self.mean_anomaly.si
@@ -81,7 +81,7 @@ class Kepler(AboutABody):
         mean = math.remainder(eccentric, math.tau) - e * math.sin(eccentric)
         return mean / math.tau
 
-    def _directions(self) -> tuple[np.ndarray, np.ndarray]:
+    def perifocal_axes(self) -> tuple[np.ndarray, np.ndarray]:
         """Perifocal unit vectors P, to the pericentre, and Q, along the velocity there (Vallado 2.6)."""
         node, argument, i = self.raan.si, self.argument_of_pericentre.si, self.inclination.si
         along_node = np.array([math.cos(node), math.sin(node), 0.0])

@@ -14,8 +14,6 @@ from .path_states import TAU, as_polynomial, eccentric_anomaly, evaluate
 
 # The sign of the quaternion is carried from knot to knot; the body moves by a few degrees between them.
 KNOTS_PER_INTERVAL = 8
-# Position and velocity along one line have no plane: least sine of the angle between them.
-MIN_SINE = 1e-9
 
 
 def qsw(path: OrbitPath, t: np.ndarray, rest: np.ndarray | None = None) -> FrameRotation:
@@ -25,11 +23,11 @@ def qsw(path: OrbitPath, t: np.ndarray, rest: np.ndarray | None = None) -> Frame
     the knots of a table.
     """
     if path.numbers[0] == layout.KEPLER:
-        return _of_ellipse(path, t, np.zeros_like(t) if rest is None else rest)
-    return _of_table(as_polynomial(path), t)
+        return qsw_of_ellipse(path, t, np.zeros_like(t) if rest is None else rest)
+    return qsw_of_table(as_polynomial(path), t)
 
 
-def _of_ellipse(path: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRotation:
+def qsw_of_ellipse(path: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRotation:
     """Perifocal axes, rotated about the normal by the true anomaly."""
     e, start, high, low, mean_motion = path.numbers[2:7]
     P, Q = path.numbers[7:10], path.numbers[10:13]
@@ -44,10 +42,10 @@ def _of_ellipse(path: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRotati
     return FrameRotation(conjugate(axes), np.stack([zero, zero, rate], axis=-1))
 
 
-def _of_table(polynomial: PiecewisePolynomial, t: np.ndarray) -> FrameRotation:
+def qsw_of_table(polynomial: PiecewisePolynomial, t: np.ndarray) -> FrameRotation:
     """Axes of the osculating plane, which acceleration normal to it turns about the radius."""
     r, v, a = (evaluate(polynomial, t, derivative) for derivative in (0, 1, 2))
-    axes, distance, momentum = _axes(r, v)
+    axes, distance, momentum = qsw_axes(r, v)
     quaternion = from_matrix(axes)
     knots, x = _knots(polynomial), KNOTS_PER_INTERVAL * (t - polynomial.start) / polynomial.length
     nearest = knots[np.clip(np.round(x), 0, len(knots) - 1).astype(np.int64)]
@@ -61,18 +59,18 @@ def _knots(polynomial: PiecewisePolynomial) -> np.ndarray:
     """(m, 4): quaternions of the axes without sign changes; that nearest the epoch as by `from_matrix`."""
     knots = np.arange(KNOTS_PER_INTERVAL * len(polynomial.coefficients) + 1)
     t = polynomial.start + polynomial.length / KNOTS_PER_INTERVAL * knots
-    q = from_matrix(_axes(evaluate(polynomial, t), evaluate(polynomial, t, 1))[0])
+    q = from_matrix(qsw_axes(evaluate(polynomial, t), evaluate(polynomial, t, 1))[0])
     changes = np.where((q[1:] * q[:-1]).sum(axis=-1) < 0.0, -1.0, 1.0)
     signs = np.concatenate([[1.0], np.cumprod(changes)])
     return q * (signs * signs[np.argmin(np.abs(t))])[:, None]
 
 
-def _axes(r: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def qsw_axes(r: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(n, 3, 3) whose columns are the axes; (n,) distance, m, and specific angular momentum, m2/s."""
     distance, speed = (np.sqrt((vector**2).sum(axis=-1)) for vector in (r, v))
     normal = np.cross(r, v)
     momentum = np.sqrt((normal**2).sum(axis=-1))
-    if not (momentum > MIN_SINE * distance * speed).all():
+    if not (momentum > 1e-9 * distance * speed).all():  # the least sine of the angle between them
         raise RegimeError("orbit: where the body moves along the radius its orbit has no plane")
     x, z = r / distance[:, None], normal / momentum[:, None]
     return np.stack([x, np.cross(z, x), z], axis=-1), distance, momentum

@@ -11,18 +11,16 @@ from ..problem.initial_state import OrbitPath, PiecewisePolynomial
 from ..times import turn_rates
 
 TAU = 2.0 * np.pi
-# Newton's method from above converges at once but for eccentricities beside 1, and there in below 60 steps.
-MAX_NEWTON_STEPS = 100
 
 
 def position(path: OrbitPath, t: np.ndarray) -> np.ndarray:
     """(n, 3) m, inertial, from the central body; t (n,) s since the epoch."""
-    return _state(path, np.asarray(t, dtype=float), 0)
+    return state(path, np.asarray(t, dtype=float), 0)
 
 
 def velocity(path: OrbitPath, t: np.ndarray) -> np.ndarray:
     """(n, 3) m/s, inertial; t (n,) s since the epoch."""
-    return _state(path, np.asarray(t, dtype=float), 1)
+    return state(path, np.asarray(t, dtype=float), 1)
 
 
 def evaluate(polynomial: PiecewisePolynomial, t: np.ndarray, derivative: int = 0) -> np.ndarray:
@@ -49,7 +47,7 @@ def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
     """
     size = np.abs(mean)
     E, active = np.minimum(size + e, np.pi), np.ones(size.shape, dtype=bool)
-    for _ in range(MAX_NEWTON_STEPS):
+    for _ in range(100):  # it converges at once but for eccentricities beside 1, and there in below 60 steps
         step = (E - e * np.sin(E) - size) / (1.0 - e * np.cos(E))
         E = np.where(active, E - step, E)
         active &= np.abs(step) > 1e-9  # its square is below rounding
@@ -91,7 +89,8 @@ def as_polynomial(path: OrbitPath) -> PiecewisePolynomial:
     return PiecewisePolynomial(float(path.numbers[1]), float(path.numbers[2]), path.coefficients)
 
 
-def _state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
+def state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
+    """(n, 3): position, m, or its first derivative, m/s, inertial; t (n,) s since the epoch."""
     if path.numbers[0] == layout.TABLE:
         return evaluate(as_polynomial(path), t, derivative)
     a, e, start, high, low, rate = path.numbers[1:7]

@@ -20,10 +20,7 @@ from .piecewise_polynomial import interpolated
 if TYPE_CHECKING:
     from astropy.time import Time
 
-MIN_POINTS, MAX_SPLINE_DEGREE = 4, 7
-# Between points the spline may differ from one of lower degree by this, relative to the distance.
-MAX_SPLINE_DIFFERENCE = 1e-3
-INTERPOLATION_TOLERANCE = 1e-10
+MIN_POINTS = 4
 
 
 class OrbitTimes(Measured):
@@ -82,9 +79,9 @@ class OrbitTable(AboutABody):
             raise InputError("times.value", table_span, expected)
         step = float(np.diff(times).max())
         first, last = max(float(times[0]), start - step), min(float(times[-1]), stop + step)
-        curve = _spline(times, points)
-        polynomial = interpolated(curve, first, last, step, INTERPOLATION_TOLERANCE, "times")
-        return tabulated_path(polynomial, _period(polynomial, start, central.mu), central)
+        curve = spline(times, points)
+        polynomial = interpolated(curve, first, last, step, 1e-10, "times")
+        return tabulated_path(polynomial, osculating_period(polynomial, start, central.mu), central)
 
 
 def tabulated_path(polynomial: PiecewisePolynomial, period: float, central: CentralBody) -> OrbitPath:
@@ -94,11 +91,11 @@ def tabulated_path(polynomial: PiecewisePolynomial, period: float, central: Cent
     return OrbitPath(numbers, polynomial.coefficients, period, central)
 
 
-def _spline(times: np.ndarray, points: np.ndarray) -> Any:
+def spline(times: np.ndarray, points: np.ndarray) -> Any:
     """(n,) s -> (n, 3) m.  InputError where points are too far apart for the positions between them."""
     from scipy.interpolate import make_interp_spline
 
-    degree = min(MAX_SPLINE_DEGREE, len(times) - 1)
+    degree = min(7, len(times) - 1)
     degree -= 1 - degree % 2
     curve = make_interp_spline(times, points, k=degree)
     lower_degree = make_interp_spline(times, points, k=max(1, degree - 2))
@@ -106,13 +103,13 @@ def _spline(times: np.ndarray, points: np.ndarray) -> Any:
     difference = np.sqrt(((curve(middles) - lower_degree(middles)) ** 2).sum(axis=1))
     relative = difference / np.sqrt((curve(middles) ** 2).sum(axis=1))
     i = int(np.argmax(relative))
-    if not relative[i] <= MAX_SPLINE_DIFFERENCE:
+    if not relative[i] <= 1e-3:  # the difference from a spline of lower degree, relative to the distance
         expected = "points close enough to interpolate the positions between them"
         raise InputError(f"times.value[{i + 1}]", f"{(times[i + 1] - times[i]).item():g} s apart", expected)
     return curve
 
 
-def _period(polynomial: PiecewisePolynomial, t: float, mu: float) -> float:
+def osculating_period(polynomial: PiecewisePolynomial, t: float, mu: float) -> float:
     """Period of the osculating ellipse at t, s; without one, the span of the whole table."""
     r, v = (evaluate(polynomial, np.array([t]), derivative)[0] for derivative in (0, 1))
     inverse = 2.0 / float(np.sqrt(r @ r)) - float(v @ v) / mu

@@ -56,8 +56,6 @@ ESTIMATE = (
 )
 COASTING = "closed form between impulses"
 BOUNCING = "closed form between contacts"
-# Seconds: measured set-up and samples of a closed form (tests/benchmarks/test_speed.py).
-CLOSED_FORM_SET_UP, CLOSED_FORM_SAMPLE = 2e-5, 9e-9
 
 
 @dataclass(frozen=True)
@@ -107,7 +105,7 @@ class SimulationInputs:
         """s, of computing so many samples."""
         if self.torques:
             return self.candidate.seconds + samples * self.candidate.sample_seconds
-        return CLOSED_FORM_SET_UP + samples * CLOSED_FORM_SAMPLE
+        return 2e-5 + samples * 9e-9  # of a closed form, measured by tests/benchmarks/test_speed.py
 
 
 def resolve(scene: Described, drop_below: float | None = None, any_body: bool = False) -> SimulationInputs:
@@ -118,7 +116,7 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
     begun = perf_counter()
     initial_state = scene.initial_state()
     acting = [effect for effect in scene.effects if isinstance(effect, Torque)]
-    spin = reached_spin(initial_state, acting, _kicks(scene.effects, initial_state))
+    spin = reached_spin(initial_state, acting, applied_impulses(scene.effects, initial_state))
     plans = [
         planning.of_effect(scene, f"effects[{i}]", effect, initial_state, spin, drop_below)
         for i, effect in enumerate(scene.effects)
@@ -132,7 +130,7 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
         scene,
         initial_state,
         tuple(CachedTorque(effect, initial_state) for effect in used if effect.ACTS_ON == "attitude"),
-        _kicks(used, initial_state),
+        applied_impulses(used, initial_state),
         next((effect for effect in used if isinstance(effect, Ground)), None),
         sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3)),
         tuple(plans),
@@ -140,7 +138,8 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
     )
 
 
-def _kicks(effects: Sequence[Effect], initial_state: InitialState) -> tuple[AppliedImpulse, ...]:
+def applied_impulses(effects: Sequence[Effect], initial_state: InitialState) -> tuple[AppliedImpulse, ...]:
+    """The impulses of these effects, in SI."""
     return tuple(
         kick for effect in effects if isinstance(effect, Impulse) for kick in effect.applied(initial_state)
     )
@@ -220,19 +219,19 @@ def compared(scene: Described) -> Drop | None:
 def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None) -> Ephemeris:
     if check is not None:
         check(inputs.predicted_seconds(instants.seconds.size))
-    answer = integration.solve(inputs.problem, _with_pushes(inputs, instants), inputs.candidate)
+    answer = integration.solve(inputs.problem, with_pushes(inputs, instants), inputs.candidate)
     text = f"{solver.NAME}: {answer.steps} steps, {answer.sweeps} sweeps"
     plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, ESTIMATE)
-    events = (*_switching_events(inputs), *_impulse_events(inputs.kicks))
+    events = (*switching_events(inputs), *impulse_events(inputs.kicks))
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
 
 
 def _coast(inputs: SimulationInputs, instants: Instants) -> Ephemeris:
     body = Bodies.of(inputs.initial_state)
-    rows = coasting.coast(inputs.initial_state, body, inputs.kicks, _with_pushes(inputs, instants))[0]
+    rows = coasting.coast(inputs.initial_state, body, inputs.kicks, with_pushes(inputs, instants))[0]
     bound = WORST_BOUND * (1 + len(inputs.kicks))
     plan = Plan(COASTING, instants.seconds.size, 0.0, 0.0, bound, CHAINED)
-    return _ephemeris_of_rows(inputs, instants, rows, plan, _impulse_events(inputs.kicks))
+    return _ephemeris_of_rows(inputs, instants, rows, plan, impulse_events(inputs.kicks))
 
 
 def _ephemeris_of_rows(
@@ -278,7 +277,7 @@ def _bounce(inputs: SimulationInputs, ground: Ground, instants: Instants) -> Eph
     )
 
 
-def _with_pushes(inputs: SimulationInputs, instants: Instants) -> Instants:
+def with_pushes(inputs: SimulationInputs, instants: Instants) -> Instants:
     """The instants, and after them those of the pushes: their direction may be the body's then."""
     pushes = np.array([kick.seconds for kick in inputs.pushes])
     if not pushes.size:
@@ -303,7 +302,8 @@ def _translation(inputs: SimulationInputs, instants: Instants, attitudes: np.nda
     return pushed(start, inputs.gravity, instants.seconds, changes)
 
 
-def _impulse_events(kicks: Sequence[AppliedImpulse]) -> list[Event]:
+def impulse_events(kicks: Sequence[AppliedImpulse]) -> list[Event]:
+    """An event for each impulse."""
     return [
         Event(
             kick.seconds,
@@ -315,7 +315,7 @@ def _impulse_events(kicks: Sequence[AppliedImpulse]) -> list[Event]:
     ]
 
 
-def _switching_events(inputs: SimulationInputs) -> list[Event]:
+def switching_events(inputs: SimulationInputs) -> list[Event]:
     """Where torques begin and end; for sunlight, where the shadow ends and begins."""
     events = []
     low, high = min(inputs.initial_state.start, 0.0), max(inputs.initial_state.stop, 0.0)
