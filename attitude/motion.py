@@ -113,7 +113,6 @@ class TorqueFreeMotion:
         out: np.ndarray | None = None,
     ) -> Ephemeris:
         """`at`, for instants already in two-part seconds; with `rate`, both in one pass."""
-        check(threads)
         begun = perf_counter()
         quaternion, computed = self._batch.sample(instants, True, rate, threads, out)
         solver, bound = self._batch.solution

@@ -124,7 +124,6 @@ def output_format(
         if options.ut1 is not None and "ut1" in of_reader:
             reading["ut1"] = options.ut1
     writing = parse_options(texts, target)
-    formats.check_options(target, writing)
     return target, writing, {} if source is None else parse_options(reading, source, reading=True)
 
 
@@ -133,9 +132,7 @@ def reading_options(options: Namespace, path: str, format_name: str | None) -> d
     from .. import formats
     from ..formats.encoding import parse_options
 
-    return parse_options(
-        dict([_option(text) for text in options.set]), formats.find(path, format_name), reading=True
-    )
+    return parse_options(dict(map(_option, options.set)), formats.find(path, format_name), reading=True)
 
 
 def _option(text: str) -> tuple[str, str]:

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -104,7 +104,8 @@ def encode(
         raise FormatError("an ephemeris of no instants is not written")
     if not is_utf8(samples.first.name):
         raise FormatError(f"the name {samples.first.name!a} contains an unpaired surrogate; not valid UTF-8")
-    check_options(entry, options)
+    if options:
+        check_options(entry, options)
     if hasattr(module, "interpolant"):
         if samples.first.columns:
             raise InputError("columns", samples.first.columns, f"none for {entry.name}, which is no table")
@@ -172,9 +173,9 @@ def module_of(entry: Format) -> ModuleType:
     return import_module(f".{entry.module}", __name__)
 
 
-def check_options(entry: Format, options: dict[str, Any], function: str = "blocks") -> None:
+def check_options(entry: Format, options: Mapping[str, Any], function: str = "blocks") -> None:
     """Raises InputError for an option that the format's writer, or its reader ("parse"), does not have."""
-    names = option_names(getattr(module_of(entry), function)) if options else []
+    names = option_names(getattr(module_of(entry), function))
     for name, value in options.items():
         if name not in names:
             raise InputError(name, value, f"for {entry.name} an option of {', '.join(names) or 'none'}")

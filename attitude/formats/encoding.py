@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import FormatError, InputError
 from ..samples.chunks import CHUNK_INSTANTS, Samples
-from . import Encoded, encode, interpolation_nodes, module_of
+from . import Encoded, check_options, encode, interpolation_nodes, module_of
 from .binary import Sink
 from .registry import FORMATS, Format
 from .tables import json as columnar_json
@@ -103,15 +103,15 @@ def parse_options(texts: Mapping[str, str], entry: Format, reading: bool = False
     """Options of a format's writer, or of its reader, from the text of a command line or a query.
 
     Text stays text where the option is annotated as text; otherwise text that is JSON (a number, true, null)
-    becomes its value.
+    becomes its value.  Raises InputError for an option that the format does not have.
     """
     if not texts:
         return {}
-    module = module_of(entry)
-    parameters = inspect.signature(module.parse if reading else module.blocks).parameters
-    annotations = {name: str(parameter.annotation) for name, parameter in parameters.items()}
+    function = "parse" if reading else "blocks"
+    check_options(entry, texts, function)
+    parameters = inspect.signature(getattr(module_of(entry), function)).parameters
     return {
-        name: text if annotations.get(name, "").startswith("str") else _value(text)
+        name: text if str(parameters[name].annotation).startswith("str") else _value(text)
         for name, text in texts.items()
     }
 

@@ -18,7 +18,7 @@ from .. import units
 from ..errors import InputError
 from ..kernels import layout
 from ..runtime import compiled
-from ..runtime.threads import ranges, run
+from ..runtime.threads import check, ranges, run
 from ..times.instants import Instants
 from .body import RigidBody
 from .error_bounds import form_of, solution
@@ -144,7 +144,8 @@ class Batch:
 
         Records that are not cached are computed by each thread for bodies of its own.
         """
-        threads = min(threads, self.size * instants // MIN_SAMPLES_PER_THREAD + 1)
+        if threads != 1:
+            threads = min(check(threads), self.size * instants // MIN_SAMPLES_PER_THREAD + 1)
         if threads == 1:
             return [(0, self.size, 0, instants)]
         if self.size > instants or self._cached is None:
