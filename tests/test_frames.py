@@ -17,13 +17,14 @@ from scipy.spatial.transform import Rotation
 from attitude import Ephemeris, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
 from attitude.cost import AbsentError
 from attitude.cost.methods import orekit
-from attitude.frames import earth_orientation
+from attitude.frames import earth_orientation, rotations
 from attitude.frames.earth_fixed import itrf, teme
 from attitude.frames.inertial import from_gcrf, rotation_from_gcrf
 from attitude.frames.rotations import conjugate
 from attitude.orbit.local_frames import qsw
 from attitude.orbit.path_states import as_polynomial, position, velocity
 from attitude.samples.event import Event
+from attitude.samples.transform import rotation_between
 from attitude.samples.translation import Translation
 from attitude.times.instants import as_instants
 from tests.effects.scenes import DOCUMENT, KEPLER, effect, quantity, scene
@@ -663,3 +664,20 @@ def test_turns_one_after_another():
     none = there.then(there.back())
     assert np.abs(none.rate).max() < 1e-19
     assert np.abs(none.quaternion - [1, 0, 0, 0]).max() < 1e-15
+
+
+def test_gtod_is_the_itrf_without_polar_motion():
+    """By erfa; the pole is some tenths of arcseconds off."""
+    times = Time("2020-01-01", scale="utc") + np.linspace(0.0, 1000.0, 7) * u.d
+    instants = as_instants(times, times[0])
+    rotation = rotation_between("GCRF", "GTOD", instants)
+    to_intermediate = erfa.c2i06a(times.tt.jd1, times.tt.jd2)
+    angle = erfa.era00(times.ut1.jd1, times.ut1.jd2)
+    expected = erfa.rz(angle, to_intermediate)
+    vectors = np.eye(3)
+    for k in range(7):
+        turned = rotations.rotate(rotation.quaternion[k], vectors)
+        assert np.abs(turned - expected[k].T).max() <= 1e-9
+    itrf = rotation_between("GCRF", "ITRF", instants)
+    apart = rotations.angle_between(rotation.quaternion, itrf.quaternion)
+    assert 1e-7 < apart.min() <= apart.max() < 5e-6

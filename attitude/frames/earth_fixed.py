@@ -100,7 +100,7 @@ def teme(instants: Instants) -> FrameRotation:
 
 
 def itrf(instants: Instants, ut1: str = "tables") -> FrameRotation:
-    """GCRF to ITRF at (n,) instants.
+    """GCRF to ITRF at (n,) instants: that to GTOD, and polar motion.
 
     IAU 2006/2000A without the observed offsets of the pole (1e-9 rad); UT1 and polar motion from the tables
     that come with astropy.  With ut1="utc", for missions beyond these tables, UTC is taken for UT1 (within
@@ -110,20 +110,34 @@ def itrf(instants: Instants, ut1: str = "tables") -> FrameRotation:
     ------
     InputError : instants outside these tables; newer ones are not downloaded.
     """
+    to_gtod, orientation = _to_gtod(instants, ut1)
+    _, x_rate, y_rate = orientation.rates
+    about = FrameRotation.about
+    polar_motion = about("y", -orientation.x_pole, -x_rate).then(about("x", -orientation.y_pole, -y_rate))
+    return to_gtod.then(polar_motion)
+
+
+def gtod(instants: Instants, ut1: str = "tables") -> FrameRotation:
+    """GCRF to GTOD at (n,) instants: fixed to the Earth but for polar motion (TIRS of the IERS conventions).
+
+    Raises InputError as `itrf`.
+    """
+    return _to_gtod(instants, ut1)[0]
+
+
+def _to_gtod(instants: Instants, ut1: str) -> tuple[FrameRotation, earth_orientation.EarthOrientation]:
     tai = since_j2000(instants)
     if ut1 == "utc":
         orientation = earth_orientation.of_utc(tai.sum)
     else:
         orientation = earth_orientation.interpolated(_covering_table(instants, tai.sum), tai.sum)
     to_pole, locator, locator_rate = celestial_pole(tai)
-    ut1_rate, x_rate, y_rate = orientation.rates
+    ut1_rate, _, _ = orientation.rates
     turns = half_rotation_angle(tai.plus(orientation.ut1_tai / DAY))
     half = TAU * turns + 0.5 * (TERRESTRIAL_LOCATOR_RATE * tai.sum - locator)
     angle_rate = TAU * float(1 + EXCESS_TURNS) / DAY
     rate = angle_rate * (1.0 + ut1_rate) + TERRESTRIAL_LOCATOR_RATE / DAY - locator_rate
-    about = FrameRotation.about
-    polar_motion = about("y", -orientation.x_pole, -x_rate).then(about("x", -orientation.y_pole, -y_rate))
-    return to_pole.then(about("z", 2.0 * half, rate)).then(polar_motion)
+    return to_pole.then(FrameRotation.about("z", 2.0 * half, rate)), orientation
 
 
 def _covering_table(instants: Instants, tai: np.ndarray) -> earth_orientation.EarthOrientationTable:

@@ -27,6 +27,7 @@ INERTIAL_FRAMES = {
 # Attitudes can also be given in these (`Ephemeris.in_frame`); no motion is computed in them.
 TURNING_FRAMES = {
     "TEME": "true equator and mean equinox of date, that of SGP4",
+    "GTOD": "fixed to the Earth but for polar motion: Greenwich true of date, TIRS",
     "ITRF": "fixed to the Earth, IAU 2006/2000A",
     "QSW": "along the orbit: x radial outward, z along the orbital momentum",
     "LVLH": "along the orbit: z to the nadir, y against the orbital momentum",

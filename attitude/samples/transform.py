@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError, RegimeError
 from ..frames import rotations
-from ..frames.earth_fixed import itrf, teme
+from ..frames.earth_fixed import gtod, itrf, teme
 from ..frames.inertial import STILL, FrameRotation, rotation_from_gcrf
 from ..frames.rotations import ORBITAL_FRAMES, TURNING_FRAMES, rotate
 from ..times.instants import Instants
@@ -129,8 +129,8 @@ def _shaped(rotation: FrameRotation, instants: Instants) -> FrameRotation:
 
 
 def _from_gcrf(frame: str, instants: Instants, ut1: str) -> FrameRotation:
-    if frame == "ITRF":
-        return itrf(instants, ut1)
+    if frame in ("ITRF", "GTOD"):
+        return {"ITRF": itrf, "GTOD": gtod}[frame](instants, ut1)
     if frame == "TEME":
         return teme(instants)
     return rotation_from_gcrf(frame, "an attitude in another frame")

@@ -39,6 +39,7 @@ FRAMES = {
         "FIXED_EARTH",
         "WGS84",
     ],
+    "GTOD": ["GTOD"],
     "TEME": ["TEME", "TEMEOFDATE"],
     "LVLH": ["LVLH", "LVLH_ROTATING"],
     "QSW": ["QSW", "RSW", "RTN", "RIC", "RSW_ROTATING", "QSW_ROTATING"],
@@ -217,6 +218,8 @@ def test_useable_spans_that_overlap_are_refused_with_the_way_out():
         ("00:01:00.50", "00:01:00.5099", True),
         ("00:01:00.50", "00:01:00.51", False),
         ("23:59:59", "23:59:59.9", True),
+        ("00:01:00.2555", "00:01:00.256", True),
+        ("00:01:00.2555", "00:01:00.257", False),
     ],
 )
 def test_epochs_past_a_rounded_stop_time_are_read(stop, epoch, fits):
@@ -226,6 +229,66 @@ def test_epochs_past_a_rounded_stop_time_are_read(stop, epoch, fits):
     else:
         with pytest.raises(FormatError, match="an epoch after STOP_TIME"):
             read(text)
+
+
+def test_epoch_rounded_to_before_start_time_is_read():
+    start = {"START_TIME": "2020-01-01T00:00:07.2555"}
+    assert len(read(file(f"2020-01-01T00:00:07.255 {LAST}\n2020-01-01T00:00:09.555 {LAST}", **start))) == 2
+    with pytest.raises(FormatError, match="an epoch before START_TIME"):
+        read(file(f"2020-01-01T00:00:07.25500 {LAST}\n2020-01-01T00:00:09.55501 {LAST}", **start))
+
+
+def version_1_xml(kind, state, **fields):
+    """A message of version 1 with one state, whose values are numbered instead of named."""
+    text = text_of(motion(frame="EME2000").at(T[:1]), "xml", rates=False).replace('"2.0"', '"1.0"')
+    head, rest = text.split("<attitudeState>")
+    epoch = rest[rest.index("<EPOCH>") : rest.index("</EPOCH>") + len("</EPOCH>")]
+    more = "".join(f"<{name}>{value}</{name}>" for name, value in fields.items())
+    head = head.replace("<ATTITUDE_TYPE>QUATERNION<", f"<ATTITUDE_TYPE>{kind}<")
+    head = head.replace("<TIME_SYSTEM>", f"<ATTITUDE_DIR>A2B</ATTITUDE_DIR>{more}<TIME_SYSTEM>")
+    tail = rest[rest.index("</attitudeState>") :]
+    return f"{head}<attitudeState>{state.format(epoch=epoch)}{tail}"
+
+
+ANGLES = "".join(f'<rotation{i} angle="X_ANGLE" units="deg">{10 * i}</rotation{i}>' for i in (1, 2, 3))
+RATES = "".join(f'<rotation{i} rate="X_RATE">{i}</rotation{i}>' for i in (1, 2, 3))
+
+
+def test_numbered_rotations_of_version_1_in_xml():
+    state = "<eulerAngleRate>{epoch}<rotationAngles>" + ANGLES + "</rotationAngles><rotationRates>"
+    state += RATES + "</rotationRates></eulerAngleRate>"
+    fields = {"EULER_ROT_SEQ": "321", "RATE_FRAME": "REF_FRAME_B"}
+    back = read(version_1_xml("EULER_ANGLE/RATE", state, **fields))
+    row = f"{LATER} 10 20 30 1 2 3"
+    kvn = read(file(row, version="1.0", ATTITUDE_DIR="A2B", ATTITUDE_TYPE="EULER_ANGLE/RATE", **fields))
+    assert (back.quaternion("wxyz") == kvn.quaternion("wxyz")).all()
+    assert (back.angular_velocity == kvn.angular_velocity).all()
+    q = "".join(f"<{n}>{v}</{n}>" for n, v in zip(("Q1", "Q2", "Q3", "QC"), LAST.split(), strict=True))
+    state = "<quaternionEulerRate>{epoch}<quaternion>" + q + "</quaternion><rotationRates>"
+    state += RATES + "</rotationRates></quaternionEulerRate>"
+    fields = {"QUATERNION_TYPE": "LAST", "RATE_FRAME": "REF_FRAME_B"}
+    back = read(version_1_xml("QUATERNION/RATE", state, **fields))
+    assert np.abs(back.angular_velocity[0] - np.deg2rad([1.0, 2.0, 3.0])).max() <= 1e-17
+
+
+def test_spins_of_version_1_with_and_without_nutation():
+    plain = spinning("SPIN", "40 25 70 6")
+    none = spinning("SPIN/NUTATION", "40 25 70 6 0 0 0", "1.0")  # no nutation: all its numbers are zero
+    assert (none.angular_velocity == plain.angular_velocity).all()
+    momentum = ("SPIN/NUTATION_MOM", "40 25 70 6 44 31 2")
+    assert (spinning(*momentum, "1.0").angular_velocity == spinning(*momentum).angular_velocity).all()
+
+
+def test_segments_of_several_types_over_one_span_are_read_one_by_one():
+    first = file(f"{LATER} {LAST}")
+    second = file(f"{LATER} 40 25 70 6", ATTITUDE_TYPE="SPIN")
+    both = first + second[second.index("META_START") :]
+    with pytest.raises(FormatError, match="segment=k reads one of them"):
+        read(both)
+    assert read(both, segment=2).has_rate
+    following = second.replace("2020-01-01T00:0", "2020-01-01T01:0")
+    joined = read(first + following[following.index("META_START") :])
+    assert (len(joined), joined.has_rate) == (2, False)
 
 
 def test_object_id_may_be_missing():

@@ -66,6 +66,14 @@ class Timestamps(NamedTuple):
         """(second, atto) of the last epoch."""
         return int(self.second[-1]), int(self.atto[-1])
 
+    @property
+    def unit(self) -> int:
+        """Greatest power of ten, attoseconds, up to a second, that divides all: that of their last digit."""
+        unit = 10**MAX_DECIMALS
+        while unit > 1 and (self.atto % unit).any():
+            unit //= 10
+        return unit
+
     def at(self, index: int) -> tuple[int, int]:
         """(second, atto) of one epoch."""
         return int(self.second[index]), int(self.atto[index])
@@ -84,14 +92,18 @@ def parse_epoch(text: bytes, system: str) -> tuple[int, int]:
     return parse_epochs([text], system).first
 
 
-def moved(text: str, time: tuple[int, int], units: int) -> tuple[int, int]:
-    """A time moved by units of the last digit that its text has."""
+def unit_of(text: str) -> int:
+    """The unit of an epoch's last digit, in attoseconds."""
     decimals = len(text.rstrip("Z").partition(".")[2])
-    atto = time[1] + units * 10 ** (MAX_DECIMALS - min(decimals, MAX_DECIMALS))
-    second = time[0] + atto // 10**MAX_DECIMALS
-    if second % SECONDS_PER_DAY_SLOT == SECONDS_PER_DAY_SLOT - 1 and units < 0:
+    return int(10 ** (MAX_DECIMALS - min(decimals, MAX_DECIMALS)))
+
+
+def moved(time: tuple[int, int], atto: int) -> tuple[int, int]:
+    """A time moved by attoseconds, later or earlier."""
+    second = time[0] + (time[1] + atto) // 10**MAX_DECIMALS
+    if second % SECONDS_PER_DAY_SLOT == SECONDS_PER_DAY_SLOT - 1 and atto < 0:
         second -= 1  # most days have no such second
-    return second, atto % 10**MAX_DECIMALS
+    return second, (time[1] + atto) % 10**MAX_DECIMALS
 
 
 def parse_epochs(texts: Any, system: str) -> Timestamps:

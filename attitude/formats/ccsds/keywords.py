@@ -19,6 +19,7 @@ FRAMES = {
     r"GCRF\d*": "GCRF",
     r"EME_?2000|J2000": "EME2000",
     r"(ITRF|DTRF)([-_]?\d{2,4})?|FIXED_EARTH|WGS_?84": "ITRF",
+    r"GTOD|TIRS|TDR": "GTOD",
     r"TEME|TEME_?OF_?DATE": "TEME",
     r"LVLH(_ROTATING)?": "LVLH",
     r"(QSW|RSW|RTN|RIC)(_ROTATING)?": "QSW",
@@ -117,14 +118,16 @@ ATTITUDE_TYPES = {
         BOTH, Q, Q_DOT, ("quaternionDerivative", "quaternion", "quaternionDot", "quaternionRate")
     ),
     "QUATERNION/ANGVEL": AttitudeType(SECOND, Q, ANGVEL, ("quaternionAngVel", "quaternion", "angVel")),
-    "QUATERNION/RATE": AttitudeType(FIRST, Q, ANGVEL, ()),
-    "EULER_ANGLE": AttitudeType(BOTH, ANGLES, (), ("eulerAngle",)),
-    "EULER_ANGLE/RATE": AttitudeType(FIRST, ANGLES, ANGLES_DOT, ()),
+    "QUATERNION/RATE": AttitudeType(FIRST, Q, ANGVEL, ("quaternionEulerRate", "quaternion", "rotationRates")),
+    "EULER_ANGLE": AttitudeType(BOTH, ANGLES, (), ("eulerAngle", "rotationAngles")),
+    "EULER_ANGLE/RATE": AttitudeType(
+        FIRST, ANGLES, ANGLES_DOT, ("eulerAngleRate", "rotationAngles", "rotationRates")
+    ),
     "EULER_ANGLE/DERIVATIVE": AttitudeType(SECOND, ANGLES, ANGLES_DOT, ("eulerAngleDerivative",)),
     "EULER_ANGLE/ANGVEL": AttitudeType(SECOND, ANGLES, ANGVEL, ("eulerAngleAngVel", "angVel")),
     "SPIN": AttitudeType(BOTH, SPIN, (), ("spin",)),
     "SPIN/NUTATION": AttitudeType(BOTH, SPIN, NUTATION, ("spinNutation",)),
-    "SPIN/NUTATION_MOM": AttitudeType(SECOND, SPIN, MOMENTUM, ("spinNutationMom",)),
+    "SPIN/NUTATION_MOM": AttitudeType(BOTH, SPIN, MOMENTUM, ("spinNutationMom",)),
 }
 
 

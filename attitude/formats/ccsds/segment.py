@@ -11,8 +11,8 @@ from ...errors import FormatError
 from ...samples.interpolation import InterpolationMethod
 from .. import text_rows
 from .conventions import row_convention
-from .epochs import TIME_SYSTEMS, RowError, Timestamps, moved, parse_epoch, parse_epochs
-from .keywords import INTERPOLATION_METHODS, SHARED_KEYWORDS, KeywordBlock
+from .epochs import TIME_SYSTEMS, RowError, Timestamps, moved, parse_epoch, parse_epochs, unit_of
+from .keywords import ATTITUDE_TYPES, INTERPOLATION_METHODS, SHARED_KEYWORDS, KeywordBlock
 from .rows import parse_rows
 
 TIMES = ("START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME")
@@ -42,6 +42,7 @@ class Segment:
             raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
         self.convention = row_convention(fields)
         self.columns = self.convention.columns
+        self.kind = ATTITUDE_TYPES[fields.get("ATTITUDE_TYPE") or ""]
         self.method = self._read_method()
         self.span = self._read_span()
         self.blocks: list[Rows] = []
@@ -117,8 +118,8 @@ class Segment:
     def _check_order(self, stamps: Timestamps) -> None:
         """Refuse epochs that do not increase, or are outside START_TIME and STOP_TIME.
 
-        A writer may have rounded these two to fewer digits than the rows: less than a unit of their last
-        digit beyond them is inside.
+        A writer may have rounded these two, or the rows, to fewer digits than the others: less than a unit of
+        the last digit beyond them is inside.
         """
         second, atto = stamps
         later = (second[1:] > second[:-1]) | ((second[1:] == second[:-1]) & (atto[1:] > atto[:-1]))
@@ -126,10 +127,12 @@ class Segment:
             raise RowError(0, "an epoch that is not after the one before")
         if not later.all():
             raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
-        values, span = self.fields.values, self.span
-        if stamps.first <= moved(values["START_TIME"], span["START_TIME"], -1):
+        start, stop = (
+            moved(self.span[name], way * max(unit_of(self.fields.values[name]), stamps.unit))
+            for name, way in (("START_TIME", -1), ("STOP_TIME", 1))
+        )
+        if stamps.first <= start:
             raise RowError(0, "an epoch before START_TIME")
-        stop = moved(values["STOP_TIME"], span["STOP_TIME"], 1)
         if stamps.last >= stop:
             raise RowError(int(np.argmin(stamps.is_before(stop))), "an epoch after STOP_TIME")
 

@@ -39,10 +39,13 @@ def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np
     if "NUTATION" in columns:
         nutation, phase = np.deg2rad(columns["NUTATION"]), np.deg2rad(columns["NUTATION_PHASE"])
         period = columns["NUTATION_PER"]
-        if not (period > 0.0).all():
-            raise RowError(int(np.argmin(period > 0.0)), "NUTATION_PER: a period greater than 0 belongs here")
+        good = (period > 0.0) | ((period == 0.0) & (nutation == 0.0))  # writers leave all zero for none
+        if not good.all():
+            raise RowError(int(np.argmin(good)), "NUTATION_PER: a period greater than 0 belongs here")
         momentum = _direction(-phase, 0.5 * np.pi - nutation)
-        rate = (2.0 * np.pi / period)[:, None] * momentum
+        rate = (
+            np.where(period > 0.0, 2.0 * np.pi / np.where(period > 0.0, period, 1.0), 0.0)[:, None] * momentum
+        )
     elif "NUTATION_VEL" in columns:
         momentum = _direction(np.deg2rad(columns["MOMENTUM_ALPHA"]), np.deg2rad(columns["MOMENTUM_DELTA"]))
         momentum = rotations.rotate(rotations.conjugate(q), momentum)

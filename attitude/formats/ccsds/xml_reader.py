@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from xml.parsers import expat
 
 from ...errors import FormatError
-from .keywords import ATTITUDE_TYPES, UNITS, KeywordBlock
+from .keywords import UNITS, KeywordBlock
 from .message import MessageReader
 from .segment import Segment
 
@@ -47,6 +47,7 @@ class XmlReader:
         self.segment: Segment | None = None  # that is read; None if it is skipped
         self.names: tuple[str, ...] = ()  # elements with the values of a state
         self.elements: tuple[str, ...] = ()  # elements around these
+        self.numbered: dict[tuple[str, str], str] = {}  # names of values that version 1 numbers, by element
         self.state: dict[str, str] = {}
         self.text: list[str] = []
         self.state_line = 0
@@ -163,14 +164,21 @@ class XmlReader:
         assert self.fields is not None
         self.segment = self.message.begin_segment(self.fields, self.parser.CurrentLineNumber)
         self.fields = None
-        self.names, self.elements = (), ()
+        self.names, self.elements, self.numbered = (), (), {}
         if self.segment is not None:
-            self.names, self.elements = ("EPOCH", *self.segment.columns), _state_elements(self.segment)
+            self.names, kind = ("EPOCH", *self.segment.columns), self.segment.kind
+            self.elements = kind.elements
+            self.numbered = {
+                (group, f"rotation{i}"): name
+                for group, names in (("rotationAngles", kind.attitude), ("rotationRates", kind.rate))
+                for i, name in enumerate(names, start=1)
+            }
         self.parser.StartElementHandler = self._start_in_data
         self.parser.EndElementHandler = self._end_in_data
 
     def _start_in_data(self, name: str, attributes: dict[str, str]) -> None:
         name, parent = name.rpartition(":")[2], self.stack[-1]
+        name = self.numbered.get((parent, name), name)
         if self.text:
             if not "".join(self.text).isspace():
                 self._refuse_text()
@@ -285,10 +293,3 @@ class XmlReader:
             rows, numbers = self.rows, self.lines
             self.rows, self.lines = [], []
             self.segment.add_rows(rows, numbers)
-
-
-def _state_elements(segment: Segment) -> tuple[str, ...]:
-    elements = ATTITUDE_TYPES[segment.fields.get("ATTITUDE_TYPE") or ""].elements
-    if not elements:
-        raise segment.fields.error("ATTITUDE_TYPE", "this version reads it as KVN only")
-    return elements
