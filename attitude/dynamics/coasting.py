@@ -1,4 +1,4 @@
-"""Impulses and nothing else: the closed form between them."""
+"""Motion in closed form between impulses."""
 
 from __future__ import annotations
 
@@ -7,23 +7,26 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import stopping
-from ..errors import InputError, ToleranceError
+from ..errors import InputError, RegimeError, ToleranceError
 from ..frames import rotations
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse
-from ..problem.torque_rows import turned
 from ..rigid_body.body import RigidBody
-from ..rigid_body.constants_of_motion import Batch, check_rates
 from ..times.instants import Instants
 from .arc_integration import two_part
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, named
+from .exact_motion import FREE_ROTATION, ExactMotion
 from .momentum import inertial_components
 from .solver import OUTPUTS
 
 
 def coast(
-    template: InitialState, bodies: Bodies, impulses: Sequence[AppliedImpulse], instants: Instants
+    template: InitialState,
+    bodies: Bodies,
+    impulses: Sequence[AppliedImpulse],
+    instants: Instants,
+    motion: ExactMotion = FREE_ROTATION,
 ) -> np.ndarray:
     """(n, OUTPUTS, m): attitude, rate and momentum of each body at the instants.
 
@@ -32,20 +35,26 @@ def coast(
     Raises
     ------
     InputError, ToleranceError : as `TorqueFreeMotion`, of the first body whose rate is out of range, named.
+    RegimeError : as `ExactMotion.of`.
     """
     paths, at = arcs_by_direction(template, (), impulses), two_part(instants)
     try:
-        return _coast(bodies.body, bodies.attitude, bodies.rate, paths, at)
-    except (InputError, ToleranceError):
+        return _coast(motion, bodies.body, bodies.attitude, bodies.rate, paths, at)
+    except (InputError, ToleranceError, RegimeError):
         rows = np.empty((len(bodies), OUTPUTS, at.shape[1]))
         for i in range(len(bodies)):
             with named(bodies, i):
-                rows[i] = _coast(bodies.body[i], bodies.attitude[i], bodies.rate[i], paths, at)
+                rows[i] = _coast(motion, bodies.body[i], bodies.attitude[i], bodies.rate[i], paths, at)
         return rows
 
 
 def _coast(
-    body: RigidBody, attitude: np.ndarray, rate: np.ndarray, paths: Sequence[list[Arc]], at: np.ndarray
+    exact: ExactMotion,
+    body: RigidBody,
+    attitude: np.ndarray,
+    rate: np.ndarray,
+    paths: Sequence[list[Arc]],
+    at: np.ndarray,
 ) -> np.ndarray:
     """(..., OUTPUTS, m), of bodies (...)."""
     seconds, low = at
@@ -55,15 +64,15 @@ def _coast(
         if not within.size:
             continue
         sign, q, w = 1.0 if path[-1].stop >= 0.0 else -1.0, attitude, rate
-        momentum = rotations.rotate(q, turned(body.tensor, w))
+        momentum = rotations.rotate(q, exact.momentum(body, w))
         for arc, index in zip(path, instants_within(path, seconds[within], low[within]), strict=True):
             stopping.check()
             for impulse in arc.impulses:
                 momentum = momentum + sign * inertial_components(impulse, q)
             if arc.impulses:
                 body_momentum = rotations.rotate(rotations.conjugate(q), momentum)
-                w = np.linalg.solve(body.tensor, body_momentum[..., None])[..., 0]
-            motion, here = Batch(body, q, check_rates(w), body.shape), within[index]
+                w = exact.rate(body, body_momentum)
+            motion, here = exact.of(body, q, w), within[index]
             since = _since(arc.start, np.append(seconds[here], arc.stop), np.append(low[here], 0.0))
             quaternion, turning = motion.sample(since, quaternion=True, rate=True)
             rows[..., :4, here] = np.swapaxes(quaternion[..., :-1, :], -1, -2)

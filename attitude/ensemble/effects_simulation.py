@@ -56,7 +56,7 @@ def choose(scene: Scene, instants: Instants, trial_states: States | None = None)
     start, stop = min(start, float(seconds.min())), max(stop, float(seconds.max()))
     choice = SolverChoice(None, start, stop)
     inputs = _inputs(_CachedScene(scene, choice))
-    if not inputs.torques:
+    if inputs.ground is not None or inputs.exact is not None:
         return choice
     trial_bodies = None if trial_states is None else _bodies(trial_states, 0)
     candidate = integration.choose_for_all(_problem(scene, inputs, instants), instants, trial_bodies)
@@ -91,7 +91,8 @@ def simulated(
     bodies, inputs = _bodies(states, first), _inputs(_CachedScene(scene, choice))
     if inputs.ground is not None:
         return _with_contacts(inputs, bodies, instants, lost)
-    if inputs.torques:
+    exact = inputs.exact
+    if exact is None:
         assert choice.candidate is not None
         problem = _problem(scene, inputs, instants)
         rows = integration.solve_each(problem, bodies, instants, choice.candidate, lost)
@@ -100,7 +101,9 @@ def simulated(
         # bodies whose motions between impulses are computed side by side, in a million rows
         size = max(1, 2**20 // (OUTPUTS * max(1, instants.seconds.size)))
         parts = [bodies[i : i + size] for i in range(0, len(bodies), size)]
-        rows = np.concatenate([coasting.coast(template, part, inputs.kicks, instants) for part in parts])
+        rows = np.concatenate(
+            [coasting.coast(template, part, inputs.kicks, instants, exact) for part in parts]
+        )
     samples = np.swapaxes(rows, 1, 2)
     return np.ascontiguousarray(samples[:, :, :4]), np.ascontiguousarray(samples[:, :, 4:7])
 

@@ -21,6 +21,13 @@ closed form is at the root, in the order of the calculation:
 
 and in packages what other parts of the library need:
 
+    gyrostat.conserved     conserved numbers of a rotor along axis 3, by exact sums
+    gyrostat.path          labels, ends and moduli of the momentum's path
+    gyrostat.coefficients  the two theta functions and the rates of their phases
+    gyrostat.boost         any rotor's problem -> one with its rotor along axis 3
+    gyrostat.base          which of these problems a body poses
+    gyrostat.record        body, rotors, rate, attitude -> constants of the motion
+    gyrostat.attitudes     time -> phases -> alpha, beta -> quaternion and body rate
     solvers.orbit_path     position and velocity of the centre of mass on its orbit
     solvers.torque         effects, time, attitude, rate -> torque, at all nodes of a step
     solvers.dense_output   states at instants, also within a step

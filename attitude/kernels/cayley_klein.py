@@ -61,12 +61,14 @@ def inverse_root(x):
 
 
 @routine
-def _cubic(p0, p1, p2, p3, w):
+def cubic(p0, p1, p2, p3, w):
+    """p0 + p1 w + p2 w^2 + p3 w^3."""
     return fma(w, fma(w, fma(w, p3, p2), p1), p0)
 
 
 @routine
-def _quartic(p0, p1, p2, p3, p4, w):
+def quartic(p0, p1, p2, p3, p4, w):
+    """p0 + p1 w + ... + p4 w^4."""
     return fma(w, fma(w, fma(w, fma(w, p4, p3), p2), p1), p0)
 
 
@@ -89,17 +91,19 @@ def _dot4(a, b):
 
 
 @routine
-def _four(x):
+def four(x):
+    """The first four numbers of an array."""
     return x[0], x[1], x[2], x[3]
 
 
 @routine
-def _five(x):
+def five(x):
+    """The first five numbers of an array."""
     return x[0], x[1], x[2], x[3], x[4]
 
 
 @routine
-def _frame_times(frame, q):
+def frame_times(frame, q):
     """The 4 by 4 frame matrix (four rows) on (w, x, y, z)."""
     return _dot4(frame[0], q), _dot4(frame[1], q), _dot4(frame[2], q), _dot4(frame[3], q)
 
@@ -109,15 +113,15 @@ def theta_pair(s, c, w, series):
     """alpha from theta4 and beta from theta1 of v - ih, as polynomials in w = cos 2v (eqs. 21, 22)."""
     ar, ai, br, bi = series
     alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
-    return _cubic(*ar, w), alpha_im, s * _cubic(*br, w), c * _cubic(*bi, w)
+    return cubic(*ar, w), alpha_im, s * cubic(*br, w), c * cubic(*bi, w)
 
 
 @routine
 def theta_direction(s, c, w, direction):
     """gamma by theta quotients (eq. 31), each component with full relative accuracy."""
     g1, g2, g3, below = direction
-    inverse = 1.0 / _quartic(*below, w)
-    return c * inverse * _quartic(*g1, w), s * inverse * _quartic(*g2, w), inverse * _quartic(*g3, w)
+    inverse = 1.0 / quartic(*below, w)
+    return c * inverse * quartic(*g1, w), s * inverse * quartic(*g2, w), inverse * quartic(*g3, w)
 
 
 @routine
@@ -127,10 +131,10 @@ def transformed_pair(powers, signs, series):
     powers : e, z, far; signs : of y, flip, parity (`since_half_turn`); series : of alpha and beta
     """
     (e, z, far), (sign, flip, parity), (ar, ai, br, bi) = powers, signs, series
-    alpha_re = fma(e, _cubic(*ar, far), _cubic(*ar, z))
-    alpha_im = sign * fma(-e, _cubic(*ai, far), _cubic(*ai, z))
-    beta_re = flip * fma(-e, _cubic(*br, far), _cubic(*br, z))
-    return alpha_re, alpha_im, beta_re, parity * fma(e, _cubic(*bi, far), _cubic(*bi, z))
+    alpha_re = fma(e, cubic(*ar, far), cubic(*ar, z))
+    alpha_im = sign * fma(-e, cubic(*ai, far), cubic(*ai, z))
+    beta_re = flip * fma(-e, cubic(*br, far), cubic(*br, z))
+    return alpha_re, alpha_im, beta_re, parity * fma(e, cubic(*bi, far), cubic(*bi, z))
 
 
 @routine
@@ -178,14 +182,14 @@ def _half_turn(body):
 
 @routine
 def _series(body):
-    return _four(body.alpha_re), _four(body.alpha_im), _four(body.beta_re), _four(body.beta_im)
+    return four(body.alpha_re), four(body.alpha_im), four(body.beta_re), four(body.beta_im)
 
 
 @routine
 def _outputs(body):
     """The frame matrix for quaternions and the matrix for rates, by rows."""
     F, W = body.frame, body.rate
-    return (_four(F[0]), _four(F[1]), _four(F[2]), _four(F[3])), (
+    return (four(F[0]), four(F[1]), four(F[2]), four(F[3])), (
         first_three(W[0]),
         first_three(W[1]),
         first_three(W[2]),
@@ -200,7 +204,7 @@ def sample_theta(body, window, t, t_low, quaternions, rates, plain):
     v_hi, v_lo = body.argument[0], _low(body.argument, plain)
     v0, v0_lo = body.argument0[0], body.argument0[1]
     series, g = _series(body), body.direction
-    direction = _five(g[0]), _five(g[1]), _five(g[2]), _five(g[3])
+    direction = five(g[0]), five(g[1]), five(g[2]), five(g[3])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
@@ -208,7 +212,7 @@ def sample_theta(body, window, t, t_low, quaternions, rates, plain):
         w = fma(c, c, -s * s)
         if quaternions is not None:
             turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
-            q = _frame_times(frame, compose(*theta_pair(s, c, w, series), *sine_cosine(turns, rest)))
+            q = frame_times(frame, compose(*theta_pair(s, c, w, series), *sine_cosine(turns, rest)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
@@ -237,7 +241,7 @@ def sample_transformed(body, window, t, t_low, quaternions, rates, plain):
             turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
             turns, joined = two_sum(turns, slip * y)
             pair = transformed_pair(powers, signs, series)
-            q = _frame_times(frame, compose(*pair, *sine_cosine(turns, rest + joined)))
+            q = frame_times(frame, compose(*pair, *sine_cosine(turns, rest + joined)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:

@@ -147,18 +147,30 @@ def hypot(a, b):
 
 
 @routine
-def exp(a):
-    """e^a; zero where that is below the range of a double."""
-    if a[0] < -745.0:
-        return 0.0, 0.0
-    k = np.rint(a[0] / LN2[0])
-    r = scale(sub(a, mul(LN2, (k, 0.0))), 1.0 / 256.0)
+def _small_expm1(a):
+    """e^a - 1 for abs(a) <= 0.35."""
+    r = scale(a, 1.0 / 256.0)
     s = mul(r, pair(INVERSE_FACTORIAL[10]))
     for n in range(9, 0, -1):
         s = mul(r, add(s, pair(INVERSE_FACTORIAL[n])))
     for _ in range(8):  # expm1(2r) = 2 expm1(r) + expm1(r)^2
         s = add(scale(s, 2.0), square(s))
-    s = add(s, ONE)
+    return s
+
+
+@routine
+def expm1(a):
+    """e^a - 1, with the digits of a small one."""
+    return _small_expm1(a) if abs(a[0]) < 0.35 else sub(exp(a), ONE)
+
+
+@routine
+def exp(a):
+    """e^a; zero where that is below the range of a double."""
+    if a[0] < -745.0:
+        return 0.0, 0.0
+    k = np.rint(a[0] / LN2[0])
+    s = add(_small_expm1(sub(a, mul(LN2, (k, 0.0)))), ONE)
     half = int(k) >> 1  # in two steps, since e^-745 = 2^-1075 is no power that a normal double holds
     first, second = double_of((half + 1023) << 52), double_of((int(k) - half + 1023) << 52)
     return s[0] * first * second, s[1] * first * second

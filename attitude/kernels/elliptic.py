@@ -17,12 +17,18 @@ def quarter_period(complementary_modulus):
     """K = pi/2 / agm(1, k1); infinite (hi part) for k1 = 0."""
     if complementary_modulus[0] == 0.0:
         return math.inf, 0.0
-    a, g = ONE, complementary_modulus
+    return div(scale(PI, 0.5), mean_with_one(complementary_modulus))
+
+
+@routine
+def mean_with_one(x):
+    """agm(1, x), the arithmetic-geometric mean, for x > 0."""
+    a, g = ONE, x
     while abs(a[0] - g[0]) > 1e-8 * a[0]:
         a, g = scale(add(a, g), 0.5), sqrt(mul(a, g))
     # one more mean, whose error (a-g)^2/16a falls below the two parts after it
     a, g = scale(add(a, g), 0.5), sqrt(mul(a, g))
-    return div(scale(PI, 0.5), scale(add(a, g), 0.5))
+    return scale(add(a, g), 0.5)
 
 
 @routine

@@ -148,6 +148,10 @@ ROW_STRIDE = 1032
 MAX_TURNS = 2.0**42
 
 
+# Rows, and numbers in each, of the scratch array for a gyrostat's exact sums.
+EXACT_SUM_ROWS, EXACT_SUM_LENGTH = 20, 512
+
+
 def workspace():
     """Scratch for exact sums: the sum, two generations of a product, its factors; a tensor over a rate.
 
@@ -184,5 +188,45 @@ INVARIANTS = np.dtype(
         ("eta", "f8"),
         ("u_rate", "f8"),  # u', rad/s
         ("u0", "f8"),
+    ]
+)
+
+# How a gyrostat's samples are computed, and what motion it is (docs/theory.md, section 11).
+CIRCLING_SERIES, SWINGING_SERIES, TRANSFORMED_SERIES = range(3)
+GYROSTAT_REGIMES = ("constant_rate", "two_turns", "circling", "swinging", "separatrix")
+CONSTANT, TWO_TURNS, CIRCLING_PATH, SWINGING_PATH, SEPARATRIX_PATH = range(5)
+
+GYROSTAT = np.dtype(
+    [
+        ("route", "i8"),
+        ("precession", "f8", 2),  # lambda, turns/s, two parts
+        ("argument", "f8", 2),  # v' turns/s, or y' rad/s, two parts
+        ("argument0", "f8", 2),  # its value at t = 0
+        (
+            "step",
+            "f8",
+            2,
+        ),  # of y, after which the series repeat but for a constant factor; infinite on a separatrix
+        ("per_step", "f8"),
+        ("first_step", "i8"),  # number of the step in which y starts
+        ("turns_per_step", "f8"),  # of the common phase
+        ("slip", "f8"),  # turns of the common phase for each unit of y
+        ("nome", "f8"),  # of the transformed series: exp(-step)
+        ("even", "f8"),  # 1 where alpha has even multiples of the argument, else 0
+        ("flips", "i8"),  # whether beta changes its sign at each step
+        ("swaps", "i8"),  # whether alpha and beta change places at each step
+        ("swap_ratio", "f8"),
+        ("alpha_re", "f8", 5),
+        ("alpha_im", "f8", 5),
+        ("beta_re", "f8", 5),
+        ("beta_im", "f8", 5),
+        ("frame", "f8", (4, 4)),  # to the attitude before its normalisation
+        ("momentum", "f8", 3),  # unit vector, inertial
+        ("to_rate", "f8", (3, 3)),  # L I^-1, body: of the momentum's direction
+        ("rotor_rate", "f8", 3),  # I^-1 h, body, rad/s
+        ("regime", "i8"),
+        ("period", "f8"),  # s, after which gamma3 returns; infinite on a separatrix and for a constant rate
+        ("any_rotor", "i8"),  # whether the rotor is along no principal axis
+        ("boost", "f8"),  # condition number of `frame`, which is 1 for a rotor along a principal axis
     ]
 )

@@ -8,6 +8,7 @@ does not grow with the number of bodies.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from functools import cached_property
 from time import perf_counter
 from typing import Any
@@ -128,7 +129,7 @@ class Batch:
             for index, records in self.blocks(first_body, last_body):
                 fastest = max_phase_rate(records) if self._max_phase_rate is None else self._max_phase_rate
                 refuse_too_far(fastest, instants.max_abs_seconds)
-                compiled.sample(records, seconds, low, q, w, self.plain_phases, index, first, last)
+                self._sample_records(records, (seconds, low), (q, w), index, (first, last))
 
         run(sample_share, self._shares(seconds.size, threads))
         axes = (*range(1, len(shape) + 1), 0)
@@ -154,7 +155,9 @@ class Batch:
 
     def __getitem__(self, key: Any) -> Batch:
         """The batch of these bodies, by index or slice of the batch dimensions."""
-        part = object.__new__(Batch)
+        part = copy(self)
+        for name in ("solution", "_cached_max_phase_rate"):
+            part.__dict__.pop(name, None)
         part.body = self.body.broadcast_to(self.shape)[key]
         part.shape = part.body.shape
         part.attitudes, part.rates = self.attitudes[key], self.rates[key]
@@ -178,13 +181,30 @@ class Batch:
             tensors = moments[:, :, :1] * np.eye(3)
         else:
             tensors = _flat(body._tensor, self.shape, first, last)
-        constant, space = np.empty(last - first, dtype=np.bool_), layout.workspace()
-        compiled.rate_is_constant(tensors, rates, constant, *space)
-        out = np.zeros(last - first, layout.INVARIANTS)
-        compiled.invariants(tensors, moments, axes, rates, attitudes, constant, out, *space)
+        out = self._computed_records((tensors, moments, axes, rates, attitudes), first)
         self._refuse_out_of_range(out, first)
-        self._forms[first:last] = form_of(out["regime"], out["route"])
         return out
+
+    def _computed_records(self, states: tuple[np.ndarray, ...], first: int) -> np.ndarray:
+        """Records of tensors, two-part moments and axes, rates, attitudes, (n, ...); notes their forms."""
+        tensors, rates = states[0], states[3]
+        constant, space = np.empty(len(rates), dtype=np.bool_), layout.workspace()
+        compiled.rate_is_constant(tensors, rates, constant, *space)
+        out = np.zeros(len(rates), layout.INVARIANTS)
+        compiled.invariants(*states, constant, out, *space)
+        self._forms[first : first + len(rates)] = form_of(out["regime"], out["route"])
+        return out
+
+    def _sample_records(
+        self,
+        records: np.ndarray,
+        seconds: tuple[np.ndarray, np.ndarray | None],
+        outputs: tuple[np.ndarray | None, np.ndarray | None],
+        index: int,
+        part: tuple[int, int],
+    ) -> None:
+        """Write quaternions and rates at a part of the instants; `index`: first body's row in the outputs."""
+        compiled.sample(records, *seconds, *outputs, self.plain_phases, index, *part)
 
     def _refuse_out_of_range(self, records: np.ndarray, first: int) -> None:
         finite = np.isfinite(records["rate"]).all(axis=(-1, -2)) & np.isfinite(records["frame"]).all(

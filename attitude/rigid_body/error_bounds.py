@@ -16,6 +16,25 @@ FORMS = (
     ("closed form, theta series", 3.7e-15),
     ("closed form, transformed theta series (beside the separatrix)", 3.9e-15),
 )
+# Of gyrostats: three times the greatest error measured; for any rotor times the frame's condition number.
+GYROSTAT_BOUND_SOURCE = (
+    "docs/theory.md, section 11: three times the greatest error measured against Taylor series, times the "
+    "condition number of the transformation for a rotor along no principal axis; not proven"
+)
+GYROSTAT_FORMS = (
+    ("rotation at a constant rate", 4e-15),
+    ("gyrostat, closed form: two turns (symmetric about the rotor)", 4e-15),
+    ("gyrostat, closed form, theta series (rotor along a principal axis)", 4e-15),
+    ("gyrostat, closed form, transformed theta series (rotor along a principal axis)", 4e-15),
+    ("gyrostat, closed form, theta series (any rotor)", 4e-15),
+    ("gyrostat, closed form, transformed theta series (any rotor)", 4e-15),
+)
+
+
+def gyrostat_form_of(regimes: np.ndarray, routes: np.ndarray, any_rotor: np.ndarray) -> np.ndarray:
+    """Index into GYROSTAT_FORMS for each of these fields of records."""
+    series = 2 + (routes == layout.TRANSFORMED_SERIES) + 2 * any_rotor
+    return np.where(regimes <= layout.TWO_TURNS, regimes, series)
 
 
 def form_of(regimes: np.ndarray, routes: np.ndarray) -> np.ndarray:
@@ -23,10 +42,10 @@ def form_of(regimes: np.ndarray, routes: np.ndarray) -> np.ndarray:
     return np.where(regimes == layout.CONSTANT_RATE, 0, np.where(routes == layout.TRANSFORMED, 2, 1))
 
 
-def solution(forms: np.ndarray) -> tuple[str, float]:
+def solution(forms: np.ndarray, table: tuple[tuple[str, float], ...] = FORMS) -> tuple[str, float]:
     """(name of the closed form, bound on its error in rad) for a batch's bodies together."""
-    counts = np.bincount(forms, minlength=len(FORMS)).tolist()
-    used = [(name, bound, count) for (name, bound), count in zip(FORMS, counts, strict=True) if count]
+    counts = np.bincount(forms, minlength=len(table)).tolist()
+    used = [(name, bound, count) for (name, bound), count in zip(table, counts, strict=True) if count]
     bound = max((bound for _, bound, _ in used), default=0.0)
     if len(used) == 1:
         return used[0][0], bound

@@ -100,6 +100,8 @@ WORLD = "d3.d1.d3.d1.d3"  # effects of each body; orbit, its pieces, sun, its pi
 invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
 azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
+gyrostats = Kernel("gyrostat.record.gyrostats", "d3.d3.d4.d2.d2.d2.g1.d2.d1.d2.d2.d2")
+sample_gyrostats = Kernel("gyrostat.attitudes.sample", *(f"g1.d1.{outputs}.i.i.i" for outputs in SAMPLES))
 principal_axes = Kernel("principal.principal_axes", "d3.d3.d4.d3")
 rate_is_constant = Kernel("principal.rate_is_constant", "d3.d2.b1.d1.d2.d2.d2")
 farthest = Kernel("clock.farthest", "d1.i.i.d1")
@@ -124,12 +126,13 @@ ALWAYS = [
     ],
 ]
 TORQUES = [[collocate]]
+GYROSTATS = [[gyrostats], [sample_gyrostats]]
 CONTACT = [[bounce]]
 INTERPOLATION = [[interpolate]]
 ENSEMBLES = [[draw], [accumulate, add_exactly]]
 WINGS = [
     [[signature for kernel in group for signature in kernel.signatures] for group in wing]
-    for wing in (ALWAYS, TORQUES, CONTACT, INTERPOLATION, ENSEMBLES)
+    for wing in (ALWAYS, TORQUES, GYROSTATS, CONTACT, INTERPOLATION, ENSEMBLES)
 ]
 
 

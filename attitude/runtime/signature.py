@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernels
-from ..kernels.layout import INVARIANTS, STEPPED
+from ..kernels.layout import GYROSTAT, INVARIANTS, STEPPED
 
 SOURCES = Path(kernels.__file__).parent
 COMPILER = Path(__file__).with_name("compiler.py")
@@ -20,6 +20,7 @@ ELEMENTS = {
     "b": np.dtype(np.bool_),
     "c": np.dtype(np.uint8),
     "i": np.dtype(np.int64),
+    "g": GYROSTAT,
     "r": INVARIANTS,
     "s": STEPPED,
 }
@@ -29,8 +30,8 @@ class Signature(NamedTuple):
     """A kernel, and the kinds of its arguments with points between them.
 
     A kind is "f" (float), "i" (int), "n" (None), or element and dimensions of a C-ordered array:
-    "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS, "s1" records
-    of STEPPED.
+    "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS, "g1" of
+    GYROSTAT, "s1" of STEPPED.
     """
 
     module: str

@@ -39,6 +39,10 @@ class Described(Protocol):
     def asked_tolerance(self) -> float:
         """rad, at the end of the span."""
 
+    @property
+    def solver(self) -> str | None:
+        """The solver that the document names; None or "automatic" for the library's choice."""
+
     def initial_state(self) -> InitialState:
         """In SI units; every effect is checked against it."""
 
@@ -191,7 +195,7 @@ REASONS = {
     "impulse": "the momentum changes at an instant; the closed form or the solver goes on from there",
     "constant_torque": "a torque while it is switched on",
     "solar_pressure": "a torque at every instant outside the shadow",
-    "wheels": "rotors turn the body by their momentum; energy is kept",
+    "wheels": "rotors turn the body by their momentum; energy is kept; exact without other torques",
     "dissipation": "takes energy at constant momentum, from inside",
     "eddy_damping": "takes energy and momentum",
 }

@@ -1,9 +1,8 @@
 """From a scene to its ephemeris: which effects act on what, the steps of the solver, and its solution.
 
-no torque               one closed form
-impulses only           the closed form between them
+exact motion            one closed form, or one after another between impulses (`dynamics.exact_motion`)
 ground                  the closed form between contacts, which compiled code finds and answers
-torques                 arcs of collocation, in steps for the tolerance (`dynamics.step_selection`)
+other torques           arcs of collocation, in steps for the tolerance (`dynamics.step_selection`)
 
 `resolve` decides all of this once; the plan and the run of a scene start from what it returns.
 """
@@ -20,6 +19,7 @@ import numpy as np
 
 from ..dynamics import coasting, integration, solver
 from ..dynamics.batch_states import Bodies, TorqueProblem
+from ..dynamics.exact_motion import ExactMotion, exact_motion
 from ..dynamics.step_selection import Candidate
 from ..effects.effect import BodyDependentTorque, Effect, Torque
 from ..effects.ground import Ground
@@ -31,7 +31,7 @@ from ..frames import rotations
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
-from ..rigid_body.error_bounds import FORMS, form_of
+from ..rigid_body.error_bounds import FORMS, GYROSTAT_BOUND_SOURCE, form_of
 from ..samples.event import Event
 from ..samples.provenance import Plan
 from ..samples.translation import Translation, pushed
@@ -97,13 +97,23 @@ class SimulationInputs:
         return TorqueProblem(self.initial_state, self.torques, self.kicks, self.scene.asked_tolerance)
 
     @cached_property
+    def exact(self) -> ExactMotion | None:
+        """The closed form of the motion between impulses, if it has one."""
+        return exact_motion(self.initial_state, self.torques, self.scene.solver)
+
+    @property
+    def coasts(self) -> bool:
+        """Whether the motion is in closed form, with impulses or rotors."""
+        return self.exact is not None and (bool(self.kicks) or not self.exact.is_free)
+
+    @cached_property
     def candidate(self) -> Candidate:
         """Steps for the torques."""
         return integration.choose(self.problem)
 
     def predicted_seconds(self, samples: int) -> float:
         """s, of computing so many samples."""
-        if self.torques:
+        if self.exact is None:
             return self.candidate.seconds + samples * self.candidate.sample_seconds
         return 2e-5 + samples * 9e-9  # of a closed form, measured by tests/benchmarks/test_speed.py
 
@@ -148,12 +158,14 @@ def applied_impulses(effects: Sequence[Effect], initial_state: InitialState) -> 
 def plan(inputs: SimulationInputs) -> ScenePlan:
     """What `run` would do, its predicted error and its predicted cost."""
     scene, samples = inputs.scene, inputs.scene.times.samples
-    order, step, considered = None, None, [inputs.candidate] if inputs.torques else []
+    order, step, considered = None, None, [inputs.candidate] if inputs.exact is None else []
     if considered:
         name, error = solver.NAME, considered[0].error
         order, step = solver.ORDER, considered[0].step
-    elif inputs.ground is not None or inputs.kicks:
-        name, error = BOUNCING if inputs.ground is not None else COASTING, WORST_BOUND
+    elif inputs.ground is not None:
+        name, error = BOUNCING, WORST_BOUND
+    elif inputs.coasts:
+        name, error = _closed_form(inputs)
     else:
         record = scene.motion()._batch.fields("regime", "route")
         name, error = FORMS[int(form_of(record["regime"], record["route"]))]
@@ -182,10 +194,10 @@ def run(inputs: SimulationInputs, check: Check | None = None, instants: Instants
         instants = inputs.scene.times.build(inputs.initial_state.epoch)
     if inputs.ground is not None:
         ephemeris = _bounce(inputs, inputs.ground, instants)
-    elif inputs.torques:
+    elif inputs.exact is None:
         ephemeris = _integrate(inputs, instants, check)
-    elif inputs.kicks:
-        ephemeris = _coast(inputs, instants)
+    elif inputs.coasts:
+        ephemeris = _coast(inputs, inputs.exact, instants)
     else:
         free = inputs.scene.motion().ephemeris(instants, rate=True, name=inputs.scene.name)
         ephemeris = replace(free, centre_of_mass=_translation(inputs, instants, np.empty((4, 0))))
@@ -226,11 +238,24 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
 
 
-def _coast(inputs: SimulationInputs, instants: Instants) -> Ephemeris:
-    body = Bodies.of(inputs.initial_state)
-    rows = coasting.coast(inputs.initial_state, body, inputs.kicks, with_pushes(inputs, instants))[0]
-    bound = WORST_BOUND * (1 + len(inputs.kicks))
-    plan = Plan(COASTING, instants.seconds.size, 0.0, 0.0, bound, CHAINED)
+def _closed_form(inputs: SimulationInputs) -> tuple[str, float]:
+    """(name, error of one stretch in rad) of motion in closed form, with impulses or rotors."""
+    assert inputs.exact is not None
+    if inputs.exact.is_free:
+        return COASTING, WORST_BOUND
+    bodies = Bodies.of(inputs.initial_state)
+    name, error = inputs.exact.of(bodies.body, bodies.attitude, bodies.rate).solution
+    return f"{name}, between impulses" if inputs.kicks else name, error
+
+
+def _coast(inputs: SimulationInputs, exact: ExactMotion, instants: Instants) -> Ephemeris:
+    bodies, initial_state = Bodies.of(inputs.initial_state), inputs.initial_state
+    rows = coasting.coast(initial_state, bodies, inputs.kicks, with_pushes(inputs, instants), exact)[0]
+    solver, error = _closed_form(inputs)
+    bound, source = error * (1 + len(inputs.kicks)), CHAINED
+    if not exact.is_free:
+        source = f"{GYROSTAT_BOUND_SOURCE}; {CHAINED}" if inputs.kicks else GYROSTAT_BOUND_SOURCE
+    plan = Plan(solver, instants.seconds.size, 0.0, 0.0, bound, source)
     return _ephemeris_of_rows(inputs, instants, rows, plan, impulse_events(inputs.kicks))
 
 

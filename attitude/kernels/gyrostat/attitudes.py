@@ -1,0 +1,180 @@
+"""Samples of gyrostats: time to phases, to alpha and beta, to quaternion and body rate.
+
+As in `cayley_klein`, but the attitude is normalised last, since the matrix that takes (alpha, beta) to it
+need not be orthogonal, and the rate is read off the attitude: omega = I^-1 (L gamma - h).  Equations:
+docs/theory.md, section 11.
+"""
+
+import math
+
+import numpy as np
+
+from ..cayley_klein import cubic, exp_pair, five, four, frame_times, inverse_root, quartic
+from ..doubledouble import fast_two_sum, two_product, two_sum
+from ..intrinsics import bits_of, fma, kernel, routine
+from ..layout import CIRCLING_SERIES, SWINGING_SERIES
+from ..phase import ROUND, argument, phase, sine_cosine
+from ..rotation import rotated_back
+from ..vectors import dot, first_three
+
+
+@routine
+def _turned(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
+    """Turn by the common phase, in the order w, x, y, z; not normalised."""
+    w = fma(alpha_re, cosine, -alpha_im * sine)
+    z = fma(alpha_re, sine, alpha_im * cosine)
+    x = fma(beta_re, cosine, -beta_im * sine)
+    y = fma(beta_re, sine, beta_im * cosine)
+    return w, x, y, z
+
+
+@routine
+def _normalised(q):
+    inverse = inverse_root(fma(q[0], q[0], q[1] * q[1]) + fma(q[2], q[2], q[3] * q[3]))
+    return q[0] * inverse, q[1] * inverse, q[2] * inverse, q[3] * inverse
+
+
+@routine
+def _rate(q, momentum, to_rate, rotor_rate):
+    gamma = rotated_back(q, momentum)
+    return (
+        dot(to_rate[0], gamma) - rotor_rate[0],
+        dot(to_rate[1], gamma) - rotor_rate[1],
+        dot(to_rate[2], gamma) - rotor_rate[2],
+    )
+
+
+@routine
+def _outputs(body):
+    """The rows of the frame matrix; what the rate is made of."""
+    F, W = body.frame, body.to_rate
+    frame = four(F[0]), four(F[1]), four(F[2]), four(F[3])
+    to_rate = first_three(W[0]), first_three(W[1]), first_three(W[2])
+    return frame, (first_three(body.momentum), to_rate, first_three(body.rotor_rate))
+
+
+@routine
+def _series(body):
+    return five(body.alpha_re), five(body.alpha_im), five(body.beta_re), five(body.beta_im)
+
+
+@routine
+def _circling_pair(s, c, w, series):
+    """alpha from theta4 and beta from theta1 of v - i h, as polynomials in w = cos 2v."""
+    ar, ai, br, bi = series
+    alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
+    beta_re = s * cubic(br[0], br[1], br[2], br[3], w)
+    return cubic(ar[0], ar[1], ar[2], ar[3], w), alpha_im, beta_re, c * cubic(bi[0], bi[1], bi[2], bi[3], w)
+
+
+@routine
+def _swinging_pair(s, c, w, series):
+    """alpha from theta2 and beta from theta1 of v - i h, as polynomials in w = cos 2v."""
+    ar, ai, br, bi = series
+    return c * quartic(*ar, w), s * quartic(*ai, w), s * quartic(*br, w), c * quartic(*bi, w)
+
+
+@routine
+def _sample_series(body, window, t, t_low, quaternions, rates, swinging):
+    """Samples of one body by theta functions; window : its row in the outputs, first and last instant."""
+    b, first, last = window
+    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
+    v_hi, v_lo = body.argument[0], body.argument[1]
+    v0, v0_lo = body.argument0[0], body.argument0[1]
+    series, (frame, to_rate) = _series(body), _outputs(body)
+    for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
+        low = None if t_low is None else t_low[i]
+        s, c = sine_cosine(*argument(v_hi, v_lo, t[i], low, v0, v0_lo))
+        w = fma(c, c, -s * s)
+        turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
+        pair = _circling_pair(s, c, w, series) if swinging is None else _swinging_pair(s, c, w, series)
+        q = _normalised(frame_times(frame, _turned(*pair, *sine_cosine(turns, rest))))
+        if quaternions is not None:
+            for j in range(4):
+                quaternions[j, b, i] = q[j]
+        if rates is not None:
+            omega = _rate(q, *to_rate)
+            for j in range(3):
+                rates[j, b, i] = omega[j]
+
+
+@routine
+def _transformed_pair(y, y_low, n, body_flags, series):
+    """alpha and beta after the modular transformation, and the quarter turns that n adds to the phase."""
+    nome, even, flips, swaps, ratio = body_flags
+    ar, ai, br, bi = series
+    sign = math.copysign(1.0, y)
+    g, inverse = exp_pair(-abs(y))
+    correction = sign * y_low  # e^-(|y| + correction)
+    g, inverse = fma(-g, correction, g), fma(inverse, correction, inverse)
+    e, z = g * g, nome * inverse * inverse
+    far = nome * e
+    outer, inner = (g, 1.0) if even else (1.0, e)
+    alpha_re = outer * fma(inner, quartic(*ar, far), quartic(*ar, z))
+    alpha_im = sign * outer * fma(-inner, quartic(*ai, far), quartic(*ai, z))
+    beta_re = sign * fma(-e, quartic(*br, far), quartic(*br, z))
+    beta_im = fma(e, quartic(*bi, far), quartic(*bi, z))
+    odd = (n & 1) != 0
+    flip = -1.0 if odd and flips else 1.0
+    if swaps:
+        swapped = -beta_im / ratio, beta_re / ratio, ratio * alpha_im, -ratio * alpha_re
+        return (
+            swapped[0] if odd else alpha_re,
+            swapped[1] if odd else alpha_im,
+            swapped[2] if odd else beta_re,
+            swapped[3] if odd else beta_im,
+        )
+    return alpha_re, alpha_im, flip * beta_re, flip * beta_im
+
+
+@routine
+def _since_step(y, rest, step, step_low, per_step):
+    """y less n steps, to the nearest, in two parts; n."""
+    shifted = fma(y, per_step, ROUND)
+    n = shifted - ROUND
+    whole, whole_low = two_product(n, step)
+    y, low = fast_two_sum(y - whole, rest - fma(n, step_low, whole_low))
+    return y, low, bits_of(shifted)
+
+
+@routine
+def _sample_transformed(body, window, t, t_low, quaternions, rates):
+    """Samples of one body by the transformed series; window as in `_sample_series`."""
+    b, first, last = window
+    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
+    y_hi, y_lo = body.argument[0], body.argument[1]
+    y0, y0_lo = body.argument0[0], body.argument0[1]
+    slip, turns_per_step, first_step = body.slip, body.turns_per_step, body.first_step
+    endless = body.per_step == 0.0
+    step, step_low = (0.0, 0.0) if endless else (body.step[0], body.step[1])
+    per_step = body.per_step
+    flags = body.nome, body.even != 0.0, body.flips != 0, body.swaps != 0, body.swap_ratio
+    series, (frame, to_rate) = _series(body), _outputs(body)
+    for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
+        low = None if t_low is None else t_low[i]
+        y, y_rest, n = _since_step(*argument(y_hi, y_lo, t[i], low, y0, y0_lo), step, step_low, per_step)
+        n += first_step
+        turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
+        turns, joined = two_sum(turns, fma(slip, y, turns_per_step * float(n & 3)))
+        pair = _transformed_pair(y, y_rest, n, flags, series)
+        q = _normalised(frame_times(frame, _turned(*pair, *sine_cosine(turns, rest + joined))))
+        if quaternions is not None:
+            for j in range(4):
+                quaternions[j, b, i] = q[j]
+        if rates is not None:
+            omega = _rate(q, *to_rate)
+            for j in range(3):
+                rates[j, b, i] = omega[j]
+
+
+@kernel
+def sample(bodies, t, t_low, quaternions, rates, place, first, last):
+    """Attitudes and body rates of each gyrostat at each instant; arguments as in `cayley_klein.sample`."""
+    for b in range(bodies.shape[0]):
+        window = place + b, first, last
+        if bodies[b].route == CIRCLING_SERIES:
+            _sample_series(bodies[b], window, t, t_low, quaternions, rates, None)
+        elif bodies[b].route == SWINGING_SERIES:
+            _sample_series(bodies[b], window, t, t_low, quaternions, rates, 1)
+        else:
+            _sample_transformed(bodies[b], window, t, t_low, quaternions, rates)

@@ -1,0 +1,261 @@
+"""How the problem of a body with any rotors becomes that of a body with a rotor along its axis 3."""
+
+from typing import NamedTuple
+
+from ..doubledouble import ONE, ZERO, add, div, hypot, mul, neg, two_product
+from ..expansion import append, append_pair, append_product, clear, value
+from ..intrinsics import routine
+from ..regime import ascending
+from .boost import SMALLEST_K, boosted
+from .conserved import A12, A13, A23, M1, M2, M3, PART, PRINCIPAL, PRODUCT, TOTAL, Conserved, K, conserved
+
+# The other two axes before a given one, right-handed.
+BEFORE = ((1, 2), (2, 0), (0, 1))
+
+
+class Base(NamedTuple):
+    """A problem with its rotor along axis 3, what it conserves, and the way back to the body."""
+
+    conserved: Conserved
+    two_turns: bool  # the motion is elementary: a symmetric body with its rotor along the axis, or a sphere
+    L: tuple
+    shift: tuple  # a that was subtracted from all a_i
+    axes: tuple  # rows: axes of the problem along the principal ones
+    w: tuple  # of the Lorentz transformation, along the principal axes
+    any_rotor: bool  # the rotor is along no principal axis
+    condition: float  # of what takes the problem's attitude to the body's
+
+
+@routine
+def momenta(tensor, rate, h, R, diagonal, rows):
+    """Write the whole momentum along the principal axes to its rows; returns that of the rotors along them.
+
+    Exact for a diagonal tensor; of any other, exact in the body's axes and turned in two parts.
+    """
+    for i in range(3):
+        clear(rows[PRINCIPAL + i])
+        for j in range(3):
+            append_pair(rows[PRINCIPAL + i], 1.0, two_product(tensor[i, j], rate[j]))
+        append(rows[PRINCIPAL + i], h[i])
+    rotors = (h[0], 0.0), (h[1], 0.0), (h[2], 0.0)
+    if diagonal:
+        return rotors
+    body = _momentum(rows)
+    for i in range(3):
+        _set(rows[PRINCIPAL + i], dot(R[i], body))
+    return dot(R[0], rotors), dot(R[1], rotors), dot(R[2], rotors)
+
+
+@routine
+def dot(x, y):
+    """Scalar product of three pairs with three."""
+    return add(add(mul(x[0], y[0]), mul(x[1], y[1])), mul(x[2], y[2]))
+
+
+@routine
+def matrix_product(A, B):
+    """A B, of three rows of three pairs each."""
+    columns = (B[0][0], B[1][0], B[2][0]), (B[0][1], B[1][1], B[2][1]), (B[0][2], B[1][2], B[2][2])
+    return (
+        (dot(A[0], columns[0]), dot(A[0], columns[1]), dot(A[0], columns[2])),
+        (dot(A[1], columns[0]), dot(A[1], columns[1]), dot(A[1], columns[2])),
+        (dot(A[2], columns[0]), dot(A[2], columns[1]), dot(A[2], columns[2])),
+    )
+
+
+@routine
+def _set(row, x):
+    clear(row)
+    append_pair(row, 1.0, x)
+
+
+@routine
+def _momentum(rows):
+    return value(rows[PRINCIPAL]), value(rows[PRINCIPAL + 1]), value(rows[PRINCIPAL + 2])
+
+
+@routine
+def _unit(i):
+    return ONE if i == 0 else ZERO, ONE if i == 1 else ZERO, ONE if i == 2 else ZERO
+
+
+@routine
+def _same(a, b):
+    return a[0] == b[0] and a[1] == b[1]
+
+
+@routine
+def base_problem(inertia, h, rows):
+    """The problem of moments and rotors along principal axes, whose momentum is in its rows."""
+    h = _without_negligible(inertia, h, rows)
+    identity = _unit(0), _unit(1), _unit(2)
+    if _same(inertia[0], inertia[1]) and _same(inertia[1], inertia[2]):
+        return _sphere(inertia, h, rows)
+    for axis in range(3):
+        i, j = BEFORE[axis]
+        if _same(inertia[i], inertia[j]):
+            if h[i][0] == 0.0 and h[j][0] == 0.0:
+                return _two_turns(inertia, h, axis, rows)
+            axes = _along_rotor(h, i, j, axis)
+            m = _momentum(rows)
+            for n in range(3):
+                _set(rows[PRINCIPAL + n], dot(axes[n], m))
+            h = hypot(h[i], h[j]), ZERO, h[axis]
+            return _without_symmetry((inertia[i], inertia[j], inertia[axis]), h, axes, rows)
+    return _without_symmetry(inertia, h, identity, rows)
+
+
+@routine
+def _without_negligible(inertia, h, rows):
+    """The rotors without components that two parts of the rest do not resolve, where there are several."""
+    m = _momentum(rows)
+    greatest = max(abs(m[0][0]), abs(m[1][0]), abs(m[2][0]))
+    spread = max(
+        abs(1.0 / inertia[0][0] - 1.0 / inertia[1][0]), abs(1.0 / inertia[1][0] - 1.0 / inertia[2][0])
+    )
+    rates = abs(h[0][0] / inertia[0][0]), abs(h[1][0] / inertia[1][0]), abs(h[2][0] / inertia[2][0])
+    least = SMALLEST_K * max(greatest * spread, rates[0], rates[1], rates[2])
+    return (
+        h[0] if rates[0] > least or rates[1] + rates[2] == 0.0 else ZERO,
+        h[1] if rates[1] > least or rates[2] + rates[0] == 0.0 else ZERO,
+        h[2] if rates[2] > least or rates[0] + rates[1] == 0.0 else ZERO,
+    )
+
+
+@routine
+def _without_symmetry(inertia, h, axes, rows):
+    """Of moments that are different where rotors tell them apart; axes : rows, along the principal ones."""
+    along = int(h[0][0] != 0.0) + int(h[1][0] != 0.0) + int(h[2][0] != 0.0)
+    if along > 1:
+        return _any_rotor(inertia, h, axes, rows)
+    axis = 0 if h[0][0] != 0.0 else (1 if h[1][0] != 0.0 else 2)
+    if along == 0:  # a free body: an axis that is not the middle one
+        axis = ascending(inertia)[2]
+    i, j = BEFORE[axis]
+    c = _axis_problem(inertia, h, axis, rows)
+    return Base(c, False, c.L, ZERO, (axes[i], axes[j], axes[axis]), (ZERO, ZERO, ZERO), False, 1.0)
+
+
+@routine
+def _axis_rows(inertia, h, axis, rows):
+    """Write M, A_ij and K of a rotor along a principal axis to their rows; returns W = I1 I2 I3."""
+    i, j = BEFORE[axis]
+    for row, source in ((M1, i), (M2, j), (M3, axis)):
+        clear(rows[row])
+        for n in range(1, int(rows[PRINCIPAL + source][0]) + 1):
+            append(rows[row], rows[PRINCIPAL + source][n])
+    # W (a_p - a_q) = (I_q - I_p) I_r
+    for row, p, q, r in ((A12, i, j, axis), (A13, i, axis, j), (A23, j, axis, i)):
+        _set(rows[PART], inertia[q])
+        append_pair(rows[PART], -1.0, inertia[p])
+        _set(rows[PRODUCT], inertia[r])
+        clear(rows[row])
+        append_product(rows[row], 1.0, rows[PART], rows[PRODUCT])
+    _set(rows[PART], inertia[i])
+    _set(rows[PRODUCT], inertia[j])
+    clear(rows[TOTAL])
+    append_product(rows[TOTAL], 1.0, rows[PART], rows[PRODUCT])
+    _set(rows[PART], h[axis])
+    clear(rows[K])
+    append_product(rows[K], 1.0, rows[PART], rows[TOTAL])
+    return mul(mul(inertia[i], inertia[j]), inertia[axis])
+
+
+@routine
+def _axis_problem(inertia, h, axis, rows):
+    W = _axis_rows(inertia, h, axis, rows)
+    i, j = BEFORE[axis]
+    a = div(ONE, inertia[i]), div(ONE, inertia[j]), div(ONE, inertia[axis])
+    return conserved(rows, W, a, ZERO)
+
+
+@routine
+def _any_rotor(inertia, h, axes, rows):
+    m = _momentum(rows)
+    L = hypot(hypot(m[0], m[1]), m[2])
+    inverse = div(ONE, L)
+    gamma = mul(m[0], inverse), mul(m[1], inverse), mul(m[2], inverse)
+    k = (
+        div(mul(h[0], inverse), inertia[0]),
+        div(mul(h[1], inverse), inertia[1]),
+        div(mul(h[2], inverse), inertia[2]),
+    )
+    new = boosted(inertia, k, gamma)
+    for row, x in ((M1, new.gamma[0]), (M2, new.gamma[1]), (M3, new.gamma[2])):
+        _set(rows[row], x)
+    for row, x in ((A12, new.a12), (A13, new.a13), (A23, new.a23), (K, new.k)):
+        _set(rows[row], x)
+    c = conserved(rows, ONE, new.a, L)
+    w = _combination(new.w, axes)
+    return Base(c, False, L, new.shift, matrix_product(new.axes, axes), w, True, new.condition)
+
+
+@routine
+def _combination(x, rows):
+    """x1 row1 + x2 row2 + x3 row3."""
+    return (
+        dot(x, (rows[0][0], rows[1][0], rows[2][0])),
+        dot(x, (rows[0][1], rows[1][1], rows[2][1])),
+        dot(x, (rows[0][2], rows[1][2], rows[2][2])),
+    )
+
+
+@routine
+def _along_rotor(h, i, j, axis):
+    """Axes in the plane of two equal moments, the first along the rotor there; and the third axis."""
+    inverse = div(ONE, hypot(h[i], h[j]))
+    c, s = mul(h[i], inverse), mul(h[j], inverse)
+    return (
+        _combination((c, s, ZERO), (_unit(i), _unit(j), _unit(axis))),
+        _combination((neg(s), c, ZERO), (_unit(i), _unit(j), _unit(axis))),
+        _unit(axis),
+    )
+
+
+@routine
+def _two_turns(inertia, h, axis, rows):
+    """A symmetric body with its rotor along the axis of symmetry."""
+    i, j = BEFORE[axis]
+    m = _momentum(rows)
+    across = hypot(m[i], m[j])
+    W = _axis_rows(inertia, h, axis, rows)
+    _set(rows[M1], across)
+    clear(rows[M2])
+    a = div(ONE, inertia[i])
+    c = conserved(rows, W, (a, a, div(ONE, inertia[axis])), ZERO)
+    inverse = div(ONE, across) if across[0] > 0.0 else ZERO
+    x, y = (mul(m[i], inverse), mul(m[j], inverse)) if across[0] > 0.0 else (ONE, ZERO)
+    plane = _unit(i), _unit(j), _unit(axis)
+    axes = _combination((x, y, ZERO), plane), _combination((neg(y), x, ZERO), plane), _unit(axis)
+    return Base(c, True, c.L, ZERO, axes, (ZERO, ZERO, ZERO), False, 1.0)
+
+
+@routine
+def _sphere(inertia, h, rows):
+    """All moments equal: the rotor's axis is one of symmetry."""
+    m = _momentum(rows)
+    size = hypot(hypot(h[0], h[1]), h[2])
+    inverse = div(ONE, size)
+    third = mul(h[0], inverse), mul(h[1], inverse), mul(h[2], inverse)
+    m3 = dot(third, m)
+    x = (
+        add(m[0], neg(mul(m3, third[0]))),
+        add(m[1], neg(mul(m3, third[1]))),
+        add(m[2], neg(mul(m3, third[2]))),
+    )
+    across = hypot(hypot(x[0], x[1]), x[2])
+    inverse = div(ONE, across)
+    first = mul(x[0], inverse), mul(x[1], inverse), mul(x[2], inverse)
+    second = (
+        add(mul(third[1], first[2]), neg(mul(third[2], first[1]))),
+        add(mul(third[2], first[0]), neg(mul(third[0], first[2]))),
+        add(mul(third[0], first[1]), neg(mul(third[1], first[0]))),
+    )
+    for row in (M2, A12, A13, A23):
+        clear(rows[row])
+    _set(rows[M1], across)
+    _set(rows[M3], m3)
+    a = div(ONE, inertia[0])
+    _set(rows[K], mul(a, size))
+    c = conserved(rows, ONE, (a, a, a), ZERO)
+    return Base(c, True, c.L, ZERO, (first, second, third), (ZERO, ZERO, ZERO), False, 1.0)

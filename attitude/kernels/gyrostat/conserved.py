@@ -1,0 +1,201 @@
+"""Conserved numbers of a body with a rotor along axis 3: the only sums of the closed form that lose digits.
+
+With the momentum M instead of its direction, A_i = W a_i and K = W L k, they are polynomials of the input; W
+is any factor that makes the A_i exact.  They are summed as expansions (docs/theory.md, section 11).
+"""
+
+from typing import NamedTuple
+
+from ..doubledouble import add, div, mul, neg, scale, sqrt, square
+from ..expansion import append_product, append_row, clear, value
+from ..intrinsics import routine
+
+# Rows of the scratch array: input, sums that others are made of, and scratch.
+M1, M2, M3, A12, A13, A23, K = range(7)
+B1, B2, M11, M22, M33, LL, X, PRODUCT, PART, TOTAL = range(7, 17)
+PRINCIPAL = 17  # and the two after it: the momentum along the body's principal axes
+
+
+class Conserved(NamedTuple):
+    """The rotor's problem and what it conserves, in two parts; of axes 1 and 2 exchanged with `exchanged`."""
+
+    a: tuple
+    a12: tuple
+    a13: tuple
+    a23: tuple
+    k: tuple
+    gamma: tuple
+    L: tuple
+    above: tuple  # 1 - gamma3
+    below: tuple  # 1 + gamma3
+    b1: tuple
+    b2: tuple
+    disc1: tuple
+    disc2: tuple
+    upper: tuple  # D+
+    lower: tuple  # D-
+    poles: tuple  # D+ D-
+    J: tuple
+    U: tuple
+    U_exchanged: tuple
+
+
+@routine
+def conserved(rows, W, a, momentum):
+    """From the expansions of M, A_ij and K in the first rows; W, the a_i and the true L in two parts.
+
+    The momentum is zero where L is the length of M; M may have any length.
+    """
+    _squares_and_linear_sums(rows)
+    L = sqrt(value(rows[LL]))
+    inverse = div((1.0, 0.0), L)
+    per_W = div((1.0, 0.0), W)
+    first = mul(per_W, inverse)  # of what is linear in M and A
+    second = square(first)
+    K_L, total = mul(value(rows[K]), L), value(rows[X])
+    third = mul(per_W, square(inverse))
+    poles = mul(_poles(rows), square(third))
+    upper, lower = _at_poles(mul(total, third), scale(mul(K_L, third), 2.0), poles)
+    gamma = mul(value(rows[M1]), inverse), mul(value(rows[M2]), inverse), mul(value(rows[M3]), inverse)
+    above, below = _distances_from_poles(gamma)
+    return Conserved(
+        a,
+        mul(value(rows[A12]), per_W),
+        mul(value(rows[A13]), per_W),
+        mul(value(rows[A23]), per_W),
+        mul(value(rows[K]), first),
+        gamma,
+        momentum if momentum[0] > 0.0 else L,
+        above,
+        below,
+        mul(value(rows[B1]), first),
+        mul(value(rows[B2]), first),
+        mul(_discriminant(rows, B1, A23, M11, -1.0), second),
+        mul(_discriminant(rows, B2, A13, M22, 1.0), second),
+        upper,
+        lower,
+        poles,
+        mul(_J(rows), second),
+        mul(_U(rows, 1.0, M22, A13), third),
+        mul(_U(rows, -1.0, M11, A23), third),
+    )
+
+
+@routine
+def _squares_and_linear_sums(rows):
+    for result, M in ((M11, M1), (M22, M2), (M33, M3)):
+        clear(rows[result])
+        append_product(rows[result], 1.0, rows[M], rows[M])
+    clear(rows[LL])
+    for one in (M11, M22, M33):
+        append_row(rows[LL], 1.0, rows[one])
+    for result, A in ((B1, A23), (B2, A13)):
+        clear(rows[result])
+        append_product(rows[result], 1.0, rows[A], rows[M3])
+        append_row(rows[result], 1.0, rows[K])
+    clear(rows[X])
+    append_product(rows[X], 1.0, rows[A13], rows[M11])
+    append_product(rows[X], 1.0, rows[A23], rows[M22])
+    append_product(rows[X], -2.0, rows[K], rows[M3])
+
+
+@routine
+def _poles(rows):
+    """X^2 - 4 K^2 L^2, which is D+ D-."""
+    clear(rows[PRODUCT])
+    append_product(rows[PRODUCT], 1.0, rows[K], rows[K])
+    clear(rows[TOTAL])
+    append_product(rows[TOTAL], 1.0, rows[X], rows[X])
+    append_product(rows[TOTAL], -4.0, rows[PRODUCT], rows[LL])
+    return value(rows[TOTAL])
+
+
+@routine
+def _at_poles(total, twice_k, poles):
+    """D+ and D- = total +- 2k; the one that cancels is the quotient of their exact product."""
+    positive = (total[0] >= 0.0) == (twice_k[0] >= 0.0)
+    larger = add(total, twice_k if positive else neg(twice_k))
+    smaller = div(poles, larger) if larger[0] != 0.0 else (0.0, 0.0)
+    if positive:
+        return larger, smaller
+    return smaller, larger
+
+
+@routine
+def _distances_from_poles(gamma):
+    """1 - gamma3 and 1 + gamma3, the smaller one from the other two components."""
+    across = add(square(gamma[0]), square(gamma[1]))
+    if gamma[2][0] > 0.0:
+        far = add((1.0, 0.0), gamma[2])
+        return div(across, far), far
+    far = add((1.0, 0.0), neg(gamma[2]))
+    return far, div(across, far)
+
+
+@routine
+def _discriminant(rows, b, A, MM, sign):
+    """b^2 + sign A12 A MM."""
+    clear(rows[PRODUCT])
+    append_product(rows[PRODUCT], sign, rows[A12], rows[A])
+    clear(rows[TOTAL])
+    append_product(rows[TOTAL], 1.0, rows[b], rows[b])
+    append_product(rows[TOTAL], 1.0, rows[PRODUCT], rows[MM])
+    return value(rows[TOTAL])
+
+
+@routine
+def _J(rows):
+    """A12 (A13 M1^2 - A23 M2^2) - 2 B1 B2."""
+    clear(rows[PART])
+    append_product(rows[PART], 1.0, rows[A13], rows[M11])
+    append_product(rows[PART], -1.0, rows[A23], rows[M22])
+    clear(rows[TOTAL])
+    append_product(rows[TOTAL], 1.0, rows[A12], rows[PART])
+    append_product(rows[TOTAL], -2.0, rows[B1], rows[B2])
+    return value(rows[TOTAL])
+
+
+@routine
+def _U(rows, sign, MM, A):
+    """sign A12 (2 L^2 - MM) - A (L^2 + M3^2) - 2 K M3."""
+    clear(rows[TOTAL])
+    clear(rows[PART])
+    append_row(rows[PART], 2.0, rows[LL])
+    append_row(rows[PART], -1.0, rows[MM])
+    append_product(rows[TOTAL], sign, rows[A12], rows[PART])
+    clear(rows[PART])
+    append_row(rows[PART], 1.0, rows[LL])
+    append_row(rows[PART], 1.0, rows[M33])
+    append_product(rows[TOTAL], -1.0, rows[A], rows[PART])
+    append_product(rows[TOTAL], -2.0, rows[K], rows[M3])
+    return value(rows[TOTAL])
+
+
+@routine
+def flipped(c):
+    """After half a turn about axis 1: (x, y, z) -> (x, -y, -z)."""
+    x, y, z = c.gamma
+    return Conserved(
+        c.a, c.a12, c.a13, c.a23, neg(c.k), (x, neg(y), neg(z)), c.L, c.below, c.above, neg(c.b1), neg(c.b2),
+        c.disc1, c.disc2, c.lower, c.upper, c.poles, c.J, c.U, c.U_exchanged,
+    )  # fmt: skip
+
+
+@routine
+def exchanged(c):
+    """After a quarter turn about axis 3: (x, y, z) -> (y, -x, z)."""
+    x, y, z = c.gamma
+    return Conserved(
+        (c.a[1], c.a[0], c.a[2]), neg(c.a12), c.a23, c.a13, c.k, (y, neg(x), z), c.L, c.above, c.below,
+        c.b2, c.b1, c.disc2, c.disc1, c.upper, c.lower, c.poles, c.J, c.U_exchanged, c.U,
+    )  # fmt: skip
+
+
+@routine
+def turned(c):
+    """After half a turn about axis 3: (x, y, z) -> (-x, -y, z)."""
+    x, y, z = c.gamma
+    return Conserved(
+        c.a, c.a12, c.a13, c.a23, c.k, (neg(x), neg(y), z), c.L, c.above, c.below, c.b1, c.b2,
+        c.disc1, c.disc2, c.upper, c.lower, c.poles, c.J, c.U, c.U_exchanged,
+    )  # fmt: skip

@@ -1,0 +1,92 @@
+"""Bodies with rotors of constant momentum: records of their motion in closed form, and samples."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import RegimeError
+from ..kernels import layout
+from ..runtime import compiled
+from .body import RigidBody
+from .constants_of_motion import Batch
+from .error_bounds import GYROSTAT_FORMS, gyrostat_form_of, solution
+
+
+class GyrostatBatch(Batch):
+    """Gyrostats with their states at the epoch, and the records of their motion (docs/theory.md, section 11).
+
+    Parameters
+    ----------
+    body, attitudes, rates, shape : as of `Batch`; moments are those with the rotors locked
+    rotors : (..., 3), N m s, body components: momentum of the rotors relative to the body
+
+    Raises
+    ------
+    RegimeError : a motion that no series here holds for (where three equilibria meet in one).
+    """
+
+    def __init__(
+        self,
+        body: RigidBody,
+        attitudes: np.ndarray,
+        rates: np.ndarray,
+        rotors: np.ndarray,
+        shape: tuple[int, ...],
+    ):
+        self.rotors = np.broadcast_to(rotors, (*shape, 3))
+        self._condition = 1.0
+        super().__init__(body, attitudes, rates, shape)
+
+    @cached_property
+    def solution(self) -> tuple[str, float]:
+        """Closed forms of these bodies, and the error that was measured of them, rad."""
+        name, bound = solution(self._forms, GYROSTAT_FORMS)
+        return name, bound * self._condition
+
+    def __getitem__(self, key: Any) -> Batch:
+        """The batch of these bodies, by index or slice of the batch dimensions."""
+        whole, self.rotors = self.rotors, self.rotors[key]
+        try:
+            return super().__getitem__(key)
+        finally:
+            self.rotors = whole
+
+    def _computed_records(self, states: tuple[np.ndarray, ...], first: int) -> np.ndarray:
+        count = len(states[0])
+        rotors = np.ascontiguousarray(self.rotors.reshape(-1, 3)[first : first + count])
+        out = np.zeros(count, layout.GYROSTAT)
+        compiled.gyrostats(
+            *states,
+            rotors,
+            out,
+            np.empty((layout.EXACT_SUM_ROWS, layout.EXACT_SUM_LENGTH)),
+            *layout.workspace(),
+        )
+        self._forms[first : first + count] = gyrostat_form_of(out["regime"], out["route"], out["any_rotor"])
+        self._condition = max(self._condition, float(np.max(out["boost"], initial=1.0)))
+        return out
+
+    def _sample_records(
+        self,
+        records: np.ndarray,
+        seconds: tuple[np.ndarray, np.ndarray | None],
+        outputs: tuple[np.ndarray | None, np.ndarray | None],
+        index: int,
+        part: tuple[int, int],
+    ) -> None:
+        compiled.sample_gyrostats(records, *seconds, *outputs, index, *part)
+
+    def _refuse_out_of_range(self, records: np.ndarray, first: int) -> None:
+        numbers = ("precession", "argument", "argument0", "frame", "to_rate", *("alpha_re", "beta_im"))
+        lost = np.zeros(len(records), bool)
+        for name in numbers:
+            lost |= ~np.isfinite(records[name]).reshape(len(records), -1).all(axis=1)
+        if lost.any():
+            b = int(np.argmax(lost))
+            raise RegimeError(
+                f"effects: rotors of {self.rotors.reshape(-1, 3)[first + b].tolist()} N m s bring this body "
+                'to the merger of its equilibria, where the closed form ends; ask for "solver": "gauss"'
+            )
