@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.types import Message
 
 from attitude.errors import InputError, unknown_name
-from attitude.formats.registry import BY_ENDING, FORMATS, Format
+from attitude.formats.registry import BY_ENDING, FORMATS, READ_ONLY, Format
 
 from .settings import variable
 from .streaming import JSON
@@ -76,9 +76,10 @@ Files = Annotated[dict[str, tuple[str, bytes]], Depends(files)]
 
 
 def named_format(parameter: str, name: str) -> Format:
-    if name not in FORMATS:
-        raise unknown_name(parameter, "format", name, FORMATS, steps=())
-    return FORMATS[name]
+    known = FORMATS | READ_ONLY if parameter == "source" else FORMATS
+    if name not in known:
+        raise unknown_name(parameter, "format", name, known, steps=())
+    return known[name]
 
 
 def source_of(name: str | None, filename: str, media: str) -> Format:

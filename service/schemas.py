@@ -9,7 +9,7 @@ from pydantic.json_schema import SkipJsonSchema
 from attitude.errors import InputError, unknown
 from attitude.formats import module_of, option_names
 from attitude.formats.encoding import parse_options
-from attitude.formats.registry import FORMATS, Format
+from attitude.formats.registry import FORMATS, READ_ONLY, Format
 
 Text = str | SkipJsonSchema[None]
 FormatName = Annotated[Text, Field(json_schema_extra={"enum": list(FORMATS)})]
@@ -87,7 +87,11 @@ class EphemerisQuery(FileQuery, PlanQuery):
 class ConvertQuery(FileQuery):
     """What format a file is in, and how its attitudes are written."""
 
-    source: FormatName = Field(None, description="format of the file, instead of what its name or type says")
+    source: Text = Field(
+        None,
+        description="format of the file, instead of what its name or type says",
+        json_schema_extra={"enum": [*FORMATS, *READ_ONLY]},
+    )
 
 
 class Problem(BaseModel):

@@ -132,7 +132,9 @@ def reading_options(options: Namespace, path: str, format_name: str | None) -> d
     from .. import formats
     from ..formats.encoding import parse_options
 
-    return parse_options(dict(map(_option, options.set)), formats.find(path, format_name), reading=True)
+    return parse_options(
+        dict(map(_option, options.set)), formats.find_source(path, format_name), reading=True
+    )
 
 
 def _option(text: str) -> tuple[str, str]:

@@ -43,7 +43,7 @@ def execute(options: Namespace) -> None:
     from .. import formats
     from ..ephemeris import Ephemeris
 
-    source = formats.find(options.files[0], options.source_format)
+    source = formats.find_source(options.files[0], options.source_format)
     target, writing, reading = arguments.output_format(options, source)
     console.announce_compilation(options)
     ephemeris = Ephemeris.read(options.files, options.source_format, **reading)

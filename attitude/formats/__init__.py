@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -42,7 +43,7 @@ from ..samples.joining import joined
 from ..samples.resampling import with_interpolation
 from . import interpolation_nodes
 from .interpolation_nodes import Written
-from .registry import BY_ENDING, FORMATS
+from .registry import BY_ENDING, FORMATS, READ_ONLY
 from .registry import Format as Format
 from .schema import is_utf8
 
@@ -139,7 +140,7 @@ def read(
 
 
 def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> EphemerisData:  # noqa: A002
-    entry = find(path, format)
+    entry = find_source(path, format)
     module = module_of(entry)
     check_options(entry, options, "parse")
     try:
@@ -166,6 +167,16 @@ def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public 
         )
         raise FormatError(f"{requested}; this version has {', '.join(FORMATS)}", str(path))
     return entry
+
+
+def find_source(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public name)
+    """As `find`, of a file that is read: also formats that are not written.
+
+    The mission's own names (MMS1_DEFATT_2015074_2015075.V00) tell that a file is DEFATT.
+    """
+    is_defatt = format is None and re.search(r"(?i)_defatt_.*\.v\d\d$|\.defatt$", Path(path).name)
+    name = "defatt" if is_defatt else (format or "").lower()
+    return READ_ONLY[name] if name in READ_ONLY else find(path, format)
 
 
 def module_of(entry: Format) -> ModuleType:

@@ -37,3 +37,5 @@ _ENTRIES = (
 )
 FORMATS = {entry.name: entry for entry in _ENTRIES}
 BY_ENDING = {ending: entry for entry in _ENTRIES for ending in entry.endings}
+# Formats of other tools that are read, and not written.
+READ_ONLY = {"defatt": Format("defatt", "defatt", (".defatt",), "text/x-mms-defatt")}

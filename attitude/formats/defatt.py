@@ -1,0 +1,158 @@
+"""Definitive attitude of the Magnetospheric Multiscale mission (DEFATT), as its flight dynamics publish it.
+
+A CCSDS AEM of version 1 in outline, with rows of a type of its own, QUATERNION/RATE/SPIN/NUTATION: UTC by the
+day of the year, elapsed seconds of TAI since 1958, the quaternion from J2000 to body axes, scalar last, whose
+numbers are those of this library's rotation from body to J2000; rates in deg/s along the body's axes; phases
+and directions, which follow from these, the nutation angle and a quality flag.  It is read, not written.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from typing import BinaryIO
+
+import numpy as np
+
+from ..errors import AttitudeError, AttitudeWarning, FormatError, InputError
+from ..frames import rotations
+from ..samples.ephemeris_data import EphemerisData
+from . import line_blocks, schema, text_rows
+from .ccsds.epochs import RowError, Timestamps, parse_epochs, to_instants
+
+KEYWORD = re.compile(r"([A-Z_]+)\s*=\s*(.*)")
+ROW = "t-" + "n" * 7 + "-" * 11 + "t"  # time, elapsed, quaternion and rate, derived numbers, quality
+CONVERGED = b"CNV"  # the flag of attitudes at which the filter has converged
+# What the header has to state, for the numbers to mean what is read from them.
+STATED = {
+    "REF_FRAME_A": "J2000",
+    "REF_FRAME_B": "BCS",
+    "ATTITUDE_DIR": "A2B",
+    "ATTITUDE_TYPE": "QUATERNION/RATE/SPIN/NUTATION",
+    "QUATERNION_TYPE": "LAST",
+    "TIME_SYSTEM": "UTC",
+}
+LAST_LINE = re.compile(rb"\s*DATA_STOP\s*")
+
+
+def parse(stream: BinaryIO, source: str) -> EphemerisData:
+    """Attitudes and rates of the body, relative to EME2000."""
+    reader = DefattReader(source)
+    for block in line_blocks.blocks(stream, source, last_line=LAST_LINE):
+        reader.add_block(block)
+    return reader.ephemeris()
+
+
+class DefattReader:
+    """Takes the header, the rows and DATA_STOP, in this order."""
+
+    def __init__(self, source: str):
+        self.source = source
+        self.fields: dict[str, str] = {}
+        self.in_rows = self.ended = False
+        self.stamps: list[Timestamps] = []
+        self.tables: list[np.ndarray] = []
+        self.numbers: list[np.ndarray] = []  # of the lines of rows
+        self.unconverged = 0
+
+    def _error(self, message: str, line: int | None = None) -> FormatError:
+        return FormatError(message, self.source, line)
+
+    def add_block(self, block: line_blocks.LineBlock) -> None:
+        """Take the next lines of the file."""
+        offset = 0
+        while offset < block.size:
+            if self.in_rows:
+                stop = re.search(rb"(?m)^\s*DATA_STOP\s*$", block.text[offset:])
+                end = block.size if stop is None else offset + stop.start()
+                self._add_rows(block.text[offset:end], block.number_at(offset))
+                offset, self.in_rows = end, stop is None
+                self.ended = stop is not None
+                if self.in_rows:
+                    return
+            number = block.number_at(offset)
+            line, offset = block.line(offset)
+            self._add_line(line.decode("utf-8", errors="replace").strip(), number)
+
+    def _add_line(self, text: str, number: int) -> None:
+        if not text or text.startswith("COMMENT") or text in ("META_START", "META_STOP", "DATA_STOP"):
+            return
+        if self.ended:
+            raise self._error("something after DATA_STOP", number)
+        if text == "DATA_START":
+            self._check_header(number)
+            self.in_rows = True
+            return
+        match = KEYWORD.fullmatch(text)
+        if match is None:
+            raise self._error(f"KEYWORD = value belongs here, not {text[:80]!r}", number)
+        if match[1] in self.fields:
+            raise self._error(f"{match[1]} twice", number)
+        self.fields[match[1]] = match[2].strip()
+
+    def _check_header(self, number: int) -> None:
+        if self.fields.get("CCSDS_AEM_VERS") != "1.0":
+            raise self._error("not a DEFATT file, which begins with CCSDS_AEM_VERS = 1.0", number)
+        for name, value in STATED.items():
+            if self.fields.get(name) != value:
+                raise self._error(f"{name} is {self.fields.get(name)!r}, not {value!r}", number)
+
+    def _add_rows(self, text: bytes, first: int) -> None:
+        """Take rows, among which may be comments and empty lines."""
+        lines = text.split(b"\n")[:-1]
+        kept = [(line.split(), i) for i, line in enumerate(lines, first) if line.split()]
+        kept = [(words, i) for words, i in kept if not words[0].startswith(b"COMMENT")]
+        if not kept:
+            return
+        for words, i in kept:
+            if len(words) != len(ROW):
+                raise self._error(f"{len(words)} values where {len(ROW)} belong", i)
+        numbers = np.array([i for _, i in kept])
+        table = text_rows.read(b"".join(b" ".join(words) + b"\n" for words, _ in kept), ROW)
+        if table is None:
+            raise self._error(*self._bad_row(kept))
+        try:
+            self.stamps.append(parse_epochs(table.texts[0], "UTC"))
+        except RowError as error:
+            raise self._error(error.reason, int(numbers[error.index])) from None
+        self.unconverged += sum(flag != CONVERGED for flag in table.texts[1].to_pylist())
+        self.tables.append(table.columns)
+        self.numbers.append(numbers)
+
+    def _bad_row(self, kept: list[tuple[list[bytes], int]]) -> tuple[str, int]:
+        """What is wrong with the first row that has a number which is none, and its line."""
+        for words, number in kept:
+            for word in words[2:9]:
+                try:
+                    is_finite = bool(np.isfinite(float(word)))
+                except ValueError:
+                    is_finite = False
+                if not is_finite or b"_" in word:
+                    return f"{word[:40].decode(errors='replace')!r} is no finite number", number
+        return "values that are not separated by blanks", kept[0][1]
+
+    def ephemeris(self) -> EphemerisData:
+        """Return what was read; FormatError if it is truncated, or no ephemeris."""
+        if not self.ended:
+            raise self._error("ends before DATA_STOP")
+        if not self.tables:
+            raise self._error("no attitudes between DATA_START and DATA_STOP")
+        numbers = np.concatenate(self.numbers)
+        stamps = Timestamps(*map(np.concatenate, zip(*self.stamps, strict=True)))
+        later = (np.diff(stamps.second) > 0) | ((np.diff(stamps.second) == 0) & (np.diff(stamps.atto) > 0))
+        if not later.all():
+            raise self._error("an epoch that is not after the one before", int(numbers[np.argmin(later) + 1]))
+        columns = np.concatenate(self.tables, axis=1).T
+        try:
+            q = schema.unit_rows(columns[:, [3, 0, 1, 2]], self.source)
+            instants = schema.check_dates(to_instants(stamps, "UTC"))
+        except InputError as error:
+            row = error.steps[1] if len(error.steps) > 1 else 0
+            raise self._error(str(error), int(numbers[int(row)])) from None
+        except AttitudeError as error:
+            raise self._error(str(error)) from None
+        if self.unconverged:
+            text = f"{self.unconverged} of {len(q)} attitudes have a quality flag other than CNV"
+            warnings.warn(f"{self.source}: {text}", AttitudeWarning, stacklevel=2)
+        rate, name = np.deg2rad(columns[:, 4:7]), self.fields.get("OBJECT_NAME", "")
+        return EphemerisData(rotations.sign_continuous(q), instants, "EME2000", None, rate, name)
