@@ -279,15 +279,20 @@ def test_file_of_a_free_body_holds_nothing_of_effects(format, tmp_path):
 # -- in blocks -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("format", [*FORMATS, "fits", "npz"])
+DATED = {"creation_date": "2020-01-01T00:00:00"}
+IN_BLOCKS = {"aem": DATED, "aem-xml": DATED, "stk": {"rates": True}}
+
+
+@pytest.mark.parametrize("format", [*FORMATS, "fits", "npz", "aem", "aem-xml", "stk"])
 @pytest.mark.parametrize("block", [1, 7, 39, 40, 41])
 def test_files_do_not_depend_on_the_size_of_their_blocks(block, format, monkeypatch, tmp_path):
     # the rest of the first samples is zero: their blocks alone would have no column for it
     rest = np.concatenate([np.zeros(20), np.full(20, 1e-17)])
     written = motion(epoch=EPOCH.tai).at(TimeDelta(np.arange(40.0), rest, format="jd"))
-    written.write(tmp_path / "whole", format)
+    options = IN_BLOCKS.get(format, {})
+    written.write(tmp_path / "whole", format, **options)
     monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
-    written.write(tmp_path / "blocks", format)
+    written.write(tmp_path / "blocks", format, **options)
     assert (tmp_path / "blocks").read_bytes() == (tmp_path / "whole").read_bytes()
 
 

@@ -23,6 +23,7 @@ from attitude.times.leap_seconds import tai_minus_utc
 from tests.bodies import ATTITUDE
 from tests.formats import aem_oracles
 from tests.formats.test_malformed import Endless
+from tests.formats.texts import aem as file
 from tests.tables import table
 
 MODULES = {"kvn": kvn_format, "xml": xml_format}
@@ -118,13 +119,6 @@ def test_leap_second_is_second_60(syntax):
         "2017-01-01T00:00:00.000000000",
     ]
     assert read(text).elapsed.tolist() == [0.0, 0.5, 1.0, 1.5]
-
-
-@both
-def test_pieces_are_one_file(syntax, monkeypatch):
-    whole = text_of(motion().at(T), syntax, creation_date="2020-01-01T00:00:00")
-    monkeypatch.setattr("attitude.samples.chunks.CHUNK_INSTANTS", 7)
-    assert text_of(motion().at(T), syntax, creation_date="2020-01-01T00:00:00") == whole
 
 
 @both
@@ -326,25 +320,6 @@ def test_we_read_what_others_write(writer, rates, syntax):
 
 
 # -- other directions, types and versions ---------------------------------------------------------
-
-
-def file(rows, version="2.0", header="", **metadata):
-    """A small file by hand; None takes a keyword away."""
-    fields = {
-        "OBJECT_NAME": "SAT",
-        "OBJECT_ID": "2000-052A",
-        "REF_FRAME_A": "J2000",
-        "REF_FRAME_B": "SC_BODY_1",
-        "TIME_SYSTEM": "UTC",
-        "START_TIME": "2020-01-01T00:00:00",
-        "STOP_TIME": "2020-01-01T00:01:00",
-        "ATTITUDE_TYPE": "QUATERNION",
-    } | metadata
-    meta = "\n".join(f"{name} = {value}" for name, value in fields.items() if value is not None)
-    return (
-        f"CCSDS_AEM_VERS = {version}\nCREATION_DATE = 2020-01-01T00:00:00\nORIGINATOR = NASA\n{header}"
-        f"META_START\n{meta}\nMETA_STOP\nDATA_START\n{rows}\nDATA_STOP\n"
-    )
 
 
 EPOCH_TEXT = "2020-01-01T00:00:00.0"

@@ -11,6 +11,7 @@ from attitude import Ephemeris, FormatError, InputError
 from attitude.formats.registry import FORMATS
 from attitude.times.instants import Instants
 from tests.formats.damage import EDITS, check_same, edited, motion, originals, outcome, read, written
+from tests.formats.texts import aem, stk
 
 each_format = pytest.mark.parametrize("format", FORMATS)
 # ECSV is fifty times slower to read than the others.
@@ -38,59 +39,42 @@ def test_damaged_files_are_refused_or_written_again(format):
 
 # -- files that readers took and writers refused ---------------------------------------------------
 
-AEM_ROWS = b"""CCSDS_AEM_VERS = 2.0
-CREATION_DATE = 2020-01-01T00:00:00
-ORIGINATOR = X
-META_START
-OBJECT_NAME = Y
-OBJECT_ID = Z
-REF_FRAME_A = GCRF
-REF_FRAME_B = SC_BODY_1
-TIME_SYSTEM = TAI
-START_TIME = 2020-01-01T00:00:00
-STOP_TIME = 2020-01-02T00:00:00
-ATTITUDE_TYPE = %s
-META_STOP
-DATA_START
-%s
-DATA_STOP
-"""
-STK_ROWS = b"""stk.v.11.0
-BEGIN Attitude
-ScenarioEpoch %s
-CoordinateAxes ICRF
-AttitudeTimeQuaternions
-%s
-END Attitude
-"""
-PLAIN, DERIVATIVE = b"QUATERNION", b"QUATERNION/DERIVATIVE"
+AEM = {"TIME_SYSTEM": "TAI", "REF_FRAME_A": "GCRF", "STOP_TIME": "2020-01-02T00:00:00"}
 APART = "attitudes.1.: epochs at least 2e-09 s apart"
-NOON = b"1 Jul 2007 12:00:00"
 REFUSED = [
-    ("aem", PLAIN, b"2020-01-01T00:00:00.0000000001 0 0 0 1\n2020-01-01T00:00:00.0000000004 0 0 0 1", APART),
-    ("aem", PLAIN, b"2020-01-01T23:59:59.9999999999 0 0 0 1\n2020-01-02T00:00:00 0 0 0 1", APART),
     (
         "aem",
-        DERIVATIVE,
-        b"2020-01-01T00:00:00 0 0 0 1 1e307 0 0 0",
+        "QUATERNION",
+        "2020-01-01T00:00:00.0000000001 0 0 0 1\n2020-01-01T00:00:00.0000000004 0 0 0 1",
+        APART,
+    ),
+    ("aem", "QUATERNION", "2020-01-01T23:59:59.9999999999 0 0 0 1\n2020-01-02T00:00:00 0 0 0 1", APART),
+    (
+        "aem",
+        "QUATERNION/DERIVATIVE",
+        "2020-01-01T00:00:00 0 0 0 1 1e307 0 0 0",
         r"line 15: a rate of more than 1e\+306 rad/s",
     ),
-    ("stk", NOON + b".5", b"0 0 0 0 1\n1e-17 0 0 0 1", r"line 7: 0.[45]\d* s is not after 0.[45]"),
-    ("stk", NOON, b"1e12 0 0 0 1", "line 6: STK has years of four digits, not 33696"),
-    ("stk", NOON, b"0 0 0 0 1\n1e300 0 0 0 1", "instants that a calendar has"),
-    ("ecsv", b"0.2999999999999999", b"null", "line 42: elapsed, quaternion or rate without a value"),
-    ("csv", b",2.0,", b",1e300,", "instants that a calendar has .1e.300 s from the epoch"),
-    ("json", b"2457754.0", b"-1e9", "epoch beyond any calendar|a calendar has"),
+    ("stk", "1 Jul 2007 12:00:00.5", "0 0 0 0 1\n1e-17 0 0 0 1", r"line 7: 0.[45]\d* s is not after 0.[45]"),
+    ("stk", "1 Jul 2007 12:00:00", "1e12 0 0 0 1", "line 6: STK has years of four digits, not 33696"),
+    ("stk", "1 Jul 2007 12:00:00", "0 0 0 0 1\n1e300 0 0 0 1", "instants that a calendar has"),
+    ("ecsv", "0.2999999999999999", "null", "line 42: elapsed, quaternion or rate without a value"),
+    ("csv", ",2.0,", ",1e300,", "instants that a calendar has .1e.300 s from the epoch"),
+    ("json", "2457754.0", "-1e9", "epoch beyond any calendar|a calendar has"),
 ]
 
 
 @pytest.mark.parametrize(("format", "first", "second", "words"), REFUSED, ids=range(len(REFUSED)))
 def test_what_its_writer_would_refuse_is_refused(format, first, second, words):
     """Type and rows of an AEM, epoch and rows of an STK file; else a number and another for it."""
-    rows = {"aem": AEM_ROWS, "stk": STK_ROWS}.get(format)
-    content = originals(format)[0].replace(first, second, 1) if rows is None else rows % (first, second)
+    if format == "aem":
+        text = aem(second, ATTITUDE_TYPE=first, **AEM)
+    elif format == "stk":
+        text = stk(second, first)
+    else:
+        text = originals(format)[0].decode().replace(first, second, 1)
     with pytest.raises(FormatError, match=words):
-        read(format, content)
+        read(format, text.encode())
 
 
 def with_rate(rate):

@@ -11,6 +11,7 @@ from attitude import Ephemeris, FormatError, Scene
 from attitude.formats.interpolation_nodes import Interpolant
 from tests.effects.scenes import effect, quantity
 from tests.formats.test_nodes import angle, between
+from tests.formats.texts import HEADER, aem_segment
 
 SCENE = {
     "body": {"moments": [1, 2, 2.5], "unit": "kg m2", "mass": quantity(3, "kg")},
@@ -158,31 +159,17 @@ def test_segments_meet_where_doubles_are_further_apart_than_nanoseconds(seconds,
 
 # -- of others ---------------------------------------------------------------------------------------
 
-METADATA = """META_START
-OBJECT_NAME = SAT
-OBJECT_ID = 2024-001A
-REF_FRAME_A = EME2000
-REF_FRAME_B = SC_BODY_1
-TIME_SYSTEM = UTC
-START_TIME = {0}
-STOP_TIME = {1}
-ATTITUDE_TYPE = QUATERNION
-META_STOP
-DATA_START
-"""
-HEADER = "CCSDS_AEM_VERS = 2.0\nCREATION_DATE = 2024-01-01T00:00:00\nORIGINATOR = ME\n"
-
 
 def file(*segments):
     """Of segments of (seconds, degrees about z)."""
-    text = HEADER
-    for rows in segments:
-        dates = [f"2024-01-01T00:{t // 60:02}:{t % 60:02}" for t, _ in rows]
-        text += METADATA.format(dates[0], dates[-1])
-        for date, (_, degrees) in zip(dates, rows, strict=True):
+    text = HEADER.format("2.0")
+    for states in segments:
+        dates = [f"2024-01-01T00:{t // 60:02}:{t % 60:02}" for t, _ in states]
+        rows = []
+        for date, (_, degrees) in zip(dates, states, strict=True):
             half = np.deg2rad(degrees) / 2
-            text += f"{date} 0 0 {np.sin(half)!s} {np.cos(half)!s}\n"
-        text += "DATA_STOP\n"
+            rows.append(f"{date} 0 0 {np.sin(half)!s} {np.cos(half)!s}")
+        text += aem_segment("\n".join(rows), START_TIME=dates[0], STOP_TIME=dates[-1])
     return text
 
 

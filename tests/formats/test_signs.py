@@ -11,6 +11,7 @@ from attitude import Ephemeris
 from attitude.formats.ccsds import kvn, xml
 from attitude.samples import chunks
 from attitude.samples.event import Event
+from tests.formats.texts import aem, stk
 
 COUNT = 20
 ANGLES = np.deg2rad(94.0 + 10.0 * np.arange(COUNT))  # about z, 10 deg/s
@@ -24,31 +25,7 @@ def xyzw(signs):
     return np.stack([zero, zero, np.sin(ANGLES / 2), np.cos(ANGLES / 2)], axis=1) * signs[:, None]
 
 
-AEM = """CCSDS_AEM_VERS = 2.0
-CREATION_DATE = 2024-01-01T00:00:00
-ORIGINATOR = ME
-META_START
-OBJECT_NAME = SAT
-OBJECT_ID = 2024-001A
-REF_FRAME_A = EME2000
-REF_FRAME_B = SC_BODY_1
-TIME_SYSTEM = UTC
-START_TIME = 2024-01-01T00:00:00
-STOP_TIME = 2024-01-01T00:00:19
-ATTITUDE_TYPE = QUATERNION
-META_STOP
-DATA_START
-{}
-DATA_STOP
-"""
-STK = """stk.v.11.0
-BEGIN Attitude
-ScenarioEpoch 1 Jan 2024 00:00:00
-CoordinateAxes ICRF
-AttitudeTimeQuaternions
-{}
-END Attitude
-"""
+SPAN = {"START_TIME": "2024-01-01T00:00:00", "STOP_TIME": "2024-01-01T00:00:19"}
 
 
 def rows(signs, lead):
@@ -58,11 +35,11 @@ def rows(signs, lead):
 
 
 def as_aem(signs):
-    return AEM.format(rows(signs, "2024-01-01T00:00:{:02}")), "a.aem"
+    return aem(rows(signs, "2024-01-01T00:00:{:02}"), **SPAN), "a.aem"
 
 
 def as_stk(signs):
-    return STK.format(rows(signs, "{}")), "a.a"
+    return stk(rows(signs, "{}")), "a.a"
 
 
 def as_czml(signs):
@@ -149,7 +126,7 @@ def test_rates_do_not_depend_on_signs(tmp_path):
         text = [
             f"2024-01-01T00:00:{t:02} " + " ".join(map(repr, row.tolist())) for t, row in enumerate(numbers)
         ]
-        return AEM.replace("= QUATERNION", "= QUATERNION/DERIVATIVE").format("\n".join(text))
+        return aem("\n".join(text), **SPAN, ATTITUDE_TYPE="QUATERNION/DERIVATIVE")
 
     back = read((derivative(FLIPS), "a.aem"), tmp_path)
     assert np.abs(back.angular_velocity - [0, 0, np.deg2rad(10.0)]).max() < 1e-14

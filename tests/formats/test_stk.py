@@ -137,13 +137,6 @@ def test_bits_of_quaternions_come_back(frame, rates, tmp_path):
         assert np.allclose(back.angular_velocity, ephemeris.angular_velocity, rtol=1e-15, atol=1e-16)
 
 
-@pytest.mark.parametrize("block", [1, 7, 39, 40, 41])
-def test_files_do_not_depend_on_the_size_of_their_blocks(block, monkeypatch, tmp_path):
-    whole = text_of(tmp_path, motion().at(T), rates=True)
-    monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
-    assert text_of(tmp_path, motion().at(T), rates=True) == whole
-
-
 @pytest.mark.parametrize("scale", ["utc", "tai", "tt", "tdb"])
 def test_dates_of_any_scale_come_back(scale, tmp_path):
     epoch = Time("2016-12-31T23:59:50.123456789", scale="utc")
