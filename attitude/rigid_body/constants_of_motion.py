@@ -57,8 +57,10 @@ class Batch:
 
     def __init__(self, body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]):
         self.body = body
-        self.attitudes = _repeated(attitudes, (*shape, 4))
-        self.rates = _repeated(rates, (*shape, 3))
+        self.attitudes = (
+            attitudes if attitudes.shape == (*shape, 4) else np.broadcast_to(attitudes, (*shape, 4))
+        )
+        self.rates = rates if rates.shape == (*shape, 3) else np.broadcast_to(rates, (*shape, 3))
         self.shape = shape
         self.size = int(np.prod(shape))
         self._forms = np.zeros(self.size, np.int8)
@@ -217,10 +219,6 @@ class Batch:
         beyond[index] = True
         expected = "a rate that a body so thin can have without leaving the range of a double"
         units.refuse_where(beyond, self.rates, "angular_velocity", expected)
-
-
-def _repeated(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    return array if array.shape == shape else np.broadcast_to(array, shape)
 
 
 def _components(out: Any, shape: tuple[int, ...]) -> np.ndarray:

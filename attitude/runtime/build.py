@@ -17,10 +17,6 @@ from ..errors import AttitudeError
 from . import compiled, kernel_cache, prebuilt
 from .signature import Signature
 
-# Undefined symbols are an error of the linker, not of the first call.
-LINK = ["ld", "-shared", "-Bsymbolic", "--strip-all", "-z", "defs", "-z", "now", "-z", "relro"]
-LIBRARIES = ["--as-needed", "-l:libm.so.6", "-l:libc.so.6"]
-
 # attitude.cost's "phases in doubles": the cost and the benefit of the second parts of phases.
 MEASURED = Signature("cayley_klein", "sample", "r1.d1.n.d3.d3.i.i.i.i")
 
@@ -35,10 +31,12 @@ def build(library: Path, processor: str, groups: list[list[Signature]]) -> None:
 
 def link(objects: list[Path], library: Path) -> None:
     """Links object files to a shared library; AttitudeError where that fails."""
+    # undefined symbols are an error of the linker, not of the first call
+    options = ["-shared", "-Bsymbolic", "--strip-all", "-z", "defs", "-z", "now", "-z", "relro"]
+    libraries = ["--as-needed", "-l:libm.so.6", "-l:libc.so.6"]
+    command = ["ld", *options, "-o", str(library), *map(str, objects), *libraries]
     try:
-        run = subprocess.run(
-            [*LINK, "-o", library, *objects, *LIBRARIES], capture_output=True, text=True, check=False
-        )
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
     except FileNotFoundError:
         raise AttitudeError("kernels cannot be linked: ld is not installed (of binutils)") from None
     if run.returncode != 0:

@@ -95,7 +95,6 @@ def prototype(kinds: tuple[str, ...]) -> Any:
 # -- the kernels, and the signatures that the library calls ----------------------------------------------
 
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
-WORLD = "d3.d1.d3.d1.d3"  # effects of each body; orbit, its pieces, sun, its pieces
 
 invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
@@ -110,7 +109,7 @@ days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
 nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
-collocate = Kernel("solvers.collocation.collocate", f"s1.d1.d2.d3.d1.d1.{WORLD}")
+collocate = Kernel("solvers.collocation.collocate", "s1.d1.d2.d3.d1.d1.d3.d1.d3.d1.d3")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3.d2")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.d1.d2.d2.d1")
 draw = Kernel("statistics.dispersion.draw", "i1.i.d1.d1.d2.d2.d2.i1")
@@ -118,21 +117,22 @@ accumulate = Kernel("statistics.moment_sums.accumulate", "d3.d1.d1")
 add_exactly = Kernel("statistics.moment_sums.add_exactly", "d1.i3")
 
 # Kernels that are compiled together when a missing one is called, each group in a process of its own.
-ALWAYS = [
-    [invariants],
-    [
-        *(sample, azimuth, principal_axes, rate_is_constant),
-        *(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
-    ],
-]
-TORQUES = [[collocate]]
-GYROSTATS = [[gyrostats], [sample_gyrostats]]
-CONTACT = [[bounce]]
-INTERPOLATION = [[interpolate]]
-ENSEMBLES = [[draw], [accumulate, add_exactly]]
 WINGS = [
     [[signature for kernel in group for signature in kernel.signatures] for group in wing]
-    for wing in (ALWAYS, TORQUES, GYROSTATS, CONTACT, INTERPOLATION, ENSEMBLES)
+    for wing in (
+        (
+            (invariants,),
+            (
+                *(sample, azimuth, principal_axes, rate_is_constant),
+                *(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
+            ),
+        ),
+        ((collocate,),),
+        ((gyrostats,), (sample_gyrostats,)),
+        ((bounce,),),
+        ((interpolate,),),
+        ((draw,), (accumulate, add_exactly)),
+    )
 ]
 
 

@@ -197,6 +197,11 @@ class EphemerisData:
         return self.momentum is not None
 
     @property
+    def own_momentum(self) -> np.ndarray | None:
+        """(..., 3), kg m2 rad/s, inertial, along the axes of `frame`; None unless it `has_own_momentum`."""
+        return None if self.momentum is None else self.momentum.copy(order="K")
+
+    @property
     def kinetic_energy(self) -> np.ndarray:
         """(...), J, from the sampled rate; RegimeError in a rotating frame."""
         self._refuse_rotating("kinetic_energy")
