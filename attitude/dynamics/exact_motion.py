@@ -2,7 +2,7 @@
 
 no torque                        free rotation
 rotors of constant momentum      a gyrostat
-anything else                    None: an integrator's
+anything else                    none: it is integrated
 
 Impulses end one stretch of closed form and begin another; they are no torque here.
 """
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import RegimeError
 from ..kernels import layout
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import CachedTorque
@@ -66,6 +67,7 @@ def exact_motion(
 ) -> ExactMotion | None:
     """The closed form of motion under these torques; None where there is none.
 
+    Nor is there one where the motion of the body from the epoch ends at a merger of equilibria.
     solver : that the user asked for by name, to which torques are left then
     """
     rotors = np.zeros(3)
@@ -75,4 +77,10 @@ def exact_motion(
         if solver not in (None, "automatic") or not are_rotors or not torque.follows_axes:
             return None
         rotors = rotors + rows[:, 1:4].sum(axis=0)
-    return ExactMotion(rotors)
+    exact = ExactMotion(rotors)
+    if not exact.is_free:
+        try:
+            exact.of(initial_state.body, initial_state.attitude, initial_state.rate)
+        except RegimeError:
+            return None
+    return exact

@@ -25,7 +25,8 @@ class GyrostatBatch(Batch):
 
     Raises
     ------
-    RegimeError : a motion that no series here holds for (where three equilibria meet in one).
+    RegimeError : a motion that no series here holds for: on the path to where equilibria merge, or nearer to
+        an unstable one than the squares of doubles hold (1e-100).
     """
 
     def __init__(
@@ -85,8 +86,8 @@ class GyrostatBatch(Batch):
         for name in numbers:
             lost |= ~np.isfinite(records[name]).reshape(len(records), -1).all(axis=1)
         if lost.any():
-            b = int(np.argmax(lost))
+            rotors = self.rotors.reshape(-1, 3)[first + int(np.argmax(lost))].tolist()
             raise RegimeError(
-                f"effects: rotors of {self.rotors.reshape(-1, 3)[first + b].tolist()} N m s bring this body "
-                'to the merger of its equilibria, where the closed form ends; ask for "solver": "gauss"'
+                f"effects: rotors of {rotors} N m s lead this body to where equilibria merge, or too near an "
+                'unstable one, and the closed form ends there; ask for "solver": "gauss"'
             )

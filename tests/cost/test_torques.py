@@ -59,6 +59,14 @@ def method(name, setting):
     return next(each for each in select_methods([name], UNDER_TORQUES) if each.setting == setting)
 
 
+def test_closed_form_is_a_method_where_rotors_act_alone(exact):
+    posed, attitudes, rates = exact(["wheels"])
+    angle, _ = apart(answers(method("exact", "").prepare(posed)(GRID), GRID), attitudes, rates)
+    assert angle < 4e-15
+    with pytest.raises(AbsentError, match="no closed form"):
+        method("exact", "").prepare(problem("wheels", "gravity_gradient"))
+
+
 # -- truth ----------------------------------------------------------------------------------------
 
 GRID = np.linspace(0.0, SPAN, 5)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from attitude.dynamics.exact_motion import ExactMotion
+from attitude.errors import RegimeError
 from attitude.kernels import layout
 from attitude.oracle.gyrostat_motion import GyrostatMotion
 from attitude.oracle.torque_motion import TorqueMotion
@@ -80,6 +81,33 @@ def test_attitude_and_rate_are_those_of_taylor_series(name):
         attitude, turning = truth.at(t)
         assert attitude_error(q.tolist(), attitude) < PROMISED
         assert np.abs(w - np.array(turning, float)).max() < PROMISED * fastest
+
+
+# Moments, rate and rotor of motions that are on a separatrix through a pole, exactly.
+SEPARATRICES = [
+    ((1.0, 2.0, 2.5), (3.75, 1.25, 6.625), -9.0625),
+    ((1.0, 2.0, 2.5), (3.75, 1.25, -6.625), 9.0625),
+    ((1.0, 2.5, 2.0), (2.5, 3.0, 1.625), 0.5),
+]
+
+
+@pytest.mark.parametrize(("moments", "rate", "rotor"), SEPARATRICES)
+def test_separatrix_is_recognised_and_followed(moments, rate, rotor):
+    batch, seconds = motion(moments, rate, (0.0, 0.0, rotor)), [-3.0, 0.7, 11.0]
+    assert batch._cached[0]["regime"] == layout.SEPARATRIX_PATH
+    assert np.isinf(batch._cached[0]["period"])
+    truth = TorqueMotion(moments, rate, ATTITUDE, [("wheels", (0.0, 0.0, rotor))], digits=40).at(seconds)
+    for (attitude, _), q in zip(truth, samples(batch, seconds)[0], strict=True):
+        assert attitude_error(q.tolist(), attitude) < PROMISED
+
+
+def test_where_equilibria_merge_a_scene_is_integrated():
+    """I1 = 2 / (1/I2 + 1/I3), h = -(I3/I1 - 1) L, gamma = (2, 2, 1)/3: a path that ends there."""
+    wheel = {"type": "wheels", "momentum": quantity([0.0, 0.0, -9.0], "N m s")}
+    made = scene(wheel, moments=(2.0, 1.5, 3.0), rate=(6.0, 8.0, 5.0), elapsed=(0.0, 1.0))
+    assert made.plan().candidates
+    with pytest.raises(RegimeError, match=r"where equilibria merge.*gauss"):
+        motion((2.0, 1.5, 3.0), (6.0, 8.0, 5.0), (0.0, 0.0, -9.0))
 
 
 # -- the oracle -------------------------------------------------------------------------------------------

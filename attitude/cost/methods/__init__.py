@@ -1,7 +1,7 @@
 """The methods that the cost compares, by the names that select them.
 
 ours               the library's closed form
-library_solvers    the library's solver for motion under torques
+library_solvers    the library's solver for motion under torques, and the closed form of rotors alone
 published          the closed form as van Zon & Schofield published it
 fixed_step         Runge-Kutta, order 4, fixed steps
 scipy_integrators  DOP853 and LSODA
@@ -32,6 +32,7 @@ FAMILIES: dict[str, Callable[[], list[Method]]] = {
 }
 
 UNDER_TORQUES: dict[str, Callable[[], list[Method]]] = {
+    "exact": library_solvers.exact,
     "automatic": library_solvers.automatic,
     "gauss": library_solvers.gauss,
     "dop853": scipy_integrators.dop853,

@@ -1,4 +1,4 @@
-"""The library's solver under torques: in steps of several lengths, and in those that `Scene.run` chooses."""
+"""The library under torques: its solver, in steps of several lengths and of its choice; the closed form."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 
 from ...dynamics import arc_integration, integration, solver
 from ...dynamics.batch_states import TorqueProblem
+from ...dynamics.exact_motion import exact_motion
 from ...problem.torque_model import CachedTorque
 from ...times.instants import as_instants
 from ..initial_value_problem import InitialValueProblem, environment_of
-from ..method import Method, Solve
+from ..method import AbsentError, Method, Solve
 
 # Size of a step's last Legendre coefficients above which it is halved, where torques break.
 DECAY = 1e-15
@@ -32,6 +33,21 @@ def gauss() -> list[Method]:
         Method(solver.NAME, f"{radians:g} rad", partial(_at_step, radians=radians), steps=True)
         for radians in (12.0, 8.0, 5.0, 2.5)
     ]
+
+
+def exact() -> list[Method]:
+    """The closed form, where these torques leave one: rotors of constant momentum."""
+    return [Method("exact", "", _in_closed_form, steps=False)]
+
+
+def _in_closed_form(problem: InitialValueProblem) -> Solve:
+    environment = environment_of(problem)
+    initial_state = environment.initial_state
+    motion = exact_motion(initial_state, environment.torques)
+    if motion is None:
+        raise AbsentError("exact: these torques leave no closed form, which rotors (wheels) alone do")
+    batch = motion.of(initial_state.body, initial_state.attitude, initial_state.rate)
+    return lambda t: batch.sample(as_instants(t, None), quaternion=True, rate=True)
 
 
 def _at_step(problem: InitialValueProblem, radians: float) -> Solve:
