@@ -32,11 +32,11 @@ FAMILIES: dict[str, Callable[[], list[Method]]] = {
 }
 
 UNDER_TORQUES: dict[str, Callable[[], list[Method]]] = {
-    "exact": library_solvers.exact,
     "automatic": library_solvers.automatic,
     "gauss": library_solvers.gauss,
     "dop853": scipy_integrators.dop853,
     "heyoka": heyoka.methods,
+    "exact": library_solvers.exact,
 }
 
 
