@@ -120,6 +120,12 @@ def nearest(name: Any, known: Iterable[str]) -> str | None:
     return names[near[0]] if near else None
 
 
+def suggestion(name: Any, known: Iterable[str]) -> str:
+    """The end of a sentence that lists the known names: the one that was meant, if any is like this one."""
+    near = nearest(name, known) if isinstance(name, str) else None
+    return f"; did you mean {near!r}?" if near is not None else ""
+
+
 def unknown_name(
     field: str, noun: str, name: Any, known: Iterable[str], steps: tuple[str | int, ...] | None = None
 ) -> InputError:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from astropy import units as u
 
-from .errors import InputError, nearest
+from .errors import InputError, suggestion
 
 MOMENT = u.kg * u.m**2
 RATE = u.rad / u.s
@@ -108,8 +108,7 @@ def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
     except (ValueError, TypeError, OverflowError) as error:
         kind, examples = _KINDS[like]
         known = [*re.findall('"(.+?)"', examples), *MORE_UNITS.get(like, ())]
-        near = None if isinstance(error, u.UnitConversionError) else nearest(name, known)
-        meant = f"; did you mean {near!r}?" if near is not None else ""
+        meant = "" if isinstance(error, u.UnitConversionError) else suggestion(name, known)
         raise InputError(field, name, f"a unit of {kind}, such as {examples}{meant}") from None
 
 

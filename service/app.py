@@ -3,6 +3,7 @@
 import asyncio
 import logging.config
 import re
+import warnings
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -12,10 +13,11 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 import attitude
+from attitude.errors import AttitudeWarning
 from attitude.formats.registry import FORMATS
 
 from . import logs, metrics
-from .compute import Compute
+from .compute import Compute, note_warning
 from .deadline import end_stuck_process
 from .errors import install
 from .middleware import Requests
@@ -90,5 +92,7 @@ def __getattr__(name: str) -> FastAPI:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     settings = Settings.read()
     logging.config.dictConfig(logs.configuration(settings.log_level))
+    warnings.showwarning = note_warning  # type: ignore[assignment]
+    warnings.simplefilter("always", AttitudeWarning)
     made = globals()["app"] = create_app(settings)
     return made

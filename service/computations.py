@@ -1,6 +1,7 @@
 """What runs in threads, beside the event loop: a document in, one library call, the answer out."""
 
 import io
+import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,18 +18,24 @@ from starlette.requests import ClientDisconnect, Request
 from attitude.documents.fields import parse_json
 from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError
-from attitude.formats import module_of
+from attitude.formats import read_stream
 from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
 from attitude.formats.tables import json as columns_as_json
 from attitude.frames.rotations import check_any_frame
+from attitude.quality.check import CheckReport, Finding
+from attitude.quality.check import check as check_ephemeris
+from attitude.quality.compare import compare as compare_ephemerides
 from attitude.samples.chunks import Samples
+from attitude.samples.ephemeris_data import EphemerisData
+from attitude.samples.requested_instants import requested
 from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
 
 from .compute import check_wanted, current
+from .dependencies import Upload, format_of
 from .errors import refusal, unexpected
-from .schemas import ConvertQuery, CostQuery, EphemerisQuery, FileQuery, PlanQuery
+from .schemas import CompareQuery, ConvertQuery, CostQuery, EphemerisQuery, FileQuery, PlanQuery, SourceQuery
 from .settings import Settings, variable
 from .streaming import JSON, Computed, is_known, tag_of
 
@@ -150,21 +157,53 @@ def computed(file: EncodedFile, **headers: str) -> Computed:
     return Computed(file.blocks, file.is_whole, file.media, {"content-disposition": disposition, **headers})
 
 
-def convert(
-    files: dict[str, bytes], source: Format, query: ConvertQuery, target: Format, settings: Settings
-) -> Computed:
-    """A file in another format or frame; `files` may have a clock kernel (`sclk`) beside the `file`."""
-    options, reading = query.options(target, source)
+def convert(files: dict[str, Upload], query: ConvertQuery, target: Format, settings: Settings) -> Computed:
+    """A file in another format or frame, or at other instants."""
+    options, reading = query.options(target, format_of(files["file"], query.source))
+    data = Ephemeris.of(read(files, "file", settings, query.source, reading))
+    data = data if query.ut1 is None else replace(data, ut1=query.ut1)
+    data = data.in_frame(query.frame) if query.frame else data
+    with no_field("times", "step"):
+        instants = requested(data, query.times, query.step, max_instants=settings.max_samples)
+        data = data if instants is None else data.resampled(instants)
+    samples = counted(Samples.of(data, check_wanted))
+    return computed(Writing(query, target, options, settings).file(samples, target))
+
+
+def check(files: dict[str, Upload], query: SourceQuery, settings: Settings) -> bytes:
+    """The report of `attitude check`; what the reader warned of is in it too."""
+    findings = check_ephemeris(read(files, "file", settings, query.source))
+    job = current.get()
+    warned = [Finding("reading", True, text) for text in (job.warnings if job else ())]
+    return orjson.dumps(CheckReport(files["file"].name, (*warned, *findings)).to_dict())
+
+
+def compare(files: dict[str, Upload], query: CompareQuery, settings: Settings) -> bytes:
+    """The report of `attitude compare`."""
+    first, second = (read(files, name, settings) for name in ("file", "other"))
+    with no_field("frame", "epoch", "instants"):
+        return orjson.dumps(compare_ephemerides(first, second, query.frame).to_dict())
+
+
+def read(
+    files: dict[str, Upload],
+    name: str,
+    settings: Settings,
+    source: str | None = None,
+    options: dict[str, Any] | None = None,
+) -> EphemerisData:
+    """One of the files; with SPICE's clock kernel (`sclk`), if it is among them."""
+    if name not in files:
+        raise InputError(name, None, "a file of the form, of this name", steps=())
+    entry, content = format_of(files[name], source), io.BytesIO(files[name].content)
     with tempfile.NamedTemporaryFile(suffix=".tsc") as clock:  # SPICE's reader takes a path
-        if "sclk" in files:
-            clock.write(files["sclk"])
+        if "sclk" in files and entry.has_companions:
+            clock.write(files["sclk"].content)
             clock.flush()
-            reading["sclk"] = clock.name
-        data = module_of(source).parse(io.BytesIO(files["file"]), "file", **reading)
-    ephemeris = Ephemeris.of(data if query.ut1 is None else replace(data, ut1=query.ut1))
-    samples = Samples.of(ephemeris.in_frame(query.frame) if query.frame else ephemeris, check_wanted)
-    check_count("file", samples.count, "samples", settings)
-    return computed(Writing(query, target, options, settings).file(counted(samples), target))
+            options = {**(options or {}), "sclk": clock.name}
+        data = read_stream(content, entry, name, **(options or {}))
+    check_count(name, math.prod(data.shape), "samples", settings)
+    return data
 
 
 def ephemeris(

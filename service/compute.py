@@ -13,7 +13,7 @@ from contextvars import ContextVar, copy_context
 from functools import partial
 from http import HTTPStatus
 from time import perf_counter, thread_time
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
@@ -39,6 +39,7 @@ class Job:
     ----------
     identity : goes through the logs, and back to the client
     samples : instants that the answer holds
+    warnings : of the library, which the answer has in a header
     is_admitted : counts among those in flight
     is_abandoned : no client waits for the answer any more
     """
@@ -46,6 +47,7 @@ class Job:
     def __init__(self, identity: str, request: Request, max_seconds: float):
         self.identity, self.request, self.max_seconds = identity, request, max_seconds
         self.samples = 0
+        self.warnings: list[str] = []
         self.is_admitted = self.is_abandoned = False
         self._stop = Stop()
         self._before = 0.0  # seconds of the pieces of work that are done
@@ -94,6 +96,13 @@ def check_wanted(_done: float = 0.0) -> None:
     """What the library calls between pieces of its work, as its `progress`: raises as `Job.check`."""
     if (job := current.get()) is not None:
         job.check()
+
+
+def note_warning(message: Warning | str, *_: Any) -> None:
+    """In place of `warnings.showwarning`: to the log, and to the answer of the request that it is about."""
+    log.warning("%s", message)
+    if (job := current.get()) is not None and str(message) not in job.warnings:
+        job.warnings.append(str(message))
 
 
 class Compute:

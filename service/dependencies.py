@@ -4,16 +4,16 @@ import asyncio
 from collections import Counter
 from functools import lru_cache
 from http import HTTPStatus
-from pathlib import PurePath
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from fastapi import Depends, Request
 from starlette.datastructures import UploadFile
 from starlette.exceptions import HTTPException
 from starlette.types import Message
 
-from attitude.errors import InputError, unknown_name
-from attitude.formats.registry import BY_ENDING, FORMATS, READ_ONLY, Format
+from attitude.errors import FormatError, InputError, unknown_name
+from attitude.formats import find_source
+from attitude.formats.registry import FORMATS, READ_ONLY, Format
 
 from .settings import variable
 from .streaming import JSON
@@ -55,24 +55,36 @@ async def document(request: Request) -> bytes:
     return await body(request)
 
 
-async def files(request: Request) -> dict[str, tuple[str, bytes]]:
-    """Names and contents of a form's files; of any other body, that of the one `file`."""
-    content = await body(request)
-    if not request.headers.get("content-type", "").lower().startswith("multipart/form-data"):
-        return {"file": ("", content)}
+class Upload(NamedTuple):
+    """A file: its name, which may be empty, its media type, and its content."""
+
+    name: str
+    media: str
+    content: bytes
+
+
+async def files(request: Request) -> dict[str, Upload]:
+    """The files of a form by their fields; of any other body the one `file`."""
+    content, media = await body(request), request.headers.get("content-type", "")
+    if not media.lower().startswith("multipart/form-data"):
+        return {"file": Upload("", media, content)}
 
     async def receive() -> Message:
         return {"type": "http.request", "body": content, "more_body": False}
 
-    async with Request(request.scope, receive).form(max_files=2, max_fields=0) as form:
-        parts = {name: part for name, part in form.items() if isinstance(part, UploadFile)}
-        if "file" not in parts:
-            raise InputError("file", None, "a file of the form, of this name", steps=())
-        return {name: (part.filename or "", await part.read()) for name, part in parts.items()}
+    async with Request(request.scope, receive).form(max_files=3, max_fields=0) as form:
+        uploads = {
+            field: Upload(part.filename or "", part.content_type or "", await part.read())
+            for field, part in form.items()
+            if isinstance(part, UploadFile)
+        }
+    if "file" not in uploads:
+        raise InputError("file", None, "a file of the form, of this name", steps=())
+    return uploads
 
 
 Document = Annotated[bytes, Depends(document)]
-Files = Annotated[dict[str, tuple[str, bytes]], Depends(files)]
+Files = Annotated[dict[str, Upload], Depends(files)]
 
 
 def named_format(parameter: str, name: str) -> Format:
@@ -82,14 +94,18 @@ def named_format(parameter: str, name: str) -> Format:
     return known[name]
 
 
-def source_of(name: str | None, filename: str, media: str) -> Format:
-    """The format of a file: as named, else by the ending of its name, else by its media type."""
-    by_media = {each.media: each for each in FORMATS.values()}.get(media.partition(";")[0].strip().lower())
-    entry = BY_ENDING.get(PurePath(filename).suffix.lower(), by_media)
+def format_of(file: Upload, name: str | None) -> Format:
+    """The format of a file: as named, else by its name, else by its media type."""
     if name is not None:
         return named_format("source", name)
+    try:
+        return find_source(file.name, None)
+    except FormatError:
+        by_media = {each.media: each for each in (FORMATS | READ_ONLY).values()}
+        entry = by_media.get(file.media.partition(";")[0].strip().lower())
     if entry is None:
-        raise InputError("source", media or None, "the format of the file, here or by its name or type", ())
+        expected = "the format of the file, here or by its name or type"
+        raise InputError("source", file.name or file.media or None, expected, ())
     return entry
 
 

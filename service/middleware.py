@@ -1,6 +1,7 @@
 """Around every request: its id, log line, figures and headers; and the answer to unexpected errors."""
 
 import asyncio
+import json
 import logging
 import random
 import re
@@ -55,7 +56,7 @@ class Requests:
         settings = self.compute.settings
         job = Job(own if is_sane else f"{random.getrandbits(64):016x}", request, settings.max_seconds)
         current.set(job)
-        answer = Answer(send, job.identity, settings.client_seconds)
+        answer = Answer(send, job, settings.client_seconds)
         begun = perf_counter()
         try:
             await (refused_header(request) or self.app)(scope, receive, answer.send)
@@ -88,8 +89,8 @@ class Requests:
 class Answer:
     """An answer on its way: its status, how much of it was sent, and whether that is all."""
 
-    def __init__(self, send: Send, identity: str, max_seconds: int):
-        self._send, self.identity, self.max_seconds = send, identity, max_seconds
+    def __init__(self, send: Send, job: Job, max_seconds: int):
+        self._send, self.job, self.max_seconds = send, job, max_seconds
         self.status = self.bytes = 0
         self.is_whole = False
 
@@ -98,8 +99,10 @@ class Answer:
         if message["type"] == "http.response.start":
             self.status = message["status"]
             headers = MutableHeaders(raw=message.setdefault("headers", []))
-            for name, value in {**EVERY_ANSWER, "x-request-id": self.identity}.items():
+            for name, value in {**EVERY_ANSWER, "x-request-id": self.job.identity}.items():
                 headers.setdefault(name, value)
+            if self.job.warnings:
+                headers["attitude-warnings"] = json.dumps(self.job.warnings)[:4000]
             if self.status != HTTPStatus.NOT_MODIFIED:  # which leaves it as the browser has kept it
                 is_page = headers.get("content-type", "").startswith("text/html")
                 headers.setdefault("content-security-policy", PAGE_POLICY if is_page else NO_PAGE_POLICY)

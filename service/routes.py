@@ -22,10 +22,20 @@ from attitude.formats.registry import FORMATS
 from attitude.scene.document import Scene, builtin_names
 
 from . import computations, metrics
-from .dependencies import Document, Files, negotiated, once, source_of
+from .dependencies import Document, Files, negotiated, once
 from .errors import problem
 from .openapi import REFUSALS, file_responses, tagged
-from .schemas import ConvertQuery, CostQuery, Ephemerides, Ephemeris, EphemerisQuery, NoQuery, PlanQuery
+from .schemas import (
+    CompareQuery,
+    ConvertQuery,
+    CostQuery,
+    Ephemerides,
+    Ephemeris,
+    EphemerisQuery,
+    NoQuery,
+    PlanQuery,
+    SourceQuery,
+)
 from .streaming import fixed, json_response, response
 
 Nothing = Annotated[NoQuery, Query()]
@@ -53,10 +63,22 @@ async def convert(request: Request, query: Annotated[ConvertQuery, Query()], fil
     """A file of attitudes in another format or frame."""
     compute = request.app.state.compute
     target = negotiated(query.format, request.headers.get("accept", ""))
-    source = source_of(query.source, files["file"][0], request.headers.get("content-type", ""))
-    contents = {name: content for name, (_, content) in files.items()}
-    arguments = contents, source, query, target, compute.settings
+    arguments = files, query, target, compute.settings
     return response(await compute.run(computations.convert, *arguments), compute)
+
+
+@router.post("/v1/check", response_model=dict[str, Any])
+async def check(request: Request, query: Annotated[SourceQuery, Query()], files: Files) -> Response:
+    """What is off in a file of attitudes: coverage, gaps, spacing, signs, unit length, rates."""
+    state = request.app.state
+    return json_response(await state.compute.run(computations.check, files, query, state.settings))
+
+
+@router.post("/v1/compare", response_model=dict[str, Any])
+async def compare(request: Request, query: Annotated[CompareQuery, Query()], files: Files) -> Response:
+    """How the attitudes of two files, `file` and `other`, differ."""
+    state = request.app.state
+    return json_response(await state.compute.run(computations.compare, files, query, state.settings))
 
 
 @router.post("/v1/plan", response_model=dict[str, Any])

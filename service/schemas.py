@@ -84,14 +84,28 @@ class EphemerisQuery(FileQuery, PlanQuery):
     model_config = ConfigDict(extra="allow", frozen=True)
 
 
+SourceName = Annotated[Text, Field(json_schema_extra={"enum": [*FORMATS, *READ_ONLY]})]
+Source = Annotated[SourceName, Field(description="format of the file, instead of what its name or type says")]
+
+
 class ConvertQuery(FileQuery):
     """What format a file is in, and how its attitudes are written."""
 
-    source: Text = Field(
-        None,
-        description="format of the file, instead of what its name or type says",
-        json_schema_extra={"enum": [*FORMATS, *READ_ONLY]},
-    )
+    source: Source = None
+    times: Text = Field(None, description="at these instants: dates, or seconds since the epoch, by commas")
+    step: Text = Field(None, description="from the first instant to the last in such steps, as in 10 s")
+
+
+class SourceQuery(NoQuery):
+    """What format a file is in."""
+
+    source: Source = None
+
+
+class CompareQuery(NoQuery):
+    """In which frame files are compared; their names say what formats they are in."""
+
+    frame: Text = Field(None, description="instead of that of the first file")
 
 
 class Problem(BaseModel):

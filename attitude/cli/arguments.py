@@ -10,7 +10,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, suggestion
 
 if TYPE_CHECKING:
     from ..formats.registry import Format
@@ -96,7 +96,8 @@ def document_text(name: str) -> tuple[bytes, str]:
     try:
         return builtin_text(name), name
     except InputError:
-        expected = f"a file, or a built-in scene ({', '.join(builtin_names())})"
+        names = builtin_names()
+        expected = f"a file, or a built-in scene ({', '.join(names)}){suggestion(name, names)}"
         raise InputError("SCENE", name, expected) from None
 
 

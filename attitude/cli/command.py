@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import NoReturn
 
-from ..errors import AttitudeError
+from ..errors import AttitudeError, suggestion
 from ..version import __version__
 from .console import warnings_on_one_line
 
@@ -74,8 +75,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        """One line, without the usage that argparse puts before it."""
+        """One line, without the usage that argparse puts before it; with the word that was meant."""
+        if word := re.search(r"unrecognized arguments: (-[^ =]+)|invalid choice: '([^']*)'", message):
+            message += suggestion(word[1] or word[2], self.words())
         self.exit(BAD_INPUT, f"attitude: {message} (see {self.prog} --help)\n")
+
+    def words(self) -> Iterator[str]:
+        """Its options, the choices of its arguments, and those of its commands."""
+        for action in self._actions:
+            choices = action.choices if isinstance(action.choices, Mapping) else {}
+            yield from (*action.option_strings, *map(str, action.choices or ()))
+            for command in choices.values():
+                yield from command.words()
 
 
 def _parser(command: str = "") -> argparse.ArgumentParser:

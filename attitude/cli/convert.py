@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 
-from . import arguments, console, instants
+from . import arguments, console
 from .run import report_interpolation
 
 DESCRIPTION = (
@@ -42,6 +42,7 @@ def execute(options: Namespace) -> None:
     """Read and write."""
     from .. import formats
     from ..ephemeris import Ephemeris
+    from ..samples.requested_instants import requested
 
     source = formats.find_source(options.files[0], options.source_format)
     target, writing, reading = arguments.output_format(options, source)
@@ -50,7 +51,7 @@ def execute(options: Namespace) -> None:
     if options.ut1 is not None:
         ephemeris = replace(ephemeris, ut1=options.ut1)
     ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
-    chosen = instants.requested(options, ephemeris)
+    chosen = requested(ephemeris, options.times, options.step, "--")
     ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)
     if chosen is not None and ephemeris.plan is not None:
         console.remark(options, ephemeris.plan.solver)

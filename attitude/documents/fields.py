@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -16,7 +17,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from pydantic_core import core_schema
 
 from .. import stopping
-from ..errors import AttitudeError, FormatError, InputError, unknown
+from ..errors import AttitudeError, FormatError, InputError, suggestion, unknown
 
 
 def _text(value: Any) -> Any:
@@ -253,5 +254,6 @@ def _expected(details: Any) -> str:
     if kind in _EXPECTED:
         return _EXPECTED[kind]
     if kind == "literal_error":
-        return f"one of {context['expected']}"
+        names = re.findall("'(.+?)'", context["expected"])
+        return f"one of {context['expected']}{suggestion(details['input'], names)}"
     return str(details["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")

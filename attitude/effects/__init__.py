@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Annotated, Any
 
 from ..documents.fields import Chosen, Part
-from ..errors import InputError
+from ..errors import InputError, suggestion
 from .effect import Effect
 
 # Class of each effect, in the module of the effect's name.
@@ -42,7 +42,8 @@ def _parse(value: Any) -> Effect:
         raise InputError("", value, expected)
     name = value.get("type")
     if not isinstance(name, str) or name not in _CLASS_NAMES:
-        raise InputError("type", name, f"an effect that this version simulates ({known})")
+        expected = f"an effect that this version simulates ({known}){suggestion(name, KNOWN_EFFECTS)}"
+        raise InputError("type", name, expected)
     return effect_class(name).model_validate(value)
 
 

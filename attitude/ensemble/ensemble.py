@@ -12,7 +12,7 @@ import numpy as np
 from astropy.table import QTable
 from astropy.time import Time
 
-from ..errors import InputError, RegimeError
+from ..errors import InputError, RegimeError, suggestion
 from ..frames import rotations
 from ..kernels.layout import BODIES_PER_BLOCK, REGIMES, ROW_STRIDE
 from ..scene.document import Scene
@@ -370,5 +370,6 @@ class Ensemble:
 
 def _leaves_out(lost_bodies: Any) -> bool:
     if lost_bodies not in LOST_BODIES:
-        raise InputError("lost_bodies", lost_bodies, f"one of {', '.join(LOST_BODIES)}")
+        expected = f"one of {', '.join(LOST_BODIES)}{suggestion(lost_bodies, LOST_BODIES)}"
+        raise InputError("lost_bodies", lost_bodies, expected)
     return bool(lost_bodies == LOST_BODIES[1])

@@ -32,9 +32,9 @@ from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, suggestion
 from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from ..runtime.atomic_files import write_together
 from ..runtime.atomic_files import write_whole as write_whole
@@ -141,17 +141,22 @@ def read(
 
 def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> EphemerisData:  # noqa: A002
     entry = find_source(path, format)
-    module = module_of(entry)
-    check_options(entry, options, "parse")
     try:
         with open(path, "rb") as stream:
-            return with_interpolation(module.parse(stream, str(path), **options))
+            return read_stream(stream, entry, str(path), **options)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         if isinstance(error, InputError):
             raise
         raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
+
+
+def read_stream(stream: BinaryIO, entry: Format, source: str, **options: Any) -> EphemerisData:
+    """The ephemeris in an open file; `source` is its name in errors."""
+    check_options(entry, options, "parse")
+    try:
+        return with_interpolation(module_of(entry).parse(stream, source, **options))
     except MemoryError:
-        raise FormatError("does not fit in memory", str(path)) from None
+        raise FormatError("does not fit in memory", source) from None
 
 
 def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public name)
@@ -162,10 +167,10 @@ def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public 
     name = Path(path).suffix.lower() if format is None else format.lower()
     entry = BY_ENDING.get(name) if format is None else FORMATS.get(name)
     if entry is None:
-        requested = (
-            f"unknown format {name.removeprefix('.')!r}" if name else "neither a format nor a file ending"
-        )
-        raise FormatError(f"{requested}; this version has {', '.join(FORMATS)}", str(path))
+        text = name.removeprefix(".")
+        requested = f"unknown format {text!r}" if text else "neither a format nor a file ending"
+        known = f"this version has {', '.join(FORMATS)}{suggestion(text, FORMATS)}"
+        raise FormatError(f"{requested}; {known}", str(path))
     return entry
 
 
@@ -189,7 +194,8 @@ def check_options(entry: Format, options: Mapping[str, Any], function: str = "bl
     names = option_names(getattr(module_of(entry), function))
     for name, value in options.items():
         if name not in names:
-            raise InputError(name, value, f"for {entry.name} an option of {', '.join(names) or 'none'}")
+            expected = f"for {entry.name} an option of {', '.join(names) or 'none'}{suggestion(name, names)}"
+            raise InputError(name, value, expected)
 
 
 def option_names(function: Callable[..., Any]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import units
-from ..errors import AttitudeWarning, InputError
+from ..errors import AttitudeWarning, InputError, suggestion
 
 # Indices of w, x, y, z in each named order.
 ORDERS = {"wxyz": (0, 1, 2, 3), "xyzw": (3, 0, 1, 2)}
@@ -47,7 +47,8 @@ def check_order(order: str | None, field: str = "order") -> str:
 def check_frame(frame: str, field: str = "frame") -> str:
     """The frame; InputError unless it is an inertial one."""
     if not isinstance(frame, str) or frame not in INERTIAL_FRAMES:
-        raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}")
+        meant = "" if frame in TURNING_FRAMES else suggestion(frame, INERTIAL_FRAMES)
+        raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}{meant}")
     return frame
 
 
@@ -55,7 +56,7 @@ def check_any_frame(frame: str, field: str = "frame") -> str:
     """The frame; InputError unless it is an inertial or a rotating one."""
     frames = INERTIAL_FRAMES | TURNING_FRAMES
     if not isinstance(frame, str) or frame not in frames:
-        raise InputError(field, frame, f"a frame, one of {', '.join(frames)}")
+        raise InputError(field, frame, f"a frame, one of {', '.join(frames)}{suggestion(frame, frames)}")
     return frame
 
 

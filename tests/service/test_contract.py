@@ -16,6 +16,7 @@ from schemathesis.config import SchemathesisConfig
 from worked import examples
 
 CONFIG = SchemathesisConfig.from_path(Path(__file__).with_name("schemathesis.toml"))
+FILES = {"/v1/convert", "/v1/check", "/v1/compare"}
 SLOW = "/v1/cost"  # measures, for seconds
 
 
@@ -24,7 +25,7 @@ def described(client):
     return schemathesis.openapi.from_asgi("/openapi.json", client.app, config=CONFIG)
 
 
-@pytest.mark.parametrize("path", sorted({*examples(), "/v1/convert"} - {SLOW}))
+@pytest.mark.parametrize("path", sorted({*examples(), *FILES} - {SLOW}))
 def test_service_keeps_to_its_description(described, path):
     (operation,) = described[path].values()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import zipfile
 
 import numpy as np
@@ -13,6 +14,7 @@ from starlette.testclient import TestClient
 from attitude import Ephemeris, Scene
 from attitude.formats.encoding import encoded_file
 from attitude.formats.registry import FORMATS
+from attitude.quality.check import check_file
 from service import create_app
 from service.settings import Settings
 
@@ -101,6 +103,57 @@ def test_limits_hold_for_files_too(client):
     assert assert_problem(refused, 422)["detail"] == detail
 
 
-@pytest.mark.parametrize("files", [{"other": ("x.csv", b"x")}, {"file": ("x", b"x"), "a": b"x", "b": b"x"}])
-def test_form_that_is_none_of_a_file_is_a_problem(client, files):
-    assert client.post("/v1/convert", files=files).headers["content-type"] == "application/problem+json"
+@pytest.mark.parametrize("path", ["convert", "check", "compare"])
+def test_form_that_has_no_file_is_a_problem(client, path):
+    answer = client.post(f"/v1/{path}", files={"other": ("x.csv", b"x")})
+    assert assert_problem(answer, 422)["detail"].startswith("file: ")
+
+
+def test_form_of_too_many_files_is_a_problem(client):
+    files = {name: ("x.csv", b"x") for name in ("file", "other", "sclk", "more")}
+    assert_problem(client.post("/v1/convert", files=files), 400)
+
+
+# -- other instants, reports ------------------------------------------------------------------------
+
+
+def test_file_is_resampled_as_the_library_does_it(client, tmp_path):
+    path = tmp_path / "x.aem"
+    path.write_bytes(encoded("aem"))
+    expected = Ephemeris.read(path).resampled(np.arange(0.0, 501.0, 50.0)).quaternion("wxyz")
+    for query in ({"step": "50 s"}, {"times": "0,50,100,150,200,250,300,350,400,450,500"}):
+        answer = client.post("/v1/convert", params=query, files=uploaded("aem"))
+        assert answer.status_code == 200, answer.text
+        columns = answer.json()["columns"]
+        found = np.transpose([columns[f"q_{letter}"] for letter in "wxyz"])
+        np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("step", "0"), ("step", "1e-9"), ("times", "x"), ("step", "9 kg")]
+)
+def test_instants_that_are_none_are_a_problem(client, name, value):
+    answer = client.post("/v1/convert", params={name: value}, files=uploaded("aem"))
+    problem = assert_problem(answer, 422)
+    assert problem["detail"].startswith(f"{name}: ")
+    assert problem["pointer"] == ""
+
+
+def test_report_of_a_file_is_the_librarys(client, tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_bytes(encoded("csv"))
+    report = client.post("/v1/check", files={"file": ("x.csv", encoded("csv"))})
+    expected = check_file(path).to_dict()
+    assert report.json()["findings"] == json.loads(json.dumps(expected))["findings"]
+    assert client.post("/v1/check?source=csv", content=encoded("csv")).status_code == 200
+
+
+def test_two_files_are_compared_as_the_library_does_it(client):
+    pair = {"file": ("a.csv", encoded("csv")), "other": ("b.aem", encoded("aem"))}
+    same = client.post("/v1/compare", files=pair)
+    assert same.status_code == 200, same.text
+    assert assert_problem(client.post("/v1/compare", files=uploaded("csv")), 422)["detail"].startswith(
+        "other: "
+    )
+    wrong = client.post("/v1/compare?frame=MARS", files=pair)
+    assert assert_problem(wrong, 422)["detail"].startswith("frame: ")

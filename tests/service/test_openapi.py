@@ -39,6 +39,8 @@ def test_description_has_every_route(description):
     assert set(description["paths"]) == {
         "/v1/ephemeris",
         "/v1/convert",
+        "/v1/check",
+        "/v1/compare",
         "/v1/motion",
         "/v1/plan",
         "/v1/cost",
@@ -62,7 +64,9 @@ def test_worked_examples_are_what_is_answered(client, description, path):
 
 
 def test_every_described_route_has_a_worked_example(description):
-    assert set(examples()) | {"/metrics", "/v1/convert"} == set(description["paths"])
+    assert set(examples()) | {"/metrics", "/v1/convert", "/v1/check", "/v1/compare"} == set(
+        description["paths"]
+    )
     assert set(routes(description)) >= set(examples())
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from ...errors import InputError
+from ...errors import InputError, suggestion
 from ..method import Method
 from . import fixed_step, heyoka, library_solvers, orekit, ours, published, scipy_integrators
 
@@ -55,5 +55,5 @@ def select_methods(
     """
     selected = set(families) if names is None else {name.lower() for name in names}
     for name in selected - set(families):
-        raise InputError("method", name, f"one of {', '.join(families)}")
+        raise InputError("method", name, f"one of {', '.join(families)}{suggestion(name, families)}")
     return [method for name, family in families.items() if name in selected for method in family()]

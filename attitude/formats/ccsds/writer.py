@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, suggestion
 from ...frames.inertial import OBLIQUITY_J2000
 from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame, check_sequence
 from ...samples.chunks import Samples
@@ -83,7 +83,8 @@ class AemOptions:
         if self.rates not in (None, True, False):
             raise InputError("rates", self.rates, "True, False, or None: where there are any")
         if self.attitude_type not in (None, *WRITTEN_TYPES):
-            raise InputError("attitude_type", self.attitude_type, f"one of {', '.join(WRITTEN_TYPES)}")
+            known = f"one of {', '.join(WRITTEN_TYPES)}{suggestion(self.attitude_type, WRITTEN_TYPES)}"
+            raise InputError("attitude_type", self.attitude_type, known)
         check_sequence(self.rotation_sequence)
         interpolant(degree=self.degree)
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, suggestion
 from ...frames import rotations
 from ...frames.inertial import from_gcrf
 from ...samples.chunks import Samples
@@ -122,7 +122,8 @@ def _reference(frame: str, reference: str | None) -> tuple[str, np.ndarray | Non
     if frame == "INERTIAL":
         if reference not in BUILT_IN_FRAMES:
             expected = "for INERTIAL attitudes the frame of SPICE that they are relative to"
-            raise InputError("reference", reference, f"{expected}: {', '.join(BUILT_IN_FRAMES)}")
+            meant = suggestion(reference, BUILT_IN_FRAMES)
+            raise InputError("reference", reference, f"{expected}: {', '.join(BUILT_IN_FRAMES)}{meant}")
         return str(reference), None
     if reference is not None:
         raise InputError("reference", reference, f"none for {frame}, which SPICE knows")

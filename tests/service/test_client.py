@@ -1,0 +1,93 @@
+"""The client that openapi-python-client generates from the description asks every route, unchanged."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from attitude import Scene
+from attitude.formats.encoding import encoded_file
+from attitude.formats.registry import FORMATS
+
+pytest.importorskip("openapi_python_client")
+
+
+@pytest.fixture(scope="module")
+def generated(client, tmp_path_factory):
+    """The package, importable as `generated`, and its client, which asks the service of the tests."""
+    folder = tmp_path_factory.mktemp("client")
+    (folder / "openapi.json").write_bytes(client.get("/openapi.json").content)
+    command = [sys.executable, "-m", "openapi_python_client", "generate", "--path", "openapi.json"]
+    (folder / "config.yml").write_text("post_hooks: []\n")
+    command += ["--meta", "none", "--output-path", "generated", "--config", "config.yml", "--fail-on-warning"]
+    subprocess.run(command, cwd=folder, check=True, timeout=120, env={**os.environ, "COLUMNS": "200"})
+    sys.path.insert(0, str(folder))
+    try:
+        yield importlib.import_module("generated").Client("http://testserver").set_httpx_client(client)
+    finally:
+        sys.path.remove(str(folder))
+
+
+def api(name):
+    return importlib.import_module(f"generated.api.default.{name}")
+
+
+def model(name):
+    return getattr(importlib.import_module("generated.models"), name)
+
+
+def test_routes_without_a_document_are_parsed(generated):
+    assert api("healthz_healthz_get").sync(client=generated)["status"] == "alive"
+    assert api("readyz_readyz_get").sync(client=generated)["status"] == "ready"
+    assert api("version_version_get").sync(client=generated)["attitude"]
+    names = [each["name"] for each in api("scenes_v1_scenes_get").sync(client=generated)["scenes"]]
+    scene = api("scene_v1_scenes_name_get").sync("toutatis", client=generated)
+    assert scene.name == Scene.builtin("toutatis").name
+    assert "toutatis" in names
+    assert api("figures_metrics_get").sync_detailed(client=generated).status_code == 200
+
+
+@pytest.mark.parametrize("name", ["toutatis", "envisat", "thruster-plan", "drop"])
+def test_scenes_are_posted_and_their_answers_parsed(generated, name):
+    document = Scene.builtin(name).document()
+    scene = model("Scene").from_dict(document)
+    assert json.loads(json.dumps(scene.to_dict())) == document
+    ephemeris = api("ephemeris_v1_ephemeris_post").sync(client=generated, body=scene)
+    assert isinstance(ephemeris, model("Ephemeris"))
+    assert len(ephemeris.columns["q_w"]) == ephemeris.shape[0]
+    assert ephemeris.plan["solver"]
+    assert api("plan_v1_plan_post").sync(client=generated, body=scene)["solver"]
+    assert "regime" in api("motion_v1_motion_post").sync(client=generated, body=scene)
+
+
+def test_list_of_scenes_and_refusals_are_parsed(generated):
+    named = model("Scene")(scene=model("SceneScene").TOUTATIS)
+    answers = api("ephemeris_v1_ephemeris_post").sync(client=generated, body=[named, 5]).answers
+    assert [type(each).__name__ for each in answers] == ["Ephemeris", "Problem"]
+    refusal = api("motion_v1_motion_post").sync(client=generated, body=model("Scene")(name="x"))
+    assert (refusal.status, refusal.pointer) == (422, "/body")
+
+
+def test_cost_is_measured(generated):
+    scene = model("Scene").from_dict(Scene.builtin("toutatis").document())
+    report = api("cost_v1_cost_post").sync(
+        client=generated, body=scene, budget=2.0, samples=100, method=["ours"]
+    )
+    assert report["kind"] == "attitude-cost/1"
+
+
+def test_file_is_converted(generated):
+    samples = Scene.model_validate(
+        {"scene": "toutatis", "times": {"elapsed": [0, 9, 99], "unit": "s"}}
+    ).samples()
+    content = io.BytesIO(b"".join(encoded_file(samples, FORMATS["aem"]).blocks))
+    file = importlib.import_module("generated.types").File(payload=content, file_name="x.aem")
+    body = model("ConvertV1ConvertPostFilesBody")(file=file)
+    ephemeris = api("convert_v1_convert_post").sync(client=generated, body=body)
+    assert len(ephemeris.columns["q_w"]) == samples.count
