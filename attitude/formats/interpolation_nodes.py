@@ -16,6 +16,7 @@ from ..errors import FormatError, InputError
 from ..samples.chunks import Samples
 from ..samples.resampling import SEGMENT_EVENTS
 from ..times.instants import Grid, Instants
+from .interpolant import FRACTIONS as FRACTIONS
 from .interpolant import Interpolant as Interpolant
 
 if TYPE_CHECKING:
@@ -31,12 +32,7 @@ SIMULATED_INTERVALS_PER_CHECK = (
     1 << 18
 )  # intervals at a time, of motion that is simulated from its beginning each time
 
-# Errors are evaluated at these fractions of every interval.  They are zero at its ends and, between, the
-# nodal polynomial times a smooth factor.  For factors linear in time, in every interval of the windows of
-# degrees 1 to 15, the greatest error is at most 1.05 times the greatest at these six fractions, which
-# minimise that ratio; tests/formats/test_nodes.py repeats this and compares with many motions.
-FRACTIONS = np.array([0.175, 0.285, 0.422, 0.578, 0.715, 0.825])
-ERROR_MARGIN = 1.07
+ERROR_MARGIN = 1.07  # of the greatest error over that at the fractions where errors are evaluated
 # rad; greatest rotation between chosen nodes at the greatest rate.  Beyond pi slerp takes the wrong
 # direction, and no polynomial resolves a whole turn between nodes (its quaternions rotate half as fast).
 MAX_ROTATION_PER_INTERVAL = 0.5 * np.pi
@@ -248,7 +244,7 @@ def longest_spacing(head: EphemerisData, interpolant: Interpolant, start: float,
     at = Instants(start + _trial_fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
     rate = math.sqrt(_squared_rates(head.resampled(at)).max())
     return readable_spacing(
-        min((stop - start) / interpolant.degree, MAX_ROTATION_PER_INTERVAL / max(rate, 1e-300))
+        min((stop - start) / interpolant.width, MAX_ROTATION_PER_INTERVAL / max(rate, 1e-300))
     )
 
 
@@ -264,19 +260,20 @@ def trial_error(
 
     Elsewhere readers use only the middle interval of a window.
     """
-    width = interpolant.degree
+    width, fractions = interpolant.width, interpolant.fractions
     begins = start + _trial_fractions() * max(0.0, stop - start - width * step)
     nodes = step * np.arange(width + 1.0)
-    between = (nodes[:-1, None] + step * FRACTIONS).reshape(-1)
+    between = (nodes[:-1, None] + step * fractions).reshape(-1)
     t = begins[:, None] + np.append(nodes, between)
     order = np.argsort(t, axis=None, kind="stable")
-    q = np.empty((t.size, 4))
     instants = Instants(t.reshape(-1)[order], None, head.epoch, scale=head.instants.scale)
-    q[order] = head.resampled(instants).quaternion("wxyz")
-    windows = q.reshape(TRIAL_WINDOWS, -1, 4)
+    values = interpolant.node_values(head.resampled(instants))
+    windows = np.empty_like(values)
+    windows[order] = values
+    windows = windows.reshape(TRIAL_WINDOWS, -1, values.shape[1])
     errors = np.array(
         [
-            interpolant.errors(nodes, w[: width + 1], np.arange(width), FRACTIONS, w[width + 1 :])
+            interpolant.errors(nodes, w[: width + 1], np.arange(width), fractions, w[width + 1 :, :4])
             for w in windows
         ]
     )
@@ -304,7 +301,7 @@ def error_bound(segments: list[Samples], interpolant: Interpolant) -> float:
 
 def greatest_error(samples: Samples, interpolant: Interpolant) -> float:
     """Greatest interpolation error of a segment at the fractions of all intervals, rad."""
-    max_error, around = 0.0, interpolant.degree
+    max_error, around = 0.0, interpolant.width
     size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.first) else INTERVALS_PER_CHECK
     for first in range(0, samples.count - 1, size):
         stopping.check()
@@ -313,12 +310,12 @@ def greatest_error(samples: Samples, interpolant: Interpolant) -> float:
         piece = samples.chunk(low, high)
         _check_order(piece, low)
         intervals = np.arange(first - low, last - low)
-        errors, rotation = interval_errors(piece, interpolant, intervals, FRACTIONS)
+        errors, rotation = interval_errors(piece, interpolant, intervals, interpolant.fractions)
         if rotation.max() > MAX_RESOLVED_ROTATION:
             return np.pi
         is_long = rotation > MAX_ROTATION_PER_INTERVAL * (1.0 + 1e-9)
         dense = intervals[is_long | _is_uneven(piece.elapsed, interpolant)[intervals]]
-        group = size * FRACTIONS.size // DENSE_FRACTIONS.size + 1
+        group = size * interpolant.fractions.size // DENSE_FRACTIONS.size + 1
         for i in range(0, dense.size, group):
             stopping.check()
             dense_errors, _ = interval_errors(piece, interpolant, dense[i : i + group], DENSE_FRACTIONS)
@@ -338,14 +335,16 @@ def interval_errors(
     t = instants.seconds - instants.seconds[0]
     t = t if instants.seconds_low is None else t + (instants.seconds_low - instants.seconds_low[0])
     true = piece.resampled(_instants_between(instants, intervals, fractions))
-    errors = interpolant.errors(t, piece.quaternion("wxyz"), intervals, fractions, true.quaternion("wxyz"))
+    errors = interpolant.errors(
+        t, interpolant.node_values(piece), intervals, fractions, true.quaternion("wxyz")
+    )
     rates = np.sqrt(_squared_rates(true).reshape(-1, fractions.size).max(axis=1))
     return errors, rates * (t[intervals + 1] - t[intervals])
 
 
 def _is_uneven(t: np.ndarray, interpolant: Interpolant) -> np.ndarray:
     """(n - 1,) bool: intervals in windows whose lengths differ by more than a factor of 2."""
-    lengths, width = np.diff(t), interpolant.degree
+    lengths, width = np.diff(t), interpolant.width
     if width == 1 or lengths.max() <= 2.0 * lengths.min():
         return np.zeros(lengths.size, dtype=bool)
     around = np.lib.stride_tricks.sliding_window_view(np.pad(lengths, width, mode="edge"), 2 * width + 1)

@@ -106,11 +106,11 @@ def interpolate(segment: InterpolationSegment, instants: Instants) -> tuple[np.n
     window = first[:, None] + np.arange(count)
     attitude = segment.attitude[..., window, :]
     rate = None if segment.rate is None else segment.rate[..., window, :]
-    weights, slopes = lagrange_basis(t[window], at)
+    if segment.method.kind == "hermite" and rate is not None:
+        return _hermite(t[window], at, attitude, rate)
+    weights, _ = lagrange_basis(t[window], at)
     if segment.method.kind == "slerp":
         return _slerp(attitude, weights[:, 1]), None if rate is None else _weighted(weights, rate)
-    if segment.method.kind == "hermite" and rate is not None:
-        return _hermite(t[window], at, weights, slopes, attitude, rate)
     return _unit(_weighted(weights, attitude)), None if rate is None else _weighted(weights, rate)
 
 
@@ -149,14 +149,22 @@ def _weighted(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _hermite(
-    t: np.ndarray,
-    at: np.ndarray,
-    basis: np.ndarray,
-    slopes: np.ndarray,
-    attitude: np.ndarray,
-    rate: np.ndarray,
+    t: np.ndarray, at: np.ndarray, attitude: np.ndarray, rate: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Unit quaternions and rates of the polynomial with these values and derivatives q' = q omega / 2."""
+    """Unit quaternions and rates of the polynomials of `hermite_components`."""
+    q, q_slope = hermite_components(t, at, attitude, rate)
+    twice = 2.0 * rotations.product(rotations.conjugate(q), q_slope)[..., 1:]
+    return _unit(q), twice / (q * q).sum(axis=-1, keepdims=True)
+
+
+def hermite_components(
+    t: np.ndarray, at: np.ndarray, attitude: np.ndarray, rate: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values and derivatives (..., m, 4) at instants (m,) of the polynomials through nodes t (m, w).
+
+    At the nodes they have the attitudes (..., m, w, 4) and, from the rates, the derivatives q' = q omega / 2.
+    """
+    basis, slopes = lagrange_basis(t, at)
     pure = np.concatenate([np.zeros_like(rate[..., :1]), rate], axis=-1)
     derivative = 0.5 * rotations.product(attitude, pure)
     own_slope = np.stack([lagrange_basis(t, t[:, j])[1][:, j] for j in range(t.shape[1])], axis=1)
@@ -165,9 +173,7 @@ def _hermite(
     linear = 1.0 - 2.0 * ahead * own_slope
     q = _weighted(linear * square, attitude) + _weighted(ahead * square, derivative)
     q_slope = _weighted(linear * square_slope - 2.0 * own_slope * square, attitude)
-    q_slope = q_slope + _weighted(square + ahead * square_slope, derivative)
-    twice = 2.0 * rotations.product(rotations.conjugate(q), q_slope)[..., 1:]
-    return _unit(q), twice / (q * q).sum(axis=-1, keepdims=True)
+    return q, q_slope + _weighted(square + ahead * square_slope, derivative)
 
 
 def _slerp(attitude: np.ndarray, fraction: np.ndarray) -> np.ndarray:

@@ -4,15 +4,16 @@ import ctypes
 
 import numpy as np
 import pytest
-from astropy.time import Time
+from astropy.time import Time, TimeDelta
 
-from attitude import Ephemeris, FormatError, RigidBody, TorqueFreeMotion
+from attitude import Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.formats.spice import reference_frames, sclk, text_kernels
 from attitude.frames import rotations
 
 spice = pytest.importorskip("spiceypy")
 
 INST, SC = -900000, -900
+J2000 = Time("2000-01-01T12:00:00", scale="tt")
 TICKS_PER_SECOND = 256
 CLOCK = """KPL/SCLK
 \\begindata
@@ -138,8 +139,7 @@ def assert_as_spice_reads(path, reference="J2000", count=None, **options):
     """Dates to 1e-9 s, attitudes to 1e-12 and rates to 1e-12 of their size, at every instant read."""
     back = Ephemeris.read(path, **options)
     spice.furnsh(str(path))
-    j2000 = Time("2000-01-01T12:00:00", scale="tt")
-    tt = (back.epoch.tt - j2000).sec + back.elapsed
+    tt = (back.epoch.tt - J2000).sec + back.elapsed
     ticks = np.rint([spice.sce2c(SC, spice.unitim(t, "TDT", "ET")) for t in tt])
     for i, tick in enumerate(ticks):
         assert abs(spice.unitim(spice.sct2e(SC, tick), "ET", "TDT") - tt[i]) < 1e-9 + 2 * np.spacing(tt[i])
@@ -422,3 +422,76 @@ def test_frame_kernel_names_the_clock_of_a_structure(tmp_path):
         Ephemeris.read(tmp_path / "a.bc")
     back = Ephemeris.read(tmp_path / "a.bc", fk=tmp_path / "f.tf")
     assert np.array_equal(back.elapsed, Ephemeris.read(tmp_path / "a.bc", clock_id=-900).elapsed)
+
+
+# -- type 5, written ------------------------------------------------------------------------------------
+
+
+def dense_errors(path, ephemeris, scene_motion, count=7):
+    """Greatest differences of CSPICE from the motion between the nodes: attitude, rad, and rate, rad/s."""
+    spice.kclear()
+    spice.furnsh([str(path.with_suffix(ending)) for ending in (".tls", ".tsc", ".bc")])
+    t = np.concatenate(
+        [ephemeris.elapsed[:-1] + k * np.diff(ephemeris.elapsed) / count for k in range(1, count)]
+    )
+    t.sort()
+    motion = scene_motion.at(ephemeris.time[0] + TimeDelta(t - ephemeris.elapsed[0], format="sec"))
+    ets = [spice.unitim(tt, "TDT", "ET") for tt in (motion.time.tt - J2000).sec]
+    angles, rates = [], []
+    for et, q, omega in zip(ets, motion.quaternion("wxyz"), motion.angular_velocity, strict=True):
+        matrix, velocity, _ = spice.ckgpav(-999000, spice.sce2c(-999, et), 0.0, "ECLIPJ2000")
+        angles.append(rotations.angle_between(rotations.from_matrix(np.asarray(matrix).T), q))
+        rates.append(np.linalg.norm(matrix @ velocity - omega))
+    return max(angles), max(rates)
+
+
+@pytest.mark.parametrize(("degree", "most"), [(3, 400), (7, 130), (15, 100)])
+def test_type_5_keeps_its_bound_as_spice_interpolates_with_few_nodes(degree, most, tmp_path):
+    scene = Scene.builtin("toutatis")
+    path = tmp_path / "t.bc"
+    written = scene.write(path, interpolation_error=1e-6, type=5, degree=degree)
+    assert written.nodes < most  # of type 3, 14,401
+    back = Ephemeris.read(path)
+    assert len(back) == written.nodes
+    angle, rate = dense_errors(path, back, scene.motion())
+    # instants are within a tick of 1/65536 s of those asked for; at 2e-5 rad/s that is 3e-10 rad
+    assert 0.4 * written.interpolation_error < angle < written.interpolation_error + 1e-9
+    assert rate < 1e-9  # of 2.1e-5 rad/s
+    motion = scene.motion().at(back.time)
+    assert rotations.angle_between(motion.quaternion("wxyz"), back.quaternion("wxyz")).max() < 1e-9
+    assert np.abs(back.angular_velocity - motion.angular_velocity).max() < 1e-14
+
+
+def test_type_5_is_split_at_events_and_read_back(tmp_path):
+    document = Scene.builtin("toutatis").document()
+    impulse = {"type": "impulse", "frame": "body", "time": {"value": 20, "unit": "d"}}
+    impulse["angular_impulse"] = {"value": [1e-6, 0, 0], "unit": "N m s"}
+    scene = Scene.model_validate({**document, "effects": [impulse]})
+    path = tmp_path / "t.bc"
+    written = scene.write(path, interpolation_error=1e-5, type=5)
+    back = Ephemeris.read(path)
+    assert len(back) == written.nodes
+    assert [event.seconds for event in back.events] == pytest.approx([20 * 86400.0], abs=1.0)
+    assert {str(part.method) for part in back.interpolation.segments} == {"Hermite, degree 7"}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"type": 5, "degree": 5}, "degree: 3, 7, 11, 15 for Hermite's interpolation; got 5"),
+        ({"type": 5, "degree": True}, "degree: 3, 7, 11, 15"),
+        ({"type": 4}, "type: 2, 3 or 5; got 4"),
+    ],
+)
+def test_what_type_5_does_not_take_is_refused(options, message, tmp_path):
+    with pytest.raises(InputError, match=message):
+        MOTION.at(SECONDS).write(tmp_path / "a.bc", **options)
+
+
+def test_type_5_needs_rates_and_two_instants(tmp_path):
+    dated = TorqueFreeMotion(MOTION.body, (1.0, 0, 0, 0), (0.1, 0.2, 0.3), Time("2024-01-01"), order="wxyz")
+    with pytest.raises(FormatError, match="a segment of one instant has none; type 3 holds it"):
+        dated.at([0.0]).write(tmp_path / "a.bc", type=5)
+    dated.at([0.0, 1.0]).write(tmp_path / "a.aem", rates=False)
+    with pytest.raises(FormatError, match="type 5 is written with rates, and this ephemeris has none"):
+        Ephemeris.read(tmp_path / "a.aem").write(tmp_path / "a.bc", type=5)

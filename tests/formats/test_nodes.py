@@ -9,6 +9,7 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from attitude import Ephemeris, FormatError, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
+from attitude.formats.interpolant import HERMITE_FRACTIONS
 from attitude.formats.interpolation_nodes import ERROR_MARGIN, FRACTIONS, Interpolant, chosen, upwards
 from attitude.samples.chunks import Samples
 
@@ -363,3 +364,18 @@ def test_file_keeps_what_is_promised_of_it(file, name, tolerance, tmp_path):
         )  # dates to the nanosecond, at 0.6 rad/s
     assert tolerance is None or written.interpolation_error <= tolerance
     assert (name == "kicked" and not file.endswith(".a")) == (len(cuts) == 1)
+
+
+@pytest.mark.parametrize("degree", [3, 7, 11, 15])
+def test_errors_of_hermites_polynomials_are_greatest_near_the_fractions(degree):
+    """Of the squared nodal polynomial times a factor linear in time, in every window that SPICE takes."""
+    x, half = np.linspace(0.0, 1.0, 2001), (degree + 1) // 4
+    for left in range(half):
+        for right in range(half):
+            nodes = np.arange(-left, right + 2)
+            for zero in np.append(np.linspace(-3.0, 4.0, 71), 1e9):
+                dense, few = (
+                    np.abs(np.prod([(at - node) ** 2 for node in nodes], axis=0) * (at - zero))
+                    for at in (x, HERMITE_FRACTIONS)
+                )
+                assert dense.max() <= 1.05 * few.max()

@@ -1,13 +1,15 @@
-"""SPICE CK, types 3 and 2, with the text kernels beside it that SPICE needs to use it.
+"""SPICE CK, types 3, 5 and 2, with the text kernels beside it that SPICE needs to use it.
 
 Conventions (NAIF, CK and rotation required reading): a C-matrix takes inertial components to body components,
 and its quaternion is the conjugate of this library's, scalar first; the angular velocity is in rad/s with
 INERTIAL components; instants are ticks of a spacecraft's clock.  SPICE's J2000 is the ICRF.
 
 Readers of type 3 rotate at a constant rate from record to record, and interpolate angular velocities
-linearly.  Type 2 consists of intervals of constant angular velocity: where the body's rate is constant from
-the first instant to the last, one record covers `ck_writer.MAX_ROTATION` radians; elsewhere one record covers
-an interval, at the rate that takes its first attitude to the next.
+linearly.  Type 5 (subtype 0) holds quaternions and their derivatives, through which readers lay Hermite's
+polynomials; angular velocities follow from these.  Type 2 consists of intervals of constant angular velocity:
+where the body's rate is constant from the first instant to the last, one record covers
+`ck_writer.MAX_ROTATION` radians; elsewhere one record covers an interval, at the rate that takes its first
+attitude to the next.
 """
 
 from __future__ import annotations
@@ -25,9 +27,9 @@ from .ck_reader import parse as parse
 from .ck_writer import CkOptions, CkTarget, import_spiceypy, write_blocks
 
 
-def interpolant(**_: Any) -> Interpolant:
-    """Constant rate from record to record, in both types."""
-    return Interpolant("slerp")
+def interpolant(**options: Any) -> Interpolant:
+    """Constant rate from record to record in types 2 and 3, Hermite's polynomials in type 5."""
+    return CkOptions(**options).interpolant
 
 
 @takes_options(CkOptions)

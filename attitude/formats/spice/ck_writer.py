@@ -23,6 +23,7 @@ from ...frames.inertial import from_gcrf
 from ...samples.chunks import Samples
 from ...samples.ephemeris_data import CONVENTION, EphemerisData
 from .. import schema, time_origin
+from ..interpolant import Interpolant, hermite
 from ..interpolation_nodes import Nodes
 from ..time_origin import TimeOrigin
 from . import text_kernels
@@ -47,7 +48,8 @@ class CkOptions:
 
     naif_id : number of the body and of its clock
     structure_id : number of the structure whose attitude it is; None for a thousand times naif_id
-    type : 3, or 2 for intervals of constant rate
+    type : 3; 5 for Hermite's polynomials, which need the fewest instants; or 2 for intervals of constant rate
+    degree : of the polynomials of type 5
     rates : write angular velocities, where the ephemeris has them; type 2 consists of them
     reference : for INERTIAL, SPICE's name of the frame it is; None for any other frame
     frame_name : name of the frame of the body's axes; None derives it from the ephemeris's name
@@ -59,14 +61,21 @@ class CkOptions:
     rates: bool = True
     reference: str | None = None
     frame_name: str | None = None
+    degree: int = 7
 
     def __post_init__(self) -> None:
         check_id(self.naif_id, "naif_id")
         check_id(self.structure, "structure_id")
-        if self.type not in (2, 3):
-            raise InputError("type", self.type, "2 or 3")
+        if self.type not in (2, 3, 5):
+            raise InputError("type", self.type, "2, 3 or 5")
+        hermite(self.degree, "degree")
         if self.type == 2 and not self.rates:
             raise InputError("rates", self.rates, "True for type 2, which is made of rates")
+
+    @property
+    def interpolant(self) -> Interpolant:
+        """How readers interpolate between the records."""
+        return Interpolant("slerp") if self.type != 5 else hermite(self.degree, "degree")
 
     @property
     def structure(self) -> int:
@@ -90,6 +99,7 @@ class CkTarget(NamedTuple):
     turn: np.ndarray | None
     frame: str
     name: str
+    degree: int
 
     @classmethod
     def of(cls, nodes: Nodes, options: CkOptions) -> CkTarget:
@@ -102,8 +112,10 @@ class CkTarget(NamedTuple):
                 "frame_name", frame, f"capitals, digits and _, at most {MAX_FRAME_LENGTH} of them"
             )
         reference, turn = _reference(head.frame, options.reference)
-        rates = options.rates and head.has_rate
-        return cls(options.naif_id, options.structure, options.type, rates, reference, turn, frame, name)
+        if options.type == 5 and not head.has_rate:
+            raise FormatError("type 5 is written with rates, and this ephemeris has none; type 3 holds it")
+        rates, numbers = options.rates and head.has_rate, (options.naif_id, options.structure, options.type)
+        return cls(*numbers, rates, reference, turn, frame, name, options.degree)
 
 
 def _ascii(text: str) -> str:
@@ -208,6 +220,12 @@ def _write_segment(
             with _calling(spice):
                 _write_type_3(handle, records, target, spice)
         return
+    if target.type == 5:
+        batches = list(_batches(segment, following, target._replace(rates=True), origin))
+        whole = concatenated([batches[0], *(batch.part(slice(1, None)) for batch in batches[1:])])
+        with _calling(spice):
+            _write_type_5(handle, whole, target, spice)
+        return
     if segment.count < 2:
         raise FormatError("type 2 holds intervals, and a segment of one instant has none; type 3 holds it")
     constant = _is_constant(segment)
@@ -267,6 +285,31 @@ def _write_type_3(handle: int, records: CkRecords, target: CkTarget, spice: Any)
         ticks,
         np.ascontiguousarray(rotations.conjugate(records.quaternion)),
         np.ascontiguousarray(velocity),
+        1,
+        ticks[:1],
+    )
+
+
+def _write_type_5(handle: int, records: CkRecords, target: CkTarget, spice: Any) -> None:
+    """Subtype 0: quaternions and their derivatives, dq/dt = Omega q / 2 with inertial components of Omega."""
+    ticks, q = records.ticks, rotations.sign_continuous(records.quaternion)
+    if len(ticks) < 2 or records.velocity is None:
+        raise FormatError("type 5 holds polynomials, and a segment of one instant has none; type 3 holds it")
+    pure = np.concatenate([np.zeros((len(q), 1)), records.velocity], axis=1)
+    packets = [rotations.conjugate(part) for part in (q, 0.5 * rotations.product(pure, q))]
+    spice.ckw05(
+        handle,
+        0,
+        target.degree,
+        ticks[0],
+        ticks[-1],
+        target.structure,
+        target.reference,
+        target.rates,
+        target.name[:MAX_SEGMENT_LENGTH].rstrip(),
+        ticks,
+        np.ascontiguousarray(np.concatenate(packets, axis=1)),
+        1.0 / text_kernels.TICKS,
         1,
         ticks[:1],
     )
