@@ -85,6 +85,13 @@ class Rate(Quantity):
     unit: str = _unit("rad/s")
 
 
+class TimeInterval(Quantity):
+    """A length of time."""
+
+    LIKE = units.SECOND
+    unit: str = _unit("s")
+
+
 class Length(Quantity):
     """A length."""
 

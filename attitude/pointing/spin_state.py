@@ -16,9 +16,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from .targets import body_axis
+
+MIN_SHARE = 1e-9  # of the rate, along the spin axis
 
 
 class SpinState(NamedTuple):
@@ -50,6 +53,44 @@ def spin_state(data: EphemerisData, axis: Any = "z") -> SpinState:
     precession, nutation, phase = np.moveaxis(rotations.euler_angles(q, "ZXZ"), -1, 0)
     rate = data.angular_velocity @ third
     return SpinState(ra, dec, nutation, precession % (2.0 * np.pi), phase % (2.0 * np.pi), rate)
+
+
+def spinning(ra: float, dec: float, phase: float, axis: Any = "z") -> np.ndarray:
+    """(4,) wxyz of a body whose axis points to a right ascension and declination; nutation 0 above."""
+    return _attitude(ra, dec, (0.0, 0.0, phase), body_axis(axis))
+
+
+def nutating(
+    tensor: np.ndarray, spin: SpinState, axis: Any = "z", field: str = "rate"
+) -> tuple[np.ndarray, np.ndarray]:
+    """(4,) wxyz and (3,) rad/s of a spin: what `spin_state` takes apart, for any tensor (3, 3), kg m2.
+
+    The magnitude of the angular momentum follows from the rate along the axis.
+
+    Raises InputError where momentum of this direction has no rate along the axis (a nutation of 90 degrees of
+    a principal axis).
+    """
+    third = body_axis(axis)
+    q = _attitude(
+        float(spin.ra),
+        float(spin.dec),
+        (float(spin.precession), float(spin.nutation), float(spin.phase)),
+        third,
+    )
+    c = np.cos(spin.dec)
+    momentum = np.array([c * np.cos(spin.ra), c * np.sin(spin.ra), np.sin(spin.dec)])
+    omega = np.linalg.solve(tensor, rotations.rotate(rotations.conjugate(q), momentum))
+    along = float(omega @ third)
+    if abs(along) <= MIN_SHARE * np.sqrt(omega @ omega):
+        expected = "a nutation other than 90 deg, at which momentum makes no rate along the axis"
+        raise InputError(field, float(spin.rate), expected)
+    return q, omega * (float(spin.rate) / along)
+
+
+def _attitude(ra: float, dec: float, angles: tuple[float, float, float], third: np.ndarray) -> np.ndarray:
+    q = rotations.from_euler("ZXZ", np.array([ra + 0.5 * np.pi, 0.5 * np.pi - dec, 0.0]))
+    q = rotations.product(q, rotations.from_euler("ZXZ", np.array(angles)))
+    return rotations.product(q, rotations.conjugate(_to_third(third)))
 
 
 def _about(axis: str, angle: np.ndarray) -> np.ndarray:

@@ -82,17 +82,28 @@ def _rotation(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
 
     To an orbital frame, by way of the frame of its orbit.
     """
-    source, instants, steps = ephemeris.frame, ephemeris.instants, []
-    if source in ORBITAL_FRAMES:
+    if ephemeris.frame in ORBITAL_FRAMES:
         raise RegimeError(
-            f"in_frame: there is no rotation from {source} to other frames; transform the original ephemeris"
+            f"in_frame: there is no rotation from {ephemeris.frame} to other frames; transform the original "
+            "ephemeris"
         )
-    orbit = ephemeris.orbit if frame in ORBITAL_FRAMES else None
+    return rotation_to(frame, ephemeris.frame, ephemeris.orbit, ephemeris.instants, ephemeris.ut1)
+
+
+def rotation_to(
+    frame: str, source: str, orbit: OrbitStates | None, instants: Instants, ut1: str = "tables"
+) -> FrameRotation | None:
+    """From a frame that lies along no orbit to another one; None where only the name changes.
+
+    To an orbital frame, by way of the frame of its orbit.
+    """
+    steps = []
+    orbit = orbit if frame in ORBITAL_FRAMES else None
     if frame in ORBITAL_FRAMES and orbit is None:
         raise RegimeError(
             f"in_frame: {frame} lies along an orbit, and this ephemeris is of no scene that has one"
         )
-    between = rotation_between(source, frame if orbit is None else orbit.frame, instants, ephemeris.ut1)
+    between = rotation_between(source, frame if orbit is None else orbit.frame, instants, ut1)
     steps += [] if between is None else [between]
     if orbit is not None:
         along = orbit.axes(instants)

@@ -43,10 +43,11 @@ from ..orbit.orbit import OrbitDefinition
 from ..problem.initial_state import InitialState, OrbitPath
 from ..rigid_body.body import RigidBody
 from ..samples.chunks import Progress, Samples
-from ..samples.transform import in_frame
+from ..samples.transform import in_frame, rotation_to
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
+from .spin import Spin
 
 if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
@@ -54,7 +55,9 @@ if TYPE_CHECKING:
 
 MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
 MAX_GRID_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
-STATE = {"body", "attitude", "angular_velocity", "frame"}  # fields that determine the motion
+# Fields that determine the motion; and those besides, where it is stated relative to a frame that turns.
+STATE = {"body", "attitude", "angular_velocity", "spin", "frame"}
+RELATIVE_STATE = {"relative_to", "epoch", "orbit", "ut1", "times"}
 # Solvers that documents may still name.
 SOLVERS_THAT_LEFT = ("splitting", "dop853")
 MAX_SAMPLES_HELD = 1 << 18  # computed once, rather than again each time a writer reads them
@@ -278,8 +281,10 @@ class Scene(Part):
     body: Body
     epoch: Epoch | None = None
     frame: str = "ICRF"
-    attitude: Attitude
-    angular_velocity: AngularVelocity
+    attitude: Attitude | None = None
+    angular_velocity: AngularVelocity | None = None
+    spin: Spin | None = None
+    relative_to: str | None = Field(None, examples=["LVLH"])
     times: Times
     effects: list[AnyEffect] = Field(default_factory=list)
     orbit: AnyOrbit | None = None
@@ -295,6 +300,13 @@ class Scene(Part):
             text = f"solver: {self.solver} is no longer offered; gauss, to the same tolerance, is used"
             warnings.warn(text, FutureWarning, stacklevel=2)
         rotations.check_frame(self.frame)
+        for name in ("attitude", "angular_velocity"):
+            if getattr(self, name) is None and self.spin is None:
+                raise InputError(name, None, "a value (the field is required)")
+            if getattr(self, name) is not None and self.spin is not None:
+                raise InputError(name, "a value", f"no {name} beside spin: it would be said twice")
+        if self.relative_to is not None:
+            rotations.check_any_frame(self.relative_to, "relative_to")
         if self.effects or self.position is not None or self.velocity is not None:
             consistency.check(self)
         return self
@@ -379,8 +391,7 @@ class Scene(Part):
             orbit_path = _orbit_path(self.orbit, self.frame, epoch, start, stop)
         initial_state = InitialState(
             self.body.build(),
-            self.attitude.build(),
-            self.angular_velocity.build(),
+            *self.state(),
             start,
             stop,
             epoch,
@@ -395,13 +406,42 @@ class Scene(Part):
                 effect.check(initial_state)
         return initial_state
 
+    def state(self) -> tuple[np.ndarray, np.ndarray]:
+        """(4,) wxyz, body to `frame`, and (3,) rad/s at the epoch.
+
+        Of `attitude` and `angular_velocity`, or of `spin`; where they are `relative_to` another frame, its
+        orientation and its own rate are accounted for: q = conj(r) q_r, omega = omega_r + R(q_r)^T Omega,
+        with r and Omega the rotation to that frame and its rate along its axes.
+        """
+        if self.spin is not None:
+            with field_within("spin"):
+                q, omega = self.spin.state(self.body.build().tensor)
+        else:
+            assert self.attitude is not None
+            assert self.angular_velocity is not None
+            q, omega = self.attitude.build(), self.angular_velocity.build()
+        if self.relative_to in (None, self.frame):
+            return q, omega
+        epoch = self.epoch.build() if self.epoch is not None else None
+        at_epoch = Instants(np.zeros(1), None, epoch)
+        with field_within("relative_to"):
+            turn = rotation_to(
+                self.relative_to or "", self.frame, self._ephemeris_orbit(), at_epoch, self.ut1
+            )
+        if turn is None:
+            return q, omega
+        r, own_rate = turn.quaternion.reshape(-1, 4)[0], np.reshape(turn.rate, (-1, 3))[0]
+        omega = omega + rotations.rotate(rotations.conjugate(q), own_rate)
+        return rotations.product(rotations.conjugate(r), q), omega
+
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
+        names = STATE if self.relative_to is None else STATE | RELATIVE_STATE
         try:
-            state = _State(self.__pydantic_serializer__.to_json(self, include=STATE))
+            state = _State(self.__pydantic_serializer__.to_json(self, include=names))
         except ValueError:  # half a surrogate pair where a unit should be
-            state = _State(ascii([getattr(self, name) for name in sorted(STATE)]).encode())
-        state.parts = self.body, self.attitude, self.angular_velocity, self.frame
+            state = _State(ascii([getattr(self, name) for name in sorted(names)]).encode())
+        state.scene = self
         motion = copy(_motion(state))
         motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
         return motion
@@ -546,14 +586,14 @@ class Scene(Part):
 class _State(bytes):
     """Text of the fields that determine a motion, by which it is cached, and these fields."""
 
-    parts: tuple[Body, Attitude, AngularVelocity, str]
+    scene: Scene
 
 
 @lru_cache(maxsize=256)
 def _motion(state: _State) -> TorqueFreeMotion:
     """Cached with its constants: the same body is often queried again."""
-    body, attitude, rate, frame = state.parts
-    return TorqueFreeMotion(body.build(), attitude.build(), rate.build(), order="wxyz", frame=frame)
+    scene = state.scene
+    return TorqueFreeMotion(scene.body.build(), *scene.state(), order="wxyz", frame=scene.frame)
 
 
 def _orbit_path(

@@ -120,8 +120,8 @@ class Sampled:
             wide = f"{100.0 * widest:g} %, above {100.0 * MAX_USUAL_RATIO:g} %"
             message = f"moments: a relative standard deviation of {wide}: many draws are unphysical"
             warnings.warn(f"{message}, and are drawn again", AttitudeWarning, stacklevel=3)
-        state = scene.angular_velocity.build(), scene.attitude.build()
-        self._nominal = np.concatenate([self.body.moments, *state])
+        q, omega = scene.state()
+        self._nominal = np.concatenate([self.body.moments, omega, q])
 
     def part(self, first: int, last: int) -> States:
         """States of bodies first to last.  Raises InputError where every draw of moments was unphysical."""
