@@ -47,7 +47,7 @@ from ..samples.transform import in_frame, rotation_to
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
-from .spin import Spin
+from .spin_form import Spin
 
 if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
