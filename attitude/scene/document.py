@@ -47,7 +47,7 @@ from ..samples.transform import in_frame, rotation_to
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
-from .spin_form import Spin
+from .spin_form import SpinForm
 
 if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
@@ -283,7 +283,7 @@ class Scene(Part):
     frame: str = "ICRF"
     attitude: Attitude | None = None
     angular_velocity: AngularVelocity | None = None
-    spin: Spin | None = None
+    spin: SpinForm | None = None
     relative_to: str | None = Field(None, examples=["LVLH"])
     times: Times
     effects: list[AnyEffect] = Field(default_factory=list)

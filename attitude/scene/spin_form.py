@@ -16,7 +16,7 @@ from ..pointing.targets import body_axis
 ZERO = Angle(value=0.0, unit="deg")
 
 
-class Direction(Part):
+class CelestialDirection(Part):
     """In the scene's frame: right ascension `ra` and declination `dec` in a `unit`, or a `vector`."""
 
     ra: float | None = Field(None, strict=True, allow_inf_nan=False)
@@ -25,7 +25,7 @@ class Direction(Part):
     vector: Vector | None = None
 
     @model_validator(mode="after")
-    def _check(self) -> Direction:
+    def _check(self) -> CelestialDirection:
         form = exactly_one(self, ("ra", "vector"))
         for name in ("dec", "unit"):
             if (getattr(self, name) is None) == (form == "ra"):
@@ -45,7 +45,7 @@ class Direction(Part):
         return ra, dec
 
 
-class Spin(Part):
+class SpinForm(Part):
     """Attitude and rate of a spinner at the epoch, for any tensor (docs/scenes.md has the equations).
 
     `axis`, with `rate` and `phase`: the body axis `body_axis` points there, and the body spins about it.
@@ -55,8 +55,8 @@ class Spin(Part):
     SPIN/NUTATION and SPIN/NUTATION_MOM of CCSDS 504.0-B-2, about the body's z axis.
     """
 
-    axis: Direction | None = None
-    momentum: Direction | None = None
+    axis: CelestialDirection | None = None
+    momentum: CelestialDirection | None = None
     body_axis: str | Vector = "z"
     rate: Rate
     phase: Angle = ZERO
@@ -67,7 +67,7 @@ class Spin(Part):
     nutation_rate: Rate | None = None
 
     @model_validator(mode="after")
-    def _check(self) -> Spin:
+    def _check(self) -> SpinForm:
         body_axis(self.body_axis)
         if self.axis is None and self.momentum is None:
             raise InputError("axis", None, "a direction of the spin axis, or a momentum")
