@@ -8,7 +8,8 @@ def spun_up(transverse, axial, rate, torque, t):
 
     With theta = integral of omega3, mu = axial / transverse and w0 = omega1 + i omega2 at t = 0, the
     Cayley-Klein parameters alpha = a exp(i theta/2), beta = b exp(-i theta/2) follow
-    a' = -conj(w0) exp(-i mu theta) b / 2 and b' = w0 exp(i mu theta) a / 2.  With theta' = e tau, e = torque / axial, a = exp(-i mu e tau^2 / 4) y is
+    a' = -conj(w0) exp(-i mu theta) b / 2 and b' = w0 exp(i mu theta) a / 2.  With theta' = e tau,
+    e = torque / axial, a = exp(-i mu e tau^2 / 4) y is
 
         y'' + [|w0|^2/4 - i mu e/2 + mu^2 e^2 tau^2/4] y = 0:   y = D_nu(+-kappa tau),   kappa^2 = i mu e,
 
