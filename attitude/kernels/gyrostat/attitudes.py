@@ -19,7 +19,7 @@ from ..vectors import dot, first_three
 
 
 @routine
-def _turned(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
+def turned(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
     """Turn by the common phase, in the order w, x, y, z; not normalised."""
     w = fma(alpha_re, cosine, -alpha_im * sine)
     z = fma(alpha_re, sine, alpha_im * cosine)
@@ -45,7 +45,7 @@ def _rate(q, momentum, to_rate, rotor_rate):
 
 
 @routine
-def _outputs(body):
+def outputs(body):
     """The rows of the frame matrix; what the rate is made of."""
     F, W = body.frame, body.to_rate
     frame = four(F[0]), four(F[1]), four(F[2]), four(F[3])
@@ -59,7 +59,7 @@ def _series(body):
 
 
 @routine
-def _circling_pair(s, c, w, series):
+def circling_pair(s, c, w, series):
     """alpha from theta4 and beta from theta1 of v - i h, as polynomials in w = cos 2v."""
     ar, ai, br, bi = series
     alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
@@ -68,27 +68,27 @@ def _circling_pair(s, c, w, series):
 
 
 @routine
-def _swinging_pair(s, c, w, series):
+def swinging_pair(s, c, w, series):
     """alpha from theta2 and beta from theta1 of v - i h, as polynomials in w = cos 2v."""
     ar, ai, br, bi = series
     return c * quartic(*ar, w), s * quartic(*ai, w), s * quartic(*br, w), c * quartic(*bi, w)
 
 
 @routine
-def _sample_series(body, window, t, t_low, quaternions, rates, swinging):
+def sample_series(body, window, t, t_low, quaternions, rates, swinging):
     """Samples of one body by theta functions; window : its row in the outputs, first and last instant."""
     b, first, last = window
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     v_hi, v_lo = body.argument[0], body.argument[1]
     v0, v0_lo = body.argument0[0], body.argument0[1]
-    series, (frame, to_rate) = _series(body), _outputs(body)
+    series, (frame, to_rate) = _series(body), outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
         s, c = sine_cosine(*argument(v_hi, v_lo, t[i], low, v0, v0_lo))
         w = fma(c, c, -s * s)
         turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
-        pair = _circling_pair(s, c, w, series) if swinging is None else _swinging_pair(s, c, w, series)
-        q = _normalised(frame_times(frame, _turned(*pair, *sine_cosine(turns, rest))))
+        pair = circling_pair(s, c, w, series) if swinging is None else swinging_pair(s, c, w, series)
+        q = _normalised(frame_times(frame, turned(*pair, *sine_cosine(turns, rest))))
         if quaternions is not None:
             for j in range(4):
                 quaternions[j, b, i] = q[j]
@@ -99,7 +99,7 @@ def _sample_series(body, window, t, t_low, quaternions, rates, swinging):
 
 
 @routine
-def _transformed_pair(y, y_low, n, body_flags, series):
+def transformed_pair(y, y_low, n, body_flags, series):
     """alpha and beta after the modular transformation, and the quarter turns that n adds to the phase."""
     nome, even, flips, swaps, ratio = body_flags
     ar, ai, br, bi = series
@@ -128,7 +128,7 @@ def _transformed_pair(y, y_low, n, body_flags, series):
 
 
 @routine
-def _since_step(y, rest, step, step_low, per_step):
+def since_step(y, rest, step, step_low, per_step):
     """y less n steps, to the nearest, in two parts; n."""
     shifted = fma(y, per_step, ROUND)
     n = shifted - ROUND
@@ -138,8 +138,8 @@ def _since_step(y, rest, step, step_low, per_step):
 
 
 @routine
-def _sample_transformed(body, window, t, t_low, quaternions, rates):
-    """Samples of one body by the transformed series; window as in `_sample_series`."""
+def sample_transformed(body, window, t, t_low, quaternions, rates):
+    """Samples of one body by the transformed series; window as in `sample_series`."""
     b, first, last = window
     lambda_hi, lambda_lo = body.precession[0], body.precession[1]
     y_hi, y_lo = body.argument[0], body.argument[1]
@@ -149,15 +149,15 @@ def _sample_transformed(body, window, t, t_low, quaternions, rates):
     step, step_low = (0.0, 0.0) if endless else (body.step[0], body.step[1])
     per_step = body.per_step
     flags = body.nome, body.even != 0.0, body.flips != 0, body.swaps != 0, body.swap_ratio
-    series, (frame, to_rate) = _series(body), _outputs(body)
+    series, (frame, to_rate) = _series(body), outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
-        y, y_rest, n = _since_step(*argument(y_hi, y_lo, t[i], low, y0, y0_lo), step, step_low, per_step)
+        y, y_rest, n = since_step(*argument(y_hi, y_lo, t[i], low, y0, y0_lo), step, step_low, per_step)
         n += first_step
         turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
         turns, joined = two_sum(turns, fma(slip, y, turns_per_step * float(n & 3)))
-        pair = _transformed_pair(y, y_rest, n, flags, series)
-        q = _normalised(frame_times(frame, _turned(*pair, *sine_cosine(turns, rest + joined))))
+        pair = transformed_pair(y, y_rest, n, flags, series)
+        q = _normalised(frame_times(frame, turned(*pair, *sine_cosine(turns, rest + joined))))
         if quaternions is not None:
             for j in range(4):
                 quaternions[j, b, i] = q[j]
@@ -173,8 +173,8 @@ def sample(bodies, t, t_low, quaternions, rates, place, first, last):
     for b in range(bodies.shape[0]):
         window = place + b, first, last
         if bodies[b].route == CIRCLING_SERIES:
-            _sample_series(bodies[b], window, t, t_low, quaternions, rates, None)
+            sample_series(bodies[b], window, t, t_low, quaternions, rates, None)
         elif bodies[b].route == SWINGING_SERIES:
-            _sample_series(bodies[b], window, t, t_low, quaternions, rates, 1)
+            sample_series(bodies[b], window, t, t_low, quaternions, rates, 1)
         else:
-            _sample_transformed(bodies[b], window, t, t_low, quaternions, rates)
+            sample_transformed(bodies[b], window, t, t_low, quaternions, rates)

@@ -87,26 +87,26 @@ def _same(a, b):
 @routine
 def base_problem(inertia, h, rows):
     """The problem of moments and rotors along principal axes, whose momentum is in its rows."""
-    h = _without_negligible(inertia, h, rows)
+    h = without_negligible(inertia, h, rows)
     identity = _unit(0), _unit(1), _unit(2)
     if _same(inertia[0], inertia[1]) and _same(inertia[1], inertia[2]):
-        return _sphere(inertia, h, rows)
+        return sphere(inertia, h, rows)
     for axis in range(3):
         i, j = BEFORE[axis]
         if _same(inertia[i], inertia[j]):
             if h[i][0] == 0.0 and h[j][0] == 0.0:
                 return _two_turns(inertia, h, axis, rows)
-            axes = _along_rotor(h, i, j, axis)
+            axes = along_rotor(h, i, j, axis)
             m = _momentum(rows)
             for n in range(3):
                 _set(rows[PRINCIPAL + n], dot(axes[n], m))
             h = hypot(h[i], h[j]), ZERO, h[axis]
-            return _without_symmetry((inertia[i], inertia[j], inertia[axis]), h, axes, rows)
-    return _without_symmetry(inertia, h, identity, rows)
+            return without_symmetry((inertia[i], inertia[j], inertia[axis]), h, axes, rows)
+    return without_symmetry(inertia, h, identity, rows)
 
 
 @routine
-def _without_negligible(inertia, h, rows):
+def without_negligible(inertia, h, rows):
     """The rotors without components that two parts of the rest do not resolve, where there are several."""
     m = _momentum(rows)
     greatest = max(abs(m[0][0]), abs(m[1][0]), abs(m[2][0]))
@@ -123,7 +123,7 @@ def _without_negligible(inertia, h, rows):
 
 
 @routine
-def _without_symmetry(inertia, h, axes, rows):
+def without_symmetry(inertia, h, axes, rows):
     """Of moments that are different where rotors tell them apart; axes : rows, along the principal ones."""
     along = int(h[0][0] != 0.0) + int(h[1][0] != 0.0) + int(h[2][0] != 0.0)
     if along > 1:
@@ -137,7 +137,7 @@ def _without_symmetry(inertia, h, axes, rows):
 
 
 @routine
-def _axis_rows(inertia, h, axis, rows):
+def axis_rows(inertia, h, axis, rows):
     """Write M, A_ij and K of a rotor along a principal axis to their rows; returns W = I1 I2 I3."""
     i, j = BEFORE[axis]
     for row, source in ((M1, i), (M2, j), (M3, axis)):
@@ -163,7 +163,7 @@ def _axis_rows(inertia, h, axis, rows):
 
 @routine
 def _axis_problem(inertia, h, axis, rows):
-    W = _axis_rows(inertia, h, axis, rows)
+    W = axis_rows(inertia, h, axis, rows)
     i, j = BEFORE[axis]
     a = div(ONE, inertia[i]), div(ONE, inertia[j]), div(ONE, inertia[axis])
     return conserved(rows, W, a, ZERO)
@@ -186,12 +186,12 @@ def _any_rotor(inertia, h, axes, rows):
     for row, x in ((A12, new.a12), (A13, new.a13), (A23, new.a23), (K, new.k)):
         _set(rows[row], x)
     c = conserved(rows, ONE, new.a, L)
-    w = _combination(new.w, axes)
+    w = combination(new.w, axes)
     return Base(c, False, L, new.shift, matrix_product(new.axes, axes), w, True, new.condition)
 
 
 @routine
-def _combination(x, rows):
+def combination(x, rows):
     """x1 row1 + x2 row2 + x3 row3."""
     return (
         dot(x, (rows[0][0], rows[1][0], rows[2][0])),
@@ -201,13 +201,13 @@ def _combination(x, rows):
 
 
 @routine
-def _along_rotor(h, i, j, axis):
+def along_rotor(h, i, j, axis):
     """Axes in the plane of two equal moments, the first along the rotor there; and the third axis."""
     inverse = div(ONE, hypot(h[i], h[j]))
     c, s = mul(h[i], inverse), mul(h[j], inverse)
     return (
-        _combination((c, s, ZERO), (_unit(i), _unit(j), _unit(axis))),
-        _combination((neg(s), c, ZERO), (_unit(i), _unit(j), _unit(axis))),
+        combination((c, s, ZERO), (_unit(i), _unit(j), _unit(axis))),
+        combination((neg(s), c, ZERO), (_unit(i), _unit(j), _unit(axis))),
         _unit(axis),
     )
 
@@ -218,7 +218,7 @@ def _two_turns(inertia, h, axis, rows):
     i, j = BEFORE[axis]
     m = _momentum(rows)
     across = hypot(m[i], m[j])
-    W = _axis_rows(inertia, h, axis, rows)
+    W = axis_rows(inertia, h, axis, rows)
     _set(rows[M1], across)
     clear(rows[M2])
     a = div(ONE, inertia[i])
@@ -226,12 +226,12 @@ def _two_turns(inertia, h, axis, rows):
     inverse = div(ONE, across) if across[0] > 0.0 else ZERO
     x, y = (mul(m[i], inverse), mul(m[j], inverse)) if across[0] > 0.0 else (ONE, ZERO)
     plane = _unit(i), _unit(j), _unit(axis)
-    axes = _combination((x, y, ZERO), plane), _combination((neg(y), x, ZERO), plane), _unit(axis)
+    axes = combination((x, y, ZERO), plane), combination((neg(y), x, ZERO), plane), _unit(axis)
     return Base(c, True, c.L, ZERO, axes, (ZERO, ZERO, ZERO), False, 1.0)
 
 
 @routine
-def _sphere(inertia, h, rows):
+def sphere(inertia, h, rows):
     """All moments equal: the rotor's axis is one of symmetry."""
     m = _momentum(rows)
     size = hypot(hypot(h[0], h[1]), h[2])

@@ -47,7 +47,7 @@ def _dot3(x, y):
 
 
 @routine
-def _lorentz(x, y):
+def lorentz(x, y):
     """x.Q_A.y."""
     return sub(_dot3(x, y), mul(x[3], y[3]))
 
@@ -63,7 +63,7 @@ def _sum4(x, y):
 
 
 @routine
-def _at(gap, derivative, side, x):
+def at(gap, derivative, side, x):
     """f, or its first or second derivative (half of it), at x from the left (0) or right (1) end."""
     if side == 0:
         left, right, third, z = -x, gap.width - x, gap.third_left - x, gap.left + x
@@ -77,7 +77,7 @@ def _at(gap, derivative, side, x):
 
 
 @routine
-def _bisect(gap, derivative, rising, low, high):
+def bisect(gap, derivative, rising, low, high):
     """The place between two others where a derivative changes its sign; a place is (side, distance)."""
     half = 0.5 * gap.width
     for _ in range(2200):
@@ -94,7 +94,7 @@ def _bisect(gap, derivative, rising, low, high):
             if x in (a, b):
                 break
             middle = (low[0], x)
-        if (_at(gap, derivative, middle[0], middle[1]) > 0.0) != rising:
+        if (at(gap, derivative, middle[0], middle[1]) > 0.0) != rising:
             low = middle
         else:
             high = middle
@@ -106,26 +106,26 @@ def _bisect(gap, derivative, rising, low, high):
 
 
 @routine
-def _spacelike_root(gap, smallest):
+def spacelike_root(gap, smallest):
     """The place of the root where f falls steepest."""
     first, last = (0, min(smallest, 1e-3 * gap.width)), (1, min(smallest, 1e-3 * gap.width))
-    turning = _bisect(gap, 2, False, first, last)
-    if _at(gap, 1, turning[0], turning[1]) <= 0.0:
-        return _bisect(gap, 0, False, first, last)
-    least = _bisect(gap, 1, True, first, turning)
-    greatest = _bisect(gap, 1, False, turning, last)
-    before = _at(gap, 0, least[0], least[1]) < 0.0
-    after = _at(gap, 0, greatest[0], greatest[1]) > 0.0
+    turning = bisect(gap, 2, False, first, last)
+    if at(gap, 1, turning[0], turning[1]) <= 0.0:
+        return bisect(gap, 0, False, first, last)
+    least = bisect(gap, 1, True, first, turning)
+    greatest = bisect(gap, 1, False, turning, last)
+    before = at(gap, 0, least[0], least[1]) < 0.0
+    after = at(gap, 0, greatest[0], greatest[1]) > 0.0
     if not after:
-        return _bisect(gap, 0, False, first, least)
+        return bisect(gap, 0, False, first, least)
     if not before:
-        return _bisect(gap, 0, False, greatest, last)
-    one, two = _bisect(gap, 0, False, first, least), _bisect(gap, 0, False, greatest, last)
-    return one if _at(gap, 1, one[0], one[1]) < _at(gap, 1, two[0], two[1]) else two
+        return bisect(gap, 0, False, greatest, last)
+    one, two = bisect(gap, 0, False, first, least), bisect(gap, 0, False, greatest, last)
+    return one if at(gap, 1, one[0], one[1]) < at(gap, 1, two[0], two[1]) else two
 
 
 @routine
-def _eigenvector(a, k, c, left, right, third, smallest):
+def eigenvector(a, k, c, left, right, third, smallest):
     """(a_e, d, vector of norm 1) of the root z = a_e - d in the gap between two of the a."""
     width = sub(a[right], a[left])[0]
     gap = Gap(
@@ -136,7 +136,7 @@ def _eigenvector(a, k, c, left, right, third, smallest):
         sub(a[third], a[right])[0],
         (k[left][0] * k[left][0], k[right][0] * k[right][0], k[third][0] * k[third][0]),
     )
-    side, x = _spacelike_root(gap, smallest)
+    side, x = spacelike_root(gap, smallest)
     end, other = (left, right) if side == 0 else (right, left)
     d = (-x if side == 0 else x, 0.0)
     to_other, to_third = sub(a[other], a[end]), sub(a[third], a[end])
@@ -182,18 +182,18 @@ def _without(x, i):
 
 
 @routine
-def _completing(x, y, z):
+def completing(x, y, z):
     """The vector orthogonal to three others, of norm 1: det[x y . z] > 0."""
     c0 = _determinant(_without(x, 0), _without(y, 0), _without(z, 0))
     c1 = neg(_determinant(_without(x, 1), _without(y, 1), _without(z, 1)))
     c2 = _determinant(_without(x, 2), _without(y, 2), _without(z, 2))
     c3 = neg(_determinant(_without(x, 3), _without(y, 3), _without(z, 3)))
     vector = c0, c1, c2, neg(c3)
-    return _scaled4(div(ONE, sqrt(_lorentz(vector, vector))), vector)
+    return _scaled4(div(ONE, sqrt(lorentz(vector, vector))), vector)
 
 
 @routine
-def _quadric(a, k, c, x, y):
+def quadric(a, k, c, x, y):
     """x.Q_B.y."""
     total = add(add(mul(a[0], mul(x[0], y[0])), mul(a[1], mul(x[1], y[1]))), mul(a[2], mul(x[2], y[2])))
     return sub(sub(total, add(mul(_dot3(k, x), y[3]), mul(_dot3(k, y), x[3]))), mul(c, mul(x[3], y[3])))
@@ -208,9 +208,9 @@ def boosted(inertia, k, gamma):
     """
     hi, mid, lo = ascending(inertia)  # of the inverse moments
     a = (
-        _less_middle(inertia, 0, mid),
-        _less_middle(inertia, 1, mid),
-        _less_middle(inertia, 2, mid),
+        less_middle(inertia, 0, mid),
+        less_middle(inertia, 1, mid),
+        less_middle(inertia, 2, mid),
     )
     greatest = max(abs(a[lo][0]), abs(a[hi][0]), abs(k[0][0]), abs(k[1][0]), abs(k[2][0]))
     c = sub(
@@ -220,21 +220,21 @@ def boosted(inertia, k, gamma):
     smallest = 1e-3 * SMALLEST_K * SMALLEST_K * greatest
     if k[lo][0] == 0.0:
         first = a[lo], ZERO, _unit(lo)
-        second = _eigenvector(a, k, c, mid, hi, lo, smallest)
+        second = eigenvector(a, k, c, mid, hi, lo, smallest)
     elif k[mid][0] == 0.0:
         first = a[mid], ZERO, _unit(mid)
-        second = _eigenvector(a, k, c, lo, hi, mid, smallest)
+        second = eigenvector(a, k, c, lo, hi, mid, smallest)
     elif k[hi][0] == 0.0:
         first = a[hi], ZERO, _unit(hi)
-        second = _eigenvector(a, k, c, lo, mid, hi, smallest)
+        second = eigenvector(a, k, c, lo, mid, hi, smallest)
     else:
-        first = _eigenvector(a, k, c, lo, mid, hi, smallest)
-        second = _eigenvector(a, k, c, mid, hi, lo, smallest)
+        first = eigenvector(a, k, c, lo, mid, hi, smallest)
+        second = eigenvector(a, k, c, mid, hi, lo, smallest)
     return _transformed_problem(a, k, c, gamma, first, second, div(ONE, inertia[mid]))
 
 
 @routine
-def _less_middle(inertia, i, mid):
+def less_middle(inertia, i, mid):
     """a_i - a_mid."""
     return div(sub(inertia[mid], inertia[i]), mul(inertia[i], inertia[mid]))
 
@@ -246,14 +246,14 @@ def _transformed_problem(a, k, c, gamma, first, second, shift):
     E0 = _sum4((ZERO, ZERO, ZERO, ONE), _sum4(_scaled4(E1[3], E1), _scaled4(E2[3], E2)))
     strength = sqrt(add(ONE, add(square(E1[3]), square(E2[3]))))
     E0 = _scaled4(div(ONE, strength), E0)
-    E3 = _completing(E1, E2, E0)
-    a3, k3 = _quadric(a, k, c, E3, E3), neg(_quadric(a, k, c, E3, E0))
+    E3 = completing(E1, E2, E0)
+    a3, k3 = quadric(a, k, c, E3, E3), neg(quadric(a, k, c, E3, E0))
     X = gamma[0], gamma[1], gamma[2], ONE
-    time = div(ONE, neg(_lorentz(E0, X)))
-    base = mul(_lorentz(E1, X), time), mul(_lorentz(E2, X), time), mul(_lorentz(E3, X), time)
+    time = div(ONE, neg(lorentz(E0, X)))
+    base = mul(lorentz(E1, X), time), mul(lorentz(E2, X), time), mul(lorentz(E3, X), time)
     per = div(ONE, add(ONE, E0[3]))
     w = mul(E0[0], per), mul(E0[1], per), mul(E0[2], per)
-    axes = _axis(E1, E0, w), _axis(E2, E0, w), _axis(E3, E0, w)
+    axes = axis(E1, E0, w), axis(E2, E0, w), axis(E3, E0, w)
     G0 = E0[3][0]
     return Boosted(
         (z1, z2, a3),
@@ -270,7 +270,7 @@ def _transformed_problem(a, k, c, gamma, first, second, shift):
 
 
 @routine
-def _axis(E, E0, w):
+def axis(E, E0, w):
     """An axis of the problem along those of the body: the rotation in the Lorentz transformation."""
     turn = sub(_dot3(w, E), E[3])
     return add(E[0], mul(E0[0], turn)), add(E[1], mul(E0[1], turn)), add(E[2], mul(E0[2], turn))

@@ -61,18 +61,18 @@ def coefficients(path):
     p = exp(neg(ratio))
     if p[0] <= LARGEST_NOME:
         return _series(path, p, mul(greater, mean), ratio)
-    return _transformed(path, mul(greater, complement), ratio)
+    return transformed(path, mul(greater, complement), ratio)
 
 
 @routine
 def _series(path, p, mean, ratio):
     if path.family == CIRCLING:
-        return _circling_series(path, p, mean, ratio)
-    return _swinging_series(path, p, mean)
+        return circling_series(path, p, mean, ratio)
+    return swinging_series(path, p, mean)
 
 
 @routine
-def _powers(x):
+def powers(x):
     """1, x, ... x^4."""
     x2 = square(x)
     return ONE, x, x2, mul(x2, x), square(x2)
@@ -93,7 +93,7 @@ def _sums(E):
 
 
 @routine
-def _circling_series(path, p, mean, ratio):
+def circling_series(path, p, mean, ratio):
     """alpha from theta4 and beta from theta1 of v - i s h, nome p."""
     s, ep = path.s, -1.0 if path.mu < 0.0 else 1.0
     v_rate, h = mul(path.rate, mean), mul(path.pole, mean)
@@ -108,10 +108,10 @@ def _circling_series(path, p, mean, ratio):
         E2 = ZERO
     other = neg(expm1(sub(scale(h, 2.0), ratio))) if path.mu > 0.0 else add(ONE, E2)
     one_less_E = neg(expm1(scale(h, -2.0)))
-    drift = _circling_drift(p, E, E2, ep, other)
+    drift = circling_drift(p, E, E2, ep, other)
     rate = add(path.mean_rate, scale(mul(v_rate, drift), 2.0 * s))
 
-    P, F, G = _powers(p), _powers(E2), _powers(E)
+    P, F, G = powers(p), powers(E2), powers(E)
     P4, P6, P9 = P[4], mul(P[3], P[3]), mul(square(P[4]), p)
     P12 = square(P6)
     near = F[1], mul(P[2], F[2]), mul(P6, F[3])  # p^(n^2-n) E2^n
@@ -130,10 +130,10 @@ def _circling_series(path, p, mean, ratio):
     )
     factor_a = div(path.rho, add(add(a[0], a[1]), add(a[2], a[3])))
     factor_b = _quotient(path.tau, add(add(d[0], d[1]), add(d[2], d[3])))
-    alpha_re = _times(factor_a, _even_cosines(a))
-    alpha_im = _times(scale(factor_a, s), _even_sines(b))
-    beta_re = _times(scale(factor_b, s), _sines_over_first((c[0], c[1], c[2], c[3], ZERO)))
-    beta_im = _times(neg(factor_b), _cosines_over_first((d[0], d[1], d[2], d[3], ZERO)))
+    alpha_re = _times(factor_a, even_cosines(a))
+    alpha_im = _times(scale(factor_a, s), even_sines(b))
+    beta_re = _times(scale(factor_b, s), sines_over_first((c[0], c[1], c[2], c[3], ZERO)))
+    beta_im = _times(neg(factor_b), cosines_over_first((d[0], d[1], d[2], d[3], ZERO)))
     return Coefficients(
         CIRCLING_SERIES, False, False, rate, v_rate, v0, ZERO, ZERO, p, 0.0, 0.0, ONE,
         alpha_re, alpha_im, beta_re, beta_im,
@@ -141,7 +141,7 @@ def _circling_series(path, p, mean, ratio):
 
 
 @routine
-def _circling_drift(p, E, E2, ep, other):
+def circling_drift(p, E, E2, ep, other):
     """sum_n [(ep E2)^n - (ep p E)^n] / (1 - p^2n); `other` is 1 - ep E2."""
     e2, pE = scale(E2, ep), scale(mul(p, E), ep)
     total = sub(div(e2, other), div(pE, sub(ONE, pE)))
@@ -156,7 +156,7 @@ def _circling_drift(p, E, E2, ep, other):
 
 
 @routine
-def _swinging_series(path, p, mean):
+def swinging_series(path, p, mean):
     """alpha from theta2 and beta from theta1 of v - i s h, nome sqrt(p)."""
     s, ep = path.s, -1.0 if path.mu < 0.0 else 1.0
     v_rate, h = mul(path.rate, mean), mul(path.pole, mean)
@@ -167,13 +167,13 @@ def _swinging_series(path, p, mean):
     root = sqrt(p)
     E2 = _quotient(root, E)
     one_less_E = neg(expm1(scale(h, -2.0)))
-    drift = sub(div(one_less_E, add(ONE, E)), scale(_swinging_drift(p, mul(root, E2), mul(p, E), ep), 2.0))
+    drift = sub(div(one_less_E, add(ONE, E)), scale(swinging_drift(p, mul(root, E2), mul(p, E), ep), 2.0))
     rate = sub(path.mean_rate, scale(mul(v_rate, drift), s))
     # |p|^(n^2/2) E2^n and the sign of p^(n(n+1)/2)
-    R, F, P = _powers(root), _powers(E2), _powers(p)
+    R, F, P = powers(root), powers(E2), powers(p)
     lead = ONE, mul(R[1], F[1]), mul(P[2], F[2]), mul(mul(P[4], R[1]), F[3]), mul(square(P[4]), F[4])
     lead = ONE, scale(lead[1], ep), scale(lead[2], ep), lead[3], lead[4]
-    sums, G = _sums(E), _powers(E)
+    sums, G = _sums(E), powers(E)
     C = (
         mul(lead[0], add(ONE, E)),
         mul(lead[1], add(ONE, G[3])),
@@ -187,15 +187,15 @@ def _swinging_series(path, p, mean):
     factor_b = _quotient(path.tau, _sum(alternating))
     return Coefficients(
         SWINGING_SERIES, False, False, rate, v_rate, scale(v0, path.sign), ZERO, ZERO, p, 0.0, 0.0, ONE,
-        _times(factor_a, _cosines_over_first(C)),
-        _times(scale(factor_a, s), _sines_over_first(D)),
-        _times(scale(factor_b, s), _sines_over_first(_alternating(C))),
-        _times(neg(factor_b), _cosines_over_first(alternating)),
+        _times(factor_a, cosines_over_first(C)),
+        _times(scale(factor_a, s), sines_over_first(D)),
+        _times(scale(factor_b, s), sines_over_first(_alternating(C))),
+        _times(neg(factor_b), cosines_over_first(alternating)),
     )  # fmt: skip
 
 
 @routine
-def _swinging_drift(p, near_step, far_step, ep):
+def swinging_drift(p, near_step, far_step, ep):
     """sum_n (-1)^n ep^n (near^n - far^n) / (1 - p^n): 2 sinh(2nh) p^n is their difference."""
     total, near, far, signed, sign = ZERO, ONE, ONE, ONE, 1.0
     for _ in range(60):
@@ -228,7 +228,7 @@ def _alternating(x):
 
 
 @routine
-def _cosines_over_first(x):
+def cosines_over_first(x):
     """Coefficients of sum x_n cos (2n+1)v / cos v as powers of w = cos 2v."""
     p0 = add(sub(sub(x[0], x[1]), sub(x[2], x[3])), x[4])
     p1 = add(sub(scale(x[1], 2.0), scale(x[2], 2.0)), sub(scale(x[4], 4.0), scale(x[3], 4.0)))
@@ -237,26 +237,26 @@ def _cosines_over_first(x):
 
 
 @routine
-def _sines_over_first(x):
+def sines_over_first(x):
     """Coefficients of sum x_n sin (2n+1)v / sin v as powers of w = cos 2v."""
-    return _alternating(_cosines_over_first(_alternating(x)))
+    return _alternating(cosines_over_first(_alternating(x)))
 
 
 @routine
-def _even_cosines(x):
+def even_cosines(x):
     """Coefficients of sum x_n cos 2nv, n to 3, as powers of w = cos 2v."""
     p1 = sub(x[1], mul(x[3], (3.0, 0.0)))
     return sub(x[0], x[2]), p1, scale(x[2], 2.0), scale(x[3], 4.0), ZERO
 
 
 @routine
-def _even_sines(x):
+def even_sines(x):
     """Coefficients of sum x_n sin 2nv / sin 2v, n to 3, as powers of w = cos 2v."""
     return sub(x[1], x[3]), scale(x[2], 2.0), scale(x[3], 4.0), ZERO, ZERO
 
 
 @routine
-def _transformed(path, f, ratio):
+def transformed(path, f, ratio):
     """Beside and on the separatrices: nome Q = exp(-H), argument w = s x + i y."""
     s, negative = path.s, path.mu < 0.0
     swinging = path.family != CIRCLING
@@ -283,18 +283,18 @@ def _transformed(path, f, ratio):
         slip = scale(div(x, H), (4.0 if swaps else 2.0) * s)
     if swaps:
         step = scale(H, 0.5)
-    drift = _transformed_drift(x, Q, swaps, even, negative)
+    drift = transformed_drift(x, Q, swaps, even, negative)
     rate = sub(add(path.mean_rate, scale(mul(y_rate, drift), s)), mul(slip, y_rate))
-    cosines, sines = _multiples(x)
+    cosines, sines = multiples(x)
     root = exp(neg(step)) if not infinite else ZERO  # what z and far are made of
     if swaps:
-        R = _powers(root)
+        R = powers(root)
         R9, R16 = mul(square(R[4]), root), square(square(R[4]))
         # Q^(j(j+1)/2) e^(2j|y|) = +- root^(j^2) z^j; the signs are those of (-1)^(j(j+1)/2)
         weights = ONE, neg(root), neg(R[4]), R9, R16
         odd_weights = weights
     else:
-        R = _powers(Q)
+        R = powers(Q)
         odd_weights = ONE, Q, R[4], mul(square(R[4]), Q), ZERO
         sign = 1.0 if negative else -1.0
         weights = odd_weights
@@ -325,7 +325,7 @@ def polynomial(p, w):
 
 
 @routine
-def _multiples(x):
+def multiples(x):
     """cos jx and sin jx for j = 0 ... 9."""
     sine, cosine = sin_cos(x)
     twice = scale(cosine, 2.0)
@@ -351,7 +351,7 @@ def _odd(x):
 
 
 @routine
-def _transformed_drift(x, Q, swaps, even, negative):
+def transformed_drift(x, Q, swaps, even, negative):
     """What the theta function of alpha adds to the phase rate within a step, over s y'."""
     sine, cosine = sin_cos(x)
     total = ZERO if even else div(sine, cosine)

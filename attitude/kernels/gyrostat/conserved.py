@@ -55,9 +55,9 @@ def conserved(rows, W, a, momentum):
     K_L, total = mul(value(rows[K]), L), value(rows[X])
     third = mul(per_W, square(inverse))
     poles = mul(_poles(rows), square(third))
-    upper, lower = _at_poles(mul(total, third), scale(mul(K_L, third), 2.0), poles)
+    upper, lower = at_poles(mul(total, third), scale(mul(K_L, third), 2.0), poles)
     gamma = mul(value(rows[M1]), inverse), mul(value(rows[M2]), inverse), mul(value(rows[M3]), inverse)
-    above, below = _distances_from_poles(gamma)
+    above, below = distances_from_poles(gamma)
     return Conserved(
         a,
         mul(value(rows[A12]), per_W),
@@ -70,8 +70,8 @@ def conserved(rows, W, a, momentum):
         below,
         mul(value(rows[B1]), first),
         mul(value(rows[B2]), first),
-        mul(_discriminant(rows, B1, A23, M11, -1.0), second),
-        mul(_discriminant(rows, B2, A13, M22, 1.0), second),
+        mul(discriminant(rows, B1, A23, M11, -1.0), second),
+        mul(discriminant(rows, B2, A13, M22, 1.0), second),
         upper,
         lower,
         poles,
@@ -111,7 +111,7 @@ def _poles(rows):
 
 
 @routine
-def _at_poles(total, twice_k, poles):
+def at_poles(total, twice_k, poles):
     """D+ and D- = total +- 2k; the one that cancels is the quotient of their exact product."""
     positive = (total[0] >= 0.0) == (twice_k[0] >= 0.0)
     larger = add(total, twice_k if positive else neg(twice_k))
@@ -122,7 +122,7 @@ def _at_poles(total, twice_k, poles):
 
 
 @routine
-def _distances_from_poles(gamma):
+def distances_from_poles(gamma):
     """1 - gamma3 and 1 + gamma3, the smaller one from the other two components."""
     across = add(square(gamma[0]), square(gamma[1]))
     if gamma[2][0] > 0.0:
@@ -133,7 +133,7 @@ def _distances_from_poles(gamma):
 
 
 @routine
-def _discriminant(rows, b, A, MM, sign):
+def discriminant(rows, b, A, MM, sign):
     """b^2 + sign A12 A MM."""
     clear(rows[PRODUCT])
     append_product(rows[PRODUCT], sign, rows[A12], rows[A])

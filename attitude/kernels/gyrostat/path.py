@@ -108,7 +108,7 @@ def _labelled_middle(c, R):
 
 
 @routine
-def _roots(b, constant, discriminant):
+def roots(b, constant, discriminant):
     """Of A x^2 + 2 b x + constant: the root nearer to zero, and A times the farther one."""
     root = sqrt(discriminant)
     t = add(b, root if b[0] >= 0.0 else neg(root))
@@ -117,7 +117,7 @@ def _roots(b, constant, discriminant):
 
 
 @routine
-def _ends_of_pair(near, far, A, positive):
+def ends_of_pair(near, far, A, positive):
     """(the root of the wanted sign, |A| times the other one): near and A * far are given."""
     if positive:
         return near, absolute(far)
@@ -126,17 +126,17 @@ def _ends_of_pair(near, far, A, positive):
 
 @routine
 def _upper_end(c, s):
-    near, far = _roots(c.b2, neg(mul(c.a12, square(c.gamma[1]))), c.disc2)
+    near, far = roots(c.b2, neg(mul(c.a12, square(c.gamma[1]))), c.disc2)
     is_near = near[0] > 0.0 or (near[0] == 0.0 and s * c.b2[0] > 0.0)
-    return _ends_of_pair(near, far, c.a13, is_near)
+    return ends_of_pair(near, far, c.a13, is_near)
 
 
 @routine
-def _lower_end(c, s, extreme):
+def lower_end(c, s, extreme):
     """x1 <= 0, from gamma3 to the lower end, and |a23 x4|."""
-    near, far = _roots(c.b1, mul(c.a12, square(c.gamma[0])), c.disc1)
+    near, far = roots(c.b1, mul(c.a12, square(c.gamma[0])), c.disc1)
     is_near = extreme or near[0] < 0.0 or (near[0] == 0.0 and s * c.b1[0] > 0.0)
-    return _ends_of_pair(near, far, c.a23, is_near)
+    return ends_of_pair(near, far, c.a23, is_near)
 
 
 @routine
@@ -151,7 +151,7 @@ def circling_path(c, axes):
     extreme = c.a13[0] * c.a23[0] > 0.0
     a12, a13, a23 = absolute(c.a12), absolute(c.a13), absolute(c.a23)
     x2, a13x3 = _upper_end(c, s)
-    x1, a23x4 = _lower_end(c, s, extreme)
+    x1, a23x4 = lower_end(c, s, extreme)
     r = sqrt(mul(c.disc1, c.disc2))
     w1, w2 = scale(sqrt(c.disc1), 2.0), scale(sqrt(c.disc2), 2.0)
     product = mul(square(c.a12), c.poles)
@@ -210,13 +210,13 @@ def circling_path(c, axes):
     sign = 1.0 if s * c.gamma[1][0] >= 0.0 else -1.0
     return Path(
         CIRCLING, s, M, N, nu, mu, scale(c.L, 0.5), pole, other, start, False, sign,
-        _rate_at_upper_end(c, upper_above),
+        rate_at_upper_end(c, upper_above),
         sqrt(scale(upper_below, 0.5)), sqrt(scale(upper_above, 0.5)), axes,
     )  # fmt: skip
 
 
 @routine
-def _rate_at_upper_end(c, upper_above):
+def rate_at_upper_end(c, upper_above):
     """L/2 [a3 e2 - k + a1 (1 - e2)]: of arg alpha where gamma2 = 0."""
     a1, _a2, a3 = c.a
     return scale(mul(c.L, sub(add(mul(a3, sub(ONE, upper_above)), mul(a1, upper_above)), c.k)), 0.5)
@@ -261,6 +261,6 @@ def swinging_path(c, axes):
     sign = 1.0 if s * c.gamma[1][0] >= 0.0 else -1.0
     return Path(
         SWINGING, s, M, N, nu, mu, scale(mul(c.L, sqrt(mul(a12, a13))), 0.5), pole, ZERO, start,
-        _less(G2x1, G1x2), sign, _rate_at_upper_end(c, upper_above),
+        _less(G2x1, G1x2), sign, rate_at_upper_end(c, upper_above),
         sqrt(scale(upper_below, 0.5)), sqrt(scale(upper_above, 0.5)), axes,
     )  # fmt: skip

@@ -71,8 +71,8 @@ def _record(tensor, moments, axes, motion, attitude, out, rows, space):
     scaled_tensor, scaled_rate = over_powers_of_two(tensor, size, rate, unit, space[3])
     factor = 1.0 / (size * unit)
     h = rotor[0] * factor, rotor[1] * factor, rotor[2] * factor
-    if _rate_is_constant(scaled_tensor, scaled_rate, h, space):
-        _constant_rate(rate, attitude, out)
+    if rate_is_constant(scaled_tensor, scaled_rate, h, space):
+        constant_rate(rate, attitude, out)
         return
     inertia = (
         scale(pair(moments[0]), 1.0 / size),
@@ -94,13 +94,13 @@ def _record(tensor, moments, axes, motion, attitude, out, rows, space):
             out.regime = SEPARATRIX_PATH
         out.flips = 1 if family == CIRCLING and co.route == TRANSFORMED_SERIES else 0
     _write_series(co, mul(scale(base.shift, 0.5), base.L), unit, out)
-    _write_frame(base, R_base, R, _start(co), attitude, out)
-    _write_rates(inertia, R, along, base.L, unit, out)
+    write_frame(base, R_base, R, _start(co), attitude, out)
+    write_rates(inertia, R, along, base.L, unit, out)
     out.any_rotor, out.boost = 1 if base.any_rotor else 0, base.condition
 
 
 @routine
-def _rate_is_constant(tensor, rate, h, space):
+def rate_is_constant(tensor, rate, h, space):
     """Whether omega x (I omega + h) is zero, decided without rounding."""
     parts, work, factors, _numbers = space
     for i in range(3):
@@ -121,7 +121,7 @@ def _rate_is_constant(tensor, rate, h, space):
 
 
 @routine
-def _constant_rate(rate, attitude, out):
+def constant_rate(rate, attitude, out):
     """q = q0 exp(omega t / 2), eq. (30): alpha alone."""
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
     x, y, z = (rate[0] / unit, 0.0), (rate[1] / unit, 0.0), (rate[2] / unit, 0.0)
@@ -260,7 +260,7 @@ def _boost(q, w):
 
 
 @routine
-def _write_frame(base, R_base, R, start, attitude, out):
+def write_frame(base, R_base, R, start, attitude, out):
     """q(t) = q_IM * (q_b - k q_b w) * q_PB, q_b = q_MP * q_base, up to its norm: one matrix on q_MP."""
     alpha, beta = start
     q_PB, q_base = quaternion.from_rotation_matrix(R), quaternion.from_rotation_matrix(R_base)
@@ -285,7 +285,7 @@ def _write_frame(base, R_base, R, start, attitude, out):
 
 
 @routine
-def _write_rates(inertia, R, rotors, L, unit, out):
+def write_rates(inertia, R, rotors, L, unit, out):
     """omega = I^-1 (L gamma - h) along the body's axes."""
     for n in range(3):
         inverse = div(ONE, inertia[n])
