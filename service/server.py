@@ -38,5 +38,6 @@ def serve(**options: object) -> None:
             access_log=False,
             server_header=False,
             timeout_keep_alive=KEEP_ALIVE_S,
+            timeout_worker_healthcheck=60,  # a worker that starts on a busy machine does not answer at once
             timeout_graceful_shutdown=settings.max_seconds + GRACE_S,
         )

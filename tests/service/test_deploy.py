@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import runpy
+import shutil
+import subprocess
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -156,6 +158,25 @@ def test_proxy_has_the_limits_of_the_service():
 def test_proxy_passes_blocks_on_as_they_come():
     assert directive("proxy_buffering") == "off"
     assert directive("proxy_http_version") == "1.1"
+
+
+@pytest.mark.skipif(shutil.which("nginx") is None, reason="nginx is not installed")
+def test_nginx_takes_the_example(tmp_path):
+    names = ["-subj", "/CN=attitude.example.org", "-keyout", "attitude.key", "-out", "attitude.crt"]
+    openssl = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", *names]
+    subprocess.run(openssl, cwd=tmp_path, check=True, capture_output=True)
+    (tmp_path / "site.conf").write_text(NGINX.replace("/etc/nginx/tls", str(tmp_path)))
+    main = f"pid {tmp_path}/pid; events {{}} http {{ include {tmp_path}/site.conf; }}"
+    (tmp_path / "nginx.conf").write_text(main)
+    command = ["nginx", "-t", "-c", str(tmp_path / "nginx.conf"), "-g", "error_log stderr;"]
+    tried = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert tried.returncode == 0, tried.stderr
+
+
+def test_manifest_keeps_to_the_schemas_of_kubernetes():
+    validator = pytest.importorskip("kubernetes_validate")
+    for document in yaml.safe_load_all((ROOT / "docs" / "deploy" / "kubernetes.yaml").read_text()):
+        validator.validate(document, "1.31", strict=True)
 
 
 @pytest.mark.parametrize("script", ["check.py", "trim.py"])
