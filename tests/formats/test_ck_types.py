@@ -495,3 +495,39 @@ def test_type_5_needs_rates_and_two_instants(tmp_path):
     dated.at([0.0, 1.0]).write(tmp_path / "a.aem", rates=False)
     with pytest.raises(FormatError, match="type 5 is written with rates, and this ephemeris has none"):
         Ephemeris.read(tmp_path / "a.aem").write(tmp_path / "a.bc", type=5)
+
+
+# -- natural bodies, and frames of one's own ------------------------------------------------------------
+
+
+@pytest.mark.parametrize("naif_id", [2004179, 20004179, 433])
+def test_axes_of_a_natural_body_are_its_fixed_frame(naif_id, tmp_path):
+    scene = Scene.builtin("toutatis")
+    path = tmp_path / "t.bc"
+    scene.write(path, naif_id=naif_id)
+    spice.furnsh([str(path.with_suffix(ending)) for ending in (".tls", ".tsc", ".tf", ".bc")])
+    number, name = spice.cidfrm(naif_id)
+    ephemeris = scene.run()
+    et = spice.unitim((ephemeris.time[7].tt - J2000).sec, "TDT", "ET")
+    matrix = spice.pxform(name, "ECLIPJ2000", et)
+    assert spice.namfrm(name) == number
+    assert np.abs(np.asarray(matrix) - ephemeris.rotation[7].as_matrix()).max() < 1e-9
+    back = Ephemeris.read(path, fk=path.with_suffix(".tf"))
+    assert np.array_equal(back.quaternion("wxyz"), ephemeris.quaternion("wxyz"))
+
+
+@pytest.mark.parametrize("reference", ["DE-118", "GALACTIC", "MARSIAU"])
+def test_attitudes_in_a_frame_of_ones_own_are_written_relative_to_any_built_in_one(reference, tmp_path):
+    dated = TorqueFreeMotion(
+        MOTION.body, (1.0, 0, 0, 0), (0.1, 0.2, 0.3), Time("2024-01-01"), order="wxyz", frame="INERTIAL"
+    )
+    ephemeris = dated.at([0.0, 1.0, 2.0])
+    ephemeris.write(tmp_path / "a.bc", reference=reference)
+    spice.furnsh([str(tmp_path / f"a{ending}") for ending in (".tls", ".tsc", ".bc")])
+    tick = spice.sce2c(-999, spice.unitim((ephemeris.time[1].tt - J2000).sec, "TDT", "ET"))
+    matrix, _, _ = spice.ckgpav(-999000, tick, 0.0, reference)
+    # an ET has a resolution of 1e-7 s and the clock one of 1/65536 s, in which the body turns by 6e-6 rad
+    assert np.abs(np.asarray(matrix).T - ephemeris.rotation[1].as_matrix()).max() < 6e-6
+    back = Ephemeris.read(tmp_path / "a.bc")
+    expected = spice.pxform(reference, "J2000", 0.0) @ ephemeris.rotation[1].as_matrix()
+    assert np.abs(back.rotation[1].as_matrix() - expected).max() < 1e-12

@@ -27,14 +27,13 @@ from ..interpolant import Interpolant, hermite
 from ..interpolation_nodes import Nodes
 from ..time_origin import TimeOrigin
 from . import text_kernels
-from .ck_records import CkRecords, check_id, concatenated, rotate_at_constant_rate
+from .ck_records import MAX_ID, CkRecords, check_id, concatenated, rotate_at_constant_rate
+from .reference_frames import NUMBERS
 
 BLOCK_BYTES = 1 << 22
 MAX_ROTATION = 1000.0  # rad; beyond, the rotation since a record's start loses its thirteenth digit
 # SPICE's names of frames: the same frame under another name, or the same name.
 SPICE_FRAMES = {"ICRF": "J2000", "GCRF": "J2000", "ECLIPJ2000": "ECLIPJ2000"}
-# Inertial frames that are built into SPICE (NAIF, frames required reading).
-BUILT_IN_FRAMES = ("J2000", "ECLIPJ2000", "B1950", "ECLIPB1950", "FK4", "GALACTIC", "MARSIAU")
 EPS = float(np.finfo(float).eps)
 # Greatest lengths of SPICE's names; a frame's is part of a variable's, which has 32 characters.
 MAX_FRAME_LENGTH, MAX_SEGMENT_LENGTH, MAX_FILE_LENGTH = 26, 40, 60
@@ -46,8 +45,9 @@ _LOCK = threading.Lock()
 class CkOptions:
     """Options of the CK writer; InputError for one that a CK cannot hold.
 
-    naif_id : number of the body and of its clock
-    structure_id : number of the structure whose attitude it is; None for a thousand times naif_id
+    naif_id : number of the body, a spacecraft (below 0) or a natural one, and of its clock
+    structure_id : number of the structure whose attitude it is; None for a thousand times naif_id, or for
+        naif_id itself where that is beyond 32 bits (asteroids of the numbers from 20000001)
     type : 3; 5 for Hermite's polynomials, which need the fewest instants; or 2 for intervals of constant rate
     degree : of the polynomials of type 5
     rates : write angular velocities, where the ephemeris has them; type 2 consists of them
@@ -80,7 +80,9 @@ class CkOptions:
     @property
     def structure(self) -> int:
         """Number of the structure."""
-        return self.naif_id * 1000 if self.structure_id is None else self.structure_id
+        if self.structure_id is not None:
+            return self.structure_id
+        return self.naif_id * 1000 if abs(self.naif_id) * 1000 <= MAX_ID else self.naif_id
 
 
 class CkTarget(NamedTuple):
@@ -132,10 +134,10 @@ def _frame_name(name: str) -> str:
 def _reference(frame: str, reference: str | None) -> tuple[str, np.ndarray | None]:
     """SPICE's frame, and the rotation to it from the ephemeris's."""
     if frame == "INERTIAL":
-        if reference not in BUILT_IN_FRAMES:
+        if reference not in NUMBERS:
             expected = "for INERTIAL attitudes the frame of SPICE that they are relative to"
-            meant = suggestion(reference, BUILT_IN_FRAMES)
-            raise InputError("reference", reference, f"{expected}: {', '.join(BUILT_IN_FRAMES)}{meant}")
+            meant = suggestion(reference, NUMBERS)
+            raise InputError("reference", reference, f"{expected}: {', '.join(NUMBERS)}{meant}")
         return str(reference), None
     if reference is not None:
         raise InputError("reference", reference, f"none for {frame}, which SPICE knows")

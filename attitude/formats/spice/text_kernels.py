@@ -71,7 +71,7 @@ FRAME_{structure}_CENTER   = {naif_id}
 
 CK_{structure}_SCLK = {naif_id}
 CK_{structure}_SPK  = {naif_id}
-
+{natural}
 \\begintext
 """
 
@@ -104,8 +104,11 @@ def clock(naif_id: int, tt: int, anchor: str) -> str:
 
 
 def frames(naif_id: int, structure: int, frame: str, body: str, name: str) -> str:
-    """Frame kernel (FK) of the body's axes."""
-    return FRAMES.format(naif_id=naif_id, structure=structure, frame=frame, body=body, name=name)
+    """Frame kernel (FK) of the body's axes, which are those fixed to a natural body (a positive number)."""
+    natural = f"\nOBJECT_{naif_id}_FRAME = '{frame}'\n" if naif_id > 0 else ""
+    return FRAMES.format(
+        naif_id=naif_id, structure=structure, frame=frame, body=body, name=name, natural=natural
+    )
 
 
 def meta_kernel(files: list[str]) -> str:
