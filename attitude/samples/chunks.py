@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..times.instants import Instants
     from .ephemeris_data import EphemerisData
 
-CHUNK_INSTANTS = 1 << 16  # instants in a chunk, at most
+CHUNK_INSTANTS = 1 << 14  # instants in a chunk, at most: a writer holds one, as numbers and as text
 
 Progress = Callable[[float], None]
 

@@ -60,7 +60,7 @@ STATE = {"body", "attitude", "angular_velocity", "spin", "frame"}
 RELATIVE_STATE = {"relative_to", "epoch", "orbit", "ut1", "times"}
 # Solvers that documents may still name.
 SOLVERS_THAT_LEFT = ("splitting", "dop853")
-MAX_SAMPLES_HELD = 1 << 18  # computed once, rather than again each time a writer reads them
+MAX_SAMPLES_HELD = 1 << 16  # computed once, rather than again each time a writer reads them
 # Between these; below the least, the rounding of the motion itself is larger (docs/theory.md, section 8).
 MIN_TOLERANCE, MAX_TOLERANCE, DEFAULT_TOLERANCE = 1e-13, 1e-2, 1e-9
 

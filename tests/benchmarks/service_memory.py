@@ -1,6 +1,6 @@
 """What a process of the service grows to, and how soon a first byte comes: a million samples in each format.
 
-    python -m tests.benchmarks.service_memory formats [CLIENTS] [FORMAT ...]
+    python -m tests.benchmarks.service_memory formats [CLIENTS] [SAMPLES] [FORMAT ...]
     python -m tests.benchmarks.service_memory documents [WORDS ...]
 
 `formats`: 16 clients at once ask for 1e6 samples, each format in a process of its own.  Told: the peak of the
@@ -23,14 +23,15 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
 
-from hostile import HOSTILE, MANY, free
+from hostile import BOX, CONSTANT, FIRINGS, HOSTILE, MANY, drop, free, torques
 from running import Running
 
 from attitude.formats.registry import FORMATS
 
-CLIENTS = 16
+CLIENTS, SAMPLES = 16, 1_000_000
 DATED = free(epoch={"time": "2026-01-01T00:00:00", "scale": "utc"}, times=MANY, frame="EME2000")
 EPHEMERIS = "/v1/ephemeris"
+IMPULSE = {"type": "impulse", "firings": FIRINGS[:1]}
 # Documents of up to 4 MiB that are right, or nearly
 LARGE = {
     "1e6 zeros": (EPHEMERIS, free(times={"elapsed": [0] * 1_000_000, "unit": "s"})),
@@ -49,6 +50,15 @@ LARGE = {
     "name of 4 MB": (EPHEMERIS, free(name="n" * 4_000_000)),
     "250,000 strings": (EPHEMERIS, free(description=["a" * 8] * 250_000)),
     "deep objects": (EPHEMERIS, [{"a": {"a": {"a": {}}}}] * 150_000),
+    "a million samples with an impulse": (EPHEMERIS, free(times=MANY, effects=[IMPULSE])),
+    "a million samples with an impulse, AEM": (f"{EPHEMERIS}?format=aem", DATED | {"effects": [IMPULSE]}),
+    "a million samples over the ground": (EPHEMERIS, drop(BOX, 0.9, times=MANY | {"stop": 5})),
+    "a million samples under a torque": (EPHEMERIS, torques(CONSTANT, times=MANY | {"stop": 100})),
+    "a million samples in LVLH": (f"{EPHEMERIS}?frame=LVLH", torques(times=MANY)),
+    "nodes by the million": (
+        f"{EPHEMERIS}?format=stk&interpolation_error=1e-12",
+        DATED | {"effects": [IMPULSE]},
+    ),
     "plan of a million": ("/v1/plan", free(times=MANY)),
     "vertices": (EPHEMERIS, free(effects=[{"type": "ground", "shape": {"vertices": [[0, 0, 0]] * 400_000}}])),
 }
@@ -83,9 +93,10 @@ def asked(address, path, body, told):
     connection.close()
 
 
-def format_under_clients(name, clients, **settings):
-    with Running(threads=2, max_seconds=300, **settings) as running:
-        before, told, body = status(running.process.pid, "VmRSS"), [], json.dumps(DATED)
+def format_under_clients(name, clients, count):
+    document = DATED | {"times": MANY | {"count": count}}
+    with Running(threads=2, max_seconds=300) as running:
+        before, told, body = status(running.process.pid, "VmRSS"), [], json.dumps(document)
         arguments = running.address, f"{EPHEMERIS}?format={name}", body, told
         threads = [threading.Thread(target=asked, args=arguments) for _ in range(clients)]
         for thread in threads:
@@ -131,9 +142,9 @@ def main(kind="formats", *rest):
     if kind == "documents":
         documents(rest)
         return
-    clients = int(rest[0]) if rest else CLIENTS
-    for name in rest[1:] or FORMATS:
-        format_under_clients(name, clients)
+    clients, count = (int(text) for text in (*rest[:2], *map(str, (CLIENTS, SAMPLES)[len(rest[:2]) :])))
+    for name in rest[2:] or FORMATS:
+        format_under_clients(name, clients, count)
 
 
 if __name__ == "__main__":
