@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from decimal import ROUND_CEILING, Context
-from functools import cache
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,7 +29,7 @@ MAX_TRIALS = 30  # spacings tried
 CONTACT_TIME_ERROR = 1e-11  # s: error of the instant of a contact, on either side of which rates differ
 INTERVALS_PER_CHECK = 1 << 13  # intervals at a time
 SIMULATED_INTERVALS_PER_CHECK = (
-    1 << 18
+    1 << 17
 )  # intervals at a time, of motion that is simulated from its beginning each time
 
 ERROR_MARGIN = 1.07  # of the greatest error over that at the fractions where errors are evaluated
@@ -149,7 +149,8 @@ def nodes_of_span(
         return even_nodes(samples, start, stop, 1.0), 0.0
     head, least = samples.first, (stop - start) / max(most - 1, 0.5)
     longest = longest_spacing(head, interpolant, start, stop)
-    even = cache(lambda step: even_nodes(samples, start, stop, step))
+    # of two spacings, the best and the last: simulated nodes are held in memory
+    even = lru_cache(maxsize=2)(lambda step: even_nodes(samples, start, stop, step))
     step = longest
     for error_of in (
         lambda step: trial_error(head, interpolant, start, stop, step),
