@@ -32,12 +32,14 @@ from attitude.samples.requested_instants import requested
 from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
 
-from .compute import check_wanted, current
+from .compute import check_wanted, current, hold
 from .dependencies import Upload, format_of
 from .errors import refusal, unexpected
 from .schemas import CompareQuery, ConvertQuery, CostQuery, EphemerisQuery, FileQuery, PlanQuery, SourceQuery
 from .settings import Settings, variable
 from .streaming import JSON, Computed, is_known, tag_of
+
+MAX_COST_SAMPLES = 100_000
 
 
 def plan(document: bytes, query: PlanQuery, settings: Settings) -> bytes:
@@ -59,6 +61,8 @@ def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:
         raise InputError("budget", budget, limit, steps=())
     with no_field("samples"):
         check_count("samples", query.samples or 0, "samples", settings)
+        if (query.samples or 0) > MAX_COST_SAMPLES:  # methods hold some 500 bytes of each
+            raise InputError("samples", query.samples, f"at most {MAX_COST_SAMPLES} samples of a cost")
     scene = scene_within(parse_json(document, "document"), settings)
     if find_spec("mpmath") is None:
         detail = "the cost needs mpmath for its truth: pip install 'attitude[cost]' where this service runs"
@@ -203,6 +207,7 @@ def read(
             options = {**(options or {}), "sclk": clock.name}
         data = read_stream(content, entry, name, **(options or {}))
     check_count(name, math.prod(data.shape), "samples", settings)
+    hold(math.prod(data.shape))
     return data
 
 
@@ -225,11 +230,25 @@ def ephemeris(
     return answer._replace(headers={**answer.headers, "etag": tag})
 
 
+def held_samples(scene: Scene, writing: Writing) -> int:
+    """Samples that are in memory from before the first byte to the last: of effects, and of listed instants.
+
+    For readers that interpolate, the error between all samples is computed before the first byte.
+    """
+    if writing.query.interpolation_error is not None:
+        return writing.settings.max_samples
+    is_simulated = scene.effects or scene.position is not None
+    is_read_twice = hasattr(module_of(writing.target), "interpolant")
+    return scene.times.samples if is_simulated or is_read_twice or scene.times.start is None else 0
+
+
 def single(scene: Scene, writing: Writing, drop_below: float | None) -> Computed:
     """Files say plan and cost in headers, since their bytes do not depend on these.
 
     Of samples that are computed as they are sent, what that takes is not known before: it is predicted.
     """
+    if held := held_samples(scene, writing):
+        hold(held)
     samples = writing.samples(scene, Budget(writing.settings.max_seconds), drop_below)
     file = writing.file(samples, writing.target)
     plan = samples.first.plan
@@ -258,6 +277,7 @@ def batch(documents: list[Any], writing: Writing, drop_below: float | None, requ
             scenes.append(error)
     count = sum(scene.times.samples for scene in scenes if isinstance(scene, Scene))
     check_count("document", count, "samples", settings, " in all scenes")
+    hold(count)
     blocks = coalesced(joined(answers(scenes, writing, drop_below, request), target.media == JSON))
     first = next(blocks)  # whatever is refused as a whole is refused here
     return computed(

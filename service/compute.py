@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
 from functools import partial
 from http import HTTPStatus
+from threading import Lock
 from time import perf_counter, thread_time
 from typing import Any, ParamSpec, TypeVar
 
@@ -32,21 +33,50 @@ P = ParamSpec("P")
 LOOK_EVERY_S = 0.1  # at a computation: is its client there still, are its seconds used up
 
 
+class NoRoomError(Exception):
+    """Answers that are held in memory leave no room for one of so many samples now."""
+
+    def __init__(self, samples: int):
+        self.samples = samples
+
+
+class Room:
+    """The samples that answers may hold in memory together, from their computation until they are sent.
+
+    One answer may hold them all.
+    """
+
+    def __init__(self, samples: int):
+        self._samples, self._held, self._lock = samples, 0, Lock()
+
+    def take(self, samples: int) -> bool:
+        """Whether there was room."""
+        with self._lock:
+            if self._held and self._held + samples > self._samples:
+                return False
+            self._held += samples
+            return True
+
+    def give_back(self, samples: int) -> None:
+        with self._lock:
+            self._held -= samples
+
+
 class Job:
     """One request: what it takes, and whether anybody still waits for its answer.
 
     Attributes
     ----------
     identity : goes through the logs, and back to the client
-    samples : instants that the answer holds
+    samples : instants of the answer; held : those of them that are in memory until it is sent
     warnings : of the library, which the answer has in a header
     is_admitted : counts among those in flight
     is_abandoned : no client waits for the answer any more
     """
 
-    def __init__(self, identity: str, request: Request, max_seconds: float):
-        self.identity, self.request, self.max_seconds = identity, request, max_seconds
-        self.samples = 0
+    def __init__(self, identity: str, request: Request, max_seconds: float, room: Room):
+        self.identity, self.request, self.max_seconds, self.room = identity, request, max_seconds, room
+        self.samples = self.held = 0
         self.warnings: list[str] = []
         self.is_admitted = self.is_abandoned = False
         self._stop = Stop()
@@ -65,6 +95,12 @@ class Job:
         if (spent := self.spent()) > self.max_seconds:
             limit = f"a scene that takes at most {self.max_seconds} s to compute ({variable('max_seconds')})"
             raise InputError("times", f"{spent:.3g} s so far", limit)
+
+    def hold(self, samples: int) -> bool:
+        """Take room for so many samples, unless it was taken before; whether there is any."""
+        if not self.held and self.room.take(samples):
+            self.held = samples
+        return self.held > 0 or samples == 0
 
     def run(self, work: Callable[[], T]) -> T:
         """One piece of its work, in the thread that calls this."""
@@ -105,6 +141,15 @@ def note_warning(message: Warning | str, *_: Any) -> None:
         job.warnings.append(str(message))
 
 
+def hold(samples: int) -> None:
+    """Take room for an answer whose samples are all in memory until it is sent.
+
+    Raises NoRoomError, where there is none: `Compute.run` does the work again when there is.
+    """
+    if (job := current.get()) is not None and not job.hold(samples):
+        raise NoRoomError(samples)
+
+
 class Compute:
     """Runs what blocks; one an application, in `app.state.compute`.
 
@@ -118,6 +163,7 @@ class Compute:
         self.settings = settings
         self.in_flight = 0
         self.running: set[Job] = set()
+        self.room = Room(settings.max_samples)
         self._pool = ThreadPoolExecutor(settings.computing_threads, "compute")
 
     async def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -129,8 +175,15 @@ class Compute:
         job = current.get()
         assert job is not None  # noqa: S101 (for the type checker)
         self._admit(job)
+        while True:
+            try:
+                return await self._run_once(job, partial(work, *args, **kwargs))
+            except NoRoomError as error:
+                await self._wait_for_room(job, error.samples)
+
+    async def _run_once(self, job: Job, work: Callable[[], T]) -> T:
         job.check()
-        piece = partial(copy_context().run, self._run_piece, job, partial(work, *args, **kwargs))
+        piece = partial(copy_context().run, self._run_piece, job, work)
         future = asyncio.get_running_loop().run_in_executor(self._pool, piece)
         try:
             while not (await asyncio.wait([future], timeout=LOOK_EVERY_S))[0]:
@@ -141,6 +194,20 @@ class Compute:
             future.cancel()
             raise
         return await future
+
+    async def _wait_for_room(self, job: Job, samples: int) -> None:
+        """HTTPException 503 where others hold what room there is for as long as a request may compute."""
+        seconds = self.settings.max_seconds
+        for _ in range(round(seconds / LOOK_EVERY_S)):
+            if job.hold(samples):
+                return
+            await asyncio.sleep(LOOK_EVERY_S)
+            job.is_abandoned = await job.request.is_disconnected()
+            job.check()
+        detail = (
+            f"answers to others hold all of {self.settings.max_samples} samples in memory; try again later"
+        )
+        raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, detail, {"retry-after": str(seconds)})
 
     def _run_piece(self, job: Job, work: Callable[[], T]) -> T:
         self.running.add(job)
@@ -175,6 +242,8 @@ class Compute:
 
     def leave(self, job: Job) -> None:
         """A request is over, whatever became of it."""
+        job.room.give_back(job.held)
+        job.held = 0
         if job.is_admitted:
             job.is_admitted = False
             self.in_flight -= 1

@@ -54,7 +54,8 @@ class Requests:
         own = request.headers.get("x-request-id", "")  # a new one is no secret
         is_sane = re.fullmatch(r"[A-Za-z0-9._:/+=-]{1,100}", own)
         settings = self.compute.settings
-        job = Job(own if is_sane else f"{random.getrandbits(64):016x}", request, settings.max_seconds)
+        identity = own if is_sane else f"{random.getrandbits(64):016x}"
+        job = Job(identity, request, settings.max_seconds, self.compute.room)
         current.set(job)
         answer = Answer(send, job, settings.client_seconds)
         begun = perf_counter()

@@ -30,7 +30,10 @@ BOUNDED = {
     "kernels.principal": "one pass over bodies, of which a request has one",
     "kernels.regime": FIXED,
     "kernels.expansion": "at most 4**4 terms: the products of four numbers of two parts",
-    "kernels.elliptic.quarter_period": "the arithmetic-geometric mean of doubles converges in 12 turns",
+    "kernels.elliptic.mean_with_one": "the arithmetic-geometric mean of doubles converges in 12 turns",
+    "kernels.gyrostat.attitudes": CHUNKS,
+    "kernels.gyrostat.base": FIXED,
+    "kernels.gyrostat.record": "one pass over bodies, of which a request has one",
     "kernels.interpolation": "one pass over at most 2**18 intervals, 16 nodes and 128 fractions: 0.2 s",
     "kernels.contact": POINTS,
     "kernels.solvers.collocation": FIXED,
@@ -59,9 +62,9 @@ def reads_stop(loop):
 
 
 def is_short(loop, module):
-    """Whether it runs over a short range, or tuple, of constants of the module."""
-    if isinstance(loop, ast.While):
-        return False
+    """Whether it runs over a tuple, or over a short range or tuple of constants of the module."""
+    if isinstance(loop, ast.While) or isinstance(loop.iter, ast.Tuple):
+        return isinstance(loop, ast.For)
     expression = compile(ast.Expression(loop.iter), module.__name__, "eval")
     try:
         return len(eval(expression, dict(vars(module)))) <= SHORT

@@ -179,7 +179,7 @@ HOSTILE: dict[str, tuple[str, Any]] = {
     "cost of a plain body": (COST, free()),
     "cost under torques": (COST, torques(GRADIENT, DIPOLE)),
     "cost under drag": (COST, torques(DRAG, orbit=LOW_ORBIT)),
-    "cost of a million samples": (COST + "?samples=1000000", free()),
+    "cost of 100,000 samples": (COST + "?samples=100000", free()),
     # lists
     "list of 1000 scenes under torques": (EPHEMERIS, [torques(GRADIENT)] * 1000),
     "list of 1000 scenes that bounce": (EPHEMERIS, [drop(BOX)] * 1000),

@@ -13,7 +13,7 @@ from starlette.requests import ClientDisconnect, Request
 
 from attitude import InputError, Scene
 from service import create_app
-from service.compute import Compute, Job, check_wanted, current
+from service.compute import Compute, Job, check_wanted, current, hold
 from service.settings import Settings
 
 WITHIN_S = 30
@@ -37,7 +37,7 @@ class Client:
 
 async def asked(compute, work, *arguments, client=None):
     """A request that calls `work` once."""
-    job = Job("test", (client or Client()).request(), compute.settings.max_seconds)
+    job = Job("test", (client or Client()).request(), compute.settings.max_seconds, compute.room)
     current.set(job)
     try:
         return await compute.run(work, *arguments)
@@ -123,7 +123,7 @@ def test_blocks_of_one_request_count_once_and_let_others_between():
             yield b"" if number == 1 else b"x"
 
     async def stream(compute, name):
-        job = Job(name, Client().request(), compute.settings.max_seconds)
+        job = Job(name, Client().request(), compute.settings.max_seconds, compute.room)
         current.set(job)
         try:
             return [block async for block in compute.blocks(blocks(name))]
@@ -137,6 +137,47 @@ def test_blocks_of_one_request_count_once_and_let_others_between():
 
     computing(scenario, threads=1, max_requests=2)
     assert order == [(name, number) for number in range(3) for name in "ab"]
+
+
+def test_answers_held_in_memory_wait_for_room_and_are_computed_again_when_there_is():
+    """Two of 6 samples do not go into 10; one of 20 would, alone."""
+    release, begun = threading.Event(), []
+
+    def work(name, samples):
+        begun.append(name)
+        hold(samples)
+        release.wait(WITHIN_S)
+        return name
+
+    async def scenario(compute):
+        first = asyncio.create_task(asked(compute, work, "first", 6))
+        await until(lambda: begun == ["first"])
+        others = [asyncio.create_task(asked(compute, work, *each)) for each in (("large", 6), ("small", 4))]
+        await until(lambda: {"large", "small"} <= set(begun))
+        release.set()
+        assert await asyncio.gather(first, *others) == ["first", "large", "small"]
+        assert begun.count("large") == 2
+        assert await asked(compute, work, "alone", 20) == "alone"
+
+    computing(scenario, max_samples=10, threads=3)
+
+
+def test_answer_that_finds_no_room_for_too_long_is_refused_with_the_time_to_come_back():
+    release = threading.Event()
+
+    async def scenario(compute):
+        first = asyncio.create_task(asked(compute, lambda: hold(10) or release.wait(WITHIN_S)))
+        await until(lambda: len(compute.running) == 1)
+        first_job = next(iter(compute.running))
+        first_job.max_seconds = WITHIN_S
+        with pytest.raises(HTTPException, match="10 samples in memory") as refusal:
+            await asked(compute, hold, 1)
+        assert refusal.value.status_code == 503
+        assert refusal.value.headers["retry-after"] == "1"
+        release.set()
+        await first
+
+    computing(scenario, max_samples=10, max_seconds=1, threads=2)
 
 
 def test_computation_stops_between_pieces_when_the_client_has_gone():
@@ -246,7 +287,7 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
             await asyncio.sleep(0.4)  # a client that takes its time
 
     async def scenario(compute):
-        current.set(job := Job("test", Client().request(), compute.settings.max_seconds))
+        current.set(job := Job("test", Client().request(), compute.settings.max_seconds, compute.room))
         with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
             await take(compute)
         compute.leave(job)

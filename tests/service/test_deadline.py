@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
@@ -57,6 +58,8 @@ def test_process_whose_interpreter_is_held_ends_too():
 
 
 def ends_within_its_time(running):
+    """Longer where others compute on the machine too: by as much as each of them gets less of it."""
     begun = time.monotonic()
     assert running.stop() == 1
-    return time.monotonic() - begun < LIMIT_S + 2
+    share = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    return time.monotonic() - begun < (LIMIT_S + 2) * share

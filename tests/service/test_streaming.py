@@ -20,7 +20,7 @@ from service import create_app, streaming
 from service.errors import UNEXPECTED
 from service.settings import Settings
 
-LONG = CHUNK_INSTANTS + 1000
+LONG = 4 * CHUNK_INSTANTS + 1000
 
 
 @pytest.fixture(autouse=True)
