@@ -99,6 +99,20 @@ def test_sources_with_compiled_loops_are_found():
     assert "attitude.kernels.contact.flight" in {f"attitude.{name}" for name in NAMES}
 
 
+@pytest.mark.parametrize("entry", BOUNDED)
+def test_entry_stands_for_a_loop_that_neither_reads_the_stop_nor_is_short(entry):
+    def is_needed(path, name):
+        loops = [
+            each
+            for each in compiled_loops(path)
+            if entry in (f"{name}.{each[0]}", name, name.rpartition(".")[0])
+        ]
+        module = import_module(f"attitude.{name}") if loops else None
+        return any(not reads_stop(loop) and not is_short(loop, module) for _, loop in loops)
+
+    assert any(is_needed(*source) for source in zip(SOURCES, NAMES, strict=True))
+
+
 def test_loop_without_either_is_found():
     loops = ast.parse("while x[0] > 0.0: pass\nfor i in range(n): pass").body
     module = import_module("attitude.kernels.phase")
