@@ -18,7 +18,7 @@ from starlette.requests import ClientDisconnect, Request
 from attitude.documents.fields import parse_json
 from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError
-from attitude.formats import read_stream
+from attitude.formats import module_of, read_stream
 from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
 from attitude.formats.tables import json as columns_as_json

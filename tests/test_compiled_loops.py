@@ -28,7 +28,6 @@ BOUNDED = {
     "kernels.clock": CHUNKS,
     "kernels.invariants": "one pass over bodies, of which a request has one",
     "kernels.principal": "one pass over bodies, of which a request has one",
-    "kernels.regime": FIXED,
     "kernels.expansion": "at most 4**4 terms: the products of four numbers of two parts",
     "kernels.elliptic.mean_with_one": "the arithmetic-geometric mean of doubles converges in 12 turns",
     "kernels.gyrostat.attitudes": CHUNKS,
