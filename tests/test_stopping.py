@@ -13,7 +13,7 @@ from attitude.runtime import threads
 def endless():
     """A scene of an hour or more."""
     times, tolerance = {"elapsed": [1e10], "unit": "s"}, {"value": 1e-2, "unit": "rad"}
-    document = Scene.builtin("gyrostat").document()
+    document = Scene.builtin("gravity-gradient-capture").document()
     return Scene.model_validate({**document, "times": times, "tolerance": tolerance})
 
 
@@ -36,8 +36,21 @@ def stopped_after(seconds, work):
 
 
 def test_steps_through_time_are_stopped():
-    Scene.builtin("gyrostat").run()  # compiled before
+    Scene.builtin("gravity-gradient-capture").run()  # compiled before
     assert stopped_after(0.3, endless().run) < 1.0
+
+
+def bouncing():
+    """A body that bounces for hours: a contact takes a tenth of a millisecond, and it has no end of them."""
+    document = Scene.builtin("drop").document()
+    ground = document["effects"][1] | {"restitution": 1.0, "friction": 0.0}
+    times = {"elapsed": [1e6], "unit": "s"}
+    return Scene.model_validate(document | {"effects": [document["effects"][0], ground], "times": times})
+
+
+def test_contacts_are_stopped():
+    Scene.builtin("drop").run()  # compiled before
+    assert stopped_after(0.3, bouncing().run) < 1.0
 
 
 def test_cost_is_stopped_between_measurements():

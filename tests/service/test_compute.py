@@ -263,13 +263,13 @@ def test_compiled_code_stops_too_when_the_seconds_are_used_up():
         await until(ended.is_set)
         assert time.perf_counter() - refused < 1.0
 
-    Scene.builtin("gyrostat").run()  # what is compiled first is not what is measured
+    Scene.builtin("gravity-gradient-capture").run()  # what is compiled first is not what is measured
     computing(scenario, max_seconds=1)
 
 
 def endless():
     """A scene whose steps take about an hour."""
-    document = Scene.builtin("gyrostat").document()
+    document = Scene.builtin("gravity-gradient-capture").document()
     return Scene.model_validate({**document, "times": {"elapsed": [1e10], "unit": "s"}})
 
 
