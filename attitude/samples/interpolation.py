@@ -21,10 +21,13 @@ class InterpolationMethod(NamedTuple):
     kind : "slerp", constant rate along the shorter arc from node to node; "lagrange", a polynomial of each
         component through degree + 1 nodes; "hermite", through (degree + 1) / 2 nodes and derivatives there
     degree : of the polynomial; 1 for slerp
+    shrinks : whether near an end polynomials go through fewer nodes, as in SPICE, rather than through nodes
+        farther inside
     """
 
     kind: str = "slerp"
     degree: int = 1
+    shrinks: bool = False
 
     def __str__(self) -> str:
         return "slerp" if self.kind == "slerp" else f"{self.kind.capitalize()}, degree {self.degree}"
@@ -102,8 +105,34 @@ def interpolate(segment: InterpolationSegment, instants: Instants) -> tuple[np.n
         )
     count = _node_count(segment)
     interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
+    if segment.method.shrinks:
+        return _in_shrinking_windows(segment, t, at, interval, count // 2)
+    count = min(count, t.size)
     first = np.clip(interval - (count // 2 - 1), 0, t.size - count)
-    window = first[:, None] + np.arange(count)
+    return _interpolated(segment, t, at, first[:, None] + np.arange(count))
+
+
+def _in_shrinking_windows(
+    segment: InterpolationSegment, t: np.ndarray, at: np.ndarray, interval: np.ndarray, half: int
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """As `interpolate`, through up to `half` nodes on either side, those that exist."""
+    batch = segment.attitude.shape[:-2]
+    q = np.empty((*batch, at.size, 4))
+    rate = None if segment.rate is None else np.empty((*batch, at.size, 3))
+    before, after = np.minimum(interval, half - 1), np.minimum(t.size - 1 - interval, half)
+    for left, right in set(zip(before.tolist(), after.tolist(), strict=True)):
+        rows = np.flatnonzero((before == left) & (after == right))
+        window = interval[rows][:, None] + np.arange(-left, right + 1)
+        q[..., rows, :], omega = _interpolated(segment, t, at[rows], window)
+        if rate is not None and omega is not None:
+            rate[..., rows, :] = omega
+    return q, rate
+
+
+def _interpolated(
+    segment: InterpolationSegment, t: np.ndarray, at: np.ndarray, window: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Attitudes and rates at instants (m,), each from the nodes of its window (m, w)."""
     attitude = segment.attitude[..., window, :]
     rate = None if segment.rate is None else segment.rate[..., window, :]
     if segment.method.kind == "hermite" and rate is not None:
@@ -126,9 +155,9 @@ def _repeat(values: np.ndarray, count: int) -> np.ndarray:
 
 def _node_count(segment: InterpolationSegment) -> int:
     """Nodes of one polynomial."""
-    kind, degree = segment.method
+    kind, degree, _ = segment.method
     has_derivatives = kind == "hermite" and segment.rate is not None
-    return max(2, min((degree + 1) // 2 if has_derivatives else degree + 1, segment.instants.shape[0]))
+    return max(2, (degree + 1) // 2 if has_derivatives else degree + 1)
 
 
 def lagrange_basis(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

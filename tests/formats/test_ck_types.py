@@ -208,6 +208,27 @@ def test_more_than_a_hundred_mini_segments_have_a_directory(tmp_path):
     assert_as_spice_reads(tmp_path / "a.bc", count=len(seconds))
 
 
+@pytest.mark.parametrize("arguments", [KINDS[name] for name in KINDS if name not in "12"], ids=str)
+def test_attitudes_between_the_records_are_those_of_spice(arguments, tmp_path):
+    clock(tmp_path)
+    path = tmp_path / "a.bc"
+    added(path, **arguments)
+    back = Ephemeris.read(path)
+    spice.furnsh(str(path))
+    # ticks in every interval, near both of its ends and in the middle; back.elapsed begins at a whole second
+    ticks = np.concatenate([np.arange(a, b)[[1, 30, (b - a) // 2, -1]] for a, b in spans_of(STARTS)])
+    between = back.resampled(back.elapsed[0] + ticks / TICKS_PER_SECOND - SECONDS[0])
+    for tick, q in zip(ticks, between.quaternion("wxyz"), strict=True):
+        matrix, _ = spice.ckgp(INST, float(tick), 0.0, "J2000")
+        assert rotations.angle_between(rotations.from_matrix(np.asarray(matrix).T), q) < 1e-12
+
+
+def spans_of(starts):
+    """First and last tick of each pair of records that an interval interpolates between."""
+    ticks = (SECONDS * TICKS_PER_SECOND).astype(int)
+    return [(ticks[i], ticks[i + 1]) for i in range(len(ticks) - 1) if i + 1 not in starts]
+
+
 # -- segments that overlap ------------------------------------------------------------------------------
 
 

@@ -213,7 +213,7 @@ class Packets(NamedTuple):
         """Their attitudes, and their angular velocities where the segment is said to have them."""
         is_hermite = self.subtype in (0, 2)
         degree = 2 * self.window - 1 if is_hermite else self.window - 1
-        method = InterpolationMethod("hermite" if is_hermite else "lagrange", max(degree, 1))
+        method = InterpolationMethod("hermite" if is_hermite else "lagrange", max(degree, 1), True)
         q = rotations.conjugate(self.table[:, :4])
         if not (np.abs(q) > 0.0).any(axis=1).all():
             raise FormatError("a quaternion of zeros", source)
