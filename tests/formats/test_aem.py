@@ -622,13 +622,19 @@ def test_error_late_in_a_large_file_names_its_line(monkeypatch):
 
 @pytest.mark.parametrize("beginning", ["", "CCSDS_AEM_VERS = 2.0\n", "<?xml version='1.0'?>", "<aem>"])
 @pytest.mark.parametrize(
-    "pattern", [b"\0", b"a", b"a=b\n", b"<a>", b"<a", b"1.0 2.0 3.0\n", b"<!-- a -->", b"<?a b?>", b"<!-- "]
+    "pattern",
+    [b"\0", b"a", b"a=b\n", b"<a>", b"<a", b"1.0 2.0 3.0\n", b"<!-- a -->", b"<?a b?>", b"<!-- "],
 )
 def test_endless_garbage_is_refused_at_once(beginning, pattern):
     endless = Endless(beginning.encode(), pattern)
     with pytest.raises(FormatError):
         kvn_format.parse(endless, "given")
     assert endless.byte_count <= 1 << 25
+
+
+def test_endless_empty_lines_are_refused_at_once():
+    with pytest.raises(FormatError, match="nearly empty lines, one after another"):
+        kvn_format.parse(Endless(b"CCSDS_AEM_VERS = 2.0\n", b"\n"), "given")
 
 
 # -- what is not written ---------------------------------------------------------------------------
