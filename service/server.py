@@ -2,16 +2,16 @@
 
 import os
 import tempfile
+from contextlib import ExitStack
 
 import uvicorn
+
+from attitude.errors import InputError
 
 from . import logs
 from .deadline import GRACE_S
 from .metrics import DIRECTORY
 from .settings import Settings, variable
-
-# Longer than proxies keep a connection: they are to end it, who know whether they are about to use it.
-KEEP_ALIVE_S = 75
 
 
 def serve(**options: object) -> None:
@@ -24,9 +24,8 @@ def serve(**options: object) -> None:
     settings = Settings.read(**options)
     given = {variable(name): str(value) for name, value in options.items() if value is not None}
     os.environ.update(given)  # where the application, in each worker's process, reads its settings
-    with tempfile.TemporaryDirectory(prefix="attitude-metrics-") as directory:
-        if settings.workers > 1:
-            os.environ.setdefault(DIRECTORY, directory)
+    is_to_be_added_up = settings.workers > 1 and DIRECTORY not in os.environ
+    with folder_of_figures(settings.workers) if is_to_be_added_up else ExitStack():
         uvicorn.run(
             "service.app:app",
             host=settings.host,
@@ -37,7 +36,21 @@ def serve(**options: object) -> None:
             log_config=logs.configuration(settings.log_level),
             access_log=False,
             server_header=False,
-            timeout_keep_alive=KEEP_ALIVE_S,
+            timeout_keep_alive=75,  # longer than proxies: they are to end a connection, who know its use
             timeout_worker_healthcheck=60,  # a worker that starts on a busy machine does not answer at once
             timeout_graceful_shutdown=settings.max_seconds + GRACE_S,
         )
+
+
+def folder_of_figures(workers: int) -> ExitStack:
+    """With room for the figures of all workers: they are mapped, and a process that finds none there dies."""
+    with ExitStack() as stack:
+        try:
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="attitude-metrics-"))
+            with tempfile.TemporaryFile(dir=folder) as room:
+                os.posix_fallocate(room.fileno(), 0, workers << 20)
+        except OSError as error:
+            expected = f"a folder that can be written to, for the figures of {workers} workers"
+            raise InputError(DIRECTORY, error.strerror, expected) from None
+        os.environ[DIRECTORY] = folder
+        return stack.pop_all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import http.client
 import json
 import os
@@ -126,6 +127,23 @@ def test_bad_flag_is_one_line_and_exit_code_2(flags, words, capsys):
     assert command.main(["serve", *flags]) == 2
     told = capsys.readouterr().err
     assert words in told
+    assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize("fault", ["no folder", "read-only", "full"])
+def test_workers_without_a_folder_for_their_figures_are_one_line_and_exit_code_2(fault, capsys, monkeypatch):
+    monkeypatch.delenv("PROMETHEUS_MULTIPROC_DIR", raising=False)
+
+    def fail(*_):
+        raise OSError(errno.ENOSPC if fault == "full" else errno.EROFS, "as tested")
+
+    if fault == "no folder":
+        monkeypatch.setattr("tempfile.tempdir", "/no/such/folder")
+    else:
+        monkeypatch.setattr("os.posix_fallocate" if fault == "full" else "os.mkdir", fail)
+    assert command.main(["serve", "--workers", "2"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("attitude: PROMETHEUS_MULTIPROC_DIR: a folder that can be written to")
     assert told.count("\n") == 1
 
 
