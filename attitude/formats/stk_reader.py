@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 import numpy as np
 from erfa import ErfaWarning
 
-from ..errors import AttitudeError, AttitudeWarning, FormatError, InputError
+from ..errors import AttitudeError, AttitudeWarning, FormatError, InputError, suggestion
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
@@ -219,7 +219,8 @@ class StkReader:
             return
         name = KEYWORD_NAMES.get(word.lower())
         if name is None:
-            raise self._error(f"keyword {word[:80]!r} is not known here; {ROW_NAMES}", number)
+            meant = suggestion(word, KEYWORDS)
+            raise self._error(f"keyword {word[:80]!r} is not known here{meant}; {ROW_NAMES}", number)
         value = " ".join(values).strip().strip('"').strip()
         if not re.fullmatch(KEYWORDS[name], value):
             raise self._error(f"{name} {value[:80]!r}", number)

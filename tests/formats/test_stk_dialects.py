@@ -243,6 +243,11 @@ def test_axes_of_an_epoch_do_not_turn(name, frame, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message", "line"),
     [
+        (
+            ("Axes J2000", "System J2000"),
+            "'CoordinateSystem' is not known here; did you mean 'CoordinateAxes'",
+            6,
+        ),
         (("J2000", "AlignmentAtEpoch"), "AlignmentAtEpoch: no CoordinateAxesEpoch", 6),
         (("J2000", "MeanOfDate"), "CoordinateAxes 'MeanOfDate' of Earth; ICRF and J2000 are read", 6),
         (("J2000", "Custom VVLH Satellite/S"), "CoordinateAxes 'Custom VVLH Satellite/S'", 6),
