@@ -203,7 +203,10 @@ def _known_keys(part: type[Part], document: Any, steps: tuple[str | int, ...]) -
     forms = list(_forms(schema, document, schema))
     for step in steps:
         document = document[step]
-        nodes = [form["items"] if isinstance(step, int) else form["properties"][step] for form in forms]
+        if isinstance(step, int):
+            nodes = [form["items"] for form in forms if "items" in form]
+        else:  # of several forms that a part may have, some do not have the key
+            nodes = [form["properties"][step] for form in forms if step in form.get("properties", {})]
         forms = [form for node in nodes for form in _forms(node, document, schema)]
     return [key for form in forms for key in form.get("properties", {})]
 
