@@ -203,6 +203,21 @@ def test_effects_left_out_are_reported_on_a_terminal_only(answer, tmp_path):
     assert answer(*arguments) == (0, b"", "")
 
 
+def test_tolerance_of_torques_is_set_on_the_command_line(answer, tmp_path):
+    errors = {}
+    for tolerance in ("best", "1e-6", "1e-3 rad"):
+        target = tmp_path / "out.csv"
+        _, _, err = answer("run", "envisat", "-o", target, "--set", f"tolerance={tolerance}", terminal=True)
+        errors[tolerance] = float(re.search(r"error estimated at ([\d.e-]+) rad", err)[1])
+    assert errors["best"] < 1e-9
+    assert errors["best"] < errors["1e-6"] <= errors["1e-3 rad"] < 1e-3
+    _, out, _ = answer("plan", "envisat", "--set", "tolerance=1e-5")
+    assert b"(asked for: 1.0e-05)" in out
+    for value in ("tolerance=-1", "clock=3"):
+        code, _, err = answer("plan", "envisat", "--set", value)
+        assert (code, err.count("--set")) == (2, 1)
+
+
 @pytest.mark.parametrize("tolerance", ["1000 rad", "1e3", "57295.78deg", " 1e3  rad "])
 def test_effects_dropped_on_request_are_always_reported(tolerance, answer, tmp_path):
     arguments = ("run", "envisat", "-o", tmp_path / "out.csv", "--drop-below", tolerance)

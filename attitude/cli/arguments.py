@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
 ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
 DROP_BELOW = f"leave out torques that over the span would turn the body by less than TOL, {ANGLE}"
+TOLERANCE = f'tolerance=TOL, of torques, in place of the document\'s: {ANGLE}, or "best"'
 # Not read off the formats: a parser should not load them.
 FORMATS = (
     "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, stk, czml or ck; "
@@ -39,7 +40,8 @@ def add_output(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         help="an option of the format, such as object_id=1998-067A; of convert also one of the format "
-        "that is read, such as clock_id=-82; ut1=utc takes UTC for UT1 in ITRF; repeatable",
+        "that is read, such as clock_id=-82; ut1=utc takes UTC for UT1 in ITRF; of run also tolerance=best or "
+        "tolerance=1e-12; repeatable",
     )
     parser.add_argument(
         "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
@@ -73,11 +75,27 @@ def angle(text: str | None, field: str) -> float | None:
     return value
 
 
-def read_scene(name: str) -> Scene:
-    """A scene by the path of its document, "-" for standard input, or the name of a built-in one."""
-    from ..scene.document import Scene
+def read_scene(name: str, tolerance: str | None = None) -> Scene:
+    """A scene by the path of its document, "-" for standard input, or the name of a built-in one.
 
-    return Scene.from_json(*document_text(name))
+    tolerance : of torques, in place of the document's: an angle, or "best"
+    """
+    from ..scene.document import BEST, Scene
+
+    scene = Scene.from_json(*document_text(name))
+    if tolerance is None:
+        return scene
+    value: Any = BEST
+    if tolerance != BEST:
+        value = {"value": angle(tolerance, "--set tolerance"), "unit": "rad"}
+    return Scene.model_validate({**scene.document(), "tolerance": value})
+
+
+def pop_tolerance(options: Namespace) -> str | None:
+    """The tolerance of torques that --set gives, taken from the options of the format."""
+    given = [text for text in options.set if text.startswith("tolerance=")]
+    options.set = [text for text in options.set if text not in given]
+    return given[-1].partition("=")[2] if given else None
 
 
 def document_text(name: str) -> tuple[bytes, str]:

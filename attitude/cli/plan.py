@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from ..errors import InputError
 from . import arguments, console
 
 DESCRIPTION = (
@@ -16,13 +17,19 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude plan`."""
     parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
     parser.add_argument("--drop-below", metavar="TOL", help=arguments.DROP_BELOW)
+    parser.add_argument(
+        "--set", metavar="tolerance=TOL", action="append", default=[], help=arguments.TOLERANCE
+    )
     parser.add_argument("--json", action="store_true", help="as JSON, units in the names")
 
 
 def execute(options: Namespace) -> None:
     """Print the plan."""
     drop_below = arguments.angle(options.drop_below, "--drop-below")
-    scene = arguments.read_scene(options.scene)
+    tolerance = arguments.pop_tolerance(options)
+    if options.set:
+        raise InputError("--set", options.set[0], "tolerance=TOL")
+    scene = arguments.read_scene(options.scene, tolerance)
     console.announce_compilation(options)
     plan = scene.plan(drop_below)
     if options.json:

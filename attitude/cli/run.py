@@ -34,11 +34,12 @@ def execute(options: Namespace) -> None:
     from .. import formats
     from ..pointing.columns import parse
 
+    tolerance = arguments.pop_tolerance(options)
     target, writing, _ = arguments.output_format(options)
     drop_below = arguments.angle(options.drop_below, "--drop-below")
     error = arguments.angle(options.interpolation_error, "--interpolation-error")
     columns = () if options.columns is None else parse(options.columns)
-    scene = arguments.read_scene(options.scene)
+    scene = arguments.read_scene(options.scene, tolerance)
     if options.ut1 is not None:
         scene = scene.model_copy(update={"ut1": options.ut1})
     console.announce_compilation(options)

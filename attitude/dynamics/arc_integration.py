@@ -15,6 +15,10 @@ from .momentum import initial_momenta
 from .solver import OUTPUTS, SolverTask, StepSetting, take_steps
 from .solver_arguments import SolverArguments, most_symmetric
 
+# Relative, of the momentum that the coarser solution starts with: what both share of rounding, and how the
+# motion makes it grow, is in their difference too.
+ROUNDING_AT_EPOCH = 2.0**-52 * np.array([1.0, -1.0, 1.0])
+
 
 class Solution(NamedTuple):
     """The motion of n bodies at m instants.
@@ -77,8 +81,10 @@ class _Outwards:
         self.work = np.zeros((3, len(bodies)), np.int64)  # steps, sweeps, failures
         self.symmetric, self.smooth = np.ones(len(bodies), np.bool_), True
         self._prepared: dict[tuple[int, ...], SolverArguments] = {}
-        momenta = initial_momenta(problem.template, bodies, first.torques)
-        self._states = self._under(first.torques).states(self._attitude, momenta, bodies.rate)
+        momenta, rate = initial_momenta(problem.template, bodies, first.torques), bodies.rate
+        if setting.coarsely:
+            momenta, rate = momenta * (1.0 + ROUNDING_AT_EPOCH), rate * (1.0 + ROUNDING_AT_EPOCH[0])
+        self._states = self._under(first.torques).states(self._attitude, momenta, rate)
 
     def over(self, arc: Arc, instants: np.ndarray) -> np.ndarray:
         """(n, OUTPUTS, m): over the next arc, at the instants (2, m) in it."""

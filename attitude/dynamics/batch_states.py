@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -94,14 +95,16 @@ class TorqueProblem:
     template : surroundings and span of all bodies; its own body and state are the scene's
     torques, impulses : what acts on the bodies
     tolerance : rad
+    best : whether an answer that does not reach it is wanted too
     """
 
     template: InitialState
     torques: tuple[CachedTorque, ...]
     impulses: tuple[AppliedImpulse, ...] = ()
     tolerance: float = 0.0
+    best: bool = False
 
-    @property
+    @cached_property
     def body(self) -> Bodies:
         """The scene's own body."""
         return Bodies.of(self.template)

@@ -37,11 +37,14 @@ class Comparison(NamedTuple):
     ----------
     fine : Solution
     difference : (n,) rad, greatest of the attitudes; infinite where either failed
+    seconds : (k,), instants that were compared; differences : (n, k) rad, at these
     drift : (n,) rad, the angle that rounding is a part of; growth : (n,), what impulses may multiply it by
     """
 
     fine: Solution
     difference: np.ndarray
+    seconds: np.ndarray
+    differences: np.ndarray
     drift: np.ndarray
     growth: np.ndarray
 
@@ -72,21 +75,23 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
     fine, coarse = solutions[False], solutions[True]
     well = (fine.failed == 0) & (coarse.failed == 0)
     well &= np.isfinite(fine.rows).all(axis=(1, 2)) & np.isfinite(coarse.rows).all(axis=(1, 2))
-    difference = _max_angle(fine.rows[:, :4, indices], coarse.rows[:, :4, : indices.size])
+    differences = _angles(fine.rows[:, :4, indices], coarse.rows[:, :4, : indices.size])
+    difference = np.where(well, differences.max(axis=1, initial=0.0), np.inf)
     least = np.asarray(bodies.body.moments).min(axis=1)
     impulse = inertial_impulse_size(directions)
     span = float(np.abs(spread).max())
     rates = drift_rates(coarse.rows[:, :, indices.size :], coarse.symmetric, coarse.steps, least, impulse)
-    return Comparison(fine, np.where(well, difference, np.inf), span * rates, span * impulse / least)
+    seconds, growth = instants[0, indices], span * impulse / least
+    return Comparison(fine, difference, seconds, differences, span * rates, growth)
 
 
-def _max_angle(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """(n,) rad: the greatest angle between attitudes (n, 4, m) of each body."""
+def _angles(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(n, m) rad: angles between attitudes (n, 4, m)."""
     (a, x, y, z), (b, u, v, w) = p.transpose(1, 0, 2), q.transpose(1, 0, 2)
     first = a * u - b * x - (y * w - z * v)
     second = a * v - b * y - (z * u - x * w)
     third = a * w - b * z - (x * v - y * u)
-    square = (first * first + second * second + third * third).max(axis=1, initial=0.0)
+    square = first * first + second * second + third * third
     with np.errstate(invalid="ignore"):
         angle: np.ndarray = 2.0 * np.arcsin(np.minimum(1.0, np.sqrt(square)))
     return angle
@@ -149,3 +154,18 @@ def estimate(compared: Comparison, angle: np.ndarray) -> tuple[np.ndarray, np.nd
         error = (SAFETY if fine.smooth else SAFETY_OF_BREAKS) * difference + rounding
     failed = ~np.isfinite(difference)
     return np.where(failed, np.inf, error), np.where(failed, 0.0, rounding)
+
+
+def good_until(compared: Comparison, k: int, error: float, rounding: float, limit: float) -> float:
+    """s from the epoch, the last compared instant up to which the k-th body's error is within a limit.
+
+    Infinite where it is at all of them.
+
+    error : rad, at the worst instant; rounding : rad, the part of it that grows evenly with time
+    """
+    time, difference = np.abs(compared.seconds), compared.differences[k]
+    greatest = difference.max(initial=0.0)
+    share = difference * ((error - rounding) / greatest if greatest > 0.0 else 0.0)
+    errors = share + rounding * time / max(float(time.max(initial=0.0)), 1e-300)
+    bad = time[~(errors <= limit)]
+    return float(time[time < bad.min()].max(initial=0.0)) if bad.size else np.inf

@@ -13,12 +13,14 @@ import numpy as np
 from ..errors import ToleranceError
 from ..times.instants import Instants
 from .angular_rates import max_angular_rates
-from .arc_integration import Solution, two_part
+from .arc_integration import two_part
 from .batch_states import Bodies, TorqueProblem, named
-from .error_estimate import compare, compared_instants, estimate
+from .error_estimate import Comparison, compare, compared_instants, estimate, good_until
 from .solver import OUTPUTS, StepSetting
 from .step_selection import Candidate, candidate_of
 
+MIN_DENSE_SAMPLES = 16  # fewer instants are reached by steps
+REPORTED_TOLERANCE = 1e-9  # rad, up to which the best answer is said to be good until some instant
 STATES = 7  # the first rows, which ensembles keep: attitude (4) and rate (3)
 MAX_ATTEMPTS = 6
 # Attempts at all bodies of a block together; those that are left then are solved as scenes of their own.
@@ -43,23 +45,28 @@ class TorquedSolution:
     ----------
     rows : (OUTPUTS, m): attitude wxyz (4), rate (3, body), momentum (3, inertial) at the instants
     error : rad, estimated greatest error of an attitude
+    good_until : s from the epoch, up to which it is within the tolerance, or of the best answer within
+        REPORTED_TOLERANCE; infinite where it is all through
     candidate : the steps that were used
     steps, sweeps : steps made, and sweeps in them
     """
 
     rows: np.ndarray
     error: float
+    good_until: float
     candidate: Candidate
     steps: int
     sweeps: int
 
 
-def choose(problem: TorqueProblem, body: Bodies | None = None) -> Candidate:
+def choose(problem: TorqueProblem, body: Bodies | None = None, samples: int | None = None) -> Candidate:
     """Steps for the problem's span.
 
     body : a block of one; without, the scene's own
+    samples : instants that are asked for; without, many
     """
-    return candidate_of(problem, problem.body if body is None else body)
+    wants_dense = samples is None or samples >= MIN_DENSE_SAMPLES
+    return candidate_of(problem, problem.body if body is None else body, wants_dense)
 
 
 def solve(
@@ -74,22 +81,34 @@ def solve(
 
     Raises
     ------
-    ToleranceError : steps however small do not bring the estimate below the tolerance.
+    ToleranceError : steps however small do not bring the estimate below the tolerance, and the best answer
+        there is is not wanted.
     """
+    if candidate.rounding > problem.tolerance and not problem.best:
+        raise _out_of_reach(problem, candidate.rounding, 0.0)
     body, at = problem.body if body is None else body, two_part(instants)
     rows = np.empty((1, OUTPUTS, at.shape[1]))
-    rehearsed = rehearse(problem, body, candidate)
-    (refined,) = refine(problem, body, at, rehearsed, rows)
-    if refined.reached:
-        return TorquedSolution(rows[0], refined.error, refined.candidate, refined.steps, refined.sweeps)
-    if not np.isfinite(refined.error):
+    (refined,) = refine(problem, body, at, rehearse(problem, body, candidate), rows)
+    error = refined.error
+    if not np.isfinite(error):
         raise ToleranceError(
             "tolerance: no steps lead to the end of the span: the torque is not finite somewhere in it, or "
             "far too great for the body"
         )
-    raise ToleranceError(
-        f"tolerance: {problem.tolerance:.1e} rad cannot be reached over this span in double precision "
-        f"(estimated error {refined.error:.1e} rad); ask for more than that"
+    if not (refined.reached or problem.best):
+        raise _out_of_reach(problem, error, refined.good_until)
+    return TorquedSolution(
+        rows[0], error, refined.good_until, refined.candidate, refined.steps, refined.sweeps
+    )
+
+
+def _out_of_reach(problem: TorqueProblem, error: float, good_until: float) -> ToleranceError:
+    strongest = max(problem.torques, key=lambda torque: torque.size(problem.template)).type
+    until = f", which is within it up to {good_until:.6g} s" if good_until > 0.0 else ""
+    return ToleranceError(
+        f"tolerance: {problem.tolerance:.1e} rad cannot be reached over this span in double precision under "
+        f"{strongest}{until} (estimated error {error:.1e} rad); ask for more than that, or for the best "
+        'answer, "best"'
     )
 
 
@@ -104,6 +123,7 @@ class Refinement:
     ----------
     candidate : with the steps of the last attempt where the tolerance is reached, else of the next
     error : rad, the least estimate of the attempts
+    good_until : s from the epoch, up to which that attempt is within the tolerance
     steps, sweeps : of the last
     reached : whether its estimate is below the tolerance
     stalled : attempts in more steps that hardly made the estimate smaller
@@ -111,20 +131,27 @@ class Refinement:
 
     candidate: Candidate
     error: float = np.inf
+    good_until: float = np.inf
     steps: int = 0
     sweeps: int = 0
     reached: bool = False
     stalled: int = 0
 
-    def add(self, error: float, rounding: float, fine: Solution, k: int, tolerance: float) -> bool:
-        """Add the k-th body's attempt; returns whether another, finer one is worth making."""
+    def add(
+        self, problem: TorqueProblem, compared: Comparison, k: int, error: float, rounding: float
+    ) -> bool:
+        """Add the attempt of the k-th body compared; returns whether another, finer one is worth making."""
+        fine, tolerance = compared.fine, problem.tolerance
         if error > 0.5 * self.error and fine.steps[k] > self.steps:
             self.stalled += 1  # of few steps, a setting somewhat finer may make as many again
-        self.error = min(self.error, error)
         self.steps, self.sweeps = int(fine.steps[k]), int(fine.sweeps[k])
         self.reached = error <= tolerance
         if not self.reached:
             self.candidate = finer(self.candidate, tolerance / error, fine.smooth, self.steps)
+        if error < self.error:
+            limit = REPORTED_TOLERANCE if problem.best else tolerance
+            self.good_until = good_until(compared, k, error, rounding, limit)
+        self.error = min(self.error, error)
         return not self.reached and self.stalled < 2 and rounding <= tolerance
 
 
@@ -138,7 +165,7 @@ def refine(
 ) -> list[Refinement]:
     """Finer and finer until each estimate is below the tolerance, twice has hardly fallen, or is rounding.
 
-    out : (n, k, m), written where the tolerance is reached: the first k rows of `Solution.rows`
+    out : (n, k, m), written where an estimate is the least of the attempts: the first k of `Solution.rows`
     """
     rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
     angles = rates * problem.max_abs_seconds
@@ -153,10 +180,10 @@ def refine(
         part = bodies if left.size == len(bodies) else bodies[left]
         compared = compare(problem, part, instants, StepSetting(steps, decay, dense))
         errors, rounding = estimate(compared, angles[left])
-        reached = errors <= problem.tolerance
-        out[left[reached]] = compared.fine.rows[reached, : out.shape[1]]
+        better = errors < np.array([refinements[i].error for i in left])
+        out[left[better]] = compared.fine.rows[better, : out.shape[1]]
         again = [
-            refinements[i].add(float(errors[k]), float(rounding[k]), compared.fine, k, problem.tolerance)
+            refinements[i].add(problem, compared, k, float(errors[k]), float(rounding[k]))
             for k, i in enumerate(left.tolist())
         ]
         left = left[again]

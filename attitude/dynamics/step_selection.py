@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import ToleranceError
-from ..frames import rotations
 from ..problem.torque_model import CachedTorque
 from .angular_rates import max_angular_rates, rates_after
 from .arcs import Arc, arcs_by_direction
@@ -62,7 +61,7 @@ class Candidate:
     ----------
     step : s
     decay : size of the last Legendre coefficients above which a step is halved, where torques break
-    error : rad, predicted at the end of the span
+    error : rad, predicted at the end of the span; rounding : the part of it that no steps make smaller
     seconds : predicted cost, but for samples; sample_seconds : of each
     dense_step : s, in which the polynomial within a step is exact enough to be read; 0 if none is
     """
@@ -70,6 +69,7 @@ class Candidate:
     step: float
     decay: float = 0.0
     error: float = 0.0
+    rounding: float = 0.0
     seconds: float = 0.0
     sample_seconds: float = 1e-9 * SAMPLE_NS
     dense_step: float = 0.0
@@ -89,8 +89,10 @@ class Candidate:
         return replace(self, step=self.dense_step), True
 
 
-def candidate_of(problem: TorqueProblem, body: Bodies) -> Candidate:
+def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True) -> Candidate:
     """The steps that one body needs.
+
+    wants_dense : whether instants are so many that they may be read off polynomials
 
     Raises
     ------
@@ -106,7 +108,7 @@ def candidate_of(problem: TorqueProblem, body: Bodies) -> Candidate:
         raise ToleranceError(
             f"effects: the angular rate of this body, {rate:.3g} rad/s, is too high to integrate numerically"
         )
-    return _Trial(problem, body, arc, rate, added).candidate()
+    return _Trial(problem, body, arc, rate, added).candidate(wants_dense)
 
 
 def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]:
@@ -120,6 +122,8 @@ def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]
         for arc in path:
             count += len(arc.impulses)
             starts.append((arc, sums[count]))
+    if len(starts) == 1:
+        return starts[0]
     torques = max((arc.torques for arc, _ in starts), key=len)
     at_rest = replace(body, rate=np.zeros((1, 3)))
     slowest = float(max_angular_rates(problem.template, at_rest, torques)[0])
@@ -162,7 +166,7 @@ class _Trial:
         work = take_steps(task, self.torques)
         return out[0], work
 
-    def candidate(self) -> Candidate:
+    def candidate(self, wants_dense: bool) -> Candidate:
         """Steps in which the difference of two journeys, and its growth, keep a share of the tolerance."""
         smooth, growth = self.arguments.is_smooth, self.whole / self.span
         safety, order = (SAFETY, ORDER) if smooth else (SAFETY_OF_BREAKS, ORDER_OF_BREAKS)
@@ -180,14 +184,13 @@ class _Trial:
             decay = max(LEAST_DECAY, decay * min(0.3, max(1e-3, ratio)))
         steps = self.whole / step
         wandering = 0.0 if self.arguments.symmetric[0] else ROUNDING_OF_RATE * np.sqrt(steps)
-        rounding = (ROUNDING_OF_ANGLE + wandering) * self.rate * self.whole + ROUNDING_OF_STEPS * np.sqrt(
-            steps
-        )
-        dense_step = self._dense_step(step, decay)
+        rounding = (ROUNDING_OF_ANGLE + wandering) * self.rate * self.whole
+        dense_step = self._dense_step(step, decay) if wants_dense else 0.0
         return Candidate(
             step,
             decay,
-            float(safety * difference * growth + rounding),
+            float(safety * difference * growth + rounding + ROUNDING_OF_STEPS * np.sqrt(steps)),
+            float(rounding),
             self._seconds(work) * growth + OVERHEAD_SECONDS,
             1e-9 * (DENSE_SAMPLE_NS if dense_step >= step else SAMPLE_NS),
             dense_step,
@@ -204,7 +207,7 @@ class _Trial:
             )
         if work.failed[0] or also.failed[0]:
             return np.inf, work
-        return difference_of(fine[:, 0], coarse[:, 0]), work
+        return difference_of(fine, coarse), work
 
     def _seconds(self, work: SolverWork) -> float:
         """Of that work and of the coarser solution beside it."""
@@ -215,18 +218,23 @@ class _Trial:
     def _dense_step(self, step: float, decay: float) -> float:
         """Steps, s, no longer than these, within which polynomials keep a part of the tolerance."""
         at = np.linspace(self.start, self.stop, INSTANTS_OF_TRIAL + 1)[1:]
-        exact, read = self.run(step, decay, at)[0], self.run(step, decay, at, dense=True)[0]
-        if not (np.isfinite(exact).all() and np.isfinite(read).all()):
-            return 0.0
-        off = max(difference_of(a, b) for a, b in zip(exact.T, read.T, strict=True))
+        off = difference_of(self.run(step, decay, at)[0], self.run(step, decay, at, dense=True)[0])
         if SAFETY * off <= SHARE_OF_DENSE * self.tolerance:
             return step
         return step * (0.5 * SHARE_OF_DENSE * self.tolerance / (SAFETY * off)) ** (1.0 / DENSE_ORDER)
 
 
 def difference_of(one: np.ndarray, other: np.ndarray) -> float:
-    """rad: of two attitudes, or of the momenta relative to them, whichever is greater."""
-    angle = float(rotations.angle_between(one[:4], other[:4]))
-    size = float(np.linalg.norm(one[7:]))
-    relative = float(np.linalg.norm(one[7:] - other[7:])) / size if size else 0.0
-    return max(angle, relative) if np.isfinite(angle) and np.isfinite(relative) else np.inf
+    """rad, the greatest: of attitudes, or of the momenta relative to them; infinite where one is no number.
+
+    one, other : (OUTPUTS, m)
+    """
+    (a, x, y, z), (b, u, v, w) = one[:4], other[:4]
+    first, second = a * u - b * x - (y * w - z * v), a * v - b * y - (z * u - x * w)
+    third = a * w - b * z - (x * v - y * u)
+    half_angle = float(np.sqrt((first * first + second * second + third * third).max()))
+    change, size = one[7:] - other[7:], float((one[7:] * one[7:]).sum(axis=0).max())
+    relative = float((change * change).sum(axis=0).max()) / size if size else 0.0
+    if not np.isfinite(half_angle + relative):
+        return np.inf
+    return max(2.0 * float(np.arcsin(min(1.0, half_angle))), float(np.sqrt(relative)))

@@ -141,7 +141,8 @@ def _with_contacts(
 
 def _problem(scene: Scene, inputs: SimulationInputs, instants: Instants) -> TorqueProblem:
     template = _template(inputs, instants)
-    return TorqueProblem(template, inputs.torques, inputs.kicks, scene.asked_tolerance)
+    tolerance, best = scene.asked_tolerance, scene.wants_best
+    return TorqueProblem(template, inputs.torques, inputs.kicks, tolerance, best)
 
 
 def _template(inputs: SimulationInputs, instants: Instants) -> InitialState:

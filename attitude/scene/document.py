@@ -19,6 +19,7 @@ from pydantic import Field, StrictBool, ValidationError, model_validator
 
 from .. import units
 from ..documents.fields import (
+    Chosen,
     Four,
     Matrix,
     Number,
@@ -266,6 +267,14 @@ class Tolerance(Angle):
         return self
 
 
+def _parse_tolerance(value: Any) -> Tolerance | str:
+    return BEST if value == BEST else Tolerance.model_validate(value)
+
+
+BEST = "best"  # the most exact answer that there is, with its estimate, instead of a tolerance
+AnyTolerance = Annotated[Tolerance | str, Chosen(_parse_tolerance, lambda: [Tolerance], (BEST,))]
+
+
 class Scene(Part):
     """A body, its state at an epoch, instants, and the effects to simulate.
 
@@ -290,7 +299,7 @@ class Scene(Part):
     orbit: AnyOrbit | None = None
     position: LengthVector | None = None
     velocity: SpeedVector | None = None
-    tolerance: Tolerance | None = None
+    tolerance: AnyTolerance | None = None
     solver: Literal["automatic", "splitting", "gauss", "dop853"] | None = None
     ut1: Literal["tables", "utc"] = "tables"
 
@@ -376,8 +385,15 @@ class Scene(Part):
 
     @property
     def asked_tolerance(self) -> float:
-        """rad: the document's `tolerance`, or the default."""
-        return DEFAULT_TOLERANCE if self.tolerance is None else self.tolerance.si
+        """rad: the document's `tolerance`, or the default; of the best answer, the least allowed."""
+        if self.wants_best:
+            return MIN_TOLERANCE
+        return self.tolerance.si if isinstance(self.tolerance, Tolerance) else DEFAULT_TOLERANCE
+
+    @property
+    def wants_best(self) -> bool:
+        """Whether the most exact answer is asked for, in place of a tolerance."""
+        return self.tolerance == BEST
 
     def initial_state(self) -> InitialState:
         """The numbers that effects and solvers share, in SI, with every effect checked against them.

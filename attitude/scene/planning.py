@@ -43,6 +43,10 @@ class Described(Protocol):
     def solver(self) -> str | None:
         """The solver that the document names; None or "automatic" for the library's choice."""
 
+    @property
+    def wants_best(self) -> bool:
+        """Whether the most exact answer is asked for, in place of a tolerance."""
+
     def initial_state(self) -> InitialState:
         """In SI units; every effect is checked against it."""
 

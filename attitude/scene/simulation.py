@@ -94,7 +94,9 @@ class SimulationInputs:
     @property
     def problem(self) -> TorqueProblem:
         """What the solver needs besides the bodies."""
-        return TorqueProblem(self.initial_state, self.torques, self.kicks, self.scene.asked_tolerance)
+        scene = self.scene
+        tolerance, best = scene.asked_tolerance, scene.wants_best
+        return TorqueProblem(self.initial_state, self.torques, self.kicks, tolerance, best)
 
     @cached_property
     def exact(self) -> ExactMotion | None:
@@ -233,7 +235,10 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
         check(inputs.predicted_seconds(instants.seconds.size))
     answer = integration.solve(inputs.problem, with_pushes(inputs, instants), inputs.candidate)
     text = f"{solver.NAME}: {answer.steps} steps, {answer.sweeps} sweeps"
-    plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, ESTIMATE)
+    source = ESTIMATE
+    if np.isfinite(answer.good_until):
+        source += f"; within {integration.REPORTED_TOLERANCE:.0e} rad up to {answer.good_until:.6g} s"
+    plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, source)
     events = (*switching_events(inputs), *impulse_events(inputs.kicks))
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
 

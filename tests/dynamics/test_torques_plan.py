@@ -1,12 +1,12 @@
 """What a plan says of torques, what is dropped, and what cannot be given."""
 
 import math
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 import pytest
 
-from attitude import InputError, ToleranceError
+from attitude import InputError, Scene, ToleranceError
 from tests.dynamics.motions import angle
 from tests.dynamics.test_torques_effects import MOMENTS, MU, orbit, quantity, scene
 
@@ -170,32 +170,44 @@ def test_influence_is_never_below_what_leaving_out_changes():
 # What double precision cannot give
 
 
-def test_chaotic_motion_cannot_be_followed_for_long():
-    """A body that the gravity gradient makes tumble: 1e-16 grows to a radian within these sixty orbits."""
-    made = scene(
-        {"type": "gravity_gradient"},
-        moments=(45.0, 22.0, 50.0),
-        rate=(1e-3, -8e-4, 6e-5),
-        elapsed=[0.0, 450000.0],
-        orbit=orbit(7.9e6),
-        tolerance=1e-7,
-    )
-    with pytest.raises(ToleranceError, match=r"tolerance: 1\.0e-07 rad cannot be reached over this span"):
-        made.run()
-    # the beginning can
-    assert (
-        scene(
-            {"type": "gravity_gradient"},
-            moments=(45.0, 22.0, 50.0),
-            rate=(1e-3, -8e-4, 6e-5),
-            elapsed=[0.0, 20000.0],
-            orbit=orbit(7.9e6),
-            tolerance=1e-7,
-        )
-        .run()
-        .plan.error_bound
-        < 1e-7
-    )
+TUMBLING = {"moments": (45.0, 22.0, 50.0), "rate": (1e-3, -8e-4, 6e-5)}
+LONG = np.linspace(0.0, 450000.0, 100)
+
+
+def tumbling(elapsed, tolerance):
+    """A body that the gravity gradient makes tumble: 1e-16 grows to a radian within sixty orbits."""
+    gravity, around = {"type": "gravity_gradient"}, orbit(7.9e6)
+    return scene(gravity, **TUMBLING, elapsed=elapsed, orbit=around, tolerance=tolerance)
+
+
+def test_chaotic_motion_is_refused_with_the_instant_up_to_which_it_can_be_followed():
+    message = r"tolerance: 1\.0e-07 rad cannot be reached over this span .* under gravity_gradient, "
+    with pytest.raises(ToleranceError, match=message + "which is within it up to (.*) s") as refused:
+        tumbling(LONG.tolist(), 1e-7).run()
+    until = float(str(refused.value).split("up to ")[1].split(" s")[0])
+    assert 20000.0 < until < 400000.0
+    assert tumbling([0.0, until], 1e-7).run().plan.error_bound < 1e-7
+
+
+def test_best_answer_is_given_with_its_estimate_and_the_instant_from_which_it_is_worse():
+    document = tumbling(LONG.tolist(), 1e-7).document()
+    best = Scene.model_validate({**document, "tolerance": "best"})
+    run = best.run()
+    assert run.plan.error_bound > 1e-3
+    until = float(run.plan.bound_source.split("within 1e-09 rad up to ")[1].split(" s")[0])
+    early = LONG[LONG <= until]
+    other = tumbling(early.tolist(), 1e-9).run()
+    apart = angle(run.quaternion("wxyz").T[:, : early.size], other.quaternion("wxyz").T)
+    assert early.size > 5
+    assert apart <= 1e-9 + other.plan.error_bound
+    assert best.document()["tolerance"] == "best"
+
+
+def test_best_answer_of_a_tame_motion_is_more_exact_than_any_tolerance_asks_for():
+    made = scene(constant([1e-3, 0, 0]), rate=RATE, elapsed=T, tolerance=1e-9)
+    best = Scene.model_validate({**made.document(), "tolerance": "best"}).run()
+    assert best.plan.error_bound < 1e-13
+    assert angle(best.quaternion("wxyz").T, made.run().quaternion("wxyz").T) < 1e-9
 
 
 @pytest.mark.parametrize("moments", [MOMENTS, (12.0, 12.0, 7.0)], ids=["triaxial", "symmetric"])
@@ -208,8 +220,10 @@ def test_fast_spin_over_a_long_span_is_not_known_to_1e13(moments):
         elapsed=[0.0, 1500.0],
         tolerance=1e-13,
     )
+    begun = process_time()
     with pytest.raises(ToleranceError, match="cannot be reached over this span in double precision"):
         made.run()
+    assert process_time() - begun < 0.2
 
 
 @pytest.mark.parametrize("tolerance", [1e-14, 0.1, 0.0, -1e-9])
