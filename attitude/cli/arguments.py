@@ -40,8 +40,8 @@ def add_output(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         help="an option of the format, such as object_id=1998-067A; of convert also one of the format "
-        "that is read, such as clock_id=-82; ut1=utc takes UTC for UT1 in ITRF; of run also tolerance=best or "
-        "tolerance=1e-12; repeatable",
+        "that is read, such as clock_id=-82; ut1=utc takes UTC for UT1 in ITRF; of run also "
+        "tolerance=best or tolerance=1e-12; repeatable",
     )
     parser.add_argument(
         "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"

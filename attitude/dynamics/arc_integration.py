@@ -7,17 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..frames import rotations
 from ..problem.torque_model import CachedTorque
 from ..times.instants import Instants
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, TorqueProblem
 from .momentum import initial_momenta
-from .solver import OUTPUTS, SolverTask, StepSetting, take_steps
+from .solver import OUTPUTS, SolverTask, StepSetting, take_steps, vector_lengths
 from .solver_arguments import SolverArguments, most_symmetric
 
-# Relative, of the momentum that the coarser solution starts with: what both share of rounding, and how the
-# motion makes it grow, is in their difference too.
-ROUNDING_AT_EPOCH = 2.0**-52 * np.array([1.0, -1.0, 1.0])
+# By this part of its size the momentum that the coarser solution starts with is turned: what both solutions
+# share of rounding, and how the motion makes it grow, is in their difference too.
+ROUNDING_AT_EPOCH = 2.0**-50
 
 
 class Solution(NamedTuple):
@@ -70,6 +71,20 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
     return Solution(rows, work[0], work[1], work[2], symmetric, smooth)
 
 
+def rounding_at_epoch(bodies: Bodies, momenta: np.ndarray) -> np.ndarray:
+    """(n, 3), inertial: a change of momenta across them, the more along an axis the less its moment."""
+    moments, axes = np.asarray(bodies.body.moments), bodies.axes
+    first, second, third = np.sqrt(moments.min(axis=1, keepdims=True) / moments).T[:, :, None]
+    change = rotations.rotate(
+        bodies.attitude, (first * axes[:, 0] + second * axes[:, 1]) + third * axes[:, 2]
+    )
+    size = vector_lengths(momenta)[:, None]
+    direction = momenta / np.where(size > 0.0, size, 1.0)
+    x, y, z = (change * direction).T[:, :, None]
+    turned: np.ndarray = ROUNDING_AT_EPOCH * size * (change - ((x + y) + z) * direction)
+    return turned
+
+
 class _Outwards:
     """All bodies on their way from the epoch in one direction."""
 
@@ -81,10 +96,10 @@ class _Outwards:
         self.work = np.zeros((3, len(bodies)), np.int64)  # steps, sweeps, failures
         self.symmetric, self.smooth = np.ones(len(bodies), np.bool_), True
         self._prepared: dict[tuple[int, ...], SolverArguments] = {}
-        momenta, rate = initial_momenta(problem.template, bodies, first.torques), bodies.rate
+        momenta = initial_momenta(problem.template, bodies, first.torques)
         if setting.coarsely:
-            momenta, rate = momenta * (1.0 + ROUNDING_AT_EPOCH), rate * (1.0 + ROUNDING_AT_EPOCH[0])
-        self._states = self._under(first.torques).states(self._attitude, momenta, rate)
+            momenta = momenta + rounding_at_epoch(bodies, momenta)
+        self._states = self._under(first.torques).states(self._attitude, momenta, bodies.rate)
 
     def over(self, arc: Arc, instants: np.ndarray) -> np.ndarray:
         """(n, OUTPUTS, m): over the next arc, at the instants (2, m) in it."""

@@ -195,7 +195,7 @@ def test_best_answer_is_given_with_its_estimate_and_the_instant_from_which_it_is
     run = best.run()
     assert run.plan.error_bound > 1e-3
     until = float(run.plan.bound_source.split("within 1e-09 rad up to ")[1].split(" s")[0])
-    early = LONG[LONG <= until]
+    early = LONG[until >= LONG]
     other = tumbling(early.tolist(), 1e-9).run()
     apart = angle(run.quaternion("wxyz").T[:, : early.size], other.quaternion("wxyz").T)
     assert early.size > 5

@@ -56,7 +56,7 @@ from ..layout import (
 from ..phase import ROUND, sine_cosine
 from ..rotation import PER_TURN, product, rotated, rotated_back
 from ..vectors import cross, dot, scaled
-from .dense_output import copied, later, momentum_of, start_of, time_of, write, write_between
+from .dense_output import copied, excesses, later, momentum_of, start_of, time_of, write, write_between
 from .orbit_path import along_pieces, places_and_speeds
 from .torque import (
     asks_for_rates,
@@ -262,8 +262,9 @@ def _moments(start, work):
 def _forces(start, h, own, world, work):
     """Changes of the momentum, in the step's axes, and of its part along the third axis of the body."""
     body, symmetric = own
-    p, _, axial, across, frame, _ = start
+    p, _, axial, _, frame, _ = start
     inverses, rotors, alpha, C = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
+    constants = excesses(body), inverses, rotors, alpha
     effects = world[0]
     damped = body[EDDIES] != 0.0 or body[EDDIES + 4] != 0.0 or body[EDDIES + 8] != 0.0
     if damped or not symmetric or asks_for_rates(effects):
@@ -284,19 +285,19 @@ def _forces(start, h, own, world, work):
     if not symmetric:  # of a symmetric body nothing else changes the momentum along the axis
         for i in range(NODES):
             m = three_at(work, MOMENT, i)
-            w = _excess(m, axial, across, (inverses, rotors, alpha))
+            w = _excess(m, axial, constants)
             added = h * fma(m[0], w[1], -m[1] * w[0])
             work[(SLOPE + 7) * NODES + i] += added
 
 
 @inlined
-def _excess(m, axial, across, constants):
+def _excess(m, axial, constants):
     """Rate of turning less that of the two constant turns, along the body's axes."""
-    inverses, rotors, alpha = constants
+    (transverse, along), inverses, rotors, alpha = constants
     inner = cross(m, rate_of(inverses, rotors, m))
-    x = fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0]))
-    y = fma(inverses[1] - across, m[1], fma(alpha, inner[1], -inverses[1] * rotors[1]))
-    z = fma(inverses[2] - across, m[2] - axial, alpha * inner[2])
+    x = fma(transverse, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0]))
+    y = fma(-transverse, m[1], fma(alpha, inner[1], -inverses[1] * rotors[1]))
+    z = fma(along, m[2] - axial, alpha * inner[2])
     return x, y, z
 
 
@@ -305,16 +306,16 @@ def _turns(start, h, own, work):
     """Changes of the departure of the attitude."""
     body, symmetric = own
     p0, _, axial, across, _, _ = start
-    constants = three(body, INVERSES), three(body, ROTORS), body[ALPHA]
-    half = 0.5 * h
+    constants = excesses(body), three(body, INVERSES), three(body, ROTORS), body[ALPHA]
+    half, along = 0.5 * h, constants[0][1]
     if not symmetric:
         _moments(start, work)
     for i in range(NODES):
         p = departed(work, i, p0)
         if symmetric:
-            w = 0.0, 0.0, (constants[0][2] - across) * work[(STAGE + 7) * NODES + i]
+            w = 0.0, 0.0, along * work[(STAGE + 7) * NODES + i]
         else:
-            w = _excess(three_at(work, MOMENT, i), axial, across, constants)
+            w = _excess(three_at(work, MOMENT, i), axial, constants)
             w = turned_by(work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i], w)
         cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
         outer = scaled(half * across, turned_by(cosine, -sine, three_at(work, STAGE + 4, i)))

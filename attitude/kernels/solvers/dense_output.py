@@ -11,6 +11,7 @@ from ..layout import (
     CHANGE,
     COEFFICIENT,
     INVERSES,
+    MOMENTS,
     MOMENTUM,
     NODES,
     ROTORS,
@@ -96,6 +97,13 @@ def _write(q, L, axial, own, out, i):
 
 
 @inlined
+def excesses(body):
+    """(a1 - a, a3 - a), a the mean of the inverse moments a1 and a2: from differences of the moments."""
+    (I1, I2, I3), (a1, a2, a3) = three(body, MOMENTS), three(body, INVERSES)
+    return 0.5 * (I2 - I1) * a1 * a2, 0.5 * a3 * ((I1 - I3) * a1 + (I2 - I3) * a2)
+
+
+@inlined
 def start_of(state, own):
     """What a step is made around: departure, size of the momentum, its part along axis 3, mean of a1 and a2,
     frame, spin.
@@ -110,7 +118,7 @@ def start_of(state, own):
     q = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
     axial = state[AXIAL] if symmetric else rotated_back(q, L)[2]
     across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
-    spin = fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2])
+    spin = fma(axial, excesses(body)[1], -body[INVERSES + 2] * body[ROTORS + 2])
     return product(conjugate(frame), q), size, axial, across, frame, spin
 
 
