@@ -320,8 +320,8 @@ def test_twin_of_a_key_among_many_is_found_at_once():
         ({"orbit": {"inclinaton": 1}}, r"^orbit.inclinaton: .*did you mean 'inclination'\?"),
         ({"orbit": {"tle": [], "tles": 1}}, r"^orbit.tles: .*did you mean 'tle'\?"),
         (
-            {"orbit": {"times": {"elapsd": 1}, "positions": {}}},
-            r"^orbit.times.elapsd: .*did you mean 'elapsed'\?",
+            {"orbit": {"times": {"vlaue": 1}, "positions": {}}},
+            r"^orbit.times.vlaue: .*did you mean 'value'\?",
         ),
         ({"orbit": {"positions": {"extra": 1}, "x": 1}}, r"^orbit.*unknown key"),
         ({"FRAME": "ICRF"}, r"^FRAME: .*did you mean 'frame'\?"),
