@@ -5,7 +5,7 @@
         scene.run()           # raises Stopped soon after stop.set() is called in any other
 
 Compiled loops whose length depends on input read the flag at every step; loops in Python call `check()`.
-The service stops a request at its deadline so (service/deadline.py).
+The service stops a request at its deadline so (`Job.check_deadline` of service/compute.py).
 """
 
 from __future__ import annotations

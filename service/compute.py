@@ -71,7 +71,7 @@ class Job:
     samples : instants of the answer; held : those of them that are in memory until it is sent
     warnings : of the library, which the answer has in a header
     is_admitted : counts among those in flight
-    is_abandoned : no client waits for the answer any more
+    is_abandoned : the answer is not wanted any more: its client has gone, or its seconds are used up
     """
 
     def __init__(self, identity: str, request: Request, max_seconds: float, room: Room):
@@ -88,7 +88,7 @@ class Job:
         begun = self._begun
         return self._before + (perf_counter() - begun if begun is not None else 0.0)
 
-    def check(self) -> None:
+    def check_deadline(self) -> None:
         """Raises ClientDisconnect where no client waits any more, InputError where its time is used up."""
         if self.is_abandoned:
             raise ClientDisconnect
@@ -104,7 +104,7 @@ class Job:
 
     def run(self, work: Callable[[], T]) -> T:
         """One piece of its work, in the thread that calls this."""
-        self.check()
+        self.check_deadline()
         allowed = self.max_seconds - self._before + deadline.OVERTIME_S
         self._begun, processor_begun = perf_counter(), thread_time()
         try:
@@ -129,9 +129,9 @@ current: ContextVar[Job | None] = ContextVar("job", default=None)
 
 
 def check_wanted(_done: float = 0.0) -> None:
-    """What the library calls between pieces of its work, as its `progress`: raises as `Job.check`."""
+    """What the library calls between pieces of its work, as its `progress`: raises as `Job.check_deadline`."""
     if (job := current.get()) is not None:
-        job.check()
+        job.check_deadline()
 
 
 def note_warning(message: Warning | str, *_: Any) -> None:
@@ -182,13 +182,13 @@ class Compute:
                 await self._wait_for_room(job, error.samples)
 
     async def _run_once(self, job: Job, work: Callable[[], T]) -> T:
-        job.check()
+        job.check_deadline()
         piece = partial(copy_context().run, self._run_piece, job, work)
         future = asyncio.get_running_loop().run_in_executor(self._pool, piece)
         try:
             while not (await asyncio.wait([future], timeout=LOOK_EVERY_S))[0]:
                 job.is_abandoned = await job.request.is_disconnected()
-                job.check()
+                job.check_deadline()
         except BaseException:
             job.give_up()
             future.cancel()
@@ -203,7 +203,7 @@ class Compute:
                 return
             await asyncio.sleep(LOOK_EVERY_S)
             job.is_abandoned = await job.request.is_disconnected()
-            job.check()
+            job.check_deadline()
         detail = (
             f"answers to others hold all of {self.settings.max_samples} samples in memory; try again later"
         )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf, workdps
 
-from attitude import RegimeError, RigidBody, TorqueFreeMotion
+from attitude import RegimeError, RigidBody, ToleranceError, TorqueFreeMotion
 from attitude.oracle import truth
 from tests.bodies import (
     ATTITUDE,
@@ -252,3 +252,22 @@ def test_momentum_and_energy_are_those_of_the_state(body):
     np.testing.assert_allclose(whole.kinetic_energy, energy, rtol=4e-16)
     np.testing.assert_allclose(ephemeris.kinetic_energy, np.full(57, energy), rtol=4e-15)
     assert distance(ephemeris.angular_momentum, whole.angular_momentum).max() <= 1e-14
+
+
+def test_slow_body_of_a_batch_is_not_held_to_the_turns_of_a_fast_one():
+    """A batch keeps the rate of its fastest phase once it was sampled."""
+    rates = [(1e3, 1e3, 2e3), (1e-3, 1e-3, 2e-3)]
+    both = TorqueFreeMotion(RigidBody([(1.0, 1.6, 2.1)] * 2), [1, 0, 0, 0], rates, order="wxyz")
+    both.at([0.0])
+    fast = TorqueFreeMotion(RigidBody((1.0, 1.6, 2.1)), [1, 0, 0, 0], rates[0], order="wxyz")
+    far = next(t for t in 10.0 ** np.arange(9, 30) if refuses(fast, t))
+    assert refuses(both, far)
+    assert both[1].at([far]).shape == (1,)
+
+
+def refuses(motion, t):
+    try:
+        motion.at([t])
+    except ToleranceError:
+        return True
+    return False

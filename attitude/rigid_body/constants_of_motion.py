@@ -158,7 +158,7 @@ class Batch:
     def __getitem__(self, key: Any) -> Batch:
         """The batch of these bodies, by index or slice of the batch dimensions."""
         part = copy(self)
-        for name in ("solution", "_cached_max_phase_rate"):
+        for name in ("solution", "_max_phase_rate"):
             part.__dict__.pop(name, None)
         part.body = self.body.broadcast_to(self.shape)[key]
         part.shape = part.body.shape

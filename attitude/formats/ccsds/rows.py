@@ -1,4 +1,4 @@
-"""Rows of an AEM: epoch, quaternion and rate, written and parsed.
+"""Rows of an AEM: epoch and numbers (quaternion, Euler angles or spin, rate), written and parsed.
 
 One departure from the standard: a double is written with 17 digits if 16 do not restore its bits.
 """
