@@ -129,7 +129,7 @@ current: ContextVar[Job | None] = ContextVar("job", default=None)
 
 
 def check_wanted(_done: float = 0.0) -> None:
-    """What the library calls between pieces of its work, as its `progress`: raises as `Job.check_deadline`."""
+    """What the library calls between pieces of its work, as its `progress`; see `Job.check_deadline`."""
     if (job := current.get()) is not None:
         job.check_deadline()
 
