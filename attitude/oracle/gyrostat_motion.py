@@ -12,7 +12,7 @@ from .torque_motion import TorqueMotion
 STEPS_PER_UNIT = (
     8  # instants at which the return of the momentum is looked for, each time unit of the fastest rate
 )
-MAX_INSTANTS = 20_000
+MAX_INSTANTS = 4_000
 
 
 class GyrostatMotion:

@@ -138,6 +138,12 @@ def print_cost(samples=200_000, rounds=40):
             times[name].append(process_time() - begun)
     for name, seconds in times.items():
         print(f"{name:30} {1e9 * np.median(seconds) / samples:5.2f} ns a sample")
+    moments, rates = np.random.default_rng(1).uniform(1.0, 1.7, (2, 2000, 3))
+    for name, rotors in (("rotor along an axis", (0.0, 0.0, 0.7)), ("any rotor", (0.3, -0.2, 0.7))):
+        attitudes = np.tile(ATTITUDE, (2000, 1))
+        begun = process_time()
+        ExactMotion(np.array(rotors)).of(RigidBody.from_moments(moments), attitudes, rates)
+        print(f"{name:30} {1e6 * (process_time() - begun) / 2000:5.1f} us for the constants of a body")
 
 
 def main():
