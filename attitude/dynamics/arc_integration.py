@@ -13,6 +13,7 @@ from ..times.instants import Instants
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, TorqueProblem
 from .momentum import initial_momenta
+from .plate_solver import take_arcs
 from .solver import OUTPUTS, SolverTask, StepSetting, take_steps, vector_lengths
 from .solver_arguments import SolverArguments, most_symmetric
 
@@ -29,6 +30,7 @@ class Solution(NamedTuple):
     rows : (n, OUTPUTS, m): attitude wxyz (4), rate (3, body), momentum (3, inertial); NaN where steps failed
     steps, sweeps, failed : (n,), as `SolverWork` has them
     symmetric : (n,), whether the body is, for the solver; smooth : whether every torque is
+    plates : whether arcs end at the edges of plates; edges : (n,) rad/s, as `SolverWork` has them
     """
 
     rows: np.ndarray
@@ -37,6 +39,8 @@ class Solution(NamedTuple):
     failed: np.ndarray
     symmetric: np.ndarray
     smooth: bool
+    plates: bool
+    edges: np.ndarray
 
 
 def two_part(instants: Instants) -> np.ndarray:
@@ -57,7 +61,8 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
     """
     n, (seconds, low) = len(bodies), instants
     work = np.zeros((3, n), np.int64)
-    rows, symmetric, smooth = np.full((n, OUTPUTS, seconds.size), np.nan), np.ones(n, np.bool_), True
+    rows, symmetric, edges = np.full((n, OUTPUTS, seconds.size), np.nan), np.ones(n, np.bool_), np.zeros(n)
+    smooth, plates = True, False
     for path in arcs_by_direction(problem.template, problem.torques, problem.impulses):
         within = np.flatnonzero(seconds < 0.0 if path[-1].stop < 0.0 else seconds >= 0.0)
         if within.size:
@@ -67,8 +72,9 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
                 rows[:, :, within[index]] = outwards.over(arc, instants[:, within[index]])
             work += outwards.work
             symmetric &= outwards.symmetric
-            smooth = smooth and outwards.smooth
-    return Solution(rows, work[0], work[1], work[2], symmetric, smooth)
+            smooth, plates = smooth and outwards.smooth, plates or outwards.plates
+            edges += outwards.edges
+    return Solution(rows, work[0], work[1], work[2], symmetric, smooth, plates, edges)
 
 
 def rounding_at_epoch(bodies: Bodies, momenta: np.ndarray) -> np.ndarray:
@@ -94,7 +100,8 @@ class _Outwards:
         length = np.sqrt((squares[0] + squares[1]) + (squares[2] + squares[3]))
         self._attitude = bodies.attitude / length[:, None]
         self.work = np.zeros((3, len(bodies)), np.int64)  # steps, sweeps, failures
-        self.symmetric, self.smooth = np.ones(len(bodies), np.bool_), True
+        self.symmetric, self.edges = np.ones(len(bodies), np.bool_), np.zeros(len(bodies))
+        self.smooth, self.plates = True, False
         self._prepared: dict[tuple[int, ...], SolverArguments] = {}
         momenta = initial_momenta(problem.template, bodies, first.torques)
         if setting.coarsely:
@@ -113,7 +120,10 @@ class _Outwards:
         finite = (self.work[2] == 0) & np.isfinite(self._states).all(axis=1)
         which = np.flatnonzero(finite)
         task = SolverTask(arguments, which, self._states, arc.start, arc.stop, at, self._setting, out)
-        self.work[:, which] += take_steps(task, arc.torques)
+        take = take_steps if arguments.plates is None else take_arcs
+        work = take(task, arc.torques)
+        self.work[:, which] += work[:3]
+        self.edges[which] += work.edges
         self._attitude = out[:, :4, -1]
         return out[:, :, :-1]
 
@@ -124,4 +134,5 @@ class _Outwards:
             self._prepared[key] = arguments
             self.symmetric &= arguments.symmetric
             self.smooth = self.smooth and arguments.is_smooth
+            self.plates = self.plates or arguments.plates is not None
         return self._prepared[key]

@@ -21,6 +21,9 @@ INSTANTS_OF_DRIFT = 16
 # torques of every size the difference itself was up to twice too small.  Where torques break, two solutions
 # may agree by chance.
 SAFETY, SAFETY_OF_BREAKS = 3.0, 10.0
+# Of arcs between the edges of plates the second solution is no coarser, but begins with another momentum; by
+# what the bound of the errors at edges is multiplied.
+SAFETY_OF_PLATES, SAFETY_OF_EDGES = 1.0, 10.0
 # Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned, since
 # the rates are doubles; and where the rate is read off the attitude, which remembers every rounding, that
 # angle times the root of the number of steps.
@@ -39,6 +42,7 @@ class Comparison(NamedTuple):
     difference : (n,) rad, greatest of the attitudes; infinite where either failed
     seconds : (k,), instants that were compared; differences : (n, k) rad, at these
     drift : (n,) rad, the angle that rounding is a part of; growth : (n,), what impulses may multiply it by
+    span : s, from the epoch to the farther end
     """
 
     fine: Solution
@@ -47,6 +51,7 @@ class Comparison(NamedTuple):
     differences: np.ndarray
     drift: np.ndarray
     growth: np.ndarray
+    span: float
 
 
 def compared_instants(count: int) -> np.ndarray:
@@ -82,7 +87,7 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
     span = float(np.abs(spread).max())
     rates = drift_rates(coarse.rows[:, :, indices.size :], coarse.symmetric, coarse.steps, least, impulse)
     seconds, growth = instants[0, indices], span * impulse / least
-    return Comparison(fine, difference, seconds, differences, span * rates, growth)
+    return Comparison(fine, difference, seconds, differences, span * rates, growth, span)
 
 
 def _angles(p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -151,7 +156,8 @@ def estimate(compared: Comparison, angle: np.ndarray) -> tuple[np.ndarray, np.nd
         wandering = np.where(fine.symmetric, 0.0, ROUNDING_OF_RATE * np.sqrt(fine.steps) * drift)
         of_steps = ROUNDING_OF_STEPS * np.sqrt(fine.steps) * (1.0 + compared.growth)
         rounding = wandering + ROUNDING_OF_ANGLE * drift + of_steps
-        error = (SAFETY if fine.smooth else SAFETY_OF_BREAKS) * difference + rounding
+        rounding = rounding + SAFETY_OF_EDGES * fine.edges * compared.span
+        error = _safety(fine) * difference + rounding
     failed = ~np.isfinite(difference)
     return np.where(failed, np.inf, error), np.where(failed, 0.0, rounding)
 
@@ -169,3 +175,27 @@ def good_until(compared: Comparison, k: int, error: float, rounding: float, limi
     errors = share + rounding * time / max(float(time.max(initial=0.0)), 1e-300)
     bad = time[~(errors <= limit)]
     return float(time[time < bad.min()].max(initial=0.0)) if bad.size else np.inf
+
+
+def _safety(fine: Solution) -> float:
+    if not fine.smooth:
+        return SAFETY_OF_BREAKS
+    return SAFETY_OF_PLATES if fine.plates else SAFETY
+
+
+def kept_spans(compared: Comparison, rounding: np.ndarray, tolerance: float) -> np.ndarray:
+    """(n, 2) s: from the epoch outwards, the spans in which the estimates of the error are within a
+    tolerance.
+
+    rounding : (n,) rad, by `estimate`
+    """
+    seconds = compared.seconds
+    kept = _safety(compared.fine) * compared.differences + rounding[:, None] <= tolerance
+    spans = np.zeros((len(kept), 2))
+    for column, side in enumerate((seconds <= 0.0, seconds >= 0.0)):
+        order = np.flatnonzero(side)[np.argsort(np.abs(seconds[side]), kind="stable")]
+        if order.size:
+            count = np.logical_and.accumulate(kept[:, order], axis=1).sum(axis=1)
+            ends = np.concatenate([[0.0], seconds[order]])
+            spans[:, column] = ends[count]
+    return spans

@@ -6,16 +6,25 @@ itself, and one whose estimate stays above the tolerance is solved as a scene of
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import ToleranceError
+from ..errors import AttitudeWarning, ToleranceError
 from ..times.instants import Instants
 from .angular_rates import max_angular_rates
 from .arc_integration import two_part
 from .batch_states import Bodies, TorqueProblem, named
-from .error_estimate import Comparison, compare, compared_instants, estimate, good_until
+from .error_estimate import (
+    MAX_COMPARED_INSTANTS,
+    Comparison,
+    compare,
+    compared_instants,
+    estimate,
+    good_until,
+    kept_spans,
+)
 from .solver import OUTPUTS, StepSetting
 from .step_selection import Candidate, candidate_of
 
@@ -35,6 +44,7 @@ SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.5, 1.1
 # least.
 MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.3
 ORDER, ORDER_OF_BREAKS = 14.0, 1.0
+MAX_SECONDS_OF_PREDICTION = 0.3
 
 
 @dataclass(frozen=True)
@@ -49,6 +59,8 @@ class TorquedSolution:
         REPORTED_TOLERANCE; infinite where it is all through
     candidate : the steps that were used
     steps, sweeps : steps made, and sweeps in them
+    kept : s, the part of the span in which the error stays within the tolerance, where it does not in all of
+    it
     """
 
     rows: np.ndarray
@@ -57,6 +69,7 @@ class TorquedSolution:
     candidate: Candidate
     steps: int
     sweeps: int
+    kept: tuple[float, float] | None = None
 
 
 def choose(problem: TorqueProblem, body: Bodies | None = None, samples: int | None = None) -> Candidate:
@@ -73,6 +86,9 @@ def solve(
     problem: TorqueProblem, instants: Instants, candidate: Candidate, body: Bodies | None = None
 ) -> TorquedSolution:
     """Attitudes at the instants, off by less than the tolerance by comparison with a coarser solution.
+
+    Where the motion is so sensitive that an error within the tolerance grows beyond it later, what steps
+    however small cannot help, the solution says for how long it is within.
 
     Parameters
     ----------
@@ -95,10 +111,11 @@ def solve(
             "tolerance: no steps lead to the end of the span: the torque is not finite somewhere in it, or "
             "far too great for the body"
         )
-    if not (refined.reached or problem.best):
+    if not (refined.reached or refined.outgrown or problem.best):
         raise _out_of_reach(problem, error, refined.good_until)
+    kept = refined.kept if refined.outgrown else None
     return TorquedSolution(
-        rows[0], error, refined.good_until, refined.candidate, refined.steps, refined.sweeps
+        rows[0], error, refined.good_until, refined.candidate, refined.steps, refined.sweeps, kept
     )
 
 
@@ -110,6 +127,34 @@ def _out_of_reach(problem: TorqueProblem, error: float, good_until: float) -> To
         f"{strongest}{until} (estimated error {error:.1e} rad); ask for more than that, or for the best "
         'answer, "best"'
     )
+
+
+def outgrown(tolerance: float, kept: tuple[float, float], error: float) -> str:
+    """Of an error that grows beyond the tolerance, since the motion is too sensitive: from when on."""
+    ends = [f"{end:.6g} s" for end in kept if end != 0.0]
+    return (
+        f"tolerance: {tolerance:.1e} rad is kept up to {' and '.join(ends)} from the epoch; beyond, the "
+        f"motion multiplies every error, that of rounding too (estimated error at the end {error:.1e} rad)"
+    )
+
+
+def predicted_error(problem: TorqueProblem, candidate: Candidate) -> tuple[float, tuple[float, float] | None]:
+    """rad, of the scene's own body; and the span, s, in which the tolerance is kept, where it is not in all.
+
+    What errors grow to between the edges of plates depends on the motion: it is solved, over as much of the
+    span as takes MAX_SECONDS_OF_PREDICTION; beyond, errors are taken to grow with the square of time.
+    """
+    if not candidate.ends_at_edges:
+        return candidate.error, None
+    part = min(1.0, MAX_SECONDS_OF_PREDICTION / candidate.seconds)
+    template = replace(
+        problem.template, start=part * problem.template.start, stop=part * problem.template.stop
+    )
+    first = replace(problem, template=template)
+    seconds = np.linspace(template.start, template.stop, MAX_COMPARED_INSTANTS)
+    instants = np.array([seconds, np.zeros_like(seconds)])
+    (refined,) = refine(first, problem.body, instants, candidate, np.empty((1, OUTPUTS, seconds.size)))
+    return refined.error / part**2, refined.kept if refined.outgrown else None
 
 
 # -- steps made finer, body by body -----------------------------------------------------------------------
@@ -125,7 +170,7 @@ class Refinement:
     error : rad, the least estimate of the attempts
     good_until : s from the epoch, up to which that attempt is within the tolerance
     steps, sweeps : of the last
-    reached : whether its estimate is below the tolerance
+    reached : whether its estimate is below the tolerance; kept : s, the part of the span in which it is
     stalled : attempts in more steps that hardly made the estimate smaller
     """
 
@@ -135,7 +180,13 @@ class Refinement:
     steps: int = 0
     sweeps: int = 0
     reached: bool = False
+    kept: tuple[float, float] = (0.0, 0.0)
     stalled: int = 0
+
+    @property
+    def outgrown(self) -> bool:
+        """Whether the error is within the tolerance for some time, and outgrows it in whatever arcs."""
+        return not self.reached and self.kept != (0.0, 0.0) and self.candidate.ends_at_edges
 
     def add(
         self, problem: TorqueProblem, compared: Comparison, k: int, error: float, rounding: float
@@ -152,7 +203,8 @@ class Refinement:
             limit = REPORTED_TOLERANCE if problem.best else tolerance
             self.good_until = good_until(compared, k, error, rounding, limit)
         self.error = min(self.error, error)
-        return not self.reached and self.stalled < 2 and rounding <= tolerance
+        worth_making = not self.reached and self.stalled < 2 and rounding <= tolerance
+        return worth_making and not (fine.plates and fine.smooth)  # arcs, which end at edges, are short
 
 
 def refine(
@@ -182,6 +234,9 @@ def refine(
         errors, rounding = estimate(compared, angles[left])
         better = errors < np.array([refinements[i].error for i in left])
         out[left[better]] = compared.fine.rows[better, : out.shape[1]]
+        kept = kept_spans(compared, rounding, problem.tolerance)
+        for k in np.flatnonzero(better):
+            refinements[left[k]].kept = float(kept[k, 0]), float(kept[k, 1])
         again = [
             refinements[i].add(problem, compared, k, float(errors[k]), float(rounding[k]))
             for k, i in enumerate(left.tolist())
@@ -205,7 +260,7 @@ def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Cand
     """
     rate = float(max_angular_rates(problem.template, body, problem.torques, problem.impulses)[0])
     angle = rate * problem.max_abs_seconds / PARTS_OF_SPAN
-    if angle * PARTS_OF_SPAN < MIN_RADIANS_OF_REHEARSAL:
+    if candidate.ends_at_edges or angle * PARTS_OF_SPAN < MIN_RADIANS_OF_REHEARSAL:
         return candidate
     start, stop = problem.template.start / PARTS_OF_SPAN, problem.template.stop / PARTS_OF_SPAN
     part = replace(problem, template=replace(problem.template, start=start, stop=stop))
@@ -238,6 +293,8 @@ def choose_for_all(problem: TorqueProblem, instants: Instants, probes: Bodies | 
     blocks = [bodies[i : i + 1] for i in range(len(bodies))]
     choices = [choose(problem, body) for body in blocks]
     finest = min(range(len(blocks)), key=lambda i: choices[i].step)
+    if choices[finest].ends_at_edges:
+        return choices[finest]
     at = two_part(instants)
     at = at[:, compared_instants(at.shape[1])]
     for tolerance in (SHARE_OF_TOLERANCE * problem.tolerance, problem.tolerance):
@@ -259,7 +316,8 @@ def solve_each(
 ) -> np.ndarray:
     """(n, STATES, m): attitude and rate of each body at the instants.
 
-    No bit of a body's rows depends on the other bodies.
+    No bit of a body's rows depends on the other bodies.  Bodies whose error grows beyond the tolerance later,
+    since their motion multiplies it, are named in an AttitudeWarning.
 
     lost : takes the indices of bodies that cannot be computed to the tolerance, whose rows are NaN then
 
@@ -274,14 +332,23 @@ def solve_each(
         block = bodies[first : first + size]
         rows = out[first : first + size]
         refined = refine(problem, block, at, candidate, rows, attempts=MAX_BLOCK_ATTEMPTS)
-        for i in (i for i, one in enumerate(refined) if not one.reached):
+        for i, one in enumerate(refined):
+            if one.reached:
+                continue
             with named(block, i, lost):
-                out[first + i] = np.nan
-                out[first + i] = solve_alone(problem, block[i : i + 1], instants)
+                error, kept = one.error, one.kept if one.outgrown else None
+                if not one.outgrown:
+                    out[first + i] = np.nan
+                    alone = solve_alone(problem, block[i : i + 1], instants)
+                    out[first + i], error, kept = alone.rows[:STATES], alone.error, alone.kept
+                if kept is not None:
+                    name = "" if block.index is None else f"bodies[{block.index[i]}]: "
+                    text = name + outgrown(problem.tolerance, kept, error)
+                    warnings.warn(text, AttitudeWarning, stacklevel=2)
     return out
 
 
-def solve_alone(problem: TorqueProblem, body: Bodies, instants: Instants) -> np.ndarray:
-    """(STATES, m): of one body of an ensemble, in steps of its own."""
+def solve_alone(problem: TorqueProblem, body: Bodies, instants: Instants) -> TorquedSolution:
+    """One body of an ensemble, in steps of its own."""
     body = replace(body, index=None)
-    return solve(problem, instants, choose(problem, body), body).rows[:STATES]
+    return solve(problem, instants, choose(problem, body), body)

@@ -65,11 +65,15 @@ class SolverTask(NamedTuple):
 
 
 class SolverWork(NamedTuple):
-    """Work of the solver, (k,) each: steps, sweeps made in them, and failures."""
+    """Work of the solver, (k,) each: steps, sweeps made in them, and failures.
+
+    edges : rad/s, uncertainty of the rate from edges of plates that were missed
+    """
 
     steps: np.ndarray
     sweeps: np.ndarray
     failed: np.ndarray
+    edges: np.ndarray | float = 0.0
 
 
 def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:

@@ -14,13 +14,14 @@ from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned_rows
 from .batch_states import Bodies, right_handed
 from .momentum import inertial_components
+from .plate_arguments import PLATES, PlateArguments, plate_arguments
 
 # Moments that differ by less are those of a symmetric body: this is rounding of the inertia given.
 SYMMETRY_TOLERANCE = 1e-15
 # Rows that act without a torque of their own, or linearly: they become part of the body.
 ABSORBED = (layout.WHEELS, layout.DISSIPATION, layout.EDDY)
 # Torques that come and go while the body turns: not smooth in time.
-NOT_SMOOTH = {layout.SOLAR_PLATE, layout.DRAG_PLATE, layout.USER}
+NOT_SMOOTH = {layout.USER}
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class SolverArguments:
     body : (n, STEPPED_BODY); symmetric : (n,), whether about the third axis
     to_axes : (n, 4), the turn from the body's frame to the axes
     effects : (n, k, EFFECT_WIDTH); surroundings : orbit, its pieces, sun, its pieces
+    plates : what the march between the edges of plates reads, where there are any
     """
 
     body: np.ndarray
@@ -39,6 +41,7 @@ class SolverArguments:
     to_axes: np.ndarray
     effects: np.ndarray
     surroundings: tuple[np.ndarray, ...]
+    plates: PlateArguments | None = None
 
     @property
     def codes(self) -> set[int]:
@@ -114,7 +117,11 @@ def solver_arguments(
     # momentum along the third axis: rotors across it, and dissipation, which turns the body, change it too
     across = body[:, layout.ROTORS : layout.ROTORS + 2].any(axis=1) | (body[:, layout.ALPHA] != 0.0)
     effects = np.ascontiguousarray(table[:, ~absorbed])
-    return SolverArguments(body, same & ~across, to_axes, effects, _surroundings(template, torques))
+    surroundings = _surroundings(template, torques)
+    if np.isin(effects[0, :, 0], PLATES).any():  # the march keeps no momentum along an axis of symmetry
+        plates = plate_arguments(template, torques, body, effects)
+        return SolverArguments(body, np.zeros_like(same), to_axes, effects, surroundings, plates)
+    return SolverArguments(body, same & ~across, to_axes, effects, surroundings)
 
 
 def _body(moments: np.ndarray, to_axes: np.ndarray, absorbed: np.ndarray) -> np.ndarray:

@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import ToleranceError
+from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.torque_model import CachedTorque
+from . import plate_solver, solver
 from .angular_rates import max_angular_rates, rates_after
 from .arcs import Arc, arcs_by_direction
 from .batch_states import Bodies, TorqueProblem
@@ -24,6 +26,7 @@ from .error_estimate import (
     SAFETY_OF_BREAKS,
 )
 from .momentum import impulse_sums, initial_momenta
+from .plate_arguments import edges_per_turn
 from .solver import LEAST_DECAY, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
 from .solver_arguments import most_symmetric
 
@@ -48,6 +51,10 @@ ORDER, DENSE_ORDER, ORDER_OF_BREAKS = 20.0, 16.0, 1.0
 # at.
 SHARE_OF_DENSE, INSTANTS_OF_TRIAL = 0.1, 24
 
+# The longest arc between edges of plates, rad; of all the angle, what such arcs turn through.
+RADIANS_OF_ARC, SHARE_OF_LONGEST_ARCS = 0.5, 0.6
+# Measured costs, ns: an arc, each edge in a turn that it may end at, and an instant within one.
+ARC_NS, EDGE_NS, ARC_SAMPLE_NS, OVERHEAD_OF_PLATES = 3500.0, 15.0, 2500.0, 1.5e-2
 # Measured costs, ns: a step, a sweep, one effect more in it; a sample off the polynomial, and by a step.
 STEP_NS, SWEEP_NS, EFFECT_NS = 400.0, 150.0, 25.0
 DENSE_SAMPLE_NS, SAMPLE_NS, OVERHEAD_SECONDS = 250.0, 1500.0, 1.5e-3
@@ -64,6 +71,7 @@ class Candidate:
     error : rad, predicted at the end of the span; rounding : the part of it that no steps make smaller
     seconds : predicted cost, but for samples; sample_seconds : of each
     dense_step : s, in which the polynomial within a step is exact enough to be read; 0 if none is
+    ends_at_edges : whether steps are arcs between the edges of plates; `step` is their longest then, rad
     """
 
     step: float
@@ -73,6 +81,17 @@ class Candidate:
     seconds: float = 0.0
     sample_seconds: float = 1e-9 * SAMPLE_NS
     dense_step: float = 0.0
+    ends_at_edges: bool = False
+
+    @property
+    def solver(self) -> str:
+        """Name of the solver."""
+        return plate_solver.NAME if self.ends_at_edges else solver.NAME
+
+    @property
+    def order(self) -> int:
+        """Order of its error in the step."""
+        return 2 * ARC_NODES if self.ends_at_edges else solver.ORDER
 
     def settings(self, samples: int, span: float) -> tuple[Candidate, bool]:
         """The candidate for so many samples over a span (s), and whether they are read off polynomials.
@@ -104,11 +123,32 @@ def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True)
     rate = float(max_angular_rates(problem.template, spinning, arc.torques)[0])
     if rate == 0.0 or span == 0.0:
         return Candidate(max(span, 1.0), LEAST_DECAY)
+    edges = edges_per_turn(problem.torques)
+    if edges:
+        return _between_edges(problem, rate, edges)
     if not RADIANS_OF_TRIAL / rate > 0.0:
         raise ToleranceError(
             f"effects: the angular rate of this body, {rate:.3g} rad/s, is too high to integrate numerically"
         )
     return _Trial(problem, body, arc, rate, added).candidate(wants_dense)
+
+
+def _between_edges(problem: TorqueProblem, rate: float, edges: int) -> Candidate:
+    """Arcs between the edges of plates: no tolerance needs others, and none is cheaper with others."""
+    angle = rate * problem.max_abs_seconds
+    arcs = angle * (edges / (2.0 * np.pi) + SHARE_OF_LONGEST_ARCS / RADIANS_OF_ARC)
+    ns = arcs * (ARC_NS + EDGE_NS * edges)
+    rounding = ROUNDING_OF_ANGLE * angle + ROUNDING_OF_STEPS * np.sqrt(arcs)
+    seconds = OVERHEAD_OF_PLATES + 1e-9 * ns
+    return Candidate(
+        RADIANS_OF_ARC,
+        np.inf,
+        error=rounding,
+        rounding=rounding,
+        seconds=seconds,
+        sample_seconds=1e-9 * ARC_SAMPLE_NS,
+        ends_at_edges=True,
+    )
 
 
 def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]:

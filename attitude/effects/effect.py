@@ -9,7 +9,7 @@ import numpy as np
 from ..documents.fields import Part
 from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import InitialState, OrbitPath, PiecewisePolynomial, Spin
+from ..problem.initial_state import InitialState, OrbitPath, Passages, PiecewisePolynomial, Spin
 from ..problem.spin_bound import free_spin
 
 
@@ -62,6 +62,10 @@ class Torque(Effect):
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """Spans (s) in which it acts, ascending, disjoint; None for always."""
+        return None
+
+    def passages(self, initial_state: InitialState) -> Passages | None:
+        """Passages through the central body's shadow; None if there is none."""
         return None
 
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:

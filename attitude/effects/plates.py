@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..documents.fields import Number, Part, Vector
 from ..documents.quantities import Area, LengthVector, check_positive, unit_vector
 from ..errors import InputError
 
-DIRECTION_COUNT = 20_000
+DIRECTION_COUNT = 5_000
 # No direction is farther than this from one of directions(), rad (a test measures it).
 COVERING = 2.6 / math.sqrt(DIRECTION_COUNT)
 MAX_NUMBERS = 1 << 18  # of plates times directions in one array
@@ -99,8 +99,12 @@ class Surfaces(NamedTuple):
         """Upper bound over all directions, m3, for a pressure of 1.
 
         The greatest of DIRECTION_COUNT directions, and what it may grow by between them: the force changes
-        by at most area (1 + specular + 2/3 diffuse) for each radian.  A few percent above the maximum.
+        by at most area (1 + specular + 2/3 diffuse) for each radian.  A few percent above the maximum.  Plans
+        and solvers ask several times for it: the last are kept.
         """
+        return _greatest_torque(*((array.tobytes(), array.shape) for array in self))
+
+    def _greatest(self) -> float:
         steepest = self.areas * (1.0 + self.specular + 2.0 / 3.0 * self.diffuse)
         reach = float(steepest @ np.sqrt((self.centres**2).sum(axis=1)))
         if reach == 0.0:
@@ -120,10 +124,17 @@ def _geometry(plates: list[OpticalPlate] | list[DragPlate]) -> tuple[np.ndarray,
     return normals, centres, np.array([plate.area.si for plate in plates])
 
 
+@lru_cache(maxsize=64)
+def _greatest_torque(*arrays: tuple[bytes, tuple[int, ...]]) -> float:
+    return Surfaces(*(np.frombuffer(data).reshape(shape) for data, shape in arrays))._greatest()
+
+
 @cache
 def directions() -> np.ndarray:
     """(DIRECTION_COUNT, 3) unit vectors, evenly over the sphere: a spiral by the golden angle."""
     k = np.arange(DIRECTION_COUNT) + 0.5
     z, longitude = 1.0 - 2.0 * k / DIRECTION_COUNT, math.pi * (3.0 - math.sqrt(5.0)) * k
     across = np.sqrt(1.0 - z * z)
-    return np.stack([across * np.cos(longitude), across * np.sin(longitude), z], axis=1)
+    spiral = np.stack([across * np.cos(longitude), across * np.sin(longitude), z], axis=1)
+    spiral.flags.writeable = False
+    return spiral

@@ -1,4 +1,4 @@
-"""Sunlit spans of an orbit: outside the cylinder of the central body's shadow."""
+"""Passages of an orbit through the central body's shadow: a cylinder, or umbra and penumbra as cones."""
 
 from __future__ import annotations
 
@@ -7,44 +7,61 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import stopping
+from ..kernels.solvers.plate_layout import CONICAL, CYLINDRICAL, DARK, FULL_STRENGTH, PARTIAL
 from ..orbit.path_states import evaluate, position, samples, velocity
-from ..problem.initial_state import OrbitPath, PiecewisePolynomial
+from ..problem.initial_state import OrbitPath, Passages, PiecewisePolynomial
 
+SUN_RADIUS = 6.957e8  # m (IAU 2015 resolution B3, nominal)
 # The height over the shadow has one minimum in each sampling step, or few.
 SAMPLES_PER_REVOLUTION = 360
 SAMPLES_PER_BLOCK = 200_000
-ROOT_TOLERANCE = 1e-10  # s
+ROOT_TOLERANCE = 1e-12  # s
 ROOT_RELATIVE_TOLERANCE = 4.5e-16  # of t: two of its last places, below which no interval can be halved
+# Within a penumbra the light begins and ends like the power 3/2 of time: arcs end at its middle, and at 1/4,
+# 1/8, ... 1/64 of it from either end (the error of each level is in docs/torques.md, section 5).
+PENUMBRA_LEVELS = 6
 
 
-def sunlit(
-    orbit_path: OrbitPath, sun: PiecewisePolynomial, radius: float, start: float, stop: float
-) -> list[tuple[float, float]]:
-    """Spans (s) from start to stop outside the shadow, ascending, disjoint.
+def passages(
+    orbit_path: OrbitPath,
+    sun: PiecewisePolynomial,
+    radius: float,
+    span: tuple[float, float],
+    shadow: int = CONICAL,
+) -> Passages:
+    """Passages of a span, s, through a shadow, CONICAL or CYLINDRICAL, of a central body of a radius, m.
 
     Every crossing between samples of opposite sides is found to ROOT_TOLERANCE (or the rounding of t); and
     where three samples on one side have an extremum between them that may lie on the other, the extremum is
     computed, so that no passage is missed but one shallower than the rounding of the position.
     """
-    height = ShadowHeight(orbit_path, sun, radius)
-    blocks = _blocks(orbit_path, start, stop)
-    crossings = np.concatenate([np.zeros(0), *(_crossings(height, t) for t in blocks)])
-    edges = np.concatenate([[start], np.unique(crossings), [stop]])
-    lit = height(0.5 * (edges[1:] + edges[:-1])) > 0.0
-    begins = edges[:-1][lit & ~np.concatenate([[False], lit[:-1]])]
-    ends = edges[1:][lit & ~np.concatenate([lit[1:], [False]])]
-    return [span for span in zip(begins.tolist(), ends.tolist(), strict=True) if span[0] < span[1]]
+    sides = (0.0,) if shadow == CYLINDRICAL else (1.0, -1.0)
+    heights = [ShadowHeight(orbit_path, sun, radius, side) for side in sides]
+    crossings = [_crossings(height, t) for t in _blocks(orbit_path, *span) for height in heights]
+    edges = np.unique(np.concatenate(crossings))
+    edges = edges[(edges > span[0]) & (edges < span[1])]
+    ends = np.concatenate([span[:1], edges, span[1:]])
+    middles = 0.5 * (ends[1:] + ends[:-1])
+    kinds = np.full(middles.size, FULL_STRENGTH)
+    kinds[heights[0](middles) < 0.0] = PARTIAL
+    kinds[(heights[-1](middles) < 0.0) & ~heights[-1].is_ring(middles)] = DARK
+    part = 0.5 ** np.arange(1, PENUMBRA_LEVELS + 1)
+    part = np.concatenate([part, 1.0 - part])
+    within = [ends[i] + (ends[i + 1] - ends[i]) * part for i in np.flatnonzero(kinds == PARTIAL)]
+    return Passages(shadow, edges, kinds, np.unique(np.concatenate([edges, *within])))
 
 
 class ShadowHeight:
-    """Distance of a body from the shadow, m, negative within; called with t, (...,), s.
+    """Distance of a body from a surface of the shadow, m, negative within; called with t, (...,), s.
 
-    On the night side its distance from the cylinder's axis less the radius, on the day side that
-    from the centre: one continuous function.
+    The surface is the cylinder behind the central body (side 0), or the cone that touches both it and the
+    Sun, crossing between them (side 1: the penumbra) or beyond (side -1: the umbra, and behind its tip the
+    part from which the Sun is a ring).  Sunward of where that touches the central body, the distance from the
+    latter.
     """
 
-    def __init__(self, orbit_path: OrbitPath, sun: PiecewisePolynomial, radius: float):
-        self.orbit_path, self.sun, self.radius = orbit_path, sun, radius
+    def __init__(self, orbit_path: OrbitPath, sun: PiecewisePolynomial, radius: float, side: float = 0.0):
+        self.orbit_path, self.sun, self.radius, self.side = orbit_path, sun, radius, side
         speed = np.sqrt((velocity(orbit_path, samples(orbit_path)) ** 2).sum(axis=1)).max()
         self.max_rate = 1.01 * float(speed)  # m/s
 
@@ -52,11 +69,24 @@ class ShadowHeight:
         """(...), m."""
         stopping.check()
         t = np.asarray(t, dtype=float)
-        r, sun = position(self.orbit_path, t.reshape(-1)), evaluate(self.sun, t.reshape(-1))
-        sun = sun / np.sqrt((sun**2).sum(axis=1))[:, None]
-        sunward = (r * sun).sum(axis=1)
-        out = np.where((sunward < 0.0)[:, None], r - sunward[:, None] * sun, r)
-        return (np.sqrt((out**2).sum(axis=1)) - self.radius).reshape(t.shape)
+        r, sunward, sine = self._along(t.reshape(-1))
+        distance2 = (r**2).sum(axis=1)
+        across = np.sqrt(np.maximum(distance2 - sunward**2, 0.0))
+        cone = across * np.sqrt(1.0 - sine**2) - np.abs(self.radius - sunward * sine)
+        height = np.where(sunward < self.radius * sine, cone, np.sqrt(distance2) - self.radius)
+        return np.asarray(height.reshape(t.shape))
+
+    def is_ring(self, t: np.ndarray) -> np.ndarray:
+        """(n,): whether the body is behind the tip of the umbra."""
+        _, sunward, sine = self._along(t)
+        return np.asarray(self.radius < sunward * sine)
+
+    def _along(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Position (n, 3), its component towards the Sun (n,), m, and sine of the cone's half angle (n,)."""
+        r, sun = position(self.orbit_path, t), evaluate(self.sun, t)
+        distance = np.sqrt((sun**2).sum(axis=1))
+        sine = self.side * (SUN_RADIUS + self.side * self.radius) / distance
+        return r, (r * sun).sum(axis=1) / distance, sine
 
 
 def _blocks(orbit_path: OrbitPath, start: float, stop: float) -> Iterator[np.ndarray]:

@@ -11,31 +11,32 @@ from ..documents.fields import Chosen
 from ..errors import InputError
 from ..frames.celestial import au
 from ..kernels import layout
+from ..kernels.solvers import plate_layout
 from ..orbit.path_states import evaluate
-from ..problem.initial_state import InitialState, PiecewisePolynomial
+from ..problem.initial_state import InitialState, Passages, PiecewisePolynomial
 from . import sun as sunlight
 from .effect import Torque, required_orbit_path, row
 from .plates import OpticalPlate, Surfaces
-from .shadow import sunlit
+from .shadow import SUN_RADIUS, passages
 
 
 class SolarPressure(Torque):
     """`{"type": "solar_pressure", "plates": [...], "sun": "astropy"}`.
 
     `sun`: "astropy" (about the Earth; needs an epoch) or `{"direction": [..3]}`, from the central body, 1 au
-    away; where the scene has an orbit, the light comes from there to the body on it.  `shadow`: whether the
-    central body's cylindrical shadow blocks the light (if left out, it does).
+    away; where the scene has an orbit, the light comes from there to the body on it.  `shadow` of the central
+    body: "conical", with a penumbra (if left out), "cylindrical" (or true), or false.
     """
 
     type: Literal["solar_pressure"]
     plates: Annotated[list[OpticalPlate], Field(min_length=1, fail_fast=True)]
     source: Annotated[Any, Chosen(sunlight.parse, sunlight.classes, ("astropy",)), Field(alias="sun")]
-    shadow: bool = True
+    shadow: bool | Literal["conical", "cylindrical"] = "conical"
 
     @property
     def needs_orbit(self) -> bool:
         """Whether there is a shadow."""
-        return self.shadow
+        return self.shadow is not False
 
     @property
     def uses_orbit(self) -> bool:
@@ -52,7 +53,7 @@ class SolarPressure(Torque):
         central = initial_state.central_body
         if central is None:
             return
-        if self.shadow and central.radius is None:
+        if self.needs_orbit and central.radius is None:
             expected = "a radius of the central body in orbit, which is that of its shadow"
             raise InputError("shadow", self.shadow, expected)
         if self.source == "astropy" and not central.is_earth:
@@ -61,27 +62,38 @@ class SolarPressure(Torque):
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row a plate."""
-        pressure = sunlight.pressure()
+        pressure, shadow = sunlight.pressure(), (plate_layout.NO_SHADOW, 0.0, 0.0)
+        if self.needs_orbit:
+            shadow = self._shadow, self._radius(initial_state), SUN_RADIUS
         return np.stack(
             [
                 row(
                     layout.SOLAR_PLATE,
                     *plate.along(initial_state.axes),
-                    *(plate.area.si, plate.specular, plate.diffuse, pressure),
+                    *(plate.area.si, plate.specular, plate.diffuse, pressure, *shadow),
                 )
                 for plate in self.plates
             ]
         )
 
-    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
-        """Sunlit spans; None for always."""
-        if not self.shadow:
-            return None
+    @property
+    def _shadow(self) -> int:
+        return plate_layout.CONICAL if self.shadow == "conical" else plate_layout.CYLINDRICAL
+
+    @staticmethod
+    def _radius(initial_state: InitialState) -> float:
         central = initial_state.central_body
         if central is None or central.radius is None:
             raise InputError("orbit", None, "an orbit about a body with a radius")
+        return central.radius
+
+    def passages(self, initial_state: InitialState) -> Passages | None:
+        """Passages through the shadow; None without one."""
+        if not self.needs_orbit:
+            return None
         orbit_path, sun = required_orbit_path(initial_state), self.sun(initial_state)
-        return sunlit(orbit_path, sun, central.radius, initial_state.start, initial_state.stop)
+        span = initial_state.start, initial_state.stop
+        return passages(orbit_path, sun, self._radius(initial_state), span, self._shadow)
 
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial:
         """Vector from the central body to the Sun, m."""

@@ -32,6 +32,10 @@ and in packages what other parts of the library need:
     solvers.torque         effects, time, attitude, rate -> torque, at all nodes of a step
     solvers.dense_output   states at instants, also within a step
     solvers.collocation    Gauss's collocation, order 32
+    solvers.plate_layout   sources, plates and the workspace of the march between their edges
+    solvers.plate_sources  directions and strengths of sources at nodes -> torques, by forms of 27 numbers
+    solvers.edge_search    the first edge of a plate within an arc; plates that change sides
+    solvers.plate_march    arcs of collocation, order 16, that end at the edges of plates
     contact.clearance      height of a body's lowest point over a plane, and a bound on the time to contact
     contact.friction       impulse at one point of contact with friction
     contact.impact         change of velocity and body rate at a contact

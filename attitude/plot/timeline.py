@@ -25,6 +25,9 @@ EVENTS = {
     "torque off": ("#8c6d00", DASHED),
     "shadow entry": ("0.2", "-"),
     "shadow exit": ("#e0a000", "-"),
+    "penumbra entry": ("0.2", DASHED),
+    "penumbra exit": ("#e0a000", DASHED),
+    "tolerance exceeded": (RED, DASHED),
 }
 
 

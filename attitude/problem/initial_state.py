@@ -27,6 +27,23 @@ class PiecewisePolynomial(NamedTuple):
     coefficients: np.ndarray
 
 
+class Passages(NamedTuple):
+    """Where the light of the Sun changes along an orbit.
+
+    Attributes
+    ----------
+    shadow : CYLINDRICAL or CONICAL (`kernels.solvers.plate_layout`)
+    edges : (n,) s, ascending, where one kind of light ends and another begins
+    kinds : (n + 1,), DARK, PARTIAL or FULL_STRENGTH, between them
+    cuts : (m,) s, ascending: the edges, and where arcs end in a penumbra besides
+    """
+
+    shadow: int
+    edges: np.ndarray
+    kinds: np.ndarray
+    cuts: np.ndarray
+
+
 class CentralBody(NamedTuple):
     """The body that is orbited.
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from . import torque_rows
-from .initial_state import InitialState, PiecewisePolynomial, Spin
+from .initial_state import InitialState, Passages, PiecewisePolynomial, Spin
 
 
 class TorqueModel(Protocol):
@@ -20,6 +20,9 @@ class TorqueModel(Protocol):
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """Return the spans in which the torque acts; None for always."""
 
+    def passages(self, initial_state: InitialState) -> Passages | None:
+        """Return the passages through the shadow that the torque ends in; None without one."""
+
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
         """Return the vector from the central body to the Sun, where the torque needs it."""
 
@@ -28,7 +31,8 @@ class TorqueModel(Protocol):
 
 
 class CachedTorque:
-    """A torque whose intervals, Sun vector and size (if it is the same for all bodies) are computed once.
+    """A torque whose intervals, passages through the shadow, Sun vector and size (if it is the same for all
+    bodies) are computed once.
 
     Finding every passage through the shadow in a year takes longer than integrating the body over that year.
     """
@@ -46,6 +50,10 @@ class CachedTorque:
         """Return the cached intervals, s."""
         return self._intervals
 
+    def passages(self, initial_state: InitialState) -> Passages | None:
+        """Return the cached passages through the shadow."""
+        return self._passages
+
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
         """Return the cached vector to the Sun, m."""
         return self._sun
@@ -57,6 +65,10 @@ class CachedTorque:
     @cached_property
     def _intervals(self) -> list[tuple[float, float]] | None:
         return self.effect.intervals(self._initial_state)
+
+    @cached_property
+    def _passages(self) -> Passages | None:
+        return self.effect.passages(self._initial_state)
 
     @cached_property
     def _sun(self) -> PiecewisePolynomial | None:

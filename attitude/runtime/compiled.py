@@ -110,6 +110,7 @@ nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
 collocate = Kernel("solvers.collocation.collocate", "s1.d1.d2.d3.d1.d1.d3.d1.d3.d1.d3")
+march = Kernel("solvers.plate_march.march", "m1.d1.d2.d3.d1.d1.d3.d3.d3.d3.d2.d2.d1.d2.d1.d3.d1.d3")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.b1.d1.d3.d3.d2")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.d1.d2.d2.d1")
 draw = Kernel("statistics.dispersion.draw", "i1.i.d1.d1.d2.d2.d2.i1")
@@ -128,6 +129,7 @@ WINGS = [
             ),
         ),
         ((collocate,),),
+        ((march,),),
         ((gyrostats,), (sample_gyrostats,)),
         ((bounce,),),
         ((interpolate,),),

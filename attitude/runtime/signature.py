@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import kernels
 from ..kernels.layout import GYROSTAT, INVARIANTS, STEPPED
+from ..kernels.solvers.plate_layout import MARCHED
 
 SOURCES = Path(kernels.__file__).parent
 COMPILER = Path(__file__).with_name("compiler.py")
@@ -23,6 +24,7 @@ ELEMENTS = {
     "g": GYROSTAT,
     "r": INVARIANTS,
     "s": STEPPED,
+    "m": MARCHED,
 }
 
 
@@ -31,7 +33,7 @@ class Signature(NamedTuple):
 
     A kind is "f" (float), "i" (int), "n" (None), or element and dimensions of a C-ordered array:
     "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS, "g1" of
-    GYROSTAT, "s1" of STEPPED.
+    GYROSTAT, "s1" of STEPPED, "m1" of MARCHED.
     """
 
     module: str

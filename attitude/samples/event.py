@@ -14,7 +14,8 @@ class Event:
     ----------
     seconds : s since the epoch
     kind : "impulse", "contact", "rest" (bounces accumulated: the ephemeris ends here), "torque on",
-        "torque off", "shadow entry", "shadow exit"
+        "torque off", "shadow entry" (the last light goes), "shadow exit", "penumbra entry", "penumbra exit",
+        "tolerance exceeded" (from here on, away from the epoch, the error is estimated above it)
     text : one line for people
     details : numbers by name, SI (of a contact: point, normal speed before, impulse ...)
     """

@@ -21,6 +21,8 @@ class Plan:
     error_bound : rad, that no attitude here exceeds; None where none is known (between attitudes of a file)
     bound_source : where the bound comes from, or that it is an estimate and of what
     simulated, left_out : of a scene's effects, by their types; those left out with the reason
+    tolerance_span : s since the epoch, in which the error is estimated below the scene's tolerance, where the
+        motion multiplies it so that it is not in all of the ephemeris; else None
     """
 
     solver: str
@@ -31,6 +33,7 @@ class Plan:
     bound_source: str = BOUND_SOURCE
     simulated: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    tolerance_span: tuple[float, float] | None = None
 
     @property
     def compute_seconds(self) -> float:

@@ -106,6 +106,8 @@ class ScenePlan:
     samples : number of instants; tolerance : rad, of the scene
     predicted_error : rad; predicted_seconds : of computing
     candidates : (solver, step or tolerance, predicted error, predicted seconds) of all solvers considered
+    tolerance_span : s, in which the tolerance is predicted to be kept, where the motion multiplies errors so
+        that it is not over the whole span; else None
     """
 
     name: str
@@ -119,6 +121,7 @@ class ScenePlan:
     predicted_error: float
     predicted_seconds: float
     candidates: tuple[tuple[str, float, float, float], ...] = ()
+    tolerance_span: tuple[float, float] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; units in the names."""
@@ -139,6 +142,7 @@ class ScenePlan:
             "tolerance_rad": self.tolerance,
             "predicted_error_rad": self.predicted_error,
             "predicted_s": self.predicted_seconds,
+            "tolerance_span_s": self.tolerance_span,
             "considered": [
                 {"solver": solver, "setting": setting, "predicted_error_rad": error, "predicted_s": seconds}
                 for solver, setting, error, seconds in self.candidates
@@ -157,6 +161,9 @@ class ScenePlan:
         lines += _under("solver", self.solver + steps)
         error = f"error {self.predicted_error:.1e} rad (asked for: {self.tolerance:.1e})"
         lines += _under("predicted", f"{error}, {_duration(self.predicted_seconds)}")
+        if self.tolerance_span is not None:
+            span = " to ".join(f"{end:.6g}" for end in self.tolerance_span)
+            lines += _under("", f"the tolerance holds from {span} s, beyond which errors grow past it")
         return "\n".join(lines) + "\n"
 
     def __str__(self) -> str:

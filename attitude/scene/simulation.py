@@ -9,6 +9,7 @@ other torques           arcs of collocation, in steps for the tolerance (`dynami
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics import coasting, integration, solver
+from ..dynamics import coasting, integration
 from ..dynamics.batch_states import Bodies, TorqueProblem
 from ..dynamics.exact_motion import ExactMotion, exact_motion
 from ..dynamics.step_selection import Candidate
@@ -26,8 +27,9 @@ from ..effects.ground import Ground
 from ..effects.impulse import Impulse
 from ..effects.uniform_gravity import UniformGravity
 from ..ephemeris import Ephemeris
-from ..errors import RegimeError
+from ..errors import AttitudeWarning, RegimeError
 from ..frames import rotations
+from ..kernels.solvers.plate_layout import DARK, FULL_STRENGTH, PARTIAL
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
@@ -53,6 +55,10 @@ CHAINED = (
 ESTIMATE = (
     "estimated over the whole span from the same solver in steps 1.2 times as long "
     "(docs/torques.md, section 4)"
+)
+ESTIMATE_OF_ARCS = (
+    "estimated over the whole span from a second solution, in other arcs and from a momentum that differs by "
+    "its rounding (docs/torques.md, section 5)"
 )
 COASTING = "closed form between impulses"
 BOUNCING = "closed form between contacts"
@@ -160,10 +166,13 @@ def applied_impulses(effects: Sequence[Effect], initial_state: InitialState) -> 
 def plan(inputs: SimulationInputs) -> ScenePlan:
     """What `run` would do, its predicted error and its predicted cost."""
     scene, samples = inputs.scene, inputs.scene.times.samples
-    order, step, considered = None, None, [inputs.candidate] if inputs.exact is None else []
+    order, step, kept = None, None, None
+    considered = [inputs.candidate] if inputs.exact is None else []
     if considered:
-        name, error = solver.NAME, considered[0].error
-        order, step = solver.ORDER, considered[0].step
+        chosen = considered[0]
+        name, order = chosen.solver, chosen.order
+        step = None if chosen.ends_at_edges else chosen.step
+        error, kept = integration.predicted_error(inputs.problem, chosen)
     elif inputs.ground is not None:
         name, error = BOUNCING, WORST_BOUND
     elif inputs.coasts:
@@ -182,7 +191,8 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
         scene.asked_tolerance,
         error,
         inputs.predicted_seconds(samples),
-        tuple((name, one.step, one.error, one.seconds) for one in considered),
+        tuple((name, one.step, error, one.seconds) for one in considered),
+        kept,
     )
 
 
@@ -234,12 +244,17 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
     if check is not None:
         check(inputs.predicted_seconds(instants.seconds.size))
     answer = integration.solve(inputs.problem, with_pushes(inputs, instants), inputs.candidate)
-    text = f"{solver.NAME}: {answer.steps} steps, {answer.sweeps} sweeps"
-    source = ESTIMATE
-    if np.isfinite(answer.good_until):
+    candidate, kept = answer.candidate, answer.kept
+    steps = "arcs" if candidate.ends_at_edges else "steps"
+    text = f"{candidate.solver}: {answer.steps} {steps}, {answer.sweeps} sweeps"
+    source = ESTIMATE_OF_ARCS if candidate.ends_at_edges else ESTIMATE
+    if kept is None and np.isfinite(answer.good_until):
         source += f"; within {integration.REPORTED_TOLERANCE:.0e} rad up to {answer.good_until:.6g} s"
-    plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, source)
-    events = (*switching_events(inputs), *impulse_events(inputs.kicks))
+    plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, source, tolerance_span=kept)
+    if kept is not None:
+        text = integration.outgrown(inputs.scene.asked_tolerance, kept, answer.error)
+        warnings.warn(text, AttitudeWarning, stacklevel=2)
+    events = (*switching_events(inputs), *_limit_events(inputs, kept), *impulse_events(inputs.kicks))
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
 
 
@@ -345,15 +360,36 @@ def impulse_events(kicks: Sequence[AppliedImpulse]) -> list[Event]:
     ]
 
 
+# What an edge of a shadow is called, by the light before and after it.
+PASSAGES = {
+    (FULL_STRENGTH, PARTIAL): "penumbra entry",
+    (PARTIAL, FULL_STRENGTH): "penumbra exit",
+    (FULL_STRENGTH, DARK): "shadow entry",
+    (PARTIAL, DARK): "shadow entry",
+    (DARK, PARTIAL): "shadow exit",
+    (DARK, FULL_STRENGTH): "shadow exit",
+}
+
+
 def switching_events(inputs: SimulationInputs) -> list[Event]:
-    """Where torques begin and end; for sunlight, where the shadow ends and begins."""
-    events = []
-    low, high = min(inputs.initial_state.start, 0.0), max(inputs.initial_state.stop, 0.0)
+    """Where torques begin and end, and where the light does."""
+    switched: list[tuple[float, str, str]] = []
     for torque in inputs.torques:
-        is_sunlight = torque.type == "solar_pressure"
-        kinds = ("shadow exit", "shadow entry") if is_sunlight else ("torque on", "torque off")
         for interval in torque.intervals(inputs.initial_state) or []:
-            for seconds, kind in zip(interval, kinds, strict=True):
-                if low < seconds < high:
-                    events.append(Event(seconds, kind, f"{kind}: {torque.type}"))
-    return events
+            kinds = zip(interval, ("torque on", "torque off"), strict=True)
+            switched += [(seconds, kind, torque.type) for seconds, kind in kinds]
+        passages = torque.passages(inputs.initial_state)
+        if passages is not None:
+            for seconds, *light in zip(passages.edges, passages.kinds[:-1], passages.kinds[1:], strict=True):
+                switched.append((float(seconds), PASSAGES[tuple(light)], torque.type))
+    low, high = min(inputs.initial_state.start, 0.0), max(inputs.initial_state.stop, 0.0)
+    return [Event(t, kind, f"{kind}: {cause}") for t, kind, cause in switched if low < t < high]
+
+
+def _limit_events(inputs: SimulationInputs, kept: tuple[float, float] | None) -> list[Event]:
+    """From where on the error is estimated above the tolerance."""
+    if kept is None:
+        return []
+    text = f"estimated error above {inputs.scene.asked_tolerance:.1e} rad"
+    ends = zip(kept, (inputs.initial_state.start, inputs.initial_state.stop), strict=True)
+    return [Event(end, "tolerance exceeded", text) for end, last in ends if abs(end) < abs(last)]

@@ -44,6 +44,9 @@ class Rows:
     def intervals(self, initial_state):
         return self._intervals
 
+    def passages(self, initial_state):
+        return None
+
     def sun(self, initial_state):
         return self._sun
 

@@ -123,7 +123,7 @@ def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(n
     momenta = rng.normal(size=(len(states_at_epoch), 3))
     states = block.states(bodies.attitude, momenta)
     assert torque.follows_axes
-    keeps_axis = name not in ("wheels", "dissipation")  # momentum along an axis of symmetry
+    keeps_axis = name not in ("wheels", "dissipation", *PLATED)  # momentum along an axis of symmetry
     for i, one in enumerate(states_at_epoch):
         ordered = one.ordered(order_of(one.moments))
         rows = made.effects[0].rows(ordered)
@@ -140,7 +140,8 @@ def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(n
             assert np.allclose(block.body[i, first : first + size], row[1 : 1 + size], rtol=1e-13, atol=1e-15)
         alike = abs(ordered.moments[0] - ordered.moments[1]) <= 1e-15 * ordered.moments[1]
         assert block.symmetric[i] == (alike and keeps_axis)
-        assert block.is_smooth == (name not in ("solar_pressure", "drag"))
+        assert block.is_smooth
+        assert (block.plates is not None) == (name in PLATED)
         own = matrix(states[i, :4])
         assert np.allclose(own @ axes, matrix(one.attitude), atol=1e-14)
         assert states[i, layout.AXIAL] == pytest.approx((own.T @ momenta[i])[2], abs=1e-14)
@@ -148,6 +149,7 @@ def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(n
 
 
 # Where the numbers of rows that become part of the body stand in it, and how many they are.
+PLATED = ("solar_pressure", "drag")
 PLACES = {
     layout.WHEELS: (layout.ROTORS, 3),
     layout.DISSIPATION: (layout.ALPHA, 1),

@@ -8,7 +8,7 @@ from attitude import InputError, Scene
 from tests.dynamics.motions import angle, initial_state, integrated, matrix
 
 MU, RADIUS = 3.986004e14, 6378100.0  # nominal Earth (IAU 2015)
-C, SOLAR_CONSTANT, AU = 299792458.0, 1361.0, 149597870700.0
+C, SOLAR_CONSTANT, AU, SUN_RADIUS = 299792458.0, 1361.0, 149597870700.0, 6.957e8
 MOMENTS = (10.0, 14.0, 17.0)
 # A solver's own tolerance, and how far SciPy's answer at rtol 1e-12 may be from it after tens of radians.
 TIGHT, AGREEMENT = 1e-11, 1e-10
@@ -203,7 +203,8 @@ def test_sunlight_agrees_with_scipy_and_ends_at_the_shadow():
     entry, end = 0.5 * period - half, 0.5 * period + half
     t = np.array([0.0, 1000.0, entry - 1.0, entry + 200.0, end - 200.0, end + 1.0, 5500.0])
     moments, rate = (100.0, 140.0, 170.0), (6e-5, 4e-5, -5e-5)
-    run = scene(sunlight(lit), moments=moments, rate=rate, elapsed=t, orbit=orbit()).run()
+    light = sunlight(lit, shadow="cylindrical")
+    run = scene(light, moments=moments, rate=rate, elapsed=t, orbit=orbit()).run()
     assert [(event.kind, event.seconds) for event in run.events] == [
         ("shadow entry", pytest.approx(entry, abs=1e-6)),
         ("shadow exit", pytest.approx(end, abs=1e-6)),
@@ -242,6 +243,34 @@ def agrees_in_pieces(run, torque, cuts, within=AGREEMENT):
             assert angle(run.quaternion("wxyz")[inside].T, found[:, :-1]) < within
         q, w, before = found[:, -1], rates[:, -1], cut
     assert angle(run.quaternion("wxyz")[-1:].T, q[:, None]) < within
+
+
+def free_part(a, behind):
+    """Part of the Sun's disc that is free, seen an angle from the point behind the Earth; by quadrature."""
+    r = a * np.array([-np.cos(behind), np.sin(behind), 0.0])
+    sun = np.array([AU, 0.0, 0.0]) - r
+    own, other = np.arcsin(SUN_RADIUS / np.linalg.norm(sun)), np.arcsin(RADIUS / a)
+    between = np.arctan2(np.linalg.norm(np.cross(sun, -r)), -(sun @ r))
+    # strips of the Sun's disc across the line of centres: their length, less what the other disc covers
+    angles = np.linspace(0.0, np.pi, 200_001)
+    x, half = own * np.cos(angles), own * np.sin(angles)
+    covered = np.minimum(half, np.sqrt(np.maximum(other**2 - (between - x) ** 2, 0.0)))
+    return np.trapezoid((half - covered) * half, angles) / np.trapezoid(half * half, angles)
+
+
+@pytest.mark.parametrize(("a", "into"), [(7e6, 0.3), (7e6, 0.8), (4.2e7, 0.5), (2e9, 0.5), (2e9, 1.5)])
+def test_light_in_a_penumbra_is_that_of_the_part_of_the_disc_that_is_free(a, into):
+    """`into`: of the way from the first touch of the discs to the second; beyond, the Sun is a ring."""
+    own, other = SUN_RADIUS / (AU + a), np.arcsin(RADIUS / a)
+    behind = own + other - 2.0 * into * min(own, other)
+    part = free_part(a, behind)
+    lit = plate(2.0, [1, 0, 0], [0.0, 0.5, 0.0])
+    place = orbit(a, true_anomaly=quantity(180.0 - np.degrees(behind), "deg"))
+    torque = {
+        shadow: instant_torque(sunlight(lit, shadow=shadow), orbit=place) for shadow in ("conical", False)
+    }
+    assert 0.0 < part < 1.0
+    assert torque["conical"] == pytest.approx(part * torque[False], rel=1e-5)
 
 
 @pytest.mark.parametrize("a", [7e6, 4.2164e7], ids=["low orbit", "geostationary"])

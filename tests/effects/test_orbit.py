@@ -16,8 +16,9 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeWarning, InputError, Scene
-from attitude.effects.shadow import ShadowHeight, sunlit
+from attitude.effects.shadow import SUN_RADIUS, ShadowHeight, passages
 from attitude.effects.sun import from_earth
+from attitude.kernels.solvers.plate_layout import CONICAL, CYLINDRICAL, DARK, FULL_STRENGTH, PARTIAL
 from attitude.orbit.orbit import earth
 from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, velocity
 from attitude.problem.initial_state import PiecewisePolynomial
@@ -355,6 +356,37 @@ def fixed_sun(*direction):
     return PiecewisePolynomial(0.0, 1.0, AU * direction[None, :, None])
 
 
+def sunlit(made, sun, radius, start, stop):
+    """Spans outside the cylinder of the shadow."""
+    found = passages(made, sun, radius, (start, stop), CYLINDRICAL)
+    ends = np.concatenate([[start], found.edges, [stop]]).tolist()
+    return [span for span, kind in zip(pairwise(ends), found.kinds, strict=True) if kind == FULL_STRENGTH]
+
+
+def discs(made, sun, radius, t):
+    """Apparent radii of the Sun and of the central body, and the angle between their centres: (3, n) rad."""
+    r = position(made, t)
+    to_sun = evaluate(sun, t) - r
+    distance, height = np.linalg.norm(to_sun, axis=1), np.linalg.norm(r, axis=1)
+    between = np.arctan2(np.linalg.norm(np.cross(to_sun, -r), axis=1), -(to_sun * r).sum(axis=1))
+    return np.array([np.arcsin(SUN_RADIUS / distance), np.arcsin(radius / height), between])
+
+
+@pytest.mark.parametrize("a", [6.8e6, 4.2e7, 2e9])  # the last is behind the tip of the umbra
+def test_penumbra_begins_and_ends_where_the_discs_touch(a):
+    made = path({"semi_major_axis": quantity(a, "m")})
+    sun = fixed_sun(1, 0.2, 0.0)
+    found = passages(made, sun, RADIUS, (0.0, made.period), CONICAL)
+    ring = a > RADIUS * AU / SUN_RADIUS
+    assert found.kinds.tolist() == [FULL_STRENGTH, PARTIAL, PARTIAL if ring else DARK, PARTIAL, FULL_STRENGTH]
+    own, other, between = discs(made, sun, RADIUS, found.edges)
+    touching = np.abs(own - other)
+    touching[[0, 3]] = (own + other)[[0, 3]]
+    assert np.abs(between - touching).max() < 1e-13 * (1.0 + a / 1e7)
+    assert set(found.edges) < set(found.cuts)
+    assert len(found.cuts) == 4 + (3 if ring else 2) * 11
+
+
 def test_shadow_of_a_circular_orbit_with_the_sun_in_its_plane():
     # the shadow is as wide as the Earth: half-angle asin(R/a) about the point opposite the Sun
     made = path({"semi_major_axis": quantity(8000, "km")})
@@ -435,13 +467,17 @@ def test_spans_of_any_orbit_are_those_of_close_sampling(seed):
     assert np.abs(ShadowHeight(made, sun, RADIUS)(inner)).max(initial=0.0) < 1e-5  # m: 1e-9 s at 8 km/s
 
 
-def test_sunlight_of_a_scene_is_cut_to_its_span():
+def test_shadow_of_a_scene_is_conical_or_as_it_says():
     made, initial_state = built("solar_pressure", times={"start": 0, "stop": 1, "count": 2, "unit": "d"})
-    spans = made.intervals(initial_state)
-    assert (spans[0][0], spans[-1][1]) == (0.0, 86400.0)
-    assert len(spans) > 10
+    found = made.passages(initial_state)
+    assert found.shadow == CONICAL
+    assert 0.0 < found.edges[0] < found.edges[-1] < 86400.0
+    assert len(found.edges) > 40
+    for shadow, expected in (("cylindrical", CYLINDRICAL), (True, CYLINDRICAL), ("conical", CONICAL)):
+        made, initial_state = built("solar_pressure", {"shadow": shadow})
+        assert made.passages(initial_state).shadow == expected
     unshaded, initial_state = built("solar_pressure", {"shadow": False}, orbit=GONE)
-    assert unshaded.intervals(initial_state) is None
+    assert unshaded.passages(initial_state) is None
 
 
 def test_earth_is_that_of_astropy():

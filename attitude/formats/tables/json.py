@@ -56,7 +56,7 @@ def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
         "left_out": plan.left_out,
         "error_bound_rad": plan.error_bound,
         "error_bound_source": plan.bound_source,
-    }
+    } | ({} if plan.tolerance_span is None else {"tolerance_span_s": plan.tolerance_span})
 
 
 def cost_of(plan: Plan | None, sample_seconds: float | None = None) -> dict[str, float] | None:

@@ -207,7 +207,7 @@ def _along_nodes(state, time, h, start, world, work):
         sine, cosine = sine_cosine(work[TURNED * NODES + i], 0.0)
         work[COSINE * NODES + i], work[SINE * NODES + i] = cosine, sine
     if orbit[0] != NO_ORBIT:
-        places_and_speeds(orbit, pieces, frame, work)
+        places_and_speeds(orbit, pieces, frame, work, NODES)
     if sun[2] != 0.0:
         for i in range(NODES):
             now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]

@@ -3,7 +3,7 @@
 import math
 
 from ..intrinsics import fma, inlined
-from ..layout import KEPLER, NODES, PLACE, SPEED, TIME, TIME_LOW
+from ..layout import KEPLER, PLACE, SPEED, TIME, TIME_LOW
 from ..phase import ROUND, argument, sine_cosine
 from ..rotation import PER_TURN, rotated_back
 from ..vectors import add_scaled, scaled
@@ -15,81 +15,81 @@ MOST_ROUNDS = 12
 
 
 @inlined
-def places_and_speeds(orbit, pieces, frame, work):
+def places_and_speeds(orbit, pieces, frame, work, nodes):
     """Position, m, and velocity, m/s, at all nodes of a step, along its axes, into the workspace.
 
     orbit : (ORBIT_WIDTH,), of an orbit, and pieces : (n, 3, degree + 1), as `layout` has them
     frame : quaternion from the axes of the step to inertial ones
     """
     if orbit[0] == KEPLER:
-        _two_body(orbit, frame, work)
+        _two_body(orbit, frame, work, nodes)
         return
-    for i in range(NODES):
-        now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+    for i in range(nodes):
+        now, now_low = work[TIME * nodes + i], work[TIME_LOW * nodes + i]
         r, v = along_pieces(pieces, orbit[1], orbit[2], now, now_low)
-        _put(work, i, rotated_back(frame, r), rotated_back(frame, v))
+        _put(work, nodes, i, rotated_back(frame, r), rotated_back(frame, v))
 
 
 @inlined
-def _two_body(orbit, frame, work):
+def _two_body(orbit, frame, work, nodes):
     a, e, rate = orbit[1], orbit[2], orbit[6]
     minor = math.sqrt((1.0 - e) * (1.0 + e))
     P = rotated_back(frame, (orbit[7], orbit[8], orbit[9]))
     Q = rotated_back(frame, (orbit[10], orbit[11], orbit[12]))
-    for i in range(NODES):
-        now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
+    for i in range(nodes):
+        now, now_low = work[TIME * nodes + i], work[TIME_LOW * nodes + i]
         turns, rest = argument(orbit[4], orbit[5], now, now_low, orbit[3], 0.0)
         sine, cosine = sine_cosine(turns, rest)
         M = ((turns - ((turns + ROUND) - ROUND)) + rest) * TURN
-        work[PLACE * NODES + i], work[(PLACE + 1) * NODES + i] = cosine, sine
-        work[SPEED * NODES + i] = M
+        work[PLACE * nodes + i], work[(PLACE + 1) * nodes + i] = cosine, sine
+        work[SPEED * nodes + i] = M
     if e != 0.0:
-        _eccentric_anomalies(e, work)
-    for i in range(NODES):
-        cosine, sine = work[PLACE * NODES + i], work[(PLACE + 1) * NODES + i]
+        _eccentric_anomalies(e, work, nodes)
+    for i in range(nodes):
+        cosine, sine = work[PLACE * nodes + i], work[(PLACE + 1) * nodes + i]
         speed = a * rate / fma(-e, cosine, 1.0)
         r = add_scaled(scaled(a * (cosine - e), P), a * minor * sine, Q)
         v = add_scaled(scaled(-speed * sine, P), speed * minor * cosine, Q)
-        _put(work, i, r, v)
+        _put(work, nodes, i, r, v)
 
 
 @inlined
-def _put(work, i, r, v):
+def _put(work, nodes, i, r, v):
     for j in range(3):
-        work[(PLACE + j) * NODES + i] = r[j]
-        work[(SPEED + j) * NODES + i] = v[j]
+        work[(PLACE + j) * nodes + i] = r[j]
+        work[(SPEED + j) * nodes + i] = v[j]
 
 
 @inlined
-def _eccentric_anomalies(e, work):
+def _eccentric_anomalies(e, work, nodes):
     """Cosine and sine of the eccentric anomaly E of M = E - e sin E at all nodes, from those of M.
 
     Danby's iteration of fourth order until the change at every node leaves an error below rounding.
     Source: Danby, Fundamentals of Celestial Mechanics, 2nd ed., section 6.6.
     """
-    for i in range(NODES):
-        M, cosine, sine = work[SPEED * NODES + i], work[PLACE * NODES + i], work[(PLACE + 1) * NODES + i]
+    for i in range(nodes):
+        M, cosine, sine = work[SPEED * nodes + i], work[PLACE * nodes + i], work[(PLACE + 1) * nodes + i]
         near = M + e * sine * fma(e, cosine, 1.0)
         # beyond e = 0.9 the series is no start near the pericentre: Danby's own converges for every e < 1
-        work[(SPEED + 1) * NODES + i] = near if e < 0.9 else M + math.copysign(0.85 * e, sine)
+        work[(SPEED + 1) * nodes + i] = near if e < 0.9 else M + math.copysign(0.85 * e, sine)
     for _ in range(MOST_ROUNDS):
         greatest = 0.0
-        for i in range(NODES):
-            M, E = work[SPEED * NODES + i], work[(SPEED + 1) * NODES + i]
+        for i in range(nodes):
+            M, E = work[SPEED * nodes + i], work[(SPEED + 1) * nodes + i]
             sine, cosine = sine_cosine(E * PER_TURN, 0.0)
             f = (E - e * sine) - M
             f1, f2, f3 = 1.0 - e * cosine, e * sine, e * cosine
             step = -f / f1
             step = -f / fma(0.5 * step, f2, f1)
             step = -f / fma(step, fma(step, f3 / 6.0, 0.5 * f2), f1)
-            work[(SPEED + 1) * NODES + i] = E + step
-            work[(SPEED + 2) * NODES + i] = abs(step)
+            work[(SPEED + 1) * nodes + i] = E + step
+            work[(SPEED + 2) * nodes + i] = abs(step)
             # the rest of the change, to second order in it
             half = 0.5 * step * step
-            work[PLACE * NODES + i] = cosine - step * sine - half * cosine
-            work[(PLACE + 1) * NODES + i] = sine + step * cosine - half * sine
-        for i in range(NODES):
-            greatest = max(greatest, work[(SPEED + 2) * NODES + i])
+            work[PLACE * nodes + i] = cosine - step * sine - half * cosine
+            work[(PLACE + 1) * nodes + i] = sine + step * cosine - half * sine
+        for i in range(nodes):
+            greatest = max(greatest, work[(SPEED + 2) * nodes + i])
         if greatest < 3e-6:
             break
 

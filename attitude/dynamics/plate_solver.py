@@ -1,0 +1,56 @@
+"""The solver of scenes with plates: arcs that end at the plates' edges (docs/torques.md, section 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .. import stopping
+from ..kernels.solvers import plate_layout
+from ..problem.torque_model import CachedTorque
+from ..runtime import compiled
+from .plate_arguments import scheme
+from .solver import SolverTask, SolverWork
+
+NAME = "gauss, order 16, in arcs between the edges of plates"
+STRIDE = 1.5  # arcs of the coarser solution over those of the answer
+
+
+def take_arcs(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
+    """Step the bodies of a task, in arcs of no more than `setting.step` rad; else as `solver.take_steps`."""
+    arguments, plates = task.arguments, task.arguments.plates
+    assert plates is not None
+    records = _records(task)
+    sources = plates.sources.shape[1]
+    rows = plate_layout.SCHEME_ROWS + plate_layout.ROWS_PER_SOURCE * sources
+    work = np.zeros(rows * plate_layout.ARC_NODES)
+    work[: scheme().size] = scheme()
+    try:
+        compiled.march(
+            *(records, np.array([task.start, task.stop]), task.instants, task.out),
+            *(work, stopping.current().flag),
+            *(plates.plates, plates.base, plates.sources, plates.user_rows),
+            np.zeros((plates.plates.shape[1], 2)),
+            np.zeros((sources, plate_layout.FORM_WIDTH)),
+            *(plates.cuts, plates.lights, *arguments.surroundings),
+        )
+        stopping.current().check()
+    finally:
+        for torque in torques:
+            torque.raise_failure()
+    task.states[task.which] = records["state"]
+    arcs, sweeps, _, failed = records["counts"].T
+    return SolverWork(arcs, sweeps, failed, records["edges"])
+
+
+def _records(task: SolverTask) -> np.ndarray:
+    """(k,) records of MARCHED: the bodies of a task."""
+    plates, which, setting = task.arguments.plates, task.which, task.setting
+    assert plates is not None
+    records = np.zeros(len(which), plate_layout.MARCHED)
+    records["index"], records["state"] = which, task.states[which]
+    records["body"] = task.arguments.body[which]
+    records["constant"], records["pace"] = plates.constant[which], plates.pace[which]
+    records["theta"] = setting.step[which] * (STRIDE if setting.coarsely else 1.0)
+    return records

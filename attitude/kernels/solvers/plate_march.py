@@ -1,0 +1,590 @@
+"""Motion of a body of flat plates, in arcs that end where a plate turns its edge to a source.
+
+Within an arc the set of lit plates is fixed and everything is analytic.  The arc is solved by Gauss's
+collocation of eight nodes around the rotation of the nearest symmetric body ((T7) and (T8) of
+docs/torques.md); the first edge within it is found on the polynomials of the directions, the arc is solved
+again up to there, and the plate changes sides.  docs/torques.md, section 5.
+"""
+
+import math
+
+from ..doubledouble import two_product, two_sum
+from ..intrinsics import fma, inlined, kernel, routine
+from ..layout import (
+    ALPHA,
+    ATTITUDE,
+    ATTITUDE_LOW,
+    INVERSES,
+    MOMENTUM,
+    MOMENTUM_LOW,
+    NO_ORBIT,
+    ROTORS,
+    STATE,
+    TO_AXES,
+)
+from ..phase import sine_cosine
+from ..rotation import PER_TURN, product, rotated, rotated_back
+from ..vectors import add_scaled, cross, dot, scaled
+from .dense_output import later, momentum_of, write
+from .edge_search import (
+    column_of,
+    combined,
+    find_ends,
+    find_powers,
+    find_reach,
+    first_edge,
+    flip_plates,
+    light_plates,
+    row_of,
+    weighted,
+)
+from .orbit_path import along_pieces, places_and_speeds
+from .plate_layout import (
+    ABOUT,
+    ARC_NODES,
+    AT,
+    CHANGE,
+    COSINE,
+    DEPARTED,
+    MATRIX,
+    MOMENT,
+    OUTER,
+    PLACE,
+    RATE,
+    ROTATION,
+    SINE,
+    SLOPE,
+    SPEED,
+    STAGE,
+    SUN,
+    TIME,
+    TIME_LOW,
+    TO_POWERS,
+    TORQUE,
+    UNKNOWNS,
+    WEIGHTS,
+)
+from .plate_sources import add_torques, at, four, place_sources, put, sum_forms
+from .torque import eddies_of, rate_of, taken_by_eddies, three, users
+
+MOST_SWEEPS, MOST_HALVINGS = 40, 40
+# What the next sweep may still change where edges are foretold, and where an arc is solved.
+FORETOLD, SOLVED = 1e-8, 1e-19
+# An arc is tried in so many times the mean length of those before it.
+LENGTHENING = 2.5
+# Flips after which the forms, from which plates are taken and to which they are added, are summed anew.
+FLIPS_BETWEEN_SUMS = 32
+
+
+@kernel
+def march(bodies, span, instants, out, work, halted, *arrays):
+    """Step every body from one instant to another, and write its states at the instants between them.
+
+    Parameters
+    ----------
+    bodies : (k,) records of MARCHED
+    span : (2,) s, where it begins and ends; instants : (2, m), two-part, in the order of the march
+    out : (n, 10, m), written
+    work : of SCHEME_ROWS and ROWS_PER_SOURCE for each source, which begins with the scheme
+    halted : (1,), set by another thread to end the march
+    arrays : plates (n, P, PLATE_WIDTH), in components along the axes; forms of the sources without plates
+        (n, S, FORM_WIDTH); sources (n, S, SOURCE_WIDTH); functions of the user's (n, U, EFFECT_WIDTH);
+        scratch (P, 2) and (S, FORM_WIDTH); cuts (c,) s, ascending, where arcs end besides; lights (c + 1, S),
+        of the sources between them; orbit, its pieces, sun, its pieces, as `layout` has them
+    """
+    plates, base, sources, user_rows, flags, forms = arrays[:6]
+    world = arrays[6:]
+    for i in range(bodies.shape[0]):
+        k = bodies[i].index
+        own = plates[k], base[k], sources[k], user_rows[k]
+        _march(bodies[i], span, instants, out[k], halted, own, (work, flags, forms), world)
+        if halted[0] != 0.0:
+            return
+
+
+@routine
+def _march(record, span, instants, out, halted, own, memory, world):
+    cuts, lights = world[0], world[1]
+    state, sign = record.state, 1.0 if span[1] >= span[0] else -1.0
+    t, t_low, written, mean = span[0], 0.0, 0, math.inf
+    interval = _interval(cuts, t, sign)
+    _begin(record, (t, t_low, lights[interval]), own, memory, world)
+    while sign * ((span[1] - t) - t_low) > 0.0:
+        if halted[0] != 0.0:
+            return
+        now = t, t_low, lights[interval]
+        remaining, to_cut = sign * ((span[1] - t) - t_low), _to_cut(cuts, interval, t, t_low, sign)
+        pace = _pace(record, world, memory[0])
+        h = sign * min(remaining, to_cut, LENGTHENING * mean, record.theta / pace)
+        h, part = _solve_arc(record, now, h, own, memory, world)
+        for j in range(STATE):
+            record.start[j] = state[j]
+        _advance(state, record.body, h, memory[0])
+        if not abs(state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
+            record.counts[3] += 1
+            return
+        last, before = _instants_before(instants, written, (t, t_low, sign), h), h
+        for i in range(last - 1, written - 1, -1):  # backwards: each from the longer one before
+            if halted[0] != 0.0:
+                return
+            since = _since(instants, i, t, t_low)
+            _write_between(record, now, (before, since), own, memory, world)
+            write(record.between, (record.body, False), out, i)
+            before = since
+        written = last
+        _change_sides(record, now[2], pace, sign if part < 1.0 else 0.0, own, memory)
+        if part < 1.0 or abs(h) < min(remaining, to_cut):
+            t, t_low = later(t, t_low, h)
+        else:
+            t, t_low = span[1], 0.0
+            if to_cut < remaining:
+                t = cuts[interval if sign > 0.0 else interval - 1]
+                interval += 1 if sign > 0.0 else -1
+                _light(record, lights[interval], own, memory)
+        mean = abs(h) if mean == math.inf else 0.8 * mean + 0.2 * abs(h)
+    for i in range(written, instants.shape[1]):
+        write(state, (record.body, False), out, i)
+
+
+@routine
+def _begin(record, now, own, memory, world):
+    """What is lit at the start, where all nodes are put."""
+    _place(record, record.state, now, 0.0, own, memory, world)
+    find_ends(own[2].shape[0], 1.0, memory[0])
+    _light(record, now[2], own, memory)
+
+
+@inlined
+def _light(record, light, own, memory):
+    plates, base, (work, flags, forms) = own[0], own[1], memory
+    light_plates(plates, light, _attitude(record.state), flags, work)
+    sum_forms(base, plates, flags, forms)
+
+
+@routine
+def _solve_arc(record, now, h, own, memory, world):
+    """Length, s, of the arc up to the first edge, and its part of the one tried: above 1 without an edge."""
+    work, flags, plates, sources = memory[0], memory[1], own[0], own[2]
+    settled = False
+    for _ in range(MOST_HALVINGS):
+        _place(record, record.state, now, h, own, memory, world)
+        _clear(work)
+        sweeps, settled = _settle(record, record.state, h, FORETOLD, own, memory)
+        record.counts[1] += sweeps
+        if settled:
+            break
+        h *= 0.5
+    find_powers(sources.shape[0], work)
+    find_reach(sources.shape[0], work)
+    part = first_edge(plates, now[2], flags, work)
+    if part < 1.0:
+        _shorten(part, work)
+        h *= part
+        _place(record, record.state, now, h, own, memory, world)
+        _stages(h, 1.0, work)
+    sweeps, solved = _settle(record, record.state, h, SOLVED, own, memory)
+    record.counts[0] += 1
+    record.counts[1] += sweeps
+    record.counts[3] += 0 if settled and solved else 1
+    find_powers(sources.shape[0], work)
+    find_ends(sources.shape[0], h, work)
+    return h, part
+
+
+@routine
+def _write_between(record, now, lengths, own, memory, world):
+    """The state at an instant within the arc into `between`: the arc, shortened from a length to another."""
+    before, since = lengths
+    for j in range(STATE):
+        record.between[j] = record.start[j]
+    if since != 0.0:
+        work = memory[0]
+        _shorten(since / before, work)
+        _place(record, record.start, now, since, own, memory, world)
+        _stages(since, 1.0, work)
+        _settle(record, record.start, since, SOLVED, own, memory)
+        _advance(record.between, record.body, since, work)
+
+
+@routine
+def _change_sides(record, light, pace, falling, own, memory):
+    """Plates that are at their edges change sides, and the momentum by what these were missed by."""
+    plates, base, (work, flags, forms), state = own[0], own[1], memory, record.state
+    q = _attitude(state)
+    flips, missed, uncertain = flip_plates(plates, light, (q, pace, falling), flags, forms, work)
+    if flips:
+        before = record.counts[2] // FLIPS_BETWEEN_SUMS
+        record.counts[2] += flips
+        sign = 1.0 if falling >= 0.0 else -1.0
+        _add_momentum(state, scaled(sign, rotated(q, missed)))
+        record.edges += uncertain * _turn_per_momentum(record)
+        if record.counts[2] // FLIPS_BETWEEN_SUMS != before:
+            sum_forms(base, plates, flags, forms)
+
+
+@inlined
+def _attitude(state):
+    return state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
+
+
+@inlined
+def _since(instants, i, t, t_low):
+    return ((instants[0, i] - t) - t_low) + instants[1, i]
+
+
+@routine
+def _instants_before(instants, first, now, h):
+    """How many instants are before the end of the arc, in the direction `now` gives with its start."""
+    t, t_low, sign = now
+    while first < instants.shape[1] and sign * _since(instants, first, t, t_low) < abs(h):
+        first += 1
+    return first
+
+
+@routine
+def _interval(cuts, t, sign):
+    """Which of the intervals between cuts begins at t, in the direction of the march."""
+    interval = 0
+    while interval < cuts.shape[0] and (cuts[interval] <= t if sign > 0.0 else cuts[interval] < t):
+        interval += 1
+    return interval
+
+
+@inlined
+def _to_cut(cuts, interval, t, t_low, sign):
+    """s to the next cut."""
+    if sign > 0.0:
+        return (cuts[interval] - t) - t_low if interval < cuts.shape[0] else math.inf
+    return (t - cuts[interval - 1]) + t_low if interval > 0 else math.inf
+
+
+@routine
+def _pace(record, world, work):
+    """rad/s by which arcs are measured: of the body, what torques make of it, the orbit at the last node."""
+    rate = _rate(record)
+    square = dot(rate, rate) + record.pace
+    if world[2][0] != NO_ORBIT:
+        r, v = at(work, PLACE, ARC_NODES - 1), at(work, SPEED, ARC_NODES - 1)
+        square += dot(v, v) / max(dot(r, r), 1e-300)
+    return math.sqrt(max(square, 1e-300))
+
+
+@inlined
+def _rate(record):
+    state, body = record.state, record.body
+    m = rotated_back(_attitude(state), momentum_of(state))
+    return rate_of(three(body, INVERSES), three(body, ROTORS), m)
+
+
+@routine
+def _turn_per_momentum(record):
+    """By how much the rate changes with the momentum, 1/(kg m2): about, and at most."""
+    body, L = record.body, momentum_of(record.state)
+    rate, size = _rate(record), math.sqrt(dot(L, L))
+    most = max(body[INVERSES], body[INVERSES + 1], body[INVERSES + 2])
+    return min(most, math.sqrt(dot(rate, rate)) / size) if size > 0.0 else most
+
+
+@routine
+def _place(record, state, now, h, own, memory, world):
+    """What is known of the nodes beforehand: times, the two constant turns, places, directions, strengths."""
+    (t, t_low, light), body, work = now, record.body, memory[0]
+    orbit, pieces, sun, sun_pieces = world[2:]
+    L = momentum_of(state)
+    size = math.sqrt(dot(L, L))
+    inverse = 1.0 / size if size > 0.0 else 0.0
+    across, spin, _ = _constants(state, body)
+    half, phase = 0.5 * PER_TURN * size * across, 0.5 * PER_TURN * spin
+    for i in range(ARC_NODES):
+        time = work[AT * ARC_NODES + i] * h
+        sine, cosine = sine_cosine(half * time, 0.0)
+        sine *= inverse
+        work[ABOUT * ARC_NODES + i] = cosine
+        put(work, ABOUT + 1, i, scaled(sine, L))
+        work[SINE * ARC_NODES + i], work[COSINE * ARC_NODES + i] = sine_cosine(phase * time, 0.0)
+        work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i] = later(t, t_low, time)
+    if orbit[0] != NO_ORBIT:
+        places_and_speeds(orbit, pieces, (1.0, 0.0, 0.0, 0.0), work, ARC_NODES)
+    if sun[2] != 0.0:
+        for i in range(ARC_NODES):
+            now, now_low = work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i]
+            place, _ = along_pieces(sun_pieces, sun[0], sun[1], now, now_low)
+            put(work, SUN, i, place)
+    place_sources(own[2], light, work)
+
+
+@inlined
+def _constants(state, body):
+    """(mean inverse moment across axis 3, rate of the turn about it, momentum along it), at the start."""
+    axial = rotated_back(_attitude(state), momentum_of(state))[2]
+    across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
+    return across, fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2]), axial
+
+
+@routine
+def _clear(work):
+    for i in range(STAGE * ARC_NODES, (STAGE + UNKNOWNS) * ARC_NODES):
+        work[i] = 0.0
+
+
+@routine
+def _shorten(part, work):
+    """Slopes at the nodes of the first part of the arc, from those at the nodes of all of it."""
+    q, L = _rows(work, SLOPE)
+    for i in range(ARC_NODES):  # coefficients of powers, in the rows of the stages
+        column = column_of(work, TO_POWERS, i)
+        for j in range(4):
+            work[(STAGE + j) * ARC_NODES + i] = combined(column, q[j])
+        for j in range(3):
+            work[(STAGE + 4 + j) * ARC_NODES + i] = combined(column, L[j])
+    q, L = _rows(work, STAGE)
+    for i in range(ARC_NODES):
+        y = fma(2.0 * part, work[AT * ARC_NODES + i], -1.0)
+        for j in range(4):
+            work[(SLOPE + j) * ARC_NODES + i] = _polynomial(q[j], y)
+        for j in range(3):
+            work[(SLOPE + 4 + j) * ARC_NODES + i] = _polynomial(L[j], y)
+
+
+@inlined
+def _rows(work, first):
+    """The rows of the departure and of the momentum."""
+    q = row_of(work, first), row_of(work, first + 1), row_of(work, first + 2), row_of(work, first + 3)
+    return q, (row_of(work, first + 4), row_of(work, first + 5), row_of(work, first + 6))
+
+
+@inlined
+def _polynomial(coefficients, y):
+    low, high = coefficients
+    value = fma(fma(fma(high[3], y, high[2]), y, high[1]), y, high[0])
+    return fma(fma(fma(fma(value, y, low[3]), y, low[2]), y, low[1]), y, low[0])
+
+
+@routine
+def _settle(record, state, h, limit, own, memory):
+    """(sweeps, whether the stages stand still to a limit); see `collocation`."""
+    L, work = momentum_of(state), memory[0]
+    size = abs(L[0]) + abs(L[1]) + abs(L[2])
+    last, ratio = 1.0, 1.0
+    for sweep in range(MOST_SWEEPS):
+        _slopes(record, state, own, memory)
+        change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
+        if sweep == 0:
+            for i in range((STAGE + 4) * ARC_NODES, (STAGE + 7) * ARC_NODES):
+                size = max(size, abs(work[i]))  # a body at rest has no other momentum than it gains
+        gain = max(ratio, change / last)
+        if not change <= 1e300:
+            return sweep + 1, False
+        if change * gain <= limit or (change >= 0.5 * last and change < 1e-15):
+            return sweep + 1, True
+        last, ratio = max(change, 1e-300), change / last
+    return MOST_SWEEPS, False
+
+
+@inlined
+def _slopes(record, state, own, memory):
+    """Rates of change of all unknowns at the nodes, from the stages."""
+    work, forms, user_rows = memory[0], memory[2], own[3]
+    body, constant = record.body, record.constant
+    L = momentum_of(state)
+    start = (
+        state[ATTITUDE],
+        state[ATTITUDE + 1],
+        state[ATTITUDE + 2],
+        state[ATTITUDE + 3],
+    )
+    low = (
+        state[ATTITUDE_LOW],
+        state[ATTITUDE_LOW + 1],
+        state[ATTITUDE_LOW + 2],
+        state[ATTITUDE_LOW + 3],
+    )
+    inverses, rotors, alpha, C = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
+    across, _, axial = _constants(state, body)
+    fixed = constant[0], constant[1], constant[2]
+    for i in range(ARC_NODES):
+        _at_node(work, i, (start, low), L, (inverses, rotors), fixed)
+    add_torques(forms, work)
+    for k in range(user_rows.shape[0]):
+        to_axes = body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
+        for i in range(ARC_NODES):
+            q = _spun(
+                product(four(work, ABOUT, i), four(work, DEPARTED, i)),
+                work[SINE * ARC_NODES + i],
+                work[COSINE * ARC_NODES + i],
+            )
+            t = work[TIME * ARC_NODES + i] + work[TIME_LOW * ARC_NODES + i]
+            torque = users(user_rows[k, 1], to_axes, t, q, at(work, RATE, i))
+            put(work, TORQUE, i, add_scaled(at(work, TORQUE, i), 1.0, torque))
+    for i in range(ARC_NODES):
+        _slope_at_node(work, i, axial, across, (inverses, rotors, alpha, C))
+
+
+@inlined
+def _spun(q, sine, cosine):
+    """A quaternion after a rotation about the third axis by twice this angle."""
+    w = fma(q[0], cosine, -q[3] * sine)
+    x = fma(q[1], cosine, q[2] * sine)
+    y = fma(q[2], cosine, -q[1] * sine)
+    return w, x, y, fma(q[3], cosine, q[0] * sine)
+
+
+@inlined
+def _at_node(work, i, starts, L, constants, fixed):
+    """Departure, its rotation with the turn about axis 3, momentum and rate of the body."""
+    (start, low), (inverses, rotors), stage = starts, constants, four(work, STAGE, i)
+    p = (
+        start[0] + (low[0] + stage[0]),
+        start[1] + (low[1] + stage[1]),
+        start[2] + (low[2] + stage[2]),
+        start[3] + (low[3] + stage[3]),
+    )
+    work[DEPARTED * ARC_NODES + i] = p[0]
+    put(work, DEPARTED + 1, i, (p[1], p[2], p[3]))
+    outer = rotated_back(four(work, ABOUT, i), at(work, STAGE + 4, i))
+    put(work, OUTER, i, outer)
+    w, x, y, z = _spun(p, work[SINE * ARC_NODES + i], work[COSINE * ARC_NODES + i])
+    x2, y2, z2 = x + x, y + y, z + z
+    first = fma(-y2, y, fma(-z2, z, 1.0)), fma(x2, y, -w * z2), fma(x2, z, w * y2)
+    second = fma(x2, y, w * z2), fma(-x2, x, fma(-z2, z, 1.0)), fma(y2, z, -w * x2)
+    third = fma(x2, z, -w * y2), fma(y2, z, w * x2), fma(-x2, x, fma(-y2, y, 1.0))
+    put(work, ROTATION, i, first)
+    put(work, ROTATION + 3, i, second)
+    put(work, ROTATION + 6, i, third)
+    total = add_scaled(outer, 1.0, L)
+    m = add_scaled(add_scaled(scaled(total[0], first), total[1], second), total[2], third)
+    put(work, MOMENT, i, m)
+    put(work, RATE, i, rate_of(inverses, rotors, m))
+    put(work, TORQUE, i, fixed)
+
+
+@inlined
+def _slope_at_node(work, i, axial, across, constants):
+    inverses, rotors, alpha, C = constants
+    m, rate = at(work, MOMENT, i), at(work, RATE, i)
+    total = add_scaled(at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
+    inner = cross(m, rate)
+    extra = (
+        fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
+        fma(inverses[1] - across, m[1], fma(alpha, inner[1], -inverses[1] * rotors[1])),
+        fma(inverses[2] - across, m[2] - axial, alpha * inner[2]),
+    )
+    # turned by the spin, which stands between the departure and the body
+    half_c, half_s = work[COSINE * ARC_NODES + i], work[SINE * ARC_NODES + i]
+    c, s = fma(half_c, half_c, -half_s * half_s), 2.0 * half_c * half_s
+    extra = fma(c, extra[0], -s * extra[1]), fma(s, extra[0], c * extra[1]), extra[2]
+    p, outer = four(work, DEPARTED, i), at(work, OUTER, i)
+    left = product((0.0, across * outer[0], across * outer[1], across * outer[2]), p)
+    right = product(p, (0.0, extra[0], extra[1], extra[2]))
+    work[SLOPE * ARC_NODES + i] = 0.5 * (left[0] + right[0])
+    put(
+        work,
+        SLOPE + 1,
+        i,
+        (0.5 * (left[1] + right[1]), 0.5 * (left[2] + right[2]), 0.5 * (left[3] + right[3])),
+    )
+    force = (
+        dot(at(work, ROTATION, i), total),
+        dot(at(work, ROTATION + 3, i), total),
+        dot(at(work, ROTATION + 6, i), total),
+    )
+    put(work, SLOPE + 4, i, rotated(four(work, ABOUT, i), force))
+
+
+@routine
+def _stages(h, scale, work):
+    """The unknowns at the nodes from their slopes; the greatest change of any, momenta times a scale."""
+    q, L = _rows(work, SLOPE)
+    for i in range(ARC_NODES):
+        column, change = column_of(work, MATRIX, i), 0.0
+        for j in range(4):
+            new, place = h * combined(column, q[j]), (STAGE + j) * ARC_NODES + i
+            change = max(change, abs(new - work[place]))
+            work[place] = new
+        for j in range(3):
+            new, place = h * combined(column, L[j]), (STAGE + 4 + j) * ARC_NODES + i
+            change = max(change, abs(new - work[place]) * scale)
+            work[place] = new
+        work[CHANGE * ARC_NODES + i] = change
+    change = 0.0
+    for i in range(ARC_NODES):
+        change = max(change, work[CHANGE * ARC_NODES + i])
+    return change
+
+
+@routine
+def _advance(state, body, h, work):
+    """The state at the end of the arc.
+
+    The attitude is kept in two parts: what rounding takes from it across the momentum would be remembered in
+    the rate of a body that is not symmetric.  The turn about the momentum is along it to two parts.
+    """
+    L = momentum_of(state)
+    size = math.sqrt(dot(L, L))
+    across, spin, _ = _constants(state, body)
+    sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * h, 0.0)
+    sine *= 1.0 / size if size > 0.0 else 0.0
+    x, x_low = two_product(L[0], sine)
+    y, y_low = two_product(L[1], sine)
+    z, z_low = two_product(L[2], sine)
+    about, about_low = (cosine, x, y, z), (0.0, x_low, y_low, z_low)
+    w, w_low = _end(state, 0, h, work)
+    x, x_low = _end(state, 1, h, work)
+    y, y_low = _end(state, 2, h, work)
+    z, z_low = _end(state, 3, h, work)
+    q, q_low = _two_part_product(about, about_low, (w, x, y, z), (w_low, x_low, y_low, z_low))
+    sine, cosine = sine_cosine(0.5 * PER_TURN * spin * h, 0.0)
+    q, q_low = _two_part_product(q, q_low, (cosine, 0.0, 0.0, sine), (0.0, 0.0, 0.0, 0.0))
+    excess, rest = -1.0, 0.0
+    for j in range(4):
+        hi, lo = two_product(q[j], q[j])
+        excess, more = two_sum(excess, hi)
+        rest += more + fma(2.0 * q[j], q_low[j], lo)
+    factor = -0.5 * (excess + rest)
+    for j in range(4):
+        state[ATTITUDE + j], state[ATTITUDE_LOW + j] = two_sum(q[j], fma(q[j], factor, q_low[j]))
+    gained = (
+        h * weighted(work, WEIGHTS, SLOPE + 4),
+        h * weighted(work, WEIGHTS, SLOPE + 5),
+        h * weighted(work, WEIGHTS, SLOPE + 6),
+    )
+    _add_momentum(state, gained)
+
+
+@inlined
+def _end(state, j, h, work):
+    """A component of the departure at the end of the arc, in two parts."""
+    total, rest = two_sum(state[ATTITUDE + j], h * weighted(work, WEIGHTS, SLOPE + j))
+    return two_sum(total, rest + state[ATTITUDE_LOW + j])
+
+
+@inlined
+def _add_momentum(state, change):
+    for j in range(3):
+        total, rest = two_sum(state[MOMENTUM + j], change[j])
+        state[MOMENTUM + j], state[MOMENTUM_LOW + j] = two_sum(total, state[MOMENTUM_LOW + j] + rest)
+
+
+@routine
+def _two_part_product(p, p_low, q, q_low):
+    """Hamilton product of quaternions in two parts."""
+    w = _sum_of_products((p[0], -p[1], -p[2], -p[3]), (q[0], q[1], q[2], q[3]))
+    x = _sum_of_products((p[0], p[1], p[2], -p[3]), (q[1], q[0], q[3], q[2]))
+    y = _sum_of_products((p[0], -p[1], p[2], p[3]), (q[2], q[3], q[0], q[1]))
+    z = _sum_of_products((p[0], p[1], -p[2], p[3]), (q[3], q[2], q[1], q[0]))
+    first, second = product(p, q_low), product(p_low, q)
+    w = two_sum(w[0], w[1] + (first[0] + second[0]))
+    x = two_sum(x[0], x[1] + (first[1] + second[1]))
+    y = two_sum(y[0], y[1] + (first[2] + second[2]))
+    z = two_sum(z[0], z[1] + (first[3] + second[3]))
+    return (w[0], x[0], y[0], z[0]), (w[1], x[1], y[1], z[1])
+
+
+@inlined
+def _sum_of_products(p, q):
+    total, rest = two_product(p[0], q[0])
+    for j in range(1, 4):
+        hi, lo = two_product(p[j], q[j])
+        total, more = two_sum(total, hi)
+        rest += more + lo
+    return total, rest

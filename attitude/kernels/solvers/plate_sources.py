@@ -1,0 +1,274 @@
+"""Directions and strengths of the effects' sources at the nodes of an arc, and the torques of their forms."""
+
+import math
+
+from ..intrinsics import fma, inlined, routine
+from ..layout import CONSTANT_INERTIAL, DRAG_PLATE, GRAVITY_GRADIENT, SOLAR_PLATE
+from ..rotation import rotated_back
+from ..vectors import add_scaled, cross, dot, scaled
+from .plate_layout import (
+    ABOUT,
+    ALONG,
+    ARC_NODES,
+    CENTRE,
+    CHANGE,
+    CONICAL,
+    DARK,
+    DIRECTION,
+    FORM_WIDTH,
+    MIRRORED,
+    NORMAL,
+    OUTER,
+    PARTIAL,
+    PLACE,
+    QUADRATIC,
+    RATE,
+    ROTATION,
+    ROWS_PER_SOURCE,
+    SCATTERED,
+    SCHEME_ROWS,
+    SHADOW,
+    SHADOW_RADIUS,
+    SOLAR_PRESSURE,
+    SPEED,
+    STRENGTH,
+    SUN,
+    SUN_RADIUS,
+    TIME,
+    TIME_LOW,
+    TORQUE,
+    TURNED,
+)
+from .torque import ASTRONOMICAL_UNIT, dipole_field, three
+
+
+@inlined
+def at(work, row, i):
+    """Three numbers of node i, from `row` on."""
+    first = row * ARC_NODES + i
+    return work[first], work[first + ARC_NODES], work[first + 2 * ARC_NODES]
+
+
+@inlined
+def four(work, row, i):
+    """Four numbers of node i, from `row` on."""
+    x, y, z = at(work, row + 1, i)
+    return work[row * ARC_NODES + i], x, y, z
+
+
+@inlined
+def put(work, row, i, vector):
+    """Write three numbers of node i."""
+    first = row * ARC_NODES + i
+    work[first], work[first + ARC_NODES], work[first + 2 * ARC_NODES] = vector
+
+
+@inlined
+def source_row(k, row):
+    """A row of source k."""
+    return SCHEME_ROWS + k * ROWS_PER_SOURCE + row
+
+
+@routine
+def place_sources(sources, lights, work):
+    """Direction and strength of every source at the nodes, whose times and places are there already.
+
+    In rows whose place the compiler knows, and copied from there.  That there are as many nodes as there are
+    is kept from it: it makes vectors of loops, but writes out those of eight rounds before.
+    """
+    nodes = min(ARC_NODES, work.shape[0])
+    for k in range(sources.shape[0]):
+        row, code = sources[k], sources[k, 0]
+        if code == GRAVITY_GRADIENT:
+            for i in range(nodes):
+                r = at(work, PLACE, i)
+                distance2 = dot(r, r)
+                inverse = 1.0 / math.sqrt(distance2)
+                _put_source(work, i, scaled(inverse, r), 3.0 * row[1] * inverse / distance2)
+        elif code == DRAG_PLATE:
+            turning, density, reference, height = three(row, 11), row[8], row[9], row[10]
+            for i in range(nodes):
+                r = at(work, PLACE, i)
+                wind = add_scaled(at(work, SPEED, i), -1.0, cross(turning, r))
+                speed2 = dot(wind, wind)
+                direction = scaled(1.0 / math.sqrt(max(speed2, 1e-300)), wind)
+                _put_source(work, i, direction, (reference - math.sqrt(dot(r, r))) / height)
+                work[CHANGE * ARC_NODES + i] = -0.5 * density * speed2
+            for i in range(nodes):
+                work[RATE * ARC_NODES + i] = work[CHANGE * ARC_NODES + i] * math.exp(
+                    work[RATE * ARC_NODES + i]
+                )
+        elif code == SOLAR_PLATE:
+            _place_sun(row, lights[k], work, nodes)
+        elif code == CONSTANT_INERTIAL:
+            fixed = three(row, 1)
+            size = math.sqrt(dot(fixed, fixed))
+            direction = scaled(1.0 / max(size, 1e-300), fixed)
+            for i in range(nodes):
+                _put_source(work, i, direction, size)
+        else:
+            _place_field(row, work, nodes)
+        _keep_source(k, work, nodes)
+
+
+@inlined
+def _keep_source(k, work, nodes):
+    """Copy direction and strength, and the direction before the departure."""
+    for i in range(nodes):
+        put(work, TORQUE, i, rotated_back(four(work, ABOUT, i), at(work, OUTER, i)))
+    target = source_row(k, DIRECTION) * ARC_NODES
+    for i in range(4 * ARC_NODES):  # OUTER and, after it, RATE
+        work[target + i] = work[OUTER * ARC_NODES + i]
+    target = source_row(k, TURNED) * ARC_NODES
+    for i in range(3 * ARC_NODES):
+        work[target + i] = work[TORQUE * ARC_NODES + i]
+
+
+@inlined
+def _put_source(work, i, direction, strength):
+    put(work, OUTER, i, direction)
+    work[RATE * ARC_NODES + i] = strength
+
+
+@inlined
+def _place_sun(row, light, work, nodes):
+    strength = 0.0 if light == DARK else -row[SOLAR_PRESSURE] * (ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT)
+    for i in range(nodes):
+        to_sun = add_scaled(at(work, SUN, i), -1.0, at(work, PLACE, i))
+        distance2 = dot(to_sun, to_sun)
+        _put_source(work, i, scaled(1.0 / math.sqrt(distance2), to_sun), strength / distance2)
+    if light == PARTIAL and row[SHADOW] == CONICAL:
+        for i in range(nodes):
+            fraction = lit_fraction(at(work, PLACE, i), at(work, SUN, i), row[SHADOW_RADIUS], row[SUN_RADIUS])
+            work[RATE * ARC_NODES + i] *= fraction
+
+
+@inlined
+def _place_field(row, work, nodes):
+    """The field of a dipole fixed in the turning central body: `torque.dipole_field`."""
+    axis, pace = (three(row, 5), three(row, 8), three(row, 11)), (row[14], row[15])
+    for i in range(nodes):
+        t = work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i]
+        field = dipole_field(row[4], axis, pace, t, at(work, PLACE, i))
+        size = math.sqrt(dot(field, field))
+        _put_source(work, i, scaled(1.0 / max(size, 1e-300), field), size)
+
+
+@routine
+def lit_fraction(r, sun, radius, sun_radius):
+    """Part of the Sun's disc that the central body leaves free, seen from r; vectors from its centre, m.
+
+    Source: Montenbruck & Gill, Satellite Orbits (2000), section 3.4.2; angles by two-argument arctangents,
+    which keep their digits where discs touch.
+    """
+    to_sun = add_scaled(sun, -1.0, r)
+    distance, height = math.sqrt(dot(to_sun, to_sun)), math.sqrt(dot(r, r))
+    normal = cross(to_sun, r)
+    c = math.atan2(math.sqrt(dot(normal, normal)), -dot(to_sun, r))
+    a, b = math.asin(min(1.0, sun_radius / distance)), math.asin(min(1.0, radius / height))
+    if c >= a + b:
+        return 1.0
+    if c <= b - a:
+        return 0.0
+    if c <= a - b:
+        return 1.0 - (b / a) * (b / a)
+    x = 0.5 * (c + (a - b) * (a + b) / c)
+    y = math.sqrt(max((a - x) * (a + x), 0.0))
+    own, other = math.atan2(y, x), math.atan2(y, c - x)
+    covered = a * a * _segment(own) + b * b * _segment(other)
+    return max(0.0, 1.0 - covered / (math.pi * a * a))
+
+
+@inlined
+def _segment(angle):
+    """angle - sin(angle) cos(angle): twice the area of a segment of the unit circle."""
+    if abs(angle) > 0.1:
+        return angle - math.sin(angle) * math.cos(angle)
+    x = 4.0 * angle * angle  # (2a - sin 2a) / 2 by its series
+    series = fma(x, -1.0 / 39916800.0, 1.0 / 362880.0)
+    series = fma(x, fma(x, -series, 1.0 / 5040.0), -1.0 / 120.0)
+    return x * angle * fma(x, series, 1.0 / 6.0)
+
+
+@inlined
+def add_torques(forms, work):
+    """Torques of the sources at the nodes, added to TORQUE."""
+    for k in range(forms.shape[0]):
+        form = forms[k]
+        K1, K2, K3 = three(form, 0), three(form, 3), three(form, 6)
+        Q1, Q2, Q3 = _six(form, QUADRATIC), _six(form, QUADRATIC + 6), _six(form, QUADRATIC + 12)
+        first = source_row(k, 0)
+        for i in range(ARC_NODES):
+            d, strength = seen(work, first + TURNED, i), work[(first + STRENGTH) * ARC_NODES + i]
+            torque = at(work, TORQUE, i)
+            torque = (
+                fma(strength, _form(K1, Q1, d), torque[0]),
+                fma(strength, _form(K2, Q2, d), torque[1]),
+                fma(strength, _form(K3, Q3, d), torque[2]),
+            )
+            put(work, TORQUE, i, torque)
+
+
+@inlined
+def seen(work, turned, i):
+    """The direction that the body sees at node i."""
+    d = at(work, turned, i)
+    return _along(work, 0, i, d), _along(work, 1, i, d), _along(work, 2, i, d)
+
+
+@inlined
+def _six(form, first):
+    return form[first], form[first + 1], form[first + 2], form[first + 3], form[first + 4], form[first + 5]
+
+
+@inlined
+def _along(work, column, i, d):
+    """Component along a body axis: a column of the rotation's matrix."""
+    first = (ROTATION + column) * ARC_NODES + i
+    z = fma(work[first], d[0], work[first + 3 * ARC_NODES] * d[1])
+    return fma(work[first + 6 * ARC_NODES], d[2], z)
+
+
+@inlined
+def _form(K, Q, d):
+    x, y, z = d
+    first = fma(Q[0], x, fma(Q[3], y, fma(Q[4], z, K[0])))
+    second = fma(Q[1], y, fma(Q[5], z, K[1]))
+    return fma(first, x, fma(second, y, fma(fma(Q[2], z, K[2]), z, 0.0)))
+
+
+@routine
+def add_plate(form, plate, sign):
+    """Add the torque of a plate to the form of its source, or take it away (sign -1)."""
+    n, c = three(plate, NORMAL), three(plate, CENTRE)
+    arm = cross(c, n)
+    # c x d, row by row
+    rows = (0.0, -c[2], c[1]), (c[2], 0.0, -c[0]), (-c[1], c[0], 0.0)
+    for j in range(3):
+        for i in range(3):
+            form[3 * j + i] += sign * plate[SCATTERED] * arm[j] * n[i]
+        add_product(form, j, n, rows[j], sign * plate[ALONG])
+        add_product(form, j, n, n, sign * plate[MIRRORED] * arm[j])
+
+
+@routine
+def add_product(form, j, u, v, factor):
+    """Add factor (u . d) (v . d) to component j of a form."""
+    first = QUADRATIC + 6 * j
+    form[first] += factor * (u[0] * v[0])
+    form[first + 1] += factor * (u[1] * v[1])
+    form[first + 2] += factor * (u[2] * v[2])
+    form[first + 3] += factor * (u[0] * v[1] + u[1] * v[0])
+    form[first + 4] += factor * (u[0] * v[2] + u[2] * v[0])
+    form[first + 5] += factor * (u[1] * v[2] + u[2] * v[1])
+
+
+@routine
+def sum_forms(base, plates, flags, forms):
+    """The forms of the sources: what they always have, and their lit plates."""
+    for k in range(forms.shape[0]):
+        for j in range(FORM_WIDTH):
+            forms[k, j] = base[k, j]
+    for p in range(plates.shape[0]):
+        if flags[p, 0] > 0.0:
+            add_plate(forms[int(plates[p, 0])], plates[p], 1.0)
