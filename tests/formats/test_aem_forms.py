@@ -10,6 +10,7 @@ from attitude import FormatError, InputError, RigidBody, TorqueFreeMotion
 from attitude.formats.ccsds.reader import parse
 from attitude.samples.resampling import with_interpolation
 from tests.formats.test_aem import EPOCH, GENERIC, LAST, OURS, T, file, motion, text_of
+from tests.formats.test_malformed import Endless
 
 LATER = "2020-01-01T00:00:59"
 
@@ -317,3 +318,9 @@ def test_message_of_a_combined_instantiation_is_read():
         read(combined())
     with pytest.raises(InputError, match="message: a whole number"):
         read(one, message=0)
+
+
+@pytest.mark.parametrize("first", [b"<?xml version='1.0'?>", b"<!-- a -->", b"<ndm>"])
+def test_endless_blanks_without_an_element_are_refused(first):
+    with pytest.raises(FormatError, match=r"without an element or text|a text of more than"):
+        parse(Endless(first, b"\n"), "given")

@@ -90,7 +90,8 @@ class XmlReader:
         if sum(map(len, self.text)) > MAX_TEXT_BYTES:
             raise self._error(f"a text of more than {MAX_TEXT_BYTES} characters")
         self.fed_bytes += len(data)
-        self._refuse_idle(self.fed_bytes - self.parser.CurrentByteIndex)
+        begun = self.parser.CurrentByteIndex if self.stack else self.element_offset
+        self._refuse_idle(self.fed_bytes - begun)
 
     # -- elements -----------------------------------------------------------------------------
 
