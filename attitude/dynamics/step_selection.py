@@ -54,7 +54,7 @@ SHARE_OF_DENSE, INSTANTS_OF_TRIAL = 0.1, 24
 # The longest arc between edges of plates, rad; of all the angle, what such arcs turn through.
 RADIANS_OF_ARC, SHARE_OF_LONGEST_ARCS = 0.5, 0.6
 # Measured costs, ns: an arc, each edge in a turn that it may end at, and an instant within one.
-ARC_NS, EDGE_NS, ARC_SAMPLE_NS, OVERHEAD_OF_PLATES = 3500.0, 15.0, 2500.0, 1.5e-2
+ARC_NS, EDGE_NS, ARC_SAMPLE_NS, OVERHEAD_OF_PLATES = 3500.0, 2.0, 2500.0, 1.5e-2
 # Measured costs, ns: a step, a sweep, one effect more in it; a sample off the polynomial, and by a step.
 STEP_NS, SWEEP_NS, EFFECT_NS = 400.0, 150.0, 25.0
 DENSE_SAMPLE_NS, SAMPLE_NS, OVERHEAD_SECONDS = 250.0, 1500.0, 1.5e-3
