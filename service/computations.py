@@ -1,7 +1,6 @@
 """What runs in threads, beside the event loop: a document in, one library call, the answer out."""
 
 import io
-import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -206,8 +205,8 @@ def read(
             clock.flush()
             options = {**(options or {}), "sclk": clock.name}
         data = read_stream(content, entry, name, **(options or {}))
-    check_count(name, math.prod(data.shape), "samples", settings)
-    hold(math.prod(data.shape))
+    check_count(name, data.attitude[..., 0].size, "samples", settings)
+    hold(data.attitude[..., 0].size)
     return data
 
 

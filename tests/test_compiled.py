@@ -153,11 +153,11 @@ TORQUES = {"solvers.collocation"}
     ("changed", "recompiled"),
     [
         ("interpolation", {"interpolation"}),
-        ("solvers.torque", TORQUES),
+        ("solvers.torque", TORQUES | {"solvers.plate_march"}),
         ("contact.friction", {"contact.flight"}),
         ("statistics.normal", {"statistics.dispersion"}),
         ("clock", {"clock"}),
-        ("cayley_klein", {"cayley_klein", "contact.flight"}),
+        ("cayley_klein", {"cayley_klein", "contact.flight", "gyrostat.attitudes"}),
         ("intrinsics", EVERY_MODULE),
     ],
 )

@@ -47,7 +47,8 @@ def check_order(order: str | None, field: str = "order") -> str:
 def check_frame(frame: str, field: str = "frame") -> str:
     """The frame; InputError unless it is an inertial one."""
     if not isinstance(frame, str) or frame not in INERTIAL_FRAMES:
-        meant = "" if frame in TURNING_FRAMES else suggestion(frame, INERTIAL_FRAMES)
+        is_turning = isinstance(frame, str) and frame in TURNING_FRAMES
+        meant = "" if is_turning else suggestion(frame, INERTIAL_FRAMES)
         raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}{meant}")
     return frame
 

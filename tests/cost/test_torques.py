@@ -114,7 +114,11 @@ def test_truth_without_oracle_is_what_the_librarys_own_formulas_give(name):
     posed = InitialValueProblem.of_scene(scene(*effects, times=TIMES))
     assert not torque_truth.is_known(posed.environment)
     attitudes, rates, _, off = torque_truth.by_extrapolation(posed, GRID)
-    ours = answers(method("gauss", "2.5 rad").prepare(posed)(GRID), GRID)
+    if name == "drag":  # the run itself, whose arcs end at edges of plates; a method's steps are halved there
+        run = scene(*effects, times={"elapsed": GRID.tolist(), "unit": "s"}).run()
+        ours = answers((run.quaternion("wxyz"), run.angular_velocity), GRID)
+    else:
+        ours = answers(method("gauss", "2.5 rad").prepare(posed)(GRID), GRID)
     angle, rate = apart(ours, attitudes, rates)
     assert off < 1e-12
     assert max(angle, rate) < THROUGH_EDGES

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from attitude import TorqueFreeMotion
+from attitude.effects import UserTorque
 from tests.dynamics.motions import Rows, angle, initial_state, integrate_arc, kepler, layout
+from tests.dynamics.test_torques_effects import scene as users_scene
 
 RATE, ATTITUDE = np.array([0.3, -0.5, 0.6]), (0.1, -0.7, 0.5, 0.5)
 SYMMETRIC, TRIAXIAL = (2.0, 2.0, 1.2), (2.0, 3.0, 4.0)
@@ -116,17 +118,19 @@ def test_polynomials_within_a_step_are_off_by_less_the_shorter_it_is():
         assert fine < 0.03 * coarse
 
 
-def test_step_that_meets_a_break_is_halved_down_to_it():
-    """A plate that turns out of the wind: as exact as where the torque is smooth, in ten times the steps."""
-    orbit = kepler(3.986004e14, 7e6, 0.0, 0.5)
-    start = initial_state(TRIAXIAL, 0.1 * RATE, ATTITUDE, orbit_path=orbit)
-    numbers = (1.0, 1e-9, 7e6, np.inf, (0.0, 0.0, 0.0))
-    torques = (Rows(layout.DRAG_PLATE, (0.6, 0.0, 0.8), (0.1, 0.3, 0.2), *numbers),)
-    found = {
-        decay: integrate_arc(start, torques, 20.0, [300.0], decay=decay) for decay in (1e-6, 1e-9, 1e-15)
-    }
-    truth = found[1e-15][0][:4]
-    assert 1e-13 < angle(found[1e-9][0][:4], truth) < angle(found[1e-6][0][:4], truth) < 1e-5
-    smaller = integrate_arc(start, torques, 7.0, [300.0], decay=1e-15)
-    assert angle(smaller[0][:4], truth) < 1e-14
-    assert found[1e-15][1].steps > found[1e-6][1].steps > 15
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_step_that_meets_a_break_is_halved_down_to_it(tolerance):
+    """A torque that sets in when an axis passes a plane: edges that no solver is told of."""
+    made = broken(tolerance).run()
+    truth = broken(1e-13).run()
+    error = angle(made.quaternion("wxyz").T, truth.quaternion("wxyz").T)
+    assert error <= made.plan.error_bound + truth.plan.error_bound
+    assert made.plan.error_bound <= tolerance
+
+
+def broken(tolerance):
+    def breaking(t, attitude, rate):
+        return max(0.0, float(attitude[0] * attitude[1])) * np.array([0.02, -0.01, 0.03])
+
+    more = {"rate": (0.3, -0.5, 0.4), "elapsed": np.linspace(0.0, 20.0, 5), "tolerance": tolerance}
+    return users_scene(UserTorque("breaking", breaking, size=0.04), **more)

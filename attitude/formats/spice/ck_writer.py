@@ -82,7 +82,8 @@ class CkOptions:
         """Number of the structure."""
         if self.structure_id is not None:
             return self.structure_id
-        return self.naif_id * 1000 if abs(self.naif_id) * 1000 <= MAX_ID else self.naif_id
+        is_asteroid = self.naif_id * 1000 > MAX_ID  # of eight digits: its structure has its own number
+        return self.naif_id if is_asteroid else self.naif_id * 1000
 
 
 class CkTarget(NamedTuple):
