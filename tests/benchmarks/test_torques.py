@@ -118,7 +118,7 @@ def test_heyoka_takes_twice_as_long_at_one_degree_a_second():
     assert min(compared("1 deg/s", 1e-9, HEYOKA, 15).values()) >= 2.0
 
 
-def test_heyoka_takes_six_times_as_long_at_sixty_degrees_a_second():
+def test_heyoka_takes_eight_times_as_long_at_sixty_degrees_a_second():
     pytest.importorskip("heyoka")
     # at this tolerance ours is measured to be more exact than heyoka ever is here
-    assert min(compared("60 deg/s", 1e-6, HEYOKA, 3).values()) >= 6.0
+    assert min(compared("60 deg/s", 1e-6, HEYOKA, 3).values()) >= 8.0
