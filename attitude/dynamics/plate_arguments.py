@@ -13,6 +13,7 @@ from ..kernels.solvers import plate_layout
 from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.initial_state import InitialState, Spin
 from ..problem.torque_model import CachedTorque
+from .gauss_legendre import gauss_scheme
 
 PLATES = (layout.SOLAR_PLATE, layout.DRAG_PLATE)
 
@@ -157,30 +158,14 @@ def scheme() -> np.ndarray:
     As the solver's (`solver.scheme`); a sum of Legendre polynomials becomes one of powers by whole numbers.
     """
     n = ARC_NODES
-    y, _ = np.polynomial.legendre.leggauss(n)
-    y = y.astype(np.longdouble)
-    for _ in range(2):
-        p = _legendre(y)
-        y = y - p[n] * (y * y - 1.0) / (n * (y * p[n] - p[n - 1]))
-    p, k = _legendre(y), np.arange(n, dtype=np.longdouble)
-    weights = (1.0 - y * y) / (n * p[n - 1]) ** 2
-    to_coefficients = (2.0 * k + 1.0) * (weights * p[:n]).T  # (node, k)
-    integrals = np.concatenate([[1.0 + y], p[2:] - p[: n - 1]]) / (4.0 * k + 2.0)[:, None]
+    gauss = gauss_scheme(n)
     powers = np.zeros((n, n), np.longdouble)
     for i in range(n):
         powers[i, : i + 1] = np.polynomial.legendre.leg2poly(np.eye(n)[i])[: i + 1]
     work = np.zeros((plate_layout.SCHEME_ROWS, n))
-    work[plate_layout.AT], work[plate_layout.WEIGHTS] = 0.5 * (1.0 + y), weights
-    work[plate_layout.MATRIX : plate_layout.MATRIX + n] = to_coefficients @ integrals
-    work[plate_layout.TO_POWERS : plate_layout.TO_POWERS + n] = to_coefficients @ powers
-    work[plate_layout.AT_END] = to_coefficients.sum(axis=1)
+    work[plate_layout.AT], work[plate_layout.WEIGHTS] = 0.5 * (1.0 + gauss.nodes), gauss.weights
+    work[plate_layout.MATRIX : plate_layout.MATRIX + n] = gauss.to_coefficients @ gauss.integrals
+    work[plate_layout.TO_POWERS : plate_layout.TO_POWERS + n] = gauss.to_coefficients @ powers
+    work[plate_layout.AT_END] = gauss.to_coefficients.sum(axis=1)
     work.flags.writeable = False
     return work.reshape(-1)
-
-
-def _legendre(y: np.ndarray) -> np.ndarray:
-    """(ARC_NODES + 1, n): Legendre's polynomials of degrees 0 to ARC_NODES."""
-    p = [np.ones_like(y), y]
-    for n in range(1, ARC_NODES):
-        p.append(((2 * n + 1) * y * p[n] - n * p[n - 1]) / (n + 1))
-    return np.array(p)

@@ -13,6 +13,7 @@ from ..kernels import layout
 from ..kernels.layout import NODES
 from ..problem.torque_model import CachedTorque
 from ..runtime import compiled
+from .gauss_legendre import gauss_scheme
 from .solver_arguments import SolverArguments
 
 NAME, ORDER = "gauss, order 32", 2 * NODES
@@ -126,35 +127,17 @@ def vector_lengths(vectors: np.ndarray) -> np.ndarray:
 def scheme() -> np.ndarray:
     """(KNOWN * NODES,): the collocation's workspace with Gauss's scheme in its rows.
 
-    Nodes and weights are Newton's from numpy's, in the processor's longest numbers.  The weights of the
-    integrals up to a node, and of the Legendre coefficients, are those of Legendre's polynomials P_k, each of
-    which is integrated exactly:
-
-        int_-1^y P_k = (P_{k+1} - P_{k-1}) / (2 k + 1),    c_k = (2 k + 1) / 2 sum w P_k f
+    Each node of the first half is followed, half the nodes later, by the one that mirrors it.
     """
     half, numbers = layout.HALF, np.arange(NODES)
     mirrored = np.concatenate([numbers[:half], numbers[:half][::-1] + half])
-    y = np.polynomial.legendre.leggauss(NODES)[0].astype(np.longdouble)[mirrored]
-    for _ in range(2):
-        p = _legendre(y)
-        y = y - p[NODES] * (y * y - 1.0) / (NODES * (y * p[NODES] - p[NODES - 1]))
-    p = _legendre(y)
-    weights = (1.0 - y * y) / (NODES * p[NODES - 1]) ** 2  # of the interval from 0 to 1
-    to_coefficients = (2 * numbers + 1) * (weights * p[:NODES]).T  # (node, k)
-    integrals = np.concatenate([[y + 1.0], p[2:] - p[: NODES - 1]]) / (4 * numbers + 2)[:, None]
-    matrix = (to_coefficients @ integrals)[:, :half]
+    gauss = gauss_scheme(NODES)
+    to_coefficients = gauss.to_coefficients[mirrored]
+    matrix = (to_coefficients @ gauss.integrals[:, mirrored])[:, :half]
     work = np.zeros((layout.KNOWN, NODES))
-    work[layout.AT], work[layout.WEIGHTS] = 0.5 * (1.0 + y), weights
+    work[layout.AT], work[layout.WEIGHTS] = 0.5 * (1.0 + gauss.nodes[mirrored]), gauss.weights[mirrored]
     work[layout.MATRIX : layout.MATRIX + half, :half] = 0.5 * (matrix[:half] + matrix[half:])
     work[layout.MATRIX : layout.MATRIX + half, half:] = 0.5 * (matrix[:half] - matrix[half:])
     work[layout.LEGENDRE : layout.LEGENDRE + NODES] = to_coefficients
     work.flags.writeable = False
     return work.reshape(-1)
-
-
-def _legendre(y: np.ndarray) -> np.ndarray:
-    """(NODES + 1, n): Legendre's polynomials of degrees 0 to NODES."""
-    p = [np.ones_like(y), y]
-    for n in range(1, NODES):
-        p.append(((2 * n + 1) * y * p[n] - n * p[n - 1]) / (n + 1))
-    return np.array(p)

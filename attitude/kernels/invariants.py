@@ -102,20 +102,26 @@ def invariants(tensors, moments, axes, rates, attitudes, constant, out, *space):
 
 
 @routine
-def constant_rate_motion(rate, attitude, out):
-    """q = q0 exp(omega t / 2), eq. (30): the theta route with beta = 0."""
+def spin_at_constant_rate(rate, attitude, out):
+    """Write precession, alpha and frame of q = q0 exp(omega t / 2), eq. (30): alpha alone turns."""
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
     x, y, z = (rate[0] / unit, 0.0), (rate[1] / unit, 0.0), (rate[2] / unit, 0.0)
     speed = sqrt(add(add(square(x), square(y)), square(z)))
     inverse = div(ONE, speed) if speed[0] > 0.0 else ZERO
     spin = quaternion.product(attitude, (ZERO, mul(x, inverse), mul(y, inverse), mul(z, inverse)))
-    out.route, out.regime = THETA, CONSTANT_RATE
     store(out.precession, scale(mul(speed, PER_TURN), 0.5 * unit))
     out.alpha_re[0] = 1.0
-    out.direction[2, 0] = out.direction[3, 0] = 1.0
     for i in range(4):
         out.frame[i, 0] = attitude[i][0]
         out.frame[i, 3] = spin[i][0]
+
+
+@routine
+def constant_rate_motion(rate, attitude, out):
+    """q = q0 exp(omega t / 2), eq. (30): the theta route with beta = 0."""
+    spin_at_constant_rate(rate, attitude, out)
+    out.route, out.regime = THETA, CONSTANT_RATE
+    out.direction[2, 0] = out.direction[3, 0] = 1.0
     for i in range(3):
         out.rate[i, 2] = rate[i]
     out.complementary_modulus = 1.0

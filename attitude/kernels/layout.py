@@ -193,7 +193,6 @@ INVARIANTS = np.dtype(
 
 # How a gyrostat's samples are computed, and what motion it is (docs/theory.md, section 11).
 CIRCLING_SERIES, SWINGING_SERIES, TRANSFORMED_SERIES = range(3)
-GYROSTAT_REGIMES = ("constant_rate", "two_turns", "circling", "swinging", "separatrix")
 CONSTANT, TWO_TURNS, CIRCLING_PATH, SWINGING_PATH, SEPARATRIX_PATH = range(5)
 
 GYROSTAT = np.dtype(

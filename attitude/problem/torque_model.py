@@ -3,31 +3,12 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import torque_rows
 from .initial_state import InitialState, Passages, PiecewisePolynomial, Spin
-
-
-class TorqueModel(Protocol):
-    """A torque; `attitude.effects.effect.Torque` documents the methods."""
-
-    def rows(self, initial_state: InitialState) -> np.ndarray:
-        """Return the rows that kernels take."""
-
-    def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
-        """Return the spans in which the torque acts; None for always."""
-
-    def passages(self, initial_state: InitialState) -> Passages | None:
-        """Return the passages through the shadow that the torque ends in; None without one."""
-
-    def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
-        """Return the vector from the central body to the Sun, where the torque needs it."""
-
-    def size(self, initial_state: InitialState) -> float:
-        """Return an upper bound on the torque, N m."""
 
 
 class CachedTorque:

@@ -196,7 +196,8 @@ def hermite_components(
     basis, slopes = lagrange_basis(t, at)
     pure = np.concatenate([np.zeros_like(rate[..., :1]), rate], axis=-1)
     derivative = 0.5 * rotations.product(attitude, pure)
-    own_slope = np.stack([lagrange_basis(t, t[:, j])[1][:, j] for j in range(t.shape[1])], axis=1)
+    apart = t[:, :, None] - t[:, None, :]
+    own_slope = (1.0 / np.where(apart == 0.0, np.inf, apart)).sum(axis=2)  # of each basis at its own node
     ahead = at[:, None] - t
     square, square_slope = basis**2, 2.0 * basis * slopes
     linear = 1.0 - 2.0 * ahead * own_slope

@@ -153,12 +153,10 @@ def test_angles_of_the_spin_make_the_attitude_again(axis):
 
 def test_ground_points_are_on_the_ellipsoid_and_along_the_axis():
     data = orbiting()
-    towards_nadir = data.angle("z", "earth", "deg") < 60.0
     points = data.ground_points("z")
     assert (~points.longitude.mask == (data.angle("z", "earth") < horizon(data))).mean() >= 0.98
     hit = np.flatnonzero(~points.longitude.mask)
     assert hit.size > 5
-    assert towards_nadir.any()
     place = EarthLocation.from_geodetic(points.longitude[hit] * u.rad, points.latitude[hit] * u.rad, 0.0)
     fixed = data.in_frame("ITRF")
     reached = fixed.position[hit] + points.distance[hit].data[:, None] * fixed.direction("z")[hit]
@@ -176,11 +174,8 @@ def test_sub_point_is_the_target_in_body_axes():
     axis = np.stack(
         [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)], 1
     )
-    reached = data.rotation.apply(axis)
     for i in (0, 40, 90):
-        angle = data[i : i + 1].angle(axis[i], "sun")
-        assert angle.max() <= 1e-15
-    assert reached.shape == (91, 3)
+        assert data[i : i + 1].angle(axis[i], "sun").max() <= 1e-15
 
 
 def test_batches_have_their_shape():

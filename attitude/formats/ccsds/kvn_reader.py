@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -15,33 +16,15 @@ if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 DATA_STOP = b"DATA_STOP"
+ANY_LINE = re.compile(rb".*")  # a truncated message lacks its DATA_STOP: a line without an end loses nothing
 
 
 def read_kvn(stream: BinaryIO, source: str, segment: int | None) -> EphemerisData:
     """Ephemeris of all segments, or of one."""
     reader = KvnReader(source, segment)
-    for block in line_blocks.blocks(TerminatedStream(stream), source):  # type: ignore[arg-type]
+    for block in line_blocks.blocks(stream, source, last_line=ANY_LINE):
         reader.add_block(block)
     return reader.ephemeris()
-
-
-class TerminatedStream:
-    """A stream of text, with a line end added where the last line has none.
-
-    A truncated message lacks its DATA_STOP, so a last line without an end loses nothing.
-    """
-
-    def __init__(self, stream: BinaryIO):
-        self._stream = stream
-        self._last = b"\n"
-
-    def read(self, size: int) -> bytes:
-        """At most so many bytes; none at the end."""
-        chunk = self._stream.read(size)
-        if not chunk and self._last != b"\n":
-            chunk = b"\n"
-        self._last = chunk[-1:] or self._last
-        return chunk
 
 
 def _find_data_stop(block: line_blocks.LineBlock, offset: int) -> int:

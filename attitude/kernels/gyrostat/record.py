@@ -24,6 +24,7 @@ from ..doubledouble import (
 )
 from ..expansion import add_product
 from ..intrinsics import kernel, routine
+from ..invariants import spin_at_constant_rate
 from ..layout import (
     CIRCLING_PATH,
     CIRCLING_SERIES,
@@ -123,17 +124,8 @@ def rate_is_constant(tensor, rate, h, space):
 @routine
 def constant_rate(rate, attitude, out):
     """q = q0 exp(omega t / 2), eq. (30): alpha alone."""
-    unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
-    x, y, z = (rate[0] / unit, 0.0), (rate[1] / unit, 0.0), (rate[2] / unit, 0.0)
-    speed = sqrt(add(add(square(x), square(y)), square(z)))
-    inverse = div(ONE, speed) if speed[0] > 0.0 else ZERO
-    spin = quaternion.product(attitude, (ZERO, mul(x, inverse), mul(y, inverse), mul(z, inverse)))
+    spin_at_constant_rate(rate, attitude, out)
     out.route, out.regime = CIRCLING_SERIES, CONSTANT
-    store(out.precession, scale(mul(speed, PER_TURN), 0.5 * unit))
-    out.alpha_re[0] = 1.0
-    for i in range(4):
-        out.frame[i, 0] = attitude[i][0]
-        out.frame[i, 3] = spin[i][0]
     out.momentum[2] = 1.0
     for i in range(3):
         out.rotor_rate[i] = -rate[i]
