@@ -20,6 +20,7 @@ import sys
 import threading
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "service"))
@@ -120,7 +121,8 @@ def resident(process):
     """MiB, of a process and its children."""
     total = 0.0
     for task in Path(f"/proc/{process}/task").iterdir():
-        total += sum(resident(int(child)) for child in (task / "children").read_text().split())
+        with suppress(FileNotFoundError, ProcessLookupError):  # of a thread that has ended meanwhile
+            total += sum(resident(int(child)) for child in (task / "children").read_text().split())
     status = Path(f"/proc/{process}/status").read_text()
     return total + int(status.partition("VmRSS:")[2].split()[0]) / 1024
 
