@@ -109,6 +109,16 @@ class TorqueProblem:
         """The scene's own body."""
         return Bodies.of(self.template)
 
+    @cached_property
+    def refined(self) -> TorqueProblem:
+        """The same along a path from which that of the orbit differs by its error; itself without one."""
+        path = self.template.orbit_path
+        if path is None or path.refined is None:
+            return self
+        template = replace(self.template, orbit_path=path.refined)
+        torques = tuple(CachedTorque(torque.effect, template) for torque in self.torques)
+        return replace(self, template=template, torques=torques)
+
     @property
     def max_abs_seconds(self) -> float:
         """The longest time from the epoch to an end of the span, s."""

@@ -60,7 +60,11 @@ def compared_instants(count: int) -> np.ndarray:
 
 
 def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, setting: StepSetting) -> Comparison:
-    """Solutions at the instants (2, m), and at some of them coarser ones, each of these reached by a step."""
+    """Solutions at the instants (2, m), and at some of them coarser ones, each of these reached by a step.
+
+    The coarser ones go along the orbit's `refined` path, so that what an interpolated orbit is off by is in
+    the differences.
+    """
     indices = compared_instants(instants.shape[1])
     directions = arcs_by_direction(problem.template, problem.torques, problem.impulses)
     spread = _drift_instants(directions)
@@ -70,7 +74,7 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
         also = np.concatenate([instants[:, indices], [spread, np.zeros_like(spread)]], axis=1)
         at = also if coarsely else instants
         steps = setting._replace(dense=False, coarsely=True) if coarsely else setting
-        solutions[coarsely] = integrate(problem, bodies, at, steps)
+        solutions[coarsely] = integrate(problem.refined if coarsely else problem, bodies, at, steps)
 
     if len(bodies) == 1:  # side by side on two processors
         threads.run(solve, [False, True])

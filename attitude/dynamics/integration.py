@@ -111,9 +111,10 @@ def solve(
             "tolerance: no steps lead to the end of the span: the torque is not finite somewhere in it, or "
             "far too great for the body"
         )
-    if not (refined.reached or refined.outgrown or problem.best):
+    outgrown = refined.outgrown or (not refined.reached and problem.refined is not problem)
+    if not (refined.reached or outgrown or problem.best):
         raise _out_of_reach(problem, error, refined.good_until)
-    kept = refined.kept if refined.outgrown else None
+    kept = refined.kept if outgrown and not problem.best else None
     return TorquedSolution(
         rows[0], error, refined.good_until, refined.candidate, refined.steps, refined.sweeps, kept
     )

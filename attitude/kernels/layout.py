@@ -48,7 +48,8 @@ BODY_VECTORS = {CONSTANT_BODY: (1,), WHEELS: (1,), MAGNETIC: (1,), SOLAR_PLATE: 
 #   KEPLER  semi-major axis a, eccentricity e, mean anomaly at t = 0 in turns, mean motion in turns/s in two
 #           parts, mean motion in rad/s, unit vectors to the pericentre P (3) and along the motion there Q (3)
 #   TABLE   start and length, s, of the pieces; position is a polynomial in each: coefficients
-#           (pieces, 3, degree + 1) of x, y, z in powers of the time in the piece over its length, from 0 to 1
+#           (pieces, 3, degree + 1) of x, y, z in powers of the time from the middle of the piece over half of
+#           its length, from -1 to 1
 NO_ORBIT, KEPLER, TABLE = range(3)
 ORBIT_WIDTH = 16
 

@@ -18,7 +18,7 @@ def parse_orbit(value: Any) -> OrbitDefinition:
     kepler, tle, table = orbit_forms()
     if "tle" in value:
         return tle.model_validate(value)
-    return (table if "times" in value or "positions" in value else kepler).model_validate(value)
+    return (table if {"times", "positions", "velocities"} & value.keys() else kepler).model_validate(value)
 
 
 def orbit_forms() -> tuple[type[OrbitDefinition], type[OrbitDefinition], type[OrbitDefinition]]:

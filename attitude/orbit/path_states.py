@@ -28,12 +28,12 @@ def evaluate(polynomial: PiecewisePolynomial, t: np.ndarray, derivative: int = 0
     count, degree = polynomial.coefficients.shape[0], polynomial.coefficients.shape[2] - 1
     scaled = (t - polynomial.start) / polynomial.length
     interval = np.clip(np.floor(scaled), 0, count - 1).astype(np.int64)
-    x, coefficients = scaled - interval, polynomial.coefficients[interval]
+    x, coefficients = 2.0 * (scaled - interval) - 1.0, polynomial.coefficients[interval]
     value = np.zeros((t.size, 3))
     for k in range(degree, derivative - 1, -1):
         factor = math.perm(k, derivative)
         value = value * x[:, None] + factor * coefficients[:, :, k]
-    return value / polynomial.length**derivative
+    return value / (0.5 * polynomial.length) ** derivative
 
 
 def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:

@@ -13,7 +13,8 @@ from ..errors import InputError
 from ..problem.initial_state import PiecewisePolynomial
 from .path_states import evaluate
 
-# Degree 9 over a twelfth of a revolution leaves 1e-12 of a circle; an ellipse takes more intervals.
+# Degree 9 over a twelfth of a revolution leaves 1e-15 of a circle, and rounding in powers of -1 to 1 3e-13;
+# an ellipse takes more intervals.
 DEGREE = 9
 MAX_INTERVALS = 200_000
 BLOCK_INSTANTS = 1 << 14  # at which a function is evaluated at once
@@ -22,7 +23,13 @@ VectorFunction = Callable[[np.ndarray], np.ndarray]
 
 
 def interpolated(
-    function: VectorFunction, start: float, stop: float, step: float, tolerance: float, field: str
+    function: VectorFunction,
+    start: float,
+    stop: float,
+    step: float,
+    tolerance: float,
+    field: str,
+    least_step: float = 0.0,
 ) -> PiecewisePolynomial:
     """Polynomials through the function's values at the Chebyshev points of equal intervals.
 
@@ -32,6 +39,7 @@ def interpolated(
     step : s, the longest interval; halved until the error is below tolerance times the vector's length
         at ten points of every interval, halfway between those the polynomial goes through
     field : named in the error if that takes more than MAX_INTERVALS
+    least_step : s, below which no interval is halved, whatever the error is
 
     Raises
     ------
@@ -40,9 +48,9 @@ def interpolated(
     count = max(1, math.ceil((stop - start) / step))
     error = math.inf
     while count <= MAX_INTERVALS:
-        polynomial = _interpolate(function, start, (stop - start) / count, count)
+        polynomial = interpolated_evenly(function, start, stop, count)
         error = _relative_error(function, polynomial)
-        if error <= tolerance:
+        if error <= tolerance or polynomial.length <= 2.0 * least_step:
             return polynomial
         count *= 2
     value = f"{stop - start:g} s" + (f", error {error:.1e}" if math.isfinite(error) else "")
@@ -50,7 +58,11 @@ def interpolated(
     raise InputError(field, value, expected)
 
 
-def _interpolate(function: VectorFunction, start: float, length: float, count: int) -> PiecewisePolynomial:
+def interpolated_evenly(
+    function: VectorFunction, start: float, stop: float, count: int
+) -> PiecewisePolynomial:
+    """Polynomials through the function's values at the Chebyshev points of so many equal intervals."""
+    length = (stop - start) / count
     nodes, to_powers = _chebyshev()
     t = start + length * (np.arange(count)[:, None] + nodes)
     values = _in_blocks(function, t.reshape(-1)).reshape(count, DEGREE + 1, 3)
@@ -92,7 +104,5 @@ def _chebyshev() -> tuple[np.ndarray, np.ndarray]:
     series[0] *= 0.5
     powers = np.zeros((n, n))
     for k in range(n):
-        basis = np.polynomial.chebyshev.cheb2poly(np.eye(n)[k])
-        shifted = np.polynomial.Polynomial(basis)(np.polynomial.Polynomial([-1.0, 2.0]))
-        powers[: k + 1, k] = shifted.coef
+        powers[: k + 1, k] = np.polynomial.chebyshev.cheb2poly(np.eye(n)[k])
     return 0.5 + 0.5 * np.cos(angle), powers @ series

@@ -17,7 +17,7 @@ from ..times import instants
 from ..times.instants import as_instants
 from .orbit import OrbitDefinition, earth
 from .piecewise_polynomial import interpolated
-from .tabulated import tabulated_path
+from .state_table import tabulated_path
 
 if TYPE_CHECKING:
     from astropy.time import Time

@@ -19,7 +19,8 @@ class PiecewisePolynomial(NamedTuple):
     Attributes
     ----------
     start, length : start of the first interval and length of each, s; the outermost polynomials extrapolate
-    coefficients : (intervals, 3, degree + 1), m, in powers of (t - start of the interval) / length
+    coefficients : (intervals, 3, degree + 1), m, in powers of the time from the middle of the interval over
+        half its length
     """
 
     start: float
@@ -68,12 +69,14 @@ class OrbitPath(NamedTuple):
     coefficients : (intervals, 3, degree + 1), of a PiecewisePolynomial; (1, 3, 1) zeros for a Keplerian orbit
     period : s, of one revolution; approximate for a table
     central : the body that is orbited; None if only positions are needed
+    refined : a more exact path, by which the error of this one is estimated; None where it has none
     """
 
     numbers: np.ndarray
     coefficients: np.ndarray
     period: float
     central: CentralBody | None = None
+    refined: OrbitPath | None = None
 
 
 class Spin(NamedTuple):

@@ -139,8 +139,8 @@ def _interpolated(
         return _hermite(t[window], at, attitude, rate)
     weights, _ = lagrange_basis(t[window], at)
     if segment.method.kind == "slerp":
-        return _slerp(attitude, weights[:, 1]), None if rate is None else _weighted(weights, rate)
-    return _unit(_weighted(weights, attitude)), None if rate is None else _weighted(weights, rate)
+        return _slerp(attitude, weights[:, 1]), None if rate is None else weighted(weights, rate)
+    return _unit(weighted(weights, attitude)), None if rate is None else weighted(weights, rate)
 
 
 def _since(instants: Instants, origin: float) -> np.ndarray:
@@ -173,7 +173,8 @@ def lagrange_basis(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return values, slopes
 
 
-def _weighted(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+def weighted(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(..., m, c): sums of values (..., m, w, c) by weights (m, w)."""
     return np.einsum("mw,...mwc->...mc", weights, values)
 
 
@@ -193,17 +194,26 @@ def hermite_components(
 
     At the nodes they have the attitudes (..., m, w, 4) and, from the rates, the derivatives q' = q omega / 2.
     """
-    basis, slopes = lagrange_basis(t, at)
     pure = np.concatenate([np.zeros_like(rate[..., :1]), rate], axis=-1)
-    derivative = 0.5 * rotations.product(attitude, pure)
+    return hermite_vectors(t, at, attitude, 0.5 * rotations.product(attitude, pure))
+
+
+def hermite_vectors(
+    t: np.ndarray, at: np.ndarray, values: np.ndarray, derivatives: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values and derivatives (..., m, c) at instants (m,) of the polynomials through nodes t (m, w).
+
+    At the nodes they have these values and derivatives (..., m, w, c).
+    """
+    basis, slopes = lagrange_basis(t, at)
     apart = t[:, :, None] - t[:, None, :]
     own_slope = (1.0 / np.where(apart == 0.0, np.inf, apart)).sum(axis=2)  # of each basis at its own node
     ahead = at[:, None] - t
     square, square_slope = basis**2, 2.0 * basis * slopes
     linear = 1.0 - 2.0 * ahead * own_slope
-    q = _weighted(linear * square, attitude) + _weighted(ahead * square, derivative)
-    q_slope = _weighted(linear * square_slope - 2.0 * own_slope * square, attitude)
-    return q, q_slope + _weighted(square + ahead * square_slope, derivative)
+    value = weighted(linear * square, values) + weighted(ahead * square, derivatives)
+    slope = weighted(linear * square_slope - 2.0 * own_slope * square, values)
+    return value, slope + weighted(square + ahead * square_slope, derivatives)
 
 
 def _slerp(attitude: np.ndarray, fraction: np.ndarray) -> np.ndarray:

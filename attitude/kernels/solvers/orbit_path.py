@@ -99,7 +99,8 @@ def along_pieces(pieces, start, length, t, t_low):
     """Position and velocity on the polynomial of the piece that t is in (the outermost, outside)."""
     place = (t - start) / length
     piece = max(0, min(int(place), pieces.shape[0] - 1))
-    x = ((t - start) - piece * length + t_low) / length
+    half = 0.5 * length
+    x = ((t - start) - (piece + 0.5) * length + t_low) / half
     degree = pieces.shape[2] - 1
     r0, r1, r2 = pieces[piece, 0, degree], pieces[piece, 1, degree], pieces[piece, 2, degree]
     v0, v1, v2 = 0.0, 0.0, 0.0
@@ -108,4 +109,4 @@ def along_pieces(pieces, start, length, t, t_low):
         r0 = fma(r0, x, pieces[piece, 0, power])
         r1 = fma(r1, x, pieces[piece, 1, power])
         r2 = fma(r2, x, pieces[piece, 2, power])
-    return (r0, r1, r2), (v0 / length, v1 / length, v2 / length)
+    return (r0, r1, r2), (v0 / half, v1 / half, v2 / half)

@@ -1,0 +1,227 @@
+"""A table of positions, with velocities or without, as an orbit: interpolated, with its own error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from ..kernels import layout
+from ..problem.initial_state import CentralBody, OrbitPath, PiecewisePolynomial
+from ..samples.interpolation import hermite_vectors, lagrange_basis, weighted
+from .path_states import evaluate
+from .piecewise_polynomial import interpolated, interpolated_evenly
+
+MIN_POINTS = 4
+# Rows of the polynomials that are tried: of positions alone, and with velocities.  The error of each is its
+# difference from the next.
+POSITION_WINDOWS, STATE_WINDOWS = (4, 6, 8, 10, 12, 14), (2, 4, 6, 8)
+ROWS_OF_ROUNDING = 14  # of the polynomials from which each row is predicted without itself
+# By what the path for the estimate exaggerates its distance from the answer's: of rounding it knows no more
+# than the size.
+EXAGGERATION = 2.0
+MAX_TRIED_INSTANTS = 20_000
+MAX_RELATIVE_ERROR = 1e-3  # of the distance: beyond it points are too far apart to say where the body is
+# Of the distance: below it no torque shows an error, and rounding of the polynomials is not far.
+LEAST_RELATIVE_ERROR = 1e-12
+# Seconds that a span may reach beyond a table: dates are rounded to a microsecond.
+SLACK = 2e-6
+PIECES_PER_REVOLUTION, PIECES_PER_INTERVAL, MAX_PIECES = 12, 4, 200_000
+
+Curve = Callable[[np.ndarray], np.ndarray]  # (n,) s -> (n, 3) m
+
+
+class StateTable(NamedTuple):
+    """States of the centre of mass.
+
+    Attributes
+    ----------
+    seconds : (n,) s since the epoch, ascending
+    positions : (n, 3) m, inertial, from the central body
+    velocities : (n, 3) m/s, or None
+    """
+
+    seconds: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray | None = None
+
+    def part(self, start: float, stop: float, margin: int) -> StateTable:
+        """The rows of a span, and so many before and after it."""
+        first = max(0, int(np.searchsorted(self.seconds, start)) - margin)
+        last = int(np.searchsorted(self.seconds, stop, side="right")) + margin
+        velocities = None if self.velocities is None else self.velocities[first:last]
+        return StateTable(self.seconds[first:last], self.positions[first:last], velocities)
+
+
+def check_table(
+    table: StateTable,
+    central: CentralBody,
+    names: tuple[str, str, str] = ("times.value", "positions.value", "velocities.value"),
+) -> None:
+    """Refuse rows that are no orbit: too few, not finite, not ascending, inside the central body.
+
+    names : of the fields of instants, positions and velocities, in errors
+    """
+    if len(table.seconds) < MIN_POINTS:
+        raise InputError(names[0], f"{len(table.seconds)} instants", f"at least {MIN_POINTS} instants")
+    for name, values in zip(names, table, strict=True):
+        if values is None:
+            continue
+        if len(values) != len(table.seconds):
+            expected = f"{len(table.seconds)}, one for each of times"
+            raise InputError(name, f"{len(values)} vectors", expected)
+        _refuse_first(
+            name, ~np.isfinite(values).reshape(len(values), -1).all(axis=1), values, "finite numbers"
+        )
+    behind = np.concatenate([[False], ~(np.diff(table.seconds) > 0.0)])
+    _refuse_first(names[0], behind, table.seconds, "instants in ascending order, none twice")
+    radius = 0.0 if central.radius is None else central.radius
+    inside = np.sqrt((table.positions**2).sum(axis=1)) <= radius
+    outside = f"a position outside the central body (radius {radius:g} m)"
+    _refuse_first(names[1], inside, table.positions, outside)
+
+
+def _refuse_first(name: str, wrong: np.ndarray, values: np.ndarray, expected: str) -> None:
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        raise InputError(f"{name}[{i}]", values[i].tolist(), expected)
+
+
+def table_path(
+    table: StateTable, start: float, stop: float, central: CentralBody, field: str = "times"
+) -> OrbitPath:
+    """Path through a table over a span from start to stop, s since the epoch.
+
+    Polynomials through the nearest rows, Hermite's where velocities make the error less, of the degree whose
+    error is least by comparison with the next; in intervals of a twelfth of a revolution, or shorter until
+    they add no more than that error.  `refined` is on the other side of the next degree's, through rows
+    that are predicted from their neighbours: its distance is that of interpolation and of the rows' rounding.
+
+    field : of the instants, named in errors
+
+    Raises
+    ------
+    InputError : the span reaches beyond the table; rows are too far apart to interpolate, or velocities are
+        not those of the positions.
+    """
+    seconds = table.seconds
+    if start < seconds[0] - SLACK or stop > seconds[-1] + SLACK:
+        covered = f"{seconds[0].item()!r} s to {seconds[-1].item()!r} s"
+        raise InputError(field, covered, f"a table over the whole span, {start!r} s to {stop!r} s")
+    step = float(np.diff(seconds).max())
+    table = table.part(start - step, stop + step, max(POSITION_WINDOWS))
+    curve, better, error = _best_curves(table, field)
+    first, last = max(float(table.seconds[0]), start - step), min(float(table.seconds[-1]), stop + step)
+    first, last = min(first, start), max(last, stop)
+    period = _period(curve, start, last - first, central.mu)
+    least = max((last - first) / min(MAX_PIECES, PIECES_PER_INTERVAL * len(table.seconds)), 1e-300)
+    longest, tolerance = period / PIECES_PER_REVOLUTION, max(error, LEAST_RELATIVE_ERROR)
+    polynomial = interpolated(curve, first, last, longest, tolerance, field, least)
+
+    def beyond(t: np.ndarray) -> np.ndarray:
+        return curve(t) + EXAGGERATION * (better(t) - curve(t))
+
+    refined = interpolated_evenly(beyond, first, last, 2 * len(polynomial.coefficients))
+    return tabulated_path(polynomial, period, central, tabulated_path(refined, period, central))
+
+
+def tabulated_path(
+    polynomial: PiecewisePolynomial, period: float, central: CentralBody, refined: OrbitPath | None = None
+) -> OrbitPath:
+    """Return the path on piecewise polynomials; period in s."""
+    numbers = np.zeros(layout.ORBIT_WIDTH)
+    numbers[:3] = layout.TABLE, polynomial.start, polynomial.length
+    return OrbitPath(numbers, polynomial.coefficients, period, central, refined)
+
+
+def interpolate_states(table: StateTable, count: int, t: np.ndarray) -> np.ndarray:
+    """(m, 3) m at instants t (m,) s, on polynomials through the `count` rows about each.
+
+    Lagrange's of degree count - 1; with velocities Hermite's, of degree 2 count - 1.
+    """
+    seconds = table.seconds
+    before = np.searchsorted(seconds, t, side="right") - 1
+    first = np.clip(before - (count // 2 - 1), 0, seconds.size - count)
+    window = first[:, None] + np.arange(count)
+    nodes, positions = seconds[window], table.positions[window]
+    if table.velocities is None:
+        return weighted(lagrange_basis(nodes, t)[0], positions)
+    return hermite_vectors(nodes, t, positions, table.velocities[window])[0]
+
+
+def predicted(table: StateTable) -> StateTable:
+    """The rows as the polynomials through their neighbours have them: off by their rounding, and more.
+
+    Those near an end, which have neighbours on one side, by what those next to them are off.
+    """
+    half = min(ROWS_OF_ROUNDING, len(table.seconds) - 1) // 2
+    rows = np.arange(half, len(table.seconds) - half)
+    window = rows[:, None] + np.concatenate([np.arange(-half, 0), np.arange(1, half + 1)])
+    basis = lagrange_basis(table.seconds[window], table.seconds[rows])[0]
+
+    def of(values: np.ndarray) -> np.ndarray:
+        off = weighted(basis, values[window]) - values[rows]
+        moved: np.ndarray = values + np.pad(off, ((half, half), (0, 0)), mode="symmetric")
+        return moved
+
+    velocities = None if table.velocities is None else of(table.velocities)
+    return StateTable(table.seconds, of(table.positions), velocities)
+
+
+def _best_curves(table: StateTable, field: str) -> tuple[Curve, Curve, float]:
+    """The polynomials of least error, the next through predicted rows, and the error over the distance.
+
+    Polynomials of higher degree follow a smooth orbit more exactly between its rows, but multiply their
+    rounding.
+    """
+    alone = table._replace(velocities=None)
+    pairs = _candidates(alone, POSITION_WINDOWS)
+    if table.velocities is not None:
+        pairs += _candidates(table, STATE_WINDOWS)
+    seconds, stride = table.seconds, max(1, len(table.seconds) // MAX_TRIED_INSTANTS)
+    rows = np.unique(np.append(np.arange(0, len(seconds) - 1, stride), len(seconds) - 2))
+    middles = 0.5 * (seconds[rows] + seconds[rows + 1])
+    errors = [
+        _relative(interpolate_states(own, count, middles), interpolate_states(own, more, middles))
+        for own, count, more in pairs
+    ]
+    best = min(range(len(pairs)), key=lambda k: float(errors[k].max()))
+    error = float(errors[best].max())
+    if not error <= MAX_RELATIVE_ERROR:
+        i = int(rows[np.argmax(errors[best])])
+        apart = f"{(seconds[i + 1] - seconds[i]).item():g} s apart"
+        expected = "rows close enough to interpolate the positions between them"
+        raise InputError(f"{field}[{i + 1}]", apart, expected)
+    own, count, more = pairs[best]
+    return partial(interpolate_states, own, count), partial(interpolate_states, predicted(own), more), error
+
+
+def _candidates(table: StateTable, windows: tuple[int, ...]) -> list[tuple[StateTable, int, int]]:
+    """The table, rows of a polynomial, and rows of that by which its error is estimated."""
+    n = len(table.seconds)
+    counts = [count for count in windows if count <= n]
+    if len(counts) == 1:  # of few rows: compared with the polynomial through all, or through one less
+        counts.append(n if n > counts[0] else n - 1)
+    return [(table, one, more) for one, more in pairwise(counts)]
+
+
+def _relative(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(m,): distances between positions (m, 3), relative to that from the central body."""
+    distance = np.sqrt((other**2).sum(axis=1))
+    difference: np.ndarray = np.sqrt(((one - other) ** 2).sum(axis=1)) / np.maximum(distance, 1e-300)
+    return difference
+
+
+def _period(curve: Curve, t: float, span: float, mu: float) -> float:
+    """Period of the osculating ellipse at t, s; without one, or where it is longer, the span of the table."""
+    step = 1e-3 * span
+    piece = interpolated_evenly(curve, t, t + step, 1)
+    r, v = (evaluate(piece, np.array([t]), derivative)[0] for derivative in (0, 1))
+    inverse = 2.0 / float(np.sqrt(r @ r)) - float(v @ v) / mu
+    if inverse <= 0.0:
+        return span
+    return float(2.0 * np.pi / np.sqrt(mu * inverse**3))
