@@ -3,7 +3,6 @@
 import asyncio
 import logging.config
 import re
-import warnings
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -13,11 +12,10 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 import attitude
-from attitude.errors import AttitudeWarning
 from attitude.formats.registry import FORMATS
 
 from . import logs, metrics
-from .compute import Compute, note_warning
+from .compute import Compute, collect_warnings
 from .deadline import end_stuck_process
 from .errors import install
 from .middleware import Requests
@@ -63,13 +61,15 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.add_middleware(Requests, compute=app.state.compute)
     if settings.cors_origins:
-        shown = "Attitude-Cost Attitude-Plan Attitude-Version Content-Disposition ETag Retry-After"
+        shown = (
+            "Attitude-Cost Attitude-Plan Attitude-Version Attitude-Warnings Allow Content-Disposition ETag"
+        )
         app.add_middleware(
             CORSMiddleware,
             allow_origins=settings.cors_origins,
             allow_methods=("GET", "HEAD", "POST"),
             allow_headers=("Accept", "Authorization", "Content-Type", "If-None-Match", "X-Request-ID"),
-            expose_headers=[*shown.split(), "WWW-Authenticate", "X-Request-ID"],
+            expose_headers=[*shown.split(), "Retry-After", "WWW-Authenticate", "X-Request-ID"],
         )
     return app
 
@@ -92,7 +92,6 @@ def __getattr__(name: str) -> FastAPI:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     settings = Settings.read()
     logging.config.dictConfig(logs.configuration(settings.log_level))
-    warnings.showwarning = note_warning  # type: ignore[assignment]
-    warnings.simplefilter("always", AttitudeWarning)
+    collect_warnings()
     made = globals()["app"] = create_app(settings)
     return made

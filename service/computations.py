@@ -22,6 +22,7 @@ from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
 from attitude.formats.tables import json as columns_as_json
 from attitude.frames.rotations import check_any_frame
+from attitude.pointing.columns import parse
 from attitude.quality.check import CheckReport, Finding
 from attitude.quality.check import check as check_ephemeris
 from attitude.quality.compare import compare as compare_ephemerides
@@ -127,19 +128,35 @@ def no_field(*names: str) -> Iterator[None]:
 
 
 class Writing(NamedTuple):
-    """How ephemerides are written, within which limits."""
+    """How ephemerides are written, within which limits; and the options of a format that is read."""
 
     query: FileQuery
     target: Format
     options: dict[str, Any]
+    reading: dict[str, Any]
+    columns: tuple[str, ...]
     settings: Settings
+
+    @classmethod
+    def of(
+        cls, query: FileQuery, target: Format, settings: Settings, source: Format | None = None
+    ) -> "Writing":
+        """What a query asks for; InputError for an option, a frame or a column that there is not."""
+        options, reading = query.options(target, source)
+        with no_field("columns", "frame"):
+            if query.frame is not None:
+                check_any_frame(query.frame)
+            columns = () if query.columns is None else parse(query.columns)
+        return cls(query, target, options, reading, columns, settings)
 
     def samples(self, scene: Scene, budget: Budget, drop_below: float | None) -> Samples:
         limit = self.settings.max_samples, variable("max_samples")
         if self.query.ut1 is not None:
             scene = scene.model_copy(update={"ut1": self.query.ut1})
         with no_field("drop_below"):
-            samples = scene.samples(check_wanted, drop_below, self.query.frame, *limit, budget.check)
+            samples = scene.samples(
+                check_wanted, drop_below, self.query.frame, *limit, budget.check, self.columns
+            )
         return counted(samples)
 
     def file(self, samples: Samples, target: Format) -> EncodedFile:
@@ -162,15 +179,15 @@ def computed(file: EncodedFile, **headers: str) -> Computed:
 
 def convert(files: dict[str, Upload], query: ConvertQuery, target: Format, settings: Settings) -> Computed:
     """A file in another format or frame, or at other instants."""
-    options, reading = query.options(target, format_of(files["file"], query.source))
-    data = Ephemeris.of(read(files, "file", settings, query.source, reading))
+    writing = Writing.of(query, target, settings, format_of(files["file"], query.source))
+    data = Ephemeris.of(read(files, "file", settings, query.source, writing.reading))
     data = data if query.ut1 is None else replace(data, ut1=query.ut1)
     data = data.in_frame(query.frame) if query.frame else data
     with no_field("times", "step"):
         instants = requested(data, query.times, query.step, max_instants=settings.max_samples)
         data = data if instants is None else data.resampled(instants)
-    samples = counted(Samples.of(data, check_wanted))
-    return computed(Writing(query, target, options, settings).file(samples, target))
+    samples = counted(Samples.of(replace(data, columns=writing.columns), check_wanted))
+    return computed(writing.file(samples, target))
 
 
 def check(files: dict[str, Upload], query: SourceQuery, settings: Settings) -> bytes:
@@ -218,10 +235,7 @@ def ephemeris(
     tag = tag_of(document, target.name, repr(sorted(request.query_params.multi_items())))
     if is_known(tag, request):
         return Computed(iter([]), True, target.media, {"etag": tag}, HTTPStatus.NOT_MODIFIED)
-    if query.frame is not None:
-        with no_field("frame"):
-            check_any_frame(query.frame)
-    writing = Writing(query, target, query.options(target)[0], settings)
+    writing = Writing.of(query, target, settings)
     if isinstance(parsed, list):
         answer = batch(parsed, writing, query.drop_below, request)
     else:

@@ -7,6 +7,7 @@ more requests than are meant to wait are refused at once, with the time after wh
 
 import asyncio
 import logging
+import warnings
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
@@ -19,7 +20,7 @@ from typing import Any, ParamSpec, TypeVar
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
-from attitude.errors import InputError
+from attitude.errors import AttitudeWarning, InputError
 from attitude.stopping import Stop, stoppable
 
 from . import deadline, metrics
@@ -139,6 +140,13 @@ def note_warning(message: Warning | str, *_: Any) -> None:
     log.warning("%s", message)
     if (job := current.get()) is not None and str(message) not in job.warnings:
         job.warnings.append(str(message))
+
+
+def collect_warnings() -> None:
+    """From now on, have every warning of the library noted, however often it comes."""
+    warnings.showwarning = note_warning  # type: ignore[assignment]
+    for category in (AttitudeWarning, FutureWarning):
+        warnings.simplefilter("always", category)
 
 
 def hold(samples: int) -> None:

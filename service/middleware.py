@@ -22,6 +22,7 @@ from .settings import variable
 log = logging.getLogger(__name__)
 
 MAX_HEADER_BYTES = 8192
+MAX_WARNINGS_BYTES, MAX_WARNING_CHARACTERS = 3000, 480  # of which JSON escapes one by six bytes at most
 EVERY_ANSWER = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
@@ -103,7 +104,7 @@ class Answer:
             for name, value in {**EVERY_ANSWER, "x-request-id": self.job.identity}.items():
                 headers.setdefault(name, value)
             if self.job.warnings:
-                headers["attitude-warnings"] = json.dumps(self.job.warnings)[:4000]
+                headers["attitude-warnings"] = listed(self.job.warnings)
             if self.status != HTTPStatus.NOT_MODIFIED:  # which leaves it as the browser has kept it
                 is_page = headers.get("content-type", "").startswith("text/html")
                 headers.setdefault("content-security-policy", PAGE_POLICY if is_page else NO_PAGE_POLICY)
@@ -116,6 +117,14 @@ class Answer:
             log.info("a client took nothing for %s s (%s)", self.max_seconds, variable("client_seconds"))
             raise ClientDisconnect from None
         self.is_whole = message["type"] == "http.response.body" and not message.get("more_body", False)
+
+
+def listed(warnings: list[str]) -> str:
+    """As many of them as a header may hold, as a list in JSON."""
+    texts = [warning[:MAX_WARNING_CHARACTERS] for warning in warnings]
+    while len(text := json.dumps(texts)) > MAX_WARNINGS_BYTES:
+        texts.pop()
+    return text
 
 
 def refused_header(request: Request) -> Response | None:

@@ -25,10 +25,14 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
 }
 
 
-def tagged(model: Any, **response: Any) -> dict[int | str, dict[str, Any]]:
+UNCHANGED: dict[int | str, dict[str, Any]] = {
+    304: {"description": "The client has this answer: its tag is in If-None-Match"}
+}
+
+
+def tagged(model: Any) -> dict[int | str, dict[str, Any]]:
     """The responses of a route whose answer has a tag."""
-    unchanged = {"description": "The client has this answer: its tag is in If-None-Match"}
-    return {200: {"model": model, **response}, 304: unchanged}
+    return {200: {"model": model}, **UNCHANGED}
 
 
 def file_responses(model: Any) -> dict[int | str, dict[str, Any]]:
@@ -36,9 +40,8 @@ def file_responses(model: Any) -> dict[int | str, dict[str, Any]]:
     media = [each.media for each in FORMATS.values() if each.name != "json"] + ["application/zip"]
     file = {"schema": {"type": "string", "format": "binary"}}
     content: dict[str, Any] = {each: {"schema": {}} if each.endswith("+json") else file for each in media}
-    return tagged(
-        model, description="Columns and how to read them, plan and cost; or a file", content=content
-    )
+    description = "Columns and how to read them, plan and cost; or a file"
+    return {200: {"model": model, "description": description, "content": content}}
 
 
 @cache

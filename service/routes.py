@@ -24,7 +24,7 @@ from attitude.scene.document import Scene, builtin_names
 from . import computations, metrics
 from .dependencies import Document, Files, negotiated, once
 from .errors import problem
-from .openapi import REFUSALS, file_responses, tagged
+from .openapi import REFUSALS, UNCHANGED, file_responses, tagged
 from .schemas import (
     CompareQuery,
     ConvertQuery,
@@ -47,7 +47,7 @@ open_router = APIRouter(responses=REFUSALS)  # of what is answered without a tok
 # -- computing: beside the event loop -------------------------------------------------------------
 
 
-@router.post("/v1/ephemeris", responses=file_responses(Ephemeris | Ephemerides))
+@router.post("/v1/ephemeris", responses=file_responses(Ephemeris | Ephemerides) | UNCHANGED)
 async def ephemeris(
     request: Request, query: Annotated[EphemerisQuery, Query()], document: Document
 ) -> Response:

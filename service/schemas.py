@@ -10,6 +10,7 @@ from attitude.errors import InputError, unknown
 from attitude.formats import module_of, option_names
 from attitude.formats.encoding import parse_options
 from attitude.formats.registry import FORMATS, READ_ONLY, Format
+from attitude.pointing.columns import KINDS
 
 Text = str | SkipJsonSchema[None]
 FormatName = Annotated[Text, Field(json_schema_extra={"enum": list(FORMATS)})]
@@ -54,6 +55,11 @@ class FileQuery(BaseModel):
 
     format: FormatName = Field(None, description="of the answer, instead of what Accept names")
     frame: Text = Field(None, description="attitudes relative to it")
+    columns: Text = Field(
+        None,
+        description=f"what a table holds, by commas: {'; '.join(map(' '.join, KINDS.items()))}",
+        examples=["time,euler:ZYX,angle:z:sun"],
+    )
     ut1: Literal["tables", "utc"] | SkipJsonSchema[None] = Field(
         None, description="utc takes UTC for UT1 in ITRF, beyond astropy's tables"
     )
@@ -133,6 +139,7 @@ class Ephemeris(BaseModel):
     body: dict[str, Any] | None
     shape: list[int]
     events: list[dict[str, Any]] = []
+    chosen_columns: list[str] = Field([], description="what the query asked for in `columns`")
     version: str
     plan: dict[str, Any] | None = Field(description="how it was computed, and what it is worth")
     columns: dict[str, list[float | str]]

@@ -16,7 +16,7 @@ from astropy.time import Time
 from .. import units
 from ..errors import AttitudeError, FormatError, InputError, shown
 from ..frames import rotations
-from ..pointing.columns import VectorColumn, derived
+from ..pointing.columns import VectorColumn, derived, layout
 from ..pointing.targets import orbit_state
 from ..rigid_body.body import RigidBody
 from ..samples import event_records
@@ -129,7 +129,7 @@ def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.nd
     if REST in names:
         low = ephemeris.instants.seconds_low
         table[REST] = np.zeros(ephemeris.instants.shape) if low is None else low
-    for column in vectors(ephemeris):
+    for column in vectors(ephemeris, names):
         for i, name in enumerate(column.names):
             if name in names:
                 table[name] = column.values[..., i]
@@ -142,10 +142,11 @@ def rows(table: Mapping[str, np.ndarray], names: list[str], pieces: list[bytes])
     return texts(columns, pieces, table.get(TIME))
 
 
-def vectors(ephemeris: EphemerisData) -> Iterator[VectorColumn]:
+def vectors(ephemeris: EphemerisData, names: Collection[str] | None = None) -> Iterator[VectorColumn]:
     """Each vector that the ephemeris holds, not copied, or those that its `columns` ask for, in their order.
 
-    The momentum only where it is not inertia times rate.
+    The momentum only where it is not inertia times rate.  Of what has to be computed, only that of which some
+    column is among the names, if any are given.
 
     Raises InputError or RegimeError where what is asked for is not known of this ephemeris.
     """
@@ -155,10 +156,18 @@ def vectors(ephemeris: EphemerisData) -> Iterator[VectorColumn]:
     for request in ephemeris.columns:
         if request in own:
             yield own[request]
+        elif names is not None and not _has_any(request, names):
+            continue
         elif request in VECTORS:
             yield VectorColumn(request, *VECTORS[request], _computed(ephemeris, request))
         else:
             yield from derived(ephemeris, request)
+
+
+def _has_any(request: str, names: Collection[str]) -> bool:
+    """Whether some of these columns are of a request that is computed."""
+    described = (VECTORS[request],) if request in VECTORS else (each[1:] for each in layout(request))
+    return any(name in names for own, _ in described for name in own)
 
 
 def _own_vectors(ephemeris: EphemerisData) -> Iterator[VectorColumn]:

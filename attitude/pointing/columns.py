@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, suggestion
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from . import targets
@@ -29,7 +29,7 @@ KINDS = {
     "spin": "of the angular momentum and about the body's z axis, deg and deg/s",
 }
 AXES = {f"{sign}{axis}": f"{'minus_' if sign == '-' else ''}{axis}" for sign in ("", "-") for axis in "xyz"}
-SPIN = ("ra", "dec", "nutation", "precession", "phase", "rate")
+SPIN = dict.fromkeys(("ra", "dec", "nutation", "precession", "phase"), "deg") | {"rate": "deg/s"}
 
 
 class VectorColumn(NamedTuple):
@@ -47,24 +47,41 @@ class VectorColumn(NamedTuple):
     values: np.ndarray
 
 
+# Every request that there is, by name.
+REQUESTS = (
+    *(kind for kind in KINDS if ":" not in kind),
+    *(f"euler:{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c),
+    *(f"direction:{axis}" for axis in AXES),
+    *(f"angle:{axis}:{target}" for axis in AXES for target in targets.TARGETS),
+)
+
+
 def parse(text: str | Sequence[str]) -> tuple[str, ...]:
     """The requests of a list, or of a text with commas; InputError for what is none, or there twice."""
     requests = [part.strip() for part in text.split(",")] if isinstance(text, str) else list(text)
     for i, request in enumerate(requests):
-        if not isinstance(request, str) or not _is_known(request) or request in requests[:i]:
-            raise InputError("columns", request, f"each once, of {', '.join(KINDS)}")
+        if request not in REQUESTS:
+            expected = f"each of {', '.join(KINDS)}{suggestion(request, REQUESTS)}"
+            raise InputError("columns", request, expected)
+        if request in requests[:i]:
+            raise InputError("columns", request, "each once")
     return tuple(requests)
 
 
-def _is_known(request: str) -> bool:
+def layout(request: str) -> tuple[tuple[str, tuple[str, ...], str], ...]:
+    """Label, names and unit of each of a request's `VectorColumn`s, none of one that is not `derived`."""
     kind, *parts = request.split(":")
+    label = f"{kind}_{AXES.get(parts[0], parts[0].lower())}" if parts else kind
     if kind == "euler":
-        return len(parts) == 1 and bool(re.fullmatch(r"(?!.*(.)\1)[XYZ]{3}", parts[0]))
+        return ((label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),)
     if kind == "direction":
-        return len(parts) == 1 and parts[0] in AXES
+        return ((label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),)
     if kind == "angle":
-        return len(parts) == 2 and parts[0] in AXES and parts[1] in targets.TARGETS
-    return not parts and kind in KINDS
+        return ((f"{label}_{parts[1]}", (f"{label}_{parts[1]}_deg",), "deg"),)
+    if kind == "spin":
+        names = {name: f"spin_{name}_{unit.replace('/', '_')}" for name, unit in SPIN.items()}
+        return tuple((f"spin_{name}", (names[name],), unit) for name, unit in SPIN.items())
+    return ()
 
 
 def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
@@ -74,19 +91,12 @@ def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
     """
     kind, *parts = request.split(":")
     if kind == "euler":
-        angles = np.rad2deg(rotations.euler_angles(data.quaternion("wxyz"), parts[0]))
-        label = f"euler_{parts[0].lower()}"
-        yield VectorColumn(label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg", angles)
+        values = [np.rad2deg(rotations.euler_angles(data.quaternion("wxyz"), parts[0]))]
     elif kind == "direction":
-        label = f"direction_{AXES[parts[0]]}"
-        names = tuple(f"{label}_{axis}" for axis in "xyz")
-        yield VectorColumn(label, names, "", targets.direction(data, parts[0]))
+        values = [targets.direction(data, parts[0])]
     elif kind == "angle":
-        label = f"angle_{AXES[parts[0]]}_{parts[1]}"
-        angle = np.rad2deg(targets.angle(data, *parts))
-        yield VectorColumn(label, (f"{label}_deg",), "deg", angle[..., None])
-    elif kind == "spin":
-        for name, values in zip(SPIN, spin_state(data), strict=True):
-            unit = ("deg/s", "_deg_s") if name == "rate" else ("deg", "_deg")
-            label = f"spin_{name}"
-            yield VectorColumn(label, (f"{label}{unit[1]}",), unit[0], np.rad2deg(values)[..., None])
+        values = [np.rad2deg(targets.angle(data, *parts))[..., None]]
+    else:
+        values = [np.rad2deg(each)[..., None] for each in spin_state(data)] if kind == "spin" else []
+    for description, array in zip(layout(request), values, strict=True):
+        yield VectorColumn(*description, array)

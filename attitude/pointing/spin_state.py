@@ -19,7 +19,7 @@ import numpy as np
 from ..errors import InputError
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
-from .targets import body_axis
+from .targets import body_axis, unit_vectors
 
 MIN_SHARE = 1e-9  # of the rate, along the spin axis
 
@@ -41,10 +41,12 @@ class SpinState(NamedTuple):
 
 
 def spin_state(data: EphemerisData, axis: Any = "z") -> SpinState:
-    """The spin about a body axis; RegimeError without inertia or rates, and in a frame that turns."""
+    """The spin about a body axis.
+
+    Raises RegimeError without inertia or rates, at rest, and in a frame that turns.
+    """
     third = body_axis(axis)
-    momentum = np.asarray(data.angular_momentum)
-    momentum = momentum / np.sqrt((momentum**2).sum(axis=-1, keepdims=True))
+    momentum = unit_vectors(np.asarray(data.angular_momentum), "the spin, of the angular momentum,")
     ra = np.arctan2(momentum[..., 1], momentum[..., 0]) % (2.0 * np.pi)
     dec = np.arctan2(momentum[..., 2], np.hypot(momentum[..., 0], momentum[..., 1]))
     to_momentum = rotations.product(_about("Z", ra + 0.5 * np.pi), _about("X", 0.5 * np.pi - dec))

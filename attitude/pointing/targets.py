@@ -56,7 +56,8 @@ def target(data: EphemerisData, to: Any) -> np.ndarray:
     Raises
     ------
     InputError : another target; one that needs a date where there is no epoch.
-    RegimeError : one that needs an orbit, or is not known in the axes of an orbit.
+    RegimeError : one that needs an orbit, is not known in the axes of an orbit, or has no direction, as the
+        momentum at rest.
     """
     if isinstance(to, str):
         if to not in TARGETS:
@@ -69,8 +70,16 @@ def target(data: EphemerisData, to: Any) -> np.ndarray:
         vectors = place - position(data)
     else:
         vectors = unit_vector(to, "to", f"one of {', '.join(TARGETS)}, or a direction of three numbers")
-    size = np.sqrt((vectors**2).sum(axis=-1, keepdims=True))
-    return np.broadcast_to(vectors / size, (*data.shape, 3))
+    return np.broadcast_to(unit_vectors(vectors, f"the direction of {to!r:.40}"), (*data.shape, 3))
+
+
+def unit_vectors(vectors: np.ndarray, noun: str) -> np.ndarray:
+    """Vectors (..., 3), each divided by its length, whatever its magnitude; RegimeError for a zero one."""
+    greatest = np.abs(vectors).max(axis=-1, keepdims=True)
+    if not greatest.all():
+        raise RegimeError(f"{noun} is not defined where its vector is zero")
+    scaled = vectors / greatest
+    return np.asarray(scaled / np.sqrt((scaled**2).sum(axis=-1, keepdims=True)))
 
 
 def angle(data: EphemerisData, axis: Any, to: Any) -> np.ndarray:

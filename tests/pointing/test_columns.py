@@ -1,6 +1,7 @@
 """Columns that users choose: the same numbers as the methods give, in every format of tables."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -95,13 +96,31 @@ def test_angle_is_chosen_by_axis_and_target():
     assert data.to_table().colnames == names
 
 
-@pytest.mark.parametrize(
-    "columns",
-    ["time,nonsense", "euler:ZZX", "euler", "angle:z", "angle:w:sun", "direction:q", "time,time", ""],
-)
-def test_unknown_columns_are_refused_with_the_list(columns):
-    with pytest.raises(InputError, match="columns: each once, of time, elapsed, quaternion"):
+WRONG = {
+    "time,nonsense": None,
+    "quaternoin": "quaternion",
+    "euler:ZZX": "euler:ZYX",
+    "euler:zyx": "euler:ZYX",
+    "direction:q": "direction:z",
+    "angle:w:sun": "angle:z:sun",
+    "angle:z:sum": "angle:z:sun",
+    "euler": "euler:ZYX",
+    "": None,
+}
+
+
+@pytest.mark.parametrize(("columns", "meant"), WRONG.items())
+def test_unknown_columns_are_refused_with_the_list_and_what_was_meant(columns, meant):
+    with pytest.raises(InputError, match="columns: each of time, elapsed, quaternion") as refused:
         motion().at(T).with_columns(columns)
+    assert ("did you mean" in str(refused.value)) is (meant is not None)
+    if meant:
+        assert re.search(f"did you mean '{meant[:-1]}.'", str(refused.value))
+
+
+def test_column_is_named_once():
+    with pytest.raises(InputError, match="columns: each once; got 'time'"):
+        motion().at(T).with_columns("time,quaternion,time")
 
 
 def test_columns_that_an_ephemeris_cannot_have_are_refused(tmp_path):

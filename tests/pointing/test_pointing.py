@@ -206,6 +206,21 @@ def test_what_is_not_known_is_refused(ask, error, text):
         ask(motion().at(T))
 
 
+RATES = {"rest": (0.0, False), "subnormal square": (1e-200, True)}
+
+
+@pytest.mark.parametrize(("rate", "has_direction"), RATES.values(), ids=RATES)
+@pytest.mark.parametrize("ask", [lambda d: d.spin().dec, lambda d: d.angle("z", "momentum")])
+def test_momentum_has_a_direction_unless_it_is_zero(ask, rate, has_direction):
+    body = RigidBody([2.0, 2.0, 2.0])
+    data = TorqueFreeMotion(body, [1.0, 0, 0, 0], (0.0, rate, rate), EPOCH, order="wxyz").at(T)
+    if has_direction:
+        assert np.abs(ask(data) - np.pi / 4).max() <= 1e-15
+    else:
+        with pytest.raises(RegimeError, match="is not defined where its vector is zero"):
+            ask(data)
+
+
 def test_what_needs_a_date_or_axes_is_refused_without_them():
     with pytest.raises(InputError, match="epoch"):
         motion(epoch=None).at(T).angle("z", "sun")

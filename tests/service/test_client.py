@@ -62,6 +62,11 @@ def test_scenes_are_posted_and_their_answers_parsed(generated, name):
     assert isinstance(ephemeris, model("Ephemeris"))
     assert len(ephemeris.columns["q_w"]) == ephemeris.shape[0]
     assert ephemeris.plan["solver"]
+    chosen = api("ephemeris_v1_ephemeris_post").sync(
+        client=generated, body=scene, columns="elapsed,direction:z"
+    )
+    assert chosen.chosen_columns == ["elapsed", "direction:z"]
+    assert len(chosen.columns["direction_z_x"]) == ephemeris.shape[0]
     assert api("plan_v1_plan_post").sync(client=generated, body=scene)["solver"]
     assert "regime" in api("motion_v1_motion_post").sync(client=generated, body=scene)
 
@@ -82,12 +87,41 @@ def test_cost_is_measured(generated):
     assert report["kind"] == "attitude-cost/1"
 
 
-def test_file_is_converted(generated):
-    samples = Scene.model_validate(
-        {"scene": "toutatis", "times": {"elapsed": [0, 9, 99], "unit": "s"}}
-    ).samples()
-    content = io.BytesIO(b"".join(encoded_file(samples, FORMATS["aem"]).blocks))
-    file = importlib.import_module("generated.types").File(payload=content, file_name="x.aem")
-    body = model("ConvertV1ConvertPostFilesBody")(file=file)
-    ephemeris = api("convert_v1_convert_post").sync(client=generated, body=body)
-    assert len(ephemeris.columns["q_w"]) == samples.count
+@pytest.fixture
+def tracked():
+    """A short ephemeris, and a function that makes a file of it, as the generated client sends one."""
+    document = {"scene": "toutatis", "times": {"elapsed": [0, 9, 99], "unit": "s"}}
+    samples = Scene.model_validate(document).samples()
+
+    def file(name):
+        content = io.BytesIO(b"".join(encoded_file(samples, FORMATS[name]).blocks))
+        name = "x" + FORMATS[name].endings[0]
+        return importlib.import_module("generated.types").File(payload=content, file_name=name)
+
+    return samples, file
+
+
+def test_file_is_converted(generated, tracked):
+    samples, file = tracked
+    body = model("ConvertV1ConvertPostFilesBody")(file=file("aem"))
+    ephemeris = api("convert_v1_convert_post").sync(client=generated, body=body, columns="time,euler:ZYX")
+    assert list(ephemeris.columns.to_dict()) == ["time", *(f"euler_zyx_{i}_deg" for i in (1, 2, 3))]
+    assert len(ephemeris.columns["time"]) == samples.count
+
+
+def test_file_is_checked_in_a_form_and_as_a_body(generated, tracked):
+    _, file = tracked
+    check, source = api("check_v1_check_post").sync, model("CheckV1CheckPostSource")
+    reports = [
+        check(client=generated, body=model("CheckV1CheckPostFilesBody")(file=file("csv"))),
+        check(client=generated, body=file("csv"), source=source.CSV),
+    ]
+    assert reports[0]["findings"] == reports[1]["findings"] != []
+
+
+def test_two_files_are_compared(generated, tracked):
+    samples, file = tracked
+    body = model("CompareV1ComparePostBody")(file=file("csv"), other=file("npz"))
+    report = api("compare_v1_compare_post").sync(client=generated, body=body, frame="ICRF")
+    assert report["instants"] == samples.count
+    assert report["rate_rad_s"]["greatest"] == 0.0

@@ -70,7 +70,21 @@ def test_body_is_read_by_its_type_and_written_as_the_library_writes_it(client, t
         assert answer.content == b"".join(encoded_file(turned, FORMATS["csv"]).blocks)
 
 
+@pytest.mark.parametrize("name", ["csv", "ecsv", "ndjson", "arrow", "parquet"])
+def test_columns_of_a_file_are_chosen_as_the_library_does_it(client, tmp_path, name):
+    path = tmp_path / "x.aem"
+    path.write_bytes(encoded("aem"))
+    columns = "time,euler:ZYX,angle:z:sun"
+    query = {"format": name, "frame": "GCRF", "columns": columns, "step": "50 s"}
+    answer = client.post("/v1/convert", params=query, files=uploaded("aem"))
+    data = Ephemeris.read(path).in_frame("GCRF").resampled(np.arange(0.0, 501.0, 50.0))
+    expected = encoded_file(data.with_columns(columns), FORMATS[name])
+    assert answer.content == b"".join(expected.blocks)
+
+
 REFUSED = {
+    "unknown column": ({"source": "csv", "columns": "tim"}, None, 422, "columns: each of time"),
+    "column without an orbit": ({"source": "csv", "columns": "position"}, None, 422, "orbit: "),
     "no format": ({}, b"x", 422, "source: the format of the file"),
     "unknown format": ({"source": "eam"}, b"x", 422, "source: unknown format 'eam'; did you mean 'aem'?"),
     "unknown target": ({"source": "aem", "format": "cvs"}, b"x", 422, "format: unknown format 'cvs'"),

@@ -6,17 +6,30 @@ import io
 import re
 import zipfile
 
+import numpy as np
+import orjson
 import pytest
 from asking import MAX_SAMPLES, assert_problem
+from starlette.testclient import TestClient
 
 from attitude import Ephemeris, Scene
 from attitude.formats.encoding import encoded_file
 from attitude.formats.registry import FORMATS
+from attitude.pointing.columns import parse
+from service import create_app
+from service.settings import Settings
 
 SMALL = Scene.builtin("toutatis").document()
+SMALL_SPAN = {"start": 0, "stop": 600, "step": 60, "unit": "s"}
 FILES = [name for name in FORMATS if name != "json"]
 # What a file says of the moment it was made; given, two of them are the same.
 MADE = {"aem": {"creation_date": "2026-01-01T00:00:00"}, "aem-xml": {"creation_date": "2026-01-01T00:00:00"}}
+
+
+@pytest.fixture(scope="module")
+def large_client():
+    """A service with the usual limits."""
+    return TestClient(create_app(Settings()))
 
 
 def library(name, document=SMALL, **options):
@@ -148,11 +161,69 @@ def test_frame_is_the_one_asked_for(client):
         ({"format": "aem", "interpolation_error": "0"}, "interpolation_error: greater than 0"),
         ({"format": "aem", "degree": "many"}, "degree: "),
         ({"frame": "MARS"}, "frame: "),
+        ({"columns": "time,quaternoin"}, "columns: each of time, elapsed, quaternion, "),
+        ({"columns": "time,time"}, "columns: each once; got 'time'"),
+        ({"columns": ""}, "columns: each of time"),
+        ({"columns": "angle:z:sum"}, "columns: each of "),
+        ({"columns": "angle:z:earth"}, "orbit: "),
+        ({"columns": "angle:z:sun", "frame": "INERTIAL"}, "frame: "),
+        ({"format": "aem", "columns": "quaternion"}, "columns: none for aem, which is no table"),
+        ({"colums": "time"}, "colums: unknown query parameter 'colums'; did you mean 'columns'?"),
     ],
 )
 def test_what_cannot_be_had_is_a_problem(client, query, detail):
     problem = assert_problem(client.post("/v1/ephemeris", json=SMALL, params=query), 422)
     assert problem["detail"].startswith(detail)
+
+
+COLUMNS = "elapsed,quaternion,euler:ZYX,direction:-x,angle:z:sun,angle:y:momentum,spin,angular_momentum"
+TABLES = [name for name in FORMATS if name not in ("aem", "aem-xml", "stk", "czml", "ck")]
+
+
+@pytest.mark.parametrize("count", [3, 40_000])
+@pytest.mark.parametrize("name", TABLES)
+def test_columns_of_choice_are_those_of_the_library(large_client, name, count):
+    """Of instants in memory, and of those that are computed chunk by chunk, as they are sent."""
+    document = SMALL | {"times": {"start": 0, "stop": 9, "count": count, "unit": "d"}}
+    query = {"format": name, "columns": COLUMNS}
+    got = large_client.post("/v1/ephemeris", json=document, params=query)
+    assert got.status_code == 200, got.text[:300]
+    columns = parse(COLUMNS)
+    expected = encoded_file(Scene(**document).samples(columns=columns), FORMATS[name])
+    content = b"".join(expected.blocks)
+    if name == "json":
+        assert orjson.loads(got.content)["columns"] == orjson.loads(content)["columns"]
+        assert got.json()["chosen_columns"] == list(columns)
+    elif name in ("npz", "fits"):  # which hold dates of their own making
+        assert len(got.content) == len(content)
+    else:
+        assert got.content == content
+
+
+def test_columns_of_choice_are_what_the_methods_give(client):
+    scene = Scene.model_validate({"scene": "envisat", "times": SMALL_SPAN, "effects": []})
+    query = {"columns": "time,euler:ZXZ,direction:y,angle:-y:sun,angle:z:earth,velocity", "frame": "EME2000"}
+    got = client.post("/v1/ephemeris", json=scene.document(), params=query).json()["columns"]
+    data = scene.run().in_frame("EME2000")
+    expected = {
+        "euler_zxz_2_deg": data.euler("ZXZ", "deg")[:, 1],
+        "direction_y_z": data.direction("y")[:, 2],
+        "angle_minus_y_sun_deg": data.angle("-y", "sun", "deg"),
+        "angle_z_earth_deg": data.angle("z", "earth", "deg"),
+        "velocity_x_m_s": data.velocity[:, 0],
+    }
+    assert len(got) == 1 + 3 + 3 + 1 + 1 + 3
+    for name, values in expected.items():
+        np.testing.assert_allclose(got[name], values, rtol=1e-13, err_msg=name)
+
+
+def test_columns_of_choice_hold_for_every_scene_of_a_list(client):
+    answer = client.post("/v1/ephemeris?columns=elapsed,spin", json=[SMALL, SMALL | {"name": "other"}])
+    assert [list(each["columns"])[:2] for each in answer.json()["answers"]] == [
+        ["elapsed_s", "spin_ra_deg"]
+    ] * 2
+    refused = client.post("/v1/ephemeris?columns=elapsd", json=[SMALL])
+    assert "did you mean 'elapsed'?" in assert_problem(refused, 422)["detail"]
 
 
 def test_limit_of_samples_holds_for_nodes_too(client):

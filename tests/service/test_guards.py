@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
+import random
+import warnings
+from functools import partial
 
 import pytest
 from asking import assert_problem
@@ -11,6 +15,8 @@ from starlette.responses import Response
 from starlette.testclient import TestClient
 
 from service import create_app, metrics
+from service.compute import collect_warnings
+from service.middleware import listed
 from service.settings import Settings
 
 TOKEN = "0123456789abcdef-A"
@@ -205,9 +211,77 @@ def test_named_origin_may_ask_with_its_token_and_others_get_a_problem():
     assert (refused.status_code, "access-control-allow-origin" in refused.headers) == (400, False)
     answer = asked.get("/version", headers={"origin": "https://a.example"})
     assert answer.status_code == 401
-    shown = set(answer.headers["access-control-expose-headers"].lower().split(", "))
-    assert {"attitude-plan", "attitude-cost", "attitude-version", "etag", "retry-after"} <= shown
     assert answer.headers["access-control-allow-origin"] == "https://a.example"  # the page may read why
+
+
+# What a page reads without being allowed to, and what is for browsers and proxies, not for it.
+SAFELISTED = {"cache-control", "content-language", "content-length", "content-type", "expires"}
+SAFELISTED |= {"last-modified", "pragma"}
+FOR_OTHERS = {*POLICY, "vary", "connection", "content-encoding"}
+ROUNDED = {"attitude": {"quaternion": [0.7071, 0.0, 0.7071, 0.0], "order": "wxyz"}}  # warned of
+
+
+def answers_of_every_kind(document):
+    """By name: 200 as JSON, as a file and whole, with a warning, 304, 401, 404, 405, 413, 503 ..."""
+    page = {"origin": "https://a.example"}
+    ask = partial(asking, cors_origins=("https://a.example",))
+    free, full = ask(max_body_bytes=2000), ask()
+    full.app.state.compute.in_flight = full.app.state.settings.requests_in_flight
+    csv = free.post("/v1/ephemeris?format=csv", json=document | ROUNDED, headers=page)
+    again = page | {"if-none-match": csv.headers["etag"]}
+    return {
+        "file with a warning": csv,
+        "known": free.post("/v1/ephemeris?format=csv", json=document | ROUNDED, headers=again),
+        "json": free.post("/v1/ephemeris", json=document, headers=page),
+        "scenes": free.get("/v1/scenes", headers=page),
+        "no token": ask(token=TOKEN).get("/version", headers=page),
+        "no path": free.get("/nothing", headers=page),
+        "no method": free.delete("/v1/motion", headers=page),
+        "too large": free.post("/v1/motion", content=b" " * 2001, headers=page),
+        "too long": free.get("/version", headers=page | {"accept": "," * 9000}),
+        "busy": full.post("/v1/motion", json=document, headers=page),
+    }
+
+
+@pytest.fixture
+def collected():
+    """Warnings go where those of a service go."""
+    with warnings.catch_warnings():
+        collect_warnings()
+        yield
+
+
+@pytest.mark.usefixtures("collected")
+def test_page_from_elsewhere_reads_every_header_that_it_may_need(document):
+    seen = set()
+    for name, answer in answers_of_every_kind(document).items():
+        shown = set(answer.headers["access-control-expose-headers"].lower().split(", "))
+        sent = {header for header in answer.headers if not header.startswith("access-control-")}
+        assert sent - SAFELISTED - FOR_OTHERS <= shown, name
+        seen |= sent
+    own = {"attitude-warnings", "attitude-plan", "attitude-cost", "attitude-version", "x-request-id"}
+    assert own | {"etag", "content-disposition", "retry-after", "allow", "www-authenticate"} <= seen
+
+
+# -- warnings -------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("collected")
+@pytest.mark.parametrize("changed", [ROUNDED, {"solver": "splitting"}])
+@pytest.mark.parametrize("path", ["/v1/ephemeris", "/v1/motion", "/v1/plan"])
+def test_answer_has_the_warnings_of_the_library(client, document, path, changed):
+    own = {"angular_velocity": {"value": [0.1, 1.0, random.random()], "unit": "rad/s"}}  # not known yet
+    (text,) = json.loads(client.post(path, json=document | own | changed).headers["attitude-warnings"])
+    assert next(iter(changed)) in text
+
+
+@pytest.mark.parametrize("count", [0, 1, 1000])
+@pytest.mark.parametrize("text", ["short", "\u20ac" * 5000, '"' * 5000])
+def test_warnings_are_a_list_in_json_that_a_header_holds(text, count):
+    shown = listed([f"{text} {k}" for k in range(count)])
+    assert shown.isascii()
+    assert len(shown) <= 3000
+    assert [text[:5]] * min(count, 1) == [each[:5] for each in json.loads(shown)][:1]
 
 
 # -- figures --------------------------------------------------------------------------------------

@@ -59,7 +59,7 @@ def test_worked_examples_are_what_is_answered(client, description, path):
     method, operation = next(iter(description["paths"][path].items()))
     assert examples_of(operation) == examples()[path]
     for name, expected in examples()[path]["answers"].items():
-        answer = answered(client, method, path, examples()[path].get("requests", {}).get(name))
+        answer = answered(client, method, path, name, examples()[path].get("requests", {}).get(name))
         assert_alike(answer, expected)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import orjson
 
@@ -27,8 +28,13 @@ def _requests() -> dict[str, dict[str, Any]]:
     week = {"start": 0, "stop": 7, "step": 3.5, "unit": "d"}
     one = small("toutatis", times=week)
     heavy = one | {"name": "no such body", "body": {"moments": [1, 1, 3], "unit": "kg m2"}}
+    tumbling = small("envisat", times={"start": 0, "stop": 60, "step": 30, "unit": "s"}, effects=[])
     return {
-        "/v1/ephemeris": {"one scene": one, "a list of scenes": [one, heavy]},
+        "/v1/ephemeris": {
+            "one scene": one,
+            "a list of scenes": [one, heavy],
+            "columns of choice": tumbling,
+        },
         "/v1/plan": {"ENVISAT": small("envisat")},
         "/v1/motion": {"4179 Toutatis": small("toutatis")},
         "/v1/cost": {"4179 Toutatis": small("toutatis")},
@@ -40,12 +46,16 @@ def _requests() -> dict[str, dict[str, Any]]:
     }
 
 
-QUERY = {"/v1/cost": {"budget": "2", "samples": "1000", "method": "ours"}}
+QUERIES = {
+    ("/v1/cost", "4179 Toutatis"): {"budget": "2", "samples": "1000", "method": "ours"},
+    ("/v1/ephemeris", "columns of choice"): {"columns": "time,euler:ZYX,angle:z:earth,angle:-y:sun"},
+}
 
 
-def answered(client: Any, method: str, path: str, document: Any) -> Any:
+def answered(client: Any, method: str, path: str, name: str, document: Any) -> Any:
     given = {} if document is None else {"json": document}
-    found = client.request(method, path.replace("{name}", "toutatis"), params=QUERY.get(path, {}), **given)
+    query = QUERIES.get((path, name), {})
+    found = client.request(method, path.replace("{name}", "toutatis"), params=query, **given)
     assert found.status_code == 200, found.text
     return found.json()
 
@@ -87,10 +97,12 @@ def _write() -> None:
             method = "post" if next(iter(requests.values())) else "get"
             operation = parts["paths"][path][method]
             for name, document in requests.items():
-                answer = {"value": answered(client, method, path, document)}
+                query = QUERIES.get((path, name))
+                said = {"summary": f"with ?{urlencode(query, safe=',:')}"} if query else {}
+                answer = said | {"value": answered(client, method, path, name, document)}
                 operation["responses"]["200"]["content"][JSON]["examples"][name] = answer
                 if document is not None:
-                    operation["requestBody"]["content"][JSON]["examples"][name] = {"value": document}
+                    operation["requestBody"]["content"][JSON]["examples"][name] = said | {"value": document}
     path = Path(openapi.__file__).with_suffix(".json")
     path.write_bytes(orjson.dumps(parts, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))
 
