@@ -13,7 +13,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 
@@ -81,6 +84,35 @@ class FormatError(AttitudeError):
 
 class AttitudeWarning(UserWarning):
     """A valid but implausible value; one line that names the field."""
+
+
+_notes: ContextVar[list[str] | None] = ContextVar("notes", default=None)
+
+
+@contextmanager
+def noted() -> Iterator[list[str]]:
+    """Collect what is noted in this block of input that is taken although it is not as it should be."""
+    outer, notes = _notes.get(), list[str]()
+    token = _notes.set(notes)
+    try:
+        yield notes
+    finally:
+        _notes.reset(token)
+        if outer is not None:
+            outer.extend(notes)
+
+
+def note(text: str) -> None:
+    """Note, for the plan of what is made of it, how input is taken that leaves something open."""
+    notes = _notes.get()
+    if notes is not None and text not in notes:
+        notes.append(text)
+
+
+def warn(text: str, stacklevel: int = 2) -> None:
+    """`note`, and an `AttitudeWarning`: input that is taken although it is not as it should be."""
+    note(text)
+    warnings.warn(text, AttitudeWarning, stacklevel=stacklevel + 1)
 
 
 def _rebuilt(kind: type[AttitudeError], args: tuple[Any, ...], state: dict[str, Any]) -> AttitudeError:

@@ -13,7 +13,7 @@ from astropy.time import Time
 
 from . import units
 from .ephemeris import Ephemeris
-from .errors import InputError, RegimeError
+from .errors import InputError, RegimeError, noted
 from .frames import rotations
 from .kernels import layout
 from .rigid_body.body import RigidBody
@@ -70,7 +70,9 @@ class TorqueFreeMotion:
         self.body = body
         self.epoch = instants.check_epoch(epoch)
         self.frame = rotations.check_frame(frame)
-        attitudes = rotations.attitude_quaternion(attitude, order)
+        with noted() as notes:
+            attitudes = rotations.attitude_quaternion(attitude, order)
+        self.notes = tuple(notes)
         rates = check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
         self.shape = _batch_shape(body.shape, attitudes.shape[:-1], rates.shape[:-1])
         self._batch = Batch(body, attitudes, rates, self.shape)
@@ -117,7 +119,8 @@ class TorqueFreeMotion:
         quaternion, computed = self._batch.sample(instants, True, rate, threads, out)
         solver, bound = self._batch.solution
         samples = self._batch.size * instants.seconds.size
-        plan = Plan(solver, samples, self._batch.seconds, perf_counter() - begun, bound)
+        seconds = perf_counter() - begun
+        plan = Plan(solver, samples, self._batch.seconds, seconds, bound, notes=self.notes)
         source = computed if rate else partial(self._rates, threads=threads)
         again = partial(self.ephemeris, rate=True, name=name, threads=threads)
         return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan, resample=again)

@@ -111,10 +111,12 @@ def test_batch_of_two_dimensions_in_blocks_gives_the_same_bits(monkeypatch):
     assert np.array_equal(blocks.quaternion("wxyz"), whole.quaternion("wxyz"))
 
 
-def test_ephemeris_from_a_file_has_no_plan(tmp_path):
+def test_plan_of_an_ephemeris_from_a_file_names_it_and_has_no_bound(tmp_path):
     ephemeris = bodies.motion(bodies.SHORT_AXIS["oblate"]).at(np.arange(3.0))
     ephemeris.write(tmp_path / "x.csv")
-    assert Ephemeris.read(tmp_path / "x.csv").plan is None
+    plan = Ephemeris.read(tmp_path / "x.csv").plan
+    assert (plan.solver, plan.samples) == (f"read from {tmp_path / 'x.csv'} (csv)", 3)
+    assert (plan.error_bound, plan.notes) == (None, ())
 
 
 # -- one resolved object --------------------------------------------------------------------------

@@ -85,3 +85,5 @@ def report_interpolation(written: Written, options: Namespace) -> None:
 
         error = f"interpolation between them errs by at most {upwards(written.interpolation_error)} rad"
         console.remark(options, f"{written.nodes} attitudes; {error}")
+    if written.advice is not None:
+        console.remark(options, written.advice)

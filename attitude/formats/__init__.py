@@ -16,7 +16,8 @@ Each format is a module with
     blocks(samples, **options) -> Iterator[bytes]          the file, at the memory of one chunk
     parse(stream, source, **options) -> EphemerisData      and back
 
-or, where readers interpolate, `blocks(nodes, ...)` and `interpolant(**options)`.  A format that is
+or, where readers interpolate, `blocks(nodes, ...)`, `interpolant(**options)` and, with other options,
+`other_interpolants(**options)`.  A format that is
 interpolated in a frame of its own has `prepared(samples)`, which transforms the samples to that frame; a
 format with companion files has `companions(nodes, name, **options)`.
 """
@@ -31,15 +32,17 @@ from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from time import perf_counter
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
-from ..errors import FormatError, InputError, suggestion
+from ..errors import FormatError, InputError, noted, suggestion
 from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from ..runtime.atomic_files import write_together
 from ..runtime.atomic_files import write_whole as write_whole
 from ..samples.chunks import Progress, Samples
 from ..samples.joining import joined
+from ..samples.provenance import FROM_A_FILE, Plan
 from ..samples.resampling import with_interpolation
 from . import interpolation_nodes
 from .interpolation_nodes import Written
@@ -112,8 +115,9 @@ def encode(
             raise InputError("columns", samples.first.columns, f"none for {entry.name}, which is no table")
         if hasattr(module, "prepared"):
             samples = module.prepared(samples, **options)
+        others = module.other_interpolants(**options) if interpolation_error is not None else {}
         nodes = interpolation_nodes.chosen(
-            samples, module.interpolant(**options), interpolation_error, max_nodes
+            samples, module.interpolant(**options), interpolation_error, max_nodes, others
         )
         encoded = Encoded(module.blocks(nodes, **options), nodes.written)
         if entry.has_companions:
@@ -136,7 +140,8 @@ def read(
     if not list(path):
         raise InputError("path", path, "a file, or several")
     parts = [_read_one(each, format, options) for each in path]
-    return with_interpolation(joined([replace(part, resample=None) for part in parts], list(map(str, path))))
+    whole = joined([replace(part, resample=None) for part in parts], list(map(str, path)))
+    return with_interpolation(whole)
 
 
 def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> EphemerisData:  # noqa: A002
@@ -153,10 +158,16 @@ def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> 
 def read_stream(stream: BinaryIO, entry: Format, source: str, **options: Any) -> EphemerisData:
     """The ephemeris in an open file; `source` is its name in errors."""
     check_options(entry, options, "parse")
+    begun = perf_counter()
     try:
-        return with_interpolation(module_of(entry).parse(stream, source, **options))
+        with noted() as notes:
+            data: EphemerisData = module_of(entry).parse(stream, source, **options)
     except MemoryError:
         raise FormatError("does not fit in memory", source) from None
+    notes = list(dict.fromkeys([*data.notes, *notes]))
+    text, seconds = f"read from {source} ({entry.name})", perf_counter() - begun
+    plan = Plan(text, data.attitude[..., 0].size, 0.0, seconds, None, FROM_A_FILE, notes=tuple(notes))
+    return with_interpolation(replace(data, plan=plan))
 
 
 def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public name)

@@ -20,7 +20,7 @@ import numpy as np
 import orjson
 from astropy.time import Time
 
-from ..errors import AttitudeError, FormatError, InputError
+from ..errors import AttitudeError, FormatError, InputError, note
 from ..frames import rotations
 from ..frames.earth_fixed import itrf
 from ..frames.inertial import rotation_from_gcrf
@@ -62,6 +62,11 @@ def interpolant(**_: Any) -> Interpolant:
     return Interpolant("slerp")
 
 
+def other_interpolants(**_: Any) -> dict[str, Interpolant]:
+    """None: this writer has no option for them."""
+    return {}
+
+
 def prepared(samples: Samples, *, ut1: str | None = None, **_: Any) -> Samples:
     """Transform samples to the Earth-fixed frame, in which Cesium interpolates."""
     if ut1 is not None:
@@ -98,7 +103,9 @@ def blocks(
     name = head.name or "attitude"
     yield b"[" + orjson.dumps(_document(head, tail, span, name)) + b","
     packet: dict[str, Any] = {"id": id or name, "name": name, "availability": span}
-    packet["description"] = "<p>" + html.escape(f"{_description(head)}. {nodes.remark}.") + "</p>"
+    packet["description"] = (
+        "<p>" + html.escape(f"{'. '.join([_description(head), nodes.remark, *nodes.notes])}.") + "</p>"
+    )
     if model is not None:
         packet["model"] = {"gltf": model, "minimumPixelSize": 64}
     if size is not None:
@@ -369,11 +376,14 @@ def _in_order(
             order = np.argsort(times, kind="stable")
             is_last = np.append(np.diff(times[order]) > 0.0, True)
             seconds[-1], quaternions[-1] = times[order][is_last], values[order][is_last]
+            if not is_last.all():
+                note(f"of {int((~is_last).sum())} instants with two attitudes the later one counts")
             continue
         if k and t[0] <= seconds[-1][-1]:
             if t[0] < seconds[-1][-1]:
                 raise FormatError(f"orientation: {float(t[0])!r} s is not after {float(seconds[-1][-1])!r} s")
             seconds[-1][-1] = np.nextafter(t[0], -np.inf)
+            note("an instant that two intervals share is read twice, the first a double earlier")
         seconds.append(t)
         quaternions.append(q)
     return seconds, quaternions

@@ -9,12 +9,11 @@ and directions, which follow from these, the nutation angle and a quality flag. 
 from __future__ import annotations
 
 import re
-import warnings
 from typing import BinaryIO
 
 import numpy as np
 
-from ..errors import AttitudeError, AttitudeWarning, FormatError, InputError
+from ..errors import AttitudeError, FormatError, InputError, warn
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from . import line_blocks, schema, text_rows
@@ -153,6 +152,6 @@ class DefattReader:
             raise self._error(str(error)) from None
         if self.unconverged:
             text = f"{self.unconverged} of {len(q)} attitudes have a quality flag other than CNV"
-            warnings.warn(f"{self.source}: {text}", AttitudeWarning, stacklevel=2)
+            warn(f"{self.source}: {text}")
         rate, name = np.deg2rad(columns[:, 4:7]), self.fields.get("OBJECT_NAME", "")
         return EphemerisData(rotations.sign_continuous(q), instants, "EME2000", None, rate, name)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 MAX_DEGREE = 15
 HERMITE_DEGREES = (3, 7, 11, 15)
+OTHER_DEGREES = (5, 7, 11, 15)  # that are tried for advice
 ROUNDING = 2e-15  # rad, of a file's numbers and of a reader's arithmetic
 # Errors are evaluated at these fractions of every interval.  They are zero at its ends and, between, the
 # nodal polynomial (squared, for Hermite's) times a smooth factor.  For factors linear in time, in every
@@ -124,6 +125,12 @@ def hermite(degree: int, field: str) -> Interpolant:
     if isinstance(degree, bool) or degree not in HERMITE_DEGREES:
         raise InputError(field, degree, f"{', '.join(map(str, HERMITE_DEGREES))} for Hermite's interpolation")
     return Interpolant("hermite", degree)
+
+
+def higher_degrees(interpolant: Interpolant, option: str) -> dict[str, Interpolant]:
+    """Lagrange's interpolation of some degrees above this one, by the option of a writer that sets it."""
+    degrees = [degree for degree in OTHER_DEGREES if degree > interpolant.degree]
+    return {f"{option}={degree}": interpolant._replace(kind="lagrange", degree=degree) for degree in degrees}
 
 
 def lagrange(degree: int, field: str) -> Interpolant:

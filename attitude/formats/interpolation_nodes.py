@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from decimal import ROUND_CEILING, Context
 from functools import lru_cache
 from itertools import pairwise
@@ -26,6 +26,7 @@ MIN_TOLERANCE, MAX_TOLERANCE = 1e-13, 1.0  # rad
 MOST_NODES = 100_000_000  # in a file
 TRIAL_WINDOWS = 64  # windows in which a spacing is tried before it is checked everywhere
 MAX_TRIALS = 30  # spacings tried
+MAX_NOTE_LENGTH = 200  # characters of a comment
 CONTACT_TIME_ERROR = 1e-11  # s: error of the instant of a contact, on either side of which rates differ
 INTERVALS_PER_CHECK = 1 << 13  # intervals at a time
 SIMULATED_INTERVALS_PER_CHECK = (
@@ -48,10 +49,13 @@ class Written(NamedTuple):
     nodes : number of instants written
     interpolation_error : rad, bound on the interpolation error of the format's readers between them; None if
         they do not interpolate, or the motion between the instants is unknown
+    advice : which options of the format would keep the error that was asked for with fewer instants, and with
+        about how many; None where none would
     """
 
     nodes: int
     interpolation_error: float | None = None
+    advice: str | None = None
 
 
 class Nodes(NamedTuple):
@@ -60,23 +64,31 @@ class Nodes(NamedTuple):
     segments : each at least one instant, in increasing order
     interpolant : how their readers interpolate
     max_error : rad, bound on the interpolation error, or None if it is unknown
+    advice : as in `Written`
     """
 
     segments: tuple[Samples, ...]
     interpolant: Interpolant
     max_error: float | None
+    advice: str | None = None
 
     @property
     def written(self) -> Written:
         """Summary of these nodes."""
-        return Written(sum(segment.count for segment in self.segments), self.max_error)
+        return Written(sum(segment.count for segment in self.segments), self.max_error, self.advice)
 
     @property
     def remark(self) -> str:
-        """Comment in the file."""
+        """Comment in the file, on interpolation."""
         if self.max_error is None:
             return "Error of interpolation between these attitudes is not known"
         return f"Error of interpolation ({self.interpolant}) is at most {upwards(self.max_error)} rad"
+
+    @property
+    def notes(self) -> list[str]:
+        """Comments in the file, on how input was taken: printable ASCII, of `MAX_NOTE_LENGTH` at most."""
+        texts = (ascii(note)[1:-1] for note in self.segments[0].first.notes)
+        return [f"Input: {text}"[:MAX_NOTE_LENGTH] for text in texts]
 
 
 def upwards(angle: float) -> str:
@@ -85,9 +97,15 @@ def upwards(angle: float) -> str:
 
 
 def chosen(
-    samples: Samples, interpolant: Interpolant, tolerance: Any = None, most: int = MOST_NODES
+    samples: Samples,
+    interpolant: Interpolant,
+    tolerance: Any = None,
+    most: int = MOST_NODES,
+    others: Mapping[str, Interpolant] | None = None,
 ) -> Nodes:
     """Choose nodes that keep a tolerance, rad; without one, the given instants.
+
+    others : how readers interpolate with other options of the format, by these, for `Nodes.advice`
 
     Raises InputError if more than `most` nodes would be needed.
     """
@@ -105,7 +123,45 @@ def chosen(
     if not samples.first.has_known_motion:
         expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
         raise InputError("interpolation_error", tolerance, expected)
-    return evenly_spaced(samples, interpolant, angle, most)
+    nodes = evenly_spaced(samples, interpolant, angle, most)
+    return nodes._replace(advice=advice(samples, others or {}, angle, nodes.written.nodes))
+
+
+def advice(samples: Samples, others: Mapping[str, Interpolant], tolerance: float, count: int) -> str | None:
+    """Which of the other interpolants would keep a tolerance with the fewest nodes, if with fewer than count.
+
+    By trial windows alone, so that the number is approximate; not where effects are simulated, since each
+    trial would run the scene.
+    """
+    if _is_simulated(samples.first):
+        return None
+    spans = spans_between_events(samples)
+    counts = {
+        name: sum(_trial_count(samples, other, tolerance, span) for span in spans)
+        for name, other in others.items()
+        if len(spans) == 1 or not other.crosses  # whose polynomials no reader may lay across an event
+    }
+    best = min(counts, key=counts.__getitem__, default="")
+    if not best or counts[best] >= 0.95 * count:
+        return None
+    return f"{best} would keep this error with about {counts[best]:.0f} attitudes instead of {count}"
+
+
+def _trial_count(
+    samples: Samples, interpolant: Interpolant, tolerance: float, span: tuple[float, float]
+) -> float:
+    """Number of even nodes of a span that keep a tolerance in trial windows; infinite if none do."""
+    start, stop = span
+    if start == stop:
+        return 1
+    longest = longest_spacing(samples.first, interpolant, start, stop)
+    least = (stop - start) / MOST_NODES
+
+    def error_of(step: float) -> float:
+        return trial_error(samples.first, interpolant, start, stop, step)
+
+    step, error = search_spacing(error_of, longest, (least, longest), tolerance, interpolant.order)
+    return math.ceil((stop - start) / step - 1e-9) + 1 if error <= tolerance else math.inf
 
 
 # -- the instants as they are given ---------------------------------------------------------------

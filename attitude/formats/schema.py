@@ -14,7 +14,7 @@ import numpy as np
 from astropy.time import Time
 
 from .. import units
-from ..errors import AttitudeError, FormatError, InputError, shown
+from ..errors import AttitudeError, FormatError, InputError, note, shown
 from ..frames import rotations
 from ..pointing.columns import VectorColumn, derived, layout
 from ..pointing.targets import orbit_state
@@ -72,6 +72,7 @@ def metadata(samples: Samples) -> dict[str, Any]:
         **events,
         **chosen,
         **({"ut1": first.ut1} if first.ut1 != "tables" else {}),
+        **({"notes": list(first.notes)} if first.notes else {}),
     }
 
 
@@ -273,9 +274,18 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source:
     name = meta.get("name", "")
     if not isinstance(name, str) or not is_utf8(name):
         raise ValueError(f"name {shown(name)}")
+    for text in _checked_notes(meta.get("notes", [])):
+        note(text)
     ut1 = rotations.check_ut1(meta.get("ut1", "tables"))
     read = EphemerisData(quaternion, times, frame, body, rate, name, None, translation, events, momentum)
     return read if ut1 == "tables" else replace(read, ut1=ut1)
+
+
+def _checked_notes(notes: Any) -> list[str]:
+    """How the input of the ephemeris was taken, as its file says."""
+    if not isinstance(notes, list) or not all(isinstance(text, str) and is_utf8(text) for text in notes):
+        raise ValueError(f"notes {shown(notes)}")
+    return notes
 
 
 def is_utf8(text: str) -> bool:

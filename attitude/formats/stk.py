@@ -22,7 +22,7 @@ from ..frames.inertial import from_gcrf
 from ..samples.chunks import Samples
 from ..samples.ephemeris_data import EphemerisData, convention
 from . import schema, text_rows, time_origin
-from .interpolant import Interpolant, lagrange
+from .interpolant import Interpolant, higher_degrees, lagrange
 from .interpolation_nodes import Nodes
 from .stk_dates import utcg
 from .stk_reader import VERSION_FORM
@@ -63,6 +63,11 @@ def interpolant(*, interpolation_order: int | None = None, **_: Any) -> Interpol
     """Lagrange polynomials of the order that the file asks STK for."""
     order = 1 if interpolation_order is None else interpolation_order
     return lagrange(order, "interpolation_order")._replace(crosses=True)
+
+
+def other_interpolants(**options: Any) -> dict[str, Interpolant]:
+    """Polynomials of higher orders, by the option of each."""
+    return higher_degrees(interpolant(**options), "interpolation_order")
 
 
 @takes_options(StkOptions)
@@ -124,6 +129,7 @@ def _header(nodes: Nodes, origin: TimeOrigin, count: int, options: StkOptions) -
         "angular velocity in deg/s, body components" if options.rates else "no angular velocity",
         f"attitude was relative to {head.frame}",
         nodes.remark,
+        *nodes.notes,
         *(_jump_comment(before, after) for before, after in pairwise(nodes.segments)),
     ]
     keywords = {

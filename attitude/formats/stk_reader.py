@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 import numpy as np
 from erfa import ErfaWarning
 
-from ..errors import AttitudeError, AttitudeWarning, FormatError, InputError, suggestion
+from ..errors import AttitudeError, FormatError, InputError, note, suggestion, warn
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
@@ -299,6 +299,8 @@ class StkReader:
             raise self._error(str(error), int(numbers[int(row)])) from None
         default = "313" if form == "Euler angles" else "321"
         sequence, line = self.keywords.get("Sequence", (default, 0))
+        if "Sequence" not in self.keywords:
+            note(f"{self.source}: no Sequence, taken as {default}")
         axes, angles = sequence.translate(str.maketrans("123", "XYZ")), np.deg2rad(values)
         if form == "Euler angles":
             if any(a == b for a, b in pairwise(sequence)):
@@ -321,7 +323,7 @@ class StkReader:
         refuse_where(wrong, matrices, "matrix", "a rotation matrix, orthonormal within 0.01")
         if off.max() > rotations.UNIT_TOLERANCE:
             text = f"matrices are orthonormal within {off.max():.2g}; the nearest rotations are taken"
-            warnings.warn(f"{self.source}: {text}", AttitudeWarning, stacklevel=2)
+            warn(f"{self.source}: {text}")
         u, _, vh = np.linalg.svd(matrices)
         return rotations.from_matrix(np.swapaxes(u @ vh, 1, 2))
 

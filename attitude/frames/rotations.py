@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import units
-from ..errors import AttitudeWarning, InputError, suggestion
+from ..errors import InputError, suggestion, warn
 
 # Indices of w, x, y, z in each named order.
 ORDERS = {"wxyz": (0, 1, 2, 3), "xyzw": (3, 0, 1, 2)}
@@ -103,7 +103,7 @@ def warn_of_lengths(length: np.ndarray, field: str) -> None:
     off = float(np.abs(length - 1.0).max(initial=0.0))
     if off > UNIT_TOLERANCE:
         what = f"{field}: lengths of quaternions differ from 1 by up to {off:.2g}"
-        warnings.warn(f"{what}; each is divided by its length", AttitudeWarning, stacklevel=4)
+        warn(f"{what}; each is divided by its length", stacklevel=4)
 
 
 def of_unit_length(q: np.ndarray, length: np.ndarray, tolerance: float = UNIT_TOLERANCE) -> np.ndarray:

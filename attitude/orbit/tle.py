@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-import warnings
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from ..errors import AttitudeWarning, InputError
+from ..errors import InputError, warn
 from ..frames import inertial, rotations
 from ..frames.earth_fixed import teme
 from ..problem.initial_state import OrbitPath
@@ -113,7 +112,7 @@ def _check_line(line: str, i: int) -> None:
     checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[: LINE_LENGTH - 1]) % 10
     if len(line) < LINE_LENGTH:
         text = f"{field}: the checksum is missing, and nothing tells whether the line is damaged"
-        warnings.warn(text, AttitudeWarning, stacklevel=2)
+        warn(text)
     elif checksum != int(line[-1]):
         raise InputError(field, line, f"a line whose checksum, column {LINE_LENGTH}, is {checksum}")
 

@@ -84,8 +84,8 @@ def check_file(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         data = formats.read(path, format, **options)
-    texts = [str(entry.message) for entry in caught if issubclass(entry.category, AttitudeWarning)]
-    findings = [Finding("reading", True, text) for text in dict.fromkeys(texts)]
+    faults = {str(entry.message) for entry in caught if issubclass(entry.category, AttitudeWarning)}
+    findings = [Finding("reading", text in faults, text) for text in data.notes]
     return CheckReport(str(path), (*findings, *check(data, max_interpolation_error)))
 
 

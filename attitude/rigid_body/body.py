@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator
 from copy import copy
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import units
-from ..errors import AttitudeWarning, InputError
+from ..errors import InputError, warn
 from ..runtime import compiled
 
 # Relative rounding of inertia that is taken without a word, as of the caller's own arithmetic; and with a
@@ -168,7 +167,7 @@ def _symmetric(tensor: np.ndarray) -> np.ndarray:
         raise InputError(field, float(tensor[index]), expected)
     if greatest > ROUNDING:
         text = f"inertia: a tensor is symmetric within {greatest:.1g} of its largest element"
-        warnings.warn(f"{text}; both halves are averaged", AttitudeWarning, stacklevel=4)
+        warn(f"{text}; both halves are averaged", stacklevel=4)
     return np.where(tensor == transposed, tensor, 0.5 * tensor + 0.5 * transposed)
 
 
@@ -195,4 +194,4 @@ def _check_moments(moments: np.ndarray, physical: bool) -> None:
         over = float(_over_others(moments).max(initial=0.0))
         if over > ROUNDING:
             text = f"inertia: a principal moment is greater than the sum of the other two by {over:.1g} of it"
-            warnings.warn(f"{text}, as of rounded numbers", AttitudeWarning, stacklevel=4)
+            warn(f"{text}, as of rounded numbers", stacklevel=4)

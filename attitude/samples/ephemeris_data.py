@@ -80,7 +80,7 @@ class EphemerisData:
     body : RigidBody or None (an ephemeris read from a file that holds no inertia)
     rate : (..., 3) rad/s, body components; or the function of the instants that computes it; or None
     name : str
-    plan : Plan or None (read from a file): solver, samples, time taken, bound on the error
+    plan : Plan or None: solver (or the file it was read from), samples, time taken, bound on the error
     centre_of_mass : Translation or None; `translation` returns copies
     events : impulses, contacts, the end where a body comes to rest ...
     momentum : (..., 3) N m s, along the axes of `frame`, where it does not follow from the rate; or None
@@ -119,6 +119,11 @@ class EphemerisData:
     def batch_shape(self) -> tuple[int, ...]:
         """Batch dimensions."""
         return self.shape[: len(self.shape) - len(self.instants.shape)]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How input was taken that is not as it should be: those of `plan`."""
+        return () if self.plan is None else self.plan.notes
 
     # -- time -------------------------------------------------------------------------------
 

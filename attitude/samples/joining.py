@@ -14,6 +14,7 @@ from ..times.two_part import two_sum
 from .ephemeris_data import EphemerisData
 from .event import Event
 from .interpolation import Interpolation
+from .provenance import FROM_A_FILE, Plan
 
 
 def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisData:
@@ -60,7 +61,15 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
         moved[0].name,
         events=tuple(sorted(events, key=lambda event: event.seconds)),
         interpolation=Interpolation(tuple(segments), is_stated) if segments else None,
+        plan=_joined_plan(parts, names),
     )
+
+
+def _joined_plan(parts: Sequence[EphemerisData], names: Sequence[str]) -> Plan:
+    """Where the parts come from, and the notes of all."""
+    notes = tuple(note for part in parts for note in part.notes)
+    count = sum(part.attitude[..., 0].size for part in parts)
+    return Plan(f"joined of {', '.join(names)}", count, 0.0, 0.0, None, FROM_A_FILE, notes=notes)
 
 
 def _since(part: EphemerisData, first: EphemerisData) -> EphemerisData:

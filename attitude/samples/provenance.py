@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from ..rigid_body.error_bounds import BOUND_SOURCE
 
+FROM_A_FILE = "none is known: these are the attitudes of the file"
+BETWEEN_ATTITUDES_OF_A_FILE = "none is known: a file does not tell the motion between its attitudes"
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -23,6 +26,8 @@ class Plan:
     simulated, left_out : of a scene's effects, by their types; those left out with the reason
     tolerance_span : s since the epoch, in which the error is estimated below the scene's tolerance, where the
         motion multiplies it so that it is not in all of the ephemeris; else None
+    notes : how input was taken that is not as it should be (quaternions of few digits ...); for most of them
+        there was an AttitudeWarning
     """
 
     solver: str
@@ -34,6 +39,7 @@ class Plan:
     simulated: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     tolerance_span: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def compute_seconds(self) -> float:

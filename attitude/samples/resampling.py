@@ -13,7 +13,7 @@ from ..errors import RegimeError
 from ..times.instants import Instants
 from .ephemeris_data import EphemerisData
 from .interpolation import Interpolation, InterpolationMethod, InterpolationSegment, interpolate
-from .provenance import Plan
+from .provenance import BETWEEN_ATTITUDES_OF_A_FILE, Plan
 
 # Events at which the rate jumps, or which a file marks as not to be interpolated across.
 SEGMENT_EVENTS = ("impulse", "contact", "segment")
@@ -28,7 +28,7 @@ def with_interpolation(data: EphemerisData) -> EphemerisData:
     if data.resample is not None or len(data.instants.shape) != 1 or not (np.diff(data.elapsed) > 0.0).all():
         return data
     interpolation = data.interpolation or Interpolation(segments_at_events(data, InterpolationMethod()))
-    template = replace(data, plan=None, centre_of_mass=None, momentum=None, interpolation=interpolation)
+    template = replace(data, centre_of_mass=None, momentum=None, interpolation=interpolation)
     return replace(data, interpolation=interpolation, resample=Interpolator(template, interpolation))
 
 
@@ -92,7 +92,8 @@ class Interpolator:
             0.0,
             time.perf_counter() - began,
             None,
-            "none is known: a file does not tell the motion between its attitudes",
+            BETWEEN_ATTITUDES_OF_A_FILE,
+            notes=self.template.notes,
         )
         return replace(
             self.template,

@@ -35,7 +35,7 @@ from ..documents.fields import (
 from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import AttitudeWarning, FormatError, InputError, unknown_name
+from ..errors import FormatError, InputError, noted, unknown_name, warn
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -302,6 +302,7 @@ class Scene(Part):
     tolerance: AnyTolerance | None = None
     solver: Literal["automatic", "splitting", "gauss", "dop853"] | None = None
     ut1: Literal["tables", "utc"] = "tables"
+    _notes: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _check(self) -> Scene:
@@ -325,7 +326,9 @@ class Scene(Part):
             name = document.pop("scene")
             document = parse_json(builtin_text(name), name) | document
         try:
-            super().__init__(**document)
+            with noted() as notes:
+                super().__init__(**document)
+            self._notes = tuple(notes)
         except ValidationError as error:
             raise input_error(error, type(self), document) from None
 
@@ -382,6 +385,11 @@ class Scene(Part):
                 )
                 raise InputError(f"effects[{i}]", effect, expected)
         return self.model_dump(exclude_unset=True, by_alias=True)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How values were taken, when the document was read, that are not as they should be."""
+        return self._notes
 
     @property
     def asked_tolerance(self) -> float:
@@ -587,7 +595,10 @@ class Scene(Part):
         """The ephemeris with its orbit, and the source of UT1."""
         if orbit is None and self.ut1 == "tables":
             return ephemeris
-        return replace(ephemeris, orbit=orbit, ut1=self.ut1)
+        plan = ephemeris.plan
+        if plan is not None and self._is_plain and self._notes:
+            plan = replace(plan, notes=(*self._notes, *plan.notes))
+        return replace(ephemeris, orbit=orbit, ut1=self.ut1, plan=plan)
 
     def _ephemeris_orbit(self) -> EphemerisOrbit | None:
         """The orbit, for frames that follow it; computed when such a frame is requested."""
@@ -609,7 +620,10 @@ class _State(bytes):
 def _motion(state: _State) -> TorqueFreeMotion:
     """Cached with its constants: the same body is often queried again."""
     scene = state.scene
-    return TorqueFreeMotion(scene.body.build(), *scene.state(), order="wxyz", frame=scene.frame)
+    with noted() as notes:
+        motion = TorqueFreeMotion(scene.body.build(), *scene.state(), order="wxyz", frame=scene.frame)
+    motion.notes = tuple(notes)
+    return motion
 
 
 def _orbit_path(
@@ -654,7 +668,7 @@ def _from_matrix(matrix: np.ndarray) -> np.ndarray:
         raise InputError("attitude.matrix", matrix.tolist(), expected)
     if off > rotations.UNIT_TOLERANCE:
         text = f"attitude.matrix: orthonormal within {off:.2g}; the nearest rotation is taken"
-        warnings.warn(text, AttitudeWarning, stacklevel=2)
+        warn(text)
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_matrix(matrix).as_quat(scalar_first=True)

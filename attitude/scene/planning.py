@@ -47,6 +47,10 @@ class Described(Protocol):
     def wants_best(self) -> bool:
         """Whether the most exact answer is asked for, in place of a tolerance."""
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How values were taken, when the document was read, that are not as they should be."""
+
     def initial_state(self) -> InitialState:
         """In SI units; every effect is checked against it."""
 
@@ -108,6 +112,7 @@ class ScenePlan:
     candidates : (solver, step or tolerance, predicted error, predicted seconds) of all solvers considered
     tolerance_span : s, in which the tolerance is predicted to be kept, where the motion multiplies errors so
         that it is not over the whole span; else None
+    notes : how values of the document were taken that are not as they should be
     """
 
     name: str
@@ -122,6 +127,7 @@ class ScenePlan:
     predicted_seconds: float
     candidates: tuple[tuple[str, float, float, float], ...] = ()
     tolerance_span: tuple[float, float] | None = None
+    notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; units in the names."""
@@ -143,6 +149,7 @@ class ScenePlan:
             "predicted_error_rad": self.predicted_error,
             "predicted_s": self.predicted_seconds,
             "tolerance_span_s": self.tolerance_span,
+            **({"notes": self.notes} if self.notes else {}),
             "considered": [
                 {"solver": solver, "setting": setting, "predicted_error_rad": error, "predicted_s": seconds}
                 for solver, setting, error, seconds in self.candidates
@@ -164,6 +171,8 @@ class ScenePlan:
         if self.tolerance_span is not None:
             span = " to ".join(f"{end:.6g}" for end in self.tolerance_span)
             lines += _under("", f"the tolerance holds from {span} s, beyond which errors grow past it")
+        for note in self.notes:
+            lines += _under("note", note)
         return "\n".join(lines) + "\n"
 
     def __str__(self) -> str:

@@ -27,7 +27,7 @@ from ..effects.ground import Ground
 from ..effects.impulse import Impulse
 from ..effects.uniform_gravity import UniformGravity
 from ..ephemeris import Ephemeris
-from ..errors import AttitudeWarning, RegimeError
+from ..errors import AttitudeWarning, RegimeError, noted
 from ..frames import rotations
 from ..kernels.solvers.plate_layout import DARK, FULL_STRENGTH, PARTIAL
 from ..problem.initial_state import InitialState
@@ -76,6 +76,7 @@ class SimulationInputs:
     gravity : (3,), m/s2, of the centre of mass, zeros without
     effects : of each effect, whether it is simulated and why
     seconds : wall-clock time in which these were made
+    notes : how values of the document were taken that are not as they should be
     """
 
     scene: Described
@@ -86,6 +87,7 @@ class SimulationInputs:
     gravity: np.ndarray
     effects: tuple[EffectPlan, ...]
     seconds: float
+    notes: tuple[str, ...]
 
     @property
     def moves(self) -> bool:
@@ -132,7 +134,8 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
     any_body : with torques that are zero for the scene's own body but may not be for another
     """
     begun = perf_counter()
-    initial_state = scene.initial_state()
+    with noted() as notes:
+        initial_state = scene.initial_state()
     acting = [effect for effect in scene.effects if isinstance(effect, Torque)]
     spin = reached_spin(initial_state, acting, applied_impulses(scene.effects, initial_state))
     plans = [
@@ -153,6 +156,7 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
         sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3)),
         tuple(plans),
         perf_counter() - begun,
+        (*scene.notes, *notes),
     )
 
 
@@ -193,6 +197,7 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
         inputs.predicted_seconds(samples),
         tuple((name, one.step, error, one.seconds) for one in considered),
         kept,
+        inputs.notes,
     )
 
 
@@ -222,6 +227,7 @@ def run(inputs: SimulationInputs, check: Check | None = None, instants: Instants
         left_out=tuple(
             f"{effect.type}: {effect.reason}" for effect in inputs.effects if not effect.simulated
         ),
+        notes=inputs.notes,
     )
     return replace(ephemeris, resample=lambda others: run(inputs, check, others), plan=plan)
 

@@ -153,7 +153,7 @@ def test_stated_error_is_the_greatest_and_little_more(interpolant):
         true = ephemeris.resampled(at).quaternion("wxyz")
         greatest = angle(between(interpolant, t, ephemeris.quaternion("wxyz"), at), true).max()
         assert greatest <= nodes.max_error < 1.08 * greatest
-        assert nodes.written == (200, nodes.max_error)
+        assert nodes.written == (200, nodes.max_error, None)
 
 
 @pytest.mark.parametrize("interpolant", INTERPOLANTS, ids=str)
@@ -238,9 +238,9 @@ def test_nobody_interpolates_across_an_impulse():
 
 def test_one_instant_has_nothing_between():
     nodes = chosen(Samples.of(MOTION.at([3.0])), LAGRANGE)
-    assert nodes.written == (1, 0.0)
+    assert nodes.written == (1, 0.0, None)
     nodes = chosen(Samples.of(MOTION.at([3.0])), SLERP, 1e-6)
-    assert nodes.written == (1, 0.0)
+    assert nodes.written == (1, 0.0, None)
     assert nodes.segments[0].ephemeris().elapsed.tolist() == [3.0]
 
 

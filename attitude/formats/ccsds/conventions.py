@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...errors import note
 from ...frames import rotations
 from ..schema import MAX_OFF_UNIT_IN_FILES
 from .epochs import RowError
@@ -145,7 +146,11 @@ def _external_frame(fields: KeywordBlock) -> tuple[str, bool]:
         raise fields.error("REF_FRAME_B", "neither frame A nor frame B is the body's")
     if not any(is_known):
         raise fields.error("REF_FRAME_A", f"neither frame A nor frame B is one of {', '.join(known)}")
-    return frames[is_known.index(True)], is_known[0]
+    frame = frames[is_known.index(True)]
+    name = fields.values["REF_FRAME_A" if is_known[0] else "REF_FRAME_B"]
+    if frame == "ITRF" != name:
+        note(f"{fields.source}: {name} is taken for ITRF, whose axes agree within 1e-8 rad")
+    return frame, is_known[0]
 
 
 def _is_a_to_b(fields: KeywordBlock) -> bool:

@@ -10,6 +10,7 @@ from ..writer_options import takes_options
 from .reader import parse as parse
 from .writer import VERSION, AemOptions, AemWriter, Pairs
 from .writer import interpolant as interpolant
+from .writer import other_interpolants as other_interpolants
 
 
 @takes_options(AemOptions)

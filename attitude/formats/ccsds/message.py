@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...errors import AttitudeError, FormatError, InputError
+from ...errors import AttitudeError, FormatError, InputError, note
 from ...frames import rotations
 from ...samples.ephemeris_data import EphemerisData
 from ...samples.event import Event
@@ -89,7 +89,12 @@ def _joined(segments: list[Segment]) -> EphemerisData:
     times = schema.check_dates(to_instants(stamps, segments[0].system))
     nodes = EphemerisData(attitude, times, segments[0].convention.frame, rate=rate)
     edges = [0, *np.cumsum([part.attitude.shape[1] for part in rows]).tolist()]
-    data, starts = _instants_of(nodes, stamps, _useable(segments, rows), edges)
+    useable = _useable(segments, rows)
+    data, starts = _instants_of(nodes, stamps, useable, edges)
+    excluded = sum(int((~mask).sum()) for mask in useable)
+    if excluded:
+        text = f"{excluded} attitudes outside useable spans only serve interpolation"
+        note(f"{segments[0].source}: {text}")
     events = tuple(
         Event(float(data.elapsed[start]), "segment", f"segment {k} of the file begins")
         for k, start in enumerate(starts, start=2)
@@ -131,6 +136,7 @@ def _instants_of(
     if not shared:
         return data, starts
     seconds = data.elapsed
+    note(f"{len(shared)} epochs that two segments share are read twice, the first a double earlier")
     for start in reversed(shared):
         seconds[start - 1] = np.nextafter(seconds[start], -np.inf)
     low, epoch = data.instants.seconds_low, data.epoch

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import FormatError
+from ...errors import FormatError, note
 from ...samples.interpolation import InterpolationMethod
 from .. import text_rows
 from .conventions import row_convention
@@ -40,6 +40,8 @@ class Segment:
         self.system = fields.get("TIME_SYSTEM") or ""
         if self.system not in TIME_SYSTEMS:
             raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
+        if "OBJECT_ID" not in fields.values:
+            note(f"{self.source}: no OBJECT_ID, which is mandatory")
         self.convention = row_convention(fields)
         self.columns = self.convention.columns
         self.kind = ATTITUDE_TYPES[fields.get("ATTITUDE_TYPE") or ""]
@@ -135,6 +137,8 @@ class Segment:
             raise RowError(0, "an epoch before START_TIME")
         if stamps.last >= stop:
             raise RowError(int(np.argmin(stamps.is_before(stop))), "an epoch after STOP_TIME")
+        if stamps.first < self.span["START_TIME"] or stamps.last > self.span["STOP_TIME"]:
+            note(f"{self.source}: epochs pass START_TIME or STOP_TIME by less than a unit of its last digit")
 
     def close(self, line: int) -> None:
         """End the segment; FormatError if it has no attitudes."""

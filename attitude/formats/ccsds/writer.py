@@ -11,7 +11,7 @@ from ...frames.inertial import OBLIQUITY_J2000
 from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame, check_sequence
 from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
-from ..interpolant import Interpolant, lagrange
+from ..interpolant import Interpolant, higher_degrees, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS, RowError, parse_epoch
 from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, VALUE, frame_named, is_value
@@ -94,6 +94,13 @@ def interpolant(*, degree: int | None = None, **_: Any) -> Interpolant:
     return lagrange(DEFAULT_DEGREE if degree is None else degree, "degree")
 
 
+def other_interpolants(*, attitude_type: str | None = None, **options: Any) -> dict[str, Interpolant]:
+    """How readers interpolate with higher degrees, by the option of each; angles they do not interpolate."""
+    if attitude_type is not None and attitude_type[0] != "Q":
+        return {}
+    return higher_degrees(interpolant(**options), "degree")
+
+
 def _check_text(name: str, value: Any) -> None:
     if not isinstance(value, str) or not is_value(value):
         raise InputError(name, value, VALUE)
@@ -149,7 +156,8 @@ class AemWriter:
             lines.append(f"ANGVEL is that of {body} relative to {frame}, components in {body}, deg/s")
         if frame in UNREGISTERED_FRAMES:
             lines.append(f"{frame} is not in the SANA registry of frames: {UNREGISTERED_FRAMES[frame]}")
-        return [*lines, self.nodes.remark] if self.attitude_type[0] == "Q" else lines
+        remarks = [self.nodes.remark] if self.attitude_type[0] == "Q" else []
+        return [*lines, *remarks, *self.nodes.notes]
 
     def header(self) -> Pairs:
         """Keywords of the header and their values."""

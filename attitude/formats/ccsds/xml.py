@@ -11,6 +11,7 @@ from .keywords import ATTITUDE_TYPES, UNITS, Q
 from .reader import parse as parse
 from .writer import VERSION, AemOptions, AemWriter, Pairs
 from .writer import interpolant as interpolant
+from .writer import other_interpolants as other_interpolants
 
 SCHEMA = "https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-4.0.0-master-4.0.xsd"
 

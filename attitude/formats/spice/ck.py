@@ -20,7 +20,8 @@ from typing import Any
 
 from ...errors import FormatError
 from .. import schema, time_origin
-from ..interpolation_nodes import Interpolant, Nodes
+from ..interpolant import Interpolant, hermite
+from ..interpolation_nodes import Nodes
 from ..writer_options import takes_options
 from . import text_kernels
 from .ck_reader import parse as parse
@@ -30,6 +31,13 @@ from .ck_writer import CkOptions, CkTarget, import_spiceypy, write_blocks
 def interpolant(**options: Any) -> Interpolant:
     """Constant rate from record to record in types 2 and 3, Hermite's polynomials in type 5."""
     return CkOptions(**options).interpolant
+
+
+def other_interpolants(**options: Any) -> dict[str, Interpolant]:
+    """Hermite's polynomials of type 5 of several degrees, by the options of each."""
+    written = CkOptions(**options)
+    degrees = [degree for degree in (7, 15) if written.type != 5 or degree > written.degree]
+    return {f"type=5, degree={degree}": hermite(degree, "degree") for degree in degrees}
 
 
 @takes_options(CkOptions)

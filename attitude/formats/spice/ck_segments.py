@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import FormatError
+from ...errors import FormatError, note
 from ...frames import rotations
 from ...samples.interpolation import InterpolationMethod, lagrange_basis
 from . import daf
@@ -296,6 +296,7 @@ def ranked(segments: list[CkSegment]) -> list[CkSegment]:
     ends = [(float(s.records.ticks[0]), float(s.records.ticks[-1])) for s in segments]
     if all(before[1] <= after[0] for before, after in pairwise(ends)):
         return segments
+    note("where segments overlap, the later of the file counts, as in SPICE")
     kept: list[CkSegment] = []
     starts, stops = np.empty(0), np.empty(0)  # covered by the segments before, which rank higher
     for segment in sorted(segments, key=lambda segment: segment.rank, reverse=True):

@@ -211,6 +211,7 @@ def _comments(nodes: Nodes, target: CkTarget, origin: TimeOrigin) -> list[str]:
         f"{with_or_without} angular velocity, rad/s, components in the reference frame",
         f"Ticks of 1/{text_kernels.TICKS} s of TT from {anchor} TT (the SCLK kernel beside this file)",
         nodes.remark,
+        *nodes.notes,
     ]
 
 

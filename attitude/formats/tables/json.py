@@ -49,6 +49,7 @@ def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
     """How the ephemeris was computed, and its error bound, as plain data; None of one read from a file."""
     if plan is None:
         return None
+    optional = {"tolerance_span_s": plan.tolerance_span, "notes": plan.notes or None}
     return {
         "solver": plan.solver,
         "samples": math.prod(samples.shape),
@@ -56,7 +57,8 @@ def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
         "left_out": plan.left_out,
         "error_bound_rad": plan.error_bound,
         "error_bound_source": plan.bound_source,
-    } | ({} if plan.tolerance_span is None else {"tolerance_span_s": plan.tolerance_span})
+        **{name: value for name, value in optional.items() if value is not None},
+    }
 
 
 def cost_of(plan: Plan | None, sample_seconds: float | None = None) -> dict[str, float] | None:
