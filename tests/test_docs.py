@@ -17,7 +17,11 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
-    for path in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), ROOT / "service" / "viewer" / "README.md"]
+    for path in [
+        *ROOT.glob("*.md"),
+        *(path for path in ROOT.glob("docs/**/*.md") if "auto_gallery" not in path.parts),
+        ROOT / "service" / "viewer" / "README.md",
+    ]
 }
 TAKEN = re.compile(r"(?<=_s\":)[\d.e-]+(?=,\"sample_s|}})")  # what an answer cost, in seconds
 NUMBER = re.compile(r"(?<![\w.-])-?\d+\.\d+(?:e[+-]?\d+)?")
@@ -36,6 +40,7 @@ except urllib.error.HTTPError as error:
 sys.stdout.buffer.write(answer.read())
 """
 READY_WITHIN = 240.0  # seconds; the kernels may have to be compiled first
+DOTALL_LINES = re.DOTALL | re.MULTILINE
 PYTHON_BLOCKS, COMMANDS = 9, 10  # examples in all pages, at least
 
 
@@ -89,10 +94,13 @@ def wait_until_ready(number, server):
 def test_python_examples_print_what_is_shown(page, folder, request, monkeypatch):
     monkeypatch.chdir(folder)
     parser, runner = doctest.DocTestParser(), doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    names = {}  # of a page's examples, in the order in which they are read
     for number, text in enumerate(blocks(page, "python")):
         if "http://" in text:
             text = text.replace(":8000", f":{request.getfixturevalue('port')}")
-        runner.run(parser.get_doctest(text, {}, f"{page} block {number}", page, 0))
+        example = parser.get_doctest(text, names, f"{page} block {number}", page, 0)
+        runner.run(example, clear_globs=False)
+        names = example.globs
     assert runner.summarize(verbose=False).failed == 0
     assert runner.tries > 0
 
@@ -115,6 +123,10 @@ def run_in_shell(command, folder):
 
 @pytest.mark.parametrize("page", pages_with("console", "$ "))
 def test_console_examples_print_what_is_shown(page, folder, request):
+    for name, document in re.findall(
+        r"as `([\w-]+\.json)`:\n+```json\n(.*?)^```$", PAGES[page], DOTALL_LINES
+    ):
+        (folder / name).write_text(document)
     for command, shown in console_examples(page):
         if "http://" in command:
             command = command.replace(":8000", f":{request.getfixturevalue('port')}")

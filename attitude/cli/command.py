@@ -56,7 +56,7 @@ SERVING = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    options = _parser(*arguments[:1]).parse_args(arguments)
+    options = parser(*arguments[:1]).parse_args(arguments)
     try:
         with warnings_on_one_line():
             code = options.execute(options)
@@ -89,14 +89,14 @@ class _Parser(argparse.ArgumentParser):
                 yield from command.words()
 
 
-def _parser(command: str = "") -> argparse.ArgumentParser:
-    """The parser, with the arguments of this command alone."""
-    parser = _Parser(prog="attitude", description="Exact attitude ephemerides of freely rotating bodies.")
-    parser.add_argument("--version", action="version", version=f"attitude {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+def parser(*commands: str) -> argparse.ArgumentParser:
+    """The parser of the command line, with the arguments of these commands."""
+    whole = _Parser(prog="attitude", description="Exact attitude ephemerides of freely rotating bodies.")
+    whole.add_argument("--version", action="version", version=f"attitude {__version__}")
+    parsers = whole.add_subparsers(required=True, metavar="COMMAND")
     for name, (module_name, text) in COMMANDS.items():
-        of_command = commands.add_parser(name, help=text)
-        if name != command:
+        of_command = parsers.add_parser(name, help=text)
+        if name not in commands:
             continue
         if name == "scenes":
             of_command.add_argument("name", nargs="?", metavar="NAME", help="print this scene's document")
@@ -110,7 +110,12 @@ def _parser(command: str = "") -> argparse.ArgumentParser:
             of_command.description = module.DESCRIPTION
             module.add_arguments(of_command)
             of_command.set_defaults(execute=module.execute)
-    return parser
+    return whole
+
+
+def complete_parser() -> argparse.ArgumentParser:
+    """The parser with the arguments of all commands, for the reference and for shells that complete words."""
+    return parser(*COMMANDS)
 
 
 def _scenes(options: argparse.Namespace) -> None:

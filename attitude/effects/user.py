@@ -34,8 +34,8 @@ class UserTorque(Torque):
         In plain Python: t s since the epoch, attitude (4,) wxyz, angular_velocity (3,) rad/s, body frame.
         Both arrays belong to the solver: copy what is kept.
     compiled : numba cfunc, ctypes function, or int address; in place of `function`
-        Of the C signature void(double t, const double *attitude, const double *angular_velocity,
-        double *torque).  It is called without the interpreter's lock, and may write nan to stop.
+        Of the C signature ``void(double t, const double *attitude, const double *angular_velocity,
+        double *torque)``.  It is called without the interpreter's lock, and may write nan to stop.
     size : float, N m
         Approximate maximum of the torque, from which solver and step are chosen.
 
