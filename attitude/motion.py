@@ -19,6 +19,7 @@ from .kernels import layout
 from .rigid_body.body import RigidBody
 from .rigid_body.constants_of_motion import Batch, check_rates
 from .rigid_body.paper_constants import PaperConstants
+from .rigid_body.partials import Partials
 from .runtime.threads import check
 from .samples.provenance import Plan
 from .times import instants
@@ -123,7 +124,17 @@ class TorqueFreeMotion:
         plan = Plan(solver, samples, self._batch.seconds, seconds, bound, notes=self.notes)
         source = computed if rate else partial(self._rates, threads=threads)
         again = partial(self.ephemeris, rate=True, name=name, threads=threads)
-        return Ephemeris(quaternion, instants, self.frame, self.body, source, name, plan, resample=again)
+        return Ephemeris(
+            quaternion,
+            instants,
+            self.frame,
+            self.body,
+            source,
+            name,
+            plan,
+            resample=again,
+            sensitivity=partial(self._batch.partials, threads=threads),
+        )
 
     def chunks(
         self,
@@ -160,6 +171,31 @@ class TorqueFreeMotion:
             )
             for chunk in chunks
         )
+
+    def partials(self, t: Any, inertia: str = "moments", threads: int = 1) -> Partials:
+        """Partial derivatives of attitude and body rate by initial state and inertia, at instants t.
+
+        Parameters
+        ----------
+        t : what `at` takes
+        inertia : "moments": three principal moments and three angles of their axes; "tensor": six elements
+        threads : as in `at`
+
+        Returns
+        -------
+        Partials : of shape batch + t.shape, rad, rad/s and kg m2; its docstring has rows and columns
+
+        Raises
+        ------
+        InputError, ToleranceError : as `at`, and for another `inertia`.
+        RegimeError : derivatives beyond the range of a double, on the separatrix and beside it.
+
+        Notes
+        -----
+        Closed form (docs/theory.md, section 12).
+        """
+        check(threads)
+        return self._batch.partials(as_instants(t, self.epoch, threads=threads), inertia, threads)
 
     def _rates(self, instants: instants.Instants, threads: int) -> Any:
         return self._batch.sample(instants, quaternion=False, rate=True, threads=threads)[1]

@@ -147,6 +147,7 @@ def sources(tmp_path, monkeypatch):
 
 EVERY_MODULE = {each.module for wing in compiled.WINGS for group in wing for each in group}
 TORQUES = {"solvers.collocation"}
+PARTIALS = {"partials.assembly", "partials.partial_record"}
 
 
 @pytest.mark.parametrize(
@@ -157,7 +158,7 @@ TORQUES = {"solvers.collocation"}
         ("contact.friction", {"contact.flight"}),
         ("statistics.normal", {"statistics.dispersion"}),
         ("clock", {"clock"}),
-        ("cayley_klein", {"cayley_klein", "contact.flight", "gyrostat.attitudes"}),
+        ("cayley_klein", {"cayley_klein", "contact.flight", "gyrostat.attitudes"} | PARTIALS),
         ("intrinsics", EVERY_MODULE),
     ],
 )

@@ -123,7 +123,7 @@ def test_no_module_imports_itself_in_a_circle():
 
 # The same role in sibling packages: a package and the module that carries it, kernels and their caller.
 SHARED_ROLES = {
-    *("ensemble", "orbit", "plot", "contact", "solvers", "statistics", "dispersion", "parquet"),
+    *("ensemble", "orbit", "plot", "contact", "solvers", "statistics", "dispersion", "parquet", "partials"),
     *("check", "compare", "instants", "interpolation"),
 }
 

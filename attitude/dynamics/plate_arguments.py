@@ -9,11 +9,11 @@ from functools import cache
 import numpy as np
 
 from ..kernels import layout
+from ..kernels.gauss_legendre import gauss_scheme
 from ..kernels.solvers import plate_layout
 from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.initial_state import InitialState, Spin
 from ..problem.torque_model import CachedTorque
-from .gauss_legendre import gauss_scheme
 
 PLATES = (layout.SOLAR_PLATE, layout.DRAG_PLATE)
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from .. import stopping
 from ..kernels import layout
+from ..kernels.gauss_legendre import gauss_scheme
 from ..kernels.layout import NODES
 from ..problem.torque_model import CachedTorque
 from ..runtime import compiled
-from .gauss_legendre import gauss_scheme
 from .solver_arguments import SolverArguments
 
 NAME, ORDER = "gauss, order 32", 2 * NODES

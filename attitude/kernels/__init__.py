@@ -19,8 +19,16 @@ closed form is at the root, in the order of the calculation:
     rotation       quaternions in plain doubles, for solvers
     interpolation  polynomials through attitudes, compared with the motion between the nodes
 
+    gauss_legendre nodes, weights and integrals of Gauss's quadrature
+
 and in packages what other parts of the library need:
 
+    partials.integrals     time -> attitude and the integrals of squares of Jacobi's functions
+    partials.partial_record body, rate, constants of the motion -> constants of its partial derivatives
+    partials.long_arcs     derivatives along axes 1, 2, 3
+    partials.short_arcs    the same over short arcs, by quadrature
+    partials.constant_spin the same beside a constant rate
+    partials.assembly      derivatives along the body's axes
     gyrostat.conserved     conserved numbers of a rotor along axis 3, by exact sums
     gyrostat.path          labels, ends and moduli of the momentum's path
     gyrostat.coefficients  the two theta functions and the rates of their phases

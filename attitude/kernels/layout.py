@@ -192,6 +192,37 @@ INVARIANTS = np.dtype(
     ]
 )
 
+# How partial derivatives are computed: beside a constant rate, by the functions that make the samples, or by
+# these with the changes for needles spun about themselves (docs/theory.md, section 12).
+CONSTANT_PARTIALS, LONG_ARCS, NEEDLE = range(3)
+
+# What partial derivatives need besides INVARIANTS.  Axes 1, 2, 3 are those of INVARIANTS; beside a constant
+# rate axis 3 is along the momentum.  Moments are over `size`, time is L t: no unit of time is left.
+PARTIALS = np.dtype(
+    [
+        ("kind", "i8"),
+        ("momentum", "f8"),  # L, rad/s
+        ("size", "f8"),  # unit of the moments
+        ("axes", "f8", (3, 3)),  # axes 1, 2, 3 in rows, body components
+        ("inverse", "f8", 3),  # a1, a2, a3
+        ("differences", "f8", 3),  # a21, a31, a32
+        ("initial", "f8", 3),  # gamma at t = 0
+        ("start", "f8", 3),  # gamma1/A1, gamma2/A1, gamma3 at t = 0
+        ("b2", "f8"),
+        ("u_rate", "f8"),
+        ("quaternion", "f8", 4),  # q_MP at t = 0
+        ("direction", "f8", (4, 5)),  # of INVARIANTS, over A1
+        ("weight", "f8", 2),  # D/K and B/K, or D'/K' and B'/K'
+        ("series", "f8", 4),  # of Jacobi's zeta in w; or p = Q^2, 4p/m1 of the transformed series
+        ("quotient", "f8"),  # s A1 A3/A2
+        ("integral0", "f8", 2),  # Z, S; or T2, T3, at t = 0
+        ("y0", "f8"),
+        ("turns", "f8", (2, 2)),  # turns/s, two parts: half the sum and half the difference of both turns
+        ("nomes", "f8", 2),  # E, E' of a needle
+        ("mix", "f8", (6, 6)),  # elements of the tensor along axes 1, 2, 3 in each column of inertia
+    ]
+)
+
 # How a gyrostat's samples are computed, and what motion it is (docs/theory.md, section 11).
 CIRCLING_SERIES, SWINGING_SERIES, TRANSFORMED_SERIES = range(3)
 CONSTANT, TWO_TURNS, CIRCLING_PATH, SWINGING_PATH, SEPARATRIX_PATH = range(5)

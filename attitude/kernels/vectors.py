@@ -12,6 +12,12 @@ def first_three(array):
 
 
 @inlined
+def unit_vector(i):
+    """Of axis i, from 0."""
+    return 1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0
+
+
+@inlined
 def dot(a, b):
     """Scalar product."""
     return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2]))

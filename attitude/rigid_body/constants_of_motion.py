@@ -9,20 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from copy import copy
-from functools import cached_property
+from functools import cache, cached_property
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from .. import units
-from ..errors import InputError
+from ..errors import InputError, RegimeError
 from ..kernels import layout
+from ..kernels.gauss_legendre import gauss_scheme
 from ..runtime import compiled
 from ..runtime.threads import check, ranges, run
 from ..times.instants import Instants
 from .body import RigidBody
 from .error_bounds import form_of, solution
+from .partials import INERTIA, Partials
 from .phase_limit import max_phase_rate, refuse_too_far
 
 MIN_SAMPLES_PER_THREAD = 20_000
@@ -172,8 +174,42 @@ class Batch:
             part._cached = part._records(0, part.size)
         return part
 
-    def _records(self, first: int, last: int) -> np.ndarray:
-        """Compute the records of bodies by their flat index."""
+    def partials(self, instants: Instants, inertia: str = "moments", threads: int = 1) -> Partials:
+        """Partial derivatives at instants, of shape batch + instants.
+
+        Raises
+        ------
+        ToleranceError : an instant is too far from the epoch.
+        RegimeError : derivatives beyond the range of a double, which grow exponentially on the separatrix.
+        """
+        if inertia not in INERTIA:
+            raise InputError("inertia", inertia, f"one of {', '.join(INERTIA)}")
+        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
+        low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low).reshape(-1)
+        out = np.zeros((6, 12, self.size, seconds.size))
+        columns, scheme = (3 if inertia == "moments" else 6), quadrature()
+
+        def compute_share(share: tuple[int, int, int, int]) -> None:
+            first_body, last_body, first, last = share
+            space = scheme, np.empty((9, 8)), np.empty((9, 9))
+            for index, records in self.blocks(first_body, last_body):
+                refuse_too_far(max_phase_rate(records), instants.max_abs_seconds)
+                _tensors, moments, axes, rates, _attitudes = self._states(index, index + len(records))
+                of_partials = np.zeros(len(records), layout.PARTIALS)
+                compiled.partial_records(moments, axes, rates, records, columns, of_partials)
+                window = np.array([index, first, last])
+                compiled.partials(records, of_partials, seconds, low, out, window, columns, *space)
+
+        run(compute_share, self._shares(seconds.size, threads))
+        if not np.isfinite(out).all():
+            raise RegimeError(
+                "partials: beyond the range of a double: they grow exponentially on the separatrix"
+            )
+        shape = self.shape + instants.shape
+        return Partials(np.moveaxis(out.reshape(6, 12, *shape), (0, 1), (-2, -1)), inertia)
+
+    def _states(self, first: int, last: int) -> tuple[np.ndarray, ...]:
+        """Tensors, two-part moments and axes, rates and attitudes of bodies by their flat index."""
         body = self.body if self.body.shape == self.shape else self.body.broadcast_to(self.shape)
         moments, axes, rates, attitudes = (
             _flat(array, self.shape, first, last)
@@ -183,7 +219,11 @@ class Batch:
             tensors = moments[:, :, :1] * np.eye(3)
         else:
             tensors = _flat(body._tensor, self.shape, first, last)
-        out = self._computed_records((tensors, moments, axes, rates, attitudes), first)
+        return tensors, moments, axes, rates, attitudes
+
+    def _records(self, first: int, last: int) -> np.ndarray:
+        """Compute the records of bodies by their flat index."""
+        out = self._computed_records(self._states(first, last), first)
         self._refuse_out_of_range(out, first)
         return out
 
@@ -239,6 +279,14 @@ def _flat(array: np.ndarray, shape: tuple[int, ...], first: int, last: int) -> n
     else:
         part = array[np.unravel_index(np.arange(first, last), shape)] if shape else array[None]
     return np.ascontiguousarray(part)
+
+
+@cache
+def quadrature() -> np.ndarray:
+    """(10, 8): nodes and weights of an interval of length 1, and of the integrals up to each node."""
+    gauss = gauss_scheme(8)
+    integrals = gauss.to_coefficients @ gauss.integrals
+    return np.concatenate([[0.5 * (gauss.nodes + 1.0), gauss.weights], integrals.T]).astype(float)
 
 
 def check_rates(rates: np.ndarray) -> np.ndarray:

@@ -98,6 +98,11 @@ SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t
 
 invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
+partial_records = Kernel("partials.partial_record.partial_records", "d3.d4.d2.r1.i.p1")
+partials = Kernel(
+    "partials.assembly.partials",
+    *(f"r1.p1.d1.{low}.d4.i1.i.d2.d2.d2" for low in ("d1", "n")),
+)
 azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
 gyrostats = Kernel("gyrostat.record.gyrostats", "d3.d3.d4.d2.d2.d2.g1.d2.d1.d2.d2.d2")
 sample_gyrostats = Kernel("gyrostat.attitudes.sample", *(f"g1.d1.{outputs}.i.i.i" for outputs in SAMPLES))
@@ -128,6 +133,7 @@ WINGS = [
                 *(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
             ),
         ),
+        ((partial_records, partials),),
         ((collocate,),),
         ((march,),),
         ((gyrostats,), (sample_gyrostats,)),

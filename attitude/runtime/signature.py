@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernels
-from ..kernels.layout import GYROSTAT, INVARIANTS, STEPPED
+from ..kernels.layout import GYROSTAT, INVARIANTS, PARTIALS, STEPPED
 from ..kernels.solvers.plate_layout import MARCHED
 
 SOURCES = Path(kernels.__file__).parent
@@ -23,6 +23,7 @@ ELEMENTS = {
     "i": np.dtype(np.int64),
     "g": GYROSTAT,
     "r": INVARIANTS,
+    "p": PARTIALS,
     "s": STEPPED,
     "m": MARCHED,
 }
@@ -33,7 +34,7 @@ class Signature(NamedTuple):
 
     A kind is "f" (float), "i" (int), "n" (None), or element and dimensions of a C-ordered array:
     "d2" doubles, "b1" booleans, "c1" bytes, "i1" 64-bit integers, "r1" records of INVARIANTS, "g1" of
-    GYROSTAT, "s1" of STEPPED, "m1" of MARCHED.
+    GYROSTAT, "p1" of PARTIALS, "s1" of STEPPED, "m1" of MARCHED.
     """
 
     module: str

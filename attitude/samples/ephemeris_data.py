@@ -14,6 +14,7 @@ from astropy.time import Time
 from ..errors import InputError, RegimeError
 from ..frames import rotations
 from ..rigid_body.body import RigidBody
+from ..rigid_body.partials import Partials
 from ..times.instants import Instants, as_instants
 from .event import Event
 from .interpolation import Interpolation
@@ -89,6 +90,7 @@ class EphemerisData:
     interpolation : how `resample` interpolates between attitudes of a file; None where the motion is known
     columns : what tables of it hold (`Ephemeris.with_columns`), where this was chosen
     ut1 : "tables", or "utc" where UTC is taken for UT1 in ITRF
+    sensitivity : partial derivatives as a function of instants and inertia ("moments", "tensor"); or None
     """
 
     attitude: np.ndarray
@@ -106,6 +108,7 @@ class EphemerisData:
     interpolation: Interpolation | None = None
     columns: tuple[str, ...] = ()
     ut1: str = "tables"
+    sensitivity: Callable[[Instants, str], Partials] | None = None
 
     def __post_init__(self) -> None:
         self.attitude.flags.writeable = False
@@ -226,6 +229,18 @@ class EphemerisData:
             raise RegimeError("body: this ephemeris holds no inertia, so neither momentum nor energy")
         tensor = self.body.tensor.reshape(*self.body.shape, *(1,) * len(self.instants.shape), 3, 3)
         return (tensor @ self.angular_velocity[..., None])[..., 0]
+
+    def partials(self, inertia: str = "moments") -> Partials:
+        """Partial derivatives of attitude and body rate, at the instants, by initial state and inertia.
+
+        inertia : as of `TorqueFreeMotion.partials`
+
+        Raises RegimeError where the motion is not known (read from a file), and in a rotating frame.
+        """
+        self._refuse_rotating("partials")
+        if self.sensitivity is None:
+            raise RegimeError("partials: the motion of this ephemeris is not known, only its attitudes are")
+        return self.sensitivity(self.instants, inertia)
 
     # -- resampling ---------------------------------------------------------------------------
 

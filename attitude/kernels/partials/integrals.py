@@ -1,0 +1,128 @@
+"""Samples with the integrals of squares of Jacobi's functions; equations of docs/theory.md, section 12.
+
+The integrals of cn^2, sn^2, dn^2, cd^2, sd^2 and nd^2 from t = 0 are combinations of u and of one more
+function: Jacobi's zeta, or the two functions that the modular transform makes of it.
+"""
+
+import math
+
+from ..cayley_klein import (
+    compose,
+    cubic,
+    exp_pair,
+    five,
+    four,
+    quartic,
+    since_half_turn,
+    theta_direction,
+    theta_pair,
+    transformed_direction,
+    transformed_pair,
+)
+from ..doubledouble import two_sum
+from ..intrinsics import fma, routine
+from ..phase import argument, phase, sine_cosine
+from ..vectors import first_three
+
+# Beyond this what grows as exp(4 y) would leave the range of a double: it is evaluated here, and multiplied.
+MAX_Y = 170.0
+
+
+@routine
+def second_kind(m, complementary):
+    """D/K = (1 - E/K)/m by the AGM from 1 and k1; m may be zero."""
+    a, g = 0.5 * (1.0 + complementary), math.sqrt(complementary)
+    over_m, weight = 0.5 / (1.0 + complementary), 1.0
+    c = m * over_m
+    total = 0.5 + c * over_m
+    while c > 1e-17:
+        a, g = 0.5 * (a + g), math.sqrt(a * g)
+        over_m, c, weight = over_m * c / (4.0 * a), c * c / (4.0 * a), 2.0 * weight
+        total += weight * c * over_m
+    return total
+
+
+@routine
+def series_of(body):
+    """Coefficients of alpha and beta."""
+    return four(body.alpha_re), four(body.alpha_im), four(body.beta_re), four(body.beta_im)
+
+
+@routine
+def theta_now(body, record, t, t_low):
+    """q_MP, (gamma1/A1, gamma2/A1, gamma3), and (Z, S, half turns, growth) at t by theta functions."""
+    x, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
+    s, c = sine_cosine(x, rest)
+    w = fma(c, c, -s * s)
+    turns, low = phase(body.precession[0], body.precession[1], t, t_low)
+    q = compose(*theta_pair(s, c, w, series_of(body)), *sine_cosine(turns, low))
+    g = record.direction
+    gamma = theta_direction(s, c, w, (five(g[0]), five(g[1]), five(g[2]), five(g[3])))
+    zeta = 2.0 * s * c * cubic(*four(record.series), w) / quartic(*five(g[3]), w)
+    return q, gamma, (zeta, record.quotient * gamma[0] * gamma[1] / gamma[2], 0.0, 1.0)
+
+
+@routine
+def theta_integrals(body, record, u, now):
+    """(cn2, sn2, dn2, cd2, sd2, nd2) from t = 0; now : as of `theta_now`."""
+    m, m1 = body.modulus * body.modulus, body.complementary_modulus * body.complementary_modulus
+    dZ, dS = now[0] - record.integral0[0], now[1] - record.integral0[1]
+    sn2 = fma(record.weight[0], u, -dZ)
+    cn2 = fma(record.weight[1], u, dZ)
+    cd2, sd2 = sn2 + dS, (cn2 - dS) / m1
+    return cn2, sn2, u - m * sn2, cd2, sd2, cd2 + sd2
+
+
+@routine
+def transformed_now(body, record, t, t_low):
+    """q_MP, (gamma1/A1, gamma2/A1, gamma3), and (T2, T3, half turns, growth) at t after the transform."""
+    y, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
+    turn, turn_lo, per_turn = body.half_turn[0], body.half_turn[1], body.per_half_turn
+    if per_turn == 0.0:
+        turn, turn_lo = 0.0, 0.0
+    y, signs, n = since_half_turn(y, rest, turn, turn_lo, per_turn)
+    turns, low = phase(body.precession[0], body.precession[1], t, t_low)
+    turns, joined = two_sum(turns, body.slip * y)
+    growth = math.exp(2.0 * max(abs(y) - MAX_Y, 0.0))
+    size, Q = min(abs(y), MAX_Y), body.nome
+    e, inverse = exp_pair(-2.0 * size)
+    powers = e, Q * inverse, Q * e
+    q = compose(*transformed_pair(powers, signs, series_of(body)), *sine_cosine(turns, low + joined))
+    gamma = transformed_direction(powers, signs, Q, first_three(record.direction[0]))
+    return q, gamma, (*transformed_pair_of_zeta(powers, signs[0], record.series), n, growth)
+
+
+@routine
+def transformed_pair_of_zeta(powers, sign, series):
+    """T2 and T3: the two parts of the zeta function after the modular transform.
+
+    powers : e, Q/e, Q e; series : p = Q^2, 4 p/m1.  Both fractions have factors 2 e and e^2.
+    """
+    e, z, _far = powers
+    p = series[0]
+    e2, z2, p2 = e * e, z * z, p * p
+    e4, z4, p4 = e2 * e2, z2 * z2, p2 * p2
+    third, third_far = z4 * e2, p2 * e4
+    fifth, fifth_far = z4 * p4, p2 * p4 * e2 * e4
+    up = (1.0 - e2) + 3.0 * (third - third_far) + 5.0 * (fifth - fifth_far)
+    down = (1.0 + e2) + (third + third_far) + (fifth + fifth_far)
+    fourth, fourth_far = z2 * p2, p2 * p * e2 * e4
+    sixth, sixth_far = z4 * p2 * p4, p4 * p4 * e4 * e4
+    up3 = 0.5 * (1.0 - e4) + (fourth - fourth_far) + 1.5 * (sixth - sixth_far)
+    down3 = e2 + p * ((1.0 + e4) + (fourth + fourth_far) + (sixth * p + p4 * p4 * e4 * e4))
+    return sign * up / down, sign * series[1] * up3 / down3
+
+
+@routine
+def transformed_integrals(body, record, u, now):
+    """(cn2, sn2, dn2, cd2, sd2, nd2) from t = 0; now : as of `transformed_now`."""
+    m, m1 = body.modulus * body.modulus, body.complementary_modulus * body.complementary_modulus
+    c, n = 0.5 * math.pi / body.K_prime, now[2]
+    D, B = record.weight[0] * u, record.weight[1] * u
+    dT2 = (now[0] - record.integral0[0]) + 2.0 * n
+    dT3 = now[1] - record.integral0[1]
+    m1nd2 = fma(m1, D, c * fma(m1, dT3, 2.0 * n))
+    if n != 0.0:
+        dT3 += 2.0 * n / m1
+    cn2 = (c * dT2 - m1 * B) / m
+    return cn2, u - cn2, fma(m1, D, c * dT2), (u - m1nd2) / m, (c * dT3 - B) / m, fma(c, dT3, D)

@@ -1,0 +1,194 @@
+"""Partial derivatives along axes 1, 2, 3 where the rate is not constant (docs/theory.md, section 12).
+
+Vectors over or times A1: g/A1, gamma'/A1, A1 chi, A1 X, A1 F, eps/A1, so that no amplitude is squared.
+"""
+
+from ..intrinsics import routine
+from ..layout import THETA
+from ..rotation import conjugate, product
+from ..vectors import add_scaled, cross, dot, scaled, unit_vector
+from .integrals import theta_integrals, theta_now, transformed_integrals, transformed_now
+
+# Columns: momenta along axes 1, 2, 3, each of L; then the elements 11, 22, 33, 12, 13, 23 of the inertia.
+# Rows of `columns`, by column: small rotation (3), momentum over L (3), rate over L (3).
+
+
+@routine
+def turn_since_start(record, q):
+    """C = R(t)^T R(0) along axes 1, 2, 3, as three rows."""
+    start = record.quaternion
+    w, x, y, z = product(conjugate(q), (start[0], start[1], start[2], start[3]))
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+@routine
+def vectors_along(body, record, gamma):
+    """(gamma, g/A1, gamma'/A1, A1 chi, A1 X) of (gamma1/A1, gamma2/A1, gamma3)."""
+    A1, A3, (x, y, z) = body.amplitude[0], body.amplitude[2], gamma
+    a21, a31, a32 = record.differences[0], record.differences[1], record.differences[2]
+    over = 1.0 / (a31 * z)
+    g = -a31 * A3 * A3 * x, record.b2 * y, a31 * A1 * z
+    slope = a32 * y * z, -a31 * z * x, a21 * A1 * x * y
+    chi = -y * over, x * over, 0.0
+    X = -x / a31, -y / a31, A1 * (x * x + y * y) * over
+    return (A1 * x, A1 * y, z), g, slope, chi, X
+
+
+@routine
+def functionals(body, record, tau, gamma, integrals):
+    """A1 F of unit momenta, A1 F, R and eps/A1 of the six elements of inertia."""
+    cn2, sn2, dn2, cd2, sd2, nd2 = integrals
+    A1, A3 = body.amplitude[0], body.amplitude[2]
+    a21, a31, a32 = record.differences[0], record.differences[1], record.differences[2]
+    a1, a2, a3 = record.inverse[0], record.inverse[1], record.inverse[2]
+    x0, y0, z0 = record.start[0], record.start[1], record.start[2]
+    x, y, z = gamma
+    start = A1 * x0, A1 * y0, z0
+    per_A3 = 1.0 / (A3 * A3 * record.u_rate)
+    Q1, Q2 = cd2 * per_A3 / a31, sd2 * per_A3 / a32  # Q11/b3, Q22/b3
+    G1, G2 = cn2 / (record.u_rate * a31), sn2 / (record.u_rate * a32)
+    H = Q1 + Q2
+    h1, h2, h3 = -a21 * Q2, a21 * Q1, nd2 * per_A3
+    chi1, chi2 = -y0 / (a31 * z0), x0 / (a31 * z0)
+    dx, dy = x - x0, y - y0
+    if body.route == THETA:
+        g12 = -A1 * dy * (y + y0) / (a31 * (z + z0))  # G12/A1
+        dz = a21 * g12
+        d33 = -A1 * (dx * (x + x0) + dy * (y + y0)) if z0 * z0 > 0.5 else dz * (z + z0)
+        d22 = A1 * dy * (y + y0)
+        f1 = start[0] * start[0] * (a1 * h1 - 0.5 * a1 * a1 * H) + 0.5 * a1 * a1 * (G1 + Q1)
+        f2 = start[1] * start[1] * (a2 * h2 - 0.5 * a2 * a2 * H) + 0.5 * a2 * a2 * (G2 + Q2)
+        f3 = z0 * z0 * (a3 * h3 - 0.5 * a3 * a3 * H) - 0.5 * a3 * a3 * (G1 + G2)
+    else:
+        dz = (z - z0) / A1
+        g12 = dz / a21
+        d33 = dz * (z + z0)
+        d22 = -(A1 * dx * (x + x0) + d33)
+        half = 0.5 * (start[0] * start[0] + z0 * z0)
+        f1 = start[0] * start[0] * a1 * (tau + share(record, 0) * H) + 0.5 * a1 * a1 * (G1 + Q1)
+        f2 = start[1] * start[1] * a2 * h2 + a2 * a2 * (half * H + 0.5 * (G2 - Q1))
+        f3 = z0 * z0 * a3 * (tau + share(record, 2) * H) - 0.5 * a3 * a3 * (G1 + G2)
+    momenta = A1 * start[0] * h1 - chi1, A1 * start[1] * h2 - chi2, A1 * z0 * h3
+    w = a1 * start[0], a2 * start[1], a3 * z0  # rate over L
+    F12 = momenta[0] * w[1] + momenta[1] * w[0]
+    F12 += a1 * a2 * ((1.0 + 1.0 / (z * z0)) * g12 / a31 - A1 * start[0] * start[1] * H)
+    F13 = momenta[0] * w[2] + momenta[2] * w[0] + a1 * a3 * (-dy / (a31 * a31) - A1 * start[0] * z0 * H)
+    F23 = momenta[1] * w[2] + momenta[2] * w[1] + a2 * a3 * (dx / (a32 * a31) - A1 * start[1] * z0 * H)
+    F = (
+        A1 * f1 - chi1 * w[0],
+        A1 * f2 - chi2 * w[1],
+        A1 * f3,
+        F12,
+        F13,
+        F23,
+    )
+    b3 = a31 * A1 * A1
+    R = (
+        0.5 * a1 * a1 * (tau * start[0] * start[0] - b3 * G1),
+        0.5 * a2 * a2 * (tau * start[1] * start[1] - b3 * G2),
+        0.5 * a3 * a3 * (tau * z0 * z0 - A3 * A3 * dn2 / record.u_rate),
+        a1 * a2 * (tau * start[0] * start[1] - A1 * g12),
+        a1 * a3 * (tau * start[0] * z0 + A1 * dy / a31),
+        a2 * a3 * (tau * start[1] * z0 - A1 * dx / a32),
+    )
+    g1, g2, g3 = -a31 * A3 * A3 * x0, record.b2 * y0, a31 * A1 * z0
+    eps = (
+        g1 * w[0] + 0.5 * a1 * a1 * A1 * dx * (x + x0),
+        g2 * w[1] + 0.5 * a2 * a2 * d22,
+        g3 * w[2] + 0.5 * a3 * a3 * d33,
+        g1 * w[1] + g2 * w[0] + a1 * a2 * A1 * (dx * y + x0 * dy),
+        g1 * w[2] + g3 * w[0] + a1 * a3 * (dx * z + start[0] * dz),
+        g2 * w[2] + g3 * w[1] + a2 * a3 * (dy * z + start[1] * dz),
+    )
+    return momenta, F, R, eps
+
+
+@routine
+def share(record, k):
+    """b_k - a_k/2 = a_k/2 - a2 + b2, which vanishes on the separatrix for I_k = I2/2."""
+    return 0.5 * (record.inverse[k] - 2.0 * record.inverse[1]) + record.b2
+
+
+@routine
+def moved(C, gamma0, momentum):
+    """C (gamma0 x momentum)."""
+    v = cross(gamma0, momentum)
+    return dot(C[0], v), dot(C[1], v), dot(C[2], v)
+
+
+@routine
+def momentum_of(record, e, gamma0):
+    """Momentum over L that a unit of element e of inertia adds at t = 0: dI w0/L."""
+    w = record.inverse[0] * gamma0[0], record.inverse[1] * gamma0[1], record.inverse[2] * gamma0[2]
+    x = w[0] if e == 0 else (w[1] if e == 3 else (w[2] if e == 4 else 0.0))
+    y = w[1] if e == 1 else (w[0] if e == 3 else (w[2] if e == 5 else 0.0))
+    z = w[2] if e == 2 else (w[0] if e == 4 else (w[1] if e == 5 else 0.0))
+    return x, y, z
+
+
+@routine
+def write_column(columns, place, record, rotation, momentum):
+    """Small rotation, momentum over L, and J times it."""
+    for i in range(3):
+        columns[place, i] = rotation[i]
+        columns[place, 3 + i] = momentum[i]
+        columns[place, 6 + i] = record.inverse[i] * momentum[i]
+
+
+@routine
+def add_change_of_inertia(columns, record, gamma):
+    """Add dJ gamma of each element to the rates of its column: -J dI J gamma."""
+    a1, a2, a3 = record.inverse[0], record.inverse[1], record.inverse[2]
+    columns[3, 6] -= a1 * a1 * gamma[0]
+    columns[4, 7] -= a2 * a2 * gamma[1]
+    columns[5, 8] -= a3 * a3 * gamma[2]
+    columns[6, 6] -= a1 * a2 * gamma[1]
+    columns[6, 7] -= a1 * a2 * gamma[0]
+    columns[7, 6] -= a1 * a3 * gamma[2]
+    columns[7, 8] -= a1 * a3 * gamma[0]
+    columns[8, 7] -= a2 * a3 * gamma[2]
+    columns[8, 8] -= a2 * a3 * gamma[1]
+
+
+@routine
+def long_arc(body, record, t, t_low, columns):
+    """Write the nine columns at t; returns C as three rows and gamma."""
+    tau = record.momentum * t
+    u = record.u_rate * tau
+    if body.route == THETA:
+        q, hat, now = theta_now(body, record, t, t_low)
+        integrals = theta_integrals(body, record, u, now)
+    else:
+        q, hat, now = transformed_now(body, record, t, t_low)
+        integrals = transformed_integrals(body, record, u, now)
+    growth = now[3]
+    C = turn_since_start(record, q)
+    gamma, g, slope, chi, X = vectors_along(body, record, hat)
+    momenta, F, R, eps = functionals(body, record, tau, hat, integrals)
+    A1 = body.amplitude[0]
+    gamma0 = A1 * record.start[0], A1 * record.start[1], record.start[2]
+    g0 = vectors_along(body, record, (record.start[0], record.start[1], record.start[2]))[1]
+    for i in range(3):
+        mu = unit_vector(i)
+        f, shift = growth * dot(momenta, mu), growth * dot(g0, mu)
+        stay = dot(gamma0, mu)
+        v = add_scaled(add_scaled(moved(C, gamma0, mu), f, g), shift, chi)
+        v = add_scaled(v, tau * record.inverse[i] * stay, gamma)
+        write_column(columns, i, record, v, add_scaled(add_scaled(scaled(stay, gamma), f, slope), shift, X))
+    for e in range(6):
+        mu = momentum_of(record, e, gamma0)
+        f, shift, stay = growth * F[e], growth * eps[e], dot(gamma0, mu)
+        v = add_scaled(add_scaled(moved(C, gamma0, mu), f, g), shift, chi)
+        write_column(
+            columns,
+            3 + e,
+            record,
+            add_scaled(v, R[e], gamma),
+            add_scaled(add_scaled(scaled(stay, gamma), f, slope), shift, X),
+        )
+    add_change_of_inertia(columns, record, gamma)
+    return C, gamma

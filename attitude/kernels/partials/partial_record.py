@@ -1,0 +1,268 @@
+"""What partial derivatives of a motion need besides its constants, once per body."""
+
+import math
+
+from ..doubledouble import (
+    ONE,
+    PER_TURN,
+    ZERO,
+    add,
+    div,
+    hypot,
+    mul,
+    neg,
+    pair,
+    power_of_two_near,
+    scale,
+    sqrt,
+    square,
+    store,
+    sub,
+)
+from ..intrinsics import kernel, routine
+from ..invariants import component_along, polhode_of
+from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, NEEDLE, THETA
+from ..regime import ascending
+from .integrals import second_kind, theta_now, transformed_now
+
+# A needle spun about itself: greatest I omega over L, and E = exp(-pi eta/K).
+NEEDLE_RATIO, NEEDLE_E = 30.0, 1e-3
+
+
+@kernel
+def partial_records(moments, axes, rates, bodies, inertia_columns, out):
+    """Fill out[b] for each body.
+
+    Parameters
+    ----------
+    moments, axes, rates, bodies : as of `invariants.invariants`, and what it wrote
+    inertia_columns : 3 for principal moments, 6 for elements of the tensor
+    out : (n,) of PARTIALS, written where not zero
+    """
+    for b in range(out.shape[0]):
+        record = out[b]
+        size = power_of_two_near(max(moments[b, 0, 0], moments[b, 1, 0], moments[b, 2, 0]))
+        unit = power_of_two_near(max(abs(rates[b, 0]), abs(rates[b, 1]), abs(rates[b, 2])))
+        inertia = (
+            scale(pair(moments[b, 0]), 1.0 / size),
+            scale(pair(moments[b, 1]), 1.0 / size),
+            scale(pair(moments[b, 2]), 1.0 / size),
+        )
+        omega = (
+            component_along(axes[b, 0], rates[b], 1.0 / unit),
+            component_along(axes[b, 1], rates[b], 1.0 / unit),
+            component_along(axes[b, 2], rates[b], 1.0 / unit),
+        )
+        record.size = size
+        if bodies[b].regime == CONSTANT_RATE:
+            constant_record(inertia, omega, axes[b], unit, record)
+        else:
+            polhode_record(inertia, omega, axes[b], bodies[b], unit, record)
+        write_mix(axes[b], inertia_columns, record)
+
+
+@routine
+def write_mix(axes, columns, record):
+    """Elements 11, 22, 33, 12, 13, 23 along axes 1, 2, 3 of a unit of each column of inertia."""
+    for k in range(columns):
+        for e in range(6):
+            i, j = element(e)
+            if columns == 3:  # a principal moment
+                left = along(record.axes[i], axes[k])
+                right = along(record.axes[j], axes[k])
+                record.mix[k, e] = left * right
+            else:
+                m, n = element(k)
+                record.mix[k, e] = record.axes[i, m] * record.axes[j, n]
+                if m != n:
+                    record.mix[k, e] += record.axes[i, n] * record.axes[j, m]
+
+
+@routine
+def element(e):
+    """Row and column of element e of a symmetric matrix, in the order 11, 22, 33, 12, 13, 23."""
+    if e < 3:
+        return e, e
+    return (1 if e == 5 else 0), (1 if e == 3 else 2)
+
+
+@routine
+def along(row, axis):
+    """Component along a unit vector of a principal axis in two parts (3, 2)."""
+    return row[0] * axis[0, 0] + row[1] * axis[1, 0] + row[2] * axis[2, 0]
+
+
+@routine
+def polhode_record(inertia, omega, axes, body, unit, record):
+    """Of a motion whose rate is not constant."""
+    lo, mid, hi = ascending(inertia)
+    first, third = (hi, lo) if body.regime == LONG_AXIS else (lo, hi)
+    polhode, signs = polhode_of(inertia, omega, first, mid, third, ZERO)
+    s, A3 = polhode.s, body.amplitude[2]
+    a21, a31, a32 = -s * square(polhode.r21)[0], -s * square(polhode.r31)[0], -s * square(polhode.r32)[0]
+    record.differences[0], record.differences[1], record.differences[2] = a21, a31, a32
+    order = (first, mid, third)
+    for i in range(3):
+        record.inverse[i] = div(ONE, inertia[order[i]])[0]
+        for j in range(3):
+            record.axes[i, j] = signs[i] * axes[order[i], j, 0]
+    record.momentum = mul(polhode.spin_rates[0], inertia[first])[0] * unit
+    record.start[0] = div(polhode.gamma[0], polhode.A1)[0]
+    record.start[1] = div(polhode.gamma[1], polhode.A1)[0]
+    record.start[2] = polhode.gamma[2][0]
+    for i in range(3):
+        record.initial[i] = polhode.gamma[i][0]
+    k1 = body.complementary_modulus
+    record.b2 = -a32 * (k1 * A3) * (k1 * A3)
+    record.u_rate = A3 * polhode.r31[0] * polhode.r32[0]
+    write_series(body, record)
+    write_start(body, record)
+    write_needle(polhode, body, record)
+
+
+@routine
+def write_series(body, record):
+    """Coefficients of gamma over A1 and of the zeta function."""
+    A1, A2, A3 = body.amplitude[0], body.amplitude[1], body.amplitude[2]
+    k, k1, q = body.modulus, body.complementary_modulus, body.nome
+    for j in range(5):
+        record.direction[0, j] = body.direction[0, j] / A1
+        record.direction[1, j] = body.direction[1, j] / A1
+        record.direction[2, j], record.direction[3, j] = body.direction[2, j], body.direction[3, j]
+    record.quotient = math.copysign(A1 / A2 * A3, body.direction[1, 0])
+    if body.route == THETA:
+        record.weight[0] = second_kind(k * k, k1)
+        q3, q8 = q**3, q**8
+        q_over_m = over_parameter(q)
+        factor = 0.5 * math.pi / body.K * q_over_m
+        record.series[0] = factor * (4.0 - 12.0 * q8)
+        record.series[1] = factor * (64.0 * q8 * q**7 - 16.0 * q3)
+        record.series[2] = factor * 48.0 * q8
+        record.series[3] = factor * -128.0 * q8 * q**7
+    else:
+        record.weight[0] = second_kind(k1 * k1, k)
+        record.direction[0, 0] = body.direction[0, 0] / A1
+        record.direction[0, 1] = body.direction[0, 1] / A1
+        record.direction[0, 2] = body.direction[0, 2]
+        record.series[0] = q * q
+        record.series[1] = 4.0 * over_parameter(q * q)
+    record.weight[1] = 1.0 - record.weight[0]
+
+
+@routine
+def over_parameter(q):
+    """q/m of a nome: (theta3(0)/theta2(0))^4 q."""
+    above = 1.0 + 2.0 * (q + q**4 + q**9 + q**16)
+    below = 1.0 + q**2 + q**6 + q**12 + q**20
+    ratio = above / below
+    return ratio**4 / 16.0
+
+
+@routine
+def write_start(body, record):
+    """Attitude and integrals at t = 0, by the functions that make them at t."""
+    if body.route == THETA:
+        q, _gamma, now = theta_now(body, record, 0.0, 0.0)
+    else:
+        q, _gamma, now = transformed_now(body, record, 0.0, 0.0)
+    for i in range(4):
+        record.quaternion[i] = q[i]
+    record.integral0[0], record.integral0[1] = now[0], now[1]
+
+
+@routine
+def write_needle(polhode, body, record):
+    """Whether it is a needle spun about itself; turns of its axis about the momentum: 2 lambda + s v'."""
+    record.kind = LONG_ARCS
+    if body.route != THETA:
+        return
+    E = math.exp(-math.pi * body.eta / body.K)
+    least = min(record.inverse[0], record.inverse[1], record.inverse[2])
+    speed = math.sqrt(
+        (record.inverse[0] * record.start[0] * body.amplitude[0]) ** 2
+        + (record.inverse[1] * record.start[1] * body.amplitude[0]) ** 2
+        + (record.inverse[2] * record.start[2]) ** 2
+    )
+    if speed / least > NEEDLE_RATIO and E < NEEDLE_E:
+        record.kind = NEEDLE
+        record.nomes[0], record.nomes[1] = E, body.nome / E if E > 0.0 else 0.0
+        turn = scale(pair(body.argument), polhode.s)
+        store(record.turns[0], add(scale(pair(body.precession), 2.0), turn))
+
+
+@routine
+def constant_record(inertia, omega, axes, unit, record):
+    """Of a constant rate: axis 3 along the momentum, and both turns of what departs from it."""
+    record.kind = CONSTANT_PARTIALS
+    speed = hypot(hypot(omega[0], omega[1]), omega[2])
+    if speed[0] == 0.0:
+        speed = ONE
+        unit = 0.0
+        omega = (ZERO, ZERO, ONE)
+    # components nearer to zero than two parts resolve are zero
+    x = (
+        div(omega[0], speed) if abs(omega[0][0]) > 1e-28 * speed[0] else ZERO,
+        div(omega[1], speed) if abs(omega[1][0]) > 1e-28 * speed[0] else ZERO,
+        div(omega[2], speed) if abs(omega[2][0]) > 1e-28 * speed[0] else ZERO,
+    )
+    p = 0 if abs(x[0][0]) <= abs(x[1][0]) and abs(x[0][0]) <= abs(x[2][0]) else 1
+    p = 2 if abs(x[2][0]) < abs(x[p][0]) else p
+    largest = 0 if abs(x[0][0]) >= abs(x[1][0]) and abs(x[0][0]) >= abs(x[2][0]) else 1
+    largest = 2 if abs(x[2][0]) > abs(x[largest][0]) else largest
+    other = 3 - p - largest
+    I3 = inertia[largest]
+    I1 = I3 if x[p][0] != 0.0 else inertia[p]
+    I2 = I3 if x[other][0] != 0.0 else inertia[other]
+    write_constant_axes(x, p, axes, record)
+    a3 = div(ONE, I3)
+    a31, a32 = mul(div(sub(I1, I3), I1), a3), mul(div(sub(I2, I3), I2), a3)
+    record.inverse[0], record.inverse[1], record.inverse[2] = div(ONE, I1)[0], div(ONE, I2)[0], a3[0]
+    record.differences[0] = div(sub(I1, I2), mul(I1, I2))[0]
+    record.differences[1], record.differences[2] = a31[0], a32[0]
+    record.momentum = mul(I3, speed)[0] * unit
+    record.start[2] = record.initial[2] = 1.0
+    write_turns((a3, a31, a32), (div(ONE, I1), div(ONE, I2)), scale(mul(I3, speed), unit), record)
+
+
+@routine
+def write_constant_axes(x, p, axes, record):
+    """Rows: axis p less its part along the rate's direction x (principal components), one across, x."""
+    xs = (x[0][0], x[1][0], x[2][0])
+    first = (
+        (1.0 if p == 0 else 0.0) - xs[p] * xs[0],
+        (1.0 if p == 1 else 0.0) - xs[p] * xs[1],
+        (1.0 if p == 2 else 0.0) - xs[p] * xs[2],
+    )
+    size = math.sqrt(first[0] ** 2 + first[1] ** 2 + first[2] ** 2)
+    first = (first[0] / size, first[1] / size, first[2] / size)
+    second = (
+        xs[1] * first[2] - xs[2] * first[1],
+        xs[2] * first[0] - xs[0] * first[2],
+        xs[0] * first[1] - xs[1] * first[0],
+    )
+    for j in range(3):
+        record.axes[0, j] = first[0] * axes[0, j, 0] + first[1] * axes[1, j, 0] + first[2] * axes[2, j, 0]
+        record.axes[1, j] = second[0] * axes[0, j, 0] + second[1] * axes[1, j, 0] + second[2] * axes[2, j, 0]
+        record.axes[2, j] = xs[0] * axes[0, j, 0] + xs[1] * axes[1, j, 0] + xs[2] * axes[2, j, 0]
+
+
+@routine
+def write_turns(third, others, momentum, record):
+    """Half sum and half difference of the turns a3 and s sqrt(a31 a32); of no oscillation u_rate alone."""
+    a3, a31, a32 = third
+    product = mul(a31, a32)
+    if product[0] <= 0.0:
+        record.u_rate = math.sqrt(-product[0])
+        store(record.turns[0], mul(mul(momentum, PER_TURN), a3))
+        return
+    root = sqrt(product)
+    turns = scale(mul(momentum, PER_TURN), 0.5)
+    if a31[0] > 0.0:  # a3 - sqrt(a31 a32) = [a3 (a1 + a2) - a1 a2] / (a3 + root)
+        rest = sub(mul(a3, add(others[0], others[1])), mul(others[0], others[1]))
+        difference = div(rest, add(a3, root))
+    else:
+        difference = add(a3, root)
+        root = neg(root)
+    record.u_rate = root[0]
+    store(record.turns[0], mul(turns, add(a3, root)))
+    store(record.turns[1], mul(turns, difference))

@@ -1,0 +1,198 @@
+"""Partial derivatives over arcs in which the momentum hardly moves in the body: Gauss's quadrature.
+
+Over abs(u) < 1/2 the differences of the closed form cancel; they are integrals of smooth functions
+(docs/theory.md, section 12).  Scaled by A1 as in `long_arcs`.
+"""
+
+from ..cayley_klein import (
+    exp_pair,
+    five,
+    since_half_turn,
+    theta_direction,
+    transformed_direction,
+)
+from ..intrinsics import fma, routine
+from ..layout import THETA
+from ..phase import argument, sine_cosine
+from ..vectors import add_scaled, cross, dot, first_three, unit_vector
+from .integrals import theta_now, transformed_now
+from .long_arcs import (
+    add_change_of_inertia,
+    momentum_of,
+    moved,
+    turn_since_start,
+    vectors_along,
+    write_column,
+)
+
+NODES, SHORT = 8, 0.5  # SHORT: rad, of u
+# Rows of the workspace, by node: (gamma1/A1, gamma2/A1, gamma3); the same less their values at t = 0 (the
+# third over A1 too); slope of eps/A1.
+HAT, CHANGE, SLOPE = 0, 3, 6
+
+
+@routine
+def direction_at(body, record, t, t_low):
+    """(gamma1/A1, gamma2/A1, gamma3) at t."""
+    x, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
+    g = record.direction
+    if body.route == THETA:
+        s, c = sine_cosine(x, rest)
+        return theta_direction(s, c, fma(c, c, -s * s), (five(g[0]), five(g[1]), five(g[2]), five(g[3])))
+    turn, turn_lo, per_turn = body.half_turn[0], body.half_turn[1], body.per_half_turn
+    if per_turn == 0.0:
+        turn, turn_lo = 0.0, 0.0
+    y, signs, _n = since_half_turn(x, rest, turn, turn_lo, per_turn)
+    e, inverse = exp_pair(-2.0 * abs(y))
+    return transformed_direction((e, body.nome * inverse, body.nome * e), signs, body.nome, first_three(g[0]))
+
+
+@routine
+def slope_of(body, record, hat):
+    """Rate of (gamma1/A1, gamma2/A1, gamma3/A1), over L."""
+    a21, a31, a32 = record.differences[0], record.differences[1], record.differences[2]
+    x, y, z = hat
+    return a32 * y * z, -a31 * z * x, a21 * body.amplitude[0] * x * y
+
+
+@routine
+def change_along(body, record, hat, now, d):
+    """Changes of g/A1, gamma'/A1, A1 chi, A1 X as gamma/A1 changes by d, from hat to now."""
+    A1, A3 = body.amplitude[0], body.amplitude[2]
+    a21, a31, a32 = record.differences[0], record.differences[1], record.differences[2]
+    d3 = A1 * d[2]
+    g = -a31 * A3 * A3 * d[0], record.b2 * d[1], a31 * A1 * d3
+    slope = (
+        a32 * (d[1] * now[2] + hat[1] * d3),
+        -a31 * (d[0] * now[2] + hat[0] * d3),
+        a21 * A1 * (d[0] * now[1] + hat[0] * d[1]),
+    )
+    over = 1.0 / (a31 * now[2] * hat[2])
+    chi = (hat[1] * d3 - hat[2] * d[1]) * over, (hat[2] * d[0] - hat[0] * d3) * over, 0.0
+    X = -d[0] / a31, -d[1] / a31, -(d[2] / a31 + d[2] * over)
+    return g, slope, chi, X
+
+
+@routine
+def inertia_change(record, e, gamma):
+    """dJ gamma of element e: -J dI J gamma."""
+    v = momentum_of(record, e, gamma)
+    return -record.inverse[0] * v[0], -record.inverse[1] * v[1], -record.inverse[2] * v[2]
+
+
+@routine
+def fill_nodes(body, record, scheme, t, t_low, work):
+    """Directions at the nodes and their changes since t = 0; returns the change up to t."""
+    tau = record.momentum * t
+    for j in range(NODES):
+        low = 0.0 if t_low is None else t_low * scheme[0, j]
+        hat = direction_at(body, record, t * scheme[0, j], low)
+        for i in range(3):
+            work[HAT + i, j] = hat[i]
+    whole = 0.0, 0.0, 0.0
+    for j in range(NODES):
+        slope = slope_of(body, record, (work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]))
+        whole = add_scaled(whole, tau * scheme[1, j], slope)
+        for i in range(3):
+            work[SLOPE + i, j] = slope[i]
+    for j in range(NODES):
+        for i in range(3):
+            total = 0.0
+            for k in range(NODES):
+                total = fma(scheme[2 + j, k], work[SLOPE + i, k], total)
+            work[CHANGE + i, j] = tau * total
+    return whole
+
+
+@routine
+def short_arc(body, record, scheme, t, t_low, work, columns):
+    """Write the nine columns at t; returns C as three rows and gamma."""
+    tau = record.momentum * t
+    whole = fill_nodes(body, record, scheme, t, t_low, work)
+    q, hat, _now = (
+        theta_now(body, record, t, t_low) if body.route == THETA else transformed_now(body, record, t, t_low)
+    )
+    C = turn_since_start(record, q)
+    vectors = vectors_along(body, record, hat)
+    A1 = body.amplitude[0]
+    start = record.start[0], record.start[1], record.start[2]
+    gamma0, g0, _slope0, chi0, _X0 = vectors_along(body, record, start)
+    change = change_along(body, record, start, hat, whole)
+    h = advances(record, scheme, tau, work)
+    for i in range(3):
+        mu = unit_vector(i)
+        state_column(record, i, mu, (C, tau, h, A1), (gamma0, g0, chi0), (vectors, change, whole), columns)
+    for e in range(6):
+        rotation, momentum = forced_column(body, record, e, scheme, tau, (hat, vectors, whole), work)
+        mu = momentum_of(record, e, gamma0)
+        for i in range(3):
+            rotation = add_scaled(rotation, mu[i], (columns[i, 0], columns[i, 1], columns[i, 2]))
+            momentum = add_scaled(momentum, mu[i], (columns[i, 3], columns[i, 4], columns[i, 5]))
+        write_column(columns, 3 + e, record, rotation, momentum)
+    add_change_of_inertia(columns, record, vectors[0])
+    return C, vectors[0]
+
+
+@routine
+def advances(record, scheme, tau, work):
+    """h1, h2, h3 at t."""
+    a21, a31 = record.differences[0], record.differences[1]
+    h1, h2, h3 = 0.0, 0.0, 0.0
+    for j in range(NODES):
+        x, y, z = work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]
+        weight = tau * scheme[1, j] / (z * z)
+        h1 -= weight * a21 * y * y / a31
+        h2 += weight * a21 * x * x / a31
+        h3 += weight
+    return h1, h2, h3
+
+
+@routine
+def state_column(record, i, mu, passed, start, now, columns):
+    """Of a unit momentum mu along axis i."""
+    (C, tau, h, A1), (gamma0, g0, chi0), (vectors, change, whole) = passed, start, now
+    gamma, g, slope, _chi, _X = vectors
+    v = cross(gamma0, mu)
+    f, stay = A1 * gamma0[i] * h[i], gamma0[i]
+    moved_v = moved(C, gamma0, mu)
+    rotation = moved_v[0] - v[0], moved_v[1] - v[1], moved_v[2] - v[2]
+    rotation = add_scaled(add_scaled(rotation, -chi0[i], change[0]), g0[i], change[2])
+    rotation = add_scaled(add_scaled(rotation, f, g), tau * record.inverse[i] * stay, gamma)
+    momentum = add_scaled(mu, stay, (A1 * whole[0], A1 * whole[1], A1 * whole[2]))
+    momentum = add_scaled(add_scaled(momentum, -chi0[i], change[1]), g0[i], change[3])
+    write_column(columns, i, record, rotation, add_scaled(momentum, f, slope))
+
+
+@routine
+def forced_column(body, record, e, scheme, tau, now, work):
+    """Small rotation and momentum at t that a unit of element e drives, from the change dJ alone."""
+    hat, vectors, whole = now
+    gamma, g, slope, _chi, _X = vectors
+    A1, a31 = body.amplitude[0], record.differences[1]
+    for j in range(NODES):
+        there = work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]
+        drive = inertia_change(record, e, (A1 * there[0], A1 * there[1], there[2]))
+        work[SLOPE, j] = -dot(slope_of(body, record, there), drive)
+    rotation, momentum, total, weighted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
+    for j in range(NODES):
+        there = work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]
+        rest = whole[0] - work[CHANGE, j], whole[1] - work[CHANGE + 1, j], whole[2] - work[CHANGE + 2, j]
+        gamma_j, _g, _slope, _chi_j, X = vectors_along(body, record, there)
+        drive = inertia_change(record, e, gamma_j)
+        eps = 0.0
+        for k in range(NODES):
+            eps = fma(scheme[2 + j, k], work[SLOPE, k], eps)
+        weight, eps = tau * scheme[1, j], tau * eps
+        total += weight * eps
+        x, y, z = there
+        weighted += weight * eps * (x * x + y * y) / (a31 * z * z)
+        change = change_along(body, record, there, hat, rest)
+        along, stay = dot(X, drive), dot(gamma_j, drive)
+        moved_gamma = A1 * rest[0], A1 * rest[1], A1 * rest[2]
+        part = add_scaled(add_scaled(drive, along, change[0]), work[SLOPE, j], change[2])
+        rotation = add_scaled(rotation, weight, add_scaled(part, stay, moved_gamma))
+        part = add_scaled(add_scaled(cross(gamma_j, drive), along, change[1]), work[SLOPE, j], change[3])
+        momentum = add_scaled(momentum, weight, part)
+    f = A1 * A1 * weighted
+    rotation = add_scaled(add_scaled(rotation, f, g), A1 * total, gamma)
+    return rotation, add_scaled(momentum, f, slope)
