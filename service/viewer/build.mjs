@@ -4,7 +4,6 @@ import { createHash } from "node:crypto";
 import { cpSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
 
-const BUNDLED = { three: "three.js", uplot: "uPlot" };
 const COPIED = ["index.html", "icon.svg"];
 
 function digest() {
@@ -14,17 +13,19 @@ function digest() {
   return hash.digest("hex");
 }
 
-function licences() {
-  return Object.entries(BUNDLED).map(([name, title]) => {
+/** Of each package of which the bundle holds something. */
+function licences(inputs) {
+  const names = Object.keys(inputs).map((path) => /^node_modules\/((?:@[^/]+\/)?[^/]+)/.exec(path)?.[1]);
+  return [...new Set(names.filter(Boolean))].sort().map((name) => {
     const { version, license } = JSON.parse(readFileSync(`node_modules/${name}/package.json`));
     const text = readFileSync(`node_modules/${name}/LICENSE`, "utf8").trim();
-    return `${title} ${version} (${license})\n\n${text}\n`;
+    return `${name} ${version} (${license})\n\n${text}\n`;
   });
 }
 
 rmSync("dist", { recursive: true, force: true });
 mkdirSync("dist");
-await build({
+const { metafile } = await build({
   entryPoints: [
     { in: "src/main.js", out: "viewer" },
     { in: "src/viewer.css", out: "viewer" },
@@ -34,10 +35,11 @@ await build({
   format: "esm",
   target: "es2021",
   minify: true,
+  metafile: true,
   legalComments: "none",
   banner: { js: "// Licences of what is bundled here: licences.txt", css: "/* Licences: licences.txt */" },
   logLevel: "info",
 });
 for (const name of COPIED) cpSync(`src/${name}`, `dist/${name}`);
-writeFileSync("dist/licences.txt", licences().join("\n" + "-".repeat(72) + "\n\n"));
+writeFileSync("dist/licences.txt", licences(metafile.inputs).join("\n" + "-".repeat(72) + "\n\n"));
 writeFileSync("dist/sources.sha256", digest() + "\n");

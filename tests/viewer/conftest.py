@@ -121,6 +121,19 @@ class Visit:
         expect(self.page.locator("#status")).to_have_text("")
         expect(self.page.locator(".plot canvas")).to_have_count(4)
 
+    def document(self) -> str:
+        """What the editor holds."""
+        text: str = self.page.evaluate("document.getElementById('document').value")
+        return text
+
+    def write(self, text: str) -> None:
+        """In place of what the editor holds, as somebody who has typed it."""
+        change = "view.dispatch({changes: {from: 0, to: view.state.doc.length, insert: text}})"
+        self.page.evaluate(
+            f"text => {{ const {{view}} = document.getElementById('document'); {change}; }}", text
+        )
+        self.page.locator("#document .cm-content").focus()
+
     def until(self, true: Callable[[], bool]) -> None:
         """Asked again and again: the policy forbids Playwright's own way of waiting for a condition."""
         deadline = time.monotonic() + 20

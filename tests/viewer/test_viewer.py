@@ -76,7 +76,7 @@ def test_scene_is_chosen_by_its_title(visit):
     page.locator("#stage-title").filter(has_text="1P/Halley").wait_for()
     visit.settle()
     assert visit.text("#stage-title") == "1P/Halley"
-    assert json.loads(page.input_value("#document")) == Scene.builtin("halley").document()
+    assert json.loads(visit.document()) == Scene.builtin("halley").document()
     assert "7.1 d" in visit.text("#readouts")
 
 
@@ -134,36 +134,43 @@ def test_play_goes_on_until_paused(visit):
 
 def test_samples_turns_apart_are_not_joined_and_can_be_looked_at_closer(visit):
     page = visit.open("explorer-1")
-    whole = page.input_value("#document")
+    whole = visit.document()
     assert visit.text("#between").startswith("Up to 37.5 turns from one sample to the next")
     page.locator("#time").focus()
     page.keyboard.press("Shift+ArrowRight")
     page.click("#closer")
     page.locator("#wider").wait_for()
     visit.settle()
-    assert json.loads(page.input_value("#document"))["times"]["start"] == 30
+    assert json.loads(visit.document())["times"]["start"] == 30
     assert not page.is_visible("#between")
     page.click("#wider")
     page.locator("#closer").wait_for()
-    assert page.input_value("#document") == whole
+    assert visit.document() == whole
 
 
 # -- the document ---------------------------------------------------------------------------------
 
 
-def spoiled(page, old, new):
+def spoiled(visit, old, new):
     """The document with one thing changed, run from the keyboard."""
-    text = page.input_value("#document")
+    text = visit.document()
     assert text.count(old) == 1
-    page.fill("#document", text.replace(old, new))
-    page.locator("#document").press("Control+Enter")
-    page.locator("#document-problem").wait_for()
+    visit.write(text.replace(old, new))
+    visit.page.locator("#document .cm-content").press("Control+Enter")
+    visit.page.locator("#document-problem").wait_for()
 
 
 def selected(page):
-    return page.evaluate(
-        "(a => a.value.slice(a.selectionStart, a.selectionEnd))(document.getElementById('document'))"
-    )
+    state = "document.getElementById('document').view.state"
+    return page.evaluate(f"(s => s.sliceDoc(s.selection.main.from, s.selection.main.to))({state})")
+
+
+def marked_line(visit):
+    """The line that the problem names, where the editor has a mark too."""
+    number = re.match(r"Line (\d+): ", visit.text("#document-problem"))[1]
+    line = visit.document().splitlines()[int(number) - 1]
+    assert visit.page.locator("#document .cm-wrong-line").inner_text() == line
+    return line
 
 
 TIMES = '{\n    "start": 0.0,\n    "stop": 40.0,\n    "step": 0.25,\n    "unit": "d"\n  }'
@@ -181,41 +188,38 @@ TIMES = '{\n    "start": 0.0,\n    "stop": 40.0,\n    "step": 0.25,\n    "unit":
 )  # fmt: skip
 def test_refusal_is_shown_at_its_field(visit, scene, old, new, line, marked, words):
     page = visit.open(scene)
-    spoiled(page, old, new)
+    spoiled(visit, old, new)
     problem = visit.text("#document-problem")
     assert words in problem
-    assert line in visit.text(".editor-lines .bad")
+    assert line in marked_line(visit)
     assert selected(page) == marked
-    below = page.locator("#document-problem").bounding_box()
-    field = page.locator(".editor-lines .bad").bounding_box()
-    assert 0 <= below["y"] - (field["y"] + field["height"]) < 10
-    assert page.get_attribute("#document", "aria-invalid") == "true"
-    assert page.get_attribute("#document", "aria-describedby") == "document-problem"
-    assert problem in visit.text("#status")
+    assert page.get_attribute("#document .cm-content", "aria-invalid") == "true"
+    assert words in page.get_attribute("#document .cm-content", "aria-description")
+    assert words in visit.text("#status")
     forgive_refusals(visit)
 
 
 def test_mended_document_runs_again(visit):
     page = visit.open()
-    before = page.input_value("#document")
-    spoiled(page, "3.235", "0")
-    page.fill("#document", before.replace('"stop": 40.0', '"stop": 20'))
+    before = visit.document()
+    spoiled(visit, "3.235", "0")
+    visit.write(before.replace('"stop": 40.0', '"stop": 20'))
     assert not page.is_visible("#document-problem")
     page.click("#run")
     visit.settle()
     assert "81" in visit.text("#readouts")
     page.click("#restore")
     visit.settle()
-    assert page.input_value("#document") == before
+    assert visit.document() == before
     forgive_refusals(visit)
 
 
 def test_more_samples_than_a_page_can_draw_are_not_asked_for(visit):
-    page = visit.open()
+    visit.open()
     asked = len([url for url in visit.asked if url.endswith("/v1/ephemeris")])
-    spoiled(page, '"step": 0.25', '"step": 1e-4')
+    spoiled(visit, '"step": 0.25', '"step": 1e-4')
     assert "400,001 samples" in visit.text("#document-problem")
-    assert '"times"' in visit.text(".editor-lines .bad")
+    assert '"times"' in marked_line(visit)
     assert len([url for url in visit.asked if url.endswith("/v1/ephemeris")]) == asked
 
 
@@ -231,7 +235,7 @@ def test_plan_says_what_is_simulated_and_why(visit):
 
 def test_every_format_is_offered_under_the_name_that_the_service_gives(visit):
     page = visit.open("spinner")
-    document = page.input_value("#document")
+    document = visit.document()
     for name in FORMATS:
         page.locator("#downloads button").filter(has=page.get_by_text(name, exact=True)).click()
         link = page.locator(f'#download-status a[data-format="{name}"]')
@@ -359,7 +363,7 @@ def test_keys_play_step_and_explain_but_not_while_somebody_types(visit):
     page.keyboard.press("Escape")
     assert not page.is_visible("#keys")
     page.keyboard.press("Home")
-    page.locator("#document").focus()
+    page.locator("#document .cm-content").focus()
     page.keyboard.press("ArrowRight")
     page.keyboard.press("Space")
     assert seconds(page) == 0
@@ -510,3 +514,142 @@ def test_pointers_find_every_value_of_every_scene_and_tidying_changes_none(modul
         )
         for text, value in zip(actual, expected.values(), strict=True):
             assert json.loads(re.sub(r'^"(?:[^"\\]|\\.)*": ', "", text)) == value
+
+
+# -- the document in the link, undo, completion ---------------------------------------------------
+
+
+def test_edited_document_is_in_the_address_and_opens_from_it(visit, visit_as):
+    visit.open("spinner")
+    written = visit.document().replace('"step": 0.05', '"step": 0.5')
+    visit.write(written)
+    visit.until(lambda: "#document=" in visit.page.url)
+    other = visit_as()
+    other.page.goto(visit.page.url)
+    other.settle()
+    assert other.document() == written
+    assert "121" in other.text("#readouts")
+    assert "step" not in other.page.url  # compressed
+
+
+def test_document_is_there_again_at_the_next_visit_until_a_scene_is_chosen(visit):
+    visit.open("spinner")
+    written = visit.document().replace('"step": 0.05', '"step": 0.5')
+    visit.write(written)
+    visit.until(lambda: "#document=" in visit.page.url)
+    visit.page.goto("about:blank")
+    visit.page.goto(visit.address)
+    visit.settle()
+    assert visit.document() == written
+    visit.page.select_option("#scene", "halley")
+    visit.settle()
+    visit.page.goto("about:blank")
+    visit.page.goto(visit.address)
+    visit.settle()
+    assert "Dzhanibekov" in visit.text("#stage-title")
+
+
+def test_link_that_carries_no_document_opens_the_first_scene(visit):
+    visit.page.goto(f"{visit.address}/#document=AAAA")
+    visit.settle()
+    assert "Dzhanibekov" in visit.text("#stage-title")
+
+
+def test_tidying_and_closer_samples_can_be_undone(visit):
+    page = visit.open("spinner")
+    untidy = visit.document().replace("\n", "\n\n", 3)
+    visit.write(untidy)
+    page.click("#tidy")
+    assert visit.document() != untidy
+    page.locator("#document .cm-content").press("Control+z")
+    assert visit.document() == untidy
+
+
+def test_keys_and_words_are_completed_from_the_services_own_schema(visit):
+    page = visit.open("spinner")
+    text = visit.document()
+    visit.write('{"ep')
+    page.keyboard.press("End")
+    page.locator("#document .cm-content").press("Control+Space")
+    options = page.locator("#document .cm-tooltip-autocomplete li")
+    options.first.wait_for()
+    assert '"epoch"' in options.first.inner_text()
+    page.wait_for_timeout(200)  # a completion is not taken by a key that was meant for something else
+    page.keyboard.press("Enter")
+    assert visit.document().startswith('{"epoch": ')
+    visit.write('{"orbit": {"alt": 1}}')
+    page.locator("#document .cm-content").press("Home")
+    for _ in range(len('{"orbit": {"alt')):
+        page.keyboard.press("ArrowRight")
+    page.keyboard.press("Control+Space")
+    page.locator("#document .cm-tooltip-autocomplete li", has_text="altitude").wait_for()
+    visit.write(text)
+
+
+# -- plots of choice ------------------------------------------------------------------------------
+
+
+def add_plot(page, kind, *choices):
+    page.select_option("#quantity", kind)
+    for i, choice in enumerate(choices):
+        page.locator("#quantity-choices select").nth(i).select_option(choice)
+    page.click("#quantity-form button")
+
+
+def test_chosen_columns_are_plotted_as_the_library_has_them(visit):
+    page = visit.open("envisat")
+    add_plot(page, "angle", "z", "earth")
+    page.locator(".panel", has_text="Angle of body z to nadir").locator("canvas").wait_for()
+    page.focus("#time")
+    page.keyboard.press("Home")
+    expected = Scene.builtin("envisat").run().angle("z", "earth", "deg")[0]
+    assert values(page, 4) == pytest.approx([expected], rel=1e-4)
+    page.click("text=Remove")
+    page.locator(".panel", has_text="nadir").wait_for(state="detached")
+
+
+def test_column_that_the_scene_cannot_have_says_why(visit):
+    page = visit.open("toutatis")
+    add_plot(page, "angle", "z", "earth")
+    refused = page.locator(".panel .refused")
+    refused.wait_for()
+    assert "orbit" in refused.inner_text()
+    forgive_refusals(visit)
+
+
+def test_pointer_reads_all_plots_at_once(visit):
+    page = visit.open("halley")
+    page.focus("#time")
+    page.keyboard.press("Home")
+    before = [values(page, panel) for panel in range(2)]
+    page.locator(".plot").first.scroll_into_view_if_needed()
+    box = page.locator(".plot .u-over").first.bounding_box()
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 20)
+    visit.until(lambda: all(values(page, panel) != before[panel] for panel in range(2)))
+
+
+@pytest.mark.parametrize(("button", "name", "start"), [
+    ("Picture", "body-rate-rad-s.png", b"\x89PNG"),
+    ("Data", "body-rate-rad-s.csv", b"elapsed_s,"),
+])  # fmt: skip
+def test_picture_and_data_of_a_plot_are_saved(visit, button, name, start):
+    page = visit.open("halley")
+    with page.expect_download() as download:
+        page.locator(".panel").nth(1).get_by_text(button, exact=True).click()
+    assert download.value.suggested_filename == name
+    content = Path(download.value.path()).read_bytes()
+    assert content.startswith(start)
+    if button == "Data":
+        rates = np.loadtxt(content.decode().splitlines(), delimiter=",", skiprows=1)[:, 1:]
+        assert rates == pytest.approx(Scene.builtin("halley").run().angular_velocity, rel=1e-15)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_on_the_page(visit_as, scheme):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    visit = visit_as(color_scheme=scheme)
+    page = visit.open("envisat")
+    add_plot(page, "angle", "z", "sun")
+    page.locator(".panel", has_text="Angle of body z to Sun").locator("canvas").wait_for()
+    found = axe.run(page).response["violations"]
+    assert [(each["id"], each["nodes"][0]["html"][:200]) for each in found] == []

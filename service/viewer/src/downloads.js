@@ -2,8 +2,7 @@
 
 import * as api from "./api.js";
 import { byId, make } from "./dom.js";
-
-let kept = null; // the address of the last file
+import { linkTo } from "./saving.js";
 
 export async function offerDownloads(element, documentText) {
   const { formats } = await api.get("viewer/formats.json");
@@ -24,7 +23,7 @@ async function download(pressed, format, text) {
   try {
     const path = `v1/ephemeris?format=${encodeURIComponent(format.name)}`;
     const { blob, name } = await api.file(path, text, `ephemeris${format.endings[0]}`);
-    const link = saving(blob, name);
+    const link = linkTo(blob, name);
     link.dataset.format = format.name;
     status.replaceChildren(link, `, ${blob.size.toLocaleString("en")} bytes`);
     link.click();
@@ -34,11 +33,4 @@ async function download(pressed, format, text) {
   } finally {
     pressed.removeAttribute("aria-busy");
   }
-}
-
-// Stays on the page: a browser may not take a file that comes long after the click for one that was asked for.
-function saving(blob, name) {
-  if (kept) URL.revokeObjectURL(kept);
-  kept = URL.createObjectURL(blob);
-  return make("a", { href: kept, download: name }, name);
 }

@@ -1,95 +1,172 @@
-// The document as text: line numbers and colours behind a plain text area, and what the service
-// refuses at the line it is about.
+// The document as text: an element <json-editor> with undo, colours, completion of keys, and what the
+// service refuses at the line it is about. In a shadow root CodeMirror's styles are adopted sheets, which
+// the strictest policy allows.
 
-import { byId, make } from "./dom.js";
-import { find, pieces, tidy } from "./json_text.js";
+import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from "@codemirror/autocomplete";
+import { defaultKeymap, history, historyKeymap, isolateHistory } from "@codemirror/commands";
+import { json } from "@codemirror/lang-json";
+import { bracketMatching, foldGutter, HighlightStyle, syntaxHighlighting } from "@codemirror/language";
+import { EditorState, StateEffect, StateField } from "@codemirror/state";
+import { Decoration, drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
+import { tags } from "@lezer/highlight";
+import { completionsFrom } from "./completion.js";
+import { byId } from "./dom.js";
+import { find, tidy } from "./json_text.js";
+
+const COLOURS = HighlightStyle.define([
+  { tag: tags.propertyName, color: "var(--accent)" },
+  { tag: tags.string, color: "color-mix(in srgb, var(--y) 78%, var(--ink))" },
+  { tag: tags.number, color: "var(--ink)" },
+  { tag: [tags.bool, tags.null], color: "var(--rate)" },
+]);
+
+// The characters that are marked as wrong, or none.
+const setWrong = StateEffect.define();
+const wrong = StateField.define({
+  create: () => Decoration.none,
+  update(marks, transaction) {
+    const set = transaction.effects.find((effect) => effect.is(setWrong));
+    if (!set) return marks.map(transaction.changes);
+    if (!set.value) return Decoration.none;
+    const { start, end } = set.value;
+    const line = Decoration.line({ class: "cm-wrong-line" }).range(transaction.state.doc.lineAt(start).from);
+    const mark = end > start ? [Decoration.mark({ class: "cm-wrong" }).range(start, end)] : [];
+    return Decoration.set([line, ...mark], true);
+  },
+  provide: (field) => EditorView.decorations.from(field),
+});
+
+const LOOK = EditorView.theme({
+  "&": { height: "100%", background: "var(--page)", color: "var(--ink)", fontSize: "0.78125rem" },
+  "&.cm-focused": { outline: "none" },
+  ".cm-scroller": { fontFamily: "var(--mono)", lineHeight: "1.55" },
+  ".cm-content": { caretColor: "var(--ink)", overflowWrap: "anywhere" },
+  ".cm-cursor": { borderLeftColor: "var(--ink)" },
+  ".cm-gutters": { background: "var(--page)", color: "var(--muted)", border: "0" },
+  ".cm-activeLine, .cm-activeLineGutter": { background: "color-mix(in srgb, var(--accent) 8%, transparent)" },
+  "&.cm-focused .cm-selectionBackground, .cm-selectionBackground": {
+    background: "color-mix(in srgb, var(--accent) 28%, transparent) !important",
+  },
+  ".cm-tooltip": { background: "var(--panel)", color: "var(--ink)", border: "1px solid var(--rule)" },
+  ".cm-tooltip-autocomplete > ul > li[aria-selected]": { background: "var(--accent)", color: "var(--accent-ink)" },
+  ".cm-completionDetail": { color: "var(--muted)", fontStyle: "normal" },
+  ".cm-wrong-line": { background: "var(--bad-wash)" },
+  ".cm-wrong": { textDecoration: "underline wavy var(--bad)" },
+  ".cm-matchingBracket": { background: "color-mix(in srgb, var(--accent) 22%, transparent) !important" },
+});
+
+class JsonEditor extends HTMLElement {
+  /** Builds the editor inside this element; `completions` answers what may be written at a place. */
+  start({ onRun, onChange, completions }) {
+    this.onChange = onChange;
+    const run = () => {
+      onRun();
+      return true;
+    };
+    this.extensions = [
+      lineNumbers(), foldGutter(), wrong, history(), drawSelection(), bracketMatching(), closeBrackets(),
+      highlightActiveLine(), EditorView.lineWrapping, json(), syntaxHighlighting(COLOURS), LOOK,
+      autocompletion({ override: [completions], icons: false }),
+      keymap.of([
+        { key: "Mod-Enter", run },
+        ...closeBracketsKeymap, ...defaultKeymap, ...historyKeymap, ...completionKeymap,
+      ]),
+      EditorView.contentAttributes.of({ "aria-label": "Scene document, JSON", tabindex: "0" }),
+      EditorView.updateListener.of((update) => update.docChanged && this.onChange()),
+    ];
+    const root = this.attachShadow({ mode: "open" });
+    this.view = new EditorView({ parent: root, root, state: this.#state("") });
+  }
+
+  get value() {
+    return this.view.state.doc.toString();
+  }
+
+  /** Another text, of which a step back leads to the one before. */
+  set value(text) {
+    const { length } = this.view.state.doc;
+    const annotations = isolateHistory.of("full");
+    if (text !== this.value) this.view.dispatch({ changes: { from: 0, to: length, insert: text }, annotations });
+  }
+
+  /** Marks characters as wrong, selects them and brings them into sight; none, where nothing is. */
+  mark(place) {
+    const effects = [setWrong.of(place)];
+    if (!place) return this.view.dispatch({ effects });
+    effects.push(EditorView.scrollIntoView(place.start, { y: "center" }));
+    return this.view.dispatch({ effects, selection: { anchor: place.start, head: place.end } });
+  }
+
+  lineAt(position) {
+    return this.view.state.doc.lineAt(Math.min(position, this.view.state.doc.length)).number;
+  }
+
+  line(number) {
+    const { from, to } = this.view.state.doc.line(Math.min(number, this.view.state.doc.lines));
+    return { start: from, end: to };
+  }
+
+  setInvalid(invalid, by) {
+    const content = this.view.contentDOM;
+    if (invalid) content.setAttribute("aria-invalid", "true");
+    else content.removeAttribute("aria-invalid");
+    content.setAttribute("aria-description", invalid ? by : "");
+  }
+
+  #state(text) {
+    return EditorState.create({ doc: text, extensions: this.extensions });
+  }
+}
+
+customElements.define("json-editor", JsonEditor);
 
 export class Editor {
-  constructor(onRun, onChange) {
-    this.area = byId("document");
-    this.lines = document.querySelector(".editor-lines");
+  /** `schema` answers with the description of a scene, for completion; asked for once, when it is needed. */
+  constructor({ onRun, onChange, schema }) {
+    this.element = byId("document");
     this.problem = byId("document-problem");
+    this.quiet = false;
     this.onChange = onChange;
-    this.area.addEventListener("input", () => this.#changed());
-    this.area.addEventListener("keydown", (event) => {
-      if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) onRun();
-      if (event.key === "Escape") this.forgive();
-    });
-    byId("tidy").addEventListener("click", () => this.#tidied());
-    new ResizeObserver(() => this.#place()).observe(this.area);
+    this.element.start({ onRun, onChange: () => this.#changed(), completions: completionsFrom(schema) });
+    byId("tidy").addEventListener("click", () => (this.element.value = tidy(this.text)));
   }
 
   get text() {
-    return this.area.value;
+    return this.element.value;
   }
 
+  /** A text of the page's own, not of somebody who types. */
   set text(value) {
-    this.area.value = value;
-    this.#paint();
+    this.quiet = true;
+    this.element.value = value;
+    this.quiet = false;
     this.forgive();
   }
 
-  /** Shows a refusal at its field: the line marked, the words below it, the value selected. */
+  /** Shows a refusal at its field: the line marked, the words below the document, the value selected. */
   refuse(refusal) {
     const place = this.#placeOf(refusal);
-    this.bad = place ? this.#lineAt(place.start) : null;
-    this.problem.textContent = refusal.message;
+    this.problem.textContent = place ? `Line ${this.element.lineAt(place.start)}: ${refusal.message}` : refusal.message;
     this.problem.hidden = false;
-    this.area.setAttribute("aria-invalid", "true");
-    this.area.setAttribute("aria-describedby", this.problem.id);
     byId("document-details").open = true;
-    this.#paint();
-    if (place) this.area.setSelectionRange(place.start, place.end);
-    this.#place(true);
+    this.element.mark(place);
+    this.element.setInvalid(true, refusal.message);
   }
 
   forgive() {
-    this.bad = null;
+    if (this.problem.hidden) return;
     this.problem.hidden = true;
-    this.area.removeAttribute("aria-invalid");
-    this.area.removeAttribute("aria-describedby");
-    for (const line of this.lines.children) line.classList.remove("bad");
+    this.element.mark(null);
+    this.element.setInvalid(false);
   }
 
   #placeOf({ pointer, line }) {
     if (typeof pointer === "string") return find(this.text, pointer);
-    if (!line) return null;
-    const rows = this.text.split("\n");
-    const start = rows.slice(0, line - 1).reduce((sum, row) => sum + row.length + 1, 0);
-    return { start, end: start + (rows[line - 1] ?? "").length };
-  }
-
-  #lineAt(position) {
-    return this.text.slice(0, position).split("\n").length - 1;
-  }
-
-  #tidied() {
-    this.text = tidy(this.text);
-    this.onChange();
+    return line ? this.element.line(line) : null;
   }
 
   #changed() {
     this.forgive();
-    this.#paint();
-    this.onChange();
-  }
-
-  #paint() {
-    const rows = this.text.split("\n");
-    this.lines.replaceChildren(...rows.map((row, i) => this.#row(row, i)));
-  }
-
-  #row(text, i) {
-    const parts = pieces(text).map(([kind, piece]) => (kind ? make("span", { class: kind }, piece) : piece));
-    return make("div", { class: i === this.bad ? "line bad" : "line" }, ...(parts.length ? parts : ["\u200b"]));
-  }
-
-  /** The words go below their line, and into sight. */
-  #place(show = false) {
-    if (this.problem.hidden) return;
-    const line = this.lines.children[this.bad ?? 0];
-    if (!line) return;
-    this.problem.style.top = `${line.offsetTop + line.offsetHeight}px`;
-    if (show) line.scrollIntoView({ block: "center", behavior: "instant" });
+    if (!this.quiet) this.onChange();
   }
 }

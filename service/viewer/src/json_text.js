@@ -99,16 +99,3 @@ export function withMember(text, name, value) {
   const place = find(text, `/${name}`);
   return place?.whole ? text.slice(0, place.start) + value + text.slice(place.end) : text;
 }
-
-/** Pieces of a line for colouring: [kind, text]. */
-export function pieces(line) {
-  const found = [];
-  const pattern = /("(?:[^"\\]|\\.)*")(\s*:)?|(-?\d[\d.eE+-]*)|(true|false|null)|([^"\d\-tfn]+|.)/g;
-  for (const [whole, string, colon, number, word] of line.matchAll(pattern)) {
-    if (string && colon !== undefined) found.push(["key", string], ["", colon]);
-    else if (string) found.push(["string", string]);
-    else if (number) found.push(["number", number]);
-    else found.push([word ? "word" : "", whole]);
-  }
-  return found;
-}

@@ -8,10 +8,12 @@ import { byId, make } from "./dom.js";
 import { offerDownloads } from "./downloads.js";
 import { Editor } from "./editor.js";
 import { tidy, withMember } from "./json_text.js";
+import { keepDocument, keptDocument, packed, unpacked } from "./link.js";
 import { duration, figure } from "./numbers.js";
 import { showPlan } from "./plan.js";
 import { Player } from "./player.js";
 import { Plots } from "./plots.js";
+import { Quantities } from "./quantities.js";
 import { PolhodeView } from "./polhode_view.js";
 import { Readouts } from "./readouts.js";
 import { installTheme } from "./theme.js";
@@ -24,9 +26,10 @@ const CLOSER_SAMPLES = 1500;
 const state = { shipped: "", course: null, running: null, whole: null };
 const views = { body: viewIn("body-view", BodyView), polhode: viewIn("polhode-view", PolhodeView) };
 const plots = new Plots(byId("plots"), (time) => player.seek(time));
+const quantities = new Quantities(() => showChosen().catch(fail));
 const readouts = new Readouts(byId("readouts"));
 const player = new Player(showTime);
-const editor = new Editor(run, () => (state.whole = null));
+const editor = new Editor({ onRun: run, onChange: edited, schema: () => api.get("openapi.json") });
 
 /** A view in 3D; in words where the browser has no WebGL. */
 function viewIn(id, View) {
@@ -58,7 +61,7 @@ function start() {
 async function begin() {
   try {
     await Promise.all([offerScenes(), offerDownloads(byId("downloads"), () => editor.text), showVersion()]);
-    await choose(wanted());
+    await open();
   } catch (error) {
     fail(error);
   }
@@ -74,11 +77,16 @@ async function showVersion() {
   byId("version").textContent = attitude;
 }
 
-/** The scene that the address names after #, if there is such a one. */
-function wanted() {
-  const named = decodeURIComponent(location.hash.slice(1));
+/** What the address names or carries; else what was edited at the last visit; else the first scene. */
+async function open() {
+  const hash = location.hash.slice(1);
+  const carried = (await unpacked(hash)) ?? (hash ? null : keptDocument());
   const names = [...byId("scene").options].map((option) => option.value);
-  return [named, FIRST, names[0]].find((name) => names.includes(name));
+  if (carried === null) return choose([decodeURIComponent(hash), FIRST, names[0]].find((name) => names.includes(name)));
+  byId("scene").value = "";
+  state.shipped = carried;
+  editor.text = carried;
+  return run();
 }
 
 async function choose(name) {
@@ -87,7 +95,32 @@ async function choose(name) {
   state.shipped = tidy(await api.text(`v1/scenes/${name}`));
   state.whole = null;
   editor.text = state.shipped;
+  keepDocument(null);
   await run();
+}
+
+/** Somebody has typed: the address and the browser keep the document as it stands. */
+function edited() {
+  state.whole = null;
+  clearTimeout(state.keeping);
+  state.keeping = setTimeout(keep, 400);
+}
+
+async function keep() {
+  const { text } = editor;
+  keepDocument(text);
+  history.replaceState(null, "", `#${await packed(text)}`);
+}
+
+async function copyLink() {
+  const address = new URL(`#${await packed(editor.text)}`, location.href);
+  history.replaceState(null, "", address);
+  try {
+    await navigator.clipboard.writeText(address.href);
+    say("The link is in the clipboard; it carries the document.");
+  } catch {
+    say("The link is in the address bar; it carries the document.");
+  }
 }
 
 // -- running --------------------------------------------------------------------------------------
@@ -102,11 +135,12 @@ async function run() {
     const text = editor.text;
     const plan = await api.post("v1/plan", text, running.signal);
     checkSize(plan);
-    const [answer, motion] = await Promise.all([
+    const [answer, motion, chosen] = await Promise.all([
       api.post("v1/ephemeris", text, running.signal),
       api.post("v1/motion", text, running.signal).catch(inWords),
+      quantities.curves(text, running.signal),
     ]);
-    show(JSON.parse(text), answer, motion, plan);
+    show(JSON.parse(text), answer, motion, plan, chosen);
     say("");
   } catch (error) {
     if (error.name !== "AbortError") fail(error);
@@ -139,9 +173,9 @@ function say(text, kind = "") {
   byId("stage").setAttribute("aria-busy", String(text === "Computing"));
 }
 
-function show(document, answer, motion, plan) {
+function show(document, answer, motion, plan, chosen) {
   const course = new Course(answer);
-  Object.assign(state, { course, document });
+  Object.assign(state, { course, document, text: editor.text });
   byId("stage-title").textContent = course.name || "Scene";
   byId("description").textContent = document.description ?? "";
   readouts.show(course, motion, plan.effects.some((effect) => effect.simulated && effect.acts_on !== "translation"));
@@ -150,11 +184,19 @@ function show(document, answer, motion, plan) {
   for (const part of [views.body, views.polhode, plots]) if (part) part.time = course.start;
   views.body?.show(course, document);
   views.polhode?.show(course);
-  plots.show(course);
+  plots.show(course, chosen);
   caption();
   betweenSamples(course);
   forgetCost();
   player.show(course);
+}
+
+/** The plots that were chosen, of the scene that is shown. */
+async function showChosen() {
+  if (!state.course) return;
+  const { course, text } = state;
+  const chosen = await quantities.curves(text);
+  if (course === state.course) plots.show(course, chosen);
 }
 
 function offerTravel(course, document) {
@@ -212,6 +254,8 @@ function listen() {
     editor.text = state.shipped;
     run();
   });
+  byId("copy-link").addEventListener("click", copyLink);
+  addEventListener("hashchange", () => open().catch(fail));
   byId("closer").addEventListener("click", lookCloser);
   byId("wider").addEventListener("click", lookWider);
   byId("axis").value = "2";
@@ -242,7 +286,7 @@ function takeToken(event) {
   return editor.text ? run() : begin();
 }
 
-const TYPING = "textarea, select, input, dialog[open]";
+const TYPING = "json-editor, select, input, dialog[open]";
 const PRESSED = "button, summary, a";
 
 /** Keys of the whole page; where somebody types, or presses what has the focus, they stay what they are. */

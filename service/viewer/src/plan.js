@@ -41,7 +41,7 @@ function effects(list) {
     effect.torque_N_m === null ? "–" : figure(effect.torque_N_m, 3),
     effect.influence_rad === null ? "–" : figure(effect.influence_rad, 3),
   ]);
-  return table(["Effect", "", "Acts on", "Why", "Torque, N m", "Matters by, rad"], rows);
+  return table(["Effect", "Simulated", "Acts on", "Why", "Torque, N m", "Matters by, rad"], rows);
 }
 
 function considered(plan) {

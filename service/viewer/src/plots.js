@@ -4,6 +4,7 @@ import uPlot from "uplot";
 import { colour, make } from "./dom.js";
 import { figure, unitFor } from "./numbers.js";
 import { norm } from "./rotation.js";
+import { fileName, linkTo } from "./saving.js";
 
 const HEIGHT = 220;
 const FONT = "11px system-ui, sans-serif";
@@ -16,8 +17,9 @@ export class Plots {
     new ResizeObserver(() => this.#resize()).observe(element);
   }
 
-  show(course) {
-    this.course = course;
+  /** A course, and curves that were chosen besides. */
+  show(course, chosen = []) {
+    [this.course, this.chosen] = [course, chosen];
     this.build();
   }
 
@@ -27,7 +29,7 @@ export class Plots {
     this.element.replaceChildren();
     this.unit = unitFor(this.course.span);
     const x = this.course.t.map((t) => t / this.unit.seconds);
-    this.panels = curves(this.course).map((curve) => this.#panel(curve, x));
+    this.panels = [...curves(this.course), ...this.chosen].map((curve) => this.#panel(curve, x)).filter(Boolean);
     if (this.time !== undefined) this.at(this.time);
   }
 
@@ -35,9 +37,9 @@ export class Plots {
     this.time = time;
     if (!this.course) return;
     const i = this.course.index(time);
-    for (const { plot, values, series } of this.panels) {
-      values.forEach((value, k) => (value.textContent = figure(series[k].data[i], 5)));
-      plot.redraw(false, false);
+    for (const panel of this.panels) {
+      read(panel, i);
+      panel.plot.redraw(false, false);
     }
   }
 
@@ -48,15 +50,29 @@ export class Plots {
       key.firstChild.style.background = colour(each.paint);
       return key;
     });
-    const holder = make("div", { class: "plot", role: "img", "aria-label": spoken(curve) });
     const title = make("figcaption", {}, make("span", {}, curve.title), make("span", { class: "keys" }, ...keys));
-    this.element.append(make("figure", { class: "panel" }, title, holder));
-    const plot = new uPlot(this.#options(curve, holder.clientWidth), [x, ...curve.series.map((each) => each.data)], holder);
-    holder.addEventListener("click", () => this.#pick(plot));
-    return { plot, holder, values, series: curve.series };
+    const bar = make("div", { class: "panel-bar" });
+    if (curve.remove) bar.append(pressed("Remove", `Remove ${curve.title}`, curve.remove));
+    if (curve.refused) {
+      this.element.append(make("figure", { class: "panel" }, title, make("p", { class: "refused" }, curve.refused), bar));
+      return null;
+    }
+    const holder = make("div", { class: "plot", role: "img", "aria-label": spoken(curve) });
+    this.element.append(make("figure", { class: "panel" }, title, holder, bar));
+    const panel = { holder, values, series: curve.series };
+    const data = [x, ...curve.series.map((each) => each.data)];
+    panel.plot = new uPlot(this.#options(curve, holder.clientWidth, panel), data, holder);
+    holder.addEventListener("click", () => this.#pick(panel.plot));
+    const said = make("span", { class: "hint", role: "status" });
+    bar.prepend(
+      pressed("Picture", `Save a picture of ${curve.title}`, () => savePicture(panel.plot, curve.title, said)),
+      pressed("Data", `Save the data of ${curve.title}`, () => saveData(this.course, curve, said)),
+      said,
+    );
+    return panel;
   }
 
-  #options(curve, width) {
+  #options(curve, width, panel) {
     const [ink, hair] = [colour("--muted"), colour("--grid")];
     const axis = { stroke: ink, font: FONT, grid: { stroke: hair, width: 1 }, ticks: { stroke: hair, width: 1, size: 4 } };
     const dots = { show: this.course.length === 1 };
@@ -72,7 +88,11 @@ export class Plots {
         { ...axis, size: 78, gap: 5, values: (_, ticks) => ticks.map((tick) => figure(tick, 6)) },
       ],
       series: [{}, ...curve.series.map((each) => ({ label: each.name, stroke: colour(each.paint), width: 1.4, points: dots }))],
-      hooks: { draw: [(plot) => this.#playhead(plot)] },
+      hooks: {
+        draw: [(plot) => this.#playhead(plot)],
+        // the figures of every plot are those under the pointer, wherever it is; else those of the time shown
+        setCursor: [({ cursor: { idx } }) => read(panel, idx ?? this.course.index(this.time ?? this.course.start))],
+      },
     };
   }
 
@@ -132,6 +152,46 @@ function momentumChange(course) {
   const title = norm(first) ? "Momentum, |L − L₀| / |L₀|, inertial" : "Momentum, |L|, N m s";
   const change = (_, i) => norm(course.momentumAt(i).map((x, k) => x - first[k])) / size;
   return { title, data: course.t.map(change) };
+}
+
+/** The figures of one sample, beside the names of a panel's lines. */
+function read({ values, series }, i) {
+  values.forEach((value, k) => (value.textContent = figure(series[k].data[i], 5)));
+}
+
+function pressed(text, label, act) {
+  const button = make("button", { type: "button", class: "quiet", "aria-label": label }, text);
+  button.addEventListener("click", act);
+  return button;
+}
+
+function save(blob, name, said) {
+  const link = linkTo(blob, name);
+  said.replaceChildren(link);
+  link.click();
+}
+
+/** The plot on the page's ground, with its title. */
+function savePicture(plot, title, said) {
+  const { canvas } = plot.ctx;
+  const scale = window.devicePixelRatio;
+  const picture = make("canvas", { width: canvas.width, height: canvas.height + 24 * scale });
+  const context = picture.getContext("2d");
+  context.fillStyle = colour("--panel");
+  context.fillRect(0, 0, picture.width, picture.height);
+  context.fillStyle = colour("--ink");
+  context.font = `${12 * scale}px system-ui, sans-serif`;
+  context.fillText(title, 8 * scale, 16 * scale);
+  context.drawImage(canvas, 0, 24 * scale);
+  picture.toBlob((blob) => save(blob, `${fileName(title)}.png`, said));
+}
+
+/** What is drawn, as CSV: seconds since the epoch, and every line. */
+function saveData(course, { title, series }, said) {
+  const names = ["elapsed_s", ...series.map(({ name }) => name.replaceAll(" ", "_") || "value")];
+  const rows = Array.from(course.t, (t, i) => [t, ...series.map(({ data }) => data[i])].join(","));
+  const text = [names.join(","), ...rows, ""].join("\n");
+  save(new Blob([text], { type: "text/csv" }), `${fileName(title)}.csv`, said);
 }
 
 /** A little room above and below; of what never changes, a width that can be drawn. */

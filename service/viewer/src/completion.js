@@ -1,0 +1,64 @@
+// Keys and words that may be written at a place of the document, by the service's own description of a scene.
+
+import { syntaxTree } from "@codemirror/language";
+
+/** A source of completions for CodeMirror; `description` answers with the document of /openapi.json. */
+export function completionsFrom(description) {
+  let schemas = null;
+  return async (context) => {
+    const node = syntaxTree(context.state).resolveInner(context.pos, -1);
+    const word = context.matchBefore(/"?[\w-]*/);
+    if (!word || (word.from === word.to && !context.explicit)) return null;
+    schemas ??= (await description()).components.schemas;
+    const isKey = node.name === "PropertyName" || node.name === "Object" || node.parent?.name === "Object";
+    const text = (at) => context.state.sliceDoc(at.from, at.to);
+    const found = schemasAt(pathTo(node, text), schemas);
+    const options = isKey && node.name !== "String" ? keys(found, schemas) : values(found, schemas);
+    return options.length ? { from: word.from, options, validFor: /^"?[\w-]*$/ } : null;
+  };
+}
+
+/** Names and places from the root to a node: ["orbit", "altitude"], ["effects", 0, "type"]. */
+export function pathTo(node, text) {
+  const path = [];
+  for (let at = node; at.parent; at = at.parent) {
+    if (at.name === "Property" && node.name !== "PropertyName") path.unshift(JSON.parse(text(at.firstChild)));
+    else if (at.name === "Property" && at !== node.parent) path.unshift(JSON.parse(text(at.firstChild)));
+    else if (at.parent.name === "Array") path.unshift(0);
+  }
+  return path;
+}
+
+/** Every schema that a place may have; alternatives are all followed. */
+export function schemasAt(path, schemas) {
+  let found = alternatives({ $ref: "#/components/schemas/Scene" }, schemas);
+  for (const part of path) {
+    found = found.flatMap((schema) => {
+      const next = typeof part === "number" ? schema.items : schema.properties?.[part];
+      return next ? alternatives(next, schemas) : [];
+    });
+  }
+  return found;
+}
+
+function alternatives(schema, schemas) {
+  if (schema.$ref) return alternatives(schemas[schema.$ref.split("/").at(-1)], schemas);
+  const parts = [...(schema.anyOf ?? []), ...(schema.oneOf ?? []), ...(schema.allOf ?? [])];
+  return parts.length ? parts.flatMap((part) => alternatives(part, schemas)) : [schema];
+}
+
+function keys(found) {
+  const options = new Map();
+  for (const { properties = {}, required = [] } of found) {
+    for (const [name, schema] of Object.entries(properties)) {
+      const detail = required.includes(name) ? "required" : "";
+      options.set(name, { label: `"${name}"`, detail, info: schema.description, apply: `"${name}": ` });
+    }
+  }
+  return [...options.values()];
+}
+
+function values(found) {
+  const words = found.flatMap(({ enum: words = [], const: word, examples = [] }) => [...words, ...(word === undefined ? [] : [word]), ...examples]);
+  return [...new Set(words)].map((word) => ({ label: JSON.stringify(word) }));
+}
