@@ -182,7 +182,7 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
 
         Variables quaternion (body..., time, quaternion_component), angular_velocity [rad/s] (body..., time,
         axis) where the rate is known, angular_momentum [N m s], position [m] and velocity [m/s] as in
-        `to_table`.  Coordinates elapsed [s], elapsed_rest [s] where a second part is needed, and time,
+        `to_table`.  Coordinates elapsed [s], elapsed_rest [s], its rounding error, and time,
         datetime64[ns]: TAI, since a datetime64 cannot be at a leap second; there with an epoch, for dates
         that 64-bit nanoseconds hold (1678 to 2261).  Dimensions of a batch are body, body_1, ...; of instants
         time, or time_0, time_1, ...  attrs are the metadata, frame, order, convention and epoch; body and

@@ -297,8 +297,8 @@ def test_files_do_not_depend_on_the_size_of_their_blocks(block, format, monkeypa
 
 
 @pytest.mark.parametrize(
-    ("format", "count"), [("csv", 4), ("json", 32)]
-)  # four pieces of each of eight columns
+    ("format", "count"), [("csv", 4), ("json", 36)]
+)  # four pieces of each of nine columns
 def test_progress_is_reported_up_to_the_end(format, count, monkeypatch, tmp_path):
     monkeypatch.setattr(chunks, "CHUNK_INSTANTS", 10)
     fractions = []
@@ -331,7 +331,7 @@ def test_csv_is_numbers_under_names_for_numpy(tmp_path):
     written.write(tmp_path / "a.csv")
     comments = 2
     table = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True, skip_header=comments, dtype=None)
-    assert table.dtype.names == ("time", "elapsed_s", *schema.QUATERNION, *schema.RATE)
+    assert table.dtype.names == ("time", "elapsed_s", "elapsed_rest_s", *schema.QUATERNION, *schema.RATE)
     assert np.array_equal(table["q_y"], written.quaternion("wxyz")[:, 2])
     assert np.array_equal(table["elapsed_s"], T)
     assert np.array_equal(table["time"], isot(written.time))
@@ -341,7 +341,7 @@ def test_json_is_columns_for_any_reader(tmp_path):
     written = motion(epoch=EPOCH).at(T)
     written.write(tmp_path / "a.json")
     columns = json.loads((tmp_path / "a.json").read_text())["columns"]
-    assert list(columns) == ["time", "elapsed_s", *schema.QUATERNION, *schema.RATE]
+    assert list(columns) == ["time", "elapsed_s", "elapsed_rest_s", *schema.QUATERNION, *schema.RATE]
     assert columns["omega_z_rad_s"] == written.angular_velocity[:, 2].tolist()
 
 

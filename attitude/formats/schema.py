@@ -109,12 +109,11 @@ def names(samples: Samples) -> list[str]:
     """Names of the columns; the same for every chunk."""
     first = samples.first
     time = [TIME] if first.instants.epoch is not None else []
-    rest = [REST] if samples.extremes.has_seconds_low else []
-    elapsed = [ELAPSED]
+    elapsed = [ELAPSED, REST]
     if first.columns:
-        time, rest = (time, []) if "time" in first.columns else ([], [])
+        time = time if "time" in first.columns else []
         elapsed = [ELAPSED] if "elapsed" in first.columns else []
-    return [*time, *elapsed, *rest, *chain.from_iterable(column.names for column in vectors(first))]
+    return [*time, *elapsed, *chain.from_iterable(column.names for column in vectors(first))]
 
 
 def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.ndarray]:
@@ -264,7 +263,9 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source:
     )
     epoch = epoch_of_record(meta.get("epoch"))
     scale = None if epoch is None else _check_scale(meta["time_scale"])
-    times = check_dates(Instants(table[ELAPSED], table.get(REST), epoch, scale=scale))
+    rest = table.get(REST)
+    rest = rest if rest is not None and rest.any() else None
+    times = check_dates(Instants(table[ELAPSED], rest, epoch, scale=scale))
     frame, body = rotations.check_any_frame(meta["frame"]), body_of_record(meta.get("body"))
     batch = shape[: len(shape) - len(instants)]
     if body is not None and np.broadcast_shapes(body.shape, batch) != batch:

@@ -19,13 +19,12 @@ Progress = Callable[[float], None]
 
 
 class Extremes(NamedTuple):
-    """The least and the greatest instant: s, and their indices; whether any instant has a second part."""
+    """The least and the greatest instant: s, and their indices."""
 
     least: float
     greatest: float
     least_index: int
     greatest_index: int
-    has_seconds_low: bool
 
 
 class Samples:
@@ -126,7 +125,7 @@ class Samples:
     @cached_property
     def extremes(self) -> Extremes:
         """The least and the greatest instant, in whatever order they are, found in one pass."""
-        least, greatest, has_low = (math.inf, 0), (-math.inf, 0), False
+        least, greatest = (math.inf, 0), (-math.inf, 0)
         for first in range(0, self.count, CHUNK_INSTANTS):
             stopping.check()
             chunk = self.instants(first, min(first + CHUNK_INSTANTS, self.count))
@@ -135,5 +134,4 @@ class Samples:
             low, high = int(seconds.argmin()), int(seconds.argmax())
             least = min(least, (float(seconds[low]), first + low // row_size))
             greatest = max(greatest, (float(seconds[high]), first + high // row_size))
-            has_low = has_low or (chunk.seconds_low is not None and bool(chunk.seconds_low.any()))
-        return Extremes(least[0], greatest[0], least[1], greatest[1], has_low)
+        return Extremes(least[0], greatest[0], least[1], greatest[1])

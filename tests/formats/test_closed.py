@@ -58,7 +58,7 @@ REFUSED = [
     ("stk", "1 Jul 2007 12:00:00.5", "0 0 0 0 1\n1e-17 0 0 0 1", r"line 7: 0.[45]\d* s is not after 0.[45]"),
     ("stk", "1 Jul 2007 12:00:00", "1e12 0 0 0 1", "line 6: STK has years of four digits, not 33696"),
     ("stk", "1 Jul 2007 12:00:00", "0 0 0 0 1\n1e300 0 0 0 1", "instants that a calendar has"),
-    ("ecsv", "0.2999999999999999", "null", "line 42: elapsed, quaternion or rate without a value"),
+    ("ecsv", "0.2999999999999999", "null", "line 47: elapsed, quaternion or rate without a value"),
     ("csv", ",2.0,", ",1e300,", "instants that a calendar has .1e.300 s from the epoch"),
     ("json", "2457754.0", "-1e9", "epoch beyond any calendar|a calendar has"),
 ]

@@ -39,7 +39,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     """The file of these samples, block by block, in the memory of one chunk."""
     schema.refuse_unless_list(samples, "Parquet")  # astropy would flatten the dimensions of a cell
     sink = Sink()
-    first = _without_mixins(to_table(samples.first, samples.shape, samples.extremes.has_seconds_low))
+    first = _without_mixins(to_table(samples.first, samples.shape))
     fields = [(name, _type(first[name].shape[1:])) for name in first.colnames]
     arrow_schema = pa.schema(
         fields, metadata={ASTROPY_METADATA: "\n".join(table_meta.get_yaml_from_table(first))}
@@ -49,7 +49,7 @@ def blocks(samples: Samples) -> Iterator[bytes]:
         sink, arrow_schema, version="2.4", use_dictionary=False, compression="none"
     ) as writer:
         for chunk in samples.chunks():
-            table = _without_mixins(to_table(chunk, has_seconds_low=samples.extremes.has_seconds_low))
+            table = _without_mixins(to_table(chunk))
             arrays = [_array(np.asarray(table[name])) for name in table.colnames]
             writer.write_batch(pa.record_batch(arrays, schema=arrow_schema))
             yield from sink.take()

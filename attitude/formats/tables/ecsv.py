@@ -27,11 +27,11 @@ HEADER = re.compile(rb"(?:#[^\n]*\n)*(?:[^#\n]+\n)?")  # comments, and the names
 def blocks(samples: Samples) -> Iterator[bytes]:
     """The file of these samples, block by block, in the memory of one chunk."""
     first = io.StringIO()
-    to_table(samples.first, samples.shape, samples.extremes.has_seconds_low).write(first, format="ascii.ecsv")
+    to_table(samples.first, samples.shape).write(first, format="ascii.ecsv")
     text = first.getvalue()
     yield text[: text.rindex("\n", 0, -1) + 1].encode()  # without the row of the first instant
     for chunk in samples.chunks():
-        yield _rows(to_table(chunk, has_seconds_low=samples.extremes.has_seconds_low))
+        yield _rows(to_table(chunk))
 
 
 def _rows(table: QTable) -> bytes:

@@ -43,12 +43,12 @@ CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
 
 def blocks(samples: Samples) -> Iterator[bytes]:
     """The file of these samples, block by block, in the memory of one chunk."""
-    first = to_table(samples.first, samples.shape, samples.extremes.has_seconds_low)
+    first = to_table(samples.first, samples.shape)
     kind = _kind({name: _cells(first, name).shape[1:] for name in first.colnames})
     yield fits.PrimaryHDU().header.tostring().encode("ascii")
     yield _header(first, samples).tostring().encode("ascii")
     for chunk in samples.chunks():
-        table = to_table(chunk, has_seconds_low=samples.extremes.has_seconds_low)
+        table = to_table(chunk)
         rows = np.empty(len(table), kind)
         for name in table.colnames:
             rows[name] = _cells(table, name)

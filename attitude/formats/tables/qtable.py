@@ -17,12 +17,9 @@ if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 
-def to_table(
-    ephemeris: EphemerisData, shape: tuple[int, ...] | None = None, has_seconds_low: bool | None = None
-) -> QTable:
-    """See `Ephemeris.to_table`; for a chunk, `shape` and `has_seconds_low` are those of all samples."""
+def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> QTable:
+    """See `Ephemeris.to_table`; for a chunk, `shape` is that of all samples."""
     low = ephemeris.instants.seconds_low
-    has_seconds_low = low is not None if has_seconds_low is None else has_seconds_low
     if len(ephemeris.instants.shape) != 1:
         raise InputError(
             "instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table"
@@ -35,7 +32,7 @@ def to_table(
         table["time"].info.serialize_method["ecsv"] = "jd1_jd2"  # as text it would lose digits
     if schema.ELAPSED in names:
         table["elapsed"] = ephemeris.elapsed * u.s
-    if has_seconds_low and not ephemeris.columns:
+    if not ephemeris.columns:
         table["elapsed_rest"] = (np.zeros(len(ephemeris)) if low is None else low) * u.s
     for column in schema.vectors(ephemeris):
         values = column.values if len(column.names) > 1 else column.values[..., 0]

@@ -64,9 +64,9 @@ def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
     low = ephemeris.instants.seconds_low
     attributes = {"units": "s", "long_name": "SI seconds since the epoch"}
     coordinates: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, attributes)}
-    if low is not None:
-        attributes = {"units": "s", "long_name": "rounding error of elapsed, which is one double"}
-        coordinates["elapsed_rest"] = (dimensions, low, attributes)
+    rest = np.zeros(ephemeris.instants.shape) if low is None else low
+    attributes = {"units": "s", "long_name": "rounding error of elapsed, which is one double"}
+    coordinates["elapsed_rest"] = (dimensions, rest, attributes)
     if _has_dates(ephemeris):
         attributes = {"long_name": columnar.MEANING, "scale": "tai"}
         coordinates["time"] = (dimensions, _dates(ephemeris), attributes)
