@@ -142,10 +142,11 @@ def outgrown(tolerance: float, kept: tuple[float, float], error: float) -> str:
 def predicted_error(problem: TorqueProblem, candidate: Candidate) -> tuple[float, tuple[float, float] | None]:
     """rad, of the scene's own body; and the span, s, in which the tolerance is kept, where it is not in all.
 
-    What errors grow to between the edges of plates depends on the motion: it is solved, over as much of the
-    span as takes MAX_SECONDS_OF_PREDICTION; beyond, errors are taken to grow with the square of time.
+    What errors grow to between the edges of plates, and along an interpolated orbit, depends on the motion:
+    it is solved, over as much of the span as takes MAX_SECONDS_OF_PREDICTION; beyond, errors are taken to
+    grow with the square of time.
     """
-    if not candidate.ends_at_edges:
+    if not candidate.ends_at_edges and problem.refined is problem:
         return candidate.error, None
     part = min(1.0, MAX_SECONDS_OF_PREDICTION / candidate.seconds)
     template = replace(
@@ -204,7 +205,8 @@ class Refinement:
             limit = REPORTED_TOLERANCE if problem.best else tolerance
             self.good_until = good_until(compared, k, error, rounding, limit)
         self.error = min(self.error, error)
-        worth_making = not self.reached and self.stalled < 2 and rounding <= tolerance
+        stalls = 2 if problem.refined is problem else 1  # an orbit's own error is the same in any steps
+        worth_making = not self.reached and self.stalled < stalls and rounding <= tolerance
         return worth_making and not (fine.plates and fine.smooth)  # arcs, which end at edges, are short
 
 
@@ -266,13 +268,14 @@ def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Cand
     start, stop = problem.template.start / PARTS_OF_SPAN, problem.template.stop / PARTS_OF_SPAN
     part = replace(problem, template=replace(problem.template, start=start, stop=stop))
     instants = np.array([np.linspace(start, stop, INSTANTS_OF_REHEARSAL), np.zeros(INSTANTS_OF_REHEARSAL)])
-    share = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**ERROR_GROWTH_EXPONENT
+    share, before = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**ERROR_GROWTH_EXPONENT, np.inf
     for _ in range(MAX_ATTEMPTS):
         setting = StepSetting(np.array([candidate.step]), np.array([candidate.decay]))
         compared = compare(part, body, instants, setting)
         (error,), (rounding,) = estimate(compared, np.array([angle]))
-        if error <= share or rounding > share:
+        if error <= share or rounding > share or error > 0.5 * before:  # not of steps, but of the orbit
             break
+        before = error
         candidate = finer(candidate, share / error, compared.fine.smooth, int(compared.fine.steps[0]))
     return candidate
 

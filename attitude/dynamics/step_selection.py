@@ -28,7 +28,7 @@ from .error_estimate import (
 from .momentum import impulse_sums, initial_momenta
 from .plate_arguments import edges_per_turn
 from .solver import LEAST_DECAY, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
-from .solver_arguments import most_symmetric
+from .solver_arguments import SolverArguments, most_symmetric
 
 # Radians of the fastest motion: what a trial runs over, and the longest steps, of a symmetric body and
 # others.
@@ -184,16 +184,25 @@ class _Trial:
         self.start, self.stop = arc.start, arc.start + float(np.copysign(self.span, arc.stop - arc.start))
         momentum = initial_momenta(problem.template, body, arc.torques) + added
         self.states = self.arguments.states(body.attitude, momentum)
+        self.refined: SolverArguments | None = None
+        if problem.refined is not problem:
+            self.refined = most_symmetric(problem.refined.template, body, arc.torques)
 
     def run(
-        self, step: float, decay: float, instants: np.ndarray, dense: bool = False, coarsely: bool = False
+        self,
+        step: float,
+        decay: float,
+        instants: np.ndarray,
+        dense: bool = False,
+        coarsely: bool = False,
+        arguments: SolverArguments | None = None,
     ) -> tuple[np.ndarray, SolverWork]:
-        """(OUTPUTS, m) at the instants, and the work."""
+        """(OUTPUTS, m) at the instants, and the work; arguments : those of another orbit."""
         out = np.full((1, OUTPUTS, instants.size), np.nan)
         setting = StepSetting(np.array([step]), np.array([decay]), dense, coarsely)
         at = np.array([instants, np.zeros_like(instants)])
         task = SolverTask(
-            self.arguments,
+            self.arguments if arguments is None else arguments,
             np.array([0]),
             self.states.copy(),
             self.start,
@@ -213,6 +222,7 @@ class _Trial:
         aim = SHARE_OF_TOLERANCE * self.tolerance / growth**ERROR_GROWTH_EXPONENT / safety
         longest = MAX_RADIANS if self.arguments.symmetric[0] else MAX_RADIANS_UNSYMMETRIC
         step, decay = min(longest / self.rate, self.span), max(aim, LEAST_DECAY)
+        aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(step, decay) / safety)
         for _ in range(MAX_TRIALS):
             difference, work = self._difference(step, decay)
             # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
@@ -248,6 +258,14 @@ class _Trial:
         if work.failed[0] or also.failed[0]:
             return np.inf, work
         return difference_of(fine, coarse), work
+
+    def _difference_of_orbits(self, step: float, decay: float) -> float:
+        """rad, at the end, by what the orbit's path is off: its jumps are not followed by shorter steps."""
+        if self.refined is None:
+            return 0.0
+        end = np.array([self.stop])
+        off = difference_of(*(self.run(step, decay, end, arguments=a)[0] for a in (None, self.refined)))
+        return off if np.isfinite(off) else 0.0
 
     def _seconds(self, work: SolverWork) -> float:
         """Of that work and of the coarser solution beside it."""

@@ -21,11 +21,13 @@ MIN_POINTS = 4
 # difference from the next.
 POSITION_WINDOWS, STATE_WINDOWS = (4, 6, 8, 10, 12, 14), (2, 4, 6, 8)
 ROWS_OF_ROUNDING = 14  # of the polynomials from which each row is predicted without itself
+MAX_OVER_MEDIAN = 8.0  # of what rows are off these polynomials by rounding
 # By what the path for the estimate exaggerates its distance from the answer's: of rounding it knows no more
 # than the size.
-EXAGGERATION = 2.0
+EXAGGERATION = 3.0
 MAX_TRIED_INSTANTS = 20_000
 MAX_RELATIVE_ERROR = 1e-3  # of the distance: beyond it points are too far apart to say where the body is
+MAX_RELATIVE_VELOCITY = 5e-3  # of the speed, by which a velocity may differ from the positions' derivative
 # Of the distance: below it no torque shows an error, and rounding of the polynomials is not far.
 LEAST_RELATIVE_ERROR = 1e-12
 # Seconds that a span may reach beyond a table: dates are rounded to a microsecond.
@@ -98,8 +100,8 @@ def table_path(
 
     Polynomials through the nearest rows, Hermite's where velocities make the error less, of the degree whose
     error is least by comparison with the next; in intervals of a twelfth of a revolution, or shorter until
-    they add no more than that error.  `refined` is on the other side of the next degree's, through rows
-    that are predicted from their neighbours: its distance is that of interpolation and of the rows' rounding.
+    they add no more than that error.  `refined` goes through disturbed rows by the next degree: its distance
+    is that of interpolation and of the rows' rounding, exaggerated.
 
     field : of the instants, named in errors
 
@@ -110,7 +112,7 @@ def table_path(
     """
     seconds = table.seconds
     if start < seconds[0] - SLACK or stop > seconds[-1] + SLACK:
-        covered = f"{seconds[0].item()!r} s to {seconds[-1].item()!r} s"
+        covered = f"{seconds[0]:.15g} s to {seconds[-1]:.15g} s"
         raise InputError(field, covered, f"a table over the whole span, {start!r} s to {stop!r} s")
     step = float(np.diff(seconds).max())
     table = table.part(start - step, stop + step, max(POSITION_WINDOWS))
@@ -138,8 +140,8 @@ def tabulated_path(
     return OrbitPath(numbers, polynomial.coefficients, period, central, refined)
 
 
-def interpolate_states(table: StateTable, count: int, t: np.ndarray) -> np.ndarray:
-    """(m, 3) m at instants t (m,) s, on polynomials through the `count` rows about each.
+def interpolate_states(table: StateTable, count: int, t: np.ndarray, derivative: int = 0) -> np.ndarray:
+    """(m, 3) m, or m/s, at instants t (m,) s, on polynomials through the `count` rows about each.
 
     Lagrange's of degree count - 1; with velocities Hermite's, of degree 2 count - 1.
     """
@@ -149,64 +151,95 @@ def interpolate_states(table: StateTable, count: int, t: np.ndarray) -> np.ndarr
     window = first[:, None] + np.arange(count)
     nodes, positions = seconds[window], table.positions[window]
     if table.velocities is None:
-        return weighted(lagrange_basis(nodes, t)[0], positions)
-    return hermite_vectors(nodes, t, positions, table.velocities[window])[0]
+        return weighted(lagrange_basis(nodes, t)[derivative], positions)
+    return hermite_vectors(nodes, t, positions, table.velocities[window])[derivative]
 
 
-def predicted(table: StateTable) -> StateTable:
-    """The rows as the polynomials through their neighbours have them: off by their rounding, and more.
+def disturbed(table: StateTable) -> StateTable:
+    """The rows with errors as great as those of their rounding, of random signs.
 
-    Those near an end, which have neighbours on one side, by what those next to them are off.
+    The size is that of the distance from polynomials through the other rows about each; near an end that of
+    rows farther inside.  What is far above the median is no rounding: steps are long for the polynomials.
     """
-    half = min(ROWS_OF_ROUNDING, len(table.seconds) - 1) // 2
-    rows = np.arange(half, len(table.seconds) - half)
-    window = rows[:, None] + np.concatenate([np.arange(-half, 0), np.arange(1, half + 1)])
-    basis = lagrange_basis(table.seconds[window], table.seconds[rows])[0]
+    n = len(table.seconds)
+    half = min(ROWS_OF_ROUNDING, n - 1) // 2
+    rows = np.arange(half, n - half)
+    count = min(n, ROWS_OF_ROUNDING + 1)
+    window = np.clip(rows - half, 0, n - count)[:, None] + np.arange(count)
+    others = window[window != rows[:, None]].reshape(len(rows), -1)
+    nodes, at = table.seconds[others], table.seconds[rows]
+    basis = lagrange_basis(nodes, at)[0]
+    random = np.random.default_rng(0)  # the same table always has the same estimate
 
-    def of(values: np.ndarray) -> np.ndarray:
-        off = weighted(basis, values[window]) - values[rows]
-        moved: np.ndarray = values + np.pad(off, ((half, half), (0, 0)), mode="symmetric")
-        return moved
+    def moved(values: np.ndarray, *predicted: np.ndarray) -> np.ndarray:
+        off = np.abs(np.stack([weighted(basis, values[others]), *predicted]) - values[rows]).min(axis=0)
+        size = np.minimum(off, MAX_OVER_MEDIAN * np.median(off.max(axis=1)))
+        size = np.pad(size, ((half, half), (0, 0)), mode="symmetric")
+        signs: np.ndarray = random.choice([-1.0, 1.0], size.shape)
+        return values + size * signs
 
-    velocities = None if table.velocities is None else of(table.velocities)
-    return StateTable(table.seconds, of(table.positions), velocities)
+    positions, velocities = table.positions, table.velocities
+    if velocities is None:
+        return StateTable(table.seconds, moved(positions))
+    near = others[:, others.shape[1] // 4 : -(others.shape[1] // 4)]
+    both = hermite_vectors(table.seconds[near], at, positions[near], velocities[near])
+    return StateTable(table.seconds, moved(positions, both[0]), moved(velocities, both[1]))
 
 
 def _best_curves(table: StateTable, field: str) -> tuple[Curve, Curve, float]:
-    """The polynomials of least error, the next through predicted rows, and the error over the distance.
+    """The polynomials of least error, the next through disturbed rows, and the error over the distance.
 
     Polynomials of higher degree follow a smooth orbit more exactly between its rows, but multiply their
     rounding.
     """
-    alone = table._replace(velocities=None)
-    pairs = _candidates(alone, POSITION_WINDOWS)
-    if table.velocities is not None:
-        pairs += _candidates(table, STATE_WINDOWS)
     seconds, stride = table.seconds, max(1, len(table.seconds) // MAX_TRIED_INSTANTS)
     rows = np.unique(np.append(np.arange(0, len(seconds) - 1, stride), len(seconds) - 2))
     middles = 0.5 * (seconds[rows] + seconds[rows + 1])
-    errors = [
-        _relative(interpolate_states(own, count, middles), interpolate_states(own, more, middles))
-        for own, count, more in pairs
-    ]
-    best = min(range(len(pairs)), key=lambda k: float(errors[k].max()))
-    error = float(errors[best].max())
+    tried = _errors(table._replace(velocities=None), POSITION_WINDOWS, middles)
+    if table.velocities is not None:
+        _check_velocities(table, *min(tried, key=lambda one: float(one[0].max()))[:3])
+        tried += _errors(table, STATE_WINDOWS, middles)
+    errors, own, count, more = min(tried, key=lambda one: float(one[0].max()))
+    error = float(errors.max())
     if not error <= MAX_RELATIVE_ERROR:
-        i = int(rows[np.argmax(errors[best])])
+        i = int(rows[np.argmax(errors)])
         apart = f"{(seconds[i + 1] - seconds[i]).item():g} s apart"
         expected = "rows close enough to interpolate the positions between them"
         raise InputError(f"{field}[{i + 1}]", apart, expected)
-    own, count, more = pairs[best]
-    return partial(interpolate_states, own, count), partial(interpolate_states, predicted(own), more), error
+    other = disturbed(own)
+    rounding = float(_relative(other.positions, own.positions).max())
+    curve, better = partial(interpolate_states, own, count), partial(interpolate_states, other, more)
+    return curve, better, max(error, rounding)
 
 
-def _candidates(table: StateTable, windows: tuple[int, ...]) -> list[tuple[StateTable, int, int]]:
-    """The table, rows of a polynomial, and rows of that by which its error is estimated."""
+def _check_velocities(table: StateTable, errors: np.ndarray, alone: StateTable, count: int) -> None:
+    """Refuse velocities that are not the derivative of the positions, as far as these have one.
+
+    Velocities relative to the rotating Earth are so, and those in another unit.
+    """
+    assert table.velocities is not None
+    slopes = interpolate_states(alone, count, table.seconds, derivative=1)
+    off, speed = (np.sqrt((v**2).sum(axis=1)) for v in (slopes - table.velocities, table.velocities))
+    distance = np.sqrt((table.positions**2).sum(axis=1)).max()
+    uncertain = MAX_OVER_MEDIAN * float(errors.max()) * distance / float(np.diff(table.seconds).min())
+    wrong = off > MAX_RELATIVE_VELOCITY * speed + uncertain
+    expected = "the derivative of the positions, in the same inertial axes"
+    _refuse_first("velocities.value", wrong, table.velocities, expected)
+
+
+def _errors(
+    table: StateTable, windows: tuple[int, ...], t: np.ndarray
+) -> list[tuple[np.ndarray, StateTable, int, int]]:
+    """(errors at t, the table, rows of a polynomial, rows of the next), of all polynomials but the last."""
     n = len(table.seconds)
     counts = [count for count in windows if count <= n]
     if len(counts) == 1:  # of few rows: compared with the polynomial through all, or through one less
         counts.append(n if n > counts[0] else n - 1)
-    return [(table, one, more) for one, more in pairwise(counts)]
+    places = [interpolate_states(table, count, t) for count in counts]
+    return [
+        (_relative(one, next_one), table, count, more)
+        for (one, next_one), (count, more) in zip(pairwise(places), pairwise(counts), strict=True)
+    ]
 
 
 def _relative(one: np.ndarray, other: np.ndarray) -> np.ndarray:
