@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
 from attitude.documents.fields import parse_json
+from attitude.documents.files import files_in
 from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError
 from attitude.formats import module_of, read_stream
@@ -86,7 +87,8 @@ def scene_within(document: Any, settings: Settings) -> Scene:
         if isinstance(times := document.get("times"), dict):
             check_count("times", times.get("elapsed"), "samples", settings)
             check_count("times", times.get("dates"), "samples", settings)
-    return Scene.model_validate(document)
+    with files_in(None):
+        return Scene.model_validate(document)
 
 
 def check_count(field: str, counted: Any, noun: str, settings: Settings, where: str = "") -> None:

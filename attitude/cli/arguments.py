@@ -80,9 +80,11 @@ def read_scene(name: str, tolerance: str | None = None) -> Scene:
 
     tolerance : of torques, in place of the document's: an angle, or "best"
     """
+    from ..documents.files import files_in
     from ..scene.document import BEST, Scene
 
-    scene = Scene.from_json(*document_text(name))
+    with files_in(Path(name).parent):
+        scene = Scene.from_json(*document_text(name))
     if tolerance is None:
         return scene
     value: Any = BEST

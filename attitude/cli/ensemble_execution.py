@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from ..documents.fields import Part, input_error, parse_json
+from ..documents.files import files_in
 from ..ensemble import engine, storage
 from ..ensemble.block_motion import is_free
 from ..ensemble.density import BODY_AXES
@@ -34,7 +35,8 @@ def carry_out(options: Namespace, text: str | bytes, source: str) -> None:
     and a run that is interrupted are reported on standard error.
     """
     _check(options)
-    ensemble = ensemble_of(options, text, source)
+    with files_in(Path(source).parent):
+        ensemble = ensemble_of(options, text, source)
     for line in str(ensemble.left_out).splitlines() if ensemble.left_out.count else ():
         warn(line)
     if options.output is not None:

@@ -1,4 +1,4 @@
-"""The document's `orbit`: Keplerian elements (`kepler`), a TLE (`tle`) or positions (`tabulated`)."""
+"""The document's `orbit`: Keplerian elements (`kepler`), a TLE (`tle`), positions (`tabulated`) or a file."""
 
 from __future__ import annotations
 
@@ -14,20 +14,25 @@ def parse_orbit(value: Any) -> OrbitDefinition:
     if isinstance(value, OrbitDefinition):
         return value
     if not isinstance(value, dict):
-        raise InputError("", value, "an orbit: Keplerian elements, a tle, or times and positions")
-    kepler, tle, table = orbit_forms()
+        raise InputError("", value, "an orbit: Keplerian elements, a tle, times and positions, or a file")
+    kepler, tle, table, file = orbit_forms()
+    if {"file", "oem", "stk", "csv"} & value.keys():
+        from .from_file import with_path
+
+        return file.model_validate(with_path(value))
     if "tle" in value:
         return tle.model_validate(value)
     return (table if {"times", "positions", "velocities"} & value.keys() else kepler).model_validate(value)
 
 
-def orbit_forms() -> tuple[type[OrbitDefinition], type[OrbitDefinition], type[OrbitDefinition]]:
-    """The classes of Keplerian elements, of a TLE and of a table, imported when a document has an orbit."""
+def orbit_forms() -> tuple[type[OrbitDefinition], ...]:
+    """The classes of all forms, imported when a document has an orbit."""
+    from .from_file import OrbitFile
     from .kepler import Kepler
     from .tabulated import OrbitTable
     from .tle import TwoLine
 
-    return Kepler, TwoLine, OrbitTable
+    return Kepler, TwoLine, OrbitTable, OrbitFile
 
 
 AnyOrbit = Annotated[OrbitDefinition, Chosen(parse_orbit, orbit_forms)]

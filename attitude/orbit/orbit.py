@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 class OrbitDefinition(Part):
     """The document's `orbit`."""
 
+    def check_span(self, start: float, stop: float, epoch: Time | None) -> None:
+        """Refuse a span, s since the epoch, over which the orbit is not known."""
+
     def path(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
         """Orbit of the centre of mass as kernels take it, over a span from start to stop, s since the epoch.
 

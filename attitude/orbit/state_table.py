@@ -37,6 +37,22 @@ PIECES_PER_REVOLUTION, PIECES_PER_INTERVAL, MAX_PIECES = 12, 4, 200_000
 Curve = Callable[[np.ndarray], np.ndarray]  # (n,) s -> (n, 3) m
 
 
+class Curves(NamedTuple):
+    """A curve through rows, one that is nearer to the truth, and by how much they differ.
+
+    Attributes
+    ----------
+    curve, better : (n,) s -> (n, 3) m
+    error : of the curve, relative to the distance
+    rows : that it goes through
+    """
+
+    curve: Curve
+    better: Curve
+    error: float
+    rows: int
+
+
 class StateTable(NamedTuple):
     """States of the centre of mass.
 
@@ -116,11 +132,17 @@ def table_path(
         raise InputError(field, covered, f"a table over the whole span, {start!r} s to {stop!r} s")
     step = float(np.diff(seconds).max())
     table = table.part(start - step, stop + step, max(POSITION_WINDOWS))
-    curve, better, error = _best_curves(table, field)
     first, last = max(float(table.seconds[0]), start - step), min(float(table.seconds[-1]), stop + step)
-    first, last = min(first, start), max(last, stop)
+    return curves_path(best_curves(table, field), (min(first, start), max(last, stop)), start, central, field)
+
+
+def curves_path(
+    curves: Curves, span: tuple[float, float], start: float, central: CentralBody, field: str
+) -> OrbitPath:
+    """Path along a curve over a span, s since the epoch; its period is that of the ellipse at `start`."""
+    (curve, better, error, rows), (first, last) = curves, span
     period = _period(curve, start, last - first, central.mu)
-    least = max((last - first) / min(MAX_PIECES, PIECES_PER_INTERVAL * len(table.seconds)), 1e-300)
+    least = max((last - first) / min(MAX_PIECES, PIECES_PER_INTERVAL * rows), 1e-300)
     longest, tolerance = period / PIECES_PER_REVOLUTION, max(error, LEAST_RELATIVE_ERROR)
     polynomial = interpolated(curve, first, last, longest, tolerance, field, least)
 
@@ -186,20 +208,26 @@ def disturbed(table: StateTable) -> StateTable:
     return StateTable(table.seconds, moved(positions, both[0]), moved(velocities, both[1]))
 
 
-def _best_curves(table: StateTable, field: str) -> tuple[Curve, Curve, float]:
+def best_curves(table: StateTable, field: str, count: int | None = None) -> Curves:
     """The polynomials of least error, the next through disturbed rows, and the error over the distance.
 
     Polynomials of higher degree follow a smooth orbit more exactly between its rows, but multiply their
     rounding.
+
+    count : rows that each polynomial goes through, where this is prescribed; also through velocities if the
+        table has them
     """
     seconds, stride = table.seconds, max(1, len(table.seconds) // MAX_TRIED_INSTANTS)
     rows = np.unique(np.append(np.arange(0, len(seconds) - 1, stride), len(seconds) - 2))
     middles = 0.5 * (seconds[rows] + seconds[rows + 1])
-    tried = _errors(table._replace(velocities=None), POSITION_WINDOWS, middles)
+    alone = table._replace(velocities=None)
+    tried = _errors(alone, POSITION_WINDOWS, middles)
     if table.velocities is not None:
         _check_velocities(table, *min(tried, key=lambda one: float(one[0].max()))[:3])
         tried += _errors(table, STATE_WINDOWS, middles)
-    errors, own, count, more = min(tried, key=lambda one: float(one[0].max()))
+    if count is not None:
+        tried = _errors(table, (min(count, len(seconds)), count + 2), middles)
+    errors, own, one, more = min(tried, key=lambda one: float(one[0].max()))
     error = float(errors.max())
     if not error <= MAX_RELATIVE_ERROR:
         i = int(rows[np.argmax(errors)])
@@ -208,8 +236,8 @@ def _best_curves(table: StateTable, field: str) -> tuple[Curve, Curve, float]:
         raise InputError(f"{field}[{i + 1}]", apart, expected)
     other = disturbed(own)
     rounding = float(_relative(other.positions, own.positions).max())
-    curve, better = partial(interpolate_states, own, count), partial(interpolate_states, other, more)
-    return curve, better, max(error, rounding)
+    curve, better = partial(interpolate_states, own, one), partial(interpolate_states, other, more)
+    return Curves(curve, better, max(error, rounding), len(seconds))
 
 
 def _check_velocities(table: StateTable, errors: np.ndarray, alone: StateTable, count: int) -> None:

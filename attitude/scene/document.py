@@ -32,6 +32,7 @@ from ..documents.fields import (
     input_error,
     parse_json,
 )
+from ..documents.files import files_in
 from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
@@ -317,6 +318,10 @@ class Scene(Part):
                 raise InputError(name, "a value", f"no {name} beside spin: it would be said twice")
         if self.relative_to is not None:
             rotations.check_any_frame(self.relative_to, "relative_to")
+        if self.orbit is not None:
+            epoch = self.epoch.build() if self.epoch is not None else None
+            with field_within("orbit"):
+                self.orbit.check_span(*self.times.span(epoch), epoch)
         if self.effects or self.position is not None or self.velocity is not None:
             consistency.check(self)
         return self
@@ -362,7 +367,8 @@ class Scene(Part):
             text = Path(path).read_bytes()
         except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
             raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
-        return cls.from_json(text, str(path))
+        with files_in(Path(path).parent):
+            return cls.from_json(text, str(path))
 
     @classmethod
     def builtin(cls, name: str) -> Scene:

@@ -93,3 +93,19 @@ WRITERS = {
     "brahe": lambda text, syntax: brahe_message(text).to_string(syntax.upper()),
     "ccsds-ndm-py": lambda text, syntax: ccsds_message(text).to_str(syntax),
 }
+
+
+def orekit_positions(text, seconds, rows):
+    """(n, 3) m by Orekit's reader of OEM and its Hermite interpolation, at seconds since the first row."""
+    java, source = _orekit(), text.replace("EARTH", "ITS CENTRE").encode()  # of bodies it needs data
+    content = java("java.io.ByteArrayInputStream")
+    opener = _proxy("org.orekit.data.DataSource$StreamOpener", openOnce=lambda: content(_bytes(source)))
+    parser = java("org.orekit.files.ccsds.ndm.ParserBuilder")().withMu(3.986004418e14).buildOemParser()
+    message = parser.parseMessage(java("org.orekit.data.DataSource")("text.oem", opener))
+    states = list(message.getSegments().get(0).getCoordinates())
+    both = java("org.orekit.utils.CartesianDerivativesFilter").USE_PV
+    interpolate = java("org.orekit.utils.TimeStampedPVCoordinatesHermiteInterpolator")(rows, both).interpolate
+    samples, start = java("java.util.Arrays").asList(states), states[0].getDate()
+    return np.array(
+        [list(interpolate(start.shiftedBy(float(t)), samples).getPosition().toArray()) for t in seconds]
+    )

@@ -25,7 +25,8 @@ from ..interpolation_nodes import Nodes
 from ..writer_options import takes_options
 from . import text_kernels
 from .ck_reader import parse as parse
-from .ck_writer import CkOptions, CkTarget, import_spiceypy, write_blocks
+from .ck_writer import CkOptions, CkTarget, write_blocks
+from .cspice import import_spiceypy
 
 
 def interpolant(**options: Any) -> Interpolant:

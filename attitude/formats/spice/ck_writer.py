@@ -8,10 +8,8 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-import threading
 import unicodedata
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -28,6 +26,7 @@ from ..interpolation_nodes import Nodes
 from ..time_origin import TimeOrigin
 from . import text_kernels
 from .ck_records import MAX_ID, CkRecords, check_id, concatenated, rotate_at_constant_rate
+from .cspice import calling
 from .reference_frames import NUMBERS
 
 BLOCK_BYTES = 1 << 22
@@ -37,8 +36,6 @@ SPICE_FRAMES = {"ICRF": "J2000", "GCRF": "J2000", "ECLIPJ2000": "ECLIPJ2000"}
 EPS = float(np.finfo(float).eps)
 # Greatest lengths of SPICE's names; a frame's is part of a variable's, which has 32 characters.
 MAX_FRAME_LENGTH, MAX_SEGMENT_LENGTH, MAX_FILE_LENGTH = 26, 40, 60
-
-_LOCK = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -150,25 +147,6 @@ def _reference(frame: str, reference: str | None) -> tuple[str, np.ndarray | Non
 # -- the file -----------------------------------------------------------------------------------
 
 
-def import_spiceypy() -> Any:
-    """Import spiceypy; FormatError if it is not installed."""
-    try:
-        import spiceypy
-    except ImportError:
-        raise FormatError("SPICE CK needs spiceypy: pip install 'attitude[spice]'") from None
-    return spiceypy
-
-
-@contextmanager
-def _calling(spice: Any) -> Iterator[None]:
-    """One caller at a time; errors of CSPICE become FormatError."""
-    with _LOCK:
-        try:
-            yield
-        except spice.utils.exceptions.SpiceyError as error:
-            raise FormatError(f"CSPICE: {' '.join(str(error).split())[:300]}") from None
-
-
 def write_blocks(nodes: Nodes, target: CkTarget, spice: Any) -> Iterator[bytes]:
     """Write a temporary file, and yield its content."""
     origin = time_origin.tt_origin(nodes.segments[0].first)
@@ -183,17 +161,17 @@ def write_blocks(nodes: Nodes, target: CkTarget, spice: Any) -> Iterator[bytes]:
 def _write_file(path: str, nodes: Nodes, target: CkTarget, origin: TimeOrigin, spice: Any) -> None:
     """Write all segments; the file is closed whatever happens."""
     comments = _comments(nodes, target, origin)
-    with _calling(spice):
+    with calling(spice):
         internal_name = target.name[:MAX_FILE_LENGTH].rstrip()
         handle = spice.ckopn(path, internal_name, sum(len(line) + 1 for line in comments))
     try:
-        with _calling(spice):
+        with calling(spice):
             spice.dafac(handle, comments)
         begins = [float(_ticks(segment.first, origin)[0]) for segment in nodes.segments[1:]]
         for segment, following in zip(nodes.segments, [*begins, np.inf], strict=True):
             _write_segment(handle, segment, following, target, origin, spice)
     finally:
-        with _calling(spice):
+        with calling(spice):
             spice.dafcls(handle)
 
 
@@ -221,20 +199,20 @@ def _write_segment(
     """Write a segment; all of its ticks are before the one at which the following segment begins."""
     if target.type == 3:
         for records in _batches(segment, following, target, origin):
-            with _calling(spice):
+            with calling(spice):
                 _write_type_3(handle, records, target, spice)
         return
     if target.type == 5:
         batches = list(_batches(segment, following, target._replace(rates=True), origin))
         whole = concatenated([batches[0], *(batch.part(slice(1, None)) for batch in batches[1:])])
-        with _calling(spice):
+        with calling(spice):
             _write_type_5(handle, whole, target, spice)
         return
     if segment.count < 2:
         raise FormatError("type 2 holds intervals, and a segment of one instant has none; type 3 holds it")
     constant = _is_constant(segment)
     for records in _batches(segment, following, target, origin, (1, 2)):
-        with _calling(spice):
+        with calling(spice):
             _write_type_2(handle, records, constant, target, spice)
 
 

@@ -1,0 +1,198 @@
+"""Messages that are read at once (OEM, APM, ACM) as lines, the same for KVN and XML.
+
+KVN is taken as it is.  Of XML, each element with a value becomes a keyword, each element that KVN encloses in
+a START and a STOP becomes these two, and each row of data becomes a row.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import BinaryIO, NamedTuple
+from xml.parsers import expat
+
+from ...errors import FormatError
+from .. import bounded_read
+
+MAX_BYTES = 1 << 28  # of a message
+MAX_DEPTH = 10  # elements within each other
+UNITS = re.compile(r"(.*?)\s*\[([^][]*)\]")
+
+
+class NdmLine(NamedTuple):
+    """A line of a message.
+
+    keyword : "" of a row of data; NAME_START and NAME_STOP, without a value, enclose a block
+    value : of the keyword, without its units; or the row
+    number : line of the file
+    units : as stated, without brackets; "" where there are none
+    """
+
+    keyword: str
+    value: str
+    number: int
+    units: str = ""
+
+
+class Syntax(NamedTuple):
+    """What the lines of a kind of message are in XML.
+
+    name : of the message, in small letters: the root element, and part of CCSDS_..._VERS
+    versions : that are read
+    blocks : names of blocks in KVN, by the elements that enclose them
+    rows : the names of the values of a row, in the order of KVN, by the element that holds them; () where the
+        element holds the row itself
+    """
+
+    name: str
+    versions: tuple[str, ...]
+    blocks: Mapping[str, str]
+    rows: Mapping[str, tuple[str, ...]]
+
+    @property
+    def version_keyword(self) -> str:
+        """First keyword of the message."""
+        return f"CCSDS_{self.name.upper()}_VERS"
+
+
+class Ndm(NamedTuple):
+    """A message: its version, and its lines after that."""
+
+    version: str
+    lines: list[NdmLine]
+
+
+def read_ndm(stream: BinaryIO, source: str, syntax: Syntax) -> Ndm:
+    """The lines of a message of this kind; FormatError, with its line, for anything else."""
+    content = bounded_read.text(stream, source, MAX_BYTES)
+    if content.lstrip(b"\xef\xbb\xbf\xff\xfe\0 \t\r\n")[:1] == b"<":
+        return _XmlReader(source, syntax).read(content)
+    return _read_kvn(content, source, syntax)
+
+
+def _read_kvn(content: bytes, source: str, syntax: Syntax) -> Ndm:
+    version, lines = "", list[NdmLine]()
+    for number, raw in enumerate(content.removeprefix(b"\xef\xbb\xbf").splitlines(), start=1):
+        text = raw.decode("latin-1").strip()
+        if not text or re.match(r"COMMENT\b", text):
+            continue
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not version:
+            if name != syntax.version_keyword:
+                reason = f"not an {syntax.name.upper()}: no {syntax.version_keyword} in its first line"
+                raise FormatError(reason, source, number)
+            version = _checked_version(value, source, number, syntax)
+        elif equals:
+            units = UNITS.fullmatch(value)
+            lines.append(NdmLine(name, *(units[1], number, units[2]) if units else (value, number)))
+        elif re.fullmatch(r"[A-Z_0-9]+_(START|STOP)", text):
+            lines.append(NdmLine(text, "", number))
+        else:
+            lines.append(NdmLine("", text, number))
+    if not version:
+        raise FormatError(f"not an {syntax.name.upper()}: no {syntax.version_keyword}", source)
+    return Ndm(version, lines)
+
+
+def _checked_version(version: str, source: str, number: int, syntax: Syntax) -> str:
+    if version not in syntax.versions:
+        known = ", ".join(syntax.versions)
+        reason = f"{syntax.name.upper()} version {version[:20]!r}; this library reads {known}"
+        raise FormatError(reason, source, number)
+    return version
+
+
+class _XmlReader:
+    """Handlers of expat's events."""
+
+    def __init__(self, source: str, syntax: Syntax):
+        self.source, self.syntax = source, syntax
+        self.version = ""
+        self.lines: list[NdmLine] = []
+        self.stack: list[str] = []
+        self.text: list[str] = []
+        self.units = ""
+        self.is_leaf = False
+        self.row: dict[str, str] | None = None  # values of the row that is open, by their names
+        self.row_line = 0
+        self.parser = parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self.text.append
+        parser.StartDoctypeDeclHandler = self._refuse_doctype
+        parser.EntityDeclHandler = self._refuse_doctype
+
+    def read(self, content: bytes) -> Ndm:
+        """The lines of the message."""
+        try:
+            self.parser.Parse(content, True)
+        except expat.ExpatError as error:
+            reason = f"not XML: {expat.ErrorString(error.code)}"
+            raise FormatError(reason, self.source, error.lineno) from None
+        except (LookupError, ValueError) as error:  # an encoding that Python has not
+            raise self._error(f"not XML: {error}") from None
+        if not self.version:
+            raise FormatError(f"no <{self.syntax.name}>", self.source)
+        return Ndm(self.version, self.lines)
+
+    def _error(self, reason: str) -> FormatError:
+        return FormatError(reason, self.source, self.parser.CurrentLineNumber)
+
+    def _refuse_doctype(self, *_: object) -> None:
+        raise self._error("a document type or entity declaration, which a message has not")
+
+    def _add(self, keyword: str, value: str = "", units: str = "") -> None:
+        self.lines.append(NdmLine(keyword, value, self.parser.CurrentLineNumber, units))
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        name = name.rpartition(":")[2]
+        if "".join(self.text).strip():
+            raise self._error(f"text {''.join(self.text).strip()[:40]!r} where an element belongs")
+        self.stack.append(name)
+        self.text.clear()
+        self.units, self.is_leaf = attributes.get("units", ""), True
+        if len(self.stack) > MAX_DEPTH:
+            raise self._error(f"elements more than {MAX_DEPTH} deep")
+        if name == self.syntax.name:
+            if self.version:
+                raise self._error(f"a second <{name}>")
+            version = attributes.get("version", "")
+            self.version = _checked_version(version, self.source, self.parser.CurrentLineNumber, self.syntax)
+        elif name != "ndm" and not self.version:
+            raise self._error(f"<{name[:40]}> where <{self.syntax.name}> belongs")
+        elif self.syntax.rows.get(name):
+            self.row, self.row_line = {}, self.parser.CurrentLineNumber
+        elif name in self.syntax.blocks:
+            self._add(f"{self.syntax.blocks[name]}_START")
+
+    def _end(self, name: str) -> None:
+        name, text = name.rpartition(":")[2], "".join(self.text).strip()
+        self.text.clear()
+        self.stack.pop()
+        is_leaf, self.is_leaf = self.is_leaf, False
+        if name in self.syntax.blocks:
+            self._add(f"{self.syntax.blocks[name]}_STOP")
+        elif name in self.syntax.rows:
+            self._end_row(self.syntax.rows[name], text)
+        elif is_leaf and name != "COMMENT":
+            if self.row is not None:
+                self.row[name] = text
+            else:
+                self._add(name, text, self.units)
+        if name not in self.syntax.rows and text and not is_leaf:
+            raise self._error(f"text {text[:40]!r} where an element belongs")
+
+    def _end_row(self, names: tuple[str, ...], text: str) -> None:
+        if not names:
+            self._add("", text)
+            return
+        assert self.row is not None
+        values = [self.row.pop(name, "") for name in names]
+        missing = [name for name, value in zip(names, values, strict=True) if not value]
+        if missing and missing != list(names[-len(missing) :]):
+            raise self._error(f"no {missing[0]} in a row")
+        if self.row:
+            raise self._error(f"no {next(iter(self.row))[:40]!r} belongs in a row")
+        self.lines.append(NdmLine("", " ".join(value for value in values if value), self.row_line))
+        self.row = None

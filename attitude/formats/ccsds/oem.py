@@ -1,0 +1,170 @@
+"""CCSDS orbit ephemeris message (OEM), 502.0-B-1 to -3, KVN and XML: read as an orbit."""
+
+from __future__ import annotations
+
+from typing import BinaryIO
+
+import numpy as np
+
+from ...errors import AttitudeError, FormatError
+from ...times.instants import Instants
+from ..orbits import OrbitMethod, OrbitRows, OrbitSegment
+from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
+from .keywords import BOTH, INTERPOLATION_METHODS, Keyword, KeywordBlock, frame_named
+from .ndm import NdmLine, Syntax, read_ndm
+from .rows import parse_rows
+
+COLUMNS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
+ACCELERATIONS = ("X_DDOT", "Y_DDOT", "Z_DDOT")
+SYNTAX = Syntax(
+    "oem",
+    ("1.0", "2.0", "3.0"),
+    {"metadata": "META", "covarianceMatrix": "COVARIANCE"},
+    {"stateVector": ("EPOCH", *COLUMNS, *ACCELERATIONS)},
+)
+HEADER = {
+    "CLASSIFICATION": Keyword(BOTH),
+    "CREATION_DATE": Keyword(BOTH, True),
+    "ORIGINATOR": Keyword(BOTH, True),
+    "MESSAGE_ID": Keyword(BOTH),
+}
+METADATA = {
+    "OBJECT_NAME": Keyword(BOTH, True),
+    "OBJECT_ID": Keyword(BOTH),
+    "CENTER_NAME": Keyword(BOTH, True),
+    "REF_FRAME": Keyword(BOTH, True),
+    "REF_FRAME_EPOCH": Keyword(BOTH),
+    "TIME_SYSTEM": Keyword(BOTH, True),
+    "START_TIME": Keyword(BOTH, True),
+    "USEABLE_START_TIME": Keyword(BOTH),
+    "USEABLE_STOP_TIME": Keyword(BOTH),
+    "STOP_TIME": Keyword(BOTH, True),
+    "INTERPOLATION": Keyword(BOTH),
+    "INTERPOLATION_DEGREE": Keyword(BOTH),
+}
+
+
+def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -> OrbitRows:
+    """Orbit in an OEM, of its only object, or of the one with this OBJECT_NAME or OBJECT_ID."""
+    message = read_ndm(stream, source, SYNTAX)
+    reader = _OemReader(source)
+    for line in message.lines:
+        reader.add(line)
+    return reader.orbit(object_name)
+
+
+class _OemReader:
+    """Takes the lines of an OEM: the header, then metadata and rows of each segment."""
+
+    def __init__(self, source: str):
+        self.source = source
+        self.fields = KeywordBlock(HEADER, "2.0", "header", source)
+        self.parts: list[tuple[KeywordBlock, list[NdmLine]]] = []
+        self.is_metadata = self.is_covariance = False
+
+    def add(self, line: NdmLine) -> None:
+        """Take the next line."""
+        if line.keyword in ("COVARIANCE_START", "COVARIANCE_STOP"):
+            self.is_covariance = line.keyword == "COVARIANCE_START"
+        elif self.is_covariance:
+            return
+        elif line.keyword == "META_START":
+            if not self.parts:
+                self.fields.close(line.number)
+            self.fields = KeywordBlock(METADATA, "2.0", "metadata", self.source)
+            self.parts.append((self.fields, []))
+            self.is_metadata = True
+        elif line.keyword == "META_STOP":
+            self.fields.close(line.number)
+            self.is_metadata = False
+        elif line.keyword and (self.is_metadata or not self.parts):
+            self.fields.add(line.keyword, line.value, line.number)
+        elif not line.keyword and self.parts and not self.is_metadata:
+            self.parts[-1][1].append(line)
+        else:
+            shown = line.keyword or line.value
+            raise FormatError(f"{shown[:40]!r} does not belong here", self.source, line.number)
+
+    def orbit(self, object_name: str | None) -> OrbitRows:
+        """The orbit of one object, all its segments."""
+        if not self.parts or self.is_metadata:
+            raise FormatError("ends before its first row", self.source)
+        names = list(dict.fromkeys(fields.values["OBJECT_NAME"] for fields, _ in self.parts))
+        if object_name is None and len(names) > 1:
+            raise FormatError(f"several objects ({', '.join(names)}): object names one", self.source)
+        parts = [
+            part
+            for part in self.parts
+            if object_name in (None, part[0].values["OBJECT_NAME"], part[0].values.get("OBJECT_ID"))
+        ]
+        if not parts:
+            raise FormatError(f"no object {object_name!r}, but {', '.join(names)}", self.source)
+        first = parts[0][0]
+        for fields, _ in parts[1:]:
+            for name in ("CENTER_NAME", "REF_FRAME"):
+                if fields.get(name) != first.get(name):
+                    raise fields.error(name, f"the segment before has {first.values[name]}")
+        frame = frame_named(first.get("REF_FRAME") or "")
+        segments = tuple(self._segment(fields, rows) for fields, rows in parts)
+        return OrbitRows(segments, frame, first.get("CENTER_NAME") or "", self.source)
+
+    def _segment(self, fields: KeywordBlock, rows: list[NdmLine]) -> OrbitSegment:
+        system = fields.get("TIME_SYSTEM") or ""
+        if system not in TIME_SYSTEMS:
+            raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
+        if not rows:
+            raise FormatError("a segment without rows", self.source, max(fields.lines.values()))
+        width = len(rows[0].value.split()) - 1
+        columns = COLUMNS + ACCELERATIONS if width == 9 else COLUMNS
+        try:
+            stamps, numbers = parse_rows([row.value.encode() for row in rows], columns, system)
+            _check_ascending(stamps)
+        except RowError as error:
+            raise FormatError(error.reason, self.source, rows[error.index].number) from None
+        try:
+            instants = to_instants(stamps, system)
+        except AttitudeError as error:
+            raise FormatError(str(error), self.source, rows[0].number) from None
+        useable = [self._useable(fields, name, stamps, system) for name in ("START", "STOP")]
+        ends = [float(instants.seconds[0]), float(instants.seconds[-1])]
+        start, stop = (end if own is None else own for own, end in zip(useable, ends, strict=True))
+        start, stop = max(start, ends[0]), min(stop, ends[1])
+        if not start <= stop:
+            raise fields.error("USEABLE_START_TIME", "no rows in the useable span")
+        return OrbitSegment(
+            instants, 1e3 * numbers[:3].T, 1e3 * numbers[3:6].T, self._method(fields), (start, stop)
+        )
+
+    def _useable(self, fields: KeywordBlock, end: str, stamps: Timestamps, system: str) -> float | None:
+        """An end of the useable span, s since the first row."""
+        name = f"USEABLE_{end}_TIME"
+        if name not in fields.values:
+            return None
+        try:
+            time = parse_epoch(fields.values[name].encode("ascii", "replace"), system)
+            both = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
+            instants: Instants = to_instants(both, system)
+        except RowError as error:
+            raise fields.error(name, error.reason) from None
+        return float(instants.seconds[1])
+
+    def _method(self, fields: KeywordBlock) -> OrbitMethod | None:
+        name, degree = fields.get("INTERPOLATION"), fields.get("INTERPOLATION_DEGREE")
+        if name is None:
+            return None
+        if name not in INTERPOLATION_METHODS:
+            raise fields.error("INTERPOLATION", f"not one of {', '.join(INTERPOLATION_METHODS)}")
+        if degree is None and name != "LINEAR":
+            raise fields.error("INTERPOLATION", "no INTERPOLATION_DEGREE beside it")
+        if degree is not None and not (degree.isascii() and degree.isdigit() and int(degree[:5]) > 0):
+            raise fields.error("INTERPOLATION_DEGREE", "not a whole number greater than 0")
+        if name == "LINEAR":
+            return OrbitMethod("lagrange", 1)
+        return OrbitMethod(name.lower(), int((degree or "1")[:5]))
+
+
+def _check_ascending(stamps: Timestamps) -> None:
+    second, atto = stamps
+    later = (np.diff(second) > 0) | ((np.diff(second) == 0) & (np.diff(atto) > 0))
+    if not later.all():
+        raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
