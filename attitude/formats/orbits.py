@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
@@ -95,9 +96,8 @@ def read_orbit(
         raise FormatError(f"no format of orbits; format is one of {known}, or the ending of {endings}", path)
     try:
         if name == "spk":
-            from .spice import spk
-
-            return spk.read_orbit(path, object_name)
+            curve: OrbitCurve = _module(name).read_orbit(path, object_name)
+            return curve
         with open(path, "rb") as stream:
             return parse_orbit(stream, path, name, object_name)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
@@ -113,7 +113,9 @@ def parse_orbit(
     object_name: str | None = None,
 ) -> OrbitRows:
     """The orbit in an open file of a format of rows; `source` is its name in errors."""
-    orbit: OrbitRows = import_module(f".{ORBIT_MODULES[format]}", __package__).parse_orbit(
-        stream, source, object_name
-    )
+    orbit: OrbitRows = _module(format).parse_orbit(stream, source, object_name)
     return orbit
+
+
+def _module(format: str) -> ModuleType:  # noqa: A002
+    return import_module(f".{ORBIT_MODULES[format]}", __package__)
