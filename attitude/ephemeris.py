@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray
     from astropy.coordinates import SkyCoord
     from astropy.table import QTable
+    from matplotlib.figure import Figure
 
     from .formats.interpolation_nodes import Written
     from .pointing.spin_state import SpinState
@@ -164,6 +165,24 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         return replace(self, columns=parse(columns))
 
     # -- leaving and coming back ----------------------------------------------------------------
+
+    def plot(self, what: str | Sequence[str] = ()) -> Figure:
+        """A figure of matplotlib: attitude, rate and what else is known in time, or what is named.
+
+        Parameters
+        ----------
+        what : names, or one text with commas
+            Columns as of `with_columns` ("euler:ZYX", "angle:z:sun" ...), "rates", "euler", "angles",
+            "momentum", "energy", and "polhode", "momentum-sphere", "ground-track".
+
+        Raises
+        ------
+        InputError : an unknown name, several bodies, or fewer than two instants.
+        RegimeError : what the ephemeris does not know.
+        """
+        from .plot import choices, timeline
+
+        return timeline.figure(self, choices.parse(what) if what else ())
 
     def to_table(self) -> QTable:
         """An astropy QTable, one row an instant.

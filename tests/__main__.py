@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-PYTEST = ("pytest", "-q", "-n", str(min(os.cpu_count() or 1, 8)), "--dist", "worksteal")
+PYTEST = ("pytest", "-q", "-n", str(min(os.cpu_count() or 1, 8)), "--dist", "worksteal", "-rs")
 NO_TESTS = 5  # of those that the arguments select
 
 CHECKS = (

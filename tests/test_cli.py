@@ -333,7 +333,7 @@ def test_bad_standard_input_is_named(answer, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "arguments", [[], ["fly"], ["run"], ["run", "toutatis", "--fast"], ["serve", "--fast"]], ids=" ".join
+    "arguments", [["fly"], ["run"], ["run", "toutatis", "--fast"], ["serve", "--fast"]], ids=" ".join
 )
 def test_wrong_usage_is_one_line_and_exit_code_2(arguments, capfd):
     with pytest.raises(SystemExit) as caught:
@@ -344,12 +344,12 @@ def test_wrong_usage_is_one_line_and_exit_code_2(arguments, capfd):
     assert err.count("\n") == 1
 
 
-def test_interruption_by_the_user_is_quiet_and_leaves_no_file(answer, monkeypatch, tmp_path):
+def test_interruption_by_the_user_is_one_word_and_leaves_no_file(answer, monkeypatch, tmp_path):
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(schema, "rows", interrupted)
-    assert answer("run", "toutatis", "-o", tmp_path / "out.csv") == (130, b"", "")
+    assert answer("run", "toutatis", "-o", tmp_path / "out.csv") == (130, b"", "attitude: interrupted\n")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -583,3 +583,44 @@ def peak_of_a_run(count, folder):
     )
     command = [sys.executable, "-c", program]
     return int(subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout)
+
+
+# -- help and completion -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("arguments", [[], ["help"], ["--help"]])
+def test_command_alone_explains_itself(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 0
+    assert "simulate a scene" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("arguments", [["help", "plot"], ["plot", "--help"]])
+def test_help_explains_one_command(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 0
+    assert "--what LIST" in capsys.readouterr().out
+
+
+def test_bash_completes_commands_and_options(tmp_path):
+    pytest.importorskip("shtab")
+    script = subprocess.run(
+        [sys.executable, "-m", "attitude.cli", "completion", "bash"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    (tmp_path / "complete.bash").write_text(script.stdout)
+    words = "COMP_WORDS=(attitude plot --wh); COMP_CWORD=2"
+    ask = f"source {tmp_path}/complete.bash; {words}; _shtab_attitude; echo ${{COMPREPLY[@]}}"
+    assert subprocess.run(["bash", "-c", ask], capture_output=True, text=True).stdout.split() == ["--what"]
+
+
+def test_file_of_attitudes_is_plotted_as_its_scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.aem", "a.json"):
+        assert main(["run", "spinner", "-o", name]) == 0
+        assert main(["plot", name, "--what", "quaternion,direction:z", "-o", f"{name}.svg"]) == 0
+        assert "direction z" in (tmp_path / f"{name}.svg").read_text()

@@ -429,5 +429,5 @@ def test_labels_of_a_picture_do_not_overlap(report):
 def test_picture_is_written_as_its_ending_says(report, tmp_path):
     report.plot(tmp_path / "cost.png")
     assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG\r\n")
-    with pytest.raises(AttitudeError, match="a picture's ending is svg or png"):
-        report.plot(tmp_path / "cost.pdf")
+    with pytest.raises(AttitudeError, match="a picture's ending is svg, png or pdf"):
+        report.plot(tmp_path / "cost.gif")

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from attitude import Ephemeris, InputError, RigidBody, Scene, TorqueFreeMotion
-from attitude.plot import timeline
+from attitude import AttitudeError, Ephemeris, InputError, RigidBody, Scene, TorqueFreeMotion
+from attitude.plot import choices, curves, timeline
 from attitude.plot.drop import LABEL_WIDTH, apart
 from attitude.plot.drop import picture as drop_picture
 from attitude.scene.simulation import compared
@@ -70,8 +70,8 @@ def test_samples_too_far_apart_are_dots_and_others_lines():
         return svg[: svg.index(b"legend_1")]
 
     rate = np.linalg.norm((0.3, -0.5, 0.9))
-    assert not has_dots(0.9 * timeline.MAX_JOINED_ANGLE / rate)
-    assert has_dots(1.6 * timeline.MAX_JOINED_ANGLE / rate)
+    assert not has_dots(0.9 * curves.MAX_JOINED_ANGLE / rate)
+    assert has_dots(1.6 * curves.MAX_JOINED_ANGLE / rate)
 
 
 def test_order_of_instants_does_not_matter():
@@ -139,3 +139,52 @@ def test_picture_of_a_body_that_comes_to_rest_ends_there():
 def test_labels_of_contacts_keep_their_distance():
     assert apart([1.0, 1.01, 1.2, 1.3, 1.31], 0.1) == [1.0, 1.2, 1.3]
     assert apart([], LABEL_WIDTH) == []
+
+
+# -- what is named ----------------------------------------------------------------------------------
+
+
+def test_named_panels_are_drawn_in_their_order_and_no_others():
+    envisat = Scene.builtin("envisat").run()
+    actual = words(timeline.picture(envisat, "svg", choices.parse("angle:z:earth,euler:ZYX,rates")))
+    titles = [text for text in actual if text.endswith((" deg", "rad/s"))]
+    assert titles == ["angle z earth, deg", "euler zyx, deg", "angular velocity, rad/s"]
+    assert "attitude" not in actual
+
+
+@pytest.mark.parametrize("name", ["polhode", "momentum-sphere", "ground-track"])
+def test_curves_are_drawn_beside_panels_and_alone(name):
+    envisat = Scene.builtin("envisat").run()
+    alone, beside = (
+        timeline.picture(envisat, "svg", choices.parse(text)) for text in (name, f"energy,{name}")
+    )
+    title = {
+        "polhode": "polhode",
+        "momentum-sphere": "direction in the body",
+        "ground-track": "meets the ground",
+    }
+    assert any(title[name] in text for text in words(alone))
+    assert any(title[name] in text for text in words(beside))
+    assert "kinetic energy, J" in words(beside)
+    assert "kinetic energy, J" not in words(alone)
+
+
+def test_angles_are_those_that_the_ephemeris_knows():
+    actual = words(timeline.picture(Scene.builtin("toutatis").run(), "svg", choices.parse("angles")))
+    assert {"angle z sun, deg", "angle z momentum, deg"} <= set(actual)
+    assert not any("earth" in text for text in actual)
+
+
+def test_plotted_polhode_is_the_body_rate():
+    figure = free(np.linspace(0, 20, 200)).plot("polhode")
+    (line, *_) = figure.subfigs[0].axes[0].lines
+    assert np.array_equal(
+        np.stack(line.get_data_3d(), axis=1), free(np.linspace(0, 20, 200)).angular_velocity
+    )
+
+
+def test_unknown_name_and_missing_orbit_are_refused_by_name():
+    with pytest.raises(InputError, match="did you mean 'polhode'"):
+        free(np.linspace(0, 20, 9)).plot("polhod")
+    with pytest.raises(AttitudeError, match="orbit"):
+        Scene.builtin("toutatis").run().plot("ground-track")

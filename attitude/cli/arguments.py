@@ -93,6 +93,23 @@ def read_scene(name: str, tolerance: str | None = None) -> Scene:
     return Scene.model_validate({**scene.document(), "tolerance": value})
 
 
+def is_attitude_file(name: str) -> bool:
+    """Whether a file holds attitudes rather than a scene: by its ending; a .json by what it says it is."""
+    from .. import formats
+    from ..formats.schema import KIND
+
+    if not os.path.isfile(name) or name in ("-", ""):
+        return False
+    try:
+        source = formats.find_source(name, None)
+    except FormatError:
+        return False
+    if source.name != "json":
+        return True
+    with open(name, "rb") as file:
+        return KIND.encode() in file.read(4096)
+
+
 def pop_tolerance(options: Namespace) -> str | None:
     """The tolerance of torques that --set gives, taken from the options of the format."""
     given = [text for text in options.set if text.startswith("tolerance=")]

@@ -19,7 +19,7 @@ from ..errors import AttitudeError, suggestion
 from ..version import __version__
 from .console import warnings_on_one_line
 
-BAD_INPUT = 2
+BAD_INPUT, INTERRUPTED = 2, 130
 # The module of each command, and one line about it; a module is imported for its own command only.
 COMMANDS = {
     "run": ("run", "simulate a scene"),
@@ -32,7 +32,10 @@ COMMANDS = {
     "ensemble": ("ensemble", "many bodies: statistics of their attitudes, or all of them stored"),
     "scenes": ("", "list the built-in scenes, or print one"),
     "serve": ("", "serve over HTTP"),
+    "completion": ("", "print what makes a shell complete commands and options"),
+    "help": ("", "explain a command"),
 }
+SHELLS = ("bash", "zsh", "tcsh")
 # Flags of `attitude serve`: settings of the service by their names, which judges their values itself.
 SERVING = {
     "host": ("H", "address to listen at (ATTITUDE_HOST; 127.0.0.1)"),
@@ -55,7 +58,9 @@ SERVING = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
-    arguments = sys.argv[1:] if arguments is None else arguments
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments[:1] in ([], ["help"]):
+        arguments = [*arguments[1:2], "--help"]
     options = parser(*arguments[:1]).parse_args(arguments)
     try:
         with warnings_on_one_line():
@@ -67,7 +72,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
-        return 130
+        print("attitude: interrupted", file=sys.stderr)
+        return INTERRUPTED
     else:
         return code or 0
     return 0
@@ -92,7 +98,7 @@ class _Parser(argparse.ArgumentParser):
 def parser(*commands: str) -> argparse.ArgumentParser:
     """The parser of the command line, with the arguments of these commands."""
     whole = _Parser(prog="attitude", description="Exact attitude ephemerides of freely rotating bodies.")
-    whole.add_argument("--version", action="version", version=f"attitude {__version__}")
+    whole.add_argument("-V", "--version", action="version", version=f"attitude {__version__}")
     parsers = whole.add_subparsers(required=True, metavar="COMMAND")
     for name, (module_name, text) in COMMANDS.items():
         of_command = parsers.add_parser(name, help=text)
@@ -101,6 +107,11 @@ def parser(*commands: str) -> argparse.ArgumentParser:
         if name == "scenes":
             of_command.add_argument("name", nargs="?", metavar="NAME", help="print this scene's document")
             of_command.set_defaults(execute=_scenes)
+        elif name == "completion":
+            of_command.add_argument("shell", choices=SHELLS, help="source what is printed, or save it")
+            of_command.set_defaults(execute=_completion)
+        elif name == "help":
+            of_command.add_argument("command", nargs="?", metavar="COMMAND")
         elif name == "serve":
             for setting, (metavar, meaning) in SERVING.items():
                 of_command.add_argument(f"--{setting.replace('_', '-')}", metavar=metavar, help=meaning)
@@ -131,6 +142,14 @@ def _scenes(options: argparse.Namespace) -> None:
         text = f"{scene.name}. {scene.description}"
         first, other = f"{name:<{column}}", " " * column
         print(textwrap.fill(text, max(width, 60), initial_indent=first, subsequent_indent=other))
+
+
+def _completion(options: argparse.Namespace) -> None:
+    try:
+        import shtab
+    except ModuleNotFoundError as error:
+        raise AttitudeError(f"completion needs {error.name}: pip install 'attitude[completion]'") from None
+    print(shtab.complete(complete_parser(), options.shell))
 
 
 def _serve(options: argparse.Namespace) -> None:

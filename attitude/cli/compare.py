@@ -35,9 +35,9 @@ def execute(options: Namespace) -> int:
     comparison = compare(Ephemeris.read(options.first), Ephemeris.read(options.second), options.frame)
     print(json.dumps(comparison.to_dict(), indent=2) if options.json else comparison)
     if picture_format:
-        from ..plot import differences
+        from ..quality import difference_plot
 
-        output_paths.write(options.plot, differences.picture(comparison, picture_format))
+        output_paths.write(options.plot, difference_plot.picture(comparison, picture_format))
         console.warn(f"drawn: {options.plot}")
     exceeds = tolerance is not None and comparison.angle.max() > tolerance
     return DIFFERENT if exceeds else 0

@@ -1,4 +1,4 @@
-"""`attitude plot`: a picture of a scene's attitude in time."""
+"""`attitude plot`: a picture of a scene or of a file of attitudes."""
 
 from __future__ import annotations
 
@@ -9,15 +9,22 @@ from . import arguments, console
 
 DESCRIPTION = (
     "Draw the components of the attitude and of the body rate in time, with what happened marked; of a fall "
-    "to the ground, the attitude with gravity, without, and by the closed form."
+    "to the ground, the attitude with gravity, without, and by the closed form; or what --what names."
+)
+WHAT = (
+    "what is drawn, such as euler:ZYX,angle:z:sun,rates,polhode: the columns of `attitude run --columns`, "
+    "rates, euler, angles, momentum, energy, polhode, momentum-sphere, ground-track"
 )
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude plot`."""
-    parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
     parser.add_argument(
-        "-o", "--output", metavar="FILE", help="FILE.svg or FILE.png; by default the scene's name and .svg"
+        "scene", metavar="SCENE", help=f"{arguments.SCENE}, or a file of attitudes in any format that is read"
+    )
+    parser.add_argument("--what", metavar="LIST", help=WHAT)
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", help="FILE.svg, .png or .pdf; by default the scene's name and .svg"
     )
 
 
@@ -28,15 +35,24 @@ def execute(options: Namespace) -> None:
     default = "scene.svg" if options.scene == "-" else f"{Path(options.scene).stem}.svg"
     path = options.output or default
     picture_format = output_paths.check_picture(path)
-    scene = arguments.read_scene(options.scene)
+    from ..plot import choices
+
+    what = () if options.what is None else choices.parse(options.what)
     console.announce_compilation(options)
+    output_paths.write(path, _picture(options.scene, picture_format, what))
+    console.remark(options, f"drawn: {path}")
+
+
+def _picture(name: str, picture_format: str, what: tuple[str, ...]) -> bytes:
     from ..plot import drop, timeline
     from ..scene import simulation
 
-    fall = simulation.compared(scene)
+    if arguments.is_attitude_file(name):
+        from ..ephemeris import Ephemeris
+
+        return timeline.picture(Ephemeris.read(name), picture_format, what)
+    scene = arguments.read_scene(name)
+    fall = None if what else simulation.compared(scene)
     if fall is not None:
-        content = drop.picture(fall, picture_format, scene.name)
-    else:
-        content = timeline.picture(scene.run(), picture_format)
-    output_paths.write(path, content)
-    console.remark(options, f"drawn: {path}")
+        return drop.picture(fall, picture_format, scene.name)
+    return timeline.picture(scene.run(), picture_format, what)

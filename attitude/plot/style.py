@@ -34,13 +34,20 @@ def time_unit(seconds: np.ndarray) -> tuple[str, float]:
     return next((each for each in units if span >= 4.0 * each[1]), units[-1])
 
 
-def drawn(draw: Callable[[Figure], None], size: tuple[float, float], file_format: str) -> bytes:
-    """An "svg" or "png" file of what `draw` puts on a figure of that size, inches."""
+def figure_of(draw: Callable[[Figure], None], size: tuple[float, float]) -> Figure:
+    """A figure of that size, inches, with what `draw` puts on it."""
     with rc_context(SETTINGS):
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure)
+    return figure
+
+
+def drawn(draw: Callable[[Figure], None], size: tuple[float, float], file_format: str) -> bytes:
+    """An "svg", "png" or "pdf" file of what `draw` puts on a figure of that size, inches."""
+    figure = figure_of(draw, size)
+    with rc_context(SETTINGS):
         file = io.BytesIO()
-        metadata = {"Date": None} if file_format == "svg" else {}
+        metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(file_format, {})
         figure.savefig(file, format=file_format, dpi=150, metadata=metadata)
     return file.getvalue()

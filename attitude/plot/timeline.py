@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
-from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
+from . import choices
+from .choices import TimelinePanel
+from .curves import CURVES, line_style
+from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, figure_of, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..ephemeris import Ephemeris
+    from ..samples.ephemeris_data import EphemerisData
 
-MAX_JOINED_ANGLE = 1.2  # rad from sample to sample; beyond, a line between samples would mislead
 EVENTS = {
     "contact": ("0.35", DASHED),
     "impulse": ("#cc79a7", "-"),
@@ -31,27 +33,41 @@ EVENTS = {
 }
 
 
-class TimelinePanel(NamedTuple):
-    """Lines with an axis of their own: (n, lines) values, and the name of each line."""
-
-    title: str
-    names: tuple[str, ...]
-    values: np.ndarray
-
-
-def picture(ephemeris: Ephemeris, file_format: str) -> bytes:
-    """An "svg" or "png" file of one body's ephemeris.
+def picture(ephemeris: EphemerisData, file_format: str, what: Sequence[str] = ()) -> bytes:
+    """An "svg", "png" or "pdf" file of one body's ephemeris: of `what` (`choices`), or of all it holds.
 
     Raises InputError for a batch of bodies, and for one instant or none.
     """
+    return drawn(*_prepared(ephemeris, what), file_format)
+
+
+def figure(ephemeris: EphemerisData, what: Sequence[str] = ()) -> Figure:
+    """The same as a figure of matplotlib."""
+    return figure_of(*_prepared(ephemeris, what))
+
+
+def _prepared(
+    ephemeris: EphemerisData, what: Sequence[str]
+) -> tuple[Callable[[Figure], None], tuple[float, float]]:
+    """What draws it, and the size, inches."""
     if len(ephemeris.shape) != 1 or len(ephemeris) < 2:
         raise InputError("ephemeris", f"shape {ephemeris.shape}", "one body at two instants or more")
-    panels = panels_of(ephemeris)
-    size = 9.0, 2.1 * len(panels) + 1.3  # inches
-    return drawn(partial(draw, ephemeris, panels), size, file_format)
+    curves = [CURVES[name] for name in what if name in CURVES]
+    names = [name for name in what if name not in CURVES]
+    panels = list(choices.panels(ephemeris, names)) if what else panels_of(ephemeris)
+    heights = [2.1 * len(panels) + 1.3] * bool(panels) + [5.0] * len(curves)
+
+    def draw_all(whole: Figure) -> None:
+        parts = np.atleast_1d(whole.subfigures(len(heights), 1, height_ratios=heights))
+        if panels:
+            draw(ephemeris, panels, parts[0])
+        for curve, part in zip(curves, parts[len(heights) - len(curves) :], strict=True):
+            curve(ephemeris, part)
+
+    return draw_all, (9.0, sum(heights))
 
 
-def panels_of(ephemeris: Ephemeris) -> list[TimelinePanel]:
+def panels_of(ephemeris: EphemerisData) -> list[TimelinePanel]:
     """The panels of what the ephemeris holds."""
     names = tuple(f"q_{axis}" for axis in "wxyz")
     panels = [TimelinePanel("attitude", names, ephemeris.quaternion("wxyz"))]
@@ -73,24 +89,25 @@ def panels_of(ephemeris: Ephemeris) -> list[TimelinePanel]:
     return panels
 
 
-def draw(ephemeris: Ephemeris, panels: list[TimelinePanel], figure: Figure) -> None:
+def draw(ephemeris: EphemerisData, panels: list[TimelinePanel], figure: Any) -> None:
     """Draw the panels: lines through the samples, or dots where the body turns too far between them."""
     order = np.argsort(ephemeris.elapsed, kind="stable")
     seconds = ephemeris.elapsed[order]
     unit, size = time_unit(seconds)
-    fastest = float(np.linalg.norm(ephemeris.angular_velocity, axis=1).max()) if ephemeris.has_rate else 0.0
-    style: dict[str, Any] = {"linewidth": 1.3}
-    if fastest * float(np.median(np.diff(seconds))) > MAX_JOINED_ANGLE:
-        style = {"linestyle": "none", "marker": "o", "markersize": 1.3, "markeredgewidth": 0.0}
+    style = line_style(ephemeris)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, panel in zip(rows, panels, strict=True):
         for name, values, colour in zip(panel.names, panel.values.T, (BLACK, RED, BLUE, GREEN), strict=False):
             axes.plot(seconds / size, values[order], color=colour, label=name, **style)
-        legend = axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
-        for handle in legend.legend_handles:
-            handle.set_markersize(4.0)
+        if len(panel.names) > 1 or panel.names[0] not in panel.title.split():
+            legend = axes.legend(
+                loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4
+            )
+            for handle in legend.legend_handles:
+                handle.set_markersize(4.0)
         axes.set_ylabel(panel.title)
-    rows[0].set_ylim(-1.08, 1.08)
+    if panels[0].title == "attitude":
+        rows[0].set_ylim(-1.08, 1.08)
     epoch = ephemeris.epoch
     since = f" since {epoch.isot} {epoch.scale}" if epoch is not None else ""
     rows[-1].set_xlabel(f"time{since}, {unit}")
@@ -99,7 +116,7 @@ def draw(ephemeris: Ephemeris, panels: list[TimelinePanel], figure: Figure) -> N
     figure.suptitle(f"{ephemeris.name or 'A scene'}: attitude, body to {ephemeris.frame}", fontsize=13)
 
 
-def draw_events(figure: Figure, rows: Any, ephemeris: Ephemeris, size: float) -> None:
+def draw_events(figure: Any, rows: Any, ephemeris: EphemerisData, size: float) -> None:
     """Draw a line at each event, through all panels; below, what the lines of a kind are and how many."""
     counts = Counter(event.kind for event in ephemeris.events)
     handles = {}

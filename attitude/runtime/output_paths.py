@@ -30,13 +30,13 @@ def check(path: str | Path) -> None:
 
 
 def check_picture(path: str | Path) -> str:
-    """The format of a picture's file: its ending, svg or png.
+    """The format of a picture's file: its ending, svg, png or pdf.
 
     Raises FormatError for another ending, AttitudeError where matplotlib is not installed.
     """
     ending = Path(path).suffix.removeprefix(".").lower()
-    if ending not in ("svg", "png"):
-        raise FormatError("a picture's ending is svg or png", str(path))
+    if ending not in ("svg", "png", "pdf"):
+        raise FormatError("a picture's ending is svg, png or pdf", str(path))
     try:
         import matplotlib  # noqa: F401
     except ModuleNotFoundError as error:

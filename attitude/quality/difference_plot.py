@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
+from ..plot.style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..quality.compare import EphemerisComparison
+    from .compare import EphemerisComparison
 
 SIZE = 9.0, 3.0  # inches, of a panel
 

@@ -1,0 +1,82 @@
+"""What a picture shows: columns of choice against time, and curves in space, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import AttitudeError, InputError, suggestion
+from ..formats import schema
+from ..pointing.columns import KINDS, REQUESTS
+from ..samples.ephemeris_data import EphemerisData
+from .curves import CURVES
+
+# Short names of columns.
+SHORT = {"rates": "angular_velocity", "euler": "euler:ZYX", "momentum": "angular_momentum"}
+ANGLES = tuple(f"angle:z:{target}" for target in ("sun", "earth", "velocity", "momentum"))
+NAMES = (*SHORT, "angles", "energy", *CURVES, *REQUESTS)
+
+
+class TimelinePanel(NamedTuple):
+    """Lines with an axis of their own: (n, lines) values, and the name of each line."""
+
+    title: str
+    names: tuple[str, ...]
+    values: np.ndarray
+
+
+def parse(text: str | Sequence[str]) -> tuple[str, ...]:
+    """The names of a list, or of a text with commas; InputError for what is none."""
+    names = [part.strip() for part in text.split(",")] if isinstance(text, str) else list(text)
+    for name in names:
+        if name not in NAMES or name in ("time", "elapsed"):
+            known = (
+                *SHORT,
+                "angles",
+                "energy",
+                *CURVES,
+                *(kind for kind in KINDS if kind not in ("time", "elapsed")),
+            )
+            raise InputError("what", name, f"each of {', '.join(known)}{suggestion(name, NAMES)}")
+    return tuple(dict.fromkeys(names))
+
+
+def panels(data: EphemerisData, names: Sequence[str]) -> Iterator[TimelinePanel]:
+    """The panels of these names; of "angles" those to what the ephemeris knows.
+
+    Raises InputError or RegimeError where it lacks what a name needs.
+    """
+    for name in names:
+        if name == "energy":
+            yield TimelinePanel("kinetic energy, J", ("energy",), data.kinetic_energy[:, None])
+        elif name == "angles":
+            yield from _known_angles(data)
+        else:
+            yield from _columns(data, SHORT.get(name, name))
+
+
+def _columns(data: EphemerisData, request: str) -> Iterator[TimelinePanel]:
+    for column in schema.vectors(replace(data, columns=(request,))):
+        title = column.label.replace("_", " ") + (f", {column.unit}" if column.unit else "")
+        yield TimelinePanel(title, tuple(_line(name, column.label) for name in column.names), column.values)
+
+
+def _line(name: str, label: str) -> str:
+    """The name of a line without what its panel's title says: "euler_zyx_1_deg" is "1"."""
+    return name.removeprefix(f"{label}_").removesuffix("_deg").removesuffix("_rad_s") or name
+
+
+def _known_angles(data: EphemerisData) -> Iterator[TimelinePanel]:
+    known: list[TimelinePanel] = []
+    refusals: list[AttitudeError] = []
+    for request in ANGLES:
+        try:
+            known += _columns(data, request)
+        except AttitudeError as error:
+            refusals.append(error)
+    if not known:
+        raise refusals[0]
+    yield from known

@@ -1,0 +1,74 @@
+"""Curves that are not against time: the polhode, the momentum on its sphere, the track on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from ..pointing.surface_points import ground_points
+from ..samples.ephemeris_data import EphemerisData
+from .style import BLACK, BLUE, RED
+
+MAX_JOINED_ANGLE = 1.2  # rad from sample to sample; beyond, a line between samples would mislead
+
+
+def line_style(data: EphemerisData) -> dict[str, Any]:
+    """Lines through the samples, or dots where the body turns too far between them."""
+    fastest = float(np.linalg.norm(data.angular_velocity, axis=1).max()) if data.has_rate else 0.0
+    if fastest * float(np.median(np.diff(np.sort(data.elapsed)))) > MAX_JOINED_ANGLE:
+        return {"linestyle": "none", "marker": "o", "markersize": 1.3, "markeredgewidth": 0.0}
+    return {"linewidth": 1.3}
+
+
+def polhode(data: EphemerisData, figure: Any) -> None:
+    """Draw the angular velocity in the body."""
+    axes = figure.add_subplot(projection="3d")
+    rate = data.angular_velocity
+    axes.plot(*rate.T, color=BLUE, **line_style(data))
+    axes.plot(*rate[:1].T, "o", color=BLACK, markersize=4)
+    _name_axes(axes, "angular velocity, rad/s")
+    axes.set_title("polhode: the angular velocity in the body")
+
+
+def momentum_sphere(data: EphemerisData, figure: Any) -> None:
+    """Draw the direction of the angular momentum in the body, on the unit sphere."""
+    axes = figure.add_subplot(projection="3d")
+    momentum = data.rotation.inv().apply(data.angular_momentum)
+    size = np.linalg.norm(momentum, axis=1, keepdims=True)
+    direction = momentum / np.where(size > 0.0, size, 1.0)
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)])
+    for turn in range(3):
+        axes.plot(*np.roll(circle, turn, axis=0), color="0.8", linewidth=0.8)
+    axes.plot(*direction.T, color=RED, **line_style(data))
+    axes.plot(*direction[:1].T, "o", color=BLACK, markersize=4)
+    _name_axes(axes, "direction")
+    axes.set_title("the angular momentum's direction in the body")
+
+
+def ground_track(data: EphemerisData, figure: Any) -> None:
+    """Draw where the body's z axis meets the ground."""
+    axes = figure.add_subplot()
+    points = ground_points(data, "z")
+    longitude, latitude = (np.rad2deg(values).compressed() for values in (points.longitude, points.latitude))
+    axes.plot((longitude + 180.0) % 360.0 - 180.0, latitude, ".", color=BLUE, markersize=2)
+    axes.set(xlim=(-180, 180), ylim=(-90, 90), xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
+    axes.set(xlabel="longitude, deg", ylabel="latitude, deg", aspect="equal")
+    axes.set_title("where the body's z axis meets the ground")
+
+
+def _name_axes(axes: Any, quantity: str) -> None:
+    axes.set(xlabel=f"{quantity}: x", ylabel="y", zlabel="z")
+    axes.set_aspect("equal")
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_major_locator(MaxNLocator(4))
+
+
+CURVES: dict[str, Callable[[EphemerisData, Any], None]] = {
+    "polhode": polhode,
+    "momentum-sphere": momentum_sphere,
+    "ground-track": ground_track,
+}
