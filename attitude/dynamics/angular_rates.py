@@ -11,11 +11,12 @@ from ..frames import rotations
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import free_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
-from .batch_states import Bodies, along_axes
+from .batch_states import Bodies, along_axes, once_for_bodies
 from .momentum import impulse_sums
 from .solver import vector_lengths
 
 
+@once_for_bodies
 def max_angular_rates(
     template: InitialState,
     bodies: Bodies,

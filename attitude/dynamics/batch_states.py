@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, wraps
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned
 from ..rigid_body.body import RigidBody
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -25,12 +28,14 @@ class Bodies:
     body : RigidBody, (n,)
     attitude : (n, 4) wxyz, body to inertial; rate : (n, 3) rad/s, body components; both at t = 0
     index : (n,), by which errors name them, or None for the body of a scene
+    results : what `once_for_bodies` keeps
     """
 
     body: RigidBody
     attitude: np.ndarray
     rate: np.ndarray
     index: np.ndarray | None = None
+    results: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, initial_state: InitialState) -> Bodies:
@@ -53,6 +58,24 @@ class Bodies:
     def axes(self) -> np.ndarray:
         """(n, 3, 3): rows are the principal axes, right-handed, in the order of the moments."""
         return right_handed(np.array(self.body.axes))
+
+
+def once_for_bodies(function: Callable[..., Result]) -> Callable[..., Result]:
+    """A function of (template, bodies, torques, ...) that is computed once for the same objects.
+
+    The trial, the solution and the coarser one beside it start from the same numbers.
+    """
+
+    @wraps(function)
+    def kept(template: InitialState, bodies: Bodies, torques: Sequence[Any], *more: Sequence[Any]) -> Result:
+        objects = (template, *torques, *(each for sequence in more for each in sequence))
+        key = (function, *map(id, objects))
+        if key not in bodies.results:  # the objects are kept too: their ids are then nobody else's
+            bodies.results[key] = objects, function(template, bodies, torques, *more)
+        result: Result = bodies.results[key][1]
+        return result
+
+    return kept
 
 
 def right_handed(axes: np.ndarray) -> np.ndarray:

@@ -13,13 +13,14 @@ from ..kernels import layout
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned
-from .batch_states import Bodies, named
+from .batch_states import Bodies, named, once_for_bodies
 
 MAX_RATE_ITERATIONS = 100
 # Iterations may end in two neighbouring doubles that take turns: they differ by no more than this part.
 ALTERNATION = 1e-15
 
 
+@once_for_bodies
 def initial_momenta(template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]) -> np.ndarray:
     """(n, 3), inertial: momentum of each body and of the rotors in it.
 

@@ -12,7 +12,7 @@ from ..kernels import layout
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned_rows
-from .batch_states import Bodies, right_handed
+from .batch_states import Bodies, once_for_bodies, right_handed
 from .momentum import inertial_components
 from .plate_arguments import PLATES, PlateArguments, plate_arguments
 
@@ -82,6 +82,7 @@ class SolverArguments:
         states[:, layout.AXIAL] += sign * rotations.rotate(self.to_axes, own)[:, 2]
 
 
+@once_for_bodies
 def most_symmetric(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
 ) -> SolverArguments:

@@ -119,7 +119,7 @@ def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True)
     """
     span = problem.max_abs_seconds
     arc, added = _fastest_arc(problem, body)
-    spinning = replace(body, rate=rates_after(body, added))
+    spinning = replace(body, rate=rates_after(body, added)) if added.any() else body
     rate = float(max_angular_rates(problem.template, spinning, arc.torques)[0])
     if rate == 0.0 or span == 0.0:
         return Candidate(max(span, 1.0), LEAST_DECAY)

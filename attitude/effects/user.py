@@ -101,11 +101,13 @@ class UserTorque(Torque):
 
     def _call(self, t: float, attitude: Any, rate: Any, torque: Any) -> None:
         """Write the torque, or nan after a failure: compiled code, which calls this, takes no exceptions."""
-        out = np.ctypeslib.as_array(torque, (3,))
+        out, q = np.ctypeslib.as_array(torque, (3,)), np.ctypeslib.as_array(attitude, (4,))
+        w = np.ctypeslib.as_array(rate, (3,))
+        if not (np.isfinite(q).all() and np.isfinite(w).all()):  # a step too long, which the solver halves
+            out[:] = math.nan
+            return
         try:
-            out[:] = self._checked(
-                t, np.ctypeslib.as_array(attitude, (4,)), np.ctypeslib.as_array(rate, (3,))
-            )
+            out[:] = self._checked(t, q, w)
         except BaseException as error:
             self._failures[get_ident()] = error
             out[:] = math.nan

@@ -7,6 +7,7 @@ are, and the bits of a body's result would depend on the batch it is in.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -37,7 +38,12 @@ def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 def own_rows(torque: HasRows, initial_state: InitialState) -> np.ndarray:
     """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
-    return torque.rows(replace(initial_state, body=RigidBody.from_moments((1.0, 1.0, 1.0)), order=(0, 1, 2)))
+    return torque.rows(replace(initial_state, body=_sphere(), order=(0, 1, 2)))
+
+
+@cache
+def _sphere() -> RigidBody:
+    return RigidBody.from_moments((1.0, 1.0, 1.0))
 
 
 def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:

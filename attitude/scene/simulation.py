@@ -99,7 +99,7 @@ class SimulationInputs:
         """Impulses that change the velocity of the centre of mass, where it is simulated."""
         return [kick for kick in self.kicks if self.moves and kick.linear.any()]
 
-    @property
+    @cached_property
     def problem(self) -> TorqueProblem:
         """What the solver needs besides the bodies."""
         scene = self.scene
@@ -119,7 +119,7 @@ class SimulationInputs:
     @cached_property
     def candidate(self) -> Candidate:
         """Steps for the torques."""
-        return integration.choose(self.problem)
+        return integration.choose(self.problem, samples=self.scene.times.samples)
 
     def predicted_seconds(self, samples: int) -> float:
         """s, of computing so many samples."""

@@ -235,7 +235,7 @@ def _settle(start, h, own, world, work):
         _keep_attitude(work)
         _integrate(0, work)
         change = _change(work)
-        if not change <= 1e300:
+        if not change <= 1e3:  # sweeps go astray: attitudes differ by no more than 2
             return sweep + 1, False
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
         gain = max(ratio, change / last)

@@ -373,7 +373,7 @@ def _settle(record, state, h, limit, own, memory):
             for i in range((STAGE + 4) * ARC_NODES, (STAGE + 7) * ARC_NODES):
                 size = max(size, abs(work[i]))  # a body at rest has no other momentum than it gains
         gain = max(ratio, change / last)
-        if not change <= 1e300:
+        if not change <= 1e3:  # sweeps go astray
             return sweep + 1, False
         if change * gain <= limit or (change >= 0.5 * last and change < 1e-15):
             return sweep + 1, True
