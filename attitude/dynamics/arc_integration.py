@@ -19,7 +19,7 @@ from .solver_arguments import SolverArguments, most_symmetric
 
 # By this part of its size the momentum that the coarser solution starts with is turned: what both solutions
 # share of rounding, and how the motion makes it grow, is in their difference too.
-ROUNDING_AT_EPOCH = 2.0**-50
+ROUNDING_OF_MOMENTUM = 2.0**-49
 
 
 class Solution(NamedTuple):
@@ -77,7 +77,7 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
     return Solution(rows, work[0], work[1], work[2], symmetric, smooth, plates, edges)
 
 
-def rounding_at_epoch(bodies: Bodies, momenta: np.ndarray) -> np.ndarray:
+def rounding(bodies: Bodies, momenta: np.ndarray) -> np.ndarray:
     """(n, 3), inertial: a change of momenta across them, the more along an axis the less its moment."""
     moments, axes = np.asarray(bodies.body.moments), bodies.axes
     first, second, third = np.sqrt(moments.min(axis=1, keepdims=True) / moments).T[:, :, None]
@@ -87,7 +87,7 @@ def rounding_at_epoch(bodies: Bodies, momenta: np.ndarray) -> np.ndarray:
     size = vector_lengths(momenta)[:, None]
     direction = momenta / np.where(size > 0.0, size, 1.0)
     x, y, z = (change * direction).T[:, :, None]
-    turned: np.ndarray = ROUNDING_AT_EPOCH * size * (change - ((x + y) + z) * direction)
+    turned: np.ndarray = ROUNDING_OF_MOMENTUM * size * (change - ((x + y) + z) * direction)
     return turned
 
 
@@ -105,7 +105,7 @@ class _Outwards:
         self._prepared: dict[tuple[int, ...], SolverArguments] = {}
         momenta = initial_momenta(problem.template, bodies, first.torques)
         if setting.coarsely:
-            momenta = momenta + rounding_at_epoch(bodies, momenta)
+            momenta = momenta + rounding(bodies, momenta)
         self._states = self._under(first.torques).states(self._attitude, momenta, bodies.rate)
 
     def over(self, arc: Arc, instants: np.ndarray) -> np.ndarray:

@@ -13,9 +13,10 @@ from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse
 from ..rigid_body.body import RigidBody
 from ..times.instants import Instants
-from .arc_integration import two_part
+from .arc_integration import rounding, two_part
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, named
+from .error_estimate import SAFETY, angles, compared_instants
 from .exact_motion import FREE_ROTATION, ExactMotion
 from .momentum import inertial_components
 from .solver import OUTPUTS
@@ -27,10 +28,13 @@ def coast(
     impulses: Sequence[AppliedImpulse],
     instants: Instants,
     motion: ExactMotion = FREE_ROTATION,
+    disturbed: bool = False,
 ) -> np.ndarray:
     """(n, OUTPUTS, m): attitude, rate and momentum of each body at the instants.
 
     The momentum is the sum of that at the epoch and of the impulses, and nothing else ever changes it.
+
+    disturbed : by a rounding at every impulse, for what the motion makes of it
 
     Raises
     ------
@@ -39,13 +43,31 @@ def coast(
     """
     paths, at = arcs_by_direction(template, (), impulses), two_part(instants)
     try:
-        return _coast(motion, bodies.body, bodies.attitude, bodies.rate, paths, at)
+        return _coast(motion, bodies.body, bodies.attitude, bodies.rate, paths, at, disturbed)
     except (InputError, ToleranceError, RegimeError):
         rows = np.empty((len(bodies), OUTPUTS, at.shape[1]))
         for i in range(len(bodies)):
             with named(bodies, i):
                 rows[i] = _coast(motion, bodies.body[i], bodies.attitude[i], bodies.rate[i], paths, at)
         return rows
+
+
+def growth_of_rounding(
+    template: InitialState,
+    bodies: Bodies,
+    impulses: Sequence[AppliedImpulse],
+    instants: Instants,
+    motion: ExactMotion,
+) -> np.ndarray:
+    """(n,) rad: what the motion makes, at the worst of some of the instants, of the rounding at impulses."""
+    if not impulses:
+        return np.zeros(len(bodies))
+    at = two_part(instants)[:, compared_instants(instants.seconds.size)]
+    exact, other = (
+        coast(template, bodies, impulses, Instants(at[0], at[1], None), motion, disturbed)[:, :4]
+        for disturbed in (False, True)
+    )
+    return SAFETY * angles(exact, other).max(axis=1)
 
 
 def _coast(
@@ -55,6 +77,7 @@ def _coast(
     rate: np.ndarray,
     paths: Sequence[list[Arc]],
     at: np.ndarray,
+    disturbed: bool = False,
 ) -> np.ndarray:
     """(..., OUTPUTS, m), of bodies (...)."""
     seconds, low = at
@@ -70,8 +93,8 @@ def _coast(
             for impulse in arc.impulses:
                 momentum = momentum + sign * inertial_components(impulse, q)
             if arc.impulses:
-                body_momentum = rotations.rotate(rotations.conjugate(q), momentum)
-                w = exact.rate(body, body_momentum)
+                felt = momentum + rounding(Bodies(body, q, w), momentum) if disturbed else momentum
+                w = exact.rate(body, rotations.rotate(rotations.conjugate(q), felt))
             motion, here = exact.of(body, q, w), within[index]
             since = _since(arc.start, np.append(seconds[here], arc.stop), np.append(low[here], 0.0))
             quaternion, turning = motion.sample(since, quaternion=True, rate=True)

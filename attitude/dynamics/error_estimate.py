@@ -27,7 +27,7 @@ SAFETY_OF_PLATES, SAFETY_OF_EDGES = 1.0, 10.0
 # Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned, since
 # the rates are doubles; and where the rate is read off the attitude, which remembers every rounding, that
 # angle times the root of the number of steps.
-ROUNDING_OF_ANGLE = 3e-16
+ROUNDING_OF_ANGLE = 6e-16
 ROUNDING_OF_RATE = 7e-17
 # Of the attitude, times the root of the number of steps.
 ROUNDING_OF_STEPS = 4e-16
@@ -84,7 +84,7 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
     fine, coarse = solutions[False], solutions[True]
     well = (fine.failed == 0) & (coarse.failed == 0)
     well &= np.isfinite(fine.rows).all(axis=(1, 2)) & np.isfinite(coarse.rows).all(axis=(1, 2))
-    differences = _angles(fine.rows[:, :4, indices], coarse.rows[:, :4, : indices.size])
+    differences = angles(fine.rows[:, :4, indices], coarse.rows[:, :4, : indices.size])
     difference = np.where(well, differences.max(axis=1, initial=0.0), np.inf)
     least = np.asarray(bodies.body.moments).min(axis=1)
     impulse = inertial_impulse_size(directions)
@@ -94,7 +94,7 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
     return Comparison(fine, difference, seconds, differences, span * rates, growth, span)
 
 
-def _angles(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+def angles(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """(n, m) rad: angles between attitudes (n, 4, m)."""
     (a, x, y, z), (b, u, v, w) = p.transpose(1, 0, 2), q.transpose(1, 0, 2)
     first = a * u - b * x - (y * w - z * v)

@@ -200,7 +200,7 @@ class Refinement:
         self.steps, self.sweeps = int(fine.steps[k]), int(fine.sweeps[k])
         self.reached = error <= tolerance
         if not self.reached:
-            self.candidate = finer(self.candidate, tolerance / error, fine.smooth, self.steps)
+            self.candidate = finer(self.candidate, tolerance / error, self.steps)
         if error < self.error:
             limit = REPORTED_TOLERANCE if problem.best else tolerance
             self.good_until = good_until(compared, k, error, rounding, limit)
@@ -223,7 +223,7 @@ def refine(
     out : (n, k, m), written where an estimate is the least of the attempts: the first k of `Solution.rows`
     """
     rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
-    angles = rates * problem.max_abs_seconds
+    angles, momenta = rates * problem.max_abs_seconds, rates * np.asarray(bodies.body.moments).max(axis=1)
     chosen, dense = candidate.settings(instants.shape[1], problem.max_abs_seconds)
     refinements = [Refinement(chosen) for _ in range(len(bodies))]
     left = np.arange(len(bodies))
@@ -233,7 +233,7 @@ def refine(
         steps = np.array([refinements[i].candidate.step for i in left])
         decay = np.array([refinements[i].candidate.decay for i in left])
         part = bodies if left.size == len(bodies) else bodies[left]
-        compared = compare(problem, part, instants, StepSetting(steps, decay, dense))
+        compared = compare(problem, part, instants, StepSetting(steps, decay, dense, momentum=momenta[left]))
         errors, rounding = estimate(compared, angles[left])
         better = errors < np.array([refinements[i].error for i in left])
         out[left[better]] = compared.fine.rows[better, : out.shape[1]]
@@ -248,11 +248,11 @@ def refine(
     return refinements
 
 
-def finer(candidate: Candidate, ratio: float, smooth: bool, steps: int) -> Candidate:
+def finer(candidate: Candidate, ratio: float, steps: int) -> Candidate:
     """Steps whose error is smaller by a ratio, and a little more; of few steps, some that make others."""
     share = (0.5 * ratio) ** (1.0 / ORDER) if ratio > 0.0 else 0.5  # nothing known: it did not settle
     share = min(MAX_STEP_FACTOR, 1.0 - 1.0 / max(2, steps), max(MIN_STEP_FACTOR, share))
-    decay = candidate.decay if smooth else candidate.decay * min(0.3, max(1e-4, 0.5 * ratio))
+    decay = candidate.decay * min(0.3, max(1e-4, 0.5 * ratio))
     return replace(candidate, step=candidate.step * share, decay=decay)
 
 
@@ -262,7 +262,7 @@ def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Cand
     To find only at the end of a long span that steps were too long would cost all of it again.
     """
     rate = float(max_angular_rates(problem.template, body, problem.torques, problem.impulses)[0])
-    angle = rate * problem.max_abs_seconds / PARTS_OF_SPAN
+    angle, momentum = rate * problem.max_abs_seconds / PARTS_OF_SPAN, rate * body.body.moments.max(axis=1)
     if candidate.ends_at_edges or angle * PARTS_OF_SPAN < MIN_RADIANS_OF_REHEARSAL:
         return candidate
     start, stop = problem.template.start / PARTS_OF_SPAN, problem.template.stop / PARTS_OF_SPAN
@@ -270,13 +270,13 @@ def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Cand
     instants = np.array([np.linspace(start, stop, INSTANTS_OF_REHEARSAL), np.zeros(INSTANTS_OF_REHEARSAL)])
     share, before = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**ERROR_GROWTH_EXPONENT, np.inf
     for _ in range(MAX_ATTEMPTS):
-        setting = StepSetting(np.array([candidate.step]), np.array([candidate.decay]))
+        setting = StepSetting(np.array([candidate.step]), np.array([candidate.decay]), momentum=momentum)
         compared = compare(part, body, instants, setting)
         (error,), (rounding,) = estimate(compared, np.array([angle]))
         if error <= share or rounding > share or error > 0.5 * before:  # not of steps, but of the orbit
             break
         before = error
-        candidate = finer(candidate, share / error, compared.fine.smooth, int(compared.fine.steps[0]))
+        candidate = finer(candidate, share / error, int(compared.fine.steps[0]))
     return candidate
 
 

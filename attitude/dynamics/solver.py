@@ -19,8 +19,12 @@ from .solver_arguments import SolverArguments
 NAME, ORDER = "gauss, order 32", 2 * NODES
 OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
 STRIDE = 1.2  # steps of the coarser solution over those of the answer
-COARSER_DECAY = 10.0  # the same of the size to which Legendre coefficients are to fall
+COARSER_DECAY = 10.0  # the same of what a step may be off by
 LEAST_DECAY = 1e-15  # below which coefficients are rounding
+# Sweeps end when the next would change the attitude by less: rounding of a symmetric body, whose rate is
+# carried; of others this part of what a step may be off by, or rounding, which their rate remembers.
+LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
+SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
 
 
@@ -30,15 +34,19 @@ class StepSetting(NamedTuple):
     Attributes
     ----------
     step : (n,) s, the longest that is asked for
-    decay : (n,), size of the last Legendre coefficients above which a step is halved, where torques break
+    decay : (n,), what a step may be off by: sweeps end at a part of it, and a step is halved where torques
+        break and its last Legendre coefficients are greater
     dense : whether instants within a step are read off its polynomial, else reached by the step, shortened
     coarsely : in fewer steps, for the error's estimate
+    momentum : (n,) N m s, for which the step is meant: one of a body that torques have spun up far beyond it
+        is halved
     """
 
     step: np.ndarray
     decay: np.ndarray
     dense: bool = False
     coarsely: bool = False
+    momentum: np.ndarray | float = np.inf
 
 
 class SolverTask(NamedTuple):
@@ -105,12 +113,16 @@ def _records(task: SolverTask) -> np.ndarray:
     records["body"] = task.arguments.body[which]
     records["symmetric"] = task.arguments.symmetric[which]
     records["max_steps"], records["dense"] = task.max_steps, setting.dense
-    # none longer than asked for; at least two, so that there is something coarser
+    # none longer than asked for; at least three, of which two coarser ones are not the halves of one another
     length = abs(task.stop - task.start)
-    steps = np.maximum(2, np.ceil(np.minimum(length / setting.step[which] * (1.0 - 1e-12), 2.0**62)))
+    steps = np.maximum(3, np.ceil(np.minimum(length / setting.step[which] * (1.0 - 1e-12), 2.0**62)))
     records["steps"] = (steps / STRIDE if setting.coarsely else steps).astype(np.int64)
+    longest = SPUN_UP * (max(length, 1e-300) / records["steps"])  # s
+    records["reach"] = longest * np.broadcast_to(setting.momentum, setting.step.shape)[which]
     decay = setting.decay[which] * (COARSER_DECAY if setting.coarsely else 1.0)
     records["decay"] = np.maximum(decay, LEAST_DECAY)
+    change = np.maximum(SHARE_OF_SWEEPS * decay, LEAST_CHANGE)
+    records["aim"] = np.where(records["symmetric"] != 0, LEAST_CHANGE_SYMMETRIC, change)
     if task.arguments.is_smooth:
         records["decay"] = np.inf
     return records

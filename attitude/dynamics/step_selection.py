@@ -33,7 +33,7 @@ from .solver_arguments import SolverArguments, most_symmetric
 # Radians of the fastest motion: what a trial runs over, and the longest steps, of a symmetric body and
 # others.
 RADIANS_OF_TRIAL = 40.0
-MAX_RADIANS, MAX_RADIANS_UNSYMMETRIC = 12.0, 6.0
+MAX_RADIANS, MAX_RADIANS_UNSYMMETRIC = 12.0, 8.0
 MAX_TRIALS = 16
 MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.4  # from one trial to the next
 # Steps that a trial may be cut into: far more than any torque that can be followed over the span.
@@ -67,7 +67,7 @@ class Candidate:
     Attributes
     ----------
     step : s
-    decay : size of the last Legendre coefficients above which a step is halved, where torques break
+    decay : what a step may be off by, as `StepSetting` has it
     error : rad, predicted at the end of the span; rounding : the part of it that no steps make smaller
     seconds : predicted cost, but for samples; sample_seconds : of each
     dense_step : s, in which the polynomial within a step is exact enough to be read; 0 if none is
@@ -221,7 +221,7 @@ class _Trial:
         safety, order = (SAFETY, ORDER) if smooth else (SAFETY_OF_BREAKS, ORDER_OF_BREAKS)
         aim = SHARE_OF_TOLERANCE * self.tolerance / growth**ERROR_GROWTH_EXPONENT / safety
         longest = MAX_RADIANS if self.arguments.symmetric[0] else MAX_RADIANS_UNSYMMETRIC
-        step, decay = min(longest / self.rate, self.span), max(aim, LEAST_DECAY)
+        step, decay = min(longest / self.rate, self.span), aim if smooth else max(aim, LEAST_DECAY)
         aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(step, decay) / safety)
         for _ in range(MAX_TRIALS):
             difference, work = self._difference(step, decay)
@@ -231,7 +231,8 @@ class _Trial:
                 break
             ratio = (0.5 * aim / difference) ** (1.0 / order) if difference > aim else 1.0
             step *= min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, ratio))
-            decay = max(LEAST_DECAY, decay * min(0.3, max(1e-3, ratio)))
+            if not smooth:
+                decay = max(LEAST_DECAY, decay * min(0.3, max(1e-3, ratio)))
         steps = self.whole / step
         wandering = 0.0 if self.arguments.symmetric[0] else ROUNDING_OF_RATE * np.sqrt(steps)
         rounding = (ROUNDING_OF_ANGLE + wandering) * self.rate * self.whole

@@ -70,8 +70,10 @@ STATE = 18
 # A body and how it is stepped: its index in the arrays of effects and of results; numbers as above, and
 # whether it is symmetric about the third axis; state, at the start and, when a solver returns, at the end.
 # Steps : equal ones, so many; halved where they are too long, by `decay` (relative size of the last Legendre
-# coefficients of a step; infinite: any), no more than max_steps pieces.  Dense : whether instants within a
-# step are read off its polynomial.  Counts : sweeps, failures, pieces; scratch : of two states.
+# coefficients of a step; infinite: any) and `reach` (length times momentum; infinite: any), no more than
+# max_steps pieces.  Dense : whether instants within a step are read off its polynomial.  Aim : of the
+# attitude's departure, what the last sweep of a step may leave.  Counts : sweeps, failures, pieces; scratch :
+# of two states.
 STEPPED = np.dtype(
     [
         ("index", "i8"),
@@ -82,6 +84,8 @@ STEPPED = np.dtype(
         ("decay", "f8"),
         ("max_steps", "f8"),
         ("dense", "i8"),
+        ("aim", "f8"),
+        ("reach", "f8"),
         ("counts", "f8", 3),
         ("scratch", "f8", 2 * STATE),
     ]

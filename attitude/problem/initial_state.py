@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -133,11 +134,12 @@ class InitialState:
         """(3,), kg m2, in the order of `axes`."""
         return np.asarray(self.body.moments)[list(self.order)]
 
-    @property
+    @cached_property
     def axes(self) -> np.ndarray:
         """(3, 3), right-handed: rows are the principal axes; axes @ v: components along them."""
         axes = np.asarray(self.body.axes)[list(self.order)]
         axes[2] = np.cross(axes[0], axes[1])
+        axes.flags.writeable = False
         return axes
 
     def ordered(self, order: tuple[int, int, int]) -> InitialState:

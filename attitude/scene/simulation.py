@@ -49,8 +49,8 @@ Check = Callable[[float], None]
 # One closed form after another: each adds its own rounding to the state it starts from.
 WORST_BOUND = max(bound for _, bound in FORMS)
 CHAINED = (
-    "the bound of one closed form (docs/theory.md, section 8) for each stretch between events; rounding of "
-    "the state at an event grows with the time after it, as any change of an initial state does: not in it"
+    "the bound of one closed form (docs/theory.md, section 8) for each stretch between events, and after "
+    "impulses an estimate of what the motion makes of the rounding of the state then"
 )
 ESTIMATE = (
     "estimated over the whole span from the same solver in steps 1.2 times as long "
@@ -276,9 +276,11 @@ def _closed_form(inputs: SimulationInputs) -> tuple[str, float]:
 
 def _coast(inputs: SimulationInputs, exact: ExactMotion, instants: Instants) -> Ephemeris:
     bodies, initial_state = Bodies.of(inputs.initial_state), inputs.initial_state
-    rows = coasting.coast(initial_state, bodies, inputs.kicks, with_pushes(inputs, instants), exact)[0]
+    problem = initial_state, bodies, inputs.kicks
+    rows = coasting.coast(*problem, with_pushes(inputs, instants), exact)[0]
     solver, error = _closed_form(inputs)
-    bound, source = error * (1 + len(inputs.kicks)), CHAINED
+    growth = float(coasting.growth_of_rounding(*problem, instants, exact)[0])
+    bound, source = error * (1 + len(inputs.kicks)) + growth, CHAINED
     if not exact.is_free:
         source = f"{GYROSTAT_BOUND_SOURCE}; {CHAINED}" if inputs.kicks else GYROSTAT_BOUND_SOURCE
     plan = Plan(solver, instants.seconds.size, 0.0, 0.0, bound, source)

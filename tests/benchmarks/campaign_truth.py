@@ -17,11 +17,10 @@ import numpy as np
 LD = np.longdouble
 AU, PRESSURE = 149597870700.0, 1361.0 / 299792458.0
 PLATES = 2  # of drag and of sunlight each
-TOLERANCE = 1e-19
 MAX_STEPS = 4000  # from one instant to the next
 
 
-class TooManySteps(ArithmeticError):
+class TooManyStepsError(ArithmeticError):
     """The body turns too far."""
 
 
@@ -67,7 +66,7 @@ class CampaignTruth:
     Units: the greatest moment, a rate `pace` and, on the orbit, its semi-major axis.
     """
 
-    def __init__(self, plates: bool, tolerance: float = TOLERANCE):
+    def __init__(self, plates: bool, tolerance: float):
         numbers = _Numbers(lambda i: hy.par[i])
         equations, cosines = _equations(numbers, plates)
         self.index, self.plates = numbers.index, plates
@@ -126,7 +125,7 @@ class CampaignTruth:
         for t in instants:
             outcome = integrator.propagate_until(LD(t) * LD(pace), max_steps=MAX_STEPS)[0]
             if outcome.name == "step_limit":
-                raise TooManySteps
+                raise TooManyStepsError
             if outcome.name != "time_limit":
                 raise ArithmeticError(f"heyoka: {outcome.name} in {document}")
             if t in cuts:
@@ -148,7 +147,7 @@ class CampaignTruth:
 
 def _equations(numbers, plates):
     """(equations, events) in the parameters."""
-    names = "q0 q1 q2 q3 m1 m2 m3 r1 r2 r3 v1 v2 v3".split()
+    names = ["q0", "q1", "q2", "q3", "m1", "m2", "m3", "r1", "r2", "r3", "v1", "v2", "v3"]
     state = hy.make_vars(*names)
     q, m, r, v = state[:4], state[4:7], state[7:10], state[10:13]
     inverses, rotors, (alpha,) = numbers("inverses"), numbers("rotors"), numbers("alpha", 1)
@@ -372,7 +371,9 @@ class _Scene:
         if not any(effect["shadow"] for effect in self._of("solar_pressure")):
             return 1.0
         off = r - (r @ self.sun) * self.sun
-        return float(r @ self.sun > 0 or off @ off > (self.orbit["radius"] / self.orbit["semi_major_axis"]) ** 2)
+        return float(
+            r @ self.sun > 0 or off @ off > (self.orbit["radius"] / self.orbit["semi_major_axis"]) ** 2
+        )
 
     def cosines(self, state):
         """Of the plates to wind and light."""

@@ -63,7 +63,7 @@ def ours(problem, tolerance, repeats):
     used = integration.solve(posed_to_solvers, as_instants(t, None), choice).candidate
 
     def alone():
-        return tuple(library_solvers.integrate(posed, used.step, t)[0][0].tolist())
+        return tuple(library_solvers.integrate(posed, used.step, t, used.decay)[0][0].tolist())
 
     bare = peers.repeated(alone, repeats)
     truth = peers.TRUTH[problem.name]

@@ -99,7 +99,7 @@ def collocate(bodies, span, instants, out, work, halted, *world):
     for i in range(bodies.shape[0]):
         record = bodies[i]
         effects, orbit, pieces, sun, sun_pieces = world
-        own = record.body, record.symmetric != 0
+        own = record.body, record.symmetric != 0, record.aim
         arguments = own, (effects[record.index], orbit, pieces, sun, sun_pieces), work, record.counts
         _march(record, span, arguments, instants, out[record.index], halted)
         if halted[0] != 0.0:
@@ -119,6 +119,10 @@ def _march(record, span, arguments, instants, out, halted):
         while level > 0 or part == 0:
             share = 0.5**level
             h = whole * share
+            L = momentum_of(state)
+            if abs(h) * math.sqrt(dot(L, L)) > record.reach and level < MOST_HALVINGS:
+                level, part = level + 1, 2 * part
+                continue
             t, t_low = time_of(k + part * share, whole, span[0])
             copied(state, ahead)
             counts[2] += 1.0
@@ -223,10 +227,9 @@ def _settle(start, h, own, world, work):
     In a sweep (Gauss and Seidel's) the torque at the stages gives the momentum, and that the attitude; after
     the last the torque once more, for the momentum at the end of the step.
     """
-    symmetric = own[1]
     for row in range(STAGE * NODES, (STAGE + UNKNOWNS) * NODES):
         work[row] = 0.0
-    aim = 1e-17 if symmetric else 1e-19
+    aim = own[2]
     last, ratio = 1.0, 1.0
     for sweep in range(MOST_SWEEPS):
         _forces(start, h, own, world, work)
@@ -261,7 +264,7 @@ def _moments(start, work):
 @inlined
 def _forces(start, h, own, world, work):
     """Changes of the momentum, in the step's axes, and of its part along the third axis of the body."""
-    body, symmetric = own
+    body, symmetric = own[0], own[1]
     p, _, axial, _, frame, _ = start
     inverses, rotors, alpha, C = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
     constants = excesses(body), inverses, rotors, alpha
@@ -304,7 +307,7 @@ def _excess(m, axial, constants):
 @inlined
 def _turns(start, h, own, work):
     """Changes of the departure of the attitude."""
-    body, symmetric = own
+    body, symmetric = own[0], own[1]
     p0, _, axial, across, _, _ = start
     constants = excesses(body), three(body, INVERSES), three(body, ROTORS), body[ALPHA]
     half, along = 0.5 * h, constants[0][1]

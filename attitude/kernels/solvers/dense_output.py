@@ -76,7 +76,7 @@ def write(state, own, out, i):
 
 @inlined
 def _write(q, L, axial, own, out, i):
-    body, symmetric = own
+    body, symmetric = own[0], own[1]
     m = rotated_back(q, L)
     if symmetric:
         m = m[0], m[1], axial
@@ -111,7 +111,7 @@ def start_of(state, own):
     frame : quaternion from the axes of the step, of which the third is along the momentum, to inertial ones
     spin : rad/s, the constant turn about the third axis of the body
     """
-    body, symmetric = own
+    body, symmetric = own[0], own[1]
     L = momentum_of(state)
     size = math.sqrt(dot(L, L))
     frame = upright(scaled(1.0 / size if size > 0.0 else 0.0, L))

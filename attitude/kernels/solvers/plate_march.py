@@ -375,7 +375,7 @@ def _settle(record, state, h, limit, own, memory):
         gain = max(ratio, change / last)
         if not change <= 1e3:  # sweeps go astray
             return sweep + 1, False
-        if change * gain <= limit or (change >= 0.5 * last and change < 1e-15):
+        if change * gain <= limit or (change >= 0.5 * last and change < 1e-13):
             return sweep + 1, True
         last, ratio = max(change, 1e-300), change / last
     return MOST_SWEEPS, False

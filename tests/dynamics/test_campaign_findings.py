@@ -1,0 +1,107 @@
+"""What a campaign of random scenes found wrong, against integrations that share nothing with the library."""
+
+import numpy as np
+import pytest
+
+from attitude import Scene
+from attitude.dynamics import integration
+from attitude.effects import UserTorque
+from attitude.oracle.torque_motion import TorqueMotion
+from tests.dynamics.test_plates import DRAG, cubesat, quantity
+from tests.oracles.plate_motion import PlateMotion
+
+
+def document(moments, rate, stop, effects, tolerance=1e-6):
+    return {
+        "body": {"moments": moments, "unit": "kg m2"},
+        "frame": "INERTIAL",
+        "attitude": {"quaternion": [0.5, -0.5, 0.1, 0.7], "order": "wxyz"},
+        "angular_velocity": quantity(rate, "rad/s"),
+        "times": {"elapsed": [0, stop], "unit": "s"},
+        "effects": effects,
+        "tolerance": quantity(tolerance, "rad"),
+    }
+
+
+def angle(p, q):
+    """rad, between two attitudes, of any length."""
+    p, q = np.array(p, dtype=float), np.array(q, dtype=float)
+    p, q = p / np.linalg.norm(p), q / np.linalg.norm(q)
+    return 2 * np.linalg.norm(p[0] * q[1:] - q[0] * p[1:] - np.cross(p[1:], q[1:]))
+
+
+TORQUE = [1.3e-5, -8.4e-6, -1.6e-5]
+THRUST = {"type": "constant_torque", "torque": quantity(TORQUE, "N m"), "frame": "body"}
+
+
+@pytest.mark.parametrize("stop", [-13000.0, 6800.0, 13000.0, 40000.0])
+def test_estimate_of_a_body_spun_up_from_rest_in_few_steps(stop):
+    """Its coarser steps, halved, must not be those that it is compared with."""
+    moments = [75.0, 124.0, 125.0]
+    run = Scene.model_validate(document(moments, [0.0, 0.0, 0.0], stop, [THRUST])).run()
+    motion = TorqueMotion(moments, [0.0] * 3, [0.5, -0.5, 0.1, 0.7], [("constant_body", TORQUE)], None, 20)
+    error = angle(run.quaternion("wxyz")[1], motion.states([stop])[0].attitude)
+    assert error <= run.plan.error_bound <= 1e-6
+
+
+def test_body_that_torques_spin_up_is_stepped_by_its_spin_and_not_by_that_at_the_epoch(monkeypatch):
+    compare, attempts = integration.compare, []
+    monkeypatch.setattr(integration, "compare", lambda *a: attempts.append(1) or compare(*a))
+    thrust = THRUST | {"torque": quantity([1e-5, 0.0, 1e-3], "N m")}
+    scene = document([9.5, 15.3, 16.7], [-0.02, 0.004, -0.03], 20000.0, [thrust], 1e-8)
+    run = Scene.model_validate(scene).run()
+    radians = np.linalg.norm(run.angular_velocity[-1]) * 20000.0
+    steps = int(run.plan.solver.split(": ")[1].split()[0])
+    assert run.plan.error_bound <= 1e-8
+    assert radians / 16.0 < steps < radians / 2.0
+    assert len(attempts) == 1
+
+
+NEEDLE = [47.2, 0.0472, 47.24]
+PUSH = [0.02, -0.01, 0.03]
+
+
+@pytest.mark.parametrize(
+    ("moments", "rate", "stop"),
+    [(NEEDLE, [0.003, 0.004, -0.001], 3000.0), ([20.0, 26.0, 45.9], [0.012, 0.01, 1e-7], 4000.0)],
+)
+def test_bound_between_impulses_has_what_the_motion_makes_of_their_rounding(moments, rate, stop):
+    impulse = {
+        "type": "impulse",
+        "time": quantity(700.0, "s"),
+        "frame": "body",
+        "angular_impulse": quantity(PUSH, "N m s"),
+    }
+    run = Scene.model_validate(document(moments, rate, stop, [impulse])).run()
+    (before,) = TorqueMotion(moments, rate, [0.5, -0.5, 0.1, 0.7], (), None, 30).states([700.0])
+    after = [w + push / moment for w, push, moment in zip(before.rate, PUSH, moments, strict=True)]
+    (end,) = TorqueMotion(moments, after, before.attitude, (), None, 30).states([stop - 700.0])
+    error = angle(run.quaternion("wxyz")[1], end.attitude)
+    assert error <= run.plan.error_bound <= 1e3 * max(error, 1e-14)
+
+
+def test_needle_of_plates_is_followed():
+    """The rate about its axis, read off the momentum, stands still at a thousandth of its rounding only."""
+    thin = cubesat(
+        DRAG | {"density": quantity(5e-13, "kg/m3")},
+        body={"moments": NEEDLE, "unit": "kg m2"},
+        angular_velocity=quantity([0.31, 0.048, -0.005], "deg/s"),
+        times={"elapsed": [0, 600], "unit": "s"},
+        tolerance=quantity(1e-7, "rad"),
+    )
+    run = Scene.model_validate(thin).run()
+    expected, _ = PlateMotion(thin).states([600])
+    assert angle(run.quaternion("wxyz")[1], expected[0][:4]) <= run.plan.error_bound + 1e-10 <= 2e-7
+
+
+def test_torque_of_the_users_is_not_asked_of_steps_that_have_gone_astray():
+    asked = []
+
+    def brake(t, attitude, rate):
+        asked.append(np.isfinite(rate).all())
+        return np.sin(0.267 * t) * np.array([-1.7e-4, 2.7e-4, -6.5e-5]) - 2.5e-3 * np.array(rate)
+
+    scene = document([89.0, 115.7, 204.6], [0.079, -0.101, 0.0284], 122.0, [], 2e-12)
+    wheels = {"type": "wheels", "momentum": quantity([-2.66, -7.77, -2.31], "N m s")}
+    Scene(**(scene | {"effects": [UserTorque("brake", brake, size=6e-4), wheels]})).run()
+    assert all(asked)
