@@ -124,7 +124,7 @@ def test_plan_of_an_ephemeris_from_a_file_names_it_and_has_no_bound(tmp_path):
 
 def test_run_and_its_resampling_choose_the_solver_once(monkeypatch):
     choose, calls = integration.choose, []
-    monkeypatch.setattr(integration, "choose", lambda *arguments: calls.append(1) or choose(*arguments))
+    monkeypatch.setattr(integration, "choose", lambda *a, **more: calls.append(1) or choose(*a, **more))
     ephemeris = Scene.builtin("envisat").run()
     again = ephemeris.resampled(ephemeris.elapsed[:3])
     assert len(calls) == 1

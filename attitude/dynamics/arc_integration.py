@@ -19,7 +19,7 @@ from .solver_arguments import SolverArguments, most_symmetric
 
 # By this part of its size the momentum that the coarser solution starts with is turned: what both solutions
 # share of rounding, and how the motion makes it grow, is in their difference too.
-ROUNDING_OF_MOMENTUM = 2.0**-49
+ROUNDING_OF_MOMENTUM = 2.0**-50
 
 
 class Solution(NamedTuple):

@@ -16,10 +16,13 @@ from ..times.instants import Instants
 from .arc_integration import rounding, two_part
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, named
-from .error_estimate import SAFETY, angles, compared_instants
+from .error_estimate import angles, compared_instants
 from .exact_motion import FREE_ROTATION, ExactMotion
 from .momentum import inertial_components
 from .solver import OUTPUTS
+
+# By what the difference is multiplied that a rounding at every impulse makes: it may have any direction.
+SAFETY_OF_IMPULSES = 6.0
 
 
 def coast(
@@ -67,7 +70,7 @@ def growth_of_rounding(
         coast(template, bodies, impulses, Instants(at[0], at[1], None), motion, disturbed)[:, :4]
         for disturbed in (False, True)
     )
-    return SAFETY * angles(exact, other).max(axis=1)
+    return SAFETY_OF_IMPULSES * angles(exact, other).max(axis=1)
 
 
 def _coast(

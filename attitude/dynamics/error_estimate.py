@@ -27,7 +27,7 @@ SAFETY_OF_PLATES, SAFETY_OF_EDGES = 1.0, 10.0
 # Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned, since
 # the rates are doubles; and where the rate is read off the attitude, which remembers every rounding, that
 # angle times the root of the number of steps.
-ROUNDING_OF_ANGLE = 6e-16
+ROUNDING_OF_ANGLE = 4e-16
 ROUNDING_OF_RATE = 7e-17
 # Of the attitude, times the root of the number of steps.
 ROUNDING_OF_STEPS = 4e-16

@@ -214,7 +214,7 @@ def test_bits_do_not_depend_on_the_company(factor, monkeypatch):
         effect("gravity_gradient"),
         effect("wheels", momentum=quantity([0, 0.01, 0.02], "N m s")),
     )
-    at, states = as_instants(T[:6], None), dispersed(made, 9, spread=0.1)
+    at, states = as_instants(4.0 * T[:6], None), dispersed(made, 9, spread=0.1)
     chosen = choose(made, at)
     choice = stepped(chosen, factor)
     seen, single = settings_seen(monkeypatch)
