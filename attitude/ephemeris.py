@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray
     from astropy.coordinates import SkyCoord
     from astropy.table import QTable
+    from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
 
     from .formats.interpolation_nodes import Written
@@ -183,6 +184,24 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         from .plot import choices, timeline
 
         return timeline.figure(self, choices.parse(what) if what else ())
+
+    def animate(self, path: str | Path | None = None, seconds: float = 10.0) -> FuncAnimation | None:
+        """A film of the body with its axes and its polhode, so many seconds long.
+
+        Written to a path that ends in .gif, .mp4 (needs ffmpeg) or .html; without one, an animation of
+        matplotlib, which a notebook shows.
+
+        Raises
+        ------
+        InputError : several bodies, fewer than two instants, or a length that is not above zero.
+        FormatError : another ending, or a file that cannot be written.
+        """
+        from .plot import animation
+
+        if path is None:
+            return animation.film(self, seconds)
+        animation.write(self, path, seconds)
+        return None
 
     def to_table(self) -> QTable:
         """An astropy QTable, one row an instant.

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from attitude import AttitudeError, Ephemeris, InputError, RigidBody, Scene, TorqueFreeMotion
+from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.plot import choices, curves, timeline
 from attitude.plot.drop import LABEL_WIDTH, apart
 from attitude.plot.drop import picture as drop_picture
@@ -188,3 +188,30 @@ def test_unknown_name_and_missing_orbit_are_refused_by_name():
         free(np.linspace(0, 20, 9)).plot("polhod")
     with pytest.raises(AttitudeError, match="orbit"):
         Scene.builtin("toutatis").run().plot("ground-track")
+
+
+# -- films ------------------------------------------------------------------------------------------
+
+
+def test_film_shows_the_attitudes_of_the_samples():
+    ephemeris = free(np.linspace(0, 20, 30))
+    shown = ephemeris.animate(seconds=1.0)
+    shown._func(7)  # as the writer of a film draws one of its frames
+    space, polhode = shown._fig.axes
+    for line, axis in zip(space.lines[-3:], "xyz", strict=True):
+        assert np.stack(line.get_data_3d())[:, 1] == pytest.approx(0.95 * ephemeris.direction(axis)[7])
+    assert np.ravel(polhode.lines[-1].get_data_3d()) == pytest.approx(ephemeris.angular_velocity[7])
+    shown._draw_was_started = True  # matplotlib warns of an animation that was never shown
+
+
+@pytest.mark.parametrize(("name", "start"), [("a.gif", b"GIF8"), ("a.html", b"\n<link")])
+def test_film_is_a_file(name, start, tmp_path):
+    free(np.linspace(0, 20, 5)).animate(tmp_path / name, seconds=0.2)
+    assert (tmp_path / name).read_bytes().startswith(start)
+
+
+def test_film_of_another_ending_is_refused():
+    with pytest.raises(FormatError, match="gif, mp4 or html"):
+        free(np.linspace(0, 20, 5)).animate("a.avi")
+    with pytest.raises(InputError, match="seconds"):
+        free(np.linspace(0, 20, 5)).animate(seconds=0.0)
