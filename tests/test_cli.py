@@ -257,7 +257,11 @@ def test_plan_reads_well(name, answer):
     assert title.startswith(f"{Scene.builtin(name).name}: attitude")
     assert max(map(len, lines)) <= 100
     named = [line.split()[0] for line in lines if line[2] != " "]
-    assert named == [*(effect.type for effect in Scene.builtin(name).effects), "solver", "predicted"]
+    scene = Scene.builtin(name)
+    orbit = (
+        ["orbit"] if scene.orbit is not None and any(effect.uses_orbit for effect in scene.effects) else []
+    )
+    assert named == [*(effect.type for effect in scene.effects), *orbit, "solver", "predicted"]
 
 
 def test_plan_names_dropped_effects(answer):

@@ -424,7 +424,8 @@ def test_plane_of_a_perturbed_orbit_turns_about_the_radius():
     """The flattened Earth turns the plane by -3/2 J2 n (R/p)^2 cos i on average: some degrees a day."""
     made, _ = tle_path(TLES["low, eccentric"], stop=86400.0)
     turn = qsw(made, np.linspace(0, 86400.0, 3000))
-    assert np.abs(turn.rate[:, 1]).max() == 0.0
+    # nothing turns the radius out of the plane but what SGP4's velocity is off its positions' derivative
+    assert np.abs(turn.rate[:, 1]).max() < 2e-4 * np.abs(turn.rate[:, 2]).max()
     assert 1e-7 < np.abs(turn.rate[:, 0]).max() < 1e-5
     assert np.abs(turn.rate[:, 2]).min() > 5e-4
 

@@ -71,6 +71,8 @@ def _report_effects(head: EphemerisData, options: Namespace) -> None:
                 console.warn(f"left out: {effect}")
             else:
                 console.remark(options, f"left out: {effect}")
+        if plan.orbit:
+            console.remark(options, f"orbit: {plan.orbit}")
         verb = "estimated at" if plan.bound_source.startswith("estimated") else "below"
         console.remark(options, f"{plan.solver}; error {verb} {plan.error_bound:.1e} rad")
     for event in head.events:

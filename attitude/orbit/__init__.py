@@ -16,13 +16,17 @@ def parse_orbit(value: Any) -> OrbitDefinition:
     if not isinstance(value, dict):
         raise InputError("", value, "an orbit: Keplerian elements, a tle, times and positions, or a file")
     kepler, tle, table, file = orbit_forms()
+    tabular = {"times", "positions", "velocities", "file", "oem", "stk", "csv"} & value.keys()
+    if "j2" in value and (tabular or "tle" in value):
+        reason = "a tle, whose model has its own" if "tle" in value else "a table"
+        raise InputError("j2", value["j2"], f"no j2 beside {reason}")
     if {"file", "oem", "stk", "csv"} & value.keys():
         from .from_file import with_path
 
         return file.model_validate(with_path(value))
     if "tle" in value:
         return tle.model_validate(value)
-    return (table if {"times", "positions", "velocities"} & value.keys() else kepler).model_validate(value)
+    return (table if tabular else kepler).model_validate(value)
 
 
 def orbit_forms() -> tuple[type[OrbitDefinition], ...]:

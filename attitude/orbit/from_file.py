@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -38,6 +38,8 @@ class OrbitFile(AboutABody):
     is the one of several objects.  `frame` is that of a table which states none; by default the scene's.
     `ut1` is as that of a scene, for files in ITRF.
     """
+
+    FORM: ClassVar[str] = "file of positions"
 
     file: str | None = Field(None, min_length=1, examples=["satellite.oem"])
     oem: str | None = None

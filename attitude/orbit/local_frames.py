@@ -8,9 +8,17 @@ from ..errors import RegimeError
 from ..frames.inertial import FrameRotation
 from ..frames.rotations import conjugate, from_matrix, product
 from ..kernels import layout
-from ..problem.initial_state import OrbitPath, PiecewisePolynomial
+from ..problem.initial_state import OrbitPath
 from ..times import turn_rates
-from .path_states import TAU, as_polynomial, eccentric_anomaly, evaluate
+from .path_states import (
+    TAU,
+    as_polynomial,
+    eccentric_anomaly,
+    evaluate,
+    own_velocity,
+    position,
+    velocity,
+)
 
 # The sign of the quaternion is carried from knot to knot; the body moves by a few degrees between them.
 KNOTS_PER_INTERVAL = 8
@@ -24,7 +32,7 @@ def qsw(path: OrbitPath, t: np.ndarray, rest: np.ndarray | None = None) -> Frame
     """
     if path.numbers[0] == layout.KEPLER:
         return qsw_of_ellipse(path, t, np.zeros_like(t) if rest is None else rest)
-    return qsw_of_table(as_polynomial(path), t)
+    return qsw_of_table(path, t)
 
 
 def qsw_of_ellipse(path: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRotation:
@@ -42,24 +50,34 @@ def qsw_of_ellipse(path: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRot
     return FrameRotation(conjugate(axes), np.stack([zero, zero, rate], axis=-1))
 
 
-def qsw_of_table(polynomial: PiecewisePolynomial, t: np.ndarray) -> FrameRotation:
-    """Axes of the osculating plane, which acceleration normal to it turns about the radius."""
-    r, v, a = (evaluate(polynomial, t, derivative) for derivative in (0, 1, 2))
+def qsw_of_table(path: OrbitPath, t: np.ndarray) -> FrameRotation:
+    """Axes of the plane of position and velocity.
+
+    Along a TLE the velocity is SGP4's own, which is not the derivative of its positions: the rate is that of
+    the axes, by the derivatives r' and v', with h = r x v:
+    omega = (-h'.y / |h|, -r'.z / |r|, r'.y / |r|).
+    """
+    polynomial = as_polynomial(path)
+    r, v = position(path, t), velocity(path, t)
+    r_slope = evaluate(polynomial, t, 1)
+    v_slope = evaluate(polynomial, t, 2) if path.velocities is None else evaluate(own_velocity(path), t, 1)
     axes, distance, momentum = qsw_axes(r, v)
     quaternion = from_matrix(axes)
-    knots, x = _knots(polynomial), KNOTS_PER_INTERVAL * (t - polynomial.start) / polynomial.length
+    knots, x = _knots(path), KNOTS_PER_INTERVAL * (t - polynomial.start) / polynomial.length
     nearest = knots[np.clip(np.round(x), 0, len(knots) - 1).astype(np.int64)]
     quaternion *= np.where((nearest * quaternion).sum(axis=-1) < 0.0, -1.0, 1.0)[:, None]
-    across = (a * axes[..., 2]).sum(axis=-1)
-    rate = np.stack([distance * across / momentum, np.zeros_like(across), momentum / distance**2], axis=-1)
+    _, y, z = np.moveaxis(axes, -1, 0)
+    change = np.cross(r_slope, v) + np.cross(r, v_slope)
+    along = -(change * y).sum(axis=-1) / momentum
+    rate = np.stack([along, *((r_slope * axis).sum(axis=-1) / distance for axis in (-z, y))], axis=-1)
     return FrameRotation(conjugate(quaternion), rate)
 
 
-def _knots(polynomial: PiecewisePolynomial) -> np.ndarray:
+def _knots(path: OrbitPath) -> np.ndarray:
     """(m, 4): quaternions of the axes without sign changes; that nearest the epoch as by `from_matrix`."""
-    knots = np.arange(KNOTS_PER_INTERVAL * len(polynomial.coefficients) + 1)
+    knots, polynomial = np.arange(KNOTS_PER_INTERVAL * len(path.coefficients) + 1), as_polynomial(path)
     t = polynomial.start + polynomial.length / KNOTS_PER_INTERVAL * knots
-    q = from_matrix(qsw_axes(evaluate(polynomial, t), evaluate(polynomial, t, 1))[0])
+    q = from_matrix(qsw_axes(position(path, t), velocity(path, t))[0])
     changes = np.where((q[1:] * q[:-1]).sum(axis=-1) < 0.0, -1.0, 1.0)
     signs = np.concatenate([[1.0], np.cumprod(changes)])
     return q * (signs * signs[np.argmin(np.abs(t))])[:, None]

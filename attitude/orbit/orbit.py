@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from ..documents.fields import Part
 from ..documents.quantities import GravitationalParameter, Length, check_positive
@@ -25,20 +25,40 @@ class OrbitDefinition(Part):
         """
         raise NotImplementedError
 
+    def summary(self) -> str:
+        """The form of the orbit and its gravitational parameter, for people."""
+        return type(self).__name__
+
 
 class AboutABody(OrbitDefinition):
-    """About the Earth, or about a body by its `mu` and, where an effect needs it, its `radius`."""
+    """About the Earth, or about a body by its `mu` and, where an effect needs it, its `radius`.
+
+    `central_body: "earth"` keeps the Earth's rotation, field and Sun beside another `mu`.
+    """
+
+    FORM: ClassVar[str]
 
     mu: GravitationalParameter | None = None
     radius: Length | None = None
+    central_body: Literal["earth"] | None = None
 
     def central(self) -> CentralBody:
         """Return the central body; InputError where `mu` or `radius` is not positive."""
         check_positive(self, "mu", "radius")
-        if self.mu is None and self.radius is None:
-            return earth()
-        mu = earth().mu if self.mu is None else self.mu.si
-        return CentralBody(mu, None if self.radius is None else self.radius.si, is_earth=self.mu is None)
+        is_earth = self.mu is None or self.central_body == "earth"
+        nominal = earth()
+        mu = nominal.mu if self.mu is None else self.mu.si
+        radius = None if self.radius is None else self.radius.si
+        if radius is None and (self.central_body == "earth" or self.mu is None):
+            radius = nominal.radius
+        return CentralBody(mu, radius, is_earth)
+
+    def summary(self) -> str:
+        """The form of the orbit and its gravitational parameter, for people."""
+        central = self.central()
+        body = "about the Earth, " if central.is_earth else ""
+        source = " (nominal, IAU 2015 resolution B3: none is in the document)" if self.mu is None else ""
+        return f"{self.FORM}, {body}GM {central.mu:.10g} m3/s2{source}"
 
 
 def earth() -> CentralBody:

@@ -20,16 +20,18 @@ def position(path: OrbitPath, t: np.ndarray) -> np.ndarray:
 
 def velocity(path: OrbitPath, t: np.ndarray) -> np.ndarray:
     """(n, 3) m/s, inertial; t (n,) s since the epoch."""
+    if path.velocities is not None:
+        return evaluate(own_velocity(path), np.asarray(t, dtype=float))
     return state(path, np.asarray(t, dtype=float), 1)
 
 
 def evaluate(polynomial: PiecewisePolynomial, t: np.ndarray, derivative: int = 0) -> np.ndarray:
-    """(n, 3): the vector, or a derivative by time, s; the outermost polynomials extrapolate."""
+    """(n, c): the vector, or a derivative by time, s; the outermost polynomials extrapolate."""
     count, degree = polynomial.coefficients.shape[0], polynomial.coefficients.shape[2] - 1
     scaled = (t - polynomial.start) / polynomial.length
     interval = np.clip(np.floor(scaled), 0, count - 1).astype(np.int64)
     x, coefficients = 2.0 * (scaled - interval) - 1.0, polynomial.coefficients[interval]
-    value = np.zeros((t.size, 3))
+    value = np.zeros((t.size, coefficients.shape[1]))
     for k in range(degree, derivative - 1, -1):
         factor = math.perm(k, derivative)
         value = value * x[:, None] + factor * coefficients[:, :, k]
@@ -54,6 +56,23 @@ def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
         if not active.any():
             break
     return np.copysign(E, mean)
+
+
+def hyperbolic_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
+    """H with e sinh H - H = mean; mean (n,), e > 1.
+
+    Newton's method on abs(mean), where the function is convex, from the right of its root: e sinh H - H is
+    more than (e - 1) sinh H and than e H^3 / 6.
+    """
+    size = np.abs(mean)
+    H, active = np.minimum(np.arcsinh(size / (e - 1.0)), np.cbrt(6.0 * size / e)), size > 0.0
+    for _ in range(100):
+        step = (e * np.sinh(H) - H - size) / np.where(active, e * np.cosh(H) - 1.0, 1.0)
+        H = np.where(active, H - step, H)
+        active &= np.abs(step) > 1e-9 * np.maximum(1.0, H)  # its square is below rounding
+        if not active.any():
+            break
+    return np.copysign(H, mean)
 
 
 def least_distance(path: OrbitPath) -> float:
@@ -87,6 +106,12 @@ def samples(path: OrbitPath) -> np.ndarray:
 def as_polynomial(path: OrbitPath) -> PiecewisePolynomial:
     """Return the polynomials of a path that is not Keplerian."""
     return PiecewisePolynomial(float(path.numbers[1]), float(path.numbers[2]), path.coefficients)
+
+
+def own_velocity(path: OrbitPath) -> PiecewisePolynomial:
+    """Return the polynomials of the velocities that a path states beside its positions."""
+    assert path.velocities is not None
+    return PiecewisePolynomial(float(path.numbers[1]), float(path.numbers[2]), path.velocities)
 
 
 def state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:

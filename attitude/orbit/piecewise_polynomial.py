@@ -35,9 +35,9 @@ def interpolated(
 
     Parameters
     ----------
-    function : (n,) s -> (n, 3) m; evaluated within start to stop only
-    step : s, the longest interval; halved until the error is below tolerance times the vector's length
-        at ten points of every interval, halfway between those the polynomial goes through
+    function : (n,) s -> (n, 3) m, or with another vector (n, 6); evaluated within start to stop only
+    step : s, the longest interval; halved until the error of the first vector is below tolerance times its
+        length at ten points of every interval, halfway between those the polynomial goes through
     field : named in the error if that takes more than MAX_INTERVALS
     least_step : s, below which no interval is halved, whatever the error is
 
@@ -65,18 +65,18 @@ def interpolated_evenly(
     length = (stop - start) / count
     nodes, to_powers = _chebyshev()
     t = start + length * (np.arange(count)[:, None] + nodes)
-    values = _in_blocks(function, t.reshape(-1)).reshape(count, DEGREE + 1, 3)
+    values = _in_blocks(function, t.reshape(-1)).reshape(count, DEGREE + 1, -1)
     coefficients = np.ascontiguousarray(np.einsum("kj,pji->pik", to_powers, values))
     return PiecewisePolynomial(start, length, coefficients)
 
 
 def _in_blocks(function: VectorFunction, t: np.ndarray) -> np.ndarray:
     """The function's values at t, of which a million take seconds."""
-    values = np.empty((t.size, 3))
+    values = []
     for first in range(0, t.size, BLOCK_INSTANTS):
         stopping.check()
-        values[first : first + BLOCK_INSTANTS] = function(t[first : first + BLOCK_INSTANTS])
-    return values
+        values.append(function(t[first : first + BLOCK_INSTANTS]))
+    return np.concatenate(values)
 
 
 def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -> float:
@@ -85,8 +85,8 @@ def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -
     x = np.concatenate([[1e-3], between])  # and beside the end, where intervals meet
     intervals = np.arange(len(polynomial.coefficients))[:, None]
     t = (polynomial.start + polynomial.length * (intervals + x)).reshape(-1)
-    expected = _in_blocks(function, t)
-    error = np.sqrt(((evaluate(polynomial, t) - expected) ** 2).sum(axis=1))
+    expected = _in_blocks(function, t)[:, :3]
+    error = np.sqrt(((evaluate(polynomial, t)[:, :3] - expected) ** 2).sum(axis=1))
     length = np.sqrt((expected**2).sum(axis=1))
     return float((error / length).max()) if (length > 0.0).all() else math.inf
 

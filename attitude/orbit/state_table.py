@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernels import layout
-from ..problem.initial_state import CentralBody, OrbitPath, PiecewisePolynomial
+from ..problem.initial_state import CentralBody, OrbitPath
 from ..samples.interpolation import hermite_vectors, lagrange_basis, weighted
 from .path_states import evaluate
 from .piecewise_polynomial import interpolated, interpolated_evenly
+from .polynomial_path import PIECES_PER_REVOLUTION, tabulated_path
 
 MIN_POINTS = 4
 # Rows of the polynomials that are tried: of positions alone, and with velocities.  The error of each is its
@@ -32,7 +32,7 @@ MAX_RELATIVE_VELOCITY = 5e-3  # of the speed, by which a velocity may differ fro
 LEAST_RELATIVE_ERROR = 1e-12
 # Seconds that a span may reach beyond a table: dates are rounded to a microsecond.
 SLACK = 2e-6
-PIECES_PER_REVOLUTION, PIECES_PER_INTERVAL, MAX_PIECES = 12, 4, 200_000
+PIECES_PER_INTERVAL, MAX_PIECES = 4, 200_000
 
 Curve = Callable[[np.ndarray], np.ndarray]  # (n,) s -> (n, 3) m
 
@@ -150,16 +150,7 @@ def curves_path(
         return curve(t) + EXAGGERATION * (better(t) - curve(t))
 
     refined = interpolated_evenly(beyond, first, last, 2 * len(polynomial.coefficients))
-    return tabulated_path(polynomial, period, central, tabulated_path(refined, period, central))
-
-
-def tabulated_path(
-    polynomial: PiecewisePolynomial, period: float, central: CentralBody, refined: OrbitPath | None = None
-) -> OrbitPath:
-    """Return the path on piecewise polynomials; period in s."""
-    numbers = np.zeros(layout.ORBIT_WIDTH)
-    numbers[:3] = layout.TABLE, polynomial.start, polynomial.length
-    return OrbitPath(numbers, polynomial.coefficients, period, central, refined)
+    return tabulated_path(polynomial, period, central, refined)
 
 
 def interpolate_states(table: StateTable, count: int, t: np.ndarray, derivative: int = 0) -> np.ndarray:

@@ -78,6 +78,8 @@ class OrbitTable(AboutABody):
     At least four instants, in any steps.
     """
 
+    FORM: ClassVar[str] = "table of positions"
+
     times: OrbitTimes
     positions: OrbitPositions
     velocities: OrbitVelocities | None = None

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from ..documents.quantities import GravitationalParameter, check_positive
 from ..errors import InputError, warn
 from ..frames import inertial, rotations
 from ..frames.earth_fixed import teme
-from ..problem.initial_state import OrbitPath
+from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import instants
 from ..times.instants import as_instants
 from .orbit import OrbitDefinition, earth
-from .piecewise_polynomial import interpolated
-from .state_table import tabulated_path
+from .polynomial_path import PIECES_PER_REVOLUTION, function_path
 
 if TYPE_CHECKING:
     from astropy.time import Time
@@ -47,6 +47,7 @@ class TwoLine(OrbitDefinition):
     """
 
     tle: Annotated[list[str], AfterValidator(_plain_lines), Field(min_length=2, max_length=3)]
+    mu: GravitationalParameter | None = None
 
     @model_validator(mode="after")
     def _check(self) -> TwoLine:
@@ -57,7 +58,7 @@ class TwoLine(OrbitDefinition):
         return self
 
     def path(self, start: float, stop: float, epoch: Time | None, frame: str) -> OrbitPath:
-        """Interpolate the positions of SGP4 over the span and a twelfth of a revolution on either side."""
+        """Interpolate the states of SGP4 over the span and a twelfth of a revolution on either side."""
         from astropy.time import Time
 
         if epoch is None:
@@ -65,18 +66,32 @@ class TwoLine(OrbitDefinition):
         from_gcrf = inertial.from_gcrf(frame, "the positions of a TLE")
         satellite = self._satellite()
         period = 2.0 * np.pi / satellite.no_kozai * 60.0
-        step = period / 12.0
-        first, last = start - step, stop + step
+        margin = period / PIECES_PER_REVOLUTION
         elements_epoch = Time(satellite.jdsatepoch, satellite.jdsatepochF, format="jd", scale="utc")
         offset = float(as_instants(elements_epoch, epoch, "epoch").seconds)
 
-        def position(t: np.ndarray) -> np.ndarray:
-            in_teme = _teme(satellite, t - offset)
-            to_gcrf = teme(instants.Instants(t, None, epoch)).back()
-            return rotations.rotate(to_gcrf.quaternion, in_teme) @ from_gcrf.T
+        def states(t: np.ndarray) -> np.ndarray:
+            r, v = _teme(satellite, t - offset)
+            turn = teme(instants.Instants(t, None, epoch))
+            v = v + np.cross(turn.rate, r)  # of axes that precess
+            back = rotations.conjugate(turn.quaternion)
+            vectors = [rotations.rotate(back, vector) @ from_gcrf.T for vector in (r, v)]
+            return np.concatenate(vectors, axis=1)
 
-        polynomial = interpolated(position, first, last, step, TOLERANCE, "tle")
-        return tabulated_path(polynomial, period, earth())
+        return function_path(
+            states, (start - margin, stop + margin), period, self._central(), TOLERANCE, "tle"
+        )
+
+    def _central(self) -> CentralBody:
+        check_positive(self, "mu")
+        return earth() if self.mu is None else earth()._replace(mu=self.mu.si)
+
+    def summary(self) -> str:
+        """The form of the orbit and its gravitational parameter, for people."""
+        source = " (nominal, IAU 2015 resolution B3: none is in the document)" if self.mu is None else ""
+        return (
+            f"TLE, by SGP4 (WGS 72), about the Earth; GM of torques {self._central().mu:.10g} m3/s2{source}"
+        )
 
     def _satellite(self) -> Any:
         try:
@@ -117,16 +132,16 @@ def _check_line(line: str, i: int) -> None:
         raise InputError(field, line, f"a line whose checksum, column {LINE_LENGTH}, is {checksum}")
 
 
-def _teme(satellite: Any, t: np.ndarray) -> np.ndarray:
-    """(n, 3) m in TEME; t (n,) SI seconds since the elements' epoch."""
+def _teme(satellite: Any, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) m and m/s in TEME; t (n,) SI seconds since the elements' epoch."""
     days = np.floor(t / DAY)
     fraction = (t - days * DAY) / DAY + satellite.jdsatepochF
-    errors, positions, _ = satellite.sgp4_array(satellite.jdsatepoch + days, fraction)
+    errors, positions, velocities = satellite.sgp4_array(satellite.jdsatepoch + days, fraction)
     if errors.any():
         i = int(np.argmax(errors != 0))
         reason = f"sgp4 reports {t[i]:g} s after their epoch: {_reason(int(errors[i]))}"
         raise InputError("tle", "a TLE", f"elements that are valid over the whole span ({reason})")
-    return positions * 1e3
+    return positions * 1e3, velocities * 1e3
 
 
 def _reason(code: int) -> str:

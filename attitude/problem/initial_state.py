@@ -71,6 +71,8 @@ class OrbitPath(NamedTuple):
     period : s, of one revolution; approximate for a table
     central : the body that is orbited; None if only positions are needed
     refined : a more exact path, by which the error of this one is estimated; None where it has none
+    velocities : as coefficients, m/s, where a model states velocities that are not the derivative of its
+        positions (SGP4): those of local frames and outputs
     """
 
     numbers: np.ndarray
@@ -78,6 +80,7 @@ class OrbitPath(NamedTuple):
     period: float
     central: CentralBody | None = None
     refined: OrbitPath | None = None
+    velocities: np.ndarray | None = None
 
 
 class Spin(NamedTuple):

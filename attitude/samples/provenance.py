@@ -28,6 +28,7 @@ class Plan:
         motion multiplies it so that it is not in all of the ephemeris; else None
     notes : how input was taken that is not as it should be (quaternions of few digits ...); for most of them
         there was an AttitudeWarning
+    orbit : the form of a scene's orbit and its gravitational parameter, where an effect uses it
     """
 
     solver: str
@@ -40,6 +41,7 @@ class Plan:
     left_out: tuple[str, ...] = ()
     tolerance_span: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
+    orbit: str = ""
 
     @property
     def compute_seconds(self) -> float:

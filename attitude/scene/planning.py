@@ -14,6 +14,7 @@ from ..problem.initial_state import InitialState, Spin
 if TYPE_CHECKING:
     from ..effects.effect import Effect
     from ..motion import TorqueFreeMotion
+    from ..orbit.orbit import OrbitDefinition
 
 
 class Described(Protocol):
@@ -30,6 +31,10 @@ class Described(Protocol):
     @property
     def effects(self) -> Sequence[Effect]:
         """In the document's order."""
+
+    @property
+    def orbit(self) -> OrbitDefinition | None:
+        """The orbit of the document."""
 
     @property
     def times(self) -> Any:
@@ -113,6 +118,7 @@ class ScenePlan:
     tolerance_span : s, in which the tolerance is predicted to be kept, where the motion multiplies errors so
         that it is not over the whole span; else None
     notes : how values of the document were taken that are not as they should be
+    orbit : the form of the orbit and its gravitational parameter, where an effect uses it
     """
 
     name: str
@@ -128,6 +134,7 @@ class ScenePlan:
     candidates: tuple[tuple[str, float, float, float], ...] = ()
     tolerance_span: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
+    orbit: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; units in the names."""
@@ -150,6 +157,7 @@ class ScenePlan:
             "predicted_s": self.predicted_seconds,
             "tolerance_span_s": self.tolerance_span,
             **({"notes": self.notes} if self.notes else {}),
+            **({"orbit": self.orbit} if self.orbit else {}),
             "considered": [
                 {"solver": solver, "setting": setting, "predicted_error_rad": error, "predicted_s": seconds}
                 for solver, setting, error, seconds in self.candidates
@@ -164,6 +172,8 @@ class ScenePlan:
             lines += _under(effect.type, f"{mark}: {effect.reason}")
             if effect.torque:
                 lines += _under("", effect.size)
+        if self.orbit:
+            lines += _under("orbit", self.orbit)
         steps = "" if self.step is None else f", steps of {self.step:.3g} s"
         lines += _under("solver", self.solver + steps)
         error = f"error {self.predicted_error:.1e} rad (asked for: {self.tolerance:.1e})"

@@ -95,6 +95,12 @@ class SimulationInputs:
         return self.initial_state.position is not None
 
     @property
+    def orbit(self) -> str:
+        """The form of the orbit and its gravitational parameter, where it is used."""
+        definition = self.scene.orbit
+        return "" if definition is None or self.initial_state.orbit_path is None else definition.summary()
+
+    @property
     def pushes(self) -> list[AppliedImpulse]:
         """Impulses that change the velocity of the centre of mass, where it is simulated."""
         return [kick for kick in self.kicks if self.moves and kick.linear.any()]
@@ -198,6 +204,7 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
         tuple((name, one.step, error, one.seconds) for one in considered),
         kept,
         inputs.notes,
+        inputs.orbit,
     )
 
 
@@ -228,6 +235,7 @@ def run(inputs: SimulationInputs, check: Check | None = None, instants: Instants
             f"{effect.type}: {effect.reason}" for effect in inputs.effects if not effect.simulated
         ),
         notes=inputs.notes,
+        orbit=inputs.orbit,
     )
     return replace(ephemeris, resample=lambda others: run(inputs, check, others), plan=plan)
 

@@ -49,7 +49,11 @@ def plan_of(plan: Plan | None, samples: Samples) -> dict[str, Any] | None:
     """How the ephemeris was computed, and its error bound, as plain data; None of one read from a file."""
     if plan is None:
         return None
-    optional = {"tolerance_span_s": plan.tolerance_span, "notes": plan.notes or None}
+    optional = {
+        "tolerance_span_s": plan.tolerance_span,
+        "notes": plan.notes or None,
+        "orbit": plan.orbit or None,
+    }
     return {
         "solver": plan.solver,
         "samples": math.prod(samples.shape),
