@@ -27,6 +27,7 @@ BOUNDED = {
     "kernels.cayley_klein": CHUNKS,
     "kernels.clock": CHUNKS,
     "kernels.invariants": "one pass over bodies, of which a request has one",
+    "kernels.lanes": "one pass over bodies, of which a request has one",
     "kernels.principal": "one pass over bodies, of which a request has one",
     "kernels.expansion": "at most 4**4 terms: the products of four numbers of two parts",
     "kernels.elliptic.mean_with_one": "the arithmetic-geometric mean of doubles converges in 12 turns",

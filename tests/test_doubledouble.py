@@ -10,8 +10,7 @@ from mpmath import mp, mpf
 from numba import njit
 
 from attitude.kernels import doubledouble as dd
-from attitude.kernels import elliptic, expansion
-from attitude.kernels.layout import workspace
+from attitude.kernels import elliptic, expansion, layout
 from attitude.runtime import compiled
 
 # u^2 = 2^-106, 1.2e-32: the unit of Joldes, Muller & Popescu's theorems, whose bounds these are.
@@ -274,6 +273,9 @@ CONSTANT = {
 @pytest.mark.parametrize(("tensor", "rate", "expected"), CONSTANT.values(), ids=CONSTANT)
 @pytest.mark.parametrize("scale", [1.0, 2.0**-500, 2.0**500])
 def test_constant_rate_is_decided_without_rounding(tensor, rate, expected, scale):
-    computed = np.empty(1, dtype=bool)
-    compiled.rate_is_constant(np.array([tensor]) * scale, np.array([rate]), computed, *workspace())
-    assert bool(computed[0]) is expected
+    moments, axes = np.empty((1, 3, 2)), np.empty((1, 3, 3, 2))
+    tensors, attitudes = np.array([tensor]) * scale, np.array([[1.0, 0.0, 0.0, 0.0]])
+    compiled.principal_axes(tensors, moments, axes, np.empty((3, 3, 2)))
+    record = np.zeros(1, layout.INVARIANTS)
+    compiled.invariants(tensors, moments, axes, np.array([rate]), attitudes, record, *layout.workspace())
+    assert (record["regime"][0] == layout.CONSTANT_RATE) is np.bool_(expected)

@@ -5,9 +5,9 @@ that a rate needs as many digits beyond those of the phase as the time has.
 
 Error bounds (in units of 2**-106, relative): add 3, mul 5, div 10, sqrt 25/8.
 Source: Joldes, Muller, Popescu, "Tight and rigorous error bounds for basic building blocks
-of double-word arithmetic", ACM TOMS 44 (2017), algorithms 6, 12 and 17; for the square root Lefevre,
-Louvet, Muller, Picot, Rideau, "Accurate calculation of Euclidean norms using double-word
-arithmetic", ACM TOMS 49 (2023).
+of double-word arithmetic", ACM TOMS 44 (2017), algorithms 6, 12 and 17 (the quick ones 5 and 17 with one
+division less); for the square root Lefevre, Louvet, Muller, Picot, Rideau, "Accurate calculation of
+Euclidean norms using double-word arithmetic", ACM TOMS 49 (2023).
 """
 
 import math
@@ -25,11 +25,12 @@ TURN = (6.283185307179586, 2.4492935982947064e-16)  # radians
 PER_TURN = (0.15915494309189535, -9.839338337591243e-18)  # turns per radian
 
 
-def _two_part(exact):
+def two_part(exact):
+    """The two doubles nearest to a fraction."""
     return float(exact), float(exact - Fraction(float(exact)))
 
 
-INVERSE_FACTORIAL = np.array([_two_part(Fraction(1, math.factorial(n))) for n in range(24)])
+INVERSE_FACTORIAL = np.array([two_part(Fraction(1, math.factorial(n))) for n in range(24)])
 
 
 @inlined
@@ -40,7 +41,7 @@ def two_sum(a, b):
     return hi, (a - (hi - t)) + (b - t)
 
 
-@routine
+@inlined
 def fast_two_sum(a, b):
     """a + b = hi + lo exactly, for abs(a) >= abs(b) or a = 0."""
     hi = a + b
@@ -54,7 +55,7 @@ def two_product(a, b):
     return hi, fma(a, b, -hi)
 
 
-@routine
+@inlined
 def pair(array):
     """The two numbers of an array."""
     return array[0], array[1]
@@ -67,19 +68,19 @@ def store(array, a):
     array[1] = a[1]
 
 
-@routine
+@inlined
 def neg(a):
     """-a."""
     return -a[0], -a[1]
 
 
-@routine
+@inlined
 def scale(a, power_of_two):
     """Exact: the factor is a power of two."""
     return a[0] * power_of_two, a[1] * power_of_two
 
 
-@routine
+@inlined
 def add(a, b):
     """a + b."""
     s, e = two_sum(a[0], b[0])
@@ -88,13 +89,13 @@ def add(a, b):
     return fast_two_sum(s, e + f)
 
 
-@routine
+@inlined
 def sub(a, b):
     """a - b."""
     return add(a, (-b[0], -b[1]))
 
 
-@routine
+@inlined
 def mul(a, b):
     """a * b."""
     p, e = two_product(a[0], b[0])
@@ -102,13 +103,13 @@ def mul(a, b):
     return fast_two_sum(p, e)
 
 
-@routine
+@inlined
 def square(a):
     """a * a."""
     return mul(a, a)
 
 
-@routine
+@inlined
 def div(a, b):
     """a / b."""
     q1 = a[0] / b[0]
@@ -119,7 +120,29 @@ def div(a, b):
     return fast_two_sum(q, e + r[0] / b[0])
 
 
-@routine
+@inlined
+def quick_add(a, b):
+    """a + b, off by 3 units of the greater of a and b where signs differ: for numbers rounded themselves."""
+    s, e = two_sum(a[0], b[0])
+    return fast_two_sum(s, e + (a[1] + b[1]))
+
+
+@inlined
+def quick_sub(a, b):
+    """a - b, as `quick_add`."""
+    return quick_add(a, (-b[0], -b[1]))
+
+
+@inlined
+def quick_div(a, b):
+    """a / b, off by 15 units at most."""
+    q = a[0] / b[0]
+    p, e = two_product(b[0], q)
+    p, e = fast_two_sum(p, fma(b[1], q, e))
+    return fast_two_sum(q, ((a[0] - p) + (a[1] - e)) / b[0])
+
+
+@inlined
 def sqrt(a):
     """Square root; zero gives zero."""
     if a[0] <= 0.0:

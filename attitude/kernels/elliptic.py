@@ -8,7 +8,10 @@ Source: DLMF 19.8(i) (AGM), 19.25.5 and 19.36(i) (R_F).
 
 import math
 
-from .doubledouble import ONE, PI, ZERO, add, div, mul, scale, sqrt, square, sub
+from .doubledouble import ONE, PI, ZERO, mul, scale, sqrt, square
+from .doubledouble import quick_add as add
+from .doubledouble import quick_div as div
+from .doubledouble import quick_sub as sub
 from .intrinsics import routine
 
 

@@ -7,7 +7,6 @@ leave the range of a double are avoided: the formulas are in roots (r21, S3, k, 
 """
 
 import math
-from typing import NamedTuple
 
 from . import quaternion
 from .doubledouble import (
@@ -15,8 +14,6 @@ from .doubledouble import (
     PER_TURN,
     PI,
     ZERO,
-    add,
-    div,
     exp,
     hypot,
     mul,
@@ -28,56 +25,37 @@ from .doubledouble import (
     sqrt,
     square,
     store,
-    sub,
 )
+from .doubledouble import quick_add as add
+from .doubledouble import quick_div as div
+from .doubledouble import quick_sub as sub
+from .doubledouble import sub as exact_sub
 from .elliptic import carlson_rf, quarter_period
 from .intrinsics import kernel, routine
 from .layout import CONSTANT_RATE, THETA, TRANSFORMED
-from .principal import over_powers_of_two
+from .principal import over_powers_of_two, rate_is_constant
 from .regime import ascending, decide_regime, root_of_D, root_of_D_of_tensor
-
-# At this complementary parameter (m = 0.97, q = 0.207) the degree-four polynomials of eq. (31) leave
-# out 2 q^25 = 1.6e-17; below it the transformed series, with Q < 0.044, is shorter.
-TRANSFORM_BELOW = 0.03
+from .theta_coefficients import (
+    TRANSFORM_BELOW,
+    Polhode,
+    Series,
+    alternating,
+    factors_at_start,
+    frame_matrix,
+    polynomial,
+    theta_direction,
+    theta_functions,
+    theta_start,
+    theta_terms,
+    times,
+)
 
 # Below this the products that make up D from a tensor's own numbers leave the range of a double.
 SMALLEST_ROOT = 1e-120
 
 
-class Polhode(NamedTuple):
-    """The polhode and the start of the motion on it (theory, section 3)."""
-
-    s: float
-    gamma: tuple
-    r21: tuple  # sqrt abs(a2 - a1), and so on
-    r31: tuple
-    r32: tuple
-    A1: tuple
-    A2: tuple
-    A3: tuple
-    k: tuple
-    k1: tuple
-    u_rate: tuple
-    spin_rates: tuple  # L a1, L a2, L a3
-    mean_rate: tuple  # L/2 (a1 + a31 A3), the part of lambda outside the series
-
-
-class Series(NamedTuple):
-    """Coefficients of the two theta functions, and the rates of their phases."""
-
-    precession: tuple
-    argument: tuple
-    argument0: tuple
-    alpha_re: tuple
-    alpha_im: tuple
-    beta_re: tuple
-    beta_im: tuple
-    alpha: tuple  # at t = 0, unit together with beta
-    beta: tuple
-
-
 @kernel
-def invariants(tensors, moments, axes, rates, attitudes, constant, out, *space):
+def invariants(tensors, moments, axes, rates, attitudes, out, *space):
     """Fill out[b] for each body.
 
     Parameters
@@ -87,7 +65,6 @@ def invariants(tensors, moments, axes, rates, attitudes, constant, out, *space):
     axes : (n, 3, 3, 2), rows are the principal axes in the body frame, two parts
     rates : (n, 3), body rate, rad/s
     attitudes : (n, 4), wxyz, near unit (normalised here in two parts)
-    constant : (n,), whether omega is parallel to I omega (`principal.rate_is_constant`)
     out : (n,) of INVARIANTS, written where not zero
     space : `layout.workspace()`
     """
@@ -95,10 +72,7 @@ def invariants(tensors, moments, axes, rates, attitudes, constant, out, *space):
         attitude = quaternion.normalised(
             ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
         )
-        if constant[b]:
-            constant_rate_motion(rates[b], attitude, out[b])
-        else:
-            polhode_motion(tensors[b], moments[b], axes[b], rates[b], attitude, space, out[b])
+        polhode_motion(tensors[b], moments[b], axes[b], rates[b], attitude, space, out[b])
 
 
 @routine
@@ -130,9 +104,13 @@ def constant_rate_motion(rate, attitude, out):
 
 @routine
 def polhode_motion(tensor, moments, axes, rate, attitude, space, out):
-    """Constants of a motion whose rate is not constant, its regime among them."""
+    """Constants of the motion, its regime among them."""
     unit = power_of_two_near(max(abs(rate[0]), abs(rate[1]), abs(rate[2])))
     size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
+    scaled_tensor, scaled_rate = over_powers_of_two(tensor, size, rate, unit, space[3])
+    if rate_is_constant(scaled_tensor, scaled_rate, None, space):
+        constant_rate_motion(rate, attitude, out)
+        return
     # only ratios of moments reach the attitude: the greatest is brought to [1, 2)
     inertia = (
         scale(pair(moments[0]), 1.0 / size),
@@ -148,8 +126,7 @@ def polhode_motion(tensor, moments, axes, rate, attitude, space, out):
     diagonal = tensor[0, 1] == 0.0 and tensor[0, 2] == 0.0 and tensor[1, 2] == 0.0
     root_D, sign_D = root_of_D(inertia, omega, lo, mid, hi, space)
     if not diagonal and root_D[0] > SMALLEST_ROOT:
-        tensor, rate_over_unit = over_powers_of_two(tensor, size, rate, unit, space[3])
-        root_D, sign_D = root_of_D_of_tensor(tensor, rate_over_unit, inertia, lo, mid, hi, space)
+        root_D, sign_D = root_of_D_of_tensor(scaled_tensor, scaled_rate, inertia, lo, mid, hi, space)
     first, third = (hi, lo) if sign_D < 0.0 else (lo, hi)
     polhode, signs = polhode_of(inertia, omega, first, mid, third, root_D)
     if polhode.A1[0] == 0.0 or polhode.r32[0] == 0.0 or polhode.u_rate[0] == 0.0:
@@ -186,7 +163,7 @@ def component_along(axis, rate, factor):
 @routine
 def root_of_difference(I_i, I_j):
     """sqrt(abs(1/I_j - 1/I_i)) from the difference of the moments."""
-    difference = sub(I_i, I_j)
+    difference = exact_sub(I_i, I_j)
     if difference[0] < 0.0:
         difference = neg(difference)
     return div(sqrt(difference), mul(sqrt(I_i), sqrt(I_j)))
@@ -270,123 +247,6 @@ def theta_phase_sum(q, E, E_prime):
 
 
 @routine
-def theta_terms(q, E, E_prime):
-    """a_n, b_n of theta4 and c_k, d_k of theta1 relative to its first, n and k from 0 to 3 (eqs. 17, 18).
-
-    The d_k are (1 - E) times sums of one sign, sinh (2k+1)h / sinh h = sum_j e^2jh: where the two
-    moments beside axis 1 are nearly equal h is as small, and all of beta is of that size.
-    """
-    q2, P2, E2 = square(q), square(E_prime), square(E)
-    q3, q4 = mul(q2, q), square(q2)
-    q8, P3, E3 = square(q4), mul(P2, E_prime), mul(E2, E)
-    near1, far1 = mul(q, E_prime), mul(q2, E)
-    near2, far2 = mul(mul(q4, q2), P2), mul(q8, E2)
-    near3, far3 = mul(mul(q8, mul(q4, q3)), P3), mul(mul(square(q8), q2), E3)
-    a = ONE, neg(add(near1, far1)), add(near2, far2), neg(add(near3, far3))
-    b = ZERO, neg(sub(near1, far1)), sub(near2, far2), neg(sub(near3, far3))
-    q10, q21 = mul(q8, q2), mul(mul(square(q8), q4), q)
-    near1, far1 = mul(q3, E_prime), mul(q4, E2)
-    near2, far2 = mul(q10, P2), mul(mul(q8, q4), E3)
-    near3, far3 = mul(q21, P3), mul(mul(q21, q3), square(E2))
-    c = add(ONE, E), neg(add(near1, far1)), add(near2, far2), neg(add(near3, far3))
-    sum1 = add(near1, mul(q4, add(ONE, E)))
-    sum2 = add(near2, mul(q10, add(mul(q, E_prime), mul(q2, add(ONE, add(E, E2))))))
-    far3 = mul(q2, add(E_prime, mul(q, add(add(ONE, E), add(E2, E3)))))
-    sum3 = add(near3, mul(q21, add(mul(q, P2), far3)))
-    first = sub(ONE, E)
-    d = first, neg(mul(first, sum1)), mul(first, sum2), neg(mul(first, sum3))
-    return a, b, c, d
-
-
-@routine
-def _sum4(x):
-    return add(add(x[0], x[1]), add(x[2], x[3]))
-
-
-@routine
-def factors_at_start(polhode, sum_alpha, sum_beta):
-    """Factors that make abs(alpha)^2 = (1 + A3)/2 and abs(beta)^2 = (1 - A3)/2 at u = 0 (eq. 19)."""
-    root = sqrt(scale(add(ONE, polhode.A3), 0.5))
-    return div(root, sum_alpha), div(scale(div(polhode.A1, root), 0.5), sum_beta)
-
-
-@routine
-def _times(factor, x):
-    return mul(factor, x[0]), mul(factor, x[1]), mul(factor, x[2]), mul(factor, x[3])
-
-
-@routine
-def _linear(w0, w1, w2, w3, x):
-    """w0 x0 + w1 x1 + w2 x2 + w3 x3 with small whole weights."""
-    total = add(mul(x[0], (w0, 0.0)), mul(x[1], (w1, 0.0)))
-    return add(total, add(mul(x[2], (w2, 0.0)), mul(x[3], (w3, 0.0))))
-
-
-@routine
-def powers_of_cosine(a, b, c, d):
-    """From multiple angles to powers of w = cos 2v (eq. 22)."""
-    alpha_re = (
-        _linear(1.0, 0.0, -1.0, 0.0, a),
-        _linear(0.0, 1.0, 0.0, -3.0, a),
-        _linear(0.0, 0.0, 2.0, 0.0, a),
-        _linear(0.0, 0.0, 0.0, 4.0, a),
-    )
-    alpha_im = _linear(0.0, 1.0, 0.0, -1.0, b), scale(b[2], 2.0), scale(b[3], 4.0), ZERO
-    beta_re = (
-        _linear(1.0, 1.0, -1.0, -1.0, c),
-        _linear(0.0, 2.0, 2.0, -4.0, c),
-        _linear(0.0, 0.0, 4.0, 4.0, c),
-        scale(c[3], 8.0),
-    )
-    beta_im = (
-        neg(_linear(1.0, -1.0, -1.0, 1.0, d)),
-        neg(_linear(0.0, 2.0, -2.0, -4.0, d)),
-        neg(_linear(0.0, 0.0, 4.0, -4.0, d)),
-        scale(d[3], -8.0),
-    )
-    return alpha_re, alpha_im, beta_re, beta_im
-
-
-@routine
-def even_cosines(x):
-    """Coefficients of 1 + 2 x1 cos 2v + 2 x2 cos 4v + ... as powers of w = cos 2v."""
-    p0 = add(sub(ONE, scale(x[2], 2.0)), scale(x[4], 2.0))
-    p2 = sub(scale(x[2], 4.0), scale(x[4], 16.0))
-    return p0, sub(scale(x[1], 2.0), scale(x[3], 6.0)), p2, scale(x[3], 8.0), scale(x[4], 16.0)
-
-
-@routine
-def odd_cosines(x):
-    """sum x_n cos (2n+1)v / cos v as powers of w; with every second sign changed, of sines in -w."""
-    p0 = add(sub(sub(x[0], x[1]), sub(x[2], x[3])), x[4])
-    p1 = add(sub(scale(x[1], 2.0), scale(x[2], 2.0)), sub(scale(x[4], 4.0), scale(x[3], 4.0)))
-    p2 = sub(sub(scale(x[2], 4.0), scale(x[3], 4.0)), mul(x[4], (12.0, 0.0)))
-    return p0, p1, p2, sub(scale(x[3], 8.0), scale(x[4], 8.0)), scale(x[4], 16.0)
-
-
-@routine
-def write_theta_direction(polhode, q, out):
-    """gamma = (A1 cn, s A2 sn, A3 dn) as theta quotients of nome q (eq. 31), made exact at u = 0 and K."""
-    q2 = square(q)
-    q4 = square(q2)
-    q6, q8, q9 = mul(q4, q2), square(q4), mul(square(q4), q)
-    even = (ONE, q, q4, q9, square(q8))  # q^(n^2)
-    odd = (ONE, q2, q6, square(q6), mul(square(q8), q4))  # q^(n(n+1))
-    theta3, theta2 = even_cosines(even), odd_cosines(odd)
-    theta4, theta1 = (*_alternating(theta3), theta3[4]), (*_alternating(theta2), theta2[4])
-    at_zero2 = add(_sum4(theta2), theta2[4])
-    at_zero3, at_zero4 = add(_sum4(theta3), theta3[4]), add(_sum4(theta4), theta4[4])
-    factor1 = mul(polhode.A1, div(at_zero4, at_zero2))
-    factor2 = mul(scale(polhode.A2, polhode.s), div(at_zero3, at_zero2))
-    factor3 = mul(polhode.A3, div(at_zero4, at_zero3))
-    for i in range(5):
-        out.direction[0, i] = mul(factor1, theta2[i])[0]
-        out.direction[1, i] = mul(factor2, theta1[i])[0]
-        out.direction[2, i] = mul(factor3, theta3[i])[0]
-        out.direction[3, i] = theta4[i][0]
-
-
-@routine
 def write_transformed_direction(polhode, Q, out):
     """Factors that make gamma's quotients (eq. 32) A1 and A3 at u = 0, and s A2 at u = K."""
     Q2 = square(Q)
@@ -402,41 +262,25 @@ def write_transformed_direction(polhode, Q, out):
 
 
 @routine
-def _polynomial(p, w):
-    return add(p[0], mul(w, add(p[1], mul(w, add(p[2], mul(w, p[3]))))))
-
-
-@routine
 def theta_series(polhode, K, K_prime, u0, out):
     """Section 4 of the theory: nome exp(-pi K'/K), argument v = pi u / 2K."""
     q, E, E_prime = nomes(polhode, K, K_prime, out)
-    write_theta_direction(polhode, q, out)
-    a, b, c, d = theta_terms(q, E, E_prime)
-    factor_a, factor_b = factors_at_start(polhode, _sum4(a), _sum4(d))
-    s = polhode.s
-    a, b = _times(factor_a, a), _times(scale(factor_a, s), b)
-    c, d = _times(scale(factor_b, s), c), _times(factor_b, d)
-    alpha_re, alpha_im, beta_re, beta_im = powers_of_cosine(a, b, c, d)
+    direction = theta_direction((polhode.A1, scale(polhode.A2, polhode.s), polhode.A3), q)
+    for i in range(4):
+        for j in range(5):
+            out.direction[i, j] = direction[i][j][0]
+    functions = theta_functions(polhode.s, polhode.A1, polhode.A3, theta_terms(q, E, E_prime))
 
     v_per_u = div(scale(PI, 0.5), K)
     v_rate, v0 = mul(polhode.u_rate, v_per_u), mul(u0, v_per_u)
-    drift = scale(mul(v_rate, theta_phase_sum(q, E, E_prime)), 2.0 * s)
-
-    sine, cosine = sin_cos(v0)
-    w = sub(square(cosine), square(sine))
-    alpha = _polynomial(alpha_re, w), mul(scale(mul(sine, cosine), 2.0), _polynomial(alpha_im, w))
-    beta = mul(sine, _polynomial(beta_re, w)), mul(cosine, _polynomial(beta_im, w))
+    drift = scale(mul(v_rate, theta_phase_sum(q, E, E_prime)), 2.0 * polhode.s)
     out.route, out.nome = THETA, q[0]
     return Series(
         mul(add(polhode.mean_rate, drift), PER_TURN),
         mul(v_rate, PER_TURN),
         mul(v0, PER_TURN),
-        alpha_re,
-        alpha_im,
-        beta_re,
-        beta_im,
-        alpha,
-        beta,
+        *functions,
+        *theta_start(functions, *sin_cos(v0)),
     )
 
 
@@ -472,11 +316,6 @@ def transformed_terms(x, Q):
 
 
 @routine
-def _alternating(x):
-    return x[0], neg(x[1]), x[2], neg(x[3])
-
-
-@routine
 def transformed_series(polhode, K, K_prime, u0, out):
     """Section 5 of the theory: nome exp(-pi K / 2K'), argument y = pi u / 4K'; K may be infinite."""
     s = polhode.s
@@ -492,12 +331,12 @@ def transformed_series(polhode, K, K_prime, u0, out):
 
     write_transformed_direction(polhode, Q, out)
     cosines, sines = transformed_terms(x, Q)
-    alternating_sines = _alternating(sines)
-    sum_alpha, sum_beta = _polynomial(cosines, Q), _polynomial(alternating_sines, Q)
-    factor_a, factor_b = factors_at_start(polhode, sum_alpha, sum_beta)
-    alpha_re, alpha_im = _times(factor_a, cosines), _times(scale(factor_a, -s), sines)
-    beta_re = _times(scale(factor_b, s), _alternating(cosines))
-    beta_im = _times(neg(factor_b), alternating_sines)
+    alternating_sines = alternating(sines)
+    sum_alpha, sum_beta = polynomial(cosines, Q), polynomial(alternating_sines, Q)
+    factor_a, factor_b = factors_at_start(polhode.A1, polhode.A3, sum_alpha, sum_beta)
+    alpha_re, alpha_im = times(factor_a, cosines), times(scale(factor_a, -s), sines)
+    beta_re = times(scale(factor_b, s), alternating(cosines))
+    beta_im = times(neg(factor_b), alternating_sines)
 
     y_rate, y0 = mul(polhode.u_rate, y_per_u), mul(u0, y_per_u)
     drift = scale(mul(y_rate, transformed_phase_sum(x, Q)), s)
@@ -519,10 +358,10 @@ def transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
     e = exp(scale(size, -2.0))
     z = div(Q, e) if Q[0] > 0.0 else ZERO
     z_far = mul(Q, e)
-    alpha_r = add(_polynomial(alpha_re, z), mul(e, _polynomial(alpha_re, z_far)))
-    alpha_i = scale(sub(_polynomial(alpha_im, z), mul(e, _polynomial(alpha_im, z_far))), sign)
-    beta_r = scale(sub(_polynomial(beta_re, z), mul(e, _polynomial(beta_re, z_far))), sign)
-    beta_i = add(_polynomial(beta_im, z), mul(e, _polynomial(beta_im, z_far)))
+    alpha_r = add(polynomial(alpha_re, z), mul(e, polynomial(alpha_re, z_far)))
+    alpha_i = scale(sub(polynomial(alpha_im, z), mul(e, polynomial(alpha_im, z_far))), sign)
+    beta_r = scale(sub(polynomial(beta_re, z), mul(e, polynomial(beta_re, z_far))), sign)
+    beta_i = add(polynomial(beta_im, z), mul(e, polynomial(beta_im, z_far)))
     sine, cosine = sin_cos(mul(scale(PI, 2.0), mul(slip, y0)))
     alpha = sub(mul(alpha_r, cosine), mul(alpha_i, sine)), add(mul(alpha_r, sine), mul(alpha_i, cosine))
     beta = sub(mul(beta_r, cosine), mul(beta_i, sine)), add(mul(beta_r, sine), mul(beta_i, cosine))
@@ -550,22 +389,12 @@ def _signed(axis, sign):
 
 @routine
 def write_frame(R_PB, series, attitude, out):
-    """q(t) = q_IM * q_MP(t) * q_PB with q_IM from q(0), as one 4 by 4 matrix on q_MP (eq. 5)."""
-    q_PB = quaternion.from_rotation_matrix(R_PB)
-    q_MP = quaternion.normalised((series.alpha[0], series.beta[0], series.beta[1], series.alpha[1]))
-    q_IM = quaternion.product(
-        quaternion.product(attitude, quaternion.conjugate(q_PB)), quaternion.conjugate(q_MP)
-    )
-    for column in range(4):
-        unit = (
-            ONE if column == 0 else ZERO,
-            ONE if column == 1 else ZERO,
-            ONE if column == 2 else ZERO,
-            ONE if column == 3 else ZERO,
-        )
-        q = quaternion.product(quaternion.product(q_IM, unit), q_PB)
-        for i in range(4):
-            out.frame[i, column] = q[i][0]
+    """Write the matrix on q_MP that gives the attitude."""
+    (w, z), (x, y) = series.alpha, series.beta
+    frame = frame_matrix(quaternion.from_rotation_matrix(R_PB), (w, x, y, z), attitude)
+    for i in range(4):
+        for j in range(4):
+            out.frame[i, j] = frame[i][j]
 
 
 @routine

@@ -227,6 +227,14 @@ PARTIALS = np.dtype(
     ]
 )
 
+# Bodies whose constants are computed together in vector lanes, and the rows of that kernel's workspace: those
+# of a record, then whether the body is served; q, E and E'; two-part moments; rate, attitude; axes.  From row
+# to row an odd number of cache lines: no two rows share a set.
+LANE_BLOCK, LANE_PITCH = 64, 72
+LANE_SERVED = INVARIANTS.itemsize // 8
+LANE_NOMES, LANE_MOMENTS, LANE_RATE, LANE_ATTITUDE, LANE_AXES = (LANE_SERVED + n for n in (1, 4, 10, 13, 17))
+LANE_ROWS = LANE_AXES + 18
+
 # How a gyrostat's samples are computed, and what motion it is (docs/theory.md, section 11).
 CIRCLING_SERIES, SWINGING_SERIES, TRANSFORMED_SERIES = range(3)
 CONSTANT, TWO_TURNS, CIRCLING_PATH, SWINGING_PATH, SEPARATRIX_PATH = range(5)

@@ -8,7 +8,6 @@ from .doubledouble import (
     mul,
     neg,
     pair,
-    power_of_two_near,
     scale,
     sqrt,
     square,
@@ -92,31 +91,46 @@ def jacobi_angle(a, b, off):
     return t, c, mul(t, c)
 
 
-@kernel
-def rate_is_constant(tensors, rates, constant, *space):
-    """constant[b]: whether omega is parallel to I omega, decided without rounding.
+@routine
+def rate_is_constant(tensor, rate, rotor, space):
+    """Whether omega x (I omega + h) is zero, decided without rounding.
 
-    tensors : (n, 3, 3), rates : (n, 3), both brought to order one by powers of two;
-    constant : (n,), written; space : `layout.workspace()`
+    tensor : (3, 3), rate : (3,), rotor : its momentum h (3) or None; all scaled to order one
+    space : `layout.workspace()`
     """
-    parts, work, factors, numbers = space
-    factors = factors[:3]
-    factors[:, 1] = 0.0
-    for b in range(tensors.shape[0]):
-        size = power_of_two_near(_greatest(tensors[b]))
-        unit = power_of_two_near(max(abs(rates[b, 0]), abs(rates[b, 1]), abs(rates[b, 2])))
-        tensor, rate = over_powers_of_two(tensors[b], size, rates[b], unit, numbers)
-        constant[b] = True
-        for i in range(3):
-            j, k = (i + 1) % 3, (i + 2) % 3
-            count = 0
-            for column in range(3):  # (omega x I omega)_i, product by product
-                factors[2, 0] = rate[column]
-                factors[0, 0], factors[1, 0] = rate[j], tensor[k, column]
-                count = add_product(parts, count, factors, work)
-                factors[0, 0], factors[1, 0] = -rate[k], tensor[j, column]
-                count = add_product(parts, count, factors, work)
-            constant[b] = constant[b] and (count == 0 or parts[count - 1] == 0.0)
+    parts, work, factors, _numbers = space
+    for i in range(3):
+        factors[i, 1] = 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        if is_far_from_zero(tensor, rate, rotor, j, k):
+            return False
+        count = 0
+        for sign, one, two in ((1.0, j, k), (-1.0, k, j)):
+            factors[0, 0] = sign * rate[one]
+            for column in range(3):
+                factors[1, 0], factors[2, 0] = rate[column], tensor[two, column]
+                count = add_product(parts, count, factors[:3], work)
+            if rotor is not None:
+                factors[1, 0] = rotor[two]
+                count = add_product(parts, count, factors[:2], work)
+        if count > 0 and parts[count - 1] != 0.0:
+            return False
+    return True
+
+
+@routine
+def is_far_from_zero(tensor, rate, rotor, j, k):
+    """Whether doubles show that w_j (I w + h)_k - w_k (I w + h)_j is not zero."""
+    total, size = 0.0, 0.0
+    for sign, one, two in ((1.0, j, k), (-1.0, k, j)):
+        own = rotor[two] if rotor is not None else 0.0
+        most = abs(own)
+        for column in range(3):
+            product = tensor[two, column] * rate[column]
+            own, most = own + product, most + abs(product)
+        total, size = total + sign * rate[one] * own, size + abs(rate[one]) * most
+    return abs(total) > 1e-12 * size
 
 
 @routine
@@ -127,12 +141,3 @@ def over_powers_of_two(tensor, size, rate, unit, numbers):
             numbers[i, j] = tensor[i, j] / size
         numbers[3, j] = rate[j] / unit
     return numbers[:3], numbers[3]
-
-
-@routine
-def _greatest(tensor):
-    greatest = 0.0
-    for i in range(3):
-        for j in range(3):
-            greatest = max(greatest, abs(tensor[i, j]))
-    return greatest

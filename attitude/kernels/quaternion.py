@@ -8,11 +8,14 @@ body to inertial:
 Components are pairs, for the constants; `cayley_klein` has the same order.
 """
 
-from .doubledouble import ONE, add, div, mul, neg, scale, sqrt, square, sub
-from .intrinsics import routine
+from .doubledouble import ONE, mul, neg, scale, sqrt, square, two_product, two_sum
+from .doubledouble import quick_add as add
+from .doubledouble import quick_div as div
+from .doubledouble import quick_sub as sub
+from .intrinsics import fma, inlined
 
 
-@routine
+@inlined
 def product(p, q):
     """Hamilton product p * q."""
     w = sub(sub(mul(p[0], q[0]), mul(p[1], q[1])), add(mul(p[2], q[2]), mul(p[3], q[3])))
@@ -22,13 +25,42 @@ def product(p, q):
     return w, x, y, z
 
 
-@routine
+@inlined
+def rounded_product(p, q):
+    """p * q as four doubles: products of pairs, with one compensated sum for each component."""
+    return (
+        _dot4(p, (q[0], neg(q[1]), neg(q[2]), neg(q[3]))),
+        _dot4(p, (q[1], q[0], q[3], neg(q[2]))),
+        _dot4(p, (q[2], neg(q[3]), q[0], q[1])),
+        _dot4(p, (q[3], q[2], neg(q[1]), q[0])),
+    )
+
+
+@inlined
+def _dot4(p, q):
+    a, a_low = _product(p[0], q[0])
+    b, b_low = _product(p[1], q[1])
+    c, c_low = _product(p[2], q[2])
+    d, d_low = _product(p[3], q[3])
+    total, e = two_sum(a, b)
+    total, f = two_sum(total, c)
+    total, g = two_sum(total, d)
+    return total + (((e + f) + g) + ((a_low + b_low) + (c_low + d_low)))
+
+
+@inlined
+def _product(a, b):
+    high, low = two_product(a[0], b[0])
+    return high, fma(a[1], b[0], fma(a[0], b[1], low))
+
+
+@inlined
 def conjugate(q):
     """The inverse of a unit quaternion."""
     return q[0], neg(q[1]), neg(q[2]), neg(q[3])
 
 
-@routine
+@inlined
 def normalised(q):
     """The unit quaternion along q."""
     norm2 = add(add(square(q[0]), square(q[1])), add(square(q[2]), square(q[3])))
@@ -36,7 +68,7 @@ def normalised(q):
     return mul(q[0], inverse), mul(q[1], inverse), mul(q[2], inverse), mul(q[3], inverse)
 
 
-@routine
+@inlined
 def from_rotation_matrix(R):
     """The quaternion of a proper rotation matrix R (three rows of pairs), v' = R v.
 

@@ -23,7 +23,7 @@ from ..runtime import compiled
 from ..runtime.threads import check, ranges, run
 from ..times.instants import Instants
 from .body import RigidBody
-from .error_bounds import form_of, solution
+from .error_bounds import THETA_FORM, form_of, solution
 from .partials import INERTIA, Partials
 from .phase_limit import max_phase_rate, refuse_too_far
 
@@ -34,6 +34,27 @@ BODIES_PER_BLOCK = 2**12  # whose records, 3 MiB, stay in a processor's cache un
 # Between these the two parts of every phase rate are normal doubles, for all but absurd needles.
 MIN_RATE, MAX_RATE = 1e-200, 1e200
 RATES = f"zero, or a rate from {MIN_RATE} to {MAX_RATE} rad/s"
+
+# Of n bodies: tensors (n, 3, 3); moments (n, 3, 2) and axes (n, 3, 3, 2) in two parts; rates; attitudes.
+# Tensors and axes are None where principal moments were given.
+BodyStates = tuple[np.ndarray | None, np.ndarray, np.ndarray | None, np.ndarray, np.ndarray]
+
+
+def with_tensors(states: BodyStates) -> tuple[np.ndarray, ...]:
+    """The same, with tensors and axes also where principal moments were given."""
+    tensors, moments, axes, rates, attitudes = states
+    if tensors is None or axes is None:
+        tensors = moments[:, :, :1] * np.eye(3)
+        axes = np.zeros((*tensors.shape, 2))
+        axes[..., 0] = np.eye(3)
+    return tensors, moments, axes, rates, attitudes
+
+
+def _some(states: BodyStates, index: np.ndarray) -> BodyStates:
+    tensors, moments, axes, rates, attitudes = states
+    if tensors is None or axes is None:
+        return None, moments[index], None, rates[index], attitudes[index]
+    return tensors[index], moments[index], axes[index], rates[index], attitudes[index]
 
 
 class Batch:
@@ -194,7 +215,8 @@ class Batch:
             space = scheme, np.empty((9, 8)), np.empty((9, 9))
             for index, records in self.blocks(first_body, last_body):
                 refuse_too_far(max_phase_rate(records), instants.max_abs_seconds)
-                _tensors, moments, axes, rates, _attitudes = self._states(index, index + len(records))
+                states = self._states(index, index + len(records))
+                _tensors, moments, axes, rates, _attitudes = with_tensors(states)
                 of_partials = np.zeros(len(records), layout.PARTIALS)
                 compiled.partial_records(moments, axes, rates, records, columns, of_partials)
                 window = np.array([index, first, last])
@@ -208,33 +230,42 @@ class Batch:
         shape = self.shape + instants.shape
         return Partials(np.moveaxis(out.reshape(6, 12, *shape), (0, 1), (-2, -1)), inertia)
 
-    def _states(self, first: int, last: int) -> tuple[np.ndarray, ...]:
+    def _states(self, first: int, last: int) -> BodyStates:
         """Tensors, two-part moments and axes, rates and attitudes of bodies by their flat index."""
         body = self.body if self.body.shape == self.shape else self.body.broadcast_to(self.shape)
-        moments, axes, rates, attitudes = (
-            _flat(array, self.shape, first, last)
-            for array in (body._two_part_moments, body._two_part_axes, self.rates, self.attitudes)
-        )
-        if body._tensor is None:
-            tensors = moments[:, :, :1] * np.eye(3)
-        else:
+        tensors, axes = None, None
+        if body._tensor is not None:
             tensors = _flat(body._tensor, self.shape, first, last)
+            axes = _flat(body._two_part_axes, self.shape, first, last)
+        moments, rates, attitudes = (
+            _flat(array, self.shape, first, last)
+            for array in (body._two_part_moments, self.rates, self.attitudes)
+        )
         return tensors, moments, axes, rates, attitudes
 
     def _records(self, first: int, last: int) -> np.ndarray:
         """Compute the records of bodies by their flat index."""
-        out = self._computed_records(self._states(first, last), first)
-        self._refuse_out_of_range(out, first)
-        return out
+        return self._computed_records(self._states(first, last), first)
 
-    def _computed_records(self, states: tuple[np.ndarray, ...], first: int) -> np.ndarray:
-        """Records of tensors, two-part moments and axes, rates, attitudes, (n, ...); notes their forms."""
-        tensors, rates = states[0], states[3]
-        constant, space = np.empty(len(rates), dtype=np.bool_), layout.workspace()
-        compiled.rate_is_constant(tensors, rates, constant, *space)
-        out = np.zeros(len(rates), layout.INVARIANTS)
-        compiled.invariants(*states, constant, out, *space)
-        self._forms[first : first + len(rates)] = form_of(out["regime"], out["route"])
+    def _computed_records(self, states: BodyStates, first: int) -> np.ndarray:
+        """Records of these bodies; notes their forms.
+
+        In vector lanes but for those that need more care: the kernel of lanes lists them.
+        """
+        _tensors, moments, axes, rates, attitudes = states
+        count = len(rates)
+        out, others = np.empty(count, layout.INVARIANTS), np.empty(count + 1, np.int64)
+        space = np.empty(layout.LANE_ROWS * layout.LANE_PITCH)
+        numbers = out.view(np.float64).reshape(count, -1)
+        compiled.theta_invariants(moments, axes, rates, attitudes, numbers, others, space)
+        forms = self._forms[first : first + count]
+        forms[:] = THETA_FORM
+        if others[0]:
+            index = others[1 : 1 + others[0]]
+            records = np.zeros(len(index), layout.INVARIANTS)
+            compiled.invariants(*with_tensors(_some(states, index)), records, *layout.workspace())
+            self._refuse_out_of_range(records, first + index)
+            out[index], forms[index] = records, form_of(records["regime"], records["route"])
         return out
 
     def _sample_records(
@@ -248,15 +279,14 @@ class Batch:
         """Write quaternions and rates at a part of the instants; `index`: first body's row in the outputs."""
         compiled.sample(records, *seconds, *outputs, self.plain_phases, index, *part)
 
-    def _refuse_out_of_range(self, records: np.ndarray, first: int) -> None:
-        finite = np.isfinite(records["rate"]).all(axis=(-1, -2)) & np.isfinite(records["frame"]).all(
-            axis=(-1, -2)
-        )
+    def _refuse_out_of_range(self, records: np.ndarray, indices: np.ndarray) -> None:
+        """Raise InputError for the first of these records, by flat indices, that is not finite."""
+        finite = np.isfinite(records["rate"]).all(axis=(-1, -2))
+        finite &= np.isfinite(records["frame"]).all(axis=(-1, -2))
         if finite.all():
             return
-        index = np.unravel_index(first + int(np.argmin(finite)), self.shape)
         beyond = np.zeros(self.shape, dtype=np.bool_)
-        beyond[index] = True
+        beyond[np.unravel_index(indices[np.argmin(finite)], self.shape)] = True
         expected = "a rate that a body so thin can have without leaving the range of a double"
         units.refuse_where(beyond, self.rates, "angular_velocity", expected)
 

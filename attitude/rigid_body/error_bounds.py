@@ -16,6 +16,7 @@ FORMS = (
     ("closed form, theta series", 3.7e-15),
     ("closed form, transformed theta series (beside the separatrix)", 3.9e-15),
 )
+THETA_FORM = 1  # index of the form that most bodies have
 # Of gyrostats: three times the greatest error measured; for any rotor times the frame's condition number.
 GYROSTAT_BOUND_SOURCE = (
     "docs/theory.md, section 11: three times the greatest error measured against Taylor series, times the "
@@ -39,7 +40,7 @@ def gyrostat_form_of(regimes: np.ndarray, routes: np.ndarray, any_rotor: np.ndar
 
 def form_of(regimes: np.ndarray, routes: np.ndarray) -> np.ndarray:
     """Index into FORMS for each of these fields of records."""
-    return np.where(regimes == layout.CONSTANT_RATE, 0, np.where(routes == layout.TRANSFORMED, 2, 1))
+    return np.where(regimes == layout.CONSTANT_RATE, 0, np.where(routes == layout.TRANSFORMED, 2, THETA_FORM))
 
 
 def solution(forms: np.ndarray, table: tuple[tuple[str, float], ...] = FORMS) -> tuple[str, float]:

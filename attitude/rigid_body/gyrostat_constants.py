@@ -11,7 +11,7 @@ from ..errors import RegimeError
 from ..kernels import layout
 from ..runtime import compiled
 from .body import RigidBody
-from .constants_of_motion import Batch
+from .constants_of_motion import Batch, BodyStates, with_tensors
 from .error_bounds import GYROSTAT_FORMS, gyrostat_form_of, solution
 
 
@@ -55,12 +55,12 @@ class GyrostatBatch(Batch):
         finally:
             self.rotors = whole
 
-    def _computed_records(self, states: tuple[np.ndarray, ...], first: int) -> np.ndarray:
-        count = len(states[0])
+    def _computed_records(self, states: BodyStates, first: int) -> np.ndarray:
+        count = len(states[1])
         rotors = np.ascontiguousarray(self.rotors.reshape(-1, 3)[first : first + count])
         out = np.zeros(count, layout.GYROSTAT)
         compiled.gyrostats(
-            *states,
+            *with_tensors(states),
             rotors,
             out,
             np.empty((layout.EXACT_SUM_ROWS, layout.EXACT_SUM_LENGTH)),
@@ -68,6 +68,7 @@ class GyrostatBatch(Batch):
         )
         self._forms[first : first + count] = gyrostat_form_of(out["regime"], out["route"], out["any_rotor"])
         self._condition = max(self._condition, float(np.max(out["boost"], initial=1.0)))
+        self._refuse_lost(out, first)
         return out
 
     def _sample_records(
@@ -80,7 +81,7 @@ class GyrostatBatch(Batch):
     ) -> None:
         compiled.sample_gyrostats(records, *seconds, *outputs, index, *part)
 
-    def _refuse_out_of_range(self, records: np.ndarray, first: int) -> None:
+    def _refuse_lost(self, records: np.ndarray, first: int) -> None:
         numbers = ("precession", "argument", "argument0", "frame", "to_rate", *("alpha_re", "beta_im"))
         lost = np.zeros(len(records), bool)
         for name in numbers:

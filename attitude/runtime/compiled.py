@@ -96,7 +96,8 @@ def prototype(kinds: tuple[str, ...]) -> Any:
 
 SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t_low, quaternions, rates
 
-invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.b1.r1.d1.d2.d2.d2")
+invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.r1.d1.d2.d2.d2")
+theta_invariants = Kernel("lanes.theta_invariants", *(f"d3.{axes}.d2.d2.d2.i1.d1" for axes in ("n", "d4")))
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
 partial_records = Kernel("partials.partial_record.partial_records", "d3.d4.d2.r1.i.p1")
 partials = Kernel(
@@ -107,7 +108,6 @@ azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
 gyrostats = Kernel("gyrostat.record.gyrostats", "d3.d3.d4.d2.d2.d2.g1.d2.d1.d2.d2.d2")
 sample_gyrostats = Kernel("gyrostat.attitudes.sample", *(f"g1.d1.{outputs}.i.i.i" for outputs in SAMPLES))
 principal_axes = Kernel("principal.principal_axes", "d3.d3.d4.d3")
-rate_is_constant = Kernel("principal.rate_is_constant", "d3.d2.b1.d1.d2.d2.d2")
 farthest = Kernel("clock.farthest", "d1.i.i.d1")
 seconds_from_days = Kernel("clock.seconds_from_days", "d1.d1.f.f.d1.d1")
 days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
@@ -122,25 +122,31 @@ draw = Kernel("statistics.dispersion.draw", "i1.i.d1.d1.d2.d2.d2.i1")
 accumulate = Kernel("statistics.moment_sums.accumulate", "d3.d1.d1")
 add_exactly = Kernel("statistics.moment_sums.add_exactly", "d1.i3")
 
+
+def signatures(*kernels: Kernel) -> list[Signature]:
+    """All signatures of these kernels."""
+    return [signature for kernel in kernels for signature in kernel.signatures]
+
+
+OF_MOMENTS, OF_TENSORS = theta_invariants.signatures
 # Kernels that are compiled together when a missing one is called, each group in a process of its own.
 WINGS = [
-    [[signature for kernel in group for signature in kernel.signatures] for group in wing]
-    for wing in (
-        (
-            (invariants,),
-            (
-                *(sample, azimuth, principal_axes, rate_is_constant),
-                *(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
-            ),
-        ),
-        ((partial_records, partials),),
-        ((collocate,),),
-        ((march,),),
-        ((gyrostats,), (sample_gyrostats,)),
-        ((bounce,),),
-        ((interpolate,),),
-        ((draw,), (accumulate, add_exactly)),
-    )
+    [
+        [OF_MOMENTS],
+        [
+            *signatures(sample, azimuth, principal_axes),
+            *signatures(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
+        ],
+    ],
+    [[OF_TENSORS]],
+    [signatures(invariants)],
+    [signatures(partial_records, partials)],
+    [signatures(collocate)],
+    [signatures(march)],
+    [signatures(gyrostats), signatures(sample_gyrostats)],
+    [signatures(bounce)],
+    [signatures(interpolate)],
+    [signatures(draw), signatures(accumulate, add_exactly)],
 ]
 
 

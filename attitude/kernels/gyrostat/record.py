@@ -22,7 +22,6 @@ from ..doubledouble import (
     store,
     sub,
 )
-from ..expansion import add_product
 from ..intrinsics import kernel, routine
 from ..invariants import spin_at_constant_rate
 from ..layout import (
@@ -35,7 +34,7 @@ from ..layout import (
     TRANSFORMED_SERIES,
     TWO_TURNS,
 )
-from ..principal import over_powers_of_two
+from ..principal import over_powers_of_two, rate_is_constant
 from .base import base_problem, matrix_product, momenta
 from .coefficients import Coefficients, coefficients, polynomial
 from .path import CIRCLING, absolute, circling_path, labelled, swinging_path
@@ -98,27 +97,6 @@ def _record(tensor, moments, axes, motion, attitude, out, rows, space):
     write_frame(base, R_base, R, _start(co), attitude, out)
     write_rates(inertia, R, along, base.L, unit, out)
     out.any_rotor, out.boost = 1 if base.any_rotor else 0, base.condition
-
-
-@routine
-def rate_is_constant(tensor, rate, h, space):
-    """Whether omega x (I omega + h) is zero, decided without rounding."""
-    parts, work, factors, _numbers = space
-    for i in range(3):
-        factors[i, 1] = 0.0
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        count = 0
-        for sign, one, two in ((1.0, j, k), (-1.0, k, j)):
-            factors[0, 0] = sign * rate[one]
-            for column in range(3):
-                factors[1, 0], factors[2, 0] = rate[column], tensor[two, column]
-                count = add_product(parts, count, factors[:3], work)
-            factors[1, 0] = h[two]
-            count = add_product(parts, count, factors[:2], work)
-        if count > 0 and parts[count - 1] != 0.0:
-            return False
-    return True
 
 
 @routine
