@@ -14,7 +14,9 @@ closed form is at the root, in the order of the calculation:
     principal      a tensor's principal moments and axes, in two parts
     regime         D, whose sign decides the regime
     quaternion     the convention of order and direction, in two parts
-    invariants     body, rate, attitude -> constants of the motion
+    theta_coefficients  coefficients of the theta functions, for one body or a vector of them
+    lanes          body, rate, attitude -> constants of the motion: many bodies in vector lanes
+    invariants     the same for the bodies that lanes leave: with branches and exact sums
     cayley_klein   time -> phases -> alpha, beta -> quaternion and body rate
     rotation       quaternions in plain doubles, for solvers
     interpolation  polynomials through attitudes, compared with the motion between the nodes
