@@ -234,7 +234,7 @@ class _FlightLog:
         )
         self._scratch = (
             *layout.workspace(),
-            *(np.empty((1, 3)), np.empty((1, 4)), np.empty(1, np.bool_)),
+            *(np.empty((1, 3)), np.empty((1, 4))),
             *(np.empty(1), np.empty((4, 1, 1)), np.empty((3, 1, 1))),
             np.empty((len(corners) * layout.RIM_POINTS, layout.TOUCH_WIDTH)),
         )

@@ -14,6 +14,7 @@ closed form is at the root, in the order of the calculation:
     principal      a tensor's principal moments and axes, in two parts
     regime         D, whose sign decides the regime
     quaternion     the convention of order and direction, in two parts
+    polhode        the path of the momentum in the body
     theta_coefficients  coefficients of the theta functions, for one body or a vector of them
     lanes          body, rate, attitude -> constants of the motion: many bodies in vector lanes
     invariants     the same for the bodies that lanes leave: with branches and exact sums

@@ -2,8 +2,7 @@
 
 Equation numbers are those of docs/theory.md.  Letters: axis 3 is the one that the momentum
 circulates about, axis 1 the other extreme, axis 2 the middle one; s = +1 about the greatest moment, -1
-about the least.  gamma is the direction of the momentum in the body frame.  Squares that could
-leave the range of a double are avoided: the formulas are in roots (r21, S3, k, k1...).
+about the least.  gamma is the direction of the momentum in the body frame.
 """
 
 import math
@@ -29,15 +28,14 @@ from .doubledouble import (
 from .doubledouble import quick_add as add
 from .doubledouble import quick_div as div
 from .doubledouble import quick_sub as sub
-from .doubledouble import sub as exact_sub
 from .elliptic import carlson_rf, quarter_period
 from .intrinsics import kernel, routine
 from .layout import CONSTANT_RATE, THETA, TRANSFORMED
+from .polhode import component_along, polhode_of
 from .principal import over_powers_of_two, rate_is_constant
 from .regime import ascending, decide_regime, root_of_D, root_of_D_of_tensor
 from .theta_coefficients import (
     TRANSFORM_BELOW,
-    Polhode,
     Series,
     alternating,
     factors_at_start,
@@ -150,52 +148,6 @@ def polhode_motion(tensor, moments, axes, rate, attitude, space, out):
             out.rate[j, i] = mul(R_PB[i][j], polhode.spin_rates[i])[0] * unit
     out.regime = decide_regime(sign_D)
     write_public_fields(polhode, K, K_prime, u0, unit, out)
-
-
-@routine
-def component_along(axis, rate, factor):
-    """Component of factor * rate along a two-part axis (3, 2)."""
-    total = mul(pair(axis[0]), (rate[0] * factor, 0.0))
-    total = add(total, mul(pair(axis[1]), (rate[1] * factor, 0.0)))
-    return add(total, mul(pair(axis[2]), (rate[2] * factor, 0.0)))
-
-
-@routine
-def root_of_difference(I_i, I_j):
-    """sqrt(abs(1/I_j - 1/I_i)) from the difference of the moments."""
-    difference = exact_sub(I_i, I_j)
-    if difference[0] < 0.0:
-        difference = neg(difference)
-    return div(sqrt(difference), mul(sqrt(I_i), sqrt(I_j)))
-
-
-@routine
-def polhode_of(inertia, omega, first, mid, third, root_D):
-    """Amplitudes, moduli and rate of gamma (theory, eqs. 6 to 11), and the signs of the axes."""
-    I1, I2, I3 = inertia[first], inertia[mid], inertia[third]
-    L1, L2, L3 = mul(I1, omega[first]), mul(I2, omega[mid]), mul(I3, omega[third])
-    L = hypot(hypot(L1, L3), L2)
-    sign1 = -1.0 if L1[0] < 0.0 else 1.0
-    sign3 = -1.0 if L3[0] < 0.0 else 1.0
-    parity = 1.0 if (mid - first) % 3 == 1 else -1.0
-    sign2 = parity * sign1 * sign3
-    inverse = div(ONE, L)
-    gamma = (mul(scale(L1, sign1), inverse), mul(scale(L2, sign2), inverse), mul(scale(L3, sign3), inverse))
-    s = -1.0 if I3[0] < I1[0] or (I3[0] == I1[0] and I3[1] < I1[1]) else 1.0
-    r21, r31, r32 = root_of_difference(I2, I1), root_of_difference(I3, I1), root_of_difference(I3, I2)
-    S1 = hypot(mul(r21, gamma[1]), mul(r31, gamma[2]))  # sqrt abs(c - a1)
-    S3 = hypot(mul(r31, gamma[0]), mul(r32, gamma[1]))  # sqrt abs(a3 - c)
-    S2 = div(root_D, mul(sqrt(I2), L))  # sqrt abs(c - a2)
-    A1, A2, A3 = div(S3, r31), div(S3, r32), div(S1, r31)
-    r32_S1 = mul(r32, S1)
-    k, k1 = div(mul(S3, r21), r32_S1), div(mul(r31, S2), r32_S1)
-    spin_rates = div(L, I1), div(L, I2), div(L, I3)
-    # a1 + a31 A3 = a1 (1 - A3) + a3 A3: for a needle a1 is huge and 1 - A3 as small
-    share1 = div(square(A1), add(ONE, A3))
-    mean_rate = scale(add(mul(spin_rates[0], share1), mul(spin_rates[2], A3)), 0.5)
-    u_rate = mul(L, r32_S1)
-    polhode = Polhode(s, gamma, r21, r31, r32, A1, A2, A3, k, k1, u_rate, spin_rates, mean_rate)
-    return polhode, (sign1, sign2, sign3)
 
 
 @routine

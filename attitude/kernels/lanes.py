@@ -59,7 +59,7 @@ THIRD, FIFTH, SEVENTH, NINTH, ELEVENTH = (two_part(Fraction(1, n)) for n in (3, 
 
 
 class Path(NamedTuple):
-    """The path of the momentum's direction; squares of roots that `invariants.Polhode` has."""
+    """The path of the momentum's direction; squares of roots that `polhode.Polhode` has."""
 
     s: float
     indices: tuple  # of axes 1, 2, 3

@@ -18,24 +18,6 @@ from .intrinsics import inlined
 TRANSFORM_BELOW = 0.03
 
 
-class Polhode(NamedTuple):
-    """The polhode and the start of the motion on it (theory, section 3)."""
-
-    s: float
-    gamma: tuple
-    r21: tuple  # sqrt abs(a2 - a1), and so on
-    r31: tuple
-    r32: tuple
-    A1: tuple
-    A2: tuple
-    A3: tuple
-    k: tuple
-    k1: tuple
-    u_rate: tuple
-    spin_rates: tuple  # L a1, L a2, L a3
-    mean_rate: tuple  # L/2 (a1 + a31 A3), the part of lambda outside the series
-
-
 class Series(NamedTuple):
     """Coefficients of the two theta functions, and the rates of their phases."""
 

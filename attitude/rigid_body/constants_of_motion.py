@@ -256,7 +256,7 @@ class Batch:
         count = len(rates)
         out, others = np.empty(count, layout.INVARIANTS), np.empty(count + 1, np.int64)
         space = np.empty(layout.LANE_ROWS * layout.LANE_PITCH)
-        numbers = out.view(np.float64).reshape(count, -1)
+        numbers = out.view(np.float64).reshape(count, layout.LANE_SERVED)
         compiled.theta_invariants(moments, axes, rates, attitudes, numbers, others, space)
         forms = self._forms[first : first + count]
         forms[:] = THETA_FORM

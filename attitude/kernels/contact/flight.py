@@ -12,7 +12,6 @@ from ..doubledouble import two_sum
 from ..intrinsics import kernel, routine
 from ..invariants import invariants
 from ..layout import AT_REST, CONSTANT_RATE, NO_ROOM, OUT_OF_RANGE, RIM, RIM_POINTS, TIME_IS_UP, TOO_LONG
-from ..principal import rate_is_constant
 from ..vectors import across, add_scaled, dot, first_three, norm, rotation, times, transposed
 from . import clearance, impact
 from .clearance import STILL_SPEED
@@ -53,7 +52,6 @@ class Scratch(NamedTuple):
     numbers: Any
     rates: Any  # (1, 3)
     attitudes: Any  # (1, 4)
-    constant: Any  # (1,) booleans
     time: Any  # (1,)
     quaternion: Any  # (4, 1, 1)
     rate: Any  # (3, 1, 1)
@@ -118,9 +116,8 @@ def _make_record(body, start, record, scratch):
         scratch.attitudes[0, i] = start[2 + i]
     for i in range(3):
         scratch.rates[0, i] = start[6 + i]
-    rates, constant, exact = scratch.rates, scratch.constant, scratch[:4]
-    rate_is_constant(body.tensor, rates, constant, *exact)
-    invariants(body.tensor, body.moments, body.axes, rates, scratch.attitudes, constant, record, *exact)
+    rates, attitudes = scratch.rates, scratch.attitudes
+    invariants(body.tensor, body.moments, body.axes, rates, attitudes, record, *scratch[:4])
 
 
 @routine

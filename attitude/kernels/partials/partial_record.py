@@ -20,8 +20,8 @@ from ..doubledouble import (
     sub,
 )
 from ..intrinsics import kernel, routine
-from ..invariants import component_along, polhode_of
 from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, NEEDLE, THETA
+from ..polhode import component_along, polhode_of
 from ..regime import ascending
 from .integrals import second_kind, theta_now, transformed_now
 
