@@ -51,6 +51,7 @@ class PaperConstants:
         sense = _sense(bodies)
         with np.errstate(invalid="ignore"):
             nome = np.where(np.isinf(bodies["K"]), 1.0, np.exp(-np.pi * bodies["K_prime"] / bodies["K"]))
+        nome = np.where(bodies["route"] == layout.THETA, bodies["nome"], nome)
         turn = 2.0 * np.pi
         start = _azimuth(bodies, np.zeros(1))[..., 0]
         angle = np.pi - start
