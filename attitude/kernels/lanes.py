@@ -58,7 +58,7 @@ LEAST_MOMENT, LEAST_RANGE = 1e-10, 1e-10
 THIRD, FIFTH, SEVENTH, NINTH, ELEVENTH = (two_part(Fraction(1, n)) for n in (3, 5, 7, 9, 11))
 
 
-class Path(NamedTuple):
+class LanePath(NamedTuple):
     """The path of the momentum's direction; squares of roots that `polhode.Polhode` has."""
 
     s: float
@@ -76,7 +76,7 @@ class Path(NamedTuple):
     served: bool
 
 
-class Means(NamedTuple):
+class GaussMeans(NamedTuple):
     """Means of the AGM from 1 and k1, and of Gauss's transformation along it (theory, section 7.1)."""
 
     a: tuple
@@ -229,7 +229,7 @@ def path_along(s, indices, signs, numbers, size_of_D, in_range):
     L, d31_L2 = sqrt(L2), mul(d31, L2)
     k12 = div(mul(d31, size_of_D), d32_U1)
     A1, A3 = sqrt(div(mul(U3, I1), d31_L2)), sqrt(div(mul(U1, I3), d31_L2))
-    return Path(
+    return LanePath(
         s=s,
         indices=indices,
         signs=signs,
@@ -253,14 +253,14 @@ def next_means(m):
     near = scale(add(m.near, sqrt(add(square(m.near), m.c2))), 0.5)
     far = scale(add(m.far, sqrt(add(square(m.far), m.c2))), 0.5)
     x = scale(add(m.x, sqrt(sub(square(m.x), mul(m.sine2, m.c2)))), 0.5)
-    return Means(a, g, square(div(scale(m.c2, 0.25), a)), near, far, x, m.sine2)
+    return GaussMeans(a, g, square(div(scale(m.c2, 0.25), a)), near, far, x, m.sine2)
 
 
 @inlined
 def last_means(path):
     """(a, near, far, x) after six steps: the next change is 1e-44 of them where k1^2 is 0.03."""
     near, far = path.cotangents
-    m = next_means(Means(ONE, path.k1, square(path.k), near, far, ONE, square(path.sine)))
+    m = next_means(GaussMeans(ONE, path.k1, square(path.k), near, far, ONE, square(path.sine)))
     m = next_means(next_means(next_means(next_means(m))))
     quarter = 0.25 * m.c2[0]  # the last step needs no root: c^2 is of the second part
     a, far = sub(m.a, (quarter / m.a[0], 0.0)), add(m.far, (quarter / m.far[0], 0.0))
