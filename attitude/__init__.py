@@ -8,6 +8,7 @@ from .version import __version__ as __version__
 if TYPE_CHECKING:
     from .ephemeris import Ephemeris
     from .errors import AttitudeError, AttitudeWarning, FormatError, InputError, RegimeError, ToleranceError
+    from .estimation.fit import fit
     from .motion import TorqueFreeMotion
     from .rigid_body.body import RigidBody
     from .scene.document import Scene
@@ -28,6 +29,7 @@ _WHERE = {
     "Scene": "scene.document",
     "ToleranceError": "errors",
     "TorqueFreeMotion": "motion",
+    "fit": "estimation.fit",
 }
 
 __all__ = [
@@ -42,6 +44,7 @@ __all__ = [
     "Scene",
     "ToleranceError",
     "TorqueFreeMotion",
+    "fit",
 ]
 
 

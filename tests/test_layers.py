@@ -93,7 +93,7 @@ WINGS = (
     "ephemeris effects",
     "motion quality",
     "scene",
-    "ensemble cost",
+    "ensemble cost estimation",
     "cli",
 )
 FLOOR = {wing: floor for floor, wings in enumerate(WINGS) for wing in wings.split()}
@@ -125,7 +125,7 @@ def test_no_module_imports_itself_in_a_circle():
 # The same role in sibling packages: a package and the module that carries it, kernels and their caller.
 SHARED_ROLES = {
     *("ensemble", "orbit", "plot", "contact", "solvers", "statistics", "dispersion", "parquet", "partials"),
-    *("check", "compare", "instants", "interpolation"),
+    *("check", "compare", "fit", "instants", "interpolation"),
 }
 
 

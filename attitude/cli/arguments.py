@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
 ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
+RATE = 'an angular velocity above 0, such as "0.01 deg/s" (without a unit: rad/s)'
 DROP_BELOW = f"leave out torques that over the span would turn the body by less than TOL, {ANGLE}"
 TOLERANCE = f'tolerance=TOL, of torques, in place of the document\'s: {ANGLE}, or "best"'
 # Not read off the formats: a parser should not load them.
@@ -61,17 +62,31 @@ def angle(text: str | None, field: str) -> float | None:
     """rad; None for no text."""
     from .. import units
 
+    return _quantity(text, field, (units.ANGLE, "rad"), ANGLE)
+
+
+def rate(text: str | None, field: str) -> float | None:
+    """rad/s; None for no text."""
+    from .. import units
+
+    return _quantity(text, field, (units.RATE, "rad/s"), RATE)
+
+
+def _quantity(text: str | None, field: str, unit: tuple[Any, str], expected: str) -> float | None:
+    """In SI units; `unit`: of what kind, and which where the text has none."""
+    from .. import units
+
     if text is None:
         return None
-    match = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z]*)\s*", text)
+    match = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z/]*)\s*", text)
     try:
         if match is None:
             raise ValueError
-        value = float(match[1]) * units.parse_unit(match[2] or "rad", units.ANGLE, field)
+        value = float(match[1]) * units.parse_unit(match[2] or unit[1], unit[0], field)
     except ValueError:  # of InputError too: the unit is none
         value = math.nan
     if not 0.0 < value < math.inf:
-        raise InputError(field, text, ANGLE)
+        raise InputError(field, text, expected)
     return value
 
 

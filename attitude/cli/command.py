@@ -26,6 +26,7 @@ COMMANDS = {
     "convert": ("convert", "turn a file of attitudes into one of another format or frame"),
     "check": ("check", "tell what is off in a file of attitudes"),
     "compare": ("compare", "tell how two files of attitudes differ"),
+    "fit": ("fit", "the motion of a free body from observations"),
     "plan": ("plan", "tell what a run would simulate, and how"),
     "plot": ("plot", "draw a scene's attitude in time"),
     "cost": ("costs", "what accuracy costs in time, on a scene"),

@@ -1,0 +1,191 @@
+"""Fitting the motion of a free body to observations of it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from astropy.time import Time
+
+from ..errors import AttitudeWarning, InputError
+from ..motion import TorqueFreeMotion
+from ..rigid_body.body import RigidBody
+from ..samples.ephemeris_data import EphemerisData
+from ..scene.document import Scene
+from . import starts
+from .fit_result import Fit
+from .least_squares import Loss
+from .minimum import fit_of, indistinct, minimum
+from .observability import ALWAYS_UNSEEN
+from .observations import Attitudes, ObservationSet
+from .parameters import State, check_groups
+
+IMPLAUSIBLE = 1e-6  # probability below which chi-square is not what the standard deviations say
+MAX_MINIMA = 4  # candidates that are followed to their minimum with all observations
+DEFAULT_MOMENTS = (1.0, 1.3, 2.0)  # ratios, of a body of which nothing is known
+
+
+def fit(
+    observations: Any,
+    body: RigidBody | None = None,
+    start: Any = None,
+    estimate: Sequence[str] = ("attitude", "angular_velocity", "inertia"),
+    loss: str | Loss = "linear",
+    absolute_sigma: bool | None = None,
+    epoch: Time | None = None,
+    frame: str | None = None,
+) -> Fit:
+    """The free motion that fits observations best, in the sense of weighted least squares.
+
+    Parameters
+    ----------
+    observations : `Attitudes`, `BodyRates`, `Directions`, `RangeOffsets`, or an Ephemeris (its attitudes), or
+        a list of these
+    body : its inertia, the start of what is estimated of it, and the scale; by default that of `start`
+    start : a TorqueFreeMotion or a Scene near the answer; by default several starts are made from the
+        observations: rates from differences of attitudes, and inertia on a grid where it is estimated
+    estimate : "attitude" and "angular_velocity" at the epoch, "moments", "principal_axes", or "inertia": both
+        of these of a body given by its tensor, "moments" of one given by moments
+    loss : "linear", or "soft_l1", "huber", "cauchy", "arctan", by which observations beyond two sigma weigh
+        less; or a `Loss` with another scale
+    absolute_sigma : False to scale the covariance by the reduced chi-square, as where standard deviations
+        are only relative; by default True where they are known
+    epoch : of the answer; by default that of `start`, else the first instant of the observations
+    frame : inertial, of the answer; by default that of `start`, else of the first observations
+
+    Raises
+    ------
+    InputError : values that are not finite or of the wrong shape, standard deviations of some sets but not of
+        others, or observations from which no start can be made.
+
+    Warns (AttitudeWarning) of outliers, of a chi-square that the standard deviations do not explain, of
+    directions that the data do not see, and of minima that cannot be told apart.
+    """
+    template, given = _template(body, start, epoch, frame, observations)
+    sets = _sets(observations, template)
+    groups = check_groups(estimate, template.body)
+    known = sets[0].sigma is not None
+    if any((each.sigma is not None) != known for each in sets):
+        raise InputError("sigma", None, "standard deviations of all observations or of none")
+    kind = loss if isinstance(loss, Loss) else Loss(loss)
+    if kind.check().name != "linear" and not known:
+        raise InputError("sigma", None, f"standard deviations beside the loss {kind.name!r}")
+    absolute = known if absolute_sigma is None else absolute_sigma
+    if absolute and not known:
+        raise InputError("absolute_sigma", True, "standard deviations of the observations beside it")
+    weighted = [each if known else replace(each, sigma=each.unknown_sigma) for each in sets]
+    if given:
+        candidates = [template]
+    else:
+        _refuse_unknown(groups, body)
+        candidates = starts.search(weighted, template, groups, "moments" in groups, kind)
+    least = template.moments.min()
+    minima = [minimum(weighted, state, groups, kind, absolute, least) for state in candidates[:MAX_MINIMA]]
+    best, *others = sorted(minima, key=lambda each: each.chi_square)
+    others = indistinct(best, others)
+    result = replace(fit_of(best, absolute), alternatives=tuple(fit_of(each, absolute) for each in others))
+    _warn_of(result, absolute)
+    return result
+
+
+def _refuse_unknown(groups: tuple[str, ...], body: RigidBody | None) -> None:
+    """Without a start, what is not estimated has no value, but for the inertia of a body."""
+    for group in ("attitude", "angular_velocity"):
+        if group not in groups:
+            raise InputError("start", None, f"a motion, whose {group} is kept where it is not estimated")
+    if body is None and "moments" not in groups:
+        raise InputError("body", None, "the inertia, where it is not estimated")
+
+
+def _template(
+    body: RigidBody | None, start: Any, epoch: Time | None, frame: str | None, observations: Any
+) -> tuple[State, bool]:
+    """Epoch, frame and inertia of the answer, with the state of `start`; and whether there is one."""
+    if isinstance(start, Scene):
+        if start.effects:
+            raise InputError("start.effects", start.effects, "none: the fit is of free rotation")
+        start = start.motion()
+    if start is not None and not isinstance(start, TorqueFreeMotion):
+        raise InputError("start", start, "a TorqueFreeMotion or a Scene")
+    first = _list(observations)[0]
+    if start is None:
+        if epoch is None and isinstance(first.times, Time):
+            epoch = min(each.times.min() for each in _list(observations) if isinstance(each.times, Time))
+        rest = RigidBody(DEFAULT_MOMENTS) if body is None else body
+        start = TorqueFreeMotion(rest, (1.0, 0.0, 0.0, 0.0), np.zeros(3), epoch, "wxyz", frame or first.frame)
+        return _with_body(State.of(start), body), False
+    at = start.at(0.0 if epoch is None else epoch)
+    at = at if frame is None else at.in_frame(frame)
+    state = State.of(start)
+    state = replace(state, attitude=at.quaternion("wxyz"), rate=at.angular_velocity, frame=at.frame)
+    return _with_body(replace(state, epoch=start.epoch if epoch is None else epoch), body), True
+
+
+def _with_body(state: State, body: RigidBody | None) -> State:
+    if body is None:
+        return state
+    if body.shape:
+        raise InputError("body", f"{body.shape} bodies", "one body")
+    return replace(state, moments=body.moments, axes=body.axes)
+
+
+def _list(observations: Any) -> list[ObservationSet]:
+    given = (
+        [observations] if isinstance(observations, (ObservationSet, EphemerisData)) else list(observations)
+    )
+    sets = [Attitudes.of(each) if isinstance(each, EphemerisData) else each for each in given]
+    for i, each in enumerate(sets):
+        if not isinstance(each, ObservationSet):
+            raise InputError(
+                f"observations[{i}]", each, "Attitudes, BodyRates, Directions, RangeOffsets, or an Ephemeris"
+            )
+    if not sets:
+        raise InputError("observations", observations, "at least one set")
+    return sets
+
+
+def _sets(observations: Any, template: State) -> list[ObservationSet]:
+    """In the frame of the answer; what is odd about their instants is warned of."""
+    sets = [each.in_frame(template.frame) for each in _list(observations)]
+    for each in sets:
+        seconds = each.instants(template.epoch).seconds
+        back = np.flatnonzero(np.diff(seconds) < 0.0)
+        if back.size:
+            _warn(f"{each.name}: instants go back at [{back[0] + 1}]; each is taken as it is")
+        repeated = len(seconds) - len(np.unique(seconds))
+        if repeated:
+            _warn(f"{each.name}: {repeated} instants occur again; every observation counts")
+    return sets
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, AttitudeWarning, stacklevel=4)
+
+
+def _warn_of(result: Fit, absolute: bool) -> None:
+    """Warn of what makes the answer doubtful."""
+    from scipy.special import chdtrc
+
+    if result.outliers:
+        count = len(result.outliers)
+        more = f" and {count - 1} more" if count > 1 else ""
+        _warn(f"outliers: {result.outliers[0]}{more}; a robust loss, such as 'cauchy', is not moved by them")
+    if absolute and result.degrees_of_freedom > 0:
+        probability = chdtrc(result.degrees_of_freedom, result.chi_square)
+        if probability < IMPLAUSIBLE:
+            excess = np.sqrt(result.reduced_chi_square)
+            _warn(
+                f"residuals are {excess:.2g} times what the standard deviations say: "
+                "torques, outliers, or standard deviations that are too small"
+            )
+    for text in result.observability.unseen[len(ALWAYS_UNSEEN) :]:
+        _warn(f"not seen by these data, kept at the start's value: {text}")
+    for other in result.alternatives:
+        _warn(
+            f"another motion fits as well and cannot be told apart: chi-square {other.chi_square:.6g}, not "
+            f"{result.chi_square:.6g}, rate {other.motion.at(0.0).angular_velocity} rad/s, moments "
+            f"{other.motion.body.moments} kg m2"
+        )

@@ -1,0 +1,210 @@
+"""What a fit returns: motion, covariance, residuals, outliers; as text, plain data, scene and picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..motion import TorqueFreeMotion
+from ..runtime import output_paths
+from ..scene.document import Scene
+from .observability import Observability
+
+MAX_OUTLIERS_SHOWN = 10
+SCENE_INSTANTS = 1001  # of the scene, over the span of the observations
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """Of one set of observations.
+
+    name : of the set; seconds : (n,) since the epoch
+    vectors : (n, k) observed less computed: rotation vectors along body axes (rad), rates (rad/s), chords of
+        directions along body axes, offsets (m)
+    sizes : (n,) rad, rad/s or m
+    sigmas : (n,) sizes over standard deviations; where these are only relative, over the typical scatter
+    is_outlier : (n,) bool
+    """
+
+    name: str
+    unit: str
+    seconds: np.ndarray
+    vectors: np.ndarray
+    sizes: np.ndarray
+    sigmas: np.ndarray
+    is_outlier: np.ndarray
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            "rms": self.rms,
+            "elapsed_s": self.seconds.tolist(),
+            "vectors": self.vectors.tolist(),
+            "sizes": self.sizes.tolist(),
+            "sigmas": self.sigmas.tolist(),
+        }
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of `sizes`."""
+        return float(np.sqrt((self.sizes**2).mean()))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """An estimate of a free motion from observations.
+
+    motion : the estimated motion, from the epoch of the fit
+    groups : what was estimated
+    names : (p,) names of the estimated numbers: attitude (small rotation about body axes), angular velocity,
+        turns of the principal axes about body axes, principal moments, biases
+    values : (p,) SI; of attitude and turns of axes zero, since they are relative to `motion`
+    covariance : (p, p) of these, SI; a moment whose value sets the scale of the inertia has none
+    residuals : of every set
+    chi_square : weighted sum of squares; degrees_of_freedom
+    sigma_scale : by which the scatter of residuals says that the standard deviations of the data are to be
+        multiplied; 1 where they are taken as they are
+    observability : directions of the parameters, and those that are not seen
+    alternatives : other minima whose chi-square is so near that these data cannot tell them apart, as fits
+    """
+
+    motion: TorqueFreeMotion
+    groups: tuple[str, ...]
+    names: tuple[str, ...]
+    values: np.ndarray
+    covariance: np.ndarray
+    residuals: tuple[Residuals, ...]
+    chi_square: float
+    degrees_of_freedom: int
+    sigma_scale: float
+    observability: Observability
+    alternatives: tuple[Fit, ...] = ()
+    name: str = ""
+
+    @property
+    def sigma(self) -> np.ndarray:
+        """(p,) standard deviations, SI."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """(p, p); a number without uncertainty is correlated with none."""
+        sigma = np.where(self.sigma > 0.0, self.sigma, 1.0)
+        return np.where(np.eye(len(sigma)) > 0.0, 1.0, self.covariance / np.outer(sigma, sigma))
+
+    @property
+    def reduced_chi_square(self) -> float:
+        """Chi-square over its degrees of freedom; infinite where there are none."""
+        return self.chi_square / self.degrees_of_freedom if self.degrees_of_freedom > 0 else np.inf
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Observations that no Gaussian scatter explains, in words."""
+        return tuple(
+            f"{each.name}[{i}], {self._instant(each.seconds[i])}: off by {_shown(each.sizes[i], each.unit)}, "
+            f"{each.sigmas[i]:.1f} sigma"
+            for each in self.residuals
+            for i in np.flatnonzero(each.is_outlier)
+        )
+
+    def _instant(self, seconds: float) -> str:
+        if self.motion.epoch is None:
+            return f"{seconds:.9g} s"
+        return str(self.motion.at([seconds]).time.isot[0])
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The estimated motion as a scene, over the span of the observations."""
+        motion = self.motion
+        at_epoch, epoch = motion.at(0.0), motion.epoch
+        body: dict[str, Any] = {"moments": motion.body.moments.tolist(), "unit": "kg m2"}
+        if (motion.body.axes != np.eye(3)).any():
+            body = {"tensor": motion.body.tensor.tolist(), "unit": "kg m2"}
+        if not _is_physical(motion.body.moments):
+            body["physical"] = False
+        seconds = np.concatenate([each.seconds for each in self.residuals])
+        start, stop = float(seconds.min()), float(seconds.max())
+        times: dict[str, Any] = {
+            "start": start,
+            "stop": stop,
+            "count": SCENE_INSTANTS if stop > start else 1,
+            "unit": "s",
+        }
+        document = {
+            "name": self.name,
+            "body": body,
+            "frame": motion.frame,
+            "attitude": {"quaternion": at_epoch.quaternion("wxyz").tolist(), "order": "wxyz"},
+            "angular_velocity": {"value": at_epoch.angular_velocity.tolist(), "unit": "rad/s"},
+            "times": times,
+        }
+        if epoch is not None:
+            isot = epoch.copy()
+            isot.precision = 9
+            document["epoch"] = {"time": isot.isot, "scale": epoch.scale}
+        return Scene.model_validate(document)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain data, SI units and radians in the names of parameters."""
+        rows = {name: {"value": value, "sigma": sigma} for name, value, sigma in self._rows()}
+        return {
+            "scene": self.scene.document(),
+            "chi_square": self.chi_square,
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "sigma_scale": self.sigma_scale,
+            "parameters": rows,
+            "covariance": self.covariance.tolist(),
+            "correlation": self.correlation.tolist(),
+            "residuals": [each.to_dict() for each in self.residuals],
+            "outliers": list(self.outliers),
+            "not_seen": list(self.observability.unseen),
+            "alternatives": [other.to_dict() for other in self.alternatives],
+        }
+
+    def plot(self, path: str | Path) -> None:
+        """Draw residuals and body rates in time to FILE.svg or FILE.png.
+
+        Raises FormatError for another ending or an unwritable path, AttitudeError without matplotlib.
+        """
+        from . import plot
+
+        output_paths.write(path, plot.picture(self, output_paths.check_picture(path)))
+
+    def __str__(self) -> str:
+        lines = [
+            f"chi-square {self.chi_square:.6g} of {self.degrees_of_freedom} degrees of freedom"
+            + ("" if self.sigma_scale == 1.0 else f"; standard deviations times {self.sigma_scale:.3g}")
+        ]
+        lines += [f"{name:<22} {value: .9e} +- {sigma:.2e}" for name, value, sigma in self._rows()]
+        lines += [
+            f"{each.name}: {len(each.sizes)}, rms {_shown(each.rms, each.unit)}" for each in self.residuals
+        ]
+        outliers = self.outliers
+        lines += [f"outlier: {text}" for text in outliers[:MAX_OUTLIERS_SHOWN]]
+        lines += [f"and {len(outliers) - MAX_OUTLIERS_SHOWN} outliers more"] * (
+            len(outliers) > MAX_OUTLIERS_SHOWN
+        )
+        lines += [f"not seen: {text}" for text in self.observability.unseen]
+        lines += [
+            f"another minimum, chi-square {other.chi_square:.6g}, cannot be told apart"
+            for other in self.alternatives
+        ]
+        return "\n".join(lines)
+
+    def _rows(self) -> Iterable[tuple[str, float, float]]:
+        return zip(self.names, self.values, self.sigma, strict=True)
+
+
+def _is_physical(moments: np.ndarray) -> bool:
+    return bool(2.0 * moments.max() <= moments.sum())
+
+
+def _shown(size: float, unit: str) -> str:
+    return f"{np.degrees(size):.3g} deg{unit[3:]}" if unit.startswith("rad") else f"{size:.3g} {unit}"

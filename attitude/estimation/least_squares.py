@@ -1,0 +1,185 @@
+"""The weighted sum of squares of all observations, reduced to a small triangular problem, and its minimum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import stopping
+from ..errors import unknown_name
+from ..motion import TorqueFreeMotion
+from ..times.instants import Instants
+from ..times.two_part import two_sum
+from . import standin
+from .observations import BodyRates, ObservationSet
+from .parameters import Parameters, State
+
+INSTANTS_PER_CHUNK = 1 << 14
+# rho(z), rho'(z) of the squared size z of an observation's residual; as scipy.optimize.least_squares.
+LOSSES = {
+    "linear": lambda z: (z, np.ones_like(z)),
+    "soft_l1": lambda z: (2.0 * (np.sqrt(1.0 + z) - 1.0), 1.0 / np.sqrt(1.0 + z)),
+    "huber": lambda z: (
+        np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0),
+        1.0 / np.sqrt(np.maximum(z, 1.0)),
+    ),
+    "cauchy": lambda z: (np.log1p(z), 1.0 / (1.0 + z)),
+    "arctan": lambda z: (np.arctan(z), 1.0 / (1.0 + z * z)),
+}
+
+
+class Loss(NamedTuple):
+    """A robust loss: its name, and from how many sigma on residuals weigh less."""
+
+    name: str = "linear"
+    scale: float = 2.0
+
+    def check(self) -> Loss:
+        """The loss itself; InputError for a name that is none."""
+        if self.name not in LOSSES:
+            raise unknown_name("loss", "loss", self.name, LOSSES)
+        return self
+
+    def __call__(self, z: np.ndarray, degrees: int) -> tuple[np.ndarray, np.ndarray]:
+        """rho(z) and its derivative, z the sum of squares of an observation of so many degrees of freedom."""
+        square = self.scale**2 * degrees
+        value, slope = LOSSES[self.name](z / square)
+        return square * value, slope
+
+
+@dataclass(frozen=True, eq=False)
+class Linearized:
+    """The problem at x: triangle @ [dx, 1] has the size of all weighted residuals at x + dx, to first order.
+
+    triangle : (p + 1, p + 1); remainder : what the loss adds to the sum of squares; squares : of each
+    observation of each set, weighted, before the loss
+    """
+
+    triangle: np.ndarray
+    remainder: float
+    squares: list[np.ndarray]
+
+    @property
+    def cost(self) -> float:
+        """The sum of the losses of all observations."""
+        return float(self.triangle[:, -1] @ self.triangle[:, -1]) + self.remainder
+
+    @property
+    def chi_square(self) -> float:
+        """The sum of squares, whatever the loss."""
+        return float(sum(each.sum() for each in self.squares))
+
+
+class Problem:
+    """Observations and parameters; the minimum of the sum of their losses from a reference state.
+
+    origin : s after the epoch, of the reference state
+    prior : standard deviation of every parameter about the reference, in natural units; None for none
+    """
+
+    def __init__(
+        self,
+        sets: Sequence[ObservationSet],
+        reference: State,
+        groups: tuple[str, ...],
+        loss: Loss,
+        origin: float = 0.0,
+        prior: float | None = None,
+    ):
+        self.sets, self.loss, self.prior = sets, loss, prior
+        self.instants = [since(each.instants(reference.epoch), origin) for each in sets]
+        span = max(float(np.ptp(each.seconds)) for each in self.instants) or 1.0
+        self.parameters = Parameters(reference, groups, sets, span)
+        self._x = np.empty(0)
+        self._linearized: Linearized | None = None
+
+    def at(self, x: np.ndarray) -> Linearized:
+        """The problem at x; that of the last x is kept."""
+        if self._linearized is None or not np.array_equal(x, self._x):
+            self._x, self._linearized = x.copy(), self._linearize(x)
+        return self._linearized
+
+    def _linearize(self, x: np.ndarray) -> Linearized:
+        motion, p = self.parameters.state(x).motion(), len(x)
+        inputs, triangle, remainder = self.parameters.input_matrix(x, motion), np.zeros((p + 1, p + 1)), 0.0
+        if self.prior is not None:
+            triangle[:p] = np.concatenate([np.eye(p), x[:, None]], axis=1) / self.prior
+        squares = []
+        for each, instants, bias, columns in zip(
+            self.sets, self.instants, self.parameters.biases(x), self.parameters.bias_columns, strict=True
+        ):
+            square = np.empty(len(each))
+            for first in range(0, len(each), INSTANTS_PER_CHUNK):
+                stopping.check()
+                part = slice(first, first + INSTANTS_PER_CHUNK)
+                rows, residuals = weighted_rows(each[part], motion, instants[part], inputs, bias)
+                of_bias = np.eye(each.COMPONENTS)[:, : len(columns)] * self.parameters.unit_array[columns]
+                rows[:, :, columns] -= each[part].weighted(of_bias)
+                square[part] = (residuals**2).sum(axis=1)
+                value, slope = self.loss(square[part], each.DEGREES)
+                remainder += float((value - slope * square[part]).sum())
+                block = np.concatenate([rows, residuals[..., None]], axis=2) * np.sqrt(slope)[:, None, None]
+                triangle = _triangle(np.concatenate([triangle, block.reshape(-1, p + 1)]))
+            squares.append(square)
+        return Linearized(triangle, max(remainder, 0.0), squares)
+
+    def minimize(
+        self, x: np.ndarray, basis: np.ndarray | None = None, max_evaluations: int = 100
+    ) -> tuple[np.ndarray, bool]:
+        """x at the minimum near x, and whether it was reached within so many evaluations.
+
+        basis : (p, m) directions along which x moves; all by default
+
+        SciPy takes the triangular problem for the whole: both have the same sum of squares, gradient and
+        normal matrix.
+        """
+        from scipy.optimize import least_squares
+
+        basis = np.eye(len(x)) if basis is None else basis
+        if not basis.size:
+            return x, True
+
+        def values(z: np.ndarray) -> np.ndarray:
+            problem = self.at(x + basis @ z)
+            return np.append(problem.triangle[:, -1], np.sqrt(problem.remainder))
+
+        def jacobian(z: np.ndarray) -> np.ndarray:
+            columns = self.at(x + basis @ z).triangle[:, :-1] @ basis
+            return np.concatenate([columns, np.zeros((1, len(z)))])
+
+        start, tolerances = np.zeros(basis.shape[1]), {"xtol": 1e-11, "ftol": 1e-13, "gtol": 1e-13}
+        result = least_squares(values, start, jacobian, **tolerances, max_nfev=max_evaluations)
+        return x + basis @ result.x, result.status > 0
+
+
+def _triangle(matrix: np.ndarray) -> np.ndarray:
+    """(p, p) upper triangle R of a matrix (n, p), n >= p, = Q R."""
+    return np.asarray(np.linalg.qr(matrix, mode="r"))
+
+
+def since(instants: Instants, origin: float) -> Instants:
+    """Instants counted from `origin`, s after the epoch."""
+    if origin == 0.0:
+        return instants
+    seconds, low = two_sum(-origin, instants.seconds)
+    return Instants(seconds, low if instants.seconds_low is None else low + instants.seconds_low, None)
+
+
+def weighted_rows(
+    each: ObservationSet,
+    motion: TorqueFreeMotion,
+    instants: Instants,
+    inputs: np.ndarray,
+    bias: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, k, p) derivatives by the parameters but for biases, and (n, k) residuals; both weighted."""
+    ephemeris = motion.ephemeris(instants, rate=isinstance(each, BodyRates))
+    rate = ephemeris.computed_rate if isinstance(each, BodyRates) else None
+    residuals = each.residuals(ephemeris.attitude, rate, bias)
+    of_rate = slice(3, 6) if isinstance(each, BodyRates) else slice(0, 3)
+    by_inputs = standin.matrix(motion, instants)[:, of_rate] @ inputs
+    rows = each.derivatives(ephemeris.attitude, residuals) @ by_inputs
+    return each.weighted(rows), residuals * each.weights

@@ -1,0 +1,136 @@
+"""A minimum of the sum of squares, and the answer there."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import AttitudeWarning, InputError
+from ..motion import TorqueFreeMotion
+from .fit_result import Fit, Residuals
+from .least_squares import Loss, Problem
+from .observability import Observability
+from .observations import BodyRates, ObservationSet
+from .parameters import State
+
+FALSE_ALARM = 0.01  # probability that any of the observations of a right model is called an outlier
+INDISTINCT = 9.0  # difference of chi-square up to which two minima cannot be told apart: three sigma
+
+
+class Minimum(NamedTuple):
+    """A minimum of the sum of squares: the parameters, what is seen of them, and the scale of deviations."""
+
+    problem: Problem
+    x: np.ndarray
+    observability: Observability
+    sigma_scale: float
+    degrees_of_freedom: int
+
+    @property
+    def chi_square(self) -> float:
+        """Weighted sum of squares, whatever the loss."""
+        return self.problem.at(self.x).chi_square
+
+    @property
+    def state(self) -> State:
+        """At the epoch."""
+        return self.problem.parameters.state(self.x)
+
+    def separation(self, other: Minimum) -> float:
+        """What the linear theory of this minimum predicts the other's chi-square to exceed its own by."""
+        step = self.problem.parameters.coordinates(other.state) - self.x
+        step[[i for columns in self.problem.parameters.bias_columns for i in columns]] = 0.0
+        change = self.problem.at(self.x).triangle[:-1, :-1] @ step
+        return float(change @ change)
+
+
+def minimum(
+    sets: Sequence[ObservationSet],
+    start: State,
+    groups: tuple[str, ...],
+    loss: Loss,
+    absolute: bool,
+    least_moment: float,
+) -> Minimum:
+    """The minimum near a state; along directions that are not seen, the state's own values."""
+    held = Problem(sets, start, groups, loss, prior=1.0)
+    x, _ = held.minimize(np.zeros(len(held.parameters.names)))
+    biases = [column for columns in held.parameters.bias_columns for column in columns]
+    problem = Problem(sets, held.parameters.state(x).rescaled(least_moment), groups, loss)
+    x[: len(x) - len(biases)] = 0.0
+    numbers = sum(len(each) * each.DEGREES for each in sets)
+    for _ in range(2):  # what is seen is judged where the other directions are at rest
+        seen = _observability(problem, x, numbers, absolute)
+        x, is_reached = problem.minimize(x, seen.seen_basis)
+    free = numbers - int(seen.is_seen.sum())
+    if not absolute and free <= 0:
+        expected = f"more than {len(x)} numbers, or standard deviations"
+        raise InputError("observations", f"{numbers} numbers", expected)
+    if not is_reached:
+        warnings.warn(
+            "fit: no minimum was reached within 100 steps; the best state of these is returned",
+            AttitudeWarning,
+            stacklevel=3,
+        )
+    scale = 1.0 if absolute else float(np.sqrt(problem.at(x).chi_square / free))
+    return Minimum(problem, x, _observability(problem, x, numbers, absolute), scale, free)
+
+
+def _observability(problem: Problem, x: np.ndarray, numbers: int, absolute: bool) -> Observability:
+    linear = problem.at(x)
+    scale = 1.0 if absolute else np.sqrt(linear.chi_square / max(numbers - len(x), 1))
+    return Observability.of(linear.triangle[:-1, :-1], tuple(problem.parameters.names), scale)
+
+
+def fit_of(minimum: Minimum, absolute: bool) -> Fit:
+    """The answer at a minimum, in SI units."""
+    problem, x = minimum.problem, minimum.x
+    parameters, motion = problem.parameters, minimum.state.motion()
+    quantities, seen = parameters.physical(x, motion), minimum.observability
+    half = quantities.derivatives @ (seen.seen_basis * seen.sigma[seen.is_seen])
+    residuals = tuple(
+        _residuals(problem, i, motion, parameters.biases(x)[i], absolute) for i in range(len(problem.sets))
+    )
+    return Fit(
+        motion,
+        parameters.groups,
+        quantities.names,
+        quantities.values,
+        half @ half.T,
+        residuals,
+        minimum.chi_square,
+        minimum.degrees_of_freedom,
+        minimum.sigma_scale,
+        minimum.observability,
+    )
+
+
+def _residuals(
+    problem: Problem, index: int, motion: TorqueFreeMotion, bias: np.ndarray, absolute: bool
+) -> Residuals:
+    from scipy.special import chdtri
+
+    each, instants = problem.sets[index], problem.instants[index]
+    ephemeris = motion.ephemeris(instants, rate=isinstance(each, BodyRates))
+    rate = ephemeris.computed_rate if isinstance(each, BodyRates) else None
+    vectors = each.residuals(ephemeris.attitude, rate, bias)
+    square = ((vectors * each.weights) ** 2).sum(axis=1)
+    count = sum(map(len, problem.sets))
+    typical = 1.0 if absolute else float(np.median(square)) / chdtri(each.DEGREES, 0.5)
+    is_outlier = square > chdtri(each.DEGREES, FALSE_ALARM / count) * typical
+    sigmas = np.sqrt(square / typical)
+    return Residuals(each.name, each.UNIT, instants.seconds, vectors, each.sizes(vectors), sigmas, is_outlier)
+
+
+def indistinct(best: Minimum, others: Iterable[Minimum]) -> list[Minimum]:
+    """Other minima whose chi-square is not larger than chance explains."""
+    limit = INDISTINCT * best.sigma_scale**2
+    near = [each for each in others if each.chi_square - best.chi_square < limit]
+    distinct: list[Minimum] = []
+    for each in near:
+        if all(one.separation(each) > limit for one in (best, *distinct)):
+            distinct.append(each)
+    return distinct

@@ -1,0 +1,252 @@
+"""Observations as columns, with the units in their names: of CSV files, and of documents.
+
+    time [utc] or elapsed [s]
+    q_w, q_x, q_y, q_z; or euler_ZXZ_1 [deg], ..._2, ..._3       attitude_sigma [deg]
+    omega_x [deg/s], omega_y, omega_z                            omega_sigma [deg/s]
+    body_x, body_y, body_z, inertial_x, inertial_y, inertial_z   direction_sigma [deg]
+    range_offset [m], point_x [m], ..., sight_x, ...             range_sigma [m]
+
+A row whose cells of one kind are all empty has no observation of that kind.  In a CSV file a comment line
+"# name [unit]: value" is a column of one value, "# frame: ECLIPJ2000" the frame.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, get_args
+
+import numpy as np
+from astropy import units as u
+from astropy.time import Time
+
+from .. import units
+from ..errors import FormatError, InputError, unknown
+from ..frames import rotations
+from ..times.iso8601 import Scale, parse_times
+from .observations import Attitudes, BodyRates, Directions, ObservationSet, RangeOffsets
+
+QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+HEADER = re.compile(r"\s*([A-Za-z0-9_]+)\s*(?:\[(.+)\])?\s*")
+
+
+class Kind(NamedTuple):
+    """Observations of one kind: the columns that have values for each, and the one with deviations."""
+
+    columns: tuple[str, ...]
+    sigma: str
+    unit: u.UnitBase
+
+
+def _xyz(name: str) -> tuple[str, ...]:
+    return tuple(f"{name}_{axis}" for axis in "xyz")
+
+
+DIRECTION = Kind((*_xyz("body"), *_xyz("inertial")), "direction_sigma", units.ANGLE)
+RATE = Kind(_xyz("omega"), "omega_sigma", units.RATE)
+RANGE = Kind(("range_offset", *_xyz("point"), *_xyz("sight")), "range_sigma", units.LENGTH)
+ATTITUDE_SIGMA = "attitude_sigma"
+UNITS = {
+    **dict.fromkeys((*RATE.columns, RATE.sigma), units.RATE),
+    **dict.fromkeys(("range_offset", *_xyz("point"), RANGE.sigma), units.LENGTH),
+    **dict.fromkeys((ATTITUDE_SIGMA, DIRECTION.sigma), units.ANGLE),
+    "elapsed": units.SECOND,
+}
+WITHOUT_UNIT = ("time", *QUATERNION, *DIRECTION.columns, *_xyz("sight"))
+EULER = re.compile(r"euler_([XYZ]{3})_([123])")
+
+
+class Table:
+    """Columns by their names without units: numbers in SI with NaN for empty cells, and instants.
+
+    Raises InputError for names, units and cells that are not understood, with the row counted from 0.
+    """
+
+    def __init__(self, columns: Mapping[str, Any], frame: str, label: str = "", has_bias: bool = False):
+        self.frame, self.label, self.has_bias = frame, label, has_bias
+        self.times: Any = None
+        self.columns: dict[str, np.ndarray] = {}
+        lengths = {name: len(each) for name, each in columns.items() if isinstance(each, (list, tuple))}
+        self.count = max(lengths.values(), default=0)
+        for header, values in columns.items():
+            if lengths.get(header, self.count) != self.count:
+                raise InputError(header, f"{lengths[header]} values", f"{self.count}, as the other columns")
+            self._add(header, values)
+        if self.times is None:
+            raise InputError("time", None, 'a column "time [utc]", or of another scale, or "elapsed [s]"')
+
+    def _add(self, header: str, values: Any) -> None:
+        match = HEADER.fullmatch(header)
+        name, unit = (match[1], match[2]) if match else (header, None)
+        if name == "time":
+            self.times = self._dates(header, unit, values)
+            return
+        is_euler = EULER.fullmatch(name)
+        like = units.ANGLE if is_euler else UNITS.get(name)
+        if like is None and name not in WITHOUT_UNIT:
+            known = (*UNITS, *WITHOUT_UNIT, "euler_ZXZ_1")
+            raise InputError(header, name, unknown("column", name, known))
+        if (like is None) != (unit is None):
+            expected = (
+                "no unit" if like is None else f'its unit in brackets, such as "{name} [{_example(like)}]"'
+            )
+            raise InputError(header, unit, expected)
+        if is_euler:
+            rotations.check_sequence(is_euler[1], header)
+        factor = 1.0 if like is None else units.parse_unit(unit, like, header)
+        numbers = _numbers(values, header) * factor
+        numbers = np.broadcast_to(numbers, (self.count,)) if numbers.ndim == 0 else numbers
+        if name == "elapsed":
+            units.refuse_where(~np.isfinite(numbers), numbers, header, "a time in every row")
+            self.times = numbers
+        else:
+            self.columns[name] = numbers
+
+    def _dates(self, header: str, scale: str | None, values: Any) -> Time:
+        if scale is None or scale.lower() not in get_args(Scale):
+            raise InputError(
+                header, scale, f'a time scale in brackets, such as "time [utc]": {", ".join(get_args(Scale))}'
+            )
+        if not isinstance(values, (list, tuple)) or not all(isinstance(each, str) for each in values):
+            raise InputError(header, values, "dates (ISO 8601)")
+        try:
+            return parse_times([each.strip() for each in values], scale.lower())
+        except InputError as error:
+            raise InputError(
+                header + error.field.removeprefix("times.dates"), error.value, error.expected
+            ) from None
+
+    def sets(self) -> list[ObservationSet]:
+        """The observations of every kind that there is."""
+        found = [self._attitudes(), self._rates(), self._directions(), self._ranges()]
+        sets = [each for each in found if each is not None]
+        if not sets:
+            raise InputError(
+                "columns",
+                list(self.columns),
+                "observations: q_w, euler_ZXZ_1, omega_x, body_x or range_offset",
+            )
+        return sets
+
+    def _attitudes(self) -> ObservationSet | None:
+        euler = {match[1]: name for name in self.columns if (match := EULER.fullmatch(name))}
+        if len(euler) > 1 or (euler and any(name in self.columns for name in QUATERNION)):
+            raise InputError("columns", list(self.columns), "attitudes in one form")
+        names: tuple[str, ...] = QUATERNION
+        if euler:
+            (sequence,) = euler
+            names = tuple(f"euler_{sequence}_{i}" for i in (1, 2, 3))
+        rows, values, sigma = self._part(names, ATTITUDE_SIGMA)
+        if values is None:
+            return None
+        attitude = rotations.from_euler(sequence, values) if euler else values
+        return Attitudes(self.times[rows], sigma, self._name("attitudes"), self.frame, attitude, "wxyz")
+
+    def _rates(self) -> ObservationSet | None:
+        rows, values, sigma = self._part(RATE.columns, RATE.sigma)
+        if values is None:
+            return None
+        return BodyRates(self.times[rows], sigma, self._name("rates"), self.frame, values, self.has_bias)
+
+    def _directions(self) -> ObservationSet | None:
+        rows, values, sigma = self._part(DIRECTION.columns, DIRECTION.sigma)
+        if values is None:
+            return None
+        return Directions(
+            self.times[rows], sigma, self._name("directions"), self.frame, values[:, :3], values[:, 3:]
+        )
+
+    def _ranges(self) -> ObservationSet | None:
+        rows, values, sigma = self._part(RANGE.columns, RANGE.sigma)
+        if values is None:
+            return None
+        offset, point, sight = values[:, 0], values[:, 1:4], values[:, 4:]
+        name = self._name("ranges")
+        return RangeOffsets(self.times[rows], sigma, name, self.frame, offset, point, sight, self.has_bias)
+
+    def _name(self, kind: str) -> str:
+        return f"{self.label} {kind}".strip()
+
+    def _part(
+        self, names: Sequence[str], sigma_name: str
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
+        """Mask of the rows that have these columns, their values (n, k), and their standard deviations."""
+        present = [name for name in names if name in self.columns]
+        if not present:
+            if sigma_name in self.columns:
+                raise InputError(sigma_name, "a column", f"the columns {', '.join(names)} beside it")
+            return np.zeros(0, dtype=bool), None, None
+        for name in names:
+            if name not in self.columns:
+                raise InputError(name, None, f"a column, beside {present[0]}")
+        values = np.stack([self.columns[name] for name in names], axis=1)
+        listed = [i for i, name in enumerate(names) if self.columns[name].strides != (0,)] or [0]
+        is_empty = np.isnan(values[:, listed])
+        rows = ~is_empty.all(axis=1)
+        for i, name in enumerate(names):
+            units.refuse_where(
+                rows & np.isnan(values[:, i]), values[:, i], name, f"a number, as in {present[0]}"
+            )
+        sigma = self.columns.get(sigma_name)
+        return rows, values[rows], None if sigma is None else sigma[rows]
+
+
+def _example(like: u.UnitBase) -> str:
+    return {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}[like]
+
+
+def _numbers(values: Any, header: str) -> np.ndarray:
+    """A number, or (n,) with NaN for empty cells; InputError for text, NaN and infinities in words."""
+    is_list = isinstance(values, (list, tuple))
+    numbers = np.empty(len(values) if is_list else 1)
+    for i, cell in enumerate(values if is_list else [values]):
+        field = f"{header}[{i}]" if is_list else header
+        try:
+            is_empty = cell is None or (isinstance(cell, str) and not cell.strip())
+            numbers[i] = np.nan if is_empty else float(cell)
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(field, cell, "a number, or nothing") from None
+        if not is_empty and not np.isfinite(numbers[i]):
+            raise InputError(field, cell, "a finite number, or nothing")
+    return numbers if is_list else numbers[0]
+
+
+def read_table(path: str | Path, frame: str | None = None) -> list[ObservationSet]:
+    """The observations of a CSV file; `frame` of the values where the file names none (ICRF by default).
+
+    Raises FormatError where it cannot be read, InputError that names column and row.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
+    columns: dict[str, Any] = {}
+    lines = text.splitlines()
+    numbers = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
+    for line in lines:
+        if match := re.fullmatch(r"#\s*([A-Za-z0-9_]+(?:\s*\[[^\]]+\])?)\s*:\s*(\S+)\s*", line):
+            columns[match[1]] = match[2]
+    frame = columns.pop("frame", frame or "ICRF")
+    columns = {name: value for name, value in columns.items() if _is_column(name)}
+    rows = list(csv.reader(lines[i] for i in numbers))
+    if len(rows) < 2:
+        raise FormatError("no observations: a line of column names, then a line for each instant", str(path))
+    for row, number in zip(rows, numbers, strict=True):
+        if len(row) != len(rows[0]):
+            raise FormatError(f"{len(row)} cells, but {len(rows[0])} columns", str(path), number + 1)
+    for name, values in zip(rows[0], zip(*rows[1:], strict=True), strict=True):
+        if name in columns:
+            raise FormatError(f"the column {name!r} twice", str(path), numbers[0] + 1)
+        columns[name] = values
+    try:
+        return Table(columns, rotations.check_frame(frame, "frame")).sets()
+    except InputError as error:
+        raise InputError(f"{path}: {error.field}", error.value, error.expected, ()) from None
+
+
+def _is_column(header: str) -> bool:
+    """Whether a comment names a column; any other comment is of no account."""
+    name = HEADER.fullmatch(header)
+    return name is not None and (name[1] in UNITS or name[1] in WITHOUT_UNIT)

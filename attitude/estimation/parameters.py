@@ -1,0 +1,214 @@
+"""What is estimated, as numbers: the motion of given numbers, and its derivatives by them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from astropy.time import Time
+
+from ..errors import InputError, unknown_name
+from ..frames import rotations
+from ..motion import TorqueFreeMotion
+from ..rigid_body.body import RigidBody
+from .observations import SMALL_ANGLE, ObservationSet, cross_matrix
+
+# What may be estimated, in the order of the columns of `motion.partials`; "inertia" stands for "moments", and
+# for "principal_axes" too where the body is a tensor.
+GROUPS = ("attitude", "angular_velocity", "moments", "principal_axes")
+AXES = "xyz"
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A body and its state at the epoch.
+
+    attitude : (4,) wxyz, body to `frame`; rate : (3,) rad/s, body axes
+    moments : (3,) kg m2, principal; axes : (3, 3), the principal axes in its rows, body components
+    """
+
+    attitude: np.ndarray
+    rate: np.ndarray
+    moments: np.ndarray
+    axes: np.ndarray
+    epoch: Time | None
+    frame: str
+
+    @classmethod
+    def of(cls, motion: TorqueFreeMotion) -> State:
+        """Of the motion of one body."""
+        if motion.shape:
+            raise InputError("start", f"{motion.shape} bodies", "the motion of one body")
+        at_epoch, body = motion.at(0.0), motion.body
+        return cls(
+            at_epoch.quaternion("wxyz"),
+            at_epoch.angular_velocity,
+            body.moments,
+            body.axes,
+            motion.epoch,
+            motion.frame,
+        )
+
+    @property
+    def body(self) -> RigidBody:
+        """By its moments where its axes are the body axes, else by its tensor."""
+        if (self.axes == np.eye(3)).all():
+            return RigidBody.from_moments(self.moments, physical=False)
+        return RigidBody((self.axes.T * self.moments) @ self.axes, physical=False)
+
+    def rescaled(self, least_moment: float) -> State:
+        """The same motion by another scale of inertia; its principal axes in the order of `RigidBody`."""
+        body = self.body
+        return replace(self, moments=body.moments * (least_moment / body.moments.min()), axes=body.axes)
+
+    def motion(self) -> TorqueFreeMotion:
+        """Free rotation from this state."""
+        return TorqueFreeMotion(self.body, self.attitude, self.rate, self.epoch, "wxyz", self.frame)
+
+
+class Quantities(NamedTuple):
+    """Names (n,), values (n,) in SI, and derivatives (n, p) by the parameters, of what is estimated."""
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    derivatives: np.ndarray
+
+
+def check_groups(estimate: Sequence[str], body: RigidBody) -> tuple[str, ...]:
+    """The groups of parameters, in the order of GROUPS; "inertia" is spelled out by the form of the body."""
+    names = (estimate,) if isinstance(estimate, str) else tuple(estimate)
+    for name in names:
+        if name not in (*GROUPS, "inertia"):
+            raise unknown_name("estimate", "parameter", name, (*GROUPS, "inertia"))
+    of_inertia = ("moments",) if (body.axes == np.eye(3)).all() else ("principal_axes", "moments")
+    expanded = {each for name in names for each in (of_inertia if name == "inertia" else (name,))}
+    if not expanded:
+        raise InputError("estimate", estimate, f"at least one of {', '.join(GROUPS)}")
+    return tuple(name for name in GROUPS if name in expanded)
+
+
+class Parameters:
+    """Numbers x, zero at a reference state, each in its own natural unit, and the states that they stand for.
+
+    attitude : rotation vector from the reference, body axes; rad
+    angular_velocity : difference from the reference; the size of the reference rate
+    principal_axes : rotation vector that turns them about body axes; rad
+    moments : logarithms of two moments' ratios to the third, the least, whose value is kept: free rotation
+        does not depend on the scale of inertia
+    biases : of the sets that have one; their unit is the size of what they are added to
+    """
+
+    def __init__(
+        self, reference: State, groups: tuple[str, ...], sets: Sequence[ObservationSet], span: float
+    ):
+        self.reference, self.groups = reference, groups
+        rate = float(np.sqrt((reference.rate**2).sum())) or 1.0 / span
+        self.kept = int(np.argmin(reference.moments))
+        self.free = [i for i in range(3) if i != self.kept]
+        columns = {"moments": [AXES[i] for i in self.free]}
+        names = [(group, axis) for group in groups for axis in columns.get(group, AXES)]
+        self.units = [rate if group == "angular_velocity" else 1.0 for group, _ in names]
+        self.columns = {group: [i for i, name in enumerate(names) if name[0] == group] for group in groups}
+        self.bias_columns: list[list[int]] = []
+        for each in sets:
+            self.bias_columns.append(list(range(len(names), len(names) + each.biases)))
+            names += [(f"{each.name} bias", axis) for axis in AXES[: each.biases]]
+            self.units += [each.bias_unit(rate)] * each.biases
+        self.names = [f"{group}.{axis}" for group, axis in names]
+        self.unit_array = np.array(self.units)
+
+    def state(self, x: np.ndarray) -> State:
+        """The state that x stands for."""
+        reference, values = self.reference, self._values(x)
+        attitude = rotations.product(reference.attitude, _exponential(values["attitude"]))
+        turn = _exponential(values["principal_axes"])
+        axes = reference.axes
+        if values["principal_axes"].any():
+            axes = rotations.rotate(turn, axes)
+        moments = reference.moments * np.exp(values["moments"])
+        rate = reference.rate + values["angular_velocity"]
+        return replace(reference, attitude=attitude, rate=rate, moments=moments, axes=axes)
+
+    def _values(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """(3,) of every group, in SI units; zeros of those that are not estimated."""
+        values = {group: np.zeros(3) for group in GROUPS}
+        scaled = x * self.unit_array
+        for group, columns in self.columns.items():
+            values[group][self.free if group == "moments" else slice(None)] = scaled[columns]
+        return values
+
+    def coordinates(self, state: State) -> np.ndarray:
+        """The x of a state, but for what is not estimated, and biases (zero)."""
+        reference = self.reference
+        cosines = reference.axes @ state.axes.T
+        order = np.argmax(np.abs(cosines), axis=1)  # axes have neither an order nor a sense
+        axes = state.axes[order] * np.sign(cosines[range(3), order])[:, None]
+        turn = rotations.from_matrix(axes.T @ reference.axes)
+        values = {
+            "attitude": rotations.rotation_vectors(reference.attitude, state.attitude),
+            "angular_velocity": state.rate - reference.rate,
+            "principal_axes": rotations.rotation_vectors(np.array([1.0, 0.0, 0.0, 0.0]), turn),
+            "moments": self._ratios(state.moments[order]) - self._ratios(reference.moments),
+        }
+        x = np.zeros(len(self.names))
+        for group, columns in self.columns.items():
+            x[columns] = values[group]
+        return x / self.unit_array
+
+    def _ratios(self, moments: np.ndarray) -> np.ndarray:
+        return np.log(moments[self.free] / moments[self.kept])
+
+    def physical(self, x: np.ndarray, motion: TorqueFreeMotion) -> Quantities:
+        """What is estimated, three numbers of each group, at x.
+
+        Attitude and principal axes are relative to the state of x, as small rotations about body axes.
+        """
+        values = np.concatenate([np.zeros(3), self.state(x).rate, motion.body.moments, np.zeros(3)])
+        rows = [3 * GROUPS.index(group) + i for group in self.groups for i in range(3)]
+        biases = [column for columns in self.bias_columns for column in columns]
+        return Quantities(
+            tuple([f"{GROUPS[row // 3]}.{AXES[row % 3]}" for row in rows] + [self.names[i] for i in biases]),
+            np.append(values[rows], (x * self.unit_array)[biases]),
+            np.concatenate([self.input_matrix(x, motion)[rows], np.diag(self.unit_array)[biases]]),
+        )
+
+    def biases(self, x: np.ndarray) -> list[np.ndarray]:
+        """Those of every set, in SI units; empty of a set that has none."""
+        return [(x * self.unit_array)[columns] for columns in self.bias_columns]
+
+    def input_matrix(self, x: np.ndarray, motion: TorqueFreeMotion) -> np.ndarray:
+        """(12, p): the columns of `motion.partials` by x."""
+        values, state = self._values(x), self.state(x)
+        matrix = np.zeros((12, len(x)))
+        blocks = {
+            "attitude": _right_jacobian(values["attitude"]),
+            "angular_velocity": np.eye(3),
+            "moments": self._moment_columns(state, motion.body),
+            "principal_axes": _right_jacobian(values["principal_axes"]).T,
+        }
+        for group, columns in self.columns.items():
+            first = 3 * GROUPS.index(group)
+            matrix[first : first + 3, columns] = blocks[group]
+        return matrix * self.unit_array
+
+    def _moment_columns(self, state: State, body: RigidBody) -> np.ndarray:
+        """(3, 2): moments of the body, in its own order, by the logarithms of the two that are free."""
+        order = np.argmax(np.abs(body.axes @ state.axes.T), axis=1)
+        return np.diag(state.moments)[order][:, self.free]
+
+
+def _exponential(vector: np.ndarray) -> np.ndarray:
+    """(4,) wxyz of a rotation vector (3,)."""
+    half = 0.5 * np.sqrt(vector @ vector)
+    return np.array([np.cos(half), *(0.5 * np.sinc(half / np.pi) * vector)])
+
+
+def _right_jacobian(vector: np.ndarray) -> np.ndarray:
+    """(3, 3) J of exp(v + dv) = exp(v) exp(J dv), to first order."""
+    angle, cross = np.sqrt(vector @ vector), cross_matrix(vector)
+    if angle < SMALL_ANGLE:
+        return np.eye(3) - 0.5 * cross + cross @ cross / 6.0
+    linear = (1.0 - np.cos(angle)) / angle**2
+    return np.eye(3) - linear * cross + (angle - np.sin(angle)) / angle**3 * (cross @ cross)
