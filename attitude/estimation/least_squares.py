@@ -13,7 +13,6 @@ from ..errors import unknown_name
 from ..motion import TorqueFreeMotion
 from ..times.instants import Instants
 from ..times.two_part import two_sum
-from . import standin
 from .observations import BodyRates, ObservationSet
 from .parameters import Parameters, State
 
@@ -103,8 +102,9 @@ class Problem:
         return self._linearized
 
     def _linearize(self, x: np.ndarray) -> Linearized:
-        motion, p = self.parameters.state(x).motion(), len(x)
-        inputs, triangle, remainder = self.parameters.input_matrix(x, motion), np.zeros((p + 1, p + 1)), 0.0
+        state, p = self.parameters.state(x), len(x)
+        motion, inputs = state.motion(), (state.inertia_form, self.parameters.input_matrix(x))
+        triangle, remainder = np.zeros((p + 1, p + 1)), 0.0
         if self.prior is not None:
             triangle[:p] = np.concatenate([np.eye(p), x[:, None]], axis=1) / self.prior
         squares = []
@@ -172,14 +172,19 @@ def weighted_rows(
     each: ObservationSet,
     motion: TorqueFreeMotion,
     instants: Instants,
-    inputs: np.ndarray,
+    inputs: tuple[str, np.ndarray],
     bias: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n, k, p) derivatives by the parameters but for biases, and (n, k) residuals; both weighted."""
-    ephemeris = motion.ephemeris(instants, rate=isinstance(each, BodyRates))
-    rate = ephemeris.computed_rate if isinstance(each, BodyRates) else None
-    residuals = each.residuals(ephemeris.attitude, rate, bias)
-    of_rate = slice(3, 6) if isinstance(each, BodyRates) else slice(0, 3)
-    by_inputs = standin.matrix(motion, instants)[:, of_rate] @ inputs
-    rows = each.derivatives(ephemeris.attitude, residuals) @ by_inputs
-    return each.weighted(rows), residuals * each.weights
+    """(n, k, p) derivatives by the parameters but for biases, and (n, k) residuals; both weighted.
+
+    inputs : the form of the inertia, and the derivatives (12, p) of the columns of `partials` by the parameters
+    """
+    has_rate = isinstance(each, BodyRates)
+    ephemeris = motion.ephemeris(instants, rate=has_rate)
+    residuals = each.residuals(ephemeris.attitude, ephemeris.computed_rate if has_rate else None, bias)
+    partials = ephemeris.partials(inputs[0])
+    of_set = np.moveaxis(partials.rate if has_rate else partials.attitude, 0, -1)
+    by_parameters = np.moveaxis(inputs[1].T @ of_set, -1, 0)
+    return each.weighted(
+        each.derivatives(ephemeris.attitude, residuals) @ by_parameters
+    ), residuals * each.weights

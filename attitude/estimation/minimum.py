@@ -89,7 +89,7 @@ def fit_of(minimum: Minimum, absolute: bool) -> Fit:
     """The answer at a minimum, in SI units."""
     problem, x = minimum.problem, minimum.x
     parameters, motion = problem.parameters, minimum.state.motion()
-    quantities, seen = parameters.physical(x, motion), minimum.observability
+    quantities, seen = parameters.physical(x), minimum.observability
     half = quantities.derivatives @ (seen.seen_basis * seen.sigma[seen.is_seen])
     residuals = tuple(
         _residuals(problem, i, motion, parameters.biases(x)[i], absolute) for i in range(len(problem.sets))

@@ -19,6 +19,7 @@ from .observations import SMALL_ANGLE, ObservationSet, cross_matrix
 # for "principal_axes" too where the body is a tensor.
 GROUPS = ("attitude", "angular_velocity", "moments", "principal_axes")
 AXES = "xyz"
+TENSOR_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of `motion.partials`
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +53,14 @@ class State:
         )
 
     @property
+    def inertia_form(self) -> str:
+        """How `body` has the inertia: "moments" where the principal axes are the body axes, else "tensor"."""
+        return "moments" if (self.axes == np.eye(3)).all() else "tensor"
+
+    @property
     def body(self) -> RigidBody:
-        """By its moments where its axes are the body axes, else by its tensor."""
-        if (self.axes == np.eye(3)).all():
+        """By its moments or by its tensor."""
+        if self.inertia_form == "moments":
             return RigidBody.from_moments(self.moments, physical=False)
         return RigidBody((self.axes.T * self.moments) @ self.axes, physical=False)
 
@@ -160,32 +166,39 @@ class Parameters:
     def _ratios(self, moments: np.ndarray) -> np.ndarray:
         return np.log(moments[self.free] / moments[self.kept])
 
-    def physical(self, x: np.ndarray, motion: TorqueFreeMotion) -> Quantities:
+    def physical(self, x: np.ndarray) -> Quantities:
         """What is estimated, three numbers of each group, at x.
 
         Attitude and principal axes are relative to the state of x, as small rotations about body axes.
         """
-        values = np.concatenate([np.zeros(3), self.state(x).rate, motion.body.moments, np.zeros(3)])
+        state = self.state(x)
+        values = np.concatenate([np.zeros(3), state.rate, state.moments, np.zeros(3)])
         rows = [3 * GROUPS.index(group) + i for group in self.groups for i in range(3)]
         biases = [column for columns in self.bias_columns for column in columns]
         return Quantities(
             tuple([f"{GROUPS[row // 3]}.{AXES[row % 3]}" for row in rows] + [self.names[i] for i in biases]),
             np.append(values[rows], (x * self.unit_array)[biases]),
-            np.concatenate([self.input_matrix(x, motion)[rows], np.diag(self.unit_array)[biases]]),
+            np.concatenate([self._chart(x)[rows], np.diag(self.unit_array)[biases]]),
         )
 
     def biases(self, x: np.ndarray) -> list[np.ndarray]:
         """Those of every set, in SI units; empty of a set that has none."""
         return [(x * self.unit_array)[columns] for columns in self.bias_columns]
 
-    def input_matrix(self, x: np.ndarray, motion: TorqueFreeMotion) -> np.ndarray:
-        """(12, p): the columns of `motion.partials` by x."""
-        values, state = self._values(x), self.state(x)
-        matrix = np.zeros((12, len(x)))
+    def input_matrix(self, x: np.ndarray) -> np.ndarray:
+        """(12, p): the columns of `motion.partials` by x, with the inertia as `State.inertia_form` has it."""
+        matrix, state = self._chart(x), self.state(x)
+        if state.inertia_form == "tensor":
+            matrix[6:] = _tensor_columns(state) @ matrix[6:]
+        return matrix
+
+    def _chart(self, x: np.ndarray) -> np.ndarray:
+        """(12, p): small rotation, rate, moments, and turn of the axes about body axes, by x."""
+        values, matrix = self._values(x), np.zeros((12, len(x)))
         blocks = {
             "attitude": _right_jacobian(values["attitude"]),
             "angular_velocity": np.eye(3),
-            "moments": self._moment_columns(state, motion.body),
+            "moments": np.diag(self.state(x).moments)[:, self.free],
             "principal_axes": _right_jacobian(values["principal_axes"]).T,
         }
         for group, columns in self.columns.items():
@@ -193,10 +206,13 @@ class Parameters:
             matrix[first : first + 3, columns] = blocks[group]
         return matrix * self.unit_array
 
-    def _moment_columns(self, state: State, body: RigidBody) -> np.ndarray:
-        """(3, 2): moments of the body, in its own order, by the logarithms of the two that are free."""
-        order = np.argmax(np.abs(body.axes @ state.axes.T), axis=1)
-        return np.diag(state.moments)[order][:, self.free]
+
+def _tensor_columns(state: State) -> np.ndarray:
+    """(6, 6): elements xx, yy, zz, xy, xz, yz of the tensor by moments, and by turns about the body axes."""
+    tensor = (state.axes.T * state.moments) @ state.axes
+    turned = cross_matrix(np.eye(3)) @ tensor
+    changes = [*(axis[:, None] * axis for axis in state.axes), *(turned + np.swapaxes(turned, -1, -2))]
+    return np.array([[change[i, j] for change in changes] for i, j in TENSOR_ELEMENTS])
 
 
 def _exponential(vector: np.ndarray) -> np.ndarray:
