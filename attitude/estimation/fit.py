@@ -15,6 +15,7 @@ from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
 from ..samples.ephemeris_data import EphemerisData
 from ..scene.document import Scene
+from ..times.instants import Instants
 from . import starts
 from .fit_result import Fit
 from .least_squares import Loss
@@ -150,8 +151,10 @@ def _list(observations: Any) -> list[ObservationSet]:
 def _sets(observations: Any, template: State) -> list[ObservationSet]:
     """In the frame of the answer; what is odd about their instants is warned of."""
     sets = [each.in_frame(template.frame) for each in _list(observations)]
-    for each in sets:
-        seconds = each.instants(template.epoch).seconds
+    for i, each in enumerate(sets):
+        instants = each.instants(template.epoch)
+        sets[i] = replace(each, times=Instants(instants.seconds, instants.seconds_low, template.epoch))
+        seconds = instants.seconds
         back = np.flatnonzero(np.diff(seconds) < 0.0)
         if back.size:
             _warn(f"{each.name}: instants go back at [{back[0] + 1}]; each is taken as it is")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,7 +16,8 @@ from ..times.two_part import two_sum
 from .observations import BodyRates, ObservationSet
 from .parameters import Parameters, State
 
-INSTANTS_PER_CHUNK = 1 << 14
+INSTANTS_PER_CHUNK = 1 << 11  # whose derivatives stay in a processor's cache
+ROWS_PER_BLOCK = 512
 # rho(z), rho'(z) of the squared size z of an observation's residual; as scipy.optimize.least_squares.
 LOSSES = {
     "linear": lambda z: (z, np.ones_like(z)),
@@ -90,6 +91,11 @@ class Problem:
     ):
         self.sets, self.loss, self.prior = sets, loss, prior
         self.instants = [since(each.instants(reference.epoch), origin) for each in sets]
+        self.chunks = [
+            (index, part, each[part], instants[part])
+            for index, (each, instants) in enumerate(zip(sets, self.instants, strict=True))
+            for part in slices(len(each))
+        ]
         span = max(float(np.ptp(each.seconds)) for each in self.instants) or 1.0
         self.parameters = Parameters(reference, groups, sets, span)
         self._x = np.empty(0)
@@ -107,31 +113,33 @@ class Problem:
         triangle, remainder = np.zeros((p + 1, p + 1)), 0.0
         if self.prior is not None:
             triangle[:p] = np.concatenate([np.eye(p), x[:, None]], axis=1) / self.prior
-        squares = []
-        for each, instants, bias, columns in zip(
-            self.sets, self.instants, self.parameters.biases(x), self.parameters.bias_columns, strict=True
-        ):
-            square = np.empty(len(each))
-            for first in range(0, len(each), INSTANTS_PER_CHUNK):
-                stopping.check()
-                part = slice(first, first + INSTANTS_PER_CHUNK)
-                rows, residuals = weighted_rows(each[part], motion, instants[part], inputs, bias)
-                of_bias = np.eye(each.COMPONENTS)[:, : len(columns)] * self.parameters.unit_array[columns]
-                rows[:, :, columns] -= each[part].weighted(of_bias)
-                square[part] = (residuals**2).sum(axis=1)
-                value, slope = self.loss(square[part], each.DEGREES)
-                remainder += float((value - slope * square[part]).sum())
-                block = np.concatenate([rows, residuals[..., None]], axis=2) * np.sqrt(slope)[:, None, None]
-                triangle = _triangle(np.concatenate([triangle, block.reshape(-1, p + 1)]))
-            squares.append(square)
+        squares, biases = [np.empty(len(each)) for each in self.sets], self.parameters.biases(x)
+        for index, part, each, instants in self.chunks:
+            stopping.check()
+            rows = _rows(each, motion, instants, inputs, biases[index])
+            columns = self.parameters.bias_columns[index]
+            of_bias = np.eye(len(columns), each.COMPONENTS) * self.parameters.unit_array[columns][:, None]
+            rows[columns] -= of_bias[..., None]
+            rows *= each.weights.T
+            square = (rows[p] ** 2).sum(axis=0)
+            value, slope = self.loss(square, each.DEGREES)
+            rows *= np.sqrt(slope)
+            squares[index][part] = square
+            remainder += float((value - slope * square).sum())
+            triangle = _triangle(np.concatenate([triangle.T, rows.reshape(p + 1, -1)], axis=1))
         return Linearized(triangle, max(remainder, 0.0), squares)
 
     def minimize(
-        self, x: np.ndarray, basis: np.ndarray | None = None, max_evaluations: int = 100
+        self,
+        x: np.ndarray,
+        basis: np.ndarray | None = None,
+        precision: float = 1e-10,
+        max_evaluations: int = 100,
     ) -> tuple[np.ndarray, bool]:
         """x at the minimum near x, and whether it was reached within so many evaluations.
 
         basis : (p, m) directions along which x moves; all by default
+        precision : relative, of the sum of squares and of x
 
         SciPy takes the triangular problem for the whole: both have the same sum of squares, gradient and
         normal matrix.
@@ -150,14 +158,26 @@ class Problem:
             columns = self.at(x + basis @ z).triangle[:, :-1] @ basis
             return np.concatenate([columns, np.zeros((1, len(z)))])
 
-        start, tolerances = np.zeros(basis.shape[1]), {"xtol": 1e-11, "ftol": 1e-13, "gtol": 1e-13}
+        start, tolerances = np.zeros(basis.shape[1]), {"xtol": precision, "ftol": precision, "gtol": 1e-13}
         result = least_squares(values, start, jacobian, **tolerances, max_nfev=max_evaluations)
         return x + basis @ result.x, result.status > 0
 
 
-def _triangle(matrix: np.ndarray) -> np.ndarray:
-    """(p, p) upper triangle R of a matrix (n, p), n >= p, = Q R."""
-    return np.asarray(np.linalg.qr(matrix, mode="r"))
+def _triangle(columns: np.ndarray) -> np.ndarray:
+    """(p, p) upper triangle R of columns.T (n, p) = Q R.
+
+    By blocks of so few rows that LAPACK does not share them among threads, which would wait for each other.
+    """
+    p, n = columns.shape
+    padded = np.zeros((p, -(-n // ROWS_PER_BLOCK) * ROWS_PER_BLOCK))
+    padded[:, :n] = columns
+    triangles = np.linalg.qr(padded.T.reshape(-1, ROWS_PER_BLOCK, p), mode="r")
+    return np.asarray(np.linalg.qr(np.reshape(triangles, (-1, p)), mode="r"))
+
+
+def slices(count: int) -> Iterator[slice]:
+    """Ranges of at most INSTANTS_PER_CHUNK."""
+    return (slice(first, first + INSTANTS_PER_CHUNK) for first in range(0, count, INSTANTS_PER_CHUNK))
 
 
 def since(instants: Instants, origin: float) -> Instants:
@@ -168,14 +188,14 @@ def since(instants: Instants, origin: float) -> Instants:
     return Instants(seconds, low if instants.seconds_low is None else low + instants.seconds_low, None)
 
 
-def weighted_rows(
+def _rows(
     each: ObservationSet,
     motion: TorqueFreeMotion,
     instants: Instants,
     inputs: tuple[str, np.ndarray],
     bias: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """(n, k, p) derivatives by the parameters but for biases, and (n, k) residuals; both weighted.
+) -> np.ndarray:
+    """(p + 1, k, n): derivatives of the residuals by the parameters but for biases, then the residuals.
 
     inputs : the form of the inertia, and the derivatives (12, p) of the columns of `partials` by the parameters
     """
@@ -184,7 +204,8 @@ def weighted_rows(
     residuals = each.residuals(ephemeris.attitude, ephemeris.computed_rate if has_rate else None, bias)
     partials = ephemeris.partials(inputs[0])
     of_set = np.moveaxis(partials.rate if has_rate else partials.attitude, 0, -1)
-    by_parameters = np.moveaxis(inputs[1].T @ of_set, -1, 0)
-    return each.weighted(
-        each.derivatives(ephemeris.attitude, residuals) @ by_parameters
-    ), residuals * each.weights
+    derivatives = each.derivatives(ephemeris.attitude, residuals)
+    rows = np.empty((inputs[1].shape[1] + 1, each.COMPONENTS, len(each)))
+    np.einsum("nkr,rpn->pkn", derivatives, inputs[1].T @ of_set, out=rows[:-1])
+    rows[-1] = residuals.T
+    return rows

@@ -15,9 +15,9 @@ from .least_squares import Loss, Problem
 from .observability import Observability
 from .observations import BodyRates, ObservationSet
 from .parameters import State
+from .starts import INDISTINCT
 
 FALSE_ALARM = 0.01  # probability that any of the observations of a right model is called an outlier
-INDISTINCT = 9.0  # difference of chi-square up to which two minima cannot be told apart: three sigma
 
 
 class Minimum(NamedTuple):
@@ -57,14 +57,16 @@ def minimum(
 ) -> Minimum:
     """The minimum near a state; along directions that are not seen, the state's own values."""
     held = Problem(sets, start, groups, loss, prior=1.0)
-    x, _ = held.minimize(np.zeros(len(held.parameters.names)))
+    x, _ = held.minimize(np.zeros(len(held.parameters.names)), precision=1e-5)
     biases = [column for columns in held.parameters.bias_columns for column in columns]
     problem = Problem(sets, held.parameters.state(x).rescaled(least_moment), groups, loss)
     x[: len(x) - len(biases)] = 0.0
     numbers = sum(len(each) * each.DEGREES for each in sets)
-    for _ in range(2):  # what is seen is judged where the other directions are at rest
+    for _ in range(2):
         seen = _observability(problem, x, numbers, absolute)
         x, is_reached = problem.minimize(x, seen.seen_basis)
+        if seen.is_seen.all():
+            break  # else what is seen is judged again where the other directions are at rest
     free = numbers - int(seen.is_seen.sum())
     if not absolute and free <= 0:
         expected = f"more than {len(x)} numbers, or standard deviations"

@@ -28,7 +28,7 @@ SMALL_ANGLE = 1e-4  # rad, below which series replace quotients of sines
 class ObservationSet:
     """Observations of one kind.
 
-    times : (n,) Time; or seconds (a bare array or Quantity) since the epoch of the fit
+    times : (n,) Time; or seconds (a bare array or Quantity) since the epoch of the fit; or Instants
     sigma : standard deviation, 1 sigma, of every observation: a number, (n,) of each, or what the kind adds;
         None where it is not known: the scatter of residuals then is
     label : name in reports
@@ -69,10 +69,12 @@ class ObservationSet:
         return self.label or self.KIND
 
     def __len__(self) -> int:
-        return len(self.times)
+        return int(np.shape(self.times)[0])
 
     def instants(self, epoch: Time | None) -> Instants:
         """The instants since the epoch; InputError for dates without one, or seconds that are not finite."""
+        if isinstance(self.times, Instants):
+            return self.times
         return as_instants(self.times, epoch, f"{self.name}.times")
 
     def __getitem__(self, key: Any) -> Self:
@@ -118,10 +120,6 @@ class ObservationSet:
             return np.ones((1, 1))
         sigma = np.asarray(self.sigma)
         return 1.0 / (sigma if sigma.ndim == 2 else sigma.reshape(-1, 1))
-
-    def weighted(self, rows: np.ndarray) -> np.ndarray:
-        """Derivatives (n or 1, k, p) of the residuals, over their standard deviations."""
-        return rows * self.weights[..., None]
 
     def residuals(self, attitude: np.ndarray, rate: np.ndarray | None, bias: np.ndarray) -> np.ndarray:
         """(n, components), observed less computed, not weighted, at attitudes (n, 4) and rates (n, 3)."""

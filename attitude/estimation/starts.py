@@ -27,6 +27,7 @@ KEPT_AT_FIRST, KEPT = 24, 6  # candidates
 PRIOR = 0.5  # natural units: what few observations do not see stays near the candidate's
 LARGE_TURN = 1.0  # rad between neighbours, beyond which a whole turn may have been missed
 RANDOM_STATES = 1000
+INDISTINCT = 9.0  # difference of chi-square up to which minima cannot be told apart: three sigma
 SAME = 1e-4  # relative difference of two candidates that are one
 
 
@@ -48,11 +49,13 @@ def search(
     size, kept = FIRST_WINDOW, KEPT_AT_FIRST
     while True:
         window = [_window(each, times, anchor, size) for each, times in zip(sets, seconds, strict=True)]
-        states = _improved(_best(window, states, anchor, kept), window, groups, loss, anchor)
+        minima = _improved(_best(window, states, anchor, kept), window, groups, loss, anchor)
+        states, lowest = [state for _, state in minima], minima[0][0]
         if size >= most:
             break
         size, kept = size * GROWTH, KEPT
-    return [_moved(state, -anchor) for state in states]
+    limit = lowest + INDISTINCT * max(1.0, lowest / sum(len(each) * each.DEGREES for each in window))
+    return [_moved(state, -anchor) for cost, state in minima if cost <= limit]
 
 
 def _window(each: ObservationSet, seconds: np.ndarray, anchor: float, size: int) -> ObservationSet:
@@ -141,18 +144,18 @@ def _improved(
     groups: tuple[str, ...],
     loss: Loss,
     anchor: float,
-) -> list[State]:
+) -> list[tuple[float, State]]:
     """The minima near these states, the lowest first, each once; none that is far above the lowest."""
     minima: list[tuple[float, State]] = []
     for state in states:
         problem = Problem(window, state, groups, loss, anchor, PRIOR)
-        x, _ = problem.minimize(np.zeros(len(problem.parameters.names)), max_evaluations=20)
+        x, _ = problem.minimize(np.zeros(len(problem.parameters.names)), None, 1e-6, 20)
         at_minimum = problem.parameters.state(x)
         if not any(_same(at_minimum, other) for _, other in minima):
             minima.append((problem.at(x).cost, at_minimum))
     minima.sort(key=lambda each: each[0])
     count = sum(map(len, window))
-    return [state for cost, state in minima if cost <= 4.0 * minima[0][0] + 4.0 * count]
+    return [each for each in minima if each[0] <= 4.0 * minima[0][0] + 4.0 * count]
 
 
 def _same(one: State, other: State) -> bool:
