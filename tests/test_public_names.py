@@ -1,5 +1,7 @@
 """What users may import is a decision."""
 
+from types import FunctionType
+
 import pytest
 
 import attitude
@@ -18,9 +20,9 @@ def test_public_names_are_those_that_are_visible():
 
 
 @pytest.mark.parametrize("name", attitude.__all__)
-def test_public_name_is_a_class_with_a_docstring(name):
+def test_public_name_is_a_class_or_function_with_a_docstring(name):
     value = getattr(attitude, name)
-    assert isinstance(value, type)
+    assert isinstance(value, (type, FunctionType))
     assert value.__doc__
 
 

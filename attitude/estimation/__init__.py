@@ -15,3 +15,5 @@ from .observations import Attitudes as Attitudes
 from .observations import BodyRates as BodyRates
 from .observations import Directions as Directions
 from .observations import RangeOffsets as RangeOffsets
+
+__all__ = ["Attitudes", "BodyRates", "Directions", "RangeOffsets"]

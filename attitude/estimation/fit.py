@@ -177,12 +177,13 @@ def _warn_of(result: Fit, absolute: bool) -> None:
         more = f" and {count - 1} more" if count > 1 else ""
         _warn(f"outliers: {result.outliers[0]}{more}; a robust loss, such as 'cauchy', is not moved by them")
     if absolute and result.degrees_of_freedom > 0:
-        probability = chdtrc(result.degrees_of_freedom, result.chi_square)
-        if probability < IMPLAUSIBLE:
-            excess = np.sqrt(result.reduced_chi_square)
+        inliers = np.concatenate([each.sigmas[~each.is_outlier] for each in result.residuals])
+        square = float((inliers**2).sum())
+        if chdtrc(result.degrees_of_freedom, square) < IMPLAUSIBLE:
+            excess = np.sqrt(square / result.degrees_of_freedom)
             _warn(
                 f"residuals are {excess:.2g} times what the standard deviations say: "
-                "torques, outliers, or standard deviations that are too small"
+                "torques, or standard deviations that are too small"
             )
     for text in result.observability.unseen[len(ALWAYS_UNSEEN) :]:
         _warn(f"not seen by these data, kept at the start's value: {text}")

@@ -197,7 +197,7 @@ def _rows(
 ) -> np.ndarray:
     """(p + 1, k, n): derivatives of the residuals by the parameters but for biases, then the residuals.
 
-    inputs : the form of the inertia, and the derivatives (12, p) of the columns of `partials` by the parameters
+    inputs : form of the inertia; derivatives (12, p) of the columns of `partials` by the parameters
     """
     has_rate = isinstance(each, BodyRates)
     ephemeris = motion.ephemeris(instants, rate=has_rate)

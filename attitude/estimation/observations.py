@@ -104,7 +104,7 @@ class ObservationSet:
         """The same observations along the axes of another inertial frame."""
         if frame == self.frame:
             return self
-        turn = rotation_to(self.frame, frame, None, Instants(np.zeros(1), None, None), "tables")
+        turn = rotation_to(frame, self.frame, None, Instants(np.zeros(1), None, None), "tables")
         quaternion = np.array([1.0, 0.0, 0.0, 0.0]) if turn is None else turn.quaternion.reshape(4)
         return replace(self._turned(quaternion), frame=frame)
 

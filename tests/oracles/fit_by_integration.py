@@ -35,17 +35,17 @@ def motion(moments, attitude, rate, seconds):
     return Rotation.from_quat(states[:, :4], scalar_first=True), states[:, 4:]
 
 
-def fit(seconds, residuals, moments, attitude, rate):
-    """scipy's result for 8 parameters: rotation vector from `attitude`, rate, ratios of moments to the third.
+def fit(seconds, residuals, moments, attitude, rate, **options):
+    """scipy's result for 8 parameters: rotation vector from `attitude`; rate, over the size of the one given;
+    ratios of moments to the third.
 
     residuals : of (attitudes, rates) at the instants, weighted
     """
 
     def at(x):
         state = attitude * Rotation.from_rotvec(x[:3])
-        return np.ravel(residuals(*motion([x[6], x[7], 1.0], state, x[3:6], seconds)))
+        return np.ravel(residuals(*motion([x[6], x[7], 1.0], state, x[3:6] * size, seconds)))
 
-    start = [0.0, 0.0, 0.0, *rate, *(np.asarray(moments)[:2] / moments[2])]
-    return least_squares(
-        at, start, x_scale=[1, 1, 1, *[np.linalg.norm(rate)] * 3, 1, 1], xtol=1e-10, ftol=1e-12
-    )
+    size = np.linalg.norm(rate)
+    start = [0.0, 0.0, 0.0, *(rate / size), *(np.asarray(moments)[:2] / moments[2])]
+    return least_squares(at, start, "3-point", **options)

@@ -1,0 +1,490 @@
+"""The fit: against an independent one, published data, and simulated observations of known errors."""
+
+import json
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from astropy import units as u
+from astropy.time import Time
+from scipy.spatial.transform import Rotation
+
+from attitude import AttitudeWarning, InputError, RigidBody, Scene, TorqueFreeMotion, fit
+from attitude.estimation import Attitudes, BodyRates
+from attitude.estimation.fit_document import FitDocument, read_observations
+from tests.estimation import simulated
+from tests.estimation.simulated import MOMENTS, RATE, SECONDS, SIGMA, TENSOR
+from tests.oracles import fit_by_integration
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+EPOCH = Time("1992-12-10T17:20:00", scale="utc")
+OUTLIERS = [5, 12]  # rows whose rates no fit meets
+DEG, DAY = np.pi / 180.0, 86400.0
+STATE_ONLY = ("attitude", "angular_velocity")
+
+
+@pytest.fixture
+def random():
+    return np.random.default_rng(21)
+
+
+@pytest.fixture(scope="module")
+def radar():
+    """Attitudes and rates of Toutatis."""
+    return read_observations(EXAMPLES / "toutatis-radar.csv")
+
+
+def quiet_fit(*arguments, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AttitudeWarning)
+        return fit(*arguments, **options)
+
+
+def without_outliers(sets):
+    kept = [i for i in range(17) if i not in OUTLIERS]
+    return [each[kept] for each in sets]
+
+
+# -- 4179 Toutatis ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("moments", [(3.0836, 3.235, 1.0), (2.0, 2.2, 1.0), None], ids=str)
+def test_toutatis_by_its_attitudes(radar, moments):
+    body = None if moments is None else RigidBody(moments)
+    result = quiet_fit(radar[0], body, absolute_sigma=False, epoch=EPOCH)
+    sigma = dict(zip(result.names, result.sigma, strict=True))
+    assert np.degrees(result.residuals[0].rms) == pytest.approx(7.10, abs=0.005)
+    assert result.motion.body.moments == pytest.approx([2.978, 3.222, 1.0], abs=6e-4)
+    assert [sigma["moments.x"], sigma["moments.y"], sigma["moments.z"]] == pytest.approx(
+        [0.191, 0.226, 0.0], abs=6e-4
+    )
+    euler = result.motion.at(0.0).euler("ZXZ", "deg") % 360.0
+    assert euler == pytest.approx([100.93, 83.98, 289.07], abs=0.006)
+    rate = result.motion.at(0.0).angular_velocity / DEG * DAY
+    assert rate == pytest.approx([37.48, -7.02, -97.94], abs=0.006)
+    observed = np.array([35.8, -8.9, -97.9]) * DEG / DAY  # of the radar, which was not used
+    assert (np.abs(result.motion.at(0.0).angular_velocity - observed) < 1.7 * result.sigma[3:6]).all()
+
+
+def test_toutatis_with_rates_and_without_outlying_rows(radar):
+    result = quiet_fit(without_outliers(radar), absolute_sigma=False, epoch=EPOCH)
+    assert np.degrees(result.residuals[0].rms) == pytest.approx(6.68, abs=0.006)
+    assert result.motion.body.moments[:2] == pytest.approx([3.097, 3.172], abs=6e-4)
+    assert result.sigma[6:8] == pytest.approx([0.070, 0.068], abs=6e-4)
+
+
+def test_outlying_rates_of_toutatis_are_named(radar):
+    with pytest.warns(AttitudeWarning, match=r"outliers: rates\[5\], 1992-12-07.*and 1 more; a robust loss"):
+        result = fit(radar, absolute_sigma=False, epoch=EPOCH)
+    assert np.flatnonzero(result.residuals[1].is_outlier).tolist() == OUTLIERS
+
+
+def test_robust_loss_is_not_moved_by_outliers(radar):
+    robust = quiet_fit(radar, epoch=EPOCH, loss="cauchy")
+    clean = quiet_fit(without_outliers(radar), epoch=EPOCH)
+    plain = quiet_fit(radar, epoch=EPOCH)
+    step, off = (np.abs(each.values[3:6] - clean.values[3:6]) for each in (robust, plain))
+    assert (step < clean.sigma[3:6]).all()
+    assert step.sum() < off.sum()
+
+
+# -- against an independent fit -----------------------------------------------------------------
+
+
+def oracle_of(result, sets):
+    """The independent fit's own minimum, begun at the answer; without a step, its residuals and derivatives."""
+    at_epoch, seconds = result.motion.at(0.0), result.residuals[0].seconds
+    q = Rotation.from_quat(sets[0].attitude, scalar_first=True)
+
+    def residuals(attitude, rate):
+        parts = [(attitude.inv() * q).as_rotvec() / sets[0].sigma[..., None]]
+        parts += [(each.rate - rate) / each.sigma[..., None] for each in sets[1:]]
+        return np.concatenate(parts)
+
+    moments = result.motion.body.moments
+    return fit_by_integration.fit(
+        seconds, residuals, moments, at_epoch.rotation, at_epoch.angular_velocity, max_nfev=1
+    )
+
+
+def check_against_oracle(result, sets):
+    oracle = oracle_of(result, sets)
+    assert result.chi_square == pytest.approx(2.0 * oracle.cost, rel=1e-8)
+    covariance = np.linalg.inv(oracle.jac.T @ oracle.jac)
+    sigma = np.sqrt(np.diagonal(covariance))
+    assert (np.abs(covariance @ oracle.grad) < 1e-3 * sigma).all()  # Gauss's step to its minimum
+    ours = result.sigma[:8] / result.sigma_scale
+    size, least = np.linalg.norm(result.values[3:6]), result.motion.body.moments[2]
+    assert ours / [1, 1, 1, size, size, size, least, least] == pytest.approx(sigma, rel=1e-4)
+
+
+def test_toutatis_is_the_minimum_of_an_independent_fit(radar):
+    sets = without_outliers(radar)
+    check_against_oracle(quiet_fit(sets, absolute_sigma=False, epoch=EPOCH), sets)
+
+
+def test_simulated_fit_is_the_minimum_of_an_independent_fit(random):
+    truth = simulated.motion((17.0, 13.0, 10.0))
+    sets = [simulated.attitudes(truth, random), simulated.rates(truth, random)]
+    check_against_oracle(fit(sets, RigidBody((16.0, 13.0, 10.0))), sets)
+
+
+# -- simulated observations ---------------------------------------------------------------------
+
+
+def pulls(result, truth):
+    """Estimated less true state and moments, over their standard deviations; where there is one."""
+    start, body = truth.at(0.0), result.motion.body
+    turn = (result.motion.at(0.0).rotation.inv() * start.rotation).as_rotvec()
+    scale = body.moments.min() / truth.body.moments.min()
+    rate = start.angular_velocity - result.motion.at(0.0).angular_velocity
+    off = np.concatenate([turn, rate, truth.body.moments * scale - body.moments])[: len(result.sigma)]
+    free = result.sigma[: len(off)] > 0.0
+    return off[free] / result.sigma[: len(off)][free]
+
+
+CASES = {
+    "attitudes": lambda truth, random: [simulated.attitudes(truth, random)],
+    "attitudes and rates": lambda truth, random: [
+        simulated.attitudes(truth, random),
+        simulated.rates(truth, random),
+    ],
+    "field and Sun": lambda truth, random: [
+        simulated.sightings(truth, random, (1.0, 0.2, 0.3), label="Sun"),
+        simulated.sightings(truth, random, (0.1, -1.0, 0.3), label="field"),
+    ],
+    "axis seen from outside": lambda truth, random: [simulated.axis_seen(truth, random, (0.0, 0.6, 0.8))],
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_state_and_inertia_are_found_without_a_start(random, case):
+    truth = simulated.motion()
+    result = fit(CASES[case](truth, random), RigidBody((10.0, 12.0, 18.0)))
+    assert result.observability.is_seen.all()
+    assert not result.alternatives
+    assert np.abs(pulls(result, truth)).max() < 4.0
+    assert result.reduced_chi_square == pytest.approx(1.0, abs=5.0 * np.sqrt(2.0 / result.degrees_of_freedom))
+
+
+def test_ranges_of_a_reflector_refine_a_start(random):
+    truth = simulated.motion()
+    start = simulated.motion(rate=(0.0201, -0.0299, 0.0501))
+    observed = simulated.ranges(truth, random, bias=0.02, has_bias=True)
+    result = fit(observed, start=start, estimate=STATE_ONLY)
+    assert np.abs(pulls(result, truth)[:6]).max() < 4.0
+    assert result.names[-1] == "ranges bias.x"
+    assert abs(result.values[-1] - 0.02) < 4.0 * result.sigma[-1]
+
+
+def test_bias_of_a_gyroscope_is_estimated(random):
+    truth, bias = simulated.motion(), np.array([1e-3, 2e-3, -1e-3])
+    sets = [simulated.attitudes(truth, random), simulated.rates(truth, random, bias=bias, has_bias=True)]
+    result = fit(sets, RigidBody(MOMENTS))
+    assert (np.abs(result.values[-3:] - bias) < 4.0 * result.sigma[-3:]).all()
+
+
+def test_principal_axes_of_a_tensor_are_estimated(random):
+    truth = simulated.motion(TENSOR)
+    result = fit(
+        simulated.attitudes(truth, random),
+        RigidBody(np.diag(np.diagonal(TENSOR))),
+        estimate=(*STATE_ONLY, "moments", "principal_axes"),
+    )
+    estimated = result.motion.body.tensor
+    assert estimated / np.trace(estimated) == pytest.approx(TENSOR / np.trace(TENSOR), abs=2e-4)
+    same = fit(simulated.attitudes(truth, np.random.default_rng(21)), RigidBody(TENSOR))
+    assert same.chi_square == pytest.approx(result.chi_square, rel=1e-6)
+    assert same.names == result.names
+
+
+def test_what_is_not_estimated_stays(random):
+    truth = simulated.motion()
+    result = fit(simulated.attitudes(truth, random), RigidBody(MOMENTS), estimate=STATE_ONLY)
+    assert (result.motion.body.moments == MOMENTS).all()
+    assert result.names == tuple(f"{group}.{axis}" for group in STATE_ONLY for axis in "xyz")
+
+
+def test_frame_of_the_answer_is_that_of_the_observations_or_another(random):
+    truth = TorqueFreeMotion(RigidBody(MOMENTS), (1.0, 0.0, 0.0, 0.0), RATE, order="wxyz", frame="ECLIPJ2000")
+    observed = Attitudes.of(truth.at(SECONDS), SIGMA)
+    own, other = (fit(observed, RigidBody(MOMENTS), frame=frame) for frame in (None, "ICRF"))
+    assert (own.motion.frame, other.motion.frame) == ("ECLIPJ2000", "ICRF")
+    turned = own.motion.at(0.0).in_frame("ICRF").quaternion("wxyz")
+    assert abs(turned @ other.motion.at(0.0).quaternion("wxyz")) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_axes_of_sensors_in_an_ephemeris_count_by_their_own_sigma(random):
+    truth = simulated.motion()
+    sigma = np.array([1e-4, 1e-4, 1e-2])
+    errors = Rotation.from_rotvec(sigma * random.normal(size=(len(SECONDS), 3)))
+    observed = Attitudes(SECONDS, sigma[None], attitude=truth.at(SECONDS).rotation * errors)
+    result = fit(observed, RigidBody(MOMENTS), estimate=STATE_ONLY)
+    assert result.reduced_chi_square == pytest.approx(1.0, abs=0.35)
+    assert np.abs(pulls(result, truth)).max() < 4.0
+
+
+def test_unknown_deviations_are_those_of_the_scatter(random):
+    truth = simulated.motion()
+    known = simulated.attitudes(truth, random)
+    unknown = Attitudes(SECONDS, attitude=known.attitude, order="wxyz")
+    result, weighted = fit(unknown, RigidBody(MOMENTS)), fit(known, RigidBody(MOMENTS))
+    assert result.values == pytest.approx(weighted.values, abs=1e-8)
+    assert result.sigma == pytest.approx(
+        weighted.sigma * np.sqrt(weighted.reduced_chi_square), rel=1e-5, abs=1e-15
+    )
+
+
+def test_chi_square_and_one_sigma_are_as_stated(random):
+    truth, count = simulated.motion(), 60
+    seconds, within, sums = SECONDS[::4], [], []
+    for _ in range(count):
+        result = fit(simulated.attitudes(truth, random, seconds), start=truth)
+        within.append(np.abs(pulls(result, truth)) < 1.0)
+        sums.append(result.chi_square)
+    degrees = result.degrees_of_freedom
+    assert np.mean(sums) == pytest.approx(degrees, abs=4.0 * np.sqrt(2.0 * degrees / count))
+    assert np.mean(within) == pytest.approx(0.683, abs=4.0 * np.sqrt(0.683 * 0.317 / count / 3.0))
+
+
+# -- what the data do not see -------------------------------------------------------------------
+
+
+def test_spin_about_one_axis_does_not_show_the_inertia(random):
+    truth = simulated.motion(rate=(0.0, 0.0, 0.1))
+    with pytest.warns(AttitudeWarning, match=r"not seen by these data, kept at the start's value: .*moments"):
+        result = fit(simulated.attitudes(truth, random), start=truth)
+    assert not result.observability.is_seen.all()
+    assert np.abs(result.motion.body.moments / MOMENTS - 1.0).max() < 0.3
+
+
+def test_turn_about_the_only_direction_is_not_seen(random):
+    truth = simulated.motion()
+    with pytest.warns(AttitudeWarning, match=r"not seen by these data.*attitude"):
+        result = fit(simulated.sightings(truth, random, (1.0, 0.2, 0.3)), start=truth, estimate=STATE_ONLY)
+    assert result.observability.sigma[~result.observability.is_seen].tolist() == [np.inf]
+    assert np.isfinite(result.covariance).all()
+    direction = result.observability.directions[-1][:3]
+    expected = np.array([1.0, 0.2, 0.3]) / np.linalg.norm([1.0, 0.2, 0.3])
+    assert abs(direction @ expected) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_turns_that_samples_may_have_missed_are_named():
+    truth = simulated.motion(rate=(0.0, 0.0, 0.3))
+    observed = Attitudes.of(truth.at(SECONDS), SIGMA)  # 3 rad between neighbours, or 3.28 the other way
+    with pytest.warns(AttitudeWarning, match="another motion fits as well and cannot be told apart"):
+        result = fit(observed, RigidBody(MOMENTS), estimate=STATE_ONLY)
+    rates = np.array([each.motion.at(0.0).angular_velocity[2] for each in (result, *result.alternatives)])
+    assert np.abs(rates - 0.3).min() < 1e-5
+    assert np.abs(rates - (0.3 - 0.2 * np.pi)).min() < 1e-5
+
+
+# -- data that are bad --------------------------------------------------------------------------
+
+
+def observed(change):
+    """Attitudes whose bare quaternions, or instants, were changed."""
+    q, seconds = simulated.motion().at(SECONDS).quaternion("wxyz").copy(), SECONDS.copy()
+    change(q, seconds)
+    return lambda: Attitudes(seconds, SIGMA, attitude=q, order="wxyz")
+
+
+def put(array_index, index, value):
+    def change(*arrays):
+        arrays[array_index][index] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (observed(put(0, (3, 1), np.nan)), r"attitudes.attitude\[3\]\[1\]: finite numbers; got nan"),
+        (
+            observed(put(0, 3, 0.0)),
+            r"attitudes.attitude\[3\]: a unit quaternion, within 0.001 of length 1; got 0.0",
+        ),
+        (observed(put(1, 4, np.inf)), r"attitudes.times\[4\]: finite numbers; got inf"),
+        (
+            lambda: Attitudes(SECONDS, 0.0, attitude=np.zeros((100, 4)), order="wxyz"),
+            "sigma: numbers greater than 0",
+        ),
+        (lambda: Attitudes(SECONDS, SIGMA, attitude=np.zeros((9, 4))), "order"),
+        (lambda: Attitudes([], SIGMA), "a list of at least one instant"),
+        (lambda: BodyRates(SECONDS, 1 * u.m, rate=np.zeros(3)), "rates.sigma: a unit of .*angular speed"),
+        (lambda: BodyRates(SECONDS, 1.0, rate=np.zeros((5, 3))), r"rates.rate: shape \(100, 3\) or \(3,\)"),
+        (
+            lambda: simulated.Directions(SECONDS, 1.0, body=(0, 0, 0), inertial=(1, 0, 0)),
+            "a direction, not zero",
+        ),
+    ],
+)
+def test_values_that_are_none_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        fit(make(), RigidBody(MOMENTS))
+
+
+def test_sign_of_a_quaternion_does_not_matter():
+    plain, flipped = observed(lambda q, _: None)(), observed(lambda q, _: q.__setitem__(7, -q[7]))()
+    assert fit(plain, RigidBody(MOMENTS)).values == pytest.approx(
+        fit(flipped, RigidBody(MOMENTS)).values, abs=1e-12
+    )
+
+
+def test_half_a_turn_off_is_an_outlier(random):
+    half_turn = observed(lambda q, _: q.__setitem__(7, q[7][[1, 0, 3, 2]] * [-1, 1, 1, -1]))()
+    with pytest.warns(AttitudeWarning, match=r"outliers: attitudes\[7\], 70 s: off by 1[78]\d"):
+        result = fit(half_turn, RigidBody(MOMENTS), loss="cauchy")
+    assert np.flatnonzero(result.residuals[0].is_outlier).tolist() == [7]
+    assert np.abs(pulls(result, simulated.motion())).max() < 0.5
+
+
+def test_instants_that_go_back_are_named_and_do_not_matter():
+    def swap(q, seconds):
+        q[[4, 5]], seconds[[4, 5]] = q[[5, 4]], seconds[[5, 4]]
+
+    with pytest.warns(AttitudeWarning, match=r"attitudes: instants go back at \[5\]"):
+        swapped = fit(observed(swap)(), RigidBody(MOMENTS))
+    assert swapped.values == pytest.approx(
+        fit(observed(lambda *_: None)(), RigidBody(MOMENTS)).values, abs=1e-12
+    )
+
+
+def test_instants_that_occur_twice_are_named():
+    def repeat(q, seconds):
+        q[5], seconds[5] = q[4], seconds[4]
+
+    with pytest.warns(AttitudeWarning, match="attitudes: 1 instants occur again"):
+        result = fit(observed(repeat)(), RigidBody(MOMENTS))
+    assert np.abs(pulls(result, simulated.motion())).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"estimate": ("atitude",)}, "unknown parameter 'atitude'; did you mean 'attitude'"),
+        ({"estimate": ()}, "at least one of"),
+        ({"loss": "cauchi"}, "did you mean 'cauchy'"),
+        ({"estimate": ("attitude",)}, "start: a motion, whose angular_velocity is kept"),
+        ({"body": None, "estimate": STATE_ONLY}, "body: the inertia, where it is not estimated"),
+        ({"start": 3}, "start: a TorqueFreeMotion or a Scene"),
+        ({"start": Scene.builtin("gravity-gradient-capture")}, "none: the fit is of free rotation"),
+        ({"frame": "ITRF"}, "an inertial frame"),
+    ],
+)
+def test_arguments_that_are_wrong_are_refused(options, message, random):
+    with pytest.raises(InputError, match=message):
+        fit(simulated.attitudes(simulated.motion(), random), **{"body": RigidBody(MOMENTS), **options})
+
+
+def test_too_few_observations_for_their_own_scatter_are_refused():
+    few = Attitudes(SECONDS[:2], attitude=simulated.motion().at(SECONDS[:2]).rotation)
+    with pytest.raises(InputError, match="more than 6 numbers, or standard deviations"):
+        fit(few, RigidBody(MOMENTS), estimate=STATE_ONLY)
+
+
+def test_deviations_of_some_sets_alone_are_refused(random):
+    sets = [simulated.attitudes(simulated.motion(), random), BodyRates(SECONDS, rate=RATE)]
+    with pytest.raises(InputError, match="standard deviations of all observations or of none"):
+        fit(sets, RigidBody(MOMENTS))
+
+
+# -- answers ------------------------------------------------------------------------------------
+
+
+def test_scene_goes_on_from_the_estimate(random):
+    result = fit(simulated.attitudes(simulated.motion(TENSOR), random), RigidBody(TENSOR))
+    ephemeris = Scene.from_json(result.scene.to_json()).run()
+    assert ephemeris.elapsed[[0, -1]].tolist() == [0.0, SECONDS[-1]]
+    expected = result.motion.at(SECONDS[-1]).quaternion("wxyz")
+    assert abs(ephemeris.quaternion("wxyz")[-1] @ expected) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_answer_as_plain_data_is_json_and_its_text_says_what_is_not_seen(random):
+    result = fit(simulated.attitudes(simulated.motion(), random), RigidBody(MOMENTS))
+    table = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+    assert table["parameters"]["angular_velocity.x"]["value"] == result.values[3]
+    assert np.diagonal(table["correlation"]) == pytest.approx(np.ones(9))
+    assert "not seen: scale of the inertia" in str(result)
+
+
+def test_picture_is_drawn(random, tmp_path):
+    sets = [simulated.attitudes(simulated.motion(), random), simulated.rates(simulated.motion(), random)]
+    fit(sets, RigidBody(MOMENTS)).plot(tmp_path / "fit.svg")
+    assert "rates: observed, and computed" in (tmp_path / "fit.svg").read_text()
+
+
+# -- documents and tables -----------------------------------------------------------------------
+
+
+def test_document_with_its_observations_is_enough():
+    text = (EXAMPLES / "toutatis-fit.json").read_text()
+    columns = {"time [utc]": [], "q_w": [], "q_x": [], "q_y": [], "q_z": [], "attitude_sigma [deg]": 5}
+    sets = read_observations(EXAMPLES / "toutatis-radar.csv")
+    columns["time [utc]"] = sets[0].times.isot.tolist()
+    for name, values in zip(("q_w", "q_x", "q_y", "q_z"), sets[0].attitude.T, strict=True):
+        columns[name] = values.tolist()
+    document = json.loads(text) | {"observations": [{"columns": columns}], "absolute_sigma": False}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AttitudeWarning)
+        built = FitDocument(**document)
+        result = built.fit()
+    assert np.degrees(result.residuals[0].rms) == pytest.approx(7.10, abs=0.005)
+    scene = built.scene(result)
+    assert scene.name == document["name"]
+    assert scene.epoch.time == "1992-12-10T17:20:00.000000000"
+
+
+TABLE = "time [utc],q_w,q_x,q_y,q_z\n2026-01-01T00:00:00,1,0,0,0\n2026-01-01T00:00:10,1,0,0,0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TABLE.replace("q_y", "q_u"), "unknown column 'q_u'"),
+        (TABLE.replace(",q_y", ",q_y [deg]"), "q_y .deg.: no unit"),
+        (TABLE.replace("time [utc]", "time"), 'a time scale in brackets, such as "time .utc."'),
+        (TABLE.replace("q_y,", "").replace("0,0,0", "0,0"), "q_y: a column, beside q_w"),
+        (TABLE.replace("10,1,0", "10,1,nan"), r"q_x\[1\]: a finite number, or nothing; got 'nan'"),
+        (TABLE.replace("10,1,0", "10,1,x"), r"q_x\[1\]: a number, or nothing; got 'x'"),
+        (TABLE.replace("10,1,0", "10,1,"), r"q_x\[1\]: a number, as in q_w"),
+        (TABLE.replace("10,1,0,0", "10,1,0"), "line 3: 4 cells, but 5 columns"),
+        (TABLE.replace("00:00:10", "00:00:77"), r"time .utc.\[1\]: a date"),
+        (TABLE.splitlines()[0], "no observations"),
+        ("# attitude_sigma [m]: 5\n" + TABLE, "attitude_sigma .m.: a unit of angle"),
+        ("# frame: ITRF\n" + TABLE, "an inertial frame"),
+        (TABLE.replace("q_w,q_x,q_y,q_z", "euler_ZZX_1 [deg],q_x,q_y,q_z"), "no two neighbours the same"),
+        (TABLE.replace("q_w,q_x,q_y,q_z", "a,b,c,d"), "unknown column 'a'"),
+    ],
+)
+def test_tables_that_are_wrong_are_refused(tmp_path, text, message):
+    (tmp_path / "table.csv").write_text(text)
+    with pytest.raises(Exception, match=message) as caught:
+        read_observations(tmp_path / "table.csv")
+    assert type(caught.value).__name__ in ("InputError", "FormatError")
+
+
+def test_rows_without_a_kind_have_none_of_it(tmp_path):
+    text = (
+        "elapsed [min],q_w,q_x,q_y,q_z,omega_x [deg/s],omega_y [deg/s],omega_z [deg/s],omega_sigma [deg/s]\n"
+    )
+    text += "0,1,0,0,0,,,,\n1,,,,,1,2,3,0.1\n"
+    (tmp_path / "table.csv").write_text("# attitude_sigma [arcsec]: 10\n" + text)
+    attitudes, rates = read_observations(tmp_path / "table.csv")
+    assert (len(attitudes), len(rates)) == (1, 1)
+    assert rates.times == pytest.approx([60.0])
+    assert rates.rate == pytest.approx(np.array([[1.0, 2.0, 3.0]]) * DEG)
+    assert attitudes.sigma == pytest.approx(10.0 / 3600.0 * DEG)
+
+
+@pytest.mark.parametrize("name", ["file.aem", "file.csv", "file.ecsv", "file.npz"])
+def test_attitudes_of_any_format_are_read(tmp_path, name):
+    scene = Scene.from_json(
+        json.dumps({"scene": "toutatis", "times": {"start": 0, "stop": 10, "count": 40, "unit": "d"}})
+    )
+    scene.write(tmp_path / name)
+    sets = read_observations(tmp_path / name, 1e-3, 1e-8)
+    assert [each.KIND for each in sets] == ["attitudes", "rates"]
+    result = fit(sets, start=scene)
+    assert result.chi_square < 1e-6
