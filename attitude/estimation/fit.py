@@ -22,7 +22,7 @@ from .least_squares import Loss
 from .minimum import fit_of, indistinct, minimum
 from .observability import ALWAYS_UNSEEN
 from .observations import Attitudes, ObservationSet
-from .parameters import State, check_groups
+from .parameters import BodyState, check_groups
 
 IMPLAUSIBLE = 1e-6  # probability below which chi-square is not what the standard deviations say
 MAX_MINIMA = 4  # candidates that are followed to their minimum with all observations
@@ -103,7 +103,7 @@ def _refuse_unknown(groups: tuple[str, ...], body: RigidBody | None) -> None:
 
 def _template(
     body: RigidBody | None, start: Any, epoch: Time | None, frame: str | None, observations: Any
-) -> tuple[State, bool]:
+) -> tuple[BodyState, bool]:
     """Epoch, frame and inertia of the answer, with the state of `start`; and whether there is one."""
     if isinstance(start, Scene):
         if start.effects:
@@ -117,15 +117,15 @@ def _template(
             epoch = min(each.times.min() for each in _list(observations) if isinstance(each.times, Time))
         rest = RigidBody(DEFAULT_MOMENTS) if body is None else body
         start = TorqueFreeMotion(rest, (1.0, 0.0, 0.0, 0.0), np.zeros(3), epoch, "wxyz", frame or first.frame)
-        return _with_body(State.of(start), body), False
+        return _with_body(BodyState.of(start), body), False
     at = start.at(0.0 if epoch is None else epoch)
     at = at if frame is None else at.in_frame(frame)
-    state = State.of(start)
+    state = BodyState.of(start)
     state = replace(state, attitude=at.quaternion("wxyz"), rate=at.angular_velocity, frame=at.frame)
     return _with_body(replace(state, epoch=start.epoch if epoch is None else epoch), body), True
 
 
-def _with_body(state: State, body: RigidBody | None) -> State:
+def _with_body(state: BodyState, body: RigidBody | None) -> BodyState:
     if body is None:
         return state
     if body.shape:
@@ -148,7 +148,7 @@ def _list(observations: Any) -> list[ObservationSet]:
     return sets
 
 
-def _sets(observations: Any, template: State) -> list[ObservationSet]:
+def _sets(observations: Any, template: BodyState) -> list[ObservationSet]:
     """In the frame of the answer; what is odd about their instants is warned of."""
     sets = [each.in_frame(template.frame) for each in _list(observations)]
     for i, each in enumerate(sets):

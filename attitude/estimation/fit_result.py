@@ -14,47 +14,10 @@ from ..motion import TorqueFreeMotion
 from ..runtime import output_paths
 from ..scene.document import Scene
 from .observability import Observability
+from .residuals import Residuals
 
 MAX_OUTLIERS_SHOWN = 10
 SCENE_INSTANTS = 1001  # of the scene, over the span of the observations
-
-
-@dataclass(frozen=True, eq=False)
-class Residuals:
-    """Of one set of observations.
-
-    name : of the set; seconds : (n,) since the epoch
-    vectors : (n, k) observed less computed: rotation vectors along body axes (rad), rates (rad/s), chords of
-        directions along body axes, offsets (m)
-    sizes : (n,) rad, rad/s or m
-    sigmas : (n,) sizes over standard deviations; where these are only relative, over the typical scatter
-    is_outlier : (n,) bool
-    """
-
-    name: str
-    unit: str
-    seconds: np.ndarray
-    vectors: np.ndarray
-    sizes: np.ndarray
-    sigmas: np.ndarray
-    is_outlier: np.ndarray
-
-    def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
-        return {
-            "name": self.name,
-            "unit": self.unit,
-            "rms": self.rms,
-            "elapsed_s": self.seconds.tolist(),
-            "vectors": self.vectors.tolist(),
-            "sizes": self.sizes.tolist(),
-            "sigmas": self.sigmas.tolist(),
-        }
-
-    @property
-    def rms(self) -> float:
-        """Root of the mean square of `sizes`."""
-        return float(np.sqrt((self.sizes**2).mean()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +138,7 @@ class Fit:
         """
         from . import plot
 
-        output_paths.write(path, plot.picture(self, output_paths.check_picture(path)))
+        output_paths.write(path, plot.picture(self.motion, self.residuals, output_paths.check_picture(path)))
 
     def __str__(self) -> str:
         lines = [

@@ -14,7 +14,7 @@ from ..motion import TorqueFreeMotion
 from ..times.instants import Instants
 from ..times.two_part import two_sum
 from .observations import BodyRates, ObservationSet
-from .parameters import Parameters, State
+from .parameters import BodyState, Parameters
 
 INSTANTS_PER_CHUNK = 1 << 11  # whose derivatives stay in a processor's cache
 ROWS_PER_BLOCK = 512
@@ -83,7 +83,7 @@ class Problem:
     def __init__(
         self,
         sets: Sequence[ObservationSet],
-        reference: State,
+        reference: BodyState,
         groups: tuple[str, ...],
         loss: Loss,
         origin: float = 0.0,

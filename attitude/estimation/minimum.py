@@ -10,11 +10,12 @@ import numpy as np
 
 from ..errors import AttitudeWarning, InputError
 from ..motion import TorqueFreeMotion
-from .fit_result import Fit, Residuals
+from .fit_result import Fit
 from .least_squares import Loss, Problem
 from .observability import Observability
 from .observations import BodyRates, ObservationSet
-from .parameters import State
+from .parameters import BodyState
+from .residuals import Residuals
 from .starts import INDISTINCT
 
 FALSE_ALARM = 0.01  # probability that any of the observations of a right model is called an outlier
@@ -35,7 +36,7 @@ class Minimum(NamedTuple):
         return self.problem.at(self.x).chi_square
 
     @property
-    def state(self) -> State:
+    def state(self) -> BodyState:
         """At the epoch."""
         return self.problem.parameters.state(self.x)
 
@@ -49,7 +50,7 @@ class Minimum(NamedTuple):
 
 def minimum(
     sets: Sequence[ObservationSet],
-    start: State,
+    start: BodyState,
     groups: tuple[str, ...],
     loss: Loss,
     absolute: bool,

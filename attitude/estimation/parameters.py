@@ -23,7 +23,7 @@ TENSOR_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of `motion
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class BodyState:
     """A body and its state at the epoch.
 
     attitude : (4,) wxyz, body to `frame`; rate : (3,) rad/s, body axes
@@ -38,7 +38,7 @@ class State:
     frame: str
 
     @classmethod
-    def of(cls, motion: TorqueFreeMotion) -> State:
+    def of(cls, motion: TorqueFreeMotion) -> BodyState:
         """Of the motion of one body."""
         if motion.shape:
             raise InputError("start", f"{motion.shape} bodies", "the motion of one body")
@@ -62,9 +62,14 @@ class State:
         """By its moments or by its tensor."""
         if self.inertia_form == "moments":
             return RigidBody.from_moments(self.moments, physical=False)
-        return RigidBody((self.axes.T * self.moments) @ self.axes, physical=False)
+        return RigidBody(self.tensor, physical=False)
 
-    def rescaled(self, least_moment: float) -> State:
+    @property
+    def tensor(self) -> np.ndarray:
+        """(3, 3), kg m2."""
+        return (self.axes.T * self.moments) @ self.axes
+
+    def rescaled(self, least_moment: float) -> BodyState:
         """The same motion by another scale of inertia; its principal axes in the order of `RigidBody`."""
         body = self.body
         return replace(self, moments=body.moments * (least_moment / body.moments.min()), axes=body.axes)
@@ -107,7 +112,7 @@ class Parameters:
     """
 
     def __init__(
-        self, reference: State, groups: tuple[str, ...], sets: Sequence[ObservationSet], span: float
+        self, reference: BodyState, groups: tuple[str, ...], sets: Sequence[ObservationSet], span: float
     ):
         self.reference, self.groups = reference, groups
         rate = float(np.sqrt((reference.rate**2).sum())) or 1.0 / span
@@ -125,7 +130,7 @@ class Parameters:
         self.names = [f"{group}.{axis}" for group, axis in names]
         self.unit_array = np.array(self.units)
 
-    def state(self, x: np.ndarray) -> State:
+    def state(self, x: np.ndarray) -> BodyState:
         """The state that x stands for."""
         reference, values = self.reference, self._values(x)
         attitude = rotations.product(reference.attitude, _exponential(values["attitude"]))
@@ -145,7 +150,7 @@ class Parameters:
             values[group][self.free if group == "moments" else slice(None)] = scaled[columns]
         return values
 
-    def coordinates(self, state: State) -> np.ndarray:
+    def coordinates(self, state: BodyState) -> np.ndarray:
         """The x of a state, but for what is not estimated, and biases (zero)."""
         reference = self.reference
         cosines = reference.axes @ state.axes.T
@@ -186,7 +191,7 @@ class Parameters:
         return [(x * self.unit_array)[columns] for columns in self.bias_columns]
 
     def input_matrix(self, x: np.ndarray) -> np.ndarray:
-        """(12, p): the columns of `motion.partials` by x, with the inertia as `State.inertia_form` has it."""
+        """(12, p): the columns of `motion.partials` by x, inertia as in `inertia_form`."""
         matrix, state = self._chart(x), self.state(x)
         if state.inertia_form == "tensor":
             matrix[6:] = _tensor_columns(state) @ matrix[6:]
@@ -207,10 +212,9 @@ class Parameters:
         return matrix * self.unit_array
 
 
-def _tensor_columns(state: State) -> np.ndarray:
+def _tensor_columns(state: BodyState) -> np.ndarray:
     """(6, 6): elements xx, yy, zz, xy, xz, yz of the tensor by moments, and by turns about the body axes."""
-    tensor = (state.axes.T * state.moments) @ state.axes
-    turned = cross_matrix(np.eye(3)) @ tensor
+    turned = cross_matrix(np.eye(3)) @ state.tensor
     changes = [*(axis[:, None] * axis for axis in state.axes), *(turned + np.swapaxes(turned, -1, -2))]
     return np.array([[change[i, j] for change in changes] for i, j in TENSOR_ELEMENTS])
 

@@ -18,7 +18,7 @@ from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
 from .least_squares import Loss, Problem, since
 from .observations import Attitudes, BodyRates, Directions, ObservationSet
-from .parameters import State
+from .parameters import BodyState
 
 # Moments over the least, of bodies that no two of the grid are like: from nearly a sphere to a needle.
 RATIOS = ((1.0, 1.1, 1.2), (1.0, 1.3, 2.0), (1.0, 1.7, 2.0), (1.0, 2.2, 2.6), (1.0, 3.2, 3.5))
@@ -32,8 +32,8 @@ SAME = 1e-4  # relative difference of two candidates that are one
 
 
 def search(
-    sets: Sequence[ObservationSet], template: State, groups: tuple[str, ...], grid: bool, loss: Loss
-) -> list[State]:
+    sets: Sequence[ObservationSet], template: BodyState, groups: tuple[str, ...], grid: bool, loss: Loss
+) -> list[BodyState]:
     """States at the epoch, the best first, from which the least squares may start.
 
     template : epoch, frame and inertia; grid : whether other inertia is tried too
@@ -64,7 +64,7 @@ def _window(each: ObservationSet, seconds: np.ndarray, anchor: float, size: int)
     return each[nearest[:: -(-len(nearest) // MAX_IN_WINDOW)]]
 
 
-def _grid(template: State) -> Iterator[State]:
+def _grid(template: BodyState) -> Iterator[BodyState]:
     scale = template.moments.min()
     for ratios in RATIOS:
         for order in permutations(ratios):
@@ -118,12 +118,12 @@ def _random_states(
 
 
 def _best(
-    window: Sequence[ObservationSet], states: Sequence[State], anchor: float, count: int
-) -> list[State]:
+    window: Sequence[ObservationSet], states: Sequence[BodyState], anchor: float, count: int
+) -> list[BodyState]:
     """The candidates with the least sums of squares; all motions are computed in one batch."""
     if len(states) == 1:
         return list(states)
-    tensors = np.array([(state.axes.T * state.moments) @ state.axes for state in states])
+    tensors = np.array([state.tensor for state in states])
     attitudes, rates = (np.array([getattr(state, name) for state in states]) for name in ("attitude", "rate"))
     body = RigidBody(tensors, physical=False)
     motions = TorqueFreeMotion(body, attitudes, rates, None, "wxyz", states[0].frame)
@@ -139,14 +139,14 @@ def _best(
 
 
 def _improved(
-    states: Iterable[State],
+    states: Iterable[BodyState],
     window: Sequence[ObservationSet],
     groups: tuple[str, ...],
     loss: Loss,
     anchor: float,
-) -> list[tuple[float, State]]:
+) -> list[tuple[float, BodyState]]:
     """The minima near these states, the lowest first, each once; none that is far above the lowest."""
-    minima: list[tuple[float, State]] = []
+    minima: list[tuple[float, BodyState]] = []
     for state in states:
         problem = Problem(window, state, groups, loss, anchor, PRIOR)
         x, _ = problem.minimize(np.zeros(len(problem.parameters.names)), None, 1e-6, 20)
@@ -158,17 +158,17 @@ def _improved(
     return [each for each in minima if each[0] <= 4.0 * minima[0][0] + 4.0 * count]
 
 
-def _same(one: State, other: State) -> bool:
+def _same(one: BodyState, other: BodyState) -> bool:
+    """Whether two states are one motion, whatever the scale of inertia and the order of its axes."""
     size = np.sqrt(one.rate @ one.rate)
     return bool(
         rotations.angle_between(one.attitude, other.attitude) < SAME
         and np.abs(one.rate - other.rate).max() <= SAME * size
-        and np.abs(np.log(one.moments / other.moments)).max() < SAME
-        and np.abs(one.axes - other.axes).max() < SAME
+        and np.abs(one.tensor / np.trace(one.tensor) - other.tensor / np.trace(other.tensor)).max() < SAME
     )
 
 
-def _moved(state: State, seconds: float) -> State:
+def _moved(state: BodyState, seconds: float) -> BodyState:
     """The state so much later, of the same motion."""
     motion = replace(state, epoch=None).motion().at(seconds)
     return replace(state, attitude=motion.quaternion("wxyz"), rate=motion.angular_velocity)

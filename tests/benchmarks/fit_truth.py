@@ -42,7 +42,9 @@ def coverage():
         sums, degrees = sums + result.chi_square, degrees + result.degrees_of_freedom
     inside = np.concatenate(within)
     print(f"{SETS} sets: chi-square {sums:.0f} of {degrees} +- {np.sqrt(2.0 * degrees):.0f}")
-    print(f"within 1 sigma: {100 * inside.mean():.1f} % of {inside.size} (68.3 +- {46.5 / np.sqrt(SETS):.1f})")
+    print(
+        f"within 1 sigma: {100 * inside.mean():.1f} % of {inside.size} (68.3 +- {46.5 / np.sqrt(SETS):.1f})"
+    )
 
 
 def random_attitude(random):

@@ -11,6 +11,7 @@ from astropy.time import Time
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeWarning, InputError, RigidBody, Scene, TorqueFreeMotion, fit
+from attitude.cli.command import main
 from attitude.estimation import Attitudes, BodyRates
 from attitude.estimation.fit_document import FitDocument, read_observations
 from tests.estimation import simulated
@@ -93,7 +94,7 @@ def test_robust_loss_is_not_moved_by_outliers(radar):
 
 
 def oracle_of(result, sets):
-    """The independent fit's own minimum, begun at the answer; without a step, its residuals and derivatives."""
+    """Residuals and derivatives of the independent fit at the answer."""
     at_epoch, seconds = result.motion.at(0.0), result.residuals[0].seconds
     q = Rotation.from_quat(sets[0].attitude, scalar_first=True)
 
@@ -488,3 +489,38 @@ def test_attitudes_of_any_format_are_read(tmp_path, name):
     assert [each.KIND for each in sets] == ["attitudes", "rates"]
     result = fit(sets, start=scene)
     assert result.chi_square < 1e-6
+
+
+# -- the command --------------------------------------------------------------------------------
+
+
+def test_command_writes_a_scene_to_go_on_from(tmp_path, capsys):
+    scene, picture = tmp_path / "scene.json", tmp_path / "fit.svg"
+    document, table = (str(EXAMPLES / name) for name in ("toutatis-fit.json", "toutatis-radar.csv"))
+    options = ["--only", "attitudes", "--relative-sigma", "-o", str(scene), "--plot", str(picture)]
+    assert main(["fit", document, "--observations", table, *options]) == 0
+    answer = capsys.readouterr()
+    assert "moments.x               2.97785" in answer.out
+    assert "outlier: attitudes[5], 1992-12-07T17:20:00.000: off by 13.1 deg" in answer.out
+    assert "attitude: outliers: attitudes[2]" in answer.err
+    assert Scene.read(scene).run().shape == (1001,)
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "observations: at least one observation"),
+        (["--observations", "nowhere.csv"], "nowhere.csv: cannot be read"),
+        (["--observations", str(EXAMPLES / "toutatis-radar.csv"), "--only", "rate"], "did you mean 'rates'"),
+        (["--observations", str(EXAMPLES / "toutatis-radar.csv"), "--sigma", "1 deg"], "none beside a table"),
+        (["--loss", "cauchi"], "did you mean 'cauchy'"),
+        (["--rate-sigma", "1 deg"], "--rate-sigma: an angular velocity above 0"),
+        (["-o", "/nowhere/scene.json"], "cannot be written"),
+    ],
+)
+def test_command_refuses_in_one_line(options, message, capsys):
+    assert main(["fit", str(EXAMPLES / "toutatis-fit.json"), *options]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
