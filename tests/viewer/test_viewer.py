@@ -653,3 +653,30 @@ def test_axe_finds_nothing_on_the_page(visit_as, scheme):
     page.locator(".panel", has_text="Angle of body z to Sun").locator("canvas").wait_for()
     found = axe.run(page).response["violations"]
     assert [(each["id"], each["nodes"][0]["html"][:200]) for each in found] == []
+
+
+# -- files of one's own -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["a.aem", "a.csv", "a.bsp.stk"])
+def test_file_that_is_opened_is_drawn_with_its_attitudes(visit, tmp_path, name):
+    ephemeris = Scene.builtin("toutatis").run()
+    ephemeris.write(tmp_path / name, format="stk" if name.endswith("stk") else None)
+    page = visit.open("halley")
+    page.set_input_files("#file", tmp_path / name)
+    visit.until(lambda: "nothing is simulated" in visit.text("#plan"))
+    page.focus("#time")
+    page.keyboard.press("Home")
+    expected = ephemeris.quaternion("wxyz")[0]
+    assert abs(np.dot(values(page, 0), expected)) == pytest.approx(1.0, abs=1e-4)
+    assert page.locator(".plot canvas").count() == (4 if name == "a.csv" else 2)
+    assert np.linalg.norm(values(page, 1)) == pytest.approx(
+        np.linalg.norm(ephemeris.angular_velocity[0]), rel=0.05
+    )
+
+
+def test_file_that_is_none_is_refused_in_words(visit, tmp_path):
+    (tmp_path / "a.aem").write_text("CCSDS_AEM_VERS = 2.0\nnonsense\n")
+    visit.open("halley").set_input_files("#file", tmp_path / "a.aem")
+    visit.until(lambda: "KEYWORD = value" in visit.text("#status"))
+    forgive_refusals(visit)

@@ -59,6 +59,13 @@ export async function post(path, text, signal) {
   return (await ask(path, posted(text, signal, "application/json"))).json();
 }
 
+/** The answer about a file of somebody's. */
+export async function given(path, file) {
+  const body = new FormData();
+  body.append("file", file);
+  return (await ask(path, { method: "POST", body, headers: { accept: "application/json" } })).json();
+}
+
 /** {blob, name}: a file as the service names it. */
 export async function file(path, text, otherwise) {
   const response = await ask(path, posted(text));

@@ -171,8 +171,11 @@ export class BodyView {
     const form = { width: 0.011 * unit, head: 0.085 * unit };
     this.momentum = new Arrow(momentum, form);
     this.rate = new Arrow(rate, { width: 0.008 * unit, head: 0.07 * unit });
-    this.carried.add(this.momentum.object, this.rate.object);
-    stage.name("L", () => this.momentum.beyond(0.08 * unit), "momentum");
+    this.carried.add(this.rate.object);
+    if (this.course.bodyKnown) {
+      this.carried.add(this.momentum.object);
+      stage.name("L", () => this.momentum.beyond(0.08 * unit), "momentum");
+    }
     stage.name("ω", () => this.rate.beyond(0.06 * unit), "rate");
   }
 

@@ -1,9 +1,11 @@
 // The answer of /v1/ephemeris as numbers to draw: columns in time order, and what lies between them.
 
-import { dot, norm, rotate, slerp, times } from "./rotation.js";
+import { difference, dot, norm, rotate, slerp, times } from "./rotation.js";
 
 // Beyond so much turn from one sample to the next, nobody can tell the way between them.
 export const MOST_TURN = Math.PI; // rad
+
+const SPHERE = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
 export class Course {
   constructor(answer) {
@@ -17,11 +19,13 @@ export class Course {
     this.cost = { ...answer.plan, ...answer.cost }; // what was done, and what it took
     this.events = answer.events ?? [];
     this.jumps = this.events.map((event) => event.elapsed_s).sort((a, b) => a - b);
-    this.inertia = tensor(answer.body);
+    // a file may hold neither a body nor rates
+    this.bodyKnown = Boolean(answer.body);
+    this.inertia = this.bodyKnown ? tensor(answer.body) : SPHERE;
     this.t = column("elapsed_s");
     this.dates = columns.time ? order.map((i) => columns.time[i]) : null;
     this.q = ["w", "x", "y", "z"].map((letter) => column(`q_${letter}`));
-    this.omega = ["x", "y", "z"].map((letter) => column(`omega_${letter}_rad_s`));
+    this.omega = vector(["omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s"]) ?? this.#differences();
     this.place = vector(["position_x_m", "position_y_m", "position_z_m"]);
     // given where wheels or a sink hold some of it; else it is inertia times rate
     const given = vector(["momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s"]);
@@ -128,6 +132,17 @@ export class Course {
   /** When in the interval after a sample something happens, s; null where nothing does. */
   #jumpIn(i) {
     return this.jumps.find((jump) => jump > this.t[i] && jump <= this.t[i + 1]) ?? null;
+  }
+
+  /** Rates from one sample to the next, where a file has none. */
+  #differences() {
+    const columns = [0, 1, 2].map(() => new Float64Array(this.length));
+    for (let i = 0; i < this.length; i++) {
+      const k = Math.min(i, this.length - 2);
+      const turn = k < 0 ? [0, 0, 0] : difference(this.quaternionAt(k), this.quaternionAt(k + 1));
+      turn.forEach((angle, axis) => (columns[axis][i] = angle / (this.t[k + 1] - this.t[k] || 1)));
+    }
+    return columns;
   }
 
   #momentum() {

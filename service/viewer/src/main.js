@@ -44,7 +44,7 @@ function viewIn(id, View) {
 }
 
 function showTime(time) {
-  for (const part of [views.body, views.polhode, plots]) part?.at(time);
+  for (const part of [views.body, state.course.bodyKnown ? views.polhode : null, plots]) part?.at(time);
   readouts.at(time);
 }
 
@@ -147,6 +147,20 @@ async function run() {
   }
 }
 
+/** Attitudes of a file in any format that the library reads, as they stand in it. */
+async function openFile(file) {
+  say("Computing");
+  try {
+    const answer = await api.given("v1/convert?format=json", file);
+    answer.name ||= file.name;
+    show({}, answer, `from ${file.name}`, null, []);
+    state.text = null;
+    say("");
+  } catch (error) {
+    fail(error);
+  }
+}
+
 function checkSize({ samples }) {
   if (samples <= MOST_SAMPLES) return;
   const more = `${samples.toLocaleString("en")} samples: this page draws up to ${MOST_SAMPLES.toLocaleString("en")}; a file can hold them all`;
@@ -178,12 +192,15 @@ function show(document, answer, motion, plan, chosen) {
   Object.assign(state, { course, document, text: editor.text });
   byId("stage-title").textContent = course.name || "Scene";
   byId("description").textContent = document.description ?? "";
-  readouts.show(course, motion, plan.effects.some((effect) => effect.simulated && effect.acts_on !== "translation"));
-  showPlan(byId("plan"), plan);
+  byId("polhode-figure").hidden = !course.bodyKnown;
+  const turns = (effect) => effect.simulated && effect.acts_on !== "translation";
+  readouts.show(course, motion, Boolean(plan?.effects.some(turns)));
+  if (plan) showPlan(byId("plan"), plan);
+  else byId("plan").replaceChildren(make("p", {}, "A file of attitudes: nothing is simulated."));
   offerTravel(course, document);
   for (const part of [views.body, views.polhode, plots]) if (part) part.time = course.start;
   views.body?.show(course, document);
-  views.polhode?.show(course);
+  if (course.bodyKnown) views.polhode?.show(course);
   plots.show(course, chosen);
   caption();
   betweenSamples(course);
@@ -193,7 +210,7 @@ function show(document, answer, motion, plan, chosen) {
 
 /** The plots that were chosen, of the scene that is shown. */
 async function showChosen() {
-  if (!state.course) return;
+  if (!state.course || state.text === null) return;
   const { course, text } = state;
   const chosen = await quantities.curves(text);
   if (course === state.course) plots.show(course, chosen);
@@ -208,7 +225,8 @@ function offerTravel(course, document) {
 
 function caption() {
   const { body, polhode } = views;
-  if (body?.solid) byId("body-caption").textContent = `Attitude in ${state.course.frame}: ${body.solid.words}`;
+  const shape = state.course.bodyKnown ? body?.solid?.words : "a cube, for want of a body";
+  if (body?.solid) byId("body-caption").textContent = `Attitude in ${state.course.frame}: ${shape}`;
   if (!polhode?.scale) byId("polhode-note").textContent = polhode ? "at rest: no ellipsoid" : "";
   else byId("polhode-note").textContent = polhode.divided ? "dashed: separatrices" : "";
 }
@@ -253,6 +271,13 @@ function listen() {
   byId("restore").addEventListener("click", () => {
     editor.text = state.shipped;
     run();
+  });
+  byId("open").addEventListener("click", () => byId("file").click());
+  byId("file").addEventListener("change", ({ target }) => target.files[0] && openFile(target.files[0]));
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    if (event.dataTransfer.files[0]) openFile(event.dataTransfer.files[0]);
   });
   byId("copy-link").addEventListener("click", copyLink);
   addEventListener("hashchange", () => open().catch(fail));

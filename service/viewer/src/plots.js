@@ -129,10 +129,14 @@ const PAINTS = ["--x", "--y", "--z"];
 function curves(course) {
   const vector = (names, columns) => names.map((name, i) => ({ name, data: columns[i], paint: PAINTS[i] }));
   const [w, ...xyz] = course.q;
-  const [energy, momentum] = [energyChange(course), momentumChange(course)];
-  return [
+  const motion = [
     { title: "Quaternion, body to inertial", series: [{ name: "w", data: w, paint: "--ink" }, ...vector(["x", "y", "z"], xyz)] },
     { title: "Body rate, rad/s", series: vector(["ωx", "ωy", "ωz"], course.omega) },
+  ];
+  if (!course.bodyKnown) return motion;
+  const [energy, momentum] = [energyChange(course), momentumChange(course)];
+  return [
+    ...motion,
     { title: energy.title, series: [{ name: "", data: energy.data, paint: "--rate" }] },
     { title: momentum.title, series: [{ name: "", data: momentum.data, paint: "--momentum" }] },
   ];

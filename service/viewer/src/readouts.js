@@ -26,8 +26,7 @@ export class Readouts {
       ...costRows(course.cost),
       ["Time of the sample", this.#live("date")],
       ["Rate |ω|", this.#live("rate")],
-      ["Momentum |L|", this.#live("momentum")],
-      ["Rotational energy", this.#live("energy")],
+      ...(course.bodyKnown ? [["Momentum |L|", this.#live("momentum")], ["Rotational energy", this.#live("energy")]] : []),
     ];
     this.element.replaceChildren(...rows.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
   }
@@ -37,6 +36,7 @@ export class Readouts {
     const i = course.index(time);
     live.date.textContent = course.dates ? dated(course.dates[i], course.scale) : `${figure(course.t[i], 8)} s`;
     live.rate.textContent = `${figure(course.rate[i], 6)} rad/s`;
+    if (!course.bodyKnown) return;
     live.momentum.textContent = `${figure(norm(course.momentumAt(i)), 6)} N m s`;
     live.energy.textContent = `${figure(course.energy[i], 6)} J`;
   }

@@ -18,6 +18,17 @@ export function rotate(q, v) {
   return [0, 1, 2].map((i) => v[i] + q[0] * t[i] + s[i]);
 }
 
+/** The rotation from attitude a to b as a vector along the body's axes, rad: the shorter way. */
+export function difference(a, b) {
+  const [v, w] = [a.slice(1), b.slice(1)];
+  const c = cross(v, w);
+  const sign = a[0] * b[0] + dot(v, w) < 0 ? -1 : 1;
+  const part = [0, 1, 2].map((i) => sign * (a[0] * w[i] - b[0] * v[i] - c[i]));
+  const sine = norm(part);
+  const angle = 2 * Math.atan2(sine, Math.abs(a[0] * b[0] + dot(v, w)));
+  return part.map((x) => (sine > 0 ? (x * angle) / sine : 0));
+}
+
 /** At even rate from a to b, along the way that their signs tell: continuous quaternions keep it. */
 export function slerp(a, b, fraction) {
   const cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
