@@ -25,6 +25,7 @@ import orjson
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude.formats.registry import FORMATS
+from attitude.pointing.columns import REQUESTS
 from attitude.scene.document import Scene, builtin_names
 from service import create_app
 from service.settings import Settings
@@ -152,6 +153,9 @@ class Spoiler:
         if self.random.random() < 0.05:
             name = self.random.choice(("drop_below", "frame", "interpolation_error", "degree", "x"))
             query[name] = self.random.choice(("0", "1e-3", "nan", "-1", "1e400", "ITRF", "LVLH", "", "7"))
+        if path == "/v1/ephemeris" and self.random.random() < 0.1:
+            requests = self.random.choices((*REQUESTS, "x", "", "angle:z", "euler:ZZZ"), k=3)
+            query["columns"] = ",".join(requests)
         return urlencode(query)
 
 
@@ -179,6 +183,9 @@ def fault(status, headers, content):
     if status == 200:
         if kind == "application/json":
             return _fault_of_json(content)
+        rows = [line for line in content.splitlines() if not line.startswith(b"#")]
+        if kind.startswith("text/csv") and any(b",nan" in line for line in rows):
+            return "nan in a table"
         return "" if content else "empty"
     if not 400 <= status < 500 or kind != "application/problem+json":
         return f"status {status}, {kind}"
