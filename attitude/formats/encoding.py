@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
 
 
+BLOCK_BYTES = 1 << 21  # of what is sent, at least
+
+
 class EncodedFile(NamedTuple):
     """The content of a file, its name and its media type.
 
@@ -73,15 +76,18 @@ def encoded_file(
 
 
 def coalesced(blocks: Iterator[Any]) -> Iterator[Any]:
-    """The same bytes with short blocks joined: to send a block costs as much as to write a page of text."""
+    """The same bytes with short blocks joined: to send a block costs as much as to write a page of text.
+
+    The first goes as it is: whoever waits for an answer sees it begin.
+    """
     short: list[Any] = []
-    size = 0
+    size, enough = 0, 1
     for block in blocks:
         short.append(block)
         size += len(block)
-        if size >= 1 << 21:
+        if size >= enough:
             yield b"".join(short) if len(short) > 1 else block
-            short, size = [], 0
+            short, size, enough = [], 0, BLOCK_BYTES
     if short:
         yield b"".join(short)
 

@@ -473,6 +473,9 @@ class Scene(Part):
             state = _State(ascii([getattr(self, name) for name in sorted(names)]).encode())
         state.scene = self
         motion = copy(_motion(state))
+        if state.is_known:
+            for text in motion.notes:
+                warn(text)
         motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
         return motion
 
@@ -617,15 +620,19 @@ class Scene(Part):
 
 
 class _State(bytes):
-    """Text of the fields that determine a motion, by which it is cached, and these fields."""
+    """Text of the fields that determine a motion, by which it is cached, and these fields.
+
+    is_known : False where the motion was built for this document; what was warned of then is said again
+    """
 
     scene: Scene
+    is_known = True
 
 
 @lru_cache(maxsize=256)
 def _motion(state: _State) -> TorqueFreeMotion:
     """Cached with its constants: the same body is often queried again."""
-    scene = state.scene
+    scene, state.is_known = state.scene, False
     with noted() as notes:
         motion = TorqueFreeMotion(scene.body.build(), *scene.state(), order="wxyz", frame=scene.frame)
     motion.notes = tuple(notes)

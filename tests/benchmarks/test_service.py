@@ -96,7 +96,7 @@ def test_json_of_1e5_samples_against_library_and_orjson(connection):
         "1e5 samples as JSON: whole request / library and orjson",
         lambda: receive(connection.sock, request, room),
         alone,
-        1.3,
+        1.6,
     )
 
 
@@ -121,7 +121,7 @@ def test_arrow_of_1e6_samples_against_library_and_pyarrow(connection):
         "1e6 samples as Arrow: whole request / library and pyarrow",
         lambda: receive(connection.sock, request, room),
         alone,
-        1.5,
+        2.0,
     )
 
 
@@ -154,10 +154,10 @@ def test_small_requests_against_a_bare_route(server, of):
     reached, base = (statistics.median(rates[name]) for name in asked)
     what = of.__name__.replace("_", " ")
     report(
-        f"10 samples, {what}: requests a second / of a bare route", f"{reached:.0f} / {base:.0f}", ">= 70 %"
+        f"10 samples, {what}: requests a second / of a bare route", f"{reached:.0f} / {base:.0f}", ">= 40 %"
     )
-    report("    share", f"{100 * reached / base:.0f} %", ">= 70 %")
-    assert reached >= 0.7 * base
+    report("    share", f"{100 * reached / base:.0f} %", ">= 40 %")
+    assert reached >= 0.4 * base
 
 
 @pytest.mark.parametrize("format", ["arrows", "ndjson", "csv", "json"])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import os
-import random
 import warnings
 from functools import partial
 
@@ -267,12 +266,12 @@ def test_page_from_elsewhere_reads_every_header_that_it_may_need(document):
 
 
 @pytest.mark.usefixtures("collected")
-@pytest.mark.parametrize("changed", [ROUNDED, {"solver": "splitting"}])
+@pytest.mark.parametrize("changed", [ROUNDED, {"solver": "splitting"}], ids=["rounded", "solver"])
 @pytest.mark.parametrize("path", ["/v1/ephemeris", "/v1/motion", "/v1/plan"])
-def test_answer_has_the_warnings_of_the_library(client, document, path, changed):
-    own = {"angular_velocity": {"value": [0.1, 1.0, random.random()], "unit": "rad/s"}}  # not known yet
-    (text,) = json.loads(client.post(path, json=document | own | changed).headers["attitude-warnings"])
-    assert next(iter(changed)) in text
+def test_answer_has_the_warnings_of_the_library_each_time(client, document, path, changed):
+    for _ in range(2):
+        (text,) = json.loads(client.post(path, json=document | changed).headers["attitude-warnings"])
+        assert next(iter(changed)) in text
 
 
 @pytest.mark.parametrize("count", [0, 1, 1000])
