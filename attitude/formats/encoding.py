@@ -78,7 +78,7 @@ def encoded_file(
 def coalesced(blocks: Iterator[Any]) -> Iterator[Any]:
     """The same bytes with short blocks joined: to send a block costs as much as to write a page of text.
 
-    The first goes as it is: whoever waits for an answer sees it begin.
+    The first one is passed on as it is, so that an answer begins at once.
     """
     short: list[Any] = []
     size, enough = 0, 1
