@@ -113,8 +113,9 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         ----------
         body_axis : "x", "-z", or three numbers along the body axes
         to : "sun" (its geometric direction, from the body where the scene has an orbit), "earth" (nadir),
-            "velocity" (inertial), "momentum", "magnetic_field" (of the Earth's dipole); a direction of three
-            numbers along the axes of `frame`; {"body_axis": axis}; {"position": (3,) m, from the centre}
+            "velocity" (inertial), "orbit_normal", "momentum", "magnetic_field" (of the Earth's dipole); a
+            direction of three numbers along the axes of `frame`; {"body_axis": axis}; {"position": (3,) m,
+            from the centre}
         unit : of angles, its name or an astropy unit
 
         Raises

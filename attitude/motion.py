@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from copy import copy
 from functools import partial
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from astropy.time import Time
@@ -24,6 +24,10 @@ from .runtime.threads import check
 from .samples.provenance import Plan
 from .times import instants
 from .times.instants import as_instants
+
+if TYPE_CHECKING:
+    from .windows.bounded_functions import BoundedMotion
+    from .windows.window_table import Windows
 
 
 class TorqueFreeMotion:
@@ -135,6 +139,42 @@ class TorqueFreeMotion:
             resample=again,
             sensitivity=partial(self._batch.partials, threads=threads),
         )
+
+    def crossings(self, condition: Any, start: Any, stop: Any, width: float | None = None) -> Windows:
+        """The intervals between two instants in which a condition holds, found on the exact motion.
+
+        Parameters
+        ----------
+        condition : of `attitude.windows`, such as `angle("z", to="sun") < 10 * u.deg`, or a document
+        start, stop : as `at` takes them
+        width : s; windows, and gaps between them, that are narrower may be missed, wider ones never; by
+            default 1e-6 of a turn at the greatest rate of the body
+
+        Returns
+        -------
+        Windows, whose ends are off by less than 1e-9 s of this motion's crossings.
+
+        Raises
+        ------
+        InputError : an invalid value; several bodies, of which `motion[i]` is one; no dates for the Sun.
+        RegimeError : a condition that needs an orbit, which a scene may have; one whose value stays at its
+            threshold.
+        """
+        from .windows.condition import parse_condition
+        from .windows.window_table import find_windows, span_of
+
+        parsed = parse_condition(condition)
+        return find_windows(self.bounded(*span_of(start, stop, self.epoch)), parsed, width)
+
+    def bounded(self, start: float, stop: float) -> BoundedMotion:
+        """The motion of one body from start to stop, s since the epoch, with the bound on its rate."""
+        from .problem.spin_bound import greatest_free_rate
+        from .windows.bounded_functions import BoundedMotion
+
+        if self.shape:
+            raise InputError("motion", f"{self.shape} bodies", "one body, such as motion[0]")
+        rate = greatest_free_rate(np.asarray(self.body.moments), self.body.axes @ self._batch.rates)
+        return BoundedMotion(self.epoch, start, stop, self.ephemeris, lambda data: np.full(data.shape, rate))
 
     def chunks(
         self,

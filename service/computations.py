@@ -17,7 +17,7 @@ from starlette.requests import ClientDisconnect, Request
 from attitude.documents.fields import parse_json
 from attitude.documents.files import files_in
 from attitude.ephemeris import Ephemeris
-from attitude.errors import AttitudeError, InputError
+from attitude.errors import AttitudeError, InputError, unknown_name
 from attitude.formats import module_of, read_stream
 from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
@@ -32,15 +32,26 @@ from attitude.samples.ephemeris_data import EphemerisData
 from attitude.samples.requested_instants import requested
 from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
+from attitude.windows import parse_condition
 
 from .compute import check_wanted, current, hold
 from .dependencies import Upload, format_of
 from .errors import refusal, unexpected
-from .schemas import CompareQuery, ConvertQuery, CostQuery, EphemerisQuery, FileQuery, PlanQuery, SourceQuery
+from .schemas import (
+    CompareQuery,
+    ConvertQuery,
+    CostQuery,
+    EphemerisQuery,
+    FileQuery,
+    PlanQuery,
+    SourceQuery,
+    WindowsQuery,
+)
 from .settings import Settings, variable
 from .streaming import JSON, Computed, is_known, tag_of
 
 MAX_COST_SAMPLES = 100_000
+MAX_WINDOWS = 100_000  # of an answer, some 200 bytes each
 
 
 def plan(document: bytes, query: PlanQuery, settings: Settings) -> bytes:
@@ -52,6 +63,40 @@ def plan(document: bytes, query: PlanQuery, settings: Settings) -> bytes:
 def motion(document: bytes, settings: Settings) -> bytes:
     scene = scene_within(parse_json(document, "document"), settings)
     return motion_summary(scene.motion(), scene.name)
+
+
+def windows(document: bytes, query: WindowsQuery, settings: Settings) -> Computed:
+    """The windows of a condition on a scene, as JSON or CSV."""
+    parsed = parse_json(document, "document")
+    keys = ("scene", "condition")
+    if not isinstance(parsed, dict):
+        raise InputError("document", parsed, "a JSON object with scene and condition", steps=())
+    for name in (*parsed, *keys):
+        if name not in keys:
+            raise unknown_name(name, "key", name, keys)
+        if name not in parsed:
+            raise InputError(name, None, "a value (the field is required)")
+    condition, scene = parse_condition(parsed["condition"]), parsed["scene"]
+    with no_field("width", "drop_below"), within("scene"):
+        scene = scene_within({"scene": scene} if isinstance(scene, str) else scene, settings)
+        budget = Budget(settings.max_seconds)
+        found = scene.crossings(condition, query.width, query.drop_below, budget.check)
+    if len(found) > MAX_WINDOWS:
+        expected = f"a condition, or a span, of at most {MAX_WINDOWS} windows"
+        raise InputError("condition", f"{len(found)} windows", expected)
+    if query.format == "csv":
+        return Computed(iter([found.to_csv().encode()]), True, FORMATS["csv"].media, {})
+    return Computed(iter([orjson.dumps(found.to_dict())]), True, JSON, {})
+
+
+@contextmanager
+def within(name: str) -> Iterator[None]:
+    """An error points at a field of the part of this name."""
+    try:
+        yield
+    except InputError as error:
+        error.steps = (name, *error.steps)
+        raise
 
 
 def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:

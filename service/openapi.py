@@ -44,6 +44,12 @@ def file_responses(model: Any) -> dict[int | str, dict[str, Any]]:
     return {200: {"model": model, "description": description, "content": content}}
 
 
+def json_or_csv(model: Any) -> dict[int | str, dict[str, Any]]:
+    """Of a route that answers as JSON or as CSV."""
+    content = {FORMATS["csv"].media: {"schema": {"type": "string"}}}
+    return {200: {"model": model, "description": "As JSON, or as CSV", "content": content}}
+
+
 @cache
 def overlay() -> dict[str, Any]:
     parts: dict[str, Any] = orjson.loads(Path(__file__).with_suffix(".json").read_bytes())

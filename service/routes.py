@@ -24,7 +24,7 @@ from attitude.scene.document import Scene, builtin_names
 from . import computations, metrics
 from .dependencies import Document, Files, negotiated, once
 from .errors import problem
-from .openapi import REFUSALS, UNCHANGED, file_responses, tagged
+from .openapi import REFUSALS, UNCHANGED, file_responses, json_or_csv, tagged
 from .schemas import (
     CompareQuery,
     ConvertQuery,
@@ -35,6 +35,8 @@ from .schemas import (
     NoQuery,
     PlanQuery,
     SourceQuery,
+    Windows,
+    WindowsQuery,
 )
 from .streaming import fixed, json_response, response
 
@@ -93,6 +95,13 @@ async def motion(request: Request, _: Nothing, document: Document) -> Response:
     """Regime, periods, rates and constants of a scene's motion; null for what this motion has not."""
     state = request.app.state
     return json_response(await state.compute.run(computations.motion, document, state.settings))
+
+
+@router.post("/v1/windows", responses=json_or_csv(Windows))
+async def windows(request: Request, query: Annotated[WindowsQuery, Query()], document: Document) -> Response:
+    """The intervals of a scene in which a condition holds; none that is wider than `width` is missed."""
+    compute = request.app.state.compute
+    return response(await compute.run(computations.windows, document, query, compute.settings), compute)
 
 
 @router.post("/v1/cost", response_model=dict[str, Any])

@@ -11,6 +11,7 @@ from attitude.formats import module_of, option_names
 from attitude.formats.encoding import parse_options
 from attitude.formats.registry import FORMATS, READ_ONLY, Format
 from attitude.pointing.columns import KINDS
+from attitude.windows import Condition
 
 Text = str | SkipJsonSchema[None]
 FormatName = Annotated[Text, Field(json_schema_extra={"enum": list(FORMATS)})]
@@ -37,6 +38,13 @@ class PlanQuery(NoQuery):
     """Of a plan, and of what is computed by it."""
 
     drop_below: Positive = Field(None, description="rad: leave out torques that matter less over the span")
+
+
+class WindowsQuery(PlanQuery):
+    """How windows are searched and written."""
+
+    format: Literal["json", "csv"] = Field("json", description="of the answer")
+    width: Positive = Field(None, description="s: what may be missed is narrower", examples=[0.001])
 
 
 class CostQuery(NoQuery):
@@ -124,6 +132,19 @@ class Problem(BaseModel):
     pointer: str | None = Field(None, description="JSON pointer to the field in the request's document")
     line: int | None = Field(None, description="line of the document that cannot be read")
     id: str | None = Field(None, description="under which the service's log has an unexpected error")
+
+
+class Windows(BaseModel):
+    """The intervals in which a condition holds, within the scene's instants."""
+
+    kind: Literal["attitude-windows/1"]
+    name: str
+    condition: Condition
+    epoch: dict[str, str] | None
+    span_s: list[float]
+    width_s: float = Field(description="windows, and gaps between them, that are narrower may be missed")
+    total_s: float
+    windows: list[dict[str, Any]]
 
 
 class Ephemeris(BaseModel):

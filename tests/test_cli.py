@@ -237,6 +237,46 @@ def test_ephemeris_that_ends_early_is_always_reported(quiet, answer, tmp_path):
     assert Ephemeris.read(tmp_path / "out.csv").elapsed[-1] == pytest.approx(2.83)
 
 
+# -- windows --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "document"),
+    [
+        (
+            ["--axis", "-y", "--to", "sun", "--below", "12", "deg"],
+            {"axis": "-y", "to": "sun", "below": {"value": 12.0, "unit": "deg"}},
+        ),
+        (
+            ["--axis", "-1,0,0.5", "--above-plane", "-1,2,0"],
+            {"axis": [-1.0, 0.0, 0.5], "above_plane": [-1.0, 2.0, 0.0]},
+        ),
+        (["--shadow", "umbra", "--width", "0.5"], {"shadow": "umbra"}),
+        (["--condition", '{"not": {"shadow": "penumbra"}}'], {"not": {"shadow": "penumbra"}}),
+    ],
+    ids=["angle", "plane", "shadow", "condition"],
+)
+def test_windows_are_the_librarys(arguments, document, answer, tmp_path):
+    width = 0.5 if "--width" in arguments else None
+    windows = Scene.builtin("envisat").crossings(document, width)
+    assert answer("windows", "envisat", *arguments) == (0, windows.text().encode(), "")
+    assert answer("windows", "envisat", *arguments, "-o", tmp_path / "a.csv") == (0, b"", "")
+    assert (tmp_path / "a.csv").read_text() == windows.to_csv()
+    code, out, _ = answer("windows", "envisat", *arguments, "-f", "json")
+    assert (code, json.loads(out)) == (0, windows.to_dict())
+
+
+def test_condition_is_read_from_a_file_and_windows_are_drawn(answer, tmp_path):
+    (tmp_path / "light.json").write_text(
+        '{"or": [{"shadow": "umbra"}, {"axis": "z", "above_plane": [0, 0, 1]}]}'
+    )
+    arguments = ["--condition", tmp_path / "light.json", "--plot", tmp_path / "a.svg"]
+    code, out, err = answer("windows", "envisat", *arguments, "--quiet")
+    assert (code, err) == (0, "")
+    assert out.endswith(b" of 86400 s\n")
+    assert "(in the umbra) or (z above the plane of [0, 0, 1])" in (tmp_path / "a.svg").read_text()
+
+
 # -- plan -----------------------------------------------------------------------------------------
 
 

@@ -87,7 +87,7 @@ WINGS = (
     "rigid_body",
     "samples problem",
     "pointing",
-    "formats",
+    "formats windows",
     "orbit dynamics",
     "plot",
     "ephemeris effects",
@@ -125,7 +125,7 @@ def test_no_module_imports_itself_in_a_circle():
 # The same role in sibling packages: a package and the module that carries it, kernels and their caller.
 SHARED_ROLES = {
     *("ensemble", "orbit", "plot", "contact", "solvers", "statistics", "dispersion", "parquet", "partials"),
-    *("check", "compare", "fit", "instants", "interpolation"),
+    *("check", "compare", "fit", "instants", "interpolation", "windows"),
 }
 
 

@@ -29,6 +29,7 @@ COMMANDS = {
     "fit": ("fit", "the motion of a free body from observations"),
     "plan": ("plan", "tell what a run would simulate, and how"),
     "plot": ("plot", "draw a scene's attitude in time"),
+    "windows": ("windows", "find when an axis sees a target, or the body is in shadow"),
     "cost": ("costs", "what accuracy costs in time, on a scene"),
     "ensemble": ("ensemble", "many bodies: statistics of their attitudes, or all of them stored"),
     "scenes": ("", "list the built-in scenes, or print one"),
@@ -37,6 +38,7 @@ COMMANDS = {
     "help": ("", "explain a command"),
 }
 SHELLS = ("bash", "zsh", "tcsh")
+SIGNED_OPTIONS = ("--axis", "--to", "--above-plane")  # whose values may begin with "-"
 # Flags of `attitude serve`: settings of the service by their names, which judges their values itself.
 SERVING = {
     "host": ("H", "address to listen at (ATTITUDE_HOST; 127.0.0.1)"),
@@ -62,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] in ([], ["help"]):
         arguments = [*arguments[1:2], "--help"]
-    options = parser(*arguments[:1]).parse_args(arguments)
+    options = parser(*arguments[:1]).parse_args(list(_joined(arguments)))
     try:
         with warnings_on_one_line():
             code = options.execute(options)
@@ -78,6 +80,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     else:
         return code or 0
     return 0
+
+
+def _joined(arguments: Sequence[str]) -> Iterator[str]:
+    """The arguments, with values that begin with "-", such as the axis -z, joined to their options."""
+    pending = ""
+    for argument in arguments:
+        is_value = pending and argument.startswith("-") and not argument.startswith("--")
+        if pending and not is_value:
+            yield pending
+        word = f"{pending}={argument}" if is_value else argument
+        pending = word if word in SIGNED_OPTIONS else ""
+        if not pending:
+            yield word
+    if pending:
+        yield pending
 
 
 class _Parser(argparse.ArgumentParser):

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import stopping
+from ..frames.celestial import shadow_heights
 from ..kernels.solvers.plate_layout import CONICAL, CYLINDRICAL, DARK, FULL_STRENGTH, PARTIAL
 from ..orbit.path_states import evaluate, position, samples, velocity
 from ..problem.initial_state import OrbitPath, Passages, PiecewisePolynomial
 
-SUN_RADIUS = 6.957e8  # m (IAU 2015 resolution B3, nominal)
 # The height over the shadow has one minimum in each sampling step, or few.
 SAMPLES_PER_REVOLUTION = 360
 SAMPLES_PER_BLOCK = 200_000
@@ -54,10 +54,7 @@ def passages(
 class ShadowHeight:
     """Distance of a body from a surface of the shadow, m, negative within; called with t, (...,), s.
 
-    The surface is the cylinder behind the central body (side 0), or the cone that touches both it and the
-    Sun, crossing between them (side 1: the penumbra) or beyond (side -1: the umbra, and behind its tip the
-    part from which the Sun is a ring).  Sunward of where that touches the central body, the distance from the
-    latter.
+    The surface is that of `celestial.shadow_heights`.
     """
 
     def __init__(self, orbit_path: OrbitPath, sun: PiecewisePolynomial, radius: float, side: float = 0.0):
@@ -69,24 +66,15 @@ class ShadowHeight:
         """(...), m."""
         stopping.check()
         t = np.asarray(t, dtype=float)
-        r, sunward, sine = self._along(t.reshape(-1))
-        distance2 = (r**2).sum(axis=1)
-        across = np.sqrt(np.maximum(distance2 - sunward**2, 0.0))
-        cone = across * np.sqrt(1.0 - sine**2) - np.abs(self.radius - sunward * sine)
-        height = np.where(sunward < self.radius * sine, cone, np.sqrt(distance2) - self.radius)
-        return np.asarray(height.reshape(t.shape))
+        return np.asarray(self._heights(t.reshape(-1))[0].reshape(t.shape))
 
     def is_ring(self, t: np.ndarray) -> np.ndarray:
         """(n,): whether the body is behind the tip of the umbra."""
-        _, sunward, sine = self._along(t)
-        return np.asarray(self.radius < sunward * sine)
+        return self._heights(t)[1] < 0.0
 
-    def _along(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Position (n, 3), its component towards the Sun (n,), m, and sine of the cone's half angle (n,)."""
+    def _heights(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         r, sun = position(self.orbit_path, t), evaluate(self.sun, t)
-        distance = np.sqrt((sun**2).sum(axis=1))
-        sine = self.side * (SUN_RADIUS + self.side * self.radius) / distance
-        return r, (r * sun).sum(axis=1) / distance, sine
+        return shadow_heights(r, sun, self.radius, self.side)
 
 
 def _blocks(orbit_path: OrbitPath, start: float, stop: float) -> Iterator[np.ndarray]:

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from ..documents.fields import Chosen
 from ..errors import InputError
-from ..frames.celestial import au
+from ..frames.celestial import SUN_RADIUS, au
 from ..kernels import layout
 from ..kernels.solvers import plate_layout
 from ..orbit.path_states import evaluate
@@ -17,7 +17,7 @@ from ..problem.initial_state import InitialState, Passages, PiecewisePolynomial
 from . import sun as sunlight
 from .effect import Torque, required_orbit_path, row
 from .plates import OpticalPlate, Surfaces
-from .shadow import SUN_RADIUS, passages
+from .shadow import passages
 
 
 class SolarPressure(Torque):

@@ -10,7 +10,8 @@ from pydantic import model_validator
 from ..documents.fields import Part, Vector
 from ..documents.quantities import unit_vector
 from ..errors import InputError
-from ..frames.celestial import DAY, au, sun_from_earth
+from ..frames.celestial import au, sun_from_earth
+from ..frames.daily_nodes import DAY
 from ..frames.inertial import from_gcrf
 from ..orbit.piecewise_polynomial import interpolated
 from ..problem.initial_state import PiecewisePolynomial

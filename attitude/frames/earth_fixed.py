@@ -13,8 +13,6 @@ from __future__ import annotations
 import math
 import warnings
 from decimal import Decimal
-from functools import cache
-from typing import NamedTuple
 
 import erfa
 import numpy as np
@@ -24,7 +22,7 @@ from ..errors import InputError
 from ..times import turn_rates
 from ..times.instants import Instants
 from . import earth_orientation
-from .earth_orientation import DAY, J2000
+from .daily_nodes import DAY, J2000, Days, interpolated
 from .inertial import FrameRotation
 
 TAU = 2.0 * math.pi
@@ -39,29 +37,8 @@ ANGLE_LESS_GMST = (
     -0.093104 / DAY,
     6.2e-6 / DAY,
 )
-# The pole is computed at nodes, and interpolated by the polynomial through the nearest six: the error of the
-# fastest term, 0.03 arcseconds in 9 days, is 1e-15 rad.
-NODES_PER_DAY, NEAREST = 8, 6
 # Rate of the terrestrial locator s', rad/day (IERS Conventions 2010, eq. 5.13).
 TERRESTRIAL_LOCATOR_RATE = -47e-6 * earth_orientation.ARCSECOND / CENTURY
-
-
-class Days(NamedTuple):
-    """Days since J2000.0: whole ones, and the fraction, from 0 to 1."""
-
-    whole: np.ndarray
-    fraction: np.ndarray
-
-    def plus(self, days: np.ndarray | float) -> Days:
-        """The sum, normalized."""
-        fraction = self.fraction + days
-        whole = np.floor(fraction)
-        return Days(self.whole + whole, fraction - whole)
-
-    @property
-    def sum(self) -> np.ndarray:
-        """Both parts as one double."""
-        return self.whole + self.fraction
 
 
 def since_j2000(instants: Instants) -> Days:
@@ -69,8 +46,7 @@ def since_j2000(instants: Instants) -> Days:
 
     Raises InputError beyond 1000 years from J2000.0, where precession and nutation are not known.
     """
-    whole, fraction = instants.tai
-    days = Days(whole - J2000, fraction).plus(0.0)
+    days = Days.of_tai(instants)
     off = ~(np.abs(days.sum) < 10.0 * CENTURY)  # precession and nutation are valid for some centuries
     if off.any():
         distance = f"{float(days.sum[np.argmax(off)]) / 365.25:.6g} years from J2000.0"
@@ -166,7 +142,7 @@ def half_rotation_angle(ut1: Days) -> np.ndarray:
 
 def celestial_pole(tai: Days) -> tuple[FrameRotation, np.ndarray, np.ndarray]:
     """S, and the locator s of the celestial intermediate origin, rad, with its rate, rad/s."""
-    (X, Y, s), (dX, dY, ds) = _interpolated_pole(tai.plus(32.184 / DAY))
+    (X, Y, s), (dX, dY, ds) = interpolated(_pole_and_locator, tai.plus(32.184 / DAY))
     Z = np.sqrt(1.0 - X * X - Y * Y)
     dZ = -(X * dX + Y * dY) / Z
     quaternion = np.stack([1.0 + Z, Y, -X, np.zeros_like(X)], axis=-1)
@@ -176,40 +152,7 @@ def celestial_pole(tai: Days) -> tuple[FrameRotation, np.ndarray, np.ndarray]:
     return FrameRotation(quaternion, rate), s, ds
 
 
-def _interpolated_pole(tt: Days) -> tuple[np.ndarray, np.ndarray]:
-    """X, Y and s, (3, n), rad, and their rates, rad/s, by the polynomial through the nearest nodes."""
-    position = NODES_PER_DAY * tt.fraction
-    interval = np.minimum(np.floor(position), NODES_PER_DAY - 1)
-    intervals, inverse = np.unique(
-        (NODES_PER_DAY * tt.whole + interval).astype(np.int64), return_inverse=True
-    )
-    x = position - interval
-    values, slopes = np.zeros((3, x.size)), np.zeros((3, x.size))
-    for coefficient in _polynomials(intervals)[::-1, :, inverse]:
-        slopes = slopes * x + values
-        values = values * x + coefficient
-    return values, slopes * (NODES_PER_DAY / DAY)
-
-
-def _polynomials(intervals: np.ndarray) -> np.ndarray:
-    """(NEAREST, 3, n): coefficients of X, Y and s in powers of the position, 0 to 1, in n intervals."""
-    nodes = intervals[:, None] + (np.arange(NEAREST) - (NEAREST // 2 - 1))
-    distinct, inverse = np.unique(nodes, return_inverse=True)
-    tt = distinct / NODES_PER_DAY
+def _pole_and_locator(tt: np.ndarray) -> np.ndarray:
+    """(3, n): X, Y and s, rad, at days of TT since J2000.0."""
     X, Y = erfa.bpn2xy(erfa.pnm06a(J2000, tt))
-    values = np.array([X, Y, erfa.s06(J2000, tt, X, Y)])[:, inverse.reshape(nodes.shape)]
-    return np.array([(values * weights).sum(axis=-1) for weights in _lagrange()])
-
-
-@cache
-def _lagrange() -> np.ndarray:
-    """(NEAREST, NEAREST): row k has the weight of each node's value in the coefficient of the k-th power.
-
-    The nodes are the integers from -2 to 3; the polynomial is evaluated between 0 and 1.
-    """
-    nodes = np.arange(NEAREST) - (NEAREST // 2 - 1)
-    columns = []
-    for i, node in enumerate(nodes):
-        others = np.delete(nodes, i)
-        columns.append(np.polynomial.polynomial.polyfromroots(others) / np.prod(node - others))
-    return np.array(columns).T
+    return np.array([X, Y, erfa.s06(J2000, tt, X, Y)])

@@ -16,9 +16,10 @@ import erfa
 import numpy as np
 from erfa import ErfaWarning
 
+from .daily_nodes import DAY, J2000
+
 ARCSECOND = np.pi / 648000.0
-DAY = 86400.0
-MJD, J2000 = 2400000.5, 2451545.0
+MJD = 2400000.5
 
 
 class EarthOrientation(NamedTuple):

@@ -8,9 +8,10 @@ import numpy as np
 
 from ..frames.inertial import FrameRotation
 from ..problem.initial_state import OrbitPath
+from ..samples.ephemeris_data import OrbitLimits
 from ..times.instants import Instants
 from .local_frames import qsw
-from .path_states import position, velocity
+from .path_states import limits, position, velocity
 
 
 class EphemerisOrbit:
@@ -38,6 +39,16 @@ class EphemerisOrbit:
         """Whether the central body is the Earth."""
         central = self._path(np.zeros(0)).central
         return central is not None and central.is_earth
+
+    @property
+    def central_radius(self) -> float | None:
+        """Radius of the central body, m; None where it is not known."""
+        central = self._path(np.zeros(0)).central
+        return None if central is None else central.radius
+
+    def limits(self, start: float, stop: float) -> OrbitLimits:
+        """Bounds over a span, s since the epoch."""
+        return limits(self._path(np.array([start, stop])))
 
     def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""

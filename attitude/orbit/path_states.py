@@ -8,6 +8,7 @@ import numpy as np
 
 from ..kernels import layout
 from ..problem.initial_state import OrbitPath, PiecewisePolynomial
+from ..samples.ephemeris_data import OrbitLimits
 from ..times import turn_rates
 
 TAU = 2.0 * np.pi
@@ -80,6 +81,27 @@ def least_distance(path: OrbitPath) -> float:
     if path.numbers[0] == layout.KEPLER:
         return float(path.numbers[1] * (1.0 - path.numbers[2]))
     return float(np.sqrt((position(path, samples(path)) ** 2).sum(axis=1).min()))
+
+
+def limits(path: OrbitPath) -> OrbitLimits:
+    """Bounds on the motion along a path: of an ellipse at its apsides, of a table by its coefficients.
+
+    On an interval of polynomials of x from -1 to 1 a derivative is at most the sum of its coefficients'
+    lengths, some tens of percent above the greatest where intervals are short parts of a revolution.
+    """
+    if path.numbers[0] == layout.KEPLER:
+        a, e, rate = path.numbers[1], path.numbers[2], path.numbers[6]
+        speed = a * rate * math.sqrt((1.0 + e) / (1.0 - e))
+        return OrbitLimits(float(speed), float(a * rate**2 / (1.0 - e) ** 2), float(a * (1.0 - e)), 0.0)
+    polynomial = as_polynomial(path)
+    size = np.sqrt((polynomial.coefficients**2).sum(axis=1))
+    k = np.arange(size.shape[1])
+    speed = float((size @ k).max() / (0.5 * polynomial.length))
+    acceleration = float((size @ (k * (k - 1))).max() / (0.5 * polynomial.length) ** 2)
+    distance = np.sqrt((position(path, samples(path)) ** 2).sum(axis=1))
+    reach = speed * polynomial.length / 16.0  # to the nearest of the samples
+    greatest = float(distance.max()) + reach
+    return OrbitLimits(speed, acceleration, float(distance.min()) - reach, greatest * acceleration)
 
 
 def normals(path: OrbitPath) -> np.ndarray:

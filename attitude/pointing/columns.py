@@ -25,7 +25,7 @@ KINDS = {
     "velocity": "m/s, likewise",
     "euler:SEQUENCE": "angles of intrinsic rotations, such as euler:ZYX, deg",
     "direction:AXIS": "unit vector of a body axis along the axes of the frame",
-    "angle:AXIS:TARGET": "angle from a body axis to sun, earth, velocity, momentum or magnetic_field, deg",
+    "angle:AXIS:TARGET": "to sun, earth, velocity, orbit_normal, momentum or magnetic_field, deg",
     "spin": "of the angular momentum and about the body's z axis, deg and deg/s",
 }
 AXES = {f"{sign}{axis}": f"{'minus_' if sign == '-' else ''}{axis}" for sign in ("", "-") for axis in "xyz"}

@@ -47,11 +47,17 @@ def direction(data: EphemerisData, axis: Any) -> np.ndarray:
 
 
 def target(data: EphemerisData, to: Any) -> np.ndarray:
-    """(..., 3) unit vectors to a target along the axes of the ephemeris's frame.
+    """(..., 3) unit vectors to a target along the axes of the ephemeris's frame; `to` of `target_vector`."""
+    vectors = unit_vectors(target_vector(data, to), f"the direction of {to!r:.40}")
+    return np.broadcast_to(vectors, (*data.shape, 3))
 
-    to : "sun", "earth" (nadir), "velocity", "momentum", "magnetic_field"; a direction of three numbers
-        along the axes of the frame; {"body_axis": axis}; {"position": (3,) m, along the axes of the frame,
-        from the central body}
+
+def target_vector(data: EphemerisData, to: Any) -> np.ndarray:
+    """Vectors (3,), (instants, 3) or (..., 3) to a target along the axes of the ephemeris's frame, SI units.
+
+    to : "sun", "earth" (nadir), "velocity", "orbit_normal", "momentum", "magnetic_field"; a direction of
+        three numbers along the axes of the frame; {"body_axis": axis}; {"position": (3,) m, along the axes of
+        the frame, from the central body}
 
     Raises
     ------
@@ -62,15 +68,13 @@ def target(data: EphemerisData, to: Any) -> np.ndarray:
     if isinstance(to, str):
         if to not in TARGETS:
             raise InputError("to", to, f"one of {', '.join(TARGETS)}, a direction, a body axis or a position")
-        vectors = TARGETS[to](data)
-    elif isinstance(to, dict) and set(to) == {"body_axis"}:
-        vectors = direction(data, to["body_axis"])
-    elif isinstance(to, dict) and set(to) == {"position"}:
+        return TARGETS[to](data)
+    if isinstance(to, dict) and set(to) == {"body_axis"}:
+        return direction(data, to["body_axis"])
+    if isinstance(to, dict) and set(to) == {"position"}:
         place = np.asarray(units.si_array(to["position"], units.LENGTH, "to.position"))
-        vectors = place - position(data)
-    else:
-        vectors = unit_vector(to, "to", f"one of {', '.join(TARGETS)}, or a direction of three numbers")
-    return np.broadcast_to(unit_vectors(vectors, f"the direction of {to!r:.40}"), (*data.shape, 3))
+        return np.asarray(place - position(data))
+    return unit_vector(to, "to", f"one of {', '.join(TARGETS)}, or a direction of three numbers")
 
 
 def unit_vectors(vectors: np.ndarray, noun: str) -> np.ndarray:
@@ -84,9 +88,13 @@ def unit_vectors(vectors: np.ndarray, noun: str) -> np.ndarray:
 
 def angle(data: EphemerisData, axis: Any, to: Any) -> np.ndarray:
     """(...,) rad between a body axis and a target; of vectors, so that small angles keep their digits."""
-    a, b = direction(data, axis), target(data, to)
+    return angle_between(direction(data, axis), target(data, to))
+
+
+def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(...,) rad between unit vectors (..., 3), broadcast."""
     across = np.sqrt((np.cross(a, b) ** 2).sum(axis=-1))
-    return np.arctan2(across, (a * b).sum(axis=-1))
+    return np.asarray(np.arctan2(across, (a * b).sum(axis=-1)))
 
 
 # -- where the body is, and what is seen from there ------------------------------------------------
@@ -107,16 +115,24 @@ def position(data: EphemerisData) -> np.ndarray:
 
 def sun(data: EphemerisData) -> np.ndarray:
     """(..., 3) m to the Sun: from the body where an orbit about the Earth is known, else from the Earth."""
+    vectors = sun_from_centre(data)
+    return vectors if data.orbit is None else np.asarray(vectors - position(data))
+
+
+def sun_from_centre(data: EphemerisData) -> np.ndarray:
+    """(..., 3) m from the Earth, about which the body is in orbit where an orbit is known, to the Sun."""
     if data.epoch is None:
         raise InputError("epoch", None, "a date, for the position of the Sun")
-    vectors = _in_frame(data, sun_at(_flat(data.instants)), "GCRF")
-    if data.orbit is None:
-        return vectors
-    if not data.orbit.is_about_the_earth:
+    if data.orbit is not None and not data.orbit.is_about_the_earth:
         raise RegimeError(
             "sun: the central body of this orbit is not the Earth, so the Sun's place is unknown"
         )
-    return np.asarray(vectors - position(data))
+    return _in_frame(data, sun_at(_flat(data.instants)), "GCRF")
+
+
+def orbit_normal(data: EphemerisData) -> np.ndarray:
+    """(..., 3) m2/s, the orbital momentum over the mass."""
+    return np.cross(*orbit_state(data))
 
 
 def magnetic_field(data: EphemerisData) -> np.ndarray:
@@ -138,6 +154,7 @@ TARGETS: dict[str, Callable[[EphemerisData], np.ndarray]] = {
     "sun": sun,
     "earth": lambda data: -position(data),
     "velocity": lambda data: orbit_state(data)[1],
+    "orbit_normal": orbit_normal,
     "momentum": momentum,
     "magnetic_field": magnetic_field,
 }

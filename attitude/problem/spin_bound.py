@@ -27,6 +27,17 @@ def free_spin(moments: np.ndarray, rates: np.ndarray) -> Spin:
     return Spin(rate, np.sqrt(((moments * rates) ** 2).sum(axis=-1)))
 
 
+def greatest_free_rate(moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """(...) rad/s: the greatest that the rate of a free body reaches, where its polhode meets a plane.
+
+    Of bodies of energy E and momentum L, omega^2 <= (2 E (I_lo + I_hi) - L^2) / (I_lo I_hi), since for each
+    moment 1 <= I (I_lo + I_hi - I) / (I_lo I_hi); equal where the component along the middle axis is zero.
+    """
+    least, greatest = moments.min(axis=-1, keepdims=True), moments.max(axis=-1, keepdims=True)
+    shares = moments / least * ((least + greatest - moments) / greatest)
+    return np.asarray(np.sqrt((shares * rates**2).sum(axis=-1)))
+
+
 def reached_spin(
     initial_state: InitialState, torques: Iterable[Any], impulses: Sequence[AppliedImpulse]
 ) -> Spin:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from astropy.time import Time
@@ -47,6 +47,21 @@ def convention(frame: str, ut1: str = "tables") -> str:
     return f"{text}; UTC is taken for UT1" if (frame, ut1) == ("ITRF", "utc") else text
 
 
+class OrbitLimits(NamedTuple):
+    """Bounds on a motion along an orbit over a span.
+
+    Attributes
+    ----------
+    speed : m/s; acceleration : m/s2; distance : m, from below
+    moment : m2/s2, of the acceleration about the central body: 0 where the orbit is Keplerian
+    """
+
+    speed: float
+    acceleration: float
+    distance: float
+    moment: float
+
+
 class OrbitStates(Protocol):
     """The orbit of an ephemeris's scene, evaluated on demand."""
 
@@ -57,6 +72,13 @@ class OrbitStates(Protocol):
     @property
     def is_about_the_earth(self) -> bool:
         """Whether the central body is the Earth."""
+
+    @property
+    def central_radius(self) -> float | None:
+        """Radius of the central body, m; None where it is not known."""
+
+    def limits(self, start: float, stop: float) -> OrbitLimits:
+        """Bounds over a span, s since the epoch."""
 
     def state(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""

@@ -45,7 +45,7 @@ from ..orbit.orbit import OrbitDefinition
 from ..problem.initial_state import InitialState, OrbitPath
 from ..rigid_body.body import RigidBody
 from ..samples.chunks import Progress, Samples
-from ..samples.transform import in_frame, rotation_to
+from ..samples.transform import Data, in_frame, rotation_to
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
@@ -53,6 +53,7 @@ from .spin_form import SpinForm
 
 if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
+    from ..windows.window_table import Windows
     from .planning import ScenePlan
 
 MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
@@ -239,13 +240,16 @@ class Times(Part):
 
     def span(self, epoch: Time | None) -> tuple[float, float]:
         """First and last instant together with the epoch, s since it."""
+        first, last = self.limits(epoch)
+        return min(0.0, first), max(0.0, last)
+
+    def limits(self, epoch: Time | None) -> tuple[float, float]:
+        """First and last instant, s since the epoch."""
         instants = self.lazily(epoch)
         if isinstance(instants, Grid):
             first, last = instants.part(0, 1), instants.part(instants.count - 1, instants.count)
-            seconds = [float(first.seconds[0]), float(last.seconds[0])]
-        else:
-            seconds = [float(instants.seconds.min()), float(instants.seconds.max())]
-        return min(0.0, *seconds), max(0.0, *seconds)
+            return float(first.seconds[0]), float(last.seconds[0])
+        return float(instants.seconds.min()), float(instants.seconds.max())
 
     def lazily(self, epoch: Time | None) -> Grid | Instants:
         """The instants for `TorqueFreeMotion.chunks`; those of a grid are made chunk by chunk."""
@@ -455,9 +459,7 @@ class Scene(Part):
         epoch = self.epoch.build() if self.epoch is not None else None
         at_epoch = Instants(np.zeros(1), None, epoch)
         with field_within("relative_to"):
-            turn = rotation_to(
-                self.relative_to or "", self.frame, self._ephemeris_orbit(), at_epoch, self.ut1
-            )
+            turn = rotation_to(self.relative_to or "", self.frame, self.ephemeris_orbit(), at_epoch, self.ut1)
         if turn is None:
             return q, omega
         r, own_rate = turn.quaternion.reshape(-1, 4)[0], np.reshape(turn.rate, (-1, 3))[0]
@@ -480,7 +482,7 @@ class Scene(Part):
         return motion
 
     @property
-    def _is_plain(self) -> bool:
+    def is_plain(self) -> bool:
         """Whether only the attitude of a free body is computed."""
         return not self.effects and self.position is None
 
@@ -514,14 +516,45 @@ class Scene(Part):
             self._check_samples(max_samples, set_by)
         if drop_below is not None:
             _check_drop(drop_below)
-        if not self._is_plain:
+        if not self.is_plain:
             from . import simulation
 
             ephemeris = simulation.run(simulation.resolve(self, drop_below), check)
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
-        return self._with_surroundings(ephemeris, self._ephemeris_orbit())
+        return self.with_surroundings(ephemeris, self.ephemeris_orbit())
+
+    def crossings(
+        self,
+        condition: Any,
+        width: float | None = None,
+        drop_below: float | None = None,
+        check: Callable[[float], None] | None = None,
+    ) -> Windows:
+        """The intervals in which a condition holds, from the first of the document's instants to the last.
+
+        condition, width : as of `TorqueFreeMotion.crossings`; of an orbit too, such as `in_shadow()`
+        drop_below, check : as in `run`; under torques the crossings are those of the solver's motion
+
+        Raises InputError and RegimeError as `TorqueFreeMotion.crossings`.
+        """
+        from ..windows.condition import parse_condition
+        from ..windows.window_table import find_windows
+
+        parsed = parse_condition(condition)
+        start, stop = self.times.limits(self.epoch.build() if self.epoch is not None else None)
+        if not stop > start:
+            raise InputError("times", f"{start} to {stop} s", "instants that span a time, for windows in it")
+        if self.is_plain:
+            motion = self.motion().bounded(start, stop)
+        else:
+            from . import bounded_simulation, simulation
+
+            motion = bounded_simulation.bounded(simulation.resolve(self, drop_below), (start, stop), check)
+        orbit = self.ephemeris_orbit()
+        surrounded = replace(motion, at=lambda instants: self.with_surroundings(motion.at(instants), orbit))
+        return find_windows(surrounded, parsed, width, self.name)
 
     def samples(
         self,
@@ -537,7 +570,7 @@ class Scene(Part):
 
         columns : of tables, as `Ephemeris.with_columns` takes them
         """
-        if self._is_plain and self.times.samples > MAX_SAMPLES_HELD:
+        if self.is_plain and self.times.samples > MAX_SAMPLES_HELD:
             if max_samples is not None:
                 self._check_samples(max_samples, set_by)
             self._check_samples(MAX_SAMPLES_IN_FILE, "of a file")
@@ -551,12 +584,12 @@ class Scene(Part):
         return samples.transformed(lambda piece: replace(piece, columns=columns)) if columns else samples
 
     def _computed_on_demand(self, progress: Progress | None) -> Samples:
-        motion, orbit = self.motion(), self._ephemeris_orbit()
+        motion, orbit = self.motion(), self.ephemeris_orbit()
         part, count = instants.lazy_instants(self.times.lazily(motion.epoch), motion.epoch)
 
         def cut(first: int, last: int) -> Ephemeris:
             ephemeris = motion.ephemeris(part(first, last), rate=True, name=self.name)
-            return self._with_surroundings(ephemeris, orbit)
+            return self.with_surroundings(ephemeris, orbit)
 
         return Samples(count, cut, progress, part, in_memory=False)
 
@@ -591,25 +624,25 @@ class Scene(Part):
 
         A scene with effects is computed as a whole and cut.
         """
-        if not self._is_plain:
+        if not self.is_plain:
             ephemeris = self.run()
             return (ephemeris[first : first + size] for first in range(0, len(ephemeris), size))
-        motion, orbit = self.motion(), self._ephemeris_orbit()
+        motion, orbit = self.motion(), self.ephemeris_orbit()
         chunks = motion.chunks(
             self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
         )
-        return (self._with_surroundings(chunk, orbit) for chunk in chunks)
+        return (self.with_surroundings(chunk, orbit) for chunk in chunks)
 
-    def _with_surroundings(self, ephemeris: Ephemeris, orbit: EphemerisOrbit | None) -> Ephemeris:
+    def with_surroundings(self, ephemeris: Data, orbit: EphemerisOrbit | None) -> Data:
         """The ephemeris with its orbit, and the source of UT1."""
         if orbit is None and self.ut1 == "tables":
             return ephemeris
         plan = ephemeris.plan
-        if plan is not None and self._is_plain and self._notes:
+        if plan is not None and self.is_plain and self._notes:
             plan = replace(plan, notes=(*self._notes, *plan.notes))
         return replace(ephemeris, orbit=orbit, ut1=self.ut1, plan=plan)
 
-    def _ephemeris_orbit(self) -> EphemerisOrbit | None:
+    def ephemeris_orbit(self) -> EphemerisOrbit | None:
         """The orbit, for frames that follow it; computed when such a frame is requested."""
         if self.orbit is None:
             return None

@@ -16,8 +16,9 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeWarning, InputError, Scene
-from attitude.effects.shadow import SUN_RADIUS, ShadowHeight, passages
+from attitude.effects.shadow import ShadowHeight, passages
 from attitude.effects.sun import from_earth
+from attitude.frames.celestial import SUN_RADIUS
 from attitude.kernels.solvers.plate_layout import CONICAL, CYLINDRICAL, DARK, FULL_STRENGTH, PARTIAL
 from attitude.orbit.orbit import earth
 from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, state, velocity

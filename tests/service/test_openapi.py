@@ -43,6 +43,7 @@ def test_description_has_every_route(description):
         "/v1/compare",
         "/v1/motion",
         "/v1/plan",
+        "/v1/windows",
         "/v1/cost",
         "/v1/scenes",
         "/v1/scenes/{name}",

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import orjson
 import pytest
-from asking import library_json, without_cost
+from asking import assert_problem, library_json, without_cost
 
 import attitude
 from attitude import Scene
@@ -123,3 +123,42 @@ def test_health_is_answered_while_a_computation_is_under_way(client, document, m
         assert not computation.done()
         go_on.set()
         assert computation.result().content == b"{}"
+
+
+NEAR = {"axis": "z", "to": "sun", "below": {"value": 60, "unit": "deg"}}
+
+
+@pytest.mark.parametrize("scene", ["envisat", Scene.builtin("envisat").document()], ids=["name", "document"])
+def test_windows_are_the_librarys(client, scene):
+    expected = Scene.builtin("envisat").crossings(NEAR, 0.01)
+    request = {"scene": scene, "condition": NEAR}
+    assert client.post("/v1/windows?width=0.01", json=request).json() == expected.to_dict()
+    answer = client.post("/v1/windows?width=0.01&format=csv", json=request)
+    assert (answer.headers["content-type"], answer.text) == ("text/csv", expected.to_csv())
+
+
+@pytest.mark.parametrize(
+    ("document", "pointer", "message"),
+    [
+        ([], "", "a JSON object with scene and condition"),
+        ({"scene": "envisat"}, "/condition", "condition: a value"),
+        ({"scene": "envisat", "condition": NEAR, "conditions": 1}, "/conditions", "did you mean 'condition'"),
+        ({"scene": "envisatt", "condition": NEAR}, "/scene/scene", "did you mean 'envisat'"),
+        ({"scene": {"body": {}}, "condition": NEAR}, "/scene/body/unit", "body.unit"),
+        (
+            {"scene": "envisat", "condition": NEAR | {"to": "mars"}},
+            "/condition/to",
+            "condition.to: one of sun",
+        ),
+        ({"scene": "toutatis", "condition": {"shadow": "umbra"}}, None, "no scene that has an orbit"),
+        (
+            {"scene": {"scene": "envisat", "times": {"elapsed": [0], "unit": "s"}}, "condition": NEAR},
+            "/scene/times",
+            "instants that span a time",
+        ),
+    ],
+)
+def test_faults_of_windows_are_pointed_at(client, document, pointer, message):
+    problem = assert_problem(client.post("/v1/windows", json=document), 422)
+    assert problem.get("pointer") == pointer
+    assert message in problem["detail"]

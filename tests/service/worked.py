@@ -37,6 +37,7 @@ def _requests() -> dict[str, dict[str, Any]]:
         },
         "/v1/plan": {"ENVISAT": small("envisat")},
         "/v1/motion": {"4179 Toutatis": small("toutatis")},
+        "/v1/windows": {"ENVISAT's -y axis near the Sun, in light": WINDOWS},
         "/v1/cost": {"4179 Toutatis": small("toutatis")},
         "/v1/scenes": {"all": None},
         "/v1/scenes/{name}": {"toutatis": None},
@@ -46,6 +47,11 @@ def _requests() -> dict[str, dict[str, Any]]:
     }
 
 
+NEAR_THE_SUN = {"axis": "-y", "to": "sun", "below": {"value": 12, "unit": "deg"}}
+WINDOWS = {
+    "scene": "envisat",
+    "condition": {"and": [NEAR_THE_SUN, {"not": {"shadow": "penumbra"}}]},
+}
 QUERIES = {
     ("/v1/cost", "4179 Toutatis"): {"budget": "2", "samples": "1000", "method": "ours"},
     ("/v1/ephemeris", "columns of choice"): {"columns": "time,euler:ZYX,angle:z:earth,angle:-y:sun"},

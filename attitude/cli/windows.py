@@ -1,0 +1,138 @@
+"""`attitude windows`: the intervals in which a condition holds."""
+
+from __future__ import annotations
+
+import os
+import re
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Any
+
+from ..errors import FormatError, InputError
+from . import arguments, console
+
+DESCRIPTION = (
+    "Find the intervals, within the scene's instants, in which a condition holds: an axis near a target or "
+    "far from it, on one side of a plane, the body in shadow; or a condition of JSON, with and, or, not.  "
+    "None that is wider than --width is missed."
+)
+TARGET = "sun, earth, velocity, orbit_normal, momentum, magnetic_field, or three numbers with commas"
+FORMATS = ("table", "csv", "json")
+DIRECT = ("axis", "to", "below", "above", "above_plane", "shadow")
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Those of `attitude windows`."""
+    parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
+    parser.add_argument("--axis", metavar="AXIS", help="x, y, z, -x, -y, -z, or three numbers with commas")
+    parser.add_argument("--to", metavar="TARGET", help=f"what the axis's angle is measured to: {TARGET}")
+    parser.add_argument("--below", metavar="ANGLE", nargs="+", help="the angle is below it, such as 10 deg")
+    parser.add_argument("--above", metavar="ANGLE", nargs="+", help="the angle is above it, such as 90 deg")
+    parser.add_argument(
+        "--above-plane", metavar="TARGET", help="the axis is on that side of the plane of this normal"
+    )
+    parser.add_argument("--shadow", metavar="KIND", help="the body is in the umbra, penumbra or cylinder")
+    parser.add_argument(
+        "--condition", metavar="JSON", help="a condition as docs/pointing.md has it, or a file of one"
+    )
+    parser.add_argument(
+        "--width", metavar="S", help="what may be missed is narrower; 1e-6 of a turn if left out"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", default="-", help="FILE.csv, FILE.json; else a table"
+    )
+    parser.add_argument("-f", "--format", metavar="F", help=f"one of {', '.join(FORMATS)}")
+    parser.add_argument("--plot", metavar="FILE", help="draw the windows in time: FILE.svg or FILE.png")
+    parser.add_argument(
+        "--set", metavar="tolerance=TOL", action="append", default=[], help=arguments.TOLERANCE
+    )
+    parser.add_argument("-q", "--quiet", action="store_true", help="nothing but the windows")
+
+
+def execute(options: Namespace) -> None:
+    """Print or write the windows."""
+    from ..runtime import output_paths
+    from ..windows.condition import parse_condition
+
+    condition = parse_condition(_document(options))
+    written = _format(options)
+    picture = None if options.plot is None else output_paths.check_picture(options.plot)
+    if options.output != output_paths.STANDARD_STREAM:
+        output_paths.check(options.output)
+    tolerance = arguments.pop_tolerance(options)
+    if options.set:
+        raise InputError("--set", options.set[0], "tolerance=TOL")
+    scene = arguments.read_scene(options.scene, tolerance)
+    console.announce_compilation(options)
+    windows = scene.crossings(condition, None if options.width is None else _seconds(options.width))
+    text = {"table": windows.text, "csv": windows.to_csv, "json": windows.to_json}[written]()
+    output_paths.write(options.output, text.encode() + (b"\n" if written == "json" else b""))
+    if picture is not None:
+        from ..plot import windows_timeline
+
+        output_paths.write(options.plot, windows_timeline.picture(windows, picture))
+        console.remark(options, f"drawn: {options.plot}")
+
+
+def _document(options: Namespace) -> Any:
+    """The condition as plain data: of the options for one of an axis, or of --condition."""
+    from ..documents.fields import parse_json
+
+    direct = [name for name in DIRECT if getattr(options, name) is not None]
+    if options.condition is not None:
+        if direct:
+            raise InputError(f"--{direct[0].replace('_', '-')}", "a value", "none beside --condition")
+        text, source = options.condition, "--condition"
+        if not text.lstrip().startswith("{"):
+            try:
+                text, source = Path(text).read_text(encoding="utf-8"), text
+            except (OSError, ValueError) as error:
+                reason = getattr(error, "strerror", None) or error
+                raise FormatError(f"neither JSON nor a file that can be read ({reason})", text) from None
+        return parse_json(text, source)
+    if not direct:
+        raise InputError("--axis", None, "an axis with --to and --below or --above; or --shadow, --condition")
+    values = {name: getattr(options, name) for name in direct}
+    for name in ("axis", "to", "above_plane"):
+        if name in values:
+            values[name] = _named_or_vector(values[name])
+    for name in ("below", "above"):
+        if name in values:
+            values[name] = _angle(" ".join(values[name]), f"--{name}")
+    return values
+
+
+def _named_or_vector(text: str) -> Any:
+    numbers = text.split(",")
+    try:
+        return [float(number) for number in numbers] if len(numbers) > 1 else text
+    except ValueError:
+        return text
+
+
+def _angle(text: str, field: str) -> dict[str, Any]:
+    """An angle with its unit, as a document has it."""
+    match = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z]*)\s*", text)
+    try:
+        value = float(match[1]) if match else None
+    except ValueError:
+        value = None
+    if match is None or value is None:
+        raise InputError(field, text, 'an angle, such as "10 deg" (without a unit: rad)')
+    return {"value": value, "unit": match[2] or "rad"}
+
+
+def _seconds(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError("--width", text, "a number above 0, s") from None
+
+
+def _format(options: Namespace) -> str:
+    """The format that is named, or that of the file's ending."""
+    ending = os.path.splitext(options.output)[1].removeprefix(".").lower()
+    name = options.format or (ending if ending in FORMATS else "table")
+    if name not in FORMATS:
+        raise InputError("--format", name, f"one of {', '.join(FORMATS)}")
+    return str(name)

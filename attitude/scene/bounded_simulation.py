@@ -1,0 +1,57 @@
+"""The motion of a scene with effects, with bounds on how fast the body turns: for windows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..problem.initial_state import InitialState
+from ..problem.spin_bound import SPIN_DEPENDENT, free_spin, greatest_free_rate
+from ..problem.torque_model import CachedTorque
+from ..problem.torque_rows import own_rows
+from ..samples.ephemeris_data import EphemerisData
+from ..times.instants import Instants
+from ..windows.bounded_functions import BoundedMotion
+from . import simulation
+
+JUMPS = ("impulse", "contact")  # events at which the rate jumps
+
+
+def bounded(
+    inputs: simulation.SimulationInputs, span: tuple[float, float], check: Callable[[float], None] | None
+) -> BoundedMotion:
+    """The solver's motion over a span, s since the epoch.
+
+    A torque T raises sqrt(2E) by at most T / sqrt(I) a second, I the least moment, and with it the bound
+    sqrt(2E / I) on the rate by T / I; what is lost in eddies and friction only lowers it.
+    """
+    state = inputs.initial_state
+    events = simulation.run(inputs, check, Instants(np.array(span), None, state.epoch)).events
+    rests = [event.seconds for event in events if event.kind == "rest"]
+    size = sum(float(torque.size(state)) for torque in inputs.torques)
+    driving = sum(
+        float(torque.size(state)) for torque in inputs.torques if not _only_follows_spin(torque, state)
+    )
+
+    def rate(data: EphemerisData) -> np.ndarray:
+        rates = data.angular_velocity @ state.axes.T
+        if not inputs.torques:
+            return greatest_free_rate(state.moments, rates)
+        return np.asarray(free_spin(state.moments, rates).rate)
+
+    return BoundedMotion(
+        state.epoch,
+        span[0],
+        min([span[1], *rests]),
+        lambda instants: simulation.run(inputs, check, instants),
+        rate,
+        driving / float(state.moments.min()),
+        size,
+        tuple(event.seconds for event in events if event.kind in JUMPS),
+    )
+
+
+def _only_follows_spin(torque: CachedTorque, state: InitialState) -> bool:
+    """Whether a torque does no work on the body, or takes energy from it."""
+    return {int(code) for code in own_rows(torque, state)[:, 0]} <= SPIN_DEPENDENT
