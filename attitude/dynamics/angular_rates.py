@@ -12,7 +12,7 @@ from ..problem.initial_state import InitialState
 from ..problem.spin_bound import free_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from .batch_states import Bodies, along_axes, once_for_bodies
-from .momentum import impulse_sums
+from .momentum import impulse_sums, nutation_rates, rotors_and_dissipation
 from .solver import vector_lengths
 
 
@@ -23,7 +23,9 @@ def max_angular_rates(
     torques: Sequence[CachedTorque],
     impulses: Sequence[AppliedImpulse] = (),
 ) -> np.ndarray:
-    """(n,) rad/s: the greatest of the spin, after every impulse, what torques make of it, and the orbit's."""
+    """(n,) rad/s: the greatest of the spin, after every impulse, what torques make of it, the nutation that
+    rotors make, and the orbit's.
+    """
     moments = np.asarray(bodies.body.moments)
     at_epoch = along_axes(bodies, bodies.rate)
     fastest, own, momentum = at_epoch, np.zeros(len(bodies)), np.zeros(len(bodies))
@@ -40,7 +42,9 @@ def max_angular_rates(
     with np.errstate(over="ignore"):  # infinite for a body that is thin enough
         swung = np.sqrt(size / moments.min(axis=1))
     turning = np.maximum(own, momentum / moments.max(axis=1))
-    greatest: np.ndarray = np.maximum(np.maximum(turning, swung), orbit)
+    rotors = along_axes(bodies, rotors_and_dissipation(template, bodies, torques)[0])
+    nutation = nutation_rates(moments, rotors)
+    greatest: np.ndarray = np.maximum(np.maximum(np.maximum(turning, nutation), swung), orbit)
     return greatest
 
 

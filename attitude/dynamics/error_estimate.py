@@ -23,7 +23,7 @@ INSTANTS_OF_DRIFT = 16
 SAFETY, SAFETY_OF_BREAKS = 3.0, 10.0
 # Of arcs between the edges of plates the second solution is no coarser, but begins with another momentum; by
 # what the bound of the errors at edges is multiplied.
-SAFETY_OF_PLATES, SAFETY_OF_EDGES = 1.0, 10.0
+SAFETY_OF_PLATES, SAFETY_OF_EDGES = 2.0, 10.0
 # Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned, since
 # the rates are doubles; and where the rate is read off the attitude, which remembers every rounding, that
 # angle times the root of the number of steps.
@@ -73,7 +73,7 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
     def solve(coarsely: bool) -> None:
         also = np.concatenate([instants[:, indices], [spread, np.zeros_like(spread)]], axis=1)
         at = also if coarsely else instants
-        steps = setting._replace(dense=False, coarsely=True) if coarsely else setting
+        steps = setting._replace(dense=setting.dense_coarsely, coarsely=True) if coarsely else setting
         solutions[coarsely] = integrate(problem.refined if coarsely else problem, bodies, at, steps)
 
     if len(bodies) == 1:  # side by side on two processors

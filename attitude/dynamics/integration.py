@@ -225,7 +225,10 @@ def refine(
     rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
     angles, momenta = rates * problem.max_abs_seconds, rates * np.asarray(bodies.body.moments).max(axis=1)
     chosen, dense = candidate.settings(instants.shape[1], problem.max_abs_seconds)
-    refinements = [Refinement(chosen) for _ in range(len(bodies))]
+    refinements, dense_coarsely = (
+        [Refinement(chosen) for _ in range(len(bodies))],
+        dense and chosen.dense_coarsely,
+    )
     left = np.arange(len(bodies))
     for _ in range(attempts):
         if not left.size:
@@ -233,7 +236,8 @@ def refine(
         steps = np.array([refinements[i].candidate.step for i in left])
         decay = np.array([refinements[i].candidate.decay for i in left])
         part = bodies if left.size == len(bodies) else bodies[left]
-        compared = compare(problem, part, instants, StepSetting(steps, decay, dense, momentum=momenta[left]))
+        setting = StepSetting(steps, decay, dense, momentum=momenta[left], dense_coarsely=dense_coarsely)
+        compared = compare(problem, part, instants, setting)
         errors, rounding = estimate(compared, angles[left])
         better = errors < np.array([refinements[i].error for i in left])
         out[left[better]] = compared.fine.rows[better, : out.shape[1]]

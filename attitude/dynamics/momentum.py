@@ -31,7 +31,7 @@ def initial_momenta(template: InitialState, bodies: Bodies, torques: Sequence[Ca
     ------
     InputError : dissipation that takes the energy within a turn.
     """
-    rotors, alpha = _rotors_and_dissipation(template, bodies, torques)
+    rotors, alpha = rotors_and_dissipation(template, bodies, torques)
     rate = _momentum_rates(bodies, rotors, alpha) if alpha.any() else bodies.rate
     for i in np.flatnonzero(~np.isfinite(rate).all(axis=1)).tolist():
         with named(bodies, i):
@@ -40,7 +40,7 @@ def initial_momenta(template: InitialState, bodies: Bodies, torques: Sequence[Ca
     return rotations.rotate(bodies.attitude, turned(bodies.body.tensor, rate) + rotors)
 
 
-def _rotors_and_dissipation(
+def rotors_and_dissipation(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Momentum of the rotors (n, 3), body frame, and coefficient of the dissipation (n,)."""
@@ -58,6 +58,13 @@ def _rotors_and_dissipation(
             elif rows[0, k, 0] == layout.DISSIPATION:
                 alpha = alpha + rows[:, k, 1]
     return rotors, alpha
+
+
+def nutation_rates(moments: np.ndarray, rotors: np.ndarray) -> np.ndarray:
+    """(n,) rad/s, of bodies at rest but for rotors (n, 3) N m s: frequency of I w' = h x w; (n, 3) kg m2."""
+    x, y, z = (rotors * rotors * moments).T
+    rates: np.ndarray = np.sqrt(((x + y) + z) / (moments[:, 0] * moments[:, 1] * moments[:, 2]))
+    return rates
 
 
 def _momentum_rates(bodies: Bodies, rotors: np.ndarray, alpha: np.ndarray) -> np.ndarray:

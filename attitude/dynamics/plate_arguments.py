@@ -14,6 +14,7 @@ from ..kernels.solvers import plate_layout
 from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.initial_state import InitialState, Spin
 from ..problem.torque_model import CachedTorque
+from .momentum import nutation_rates
 
 PLATES = (layout.SOLAR_PLATE, layout.DRAG_PLATE)
 
@@ -94,13 +95,14 @@ def edges_per_turn(torques: Sequence[CachedTorque]) -> int:
 
 
 def _pace(torques: Sequence[CachedTorque], body: np.ndarray) -> np.ndarray:
-    """(n,) 1/s2: of torques that do not depend on the spin over the least moment, and of eddies squared."""
+    """(n,) 1/s2: torques that depend on no spin, over the least moment; eddies and nutation, squared."""
     moments = body[:, layout.MOMENTS : layout.MOMENTS + 3]
     still = Spin(np.zeros(len(body)), np.zeros(len(body)))
     size = sum((torque.sizes(moments, still) for torque in torques), np.zeros(len(body)))
     least = moments.min(axis=1)
     eddies = np.abs(body[:, layout.EDDIES : layout.EDDIES + 9]).max(axis=1)
-    return np.asarray(size / least + (eddies / least) ** 2)
+    nutation = nutation_rates(moments, body[:, layout.ROTORS : layout.ROTORS + 3])
+    return np.asarray(size / least + (eddies / least) ** 2 + nutation**2)
 
 
 def _plate(row: np.ndarray, source: int) -> np.ndarray:

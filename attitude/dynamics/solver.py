@@ -37,7 +37,7 @@ class StepSetting(NamedTuple):
     decay : (n,), what a step may be off by: sweeps end at a part of it, and a step is halved where torques
         break and its last Legendre coefficients are greater
     dense : whether instants within a step are read off its polynomial, else reached by the step, shortened
-    coarsely : in fewer steps, for the error's estimate
+    coarsely : in fewer steps, for the error's estimate; dense_coarsely : what `dense` is then
     momentum : (n,) N m s, for which the step is meant: one of a body that torques have spun up far beyond it
         is halved
     """
@@ -47,6 +47,7 @@ class StepSetting(NamedTuple):
     dense: bool = False
     coarsely: bool = False
     momentum: np.ndarray | float = np.inf
+    dense_coarsely: bool = False
 
 
 class SolverTask(NamedTuple):

@@ -50,6 +50,7 @@ ORDER, DENSE_ORDER, ORDER_OF_BREAKS = 20.0, 16.0, 1.0
 # Of the tolerance, what the polynomial within a step may be off by; instants in the trial that it is tried
 # at.
 SHARE_OF_DENSE, INSTANTS_OF_TRIAL = 0.1, 24
+DENSE_ROOM = 1.15  # of the steps of the coarser solution, which is read off polynomials without a trial
 
 # The longest arc between edges of plates, rad; of all the angle, what such arcs turn through.
 RADIANS_OF_ARC, SHARE_OF_LONGEST_ARCS = 0.5, 0.6
@@ -70,7 +71,7 @@ class Candidate:
     decay : what a step may be off by, as `StepSetting` has it
     error : rad, predicted at the end of the span; rounding : the part of it that no steps make smaller
     seconds : predicted cost, but for samples; sample_seconds : of each
-    dense_step : s, in which the polynomial within a step is exact enough to be read; 0 if none is
+    dense_step : s, up to which the polynomial within a step is exact enough to be read; 0 if none is
     ends_at_edges : whether steps are arcs between the edges of plates; `step` is their longest then, rad
     """
 
@@ -92,6 +93,11 @@ class Candidate:
     def order(self) -> int:
         """Order of its error in the step."""
         return 2 * ARC_NODES if self.ends_at_edges else solver.ORDER
+
+    @property
+    def dense_coarsely(self) -> bool:
+        """Whether the coarser solution may be read off its polynomials too, with some room."""
+        return self.dense_step >= DENSE_ROOM * solver.STRIDE * self.step
 
     def settings(self, samples: int, span: float) -> tuple[Candidate, bool]:
         """The candidate for so many samples over a span (s), and whether they are read off polynomials.
@@ -275,12 +281,11 @@ class _Trial:
         return 1e-9 * float(ns)
 
     def _dense_step(self, step: float, decay: float) -> float:
-        """Steps, s, no longer than these, within which polynomials keep a part of the tolerance."""
+        """The longest steps, s, within which polynomials keep a part of the tolerance."""
         at = np.linspace(self.start, self.stop, INSTANTS_OF_TRIAL + 1)[1:]
         off = difference_of(self.run(step, decay, at)[0], self.run(step, decay, at, dense=True)[0])
-        if SAFETY * off <= SHARE_OF_DENSE * self.tolerance:
-            return step
-        return step * (0.5 * SHARE_OF_DENSE * self.tolerance / (SAFETY * off)) ** (1.0 / DENSE_ORDER)
+        share = SHARE_OF_DENSE * self.tolerance / (SAFETY * max(off, ROUNDING))
+        return step * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / DENSE_ORDER)
 
 
 def difference_of(one: np.ndarray, other: np.ndarray) -> float:

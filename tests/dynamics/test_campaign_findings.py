@@ -94,6 +94,20 @@ def test_needle_of_plates_is_followed():
     assert angle(run.quaternion("wxyz")[1], expected[0][:4]) <= run.plan.error_bound + 1e-10 <= 2e-7
 
 
+@pytest.mark.parametrize("rotor", [[0.3, 0.0, 0.0], [0.0, 0.0, 0.3], [0.1, -0.2, 0.15]])
+def test_steps_of_a_body_at_rest_are_measured_by_the_nutation_that_its_wheels_make(rotor):
+    moments, torque = [2.5, 2.4, 1.5], [1e-6, -2e-6, 1.5e-6]
+    wheels = {"type": "wheels", "momentum": quantity(rotor, "N m s")}
+    thrust = THRUST | {"torque": quantity(torque, "N m")}
+    run = Scene.model_validate(document(moments, [0.0] * 3, 1000.0, [thrust, wheels], 1e-8)).run()
+    terms = [("constant_body", torque), ("wheels", rotor)]
+    (end,) = TorqueMotion(moments, [0.0] * 3, [0.5, -0.5, 0.1, 0.7], terms, None, 20).states([1000.0])
+    assert angle(run.quaternion("wxyz")[1], end.attitude) <= run.plan.error_bound <= 1e-8
+    steps = int(run.plan.solver.split(": ")[1].split()[0])
+    radians = 1000.0 * np.sqrt(np.array(rotor) ** 2 @ moments / np.prod(moments))
+    assert radians / 16.0 < steps < radians / 1.5
+
+
 def test_torque_of_the_users_is_not_asked_of_steps_that_have_gone_astray():
     asked = []
 
