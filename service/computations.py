@@ -18,6 +18,7 @@ from attitude.documents.fields import parse_json
 from attitude.documents.files import files_in
 from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError, unknown_name
+from attitude.estimation.fit_document import FitDocument
 from attitude.formats import module_of, read_stream
 from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
@@ -120,6 +121,25 @@ def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:
         samples = max(2, min(settings.max_samples, measurement.SAMPLES_UNDER_TORQUES))
     with no_field(*type(query).model_fields):
         return measure(scene, budget, query.method or None, samples, seed=query.seed).to_json().encode()
+
+
+def fit(document: bytes, settings: Settings) -> bytes:
+    """The answer of `attitude fit --json`."""
+    parsed = parse_json(document, "document")
+    sets = parsed.get("observations") if isinstance(parsed, dict) else None
+    columns = (
+        [each.get("columns") for each in sets if isinstance(each, dict)] if isinstance(sets, list) else []
+    )
+    lengths = [
+        len(cells)
+        for each in columns
+        if isinstance(each, dict)
+        for cells in each.values()
+        if isinstance(cells, list)
+    ]
+    check_count("observations", sum(lengths), "samples", settings)
+    hold(sum(lengths))
+    return orjson.dumps(FitDocument.of(parsed).answer())
 
 
 # -- limits: what is refused for its size -----------------------------------------------------------

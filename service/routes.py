@@ -83,6 +83,13 @@ async def compare(request: Request, query: Annotated[CompareQuery, Query()], fil
     return json_response(await state.compute.run(computations.compare, files, query, state.settings))
 
 
+@router.post("/v1/fit", response_model=dict[str, Any])
+async def fit(request: Request, _: Nothing, document: Document) -> Response:
+    """The free motion that fits a document's observations: scene, covariance, residuals, outliers."""
+    state = request.app.state
+    return json_response(await state.compute.run(computations.fit, document, state.settings))
+
+
 @router.post("/v1/plan", response_model=dict[str, Any])
 async def plan(request: Request, query: Annotated[PlanQuery, Query()], document: Document) -> Response:
     """What of a scene would be simulated, what not and why, by which solver, at what cost and error."""

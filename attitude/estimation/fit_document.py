@@ -91,7 +91,11 @@ class FitDocument(Part):
     @classmethod
     def from_json(cls, text: str | bytes, source: str = "document") -> FitDocument:
         """From JSON text; InputError with the field's path for whatever is wrong."""
-        document = parse_json(text, source)
+        return cls.of(parse_json(text, source))
+
+    @classmethod
+    def of(cls, document: Any) -> FitDocument:
+        """From plain data, as JSON text holds it."""
         if not isinstance(document, dict):
             raise InputError("document", document, "a JSON object", steps=())
         return cls(**document)
@@ -122,6 +126,11 @@ class FitDocument(Part):
             None if self.epoch is None else self.epoch.build(),
             self.frame,
         )
+
+    def answer(self, observations: Sequence[ObservationSet] = ()) -> dict[str, Any]:
+        """The fit as plain data, with the scene of `scene`."""
+        result = self.fit(observations)
+        return {**result.to_dict(), "scene": self.scene(result).document()}
 
     def scene(self, result: Fit) -> Scene:
         """The fit's scene, with the name, mass and instants of this document."""

@@ -162,7 +162,7 @@ class Fit:
         return "\n".join(lines)
 
     def _rows(self) -> Iterable[tuple[str, float, float]]:
-        return zip(self.names, self.values, self.sigma, strict=True)
+        return zip(self.names, self.values.tolist(), self.sigma.tolist(), strict=True)
 
 
 def _is_physical(moments: np.ndarray) -> bool:

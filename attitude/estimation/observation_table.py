@@ -22,12 +22,13 @@ import numpy as np
 from astropy import units as u
 from astropy.time import Time
 
-from .. import units
+from .. import stopping, units
 from ..errors import FormatError, InputError, unknown
 from ..frames import rotations
 from ..times.iso8601 import Scale, parse_times
 from .observations import Attitudes, BodyRates, Directions, ObservationSet, RangeOffsets
 
+CELLS_PER_CHECK = 1000
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 HEADER = re.compile(r"\s*([A-Za-z0-9_]+)\s*(?:\[(.+)\])?\s*")
 
@@ -203,6 +204,8 @@ def _numbers(values: Any, header: str) -> np.ndarray:
     numbers = np.empty(len(values) if is_list else 1)
     for i, cell in enumerate(values if is_list else [values]):
         field = f"{header}[{i}]" if is_list else header
+        if i % CELLS_PER_CHECK == 0:
+            stopping.check()
         try:
             is_empty = cell is None or (isinstance(cell, str) and not cell.strip())
             numbers[i] = np.nan if is_empty else float(cell)

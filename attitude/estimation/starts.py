@@ -12,6 +12,7 @@ from itertools import permutations
 
 import numpy as np
 
+from .. import stopping
 from ..errors import InputError
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
@@ -131,6 +132,7 @@ def _best(
     for each in window:
         ephemeris = motions.ephemeris(since(each.instants(states[0].epoch), anchor), rate=True)
         for i in range(len(states)):
+            stopping.check()
             residuals = each.residuals(
                 ephemeris.attitude[i], ephemeris.computed_rate[i], np.zeros(each.biases)
             )

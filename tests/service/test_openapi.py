@@ -45,6 +45,7 @@ def test_description_has_every_route(description):
         "/v1/plan",
         "/v1/windows",
         "/v1/cost",
+        "/v1/fit",
         "/v1/scenes",
         "/v1/scenes/{name}",
         "/healthz",
@@ -65,7 +66,7 @@ def test_worked_examples_are_what_is_answered(client, description, path):
 
 
 def test_every_described_route_has_a_worked_example(description):
-    assert set(examples()) | {"/metrics", "/v1/convert", "/v1/check", "/v1/compare"} == set(
+    assert set(examples()) | {"/metrics", "/v1/convert", "/v1/check", "/v1/compare", "/v1/fit"} == set(
         description["paths"]
     )
     assert set(routes(description)) >= set(examples())
