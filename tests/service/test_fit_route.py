@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from asking import assert_problem
 from attitude import InputError, RigidBody, TorqueFreeMotion
 from attitude.estimation.fit_document import FitDocument
 from service import computations
+from service.compute import collect_warnings
 from service.settings import Settings
 
 
@@ -54,9 +56,10 @@ def test_cells_of_observations_are_limited(observed):
         computations.fit(json.dumps(observed).encode(), Settings(max_samples=74))
 
 
-@pytest.mark.filterwarnings("default::attitude.AttitudeWarning")
 def test_warnings_of_a_fit_are_in_the_header(client, observed):
     columns = observed["observations"][0]["columns"]
     columns["q_w"][3], columns["q_x"][3] = columns["q_x"][3], columns["q_w"][3]
-    answer = client.post("/v1/fit", json=observed | {"loss": "cauchy"})
+    with warnings.catch_warnings():
+        collect_warnings()
+        answer = client.post("/v1/fit", json=observed | {"loss": "cauchy"})
     assert "outliers: attitudes[3]" in answer.headers["attitude-warnings"]
