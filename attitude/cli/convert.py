@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from ..errors import InputError
 from . import arguments, console
 from .run import report_interpolation
+
+if TYPE_CHECKING:
+    from ..ephemeris import Ephemeris
+    from ..rigid_body.body import RigidBody
 
 DESCRIPTION = (
     "Read a file in any of the formats, and write its ephemeris in another format or frame, at its own "
@@ -36,6 +42,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     chosen.add_argument(
         "--step", metavar="DT", help='every DT from the first instant to the last, such as "10 s" or "1 min"'
     )
+    parser.add_argument(
+        "--by",
+        choices=["dynamics"],
+        help="in gaps, free rotation fitted to both sides, for a body whose inertia is in the file or --body",
+    )
+    parser.add_argument(
+        "--body", metavar="BODY", help="three moments, such as 10,13,17 (their ratios matter), or a document"
+    )
 
 
 def execute(options: Namespace) -> None:
@@ -51,6 +65,10 @@ def execute(options: Namespace) -> None:
     if options.ut1 is not None:
         ephemeris = replace(ephemeris, ut1=options.ut1)
     ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
+    if options.by is not None:
+        ephemeris = _without_gaps(ephemeris, options)
+    elif options.body is not None:
+        raise InputError("--body", options.body, "--by dynamics beside it")
     chosen = requested(ephemeris, options.times, options.step, "--")
     ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)
     if chosen is not None and ephemeris.plan is not None:
@@ -59,3 +77,35 @@ def execute(options: Namespace) -> None:
     with console.progress_bar(options) as progress:
         written = formats.write(ephemeris, options.output, target.name, progress, **writing)
     report_interpolation(written, options)
+
+
+def _without_gaps(ephemeris: Ephemeris, options: Namespace) -> Ephemeris:
+    """The ephemeris that follows free rotation in its gaps, each of which is reported."""
+    from ..ephemeris import Ephemeris
+    from ..estimation.gaps import fill_gaps
+
+    if options.times is None and options.step is None:
+        raise InputError("--by", options.by, "--times or --step beside it")
+    body = ephemeris.body if options.body is None else _body(options.body)
+    if body is None:
+        raise InputError("--body", None, "the body's inertia, which the file does not hold")
+    filled, gaps = fill_gaps(ephemeris, body)
+    for gap in gaps:
+        console.remark(options, str(gap))
+    if not gaps:
+        console.warn("no gaps: every instant is interpolated as the file states")
+    return Ephemeris.of(filled)
+
+
+def _body(text: str) -> RigidBody:
+    from ..estimation.fit_document import FitDocument
+    from ..rigid_body.body import RigidBody
+
+    try:
+        moments = [float(word) for word in text.split(",")]
+    except ValueError:
+        document = FitDocument.from_json(*arguments.document_text(text))
+        if document.body is None:
+            raise InputError("--body", text, "a document with a body") from None
+        return document.body.build()
+    return RigidBody.from_moments(moments)

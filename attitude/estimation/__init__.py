@@ -9,6 +9,7 @@ fit                 the fit, and warnings of what makes its answer doubtful
 fit_result          what it returns
 observability       which directions of the parameters the data see
 residuals           observed less computed
+gaps                gaps of an ephemeris filled by the motion that fits both sides
 observation_table   observations in CSV files with units in the names of the columns
 fit_document        a scene's document with its observations
 plot                pictures of residuals
