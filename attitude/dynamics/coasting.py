@@ -35,7 +35,7 @@ def coast(
 ) -> np.ndarray:
     """(n, OUTPUTS, m): attitude, rate and momentum of each body at the instants.
 
-    The momentum is the sum of that at the epoch and of the impulses, and nothing else ever changes it.
+    Where no torque acts, the momentum is the sum of that at the epoch and of the impulses.
 
     disturbed : by a rounding at every impulse, for what the motion makes of it
 
@@ -103,7 +103,12 @@ def _coast(
             quaternion, turning = motion.sample(since, quaternion=True, rate=True)
             rows[..., :4, here] = np.swapaxes(quaternion[..., :-1, :], -1, -2)
             rows[..., 4:7, here] = np.swapaxes(turning[..., :-1, :], -1, -2)
-            rows[..., 7:, here] = momentum[..., None]
+            if exact.law is not None:
+                momenta = rotations.rotate(quaternion, exact.momentum(body, turning))
+                rows[..., 7:, here] = np.swapaxes(momenta[..., :-1, :], -1, -2)
+                momentum = momenta[..., -1, :]
+            else:
+                rows[..., 7:, here] = momentum[..., None]
             q, w = (np.ascontiguousarray(one[..., -1, :]) for one in (quaternion, turning))
     return rows
 

@@ -56,7 +56,7 @@ def choose(scene: Scene, instants: Instants, trial_states: States | None = None)
     start, stop = min(start, float(seconds.min())), max(stop, float(seconds.max()))
     choice = SolverChoice(None, start, stop)
     inputs = _inputs(_CachedScene(scene, choice))
-    if inputs.ground is not None or inputs.exact is not None:
+    if inputs.ground is not None or inputs.exact_for_all is not None:
         return choice
     trial_bodies = None if trial_states is None else _bodies(trial_states, 0)
     candidate = integration.choose_for_all(_problem(scene, inputs, instants), instants, trial_bodies)
@@ -91,7 +91,7 @@ def simulated(
     bodies, inputs = _bodies(states, first), _inputs(_CachedScene(scene, choice))
     if inputs.ground is not None:
         return _with_contacts(inputs, bodies, instants, lost)
-    exact = inputs.exact
+    exact = inputs.exact_for_all
     if exact is None:
         assert choice.candidate is not None
         problem = _problem(scene, inputs, instants)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .doubledouble import add, div, mul, two_product, two_sum
-from .intrinsics import bits_of, double_of, kernel
+from .doubledouble import INVERSE_FACTORIAL, ONE, add, div, exp, mul, neg, pair, sub, two_product, two_sum
+from .intrinsics import bits_of, double_of, kernel, routine
 from .phase import ROUND
 
 DAY = 86400.0  # s
@@ -74,3 +74,32 @@ def scaled(values, times, over, seconds, seconds_low):
     """values * times / over as two parts."""
     for i in range(values.shape[0]):
         seconds[i], seconds_low[i] = div(two_product(values[i], times), (over, 0.0))
+
+
+@kernel
+def momentum_times(seconds, seconds_low, law, own, own_low, size):
+    """The integral of p over time, p' = torque - damping p, and p.
+
+    seconds, seconds_low : (n,); law : (5,), p at zero, torque and damping in two parts each
+    own, own_low, size : (n,), written: the integral in two parts, and p
+    """
+    start, torque, damping = (law[0], 0.0), pair(law[1:3]), pair(law[3:5])
+    for i in range(seconds.shape[0]):
+        t = seconds[i], seconds_low[i]
+        x = mul(damping, t)
+        first, second = exponential_means(x)
+        first = mul(t, first)  # integral of exp(-damping t)
+        own[i], own_low[i] = add(mul(start, first), mul(torque, mul(mul(t, t), second)))
+        size[i] = add(mul(start, exp(neg(x))), mul(torque, first))[0]
+
+
+@routine
+def exponential_means(x):
+    """(1 - e^-x)/x and (e^-x - 1 + x)/x^2, for x > -700."""
+    if abs(x[0]) >= 0.35:
+        first = div(sub(ONE, exp(neg(x))), x)
+        return first, div(sub(ONE, first), x)
+    second = pair(INVERSE_FACTORIAL[21])
+    for n in range(20, 1, -1):
+        second = sub(pair(INVERSE_FACTORIAL[n]), mul(x, second))
+    return sub(ONE, mul(x, second)), second

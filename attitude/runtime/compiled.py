@@ -114,6 +114,7 @@ days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
 nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
+momentum_times = Kernel("clock.momentum_times", "d1.d1.d1.d1.d1.d1")
 collocate = Kernel("solvers.collocation.collocate", "s1.d1.d2.d3.d1.d1.d3.d1.d3.d1.d3")
 march = Kernel("solvers.plate_march.march", "m1.d1.d2.d3.d1.d1.d3.d3.d3.d3.d2.d2.d1.d2.d1.d3.d1.d3")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.d1.d3.d3.d2")
@@ -141,6 +142,7 @@ WINGS = [
     [[OF_TENSORS]],
     [signatures(invariants)],
     [signatures(partial_records, partials)],
+    [signatures(momentum_times)],
     [signatures(collocate)],
     [signatures(march)],
     [signatures(gyrostats), signatures(sample_gyrostats)],

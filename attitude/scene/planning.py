@@ -223,11 +223,11 @@ def of_effect(
 REASONS = {
     "ground": "contacts change the momentum at an instant; between them the closed form holds",
     "impulse": "the momentum changes at an instant; the closed form or the solver goes on from there",
-    "constant_torque": "a torque while it is switched on",
+    "constant_torque": "a torque while it is switched on; exact along an axis that stands still",
     "solar_pressure": "a torque at every instant outside the shadow",
     "wheels": "rotors turn the body by their momentum; energy is kept; exact without other torques",
     "dissipation": "takes energy at constant momentum, from inside",
-    "eddy_damping": "takes energy and momentum",
+    "eddy_damping": "takes energy and momentum; exact in a sphere, and about an axis that stands still",
 }
 
 

@@ -33,7 +33,7 @@ from ..kernels.solvers.plate_layout import DARK, FULL_STRENGTH, PARTIAL
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
-from ..rigid_body.error_bounds import FORMS, GYROSTAT_BOUND_SOURCE, form_of
+from ..rigid_body.error_bounds import FORMS, form_of
 from ..samples.event import Event
 from ..samples.provenance import Plan
 from ..samples.translation import Translation, pushed
@@ -115,11 +115,16 @@ class SimulationInputs:
     @cached_property
     def exact(self) -> ExactMotion | None:
         """The closed form of the motion between impulses, if it has one."""
-        return exact_motion(self.initial_state, self.torques, self.scene.solver)
+        return exact_motion(self.initial_state, self.torques, self.scene.solver, bool(self.kicks))
+
+    @property
+    def exact_for_all(self) -> ExactMotion | None:
+        """The closed form of this body and of all others under these effects, if they have one."""
+        return self.exact if self.exact is not None and self.exact.law is None else None
 
     @property
     def coasts(self) -> bool:
-        """Whether the motion is in closed form, with impulses or rotors."""
+        """Whether the motion is in closed form, with impulses, rotors or torques along the momentum."""
         return self.exact is not None and (bool(self.kicks) or not self.exact.is_free)
 
     @cached_property
@@ -273,7 +278,7 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
 
 
 def _closed_form(inputs: SimulationInputs) -> tuple[str, float]:
-    """(name, error of one stretch in rad) of motion in closed form, with impulses or rotors."""
+    """(name, error of one stretch in rad) of motion in closed form, with impulses, rotors or torques."""
     assert inputs.exact is not None
     if inputs.exact.is_free:
         return COASTING, WORST_BOUND
@@ -290,7 +295,7 @@ def _coast(inputs: SimulationInputs, exact: ExactMotion, instants: Instants) -> 
     growth = float(coasting.growth_of_rounding(*problem, instants, exact)[0])
     bound, source = error * (1 + len(inputs.kicks)) + growth, CHAINED
     if not exact.is_free:
-        source = f"{GYROSTAT_BOUND_SOURCE}; {CHAINED}" if inputs.kicks else GYROSTAT_BOUND_SOURCE
+        source = f"{exact.bound_source}; {CHAINED}" if inputs.kicks else exact.bound_source
     plan = Plan(solver, instants.seconds.size, 0.0, 0.0, bound, source)
     return _ephemeris_of_rows(inputs, instants, rows, plan, impulse_events(inputs.kicks))
 

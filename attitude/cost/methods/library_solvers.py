@@ -36,7 +36,7 @@ def gauss() -> list[Method]:
 
 
 def exact() -> list[Method]:
-    """The closed form, where these torques leave one: rotors of constant momentum."""
+    """The closed form, where these torques leave one (`dynamics.exact_motion`)."""
     return [Method("exact", "", _in_closed_form, steps=False)]
 
 
@@ -45,7 +45,8 @@ def _in_closed_form(problem: InitialValueProblem) -> Solve:
     initial_state = environment.initial_state
     motion = exact_motion(initial_state, environment.torques)
     if motion is None:
-        raise AbsentError("exact: these torques leave no closed form, which rotors (wheels) alone do")
+        leaves = "which rotors alone do, or torques along the momentum"
+        raise AbsentError(f"exact: these torques leave no closed form, {leaves}")
     batch = motion.of(initial_state.body, initial_state.attitude, initial_state.rate)
     return lambda t: batch.sample(as_instants(t, None), quaternion=True, rate=True)
 
