@@ -16,8 +16,9 @@ from ..dynamics import coasting, contact, integration
 from ..dynamics.batch_states import Bodies, TorqueProblem, named
 from ..dynamics.solver import OUTPUTS
 from ..dynamics.step_selection import Candidate
-from ..errors import RegimeError
+from ..errors import InputError, RegimeError
 from ..problem.initial_state import InitialState
+from ..rigid_body.gyrostat_constants import GyrostatBatch
 from ..scene import simulation
 from ..scene.document import Scene, Times
 from ..scene.simulation import SimulationInputs
@@ -106,6 +107,20 @@ def simulated(
         )
     samples = np.swapaxes(rows, 1, 2)
     return np.ascontiguousarray(samples[:, :, :4]), np.ascontiguousarray(samples[:, :, 4:7])
+
+
+def gyrostats(scene: Scene, states: States, first: int = 0) -> GyrostatBatch:
+    """The motion of bodies that rotors alone turn; arguments as of `simulated`.
+
+    Raises InputError where other effects turn them, RegimeError as `GyrostatBatch`.
+    """
+    inputs = simulation.resolve(scene, any_body=True)
+    exact, bodies = inputs.exact_for_all, _bodies(states, first)
+    if exact is None or exact.is_free or inputs.kicks or inputs.ground is not None:
+        raise InputError("scene.effects", "effects that turn the body", "none, or wheels alone, for flips")
+    motion = exact.of(bodies.body, bodies.attitude, bodies.rate)
+    assert isinstance(motion, GyrostatBatch)
+    return motion
 
 
 def _bodies(states: States, first: int) -> Bodies:

@@ -22,7 +22,7 @@ from . import engine
 from .accumulation import MomentAccumulation, MomentSums, Range, ranges
 from .block_motion import free_motion, is_free, motion_of, solver_choice
 from .density import COLUMNS, ROWS, AxisDensity, CellCounter, axis_of
-from .flips import flips
+from .flips import flips, flips_of_gyrostats
 from .redraws import BODIES_PER_TASK, Redraws, note, redraws_of
 from .sources.dispersion import Sampled
 from .sources.states import States, StateSource, check_range
@@ -326,13 +326,17 @@ class Ensemble:
 
         A body flips when its rate about its intermediate axis changes sign; infinite where it does not.
 
-        Raises InputError where the bodies are not free, and for indices that no body has.
+        Raises InputError where the bodies are neither free nor turned by rotors alone, and for indices that
+        no body has; RegimeError for rotors that lead to where equilibria merge.
         """
-        if not is_free(self.scene):
-            raise InputError("scene.effects", "effects that turn the body", "none, for flips in closed form")
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise InputError("count", count, "a whole number, at least 1")
-        return flips(free_motion(self.states(first, last), first), count)
+        states = self.states(first, last)
+        if self.scene is None or is_free(self.scene):
+            return flips(free_motion(states, first), count)
+        from .effects_simulation import gyrostats  # late: free bodies need no solvers
+
+        return flips_of_gyrostats(gyrostats(self.scene, states, first), count)
 
     def _mapped(
         self,
