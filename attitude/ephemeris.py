@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from .pointing.surface_points import GroundPoints
 
 
+MAX_DRAWN = 2000  # instants in a notebook's picture
+
+
 class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
     __doc__ = EphemerisData.__doc__
 
@@ -167,6 +170,30 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         return replace(self, columns=parse(columns))
 
     # -- leaving and coming back ----------------------------------------------------------------
+
+    def _repr_html_(self) -> str:
+        """A table, and a picture of one body's attitude where matplotlib is installed, for notebooks."""
+        from importlib.util import find_spec
+
+        from .samples.html_table import html_table
+
+        epoch, elapsed = self.epoch, self.instants.seconds
+        rows = {
+            "name": self.name or None,
+            "shape": self.shape,
+            "frame": f"body to {self.frame}",
+            "epoch": epoch and f"{epoch.isot} {epoch.scale}",
+            "span, s": f"{elapsed.min():.9g} to {elapsed.max():.9g}" if elapsed.size else None,
+            "solver": self.plan and self.plan.solver,
+            "error bound, rad": self.plan and self.plan.error_bound,
+            "events": len(self.events) or None,
+        }
+        drawable = len(self.shape) == 1 and len(self) > 1 and find_spec("matplotlib") is not None
+        if not drawable:
+            return html_table("Ephemeris", rows)
+        from .plot import timeline
+
+        return html_table("Ephemeris", rows, timeline.picture(self[:: -(-len(self) // MAX_DRAWN)], "png"))
 
     def plot(self, what: str | Sequence[str] = ()) -> Figure:
         """A figure of matplotlib: attitude, rate and what else is known in time, or what is named.

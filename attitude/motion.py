@@ -21,6 +21,7 @@ from .rigid_body.constants_of_motion import Batch, check_rates
 from .rigid_body.paper_constants import PaperConstants
 from .rigid_body.partials import Partials
 from .runtime.threads import check
+from .samples.html_table import html_table
 from .samples.provenance import Plan
 from .times import instants
 from .times.instants import as_instants
@@ -40,7 +41,7 @@ class TorqueFreeMotion:
         Attitude at the epoch: the active rotation from body to inertial.
     angular_velocity : array_like or Quantity, (..., 3), rad/s
         At the epoch, of the body relative to the inertial frame, components in the body frame.
-    epoch : astropy Time, optional
+    epoch : astropy Time, datetime or ISO 8601 text (UTC), optional
         Required only where instants are passed or returned as Time.
     order : "wxyz" or "xyzw"
         Order of the four numbers of a bare array; no default.
@@ -89,8 +90,8 @@ class TorqueFreeMotion:
 
         Parameters
         ----------
-        t : float array (s since the epoch), Quantity, TimeDelta, or Time (needs an epoch)
-            Any shape, either sign, any order.
+        t : float array (s since the epoch), Quantity, TimeDelta; or, with an epoch, Time, datetime or ISO
+            8601 text in the epoch's time scale.  Any shape, either sign, any order.
         threads : int
             Share the samples among so many threads; the bits do not depend on it.
         out : float64 array (batch..., t..., 4), optional
@@ -335,6 +336,21 @@ class TorqueFreeMotion:
         part._batch = self._batch[key]
         part.body, part.shape = part._batch.body, part._batch.shape
         return part
+
+    def _repr_html_(self) -> str:
+        """A table, for notebooks."""
+        rows: dict[str, Any] = {"frame": self.frame, "epoch": self.epoch and self.epoch.isot}
+        if self.shape:
+            return html_table("Torque-free motion", {"bodies": self.shape} | rows)
+        least, greatest = np.rad2deg(self.nutation_range)
+        rows |= {
+            "regime": str(self.regime).replace("_", " "),
+            "polhode period, s": float(self.polhode_period),
+            "angular momentum, kg m2 rad/s": float(np.sqrt((self.angular_momentum**2).sum())),
+            "kinetic energy, J": float(self.kinetic_energy),
+            "nutation, deg": f"{least:.6g} to {greatest:.6g}",
+        }
+        return html_table("Torque-free motion", rows)
 
     def __repr__(self) -> str:
         if self.shape:

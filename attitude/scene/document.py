@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from collections.abc import Callable, Iterator
 from copy import copy
@@ -45,6 +46,7 @@ from ..orbit.orbit import OrbitDefinition
 from ..problem.initial_state import InitialState, OrbitPath
 from ..rigid_body.body import RigidBody
 from ..samples.chunks import Progress, Samples
+from ..samples.html_table import html_table
 from ..samples.transform import Data, in_frame, rotation_to
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
@@ -375,9 +377,39 @@ class Scene(Part):
             return cls.from_json(text, str(path))
 
     @classmethod
+    def load(cls, source: Any) -> Scene:
+        """From the path of a JSON file, the name of a built-in scene, or plain data.
+
+        Raises FormatError for a path that cannot be read, InputError for a name that is none.
+        """
+        if isinstance(source, cls):
+            return source
+        if isinstance(source, dict):
+            return cls.model_validate(source)
+        if not isinstance(source, (str, os.PathLike)):
+            raise InputError("source", source, "a path, the name of a built-in scene, or plain data")
+        name = os.fspath(source)
+        is_path = isinstance(source, os.PathLike) or os.sep in name or name.endswith(".json")
+        if is_path or (os.path.isfile(name) and os.path.exists(name)):
+            return cls.read(name)
+        return cls.builtin(name)
+
+    @classmethod
     def builtin(cls, name: str) -> Scene:
         """One of the scenes that come with the package."""
         return cls.from_json(builtin_text(name), name)
+
+    def _repr_html_(self) -> str:
+        """A table, for notebooks."""
+        start, stop = self.times.limits(self.epoch.build() if self.epoch is not None else None)
+        rows = {
+            "epoch": self.epoch and f"{self.epoch.time} {self.epoch.scale}",
+            "frame": self.frame,
+            "instants": f"{self.times.samples}, {start:.9g} to {stop:.9g} s",
+            "effects": ", ".join(effect.type for effect in self.effects) or "none",
+            "orbit": self.orbit and type(self.orbit).__name__,
+        }
+        return html_table(self.name or "Scene", rows)
 
     def to_json(self) -> str:
         """The document as JSON text; `from_json` of it is this scene."""

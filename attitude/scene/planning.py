@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..problem.initial_state import InitialState, Spin
+from ..samples.html_table import html_table
 
 if TYPE_CHECKING:
     from ..effects.effect import Effect
@@ -163,6 +164,19 @@ class ScenePlan:
                 for solver, setting, error, seconds in self.candidates
             ],
         }
+
+    def _repr_html_(self) -> str:
+        """A table, for notebooks."""
+        rows = {
+            "simulates": self.simulates,
+            "solver": self.solver,
+            "step, s": self.step,
+            "samples": self.samples,
+            "predicted error, rad": self.predicted_error,
+            "predicted time, s": self.predicted_seconds,
+        }
+        effects = {f"{each.field} {each.type}": each.reason for each in self.effects}
+        return html_table(f"Plan of {self.name or 'a scene'}", rows | effects)
 
     def text(self) -> str:
         """For people: what is simulated, what is not and why, and how."""

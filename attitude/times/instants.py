@@ -22,6 +22,7 @@ from .. import units
 from ..errors import InputError
 from ..runtime import compiled
 from ..runtime.threads import ranges, run
+from .iso8601 import dated
 
 MIN_INSTANTS_PER_THREAD = 500_000  # fewer are copied before a thread has started
 
@@ -137,7 +138,10 @@ def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
     if epoch is None:
         return None
     if not isinstance(epoch, Time):
-        raise InputError(field, epoch, "an astropy Time, or None")
+        time = dated(epoch, "utc", field)
+        if time is None:
+            raise InputError(field, epoch, "an astropy Time, a datetime, ISO 8601 text (UTC), or None")
+        epoch = time
     if not epoch.isscalar:
         raise InputError(field, f"shape {epoch.shape}", "one Time for all bodies")
     _refuse_missing(epoch, field)
@@ -150,12 +154,16 @@ def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) 
 
     Parameters
     ----------
-    t : float array (s), Quantity, TimeDelta, or Time (needs an epoch); any shape, either sign
+    t : float array (s), Quantity, TimeDelta; or dates, which need an epoch: Time, datetime, or ISO 8601 text
+        in the epoch's time scale; any shape, either sign
 
     Raises
     ------
     InputError : not one of these, not finite, masked, or a Time without an epoch.
     """
+    if type(t) is not np.ndarray or t.dtype != np.float64:
+        date = None if isinstance(t, (Time, TimeDelta)) else dated(t, epoch.scale if epoch else "utc", field)
+        t = t if date is None else date
     if isinstance(t, Time):
         if epoch is None:
             raise InputError(field, "a Time", "elapsed time, or an epoch for the motion to count from")

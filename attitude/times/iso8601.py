@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 import warnings
 from contextlib import suppress
-from typing import Literal
+from datetime import datetime
+from typing import Any, Literal
 
+import numpy as np
 from astropy.time import Time
 from erfa import ErfaWarning
 
@@ -39,9 +41,32 @@ def _time(text: str | list[str], scale: str | None) -> Time:
             raise ValueError(str(warning)) from None
 
 
-def parse_times(texts: list[str], scale: str | None) -> Time:
+def dated(value: Any, scale: str, field: str) -> Time | None:
+    """The Time of a date as users write it, or of a list or array of dates; None for what is no date.
+
+    ISO 8601 text is in `scale`, or in UTC where it ends in Z; a datetime is in its own time zone, or in UTC.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:  # lists of several lengths
+        return None
+    if array.dtype.kind == "M":
+        return Time(array, scale="utc")
+    members = array.reshape(-1).tolist() if array.dtype.kind in "OU" else []
+    if members and all(isinstance(member, str) for member in members):
+        scale = "utc" if all(member.endswith("Z") for member in members) else scale
+        if array.ndim == 0:
+            return parse_time(members[0], scale, field)
+        return parse_times(members, scale, field).reshape(array.shape)
+    if members and all(isinstance(member, datetime) for member in members):
+        time = Time(members, scale="utc")
+        return time[0] if array.ndim == 0 else time.reshape(array.shape)
+    return None
+
+
+def parse_times(texts: list[str], scale: str | None, field: str = "times.dates") -> Time:
     """The Times of ISO 8601 dates: all at once, or one by one to report the one that is malformed."""
     if all(ISO_DATE.fullmatch(text) for text in texts):
         with suppress(ValueError):
             return _time(texts, scale)
-    return Time([parse_time(text, scale, f"times.dates[{i}]") for i, text in enumerate(texts)])
+    return Time([parse_time(text, scale, f"{field}[{i}]") for i, text in enumerate(texts)])
