@@ -166,21 +166,6 @@ def estimate(compared: Comparison, angle: np.ndarray) -> tuple[np.ndarray, np.nd
     return np.where(failed, np.inf, error), np.where(failed, 0.0, rounding)
 
 
-def good_until(compared: Comparison, k: int, error: float, rounding: float, limit: float) -> float:
-    """s from the epoch, the last compared instant up to which the k-th body's error is within a limit.
-
-    Infinite where it is at all of them.
-
-    error : rad, at the worst instant; rounding : rad, the part of it that grows evenly with time
-    """
-    time, difference = np.abs(compared.seconds), compared.differences[k]
-    greatest = difference.max(initial=0.0)
-    share = difference * ((error - rounding) / greatest if greatest > 0.0 else 0.0)
-    errors = share + rounding * time / max(float(time.max(initial=0.0)), 1e-300)
-    bad = time[~(errors <= limit)]
-    return float(time[time < bad.min()].max(initial=0.0)) if bad.size else np.inf
-
-
 def _safety(fine: Solution) -> float:
     if not fine.smooth:
         return SAFETY_OF_BREAKS
@@ -188,16 +173,16 @@ def _safety(fine: Solution) -> float:
 
 
 def kept_spans(compared: Comparison, rounding: np.ndarray, tolerance: float) -> np.ndarray:
-    """(n, 2) s: from the epoch outwards, the spans in which the estimates of the error are within a
-    tolerance.
+    """(n, 2) s: from the epoch outwards, the spans in which errors are estimated within a tolerance.
 
-    rounding : (n,) rad, by `estimate`
+    rounding : (n,) rad, by `estimate`, at the farther end of the span; it grows evenly with time
     """
-    seconds = compared.seconds
-    kept = _safety(compared.fine) * compared.differences + rounding[:, None] <= tolerance
+    seconds, time = compared.seconds, np.abs(compared.seconds)
+    grown = rounding[:, None] * (time / max(compared.span, float(time.max(initial=0.0)), 1e-300))
+    kept = _safety(compared.fine) * compared.differences + grown <= tolerance
     spans = np.zeros((len(kept), 2))
     for column, side in enumerate((seconds <= 0.0, seconds >= 0.0)):
-        order = np.flatnonzero(side)[np.argsort(np.abs(seconds[side]), kind="stable")]
+        order = np.flatnonzero(side)[np.argsort(time[side], kind="stable")]
         if order.size:
             count = np.logical_and.accumulate(kept[:, order], axis=1).sum(axis=1)
             ends = np.concatenate([[0.0], seconds[order]])

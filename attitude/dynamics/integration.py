@@ -22,7 +22,6 @@ from .error_estimate import (
     compare,
     compared_instants,
     estimate,
-    good_until,
     kept_spans,
 )
 from .solver import OUTPUTS, StepSetting
@@ -44,7 +43,8 @@ SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.5, 1.1
 # least.
 MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.3
 ORDER, ORDER_OF_BREAKS = 14.0, 1.0
-MAX_SECONDS_OF_PREDICTION = 0.3
+# Seconds of which an error is predicted, and the power of time that it is taken to grow with beyond.
+MAX_SECONDS_OF_PREDICTION, GROWTH_OF_PREDICTION = 0.3, 2.0
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,14 @@ class TorquedSolution:
     ----------
     rows : (OUTPUTS, m): attitude wxyz (4), rate (3, body), momentum (3, inertial) at the instants
     error : rad, estimated greatest error of an attitude
-    good_until : s from the epoch, up to which it is within the tolerance, or of the best answer within
-        REPORTED_TOLERANCE; infinite where it is all through
     candidate : the steps that were used
     steps, sweeps : steps made, and sweeps in them
-    kept : s, the part of the span in which the error stays within the tolerance, where it does not in all of
-    it
+    kept : s, the part of the span in which the error stays within the tolerance, or that of the best answer
+        within REPORTED_TOLERANCE, where it does not in all of it
     """
 
     rows: np.ndarray
     error: float
-    good_until: float
     candidate: Candidate
     steps: int
     sweeps: int
@@ -87,8 +84,8 @@ def solve(
 ) -> TorquedSolution:
     """Attitudes at the instants, off by less than the tolerance by comparison with a coarser solution.
 
-    Where the motion is so sensitive that an error within the tolerance grows beyond it later, what steps
-    however small cannot help, the solution says for how long it is within.
+    Where an error within the tolerance grows beyond it later, which steps however small cannot help, the
+    solution says for how long it is within: the motion multiplies errors, or an orbit's table has its own.
 
     Parameters
     ----------
@@ -97,11 +94,11 @@ def solve(
 
     Raises
     ------
-    ToleranceError : steps however small do not bring the estimate below the tolerance, and the best answer
-        there is is not wanted.
+    ToleranceError : rounding alone is more than the tolerance, which is known before the span is integrated,
+        or the tolerance holds at no instant; and the best answer there is is not wanted.
     """
     if candidate.rounding > problem.tolerance and not problem.best:
-        raise _out_of_reach(problem, candidate.rounding, 0.0)
+        raise _out_of_reach(problem, candidate.rounding)
     body, at = problem.body if body is None else body, two_part(instants)
     rows = np.empty((1, OUTPUTS, at.shape[1]))
     (refined,) = refine(problem, body, at, rehearse(problem, body, candidate), rows)
@@ -111,32 +108,32 @@ def solve(
             "tolerance: no steps lead to the end of the span: the torque is not finite somewhere in it, or "
             "far too great for the body"
         )
-    outgrown = refined.outgrown or (not refined.reached and problem.refined is not problem)
-    if not (refined.reached or outgrown or problem.best):
-        raise _out_of_reach(problem, error, refined.good_until)
-    kept = refined.kept if outgrown and not problem.best else None
-    return TorquedSolution(
-        rows[0], error, refined.good_until, refined.candidate, refined.steps, refined.sweeps, kept
-    )
+    if not (refined.reached or refined.outgrown or problem.best or problem.refined is not problem):
+        raise _out_of_reach(problem, error)
+    kept = None if refined.reached or refined.is_kept_throughout(problem) else refined.kept
+    return TorquedSolution(rows[0], error, refined.candidate, refined.steps, refined.sweeps, kept)
 
 
-def _out_of_reach(problem: TorqueProblem, error: float, good_until: float) -> ToleranceError:
+def _out_of_reach(problem: TorqueProblem, error: float) -> ToleranceError:
     strongest = max(problem.torques, key=lambda torque: torque.size(problem.template)).type
-    until = f", which is within it up to {good_until:.6g} s" if good_until > 0.0 else ""
     return ToleranceError(
         f"tolerance: {problem.tolerance:.1e} rad cannot be reached over this span in double precision under "
-        f"{strongest}{until} (estimated error {error:.1e} rad); ask for more than that, or for the best "
+        f"{strongest}: the least there is about {error:.1e} rad; ask for more than that, or for the best "
         'answer, "best"'
     )
 
 
-def outgrown(tolerance: float, kept: tuple[float, float], error: float) -> str:
-    """Of an error that grows beyond the tolerance, since the motion is too sensitive: from when on."""
+def outgrown(problem: TorqueProblem, kept: tuple[float, float], error: float) -> str:
+    """Of an error that grows beyond the tolerance: from when on, and why."""
     ends = [f"{end:.6g} s" for end in kept if end != 0.0]
-    return (
-        f"tolerance: {tolerance:.1e} rad is kept up to {' and '.join(ends)} from the epoch; beyond, the "
-        f"motion multiplies every error, that of rounding too (estimated error at the end {error:.1e} rad)"
+    until = (
+        f"kept up to {' and '.join(ends)} from the epoch; beyond, " if ends else "kept at the epoch only: "
     )
+    reason = "rounding, and what the motion makes of it, is more"
+    if problem.refined is not problem:
+        reason = "errors of the orbit, interpolated between rounded rows, and what the motion makes of them"
+        reason += " are more"
+    return f"tolerance: {problem.tolerance:.1e} rad is {until}{reason} (estimated error {error:.1e} rad)"
 
 
 def predicted_error(problem: TorqueProblem, candidate: Candidate) -> tuple[float, tuple[float, float] | None]:
@@ -147,7 +144,11 @@ def predicted_error(problem: TorqueProblem, candidate: Candidate) -> tuple[float
     grow with the square of time.
     """
     if not candidate.ends_at_edges and problem.refined is problem:
-        return candidate.error, None
+        share = (
+            (problem.tolerance / candidate.error) ** (1.0 / GROWTH_OF_PREDICTION) if candidate.error else 1.0
+        )
+        span = share * problem.template.start, share * problem.template.stop
+        return candidate.error, span if share < 1.0 and not problem.best else None
     part = min(1.0, MAX_SECONDS_OF_PREDICTION / candidate.seconds)
     template = replace(
         problem.template, start=part * problem.template.start, stop=part * problem.template.stop
@@ -156,7 +157,8 @@ def predicted_error(problem: TorqueProblem, candidate: Candidate) -> tuple[float
     seconds = np.linspace(template.start, template.stop, MAX_COMPARED_INSTANTS)
     instants = np.array([seconds, np.zeros_like(seconds)])
     (refined,) = refine(first, problem.body, instants, candidate, np.empty((1, OUTPUTS, seconds.size)))
-    return refined.error / part**2, refined.kept if refined.outgrown else None
+    kept = None if refined.reached or problem.best else refined.kept
+    return refined.error / part**GROWTH_OF_PREDICTION, kept
 
 
 # -- steps made finer, body by body -----------------------------------------------------------------------
@@ -170,15 +172,15 @@ class Refinement:
     ----------
     candidate : with the steps of the last attempt where the tolerance is reached, else of the next
     error : rad, the least estimate of the attempts
-    good_until : s from the epoch, up to which that attempt is within the tolerance
     steps, sweeps : of the last
-    reached : whether its estimate is below the tolerance; kept : s, the part of the span in which it is
+    reached : whether its estimate is below the tolerance
+    kept : s, the part of the span in which the least estimate is, or of the best answer below
+        REPORTED_TOLERANCE
     stalled : attempts in more steps that hardly made the estimate smaller
     """
 
     candidate: Candidate
     error: float = np.inf
-    good_until: float = np.inf
     steps: int = 0
     sweeps: int = 0
     reached: bool = False
@@ -187,8 +189,12 @@ class Refinement:
 
     @property
     def outgrown(self) -> bool:
-        """Whether the error is within the tolerance for some time, and outgrows it in whatever arcs."""
-        return not self.reached and self.kept != (0.0, 0.0) and self.candidate.ends_at_edges
+        """Whether the error is within the tolerance for some time, and outgrows it."""
+        return not self.reached and self.kept != (0.0, 0.0)
+
+    def is_kept_throughout(self, problem: TorqueProblem) -> bool:
+        """Whether the part of the span is all of it."""
+        return self.kept[0] <= problem.template.start and self.kept[1] >= problem.template.stop
 
     def add(
         self, problem: TorqueProblem, compared: Comparison, k: int, error: float, rounding: float
@@ -201,9 +207,6 @@ class Refinement:
         self.reached = error <= tolerance
         if not self.reached:
             self.candidate = finer(self.candidate, tolerance / error, self.steps)
-        if error < self.error:
-            limit = REPORTED_TOLERANCE if problem.best else tolerance
-            self.good_until = good_until(compared, k, error, rounding, limit)
         self.error = min(self.error, error)
         stalls = 2 if problem.refined is problem else 1  # an orbit's own error is the same in any steps
         worth_making = not self.reached and self.stalled < stalls and rounding <= tolerance
@@ -241,7 +244,8 @@ def refine(
         errors, rounding = estimate(compared, angles[left])
         better = errors < np.array([refinements[i].error for i in left])
         out[left[better]] = compared.fine.rows[better, : out.shape[1]]
-        kept = kept_spans(compared, rounding, problem.tolerance)
+        limit = REPORTED_TOLERANCE if problem.best else problem.tolerance
+        kept = kept_spans(compared, rounding, limit)
         for k in np.flatnonzero(better):
             refinements[left[k]].kept = float(kept[k, 0]), float(kept[k, 1])
         again = [
@@ -344,14 +348,15 @@ def solve_each(
             if one.reached:
                 continue
             with named(block, i, lost):
-                error, kept = one.error, one.kept if one.outgrown else None
-                if not one.outgrown:
+                error: float = one.error
+                kept: tuple[float, float] | None = one.kept
+                if not (one.outgrown and one.candidate.ends_at_edges):  # in steps that may be finer
                     out[first + i] = np.nan
                     alone = solve_alone(problem, block[i : i + 1], instants)
                     out[first + i], error, kept = alone.rows[:STATES], alone.error, alone.kept
-                if kept is not None:
+                if kept is not None and not problem.best:
                     name = "" if block.index is None else f"bodies[{block.index[i]}]: "
-                    text = name + outgrown(problem.tolerance, kept, error)
+                    text = name + outgrown(problem, kept, error)
                     warnings.warn(text, AttitudeWarning, stacklevel=2)
     return out
 

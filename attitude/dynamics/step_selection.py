@@ -229,8 +229,18 @@ class _Trial:
         longest = MAX_RADIANS if self.arguments.symmetric[0] else MAX_RADIANS_UNSYMMETRIC
         step, decay = min(longest / self.rate, self.span), aim if smooth else max(aim, LEAST_DECAY)
         aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(step, decay) / safety)
+        settled = None
         for _ in range(MAX_TRIALS):
             difference, work = self._difference(step, decay)
+            if work.steps[0] > MAX_STEPS_OF_TRIAL:
+                if settled is None:
+                    raise ToleranceError(
+                        "tolerance: the steps of the trial have no end: the torque is far too great for the "
+                        "body, or not continuous anywhere"
+                    )
+                difference, step, decay, work = settled  # shorter ones are below rounding
+                break
+            settled = (difference, step, decay, work) if np.isfinite(difference) else settled
             # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
             is_cut = smooth and work.steps[0] > 1.2 * self.span / step + 2.0
             if (difference <= max(aim, ROUNDING) and not is_cut) or not (smooth or decay > LEAST_DECAY):
@@ -257,11 +267,6 @@ class _Trial:
         """rad, at the end, from a journey in longer steps, and the work of the first."""
         end = np.array([self.stop])
         (fine, work), (coarse, also) = (self.run(step, decay, end, coarsely=c) for c in (False, True))
-        if work.steps[0] > MAX_STEPS_OF_TRIAL:
-            raise ToleranceError(
-                "tolerance: the steps of the trial have no end: the torque is far too great for the body, or "
-                "not continuous anywhere"
-            )
         if work.failed[0] or also.failed[0]:
             return np.inf, work
         return difference_of(fine, coarse), work

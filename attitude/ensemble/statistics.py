@@ -87,7 +87,8 @@ class Statistics:
     @property
     def deviation(self) -> np.ndarray:
         """(m, 3), rad: standard deviations about the mean's body axes."""
-        return np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2))
+        variance = np.diagonal(self.covariance, axis1=1, axis2=2)
+        return np.sqrt(np.maximum(variance, 0.0))  # bodies that are alike may have -1e-33
 
     def __len__(self) -> int:
         return len(self.mean)

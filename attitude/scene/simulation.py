@@ -267,11 +267,13 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
     steps = "arcs" if candidate.ends_at_edges else "steps"
     text = f"{candidate.solver}: {answer.steps} {steps}, {answer.sweeps} sweeps"
     source = ESTIMATE_OF_ARCS if candidate.ends_at_edges else ESTIMATE
-    if kept is None and np.isfinite(answer.good_until):
-        source += f"; within {integration.REPORTED_TOLERANCE:.0e} rad up to {answer.good_until:.6g} s"
+    if kept is not None and inputs.scene.wants_best:
+        ends = " to ".join(f"{end:.6g} s" for end in kept if end != 0.0 or kept == (0.0, 0.0))
+        source += f"; within {integration.REPORTED_TOLERANCE:.0e} rad up to {ends}"
+        kept = None
     plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, source, tolerance_span=kept)
     if kept is not None:
-        text = integration.outgrown(inputs.scene.asked_tolerance, kept, answer.error)
+        text = integration.outgrown(inputs.problem, kept, answer.error)
         warnings.warn(text, AttitudeWarning, stacklevel=2)
     events = (*switching_events(inputs), *_limit_events(inputs, kept), *impulse_events(inputs.kicks))
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)

@@ -6,7 +6,7 @@ from time import perf_counter, process_time
 import numpy as np
 import pytest
 
-from attitude import InputError, Scene, ToleranceError
+from attitude import AttitudeWarning, InputError, Scene, ToleranceError
 from tests.dynamics.motions import angle
 from tests.dynamics.test_torques_effects import MOMENTS, MU, orbit, quantity, scene
 
@@ -180,13 +180,42 @@ def tumbling(elapsed, tolerance):
     return scene(gravity, **TUMBLING, elapsed=elapsed, orbit=around, tolerance=tolerance)
 
 
-def test_chaotic_motion_is_refused_with_the_instant_up_to_which_it_can_be_followed():
-    message = r"tolerance: 1\.0e-07 rad cannot be reached over this span .* under gravity_gradient, "
-    with pytest.raises(ToleranceError, match=message + "which is within it up to (.*) s") as refused:
-        tumbling(LONG.tolist(), 1e-7).run()
-    until = float(str(refused.value).split("up to ")[1].split(" s")[0])
+def test_chaotic_motion_is_given_with_the_instant_from_which_it_cannot_be_followed():
+    made = tumbling(LONG.tolist(), 1e-7)
+    with pytest.warns(AttitudeWarning, match=r"tolerance: 1\.0e-07 rad is kept up to .* s from the epoch"):
+        run = made.run()
+    assert run.plan.error_bound > 1e-3
+    start, until = run.plan.tolerance_span
+    assert start == 0.0
     assert 20000.0 < until < 400000.0
-    assert tumbling([0.0, until], 1e-7).run().plan.error_bound < 1e-7
+    (exceeded,) = [event for event in run.events if event.kind == "tolerance exceeded"]
+    assert exceeded.seconds == until
+    # up to there it is what a shorter span gives within the tolerance
+    early = LONG[until >= LONG]
+    other = tumbling(early.tolist(), 1e-7).run()
+    assert other.plan.tolerance_span is None
+    apart = angle(run.quaternion("wxyz").T[:, : early.size], other.quaternion("wxyz").T)
+    assert apart <= 1e-7 + other.plan.error_bound
+
+
+@pytest.mark.parametrize("elapsed", [[-450000.0, 0.0], [-450000.0, 0.0, 450000.0]], ids=["backwards", "both"])
+def test_tolerance_is_kept_on_either_side_of_the_epoch(elapsed):
+    instants = np.linspace(elapsed[0], elapsed[-1], 100).tolist()
+    with pytest.warns(AttitudeWarning, match="is kept up to"):
+        start, stop = tumbling(instants, 1e-7).run().plan.tolerance_span
+    assert -450000.0 < start < -20000.0
+    assert (stop > 20000.0) == (elapsed[-1] > 0.0)
+
+
+def test_tolerance_that_holds_at_no_instant_is_refused_with_what_there_is():
+    made = scene(constant([1e-3, 0, 0]), rate=(3.0, -5.0, 4.0), elapsed=[0.0, 1500.0], tolerance=1e-13)
+    with pytest.raises(
+        ToleranceError, match=r"under constant_torque: the least there is about (.*) rad"
+    ) as refused:
+        made.run()
+    least = float(str(refused.value).split("about ")[1].split(" rad")[0])
+    assert 1e-13 < least < 1e-10
+    assert Scene.model_validate({**made.document(), "tolerance": "best"}).run().plan.error_bound < 3 * least
 
 
 def test_best_answer_is_given_with_its_estimate_and_the_instant_from_which_it_is_worse():
@@ -208,6 +237,15 @@ def test_best_answer_of_a_tame_motion_is_more_exact_than_any_tolerance_asks_for(
     best = Scene.model_validate({**made.document(), "tolerance": "best"}).run()
     assert best.plan.error_bound < 1e-13
     assert angle(best.quaternion("wxyz").T, made.run().quaternion("wxyz").T) < 1e-9
+
+
+@pytest.mark.parametrize("span", [86400.0, 30 * 86400.0])
+def test_best_answer_is_given_for_a_body_at_rest_for_long(span):
+    gravity, around, still = {"type": "gravity_gradient"}, orbit(7.9e6), (0.0, 0.0, 0.0)
+    made = scene(gravity, rate=still, elapsed=[0.0, 0.3 * span, span], orbit=around, tolerance=1e-9)
+    best = Scene.model_validate({**made.document(), "tolerance": "best"}).run()
+    assert 0.0 < best.plan.error_bound < np.inf
+    assert "within 1e-09 rad up to" in best.plan.bound_source
 
 
 @pytest.mark.parametrize("moments", [MOMENTS, (12.0, 12.0, 7.0)], ids=["triaxial", "symmetric"])

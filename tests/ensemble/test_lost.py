@@ -9,19 +9,22 @@ from attitude.cli import main
 from attitude.ensemble import Ensemble
 from attitude.ensemble.block_motion import motion_of, solver_choice
 
+# between bodies within the tolerance and those refused are some whose error outgrows it
+pytestmark = pytest.mark.filterwarnings("ignore:bodies:attitude.AttitudeWarning")
+
 
 def hopeless():
-    """Of 40 bodies beside the separatrix some amplify rounding beyond this tolerance."""
+    """Of 40 bodies some turn so far that rounding alone is more than this tolerance."""
     document = Scene.builtin("envisat").document()
     document |= {
         "times": {"elapsed": [0.0, 6.0, 24.0], "unit": "h"},
-        "tolerance": {"value": 1e-9, "unit": "rad"},
+        "tolerance": {"value": 2e-11, "unit": "rad"},
     }
-    return Ensemble.sample(Scene.model_validate(document), 40, 7, moments="2 %")
+    return Ensemble.sample(Scene.model_validate(document), 40, 7, angular_velocity="2 deg/s")
 
 
 def test_body_that_cannot_be_integrated_stops_an_ensemble_by_its_name():
-    with pytest.raises(ToleranceError, match=r"^bodies\[\d+\]: tolerance: 1.0e-09 rad cannot be reached"):
+    with pytest.raises(ToleranceError, match=r"^bodies\[\d+\]: tolerance: 2.0e-11 rad cannot be reached"):
         hopeless().statistics()
 
 
@@ -70,14 +73,15 @@ def test_command_leaves_them_out_by_its_flag(capfd, tmp_path):
     path = tmp_path / "a.json"
     ensemble = hopeless()
     path.write_text(ensemble.scene.to_json())
-    arguments = ["ensemble", str(path), "--bodies", "40", "--seed", "7", "--moments", "2 %"]
+    arguments = ["ensemble", str(path), "--bodies", "40", "--seed", "7", "--angular-velocity", "2 deg/s"]
     assert main(arguments) == 2
     assert capfd.readouterr().err.startswith("attitude: bodies[")
     assert main([*arguments, "--leave-out-lost-bodies"]) == 0
     out, err = capfd.readouterr()
     lost = ensemble.statistics(lost_bodies="leave out").lost.tolist()
     names = ", ".join(map(str, lost[:10])) + (" ..." if len(lost) > 10 else "")
-    assert err == f"attitude: left out, for they cannot be followed: {len(lost)} bodies ({names})\n"
+    last = err.splitlines()[-1]
+    assert last == f"attitude: left out, for they cannot be followed: {len(lost)} bodies ({names})"
     assert out.startswith(f"# {40 - len(lost)} bodies in GCRF")
 
 
