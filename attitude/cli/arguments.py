@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from ..formats.registry import Format
     from ..scene.document import Scene
 
-SCENE = 'a scene document (JSON file, "-" for standard input) or built-in name'
+SCENE = 'a scene document (JSON file, "-" for standard input), an APM (.apm) or built-in name'
+DURATION = 'a time above 0, such as "10 s" or "1 h" (without a unit: s)'
 ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
 RATE = 'an angular velocity above 0, such as "0.01 deg/s" (without a unit: rad/s)'
 DROP_BELOW = f"leave out torques that over the span would turn the body by less than TOL, {ANGLE}"
@@ -90,16 +91,46 @@ def _quantity(text: str | None, field: str, unit: tuple[Any, str], expected: str
     return value
 
 
-def read_scene(name: str, tolerance: str | None = None) -> Scene:
-    """A scene by the path of its document, "-" for standard input, or the name of a built-in one.
+def add_times(parser: ArgumentParser) -> None:
+    """Instants in place of those of the scene; an APM has none of its own."""
+    parser.add_argument("--stop", metavar="T", help=f"instants from the epoch to T, {DURATION}")
+    parser.add_argument("--step", metavar="DT", help=f"every DT, {DURATION}; with --stop")
+
+
+def times(options: Namespace) -> dict[str, Any] | None:
+    """The times of a document, of --stop and --step; None without either."""
+    from .. import units
+
+    if options.stop is None and options.step is None:
+        return None
+    for name in ("stop", "step"):
+        if getattr(options, name) is None:
+            raise InputError(f"--{name}", None, f"{DURATION}, beside the other one of --stop and --step")
+    stop, step = (
+        _quantity(text, field, (units.SECOND, "s"), DURATION)
+        for text, field in ((options.stop, "--stop"), (options.step, "--step"))
+    )
+    return {"start": 0.0, "stop": stop, "step": step, "unit": "s"}
+
+
+def read_scene(name: str, tolerance: str | None = None, instants: dict[str, Any] | None = None) -> Scene:
+    """A scene by the path of its document or APM, "-" for standard input, or the name of a built-in one.
 
     tolerance : of torques, in place of the document's: an angle, or "best"
+    instants : `times`, in place of the document's
     """
+    from ..documents.fields import parse_json
     from ..documents.files import files_in
     from ..scene.document import BEST, Scene
 
-    with files_in(Path(name).parent):
-        scene = Scene.from_json(*document_text(name))
+    if Path(name).suffix.lower() == ".apm":
+        scene = Scene.read(name, instants)
+    else:
+        with files_in(Path(name).parent):
+            document = parse_json(*document_text(name))
+            if instants is not None and isinstance(document, dict):
+                document |= {"times": instants}
+            scene = Scene.model_validate(document)
     if tolerance is None:
         return scene
     value: Any = BEST

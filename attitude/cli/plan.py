@@ -20,6 +20,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--set", metavar="tolerance=TOL", action="append", default=[], help=arguments.TOLERANCE
     )
+    arguments.add_times(parser)
     parser.add_argument("--json", action="store_true", help="as JSON, units in the names")
 
 
@@ -29,7 +30,7 @@ def execute(options: Namespace) -> None:
     tolerance = arguments.pop_tolerance(options)
     if options.set:
         raise InputError("--set", options.set[0], "tolerance=TOL")
-    scene = arguments.read_scene(options.scene, tolerance)
+    scene = arguments.read_scene(options.scene, tolerance, arguments.times(options))
     console.announce_compilation(options)
     plan = scene.plan(drop_below)
     if options.json:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
+from ..errors import InputError
 from . import arguments, console
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
     arguments.add_output(parser)
     arguments.add_columns(parser)
+    arguments.add_times(parser)
     parser.add_argument(
         "--interpolation-error",
         metavar="TOL",
@@ -34,12 +37,15 @@ def execute(options: Namespace) -> None:
     from .. import formats
     from ..pointing.columns import parse
 
+    if options.output.lower().endswith(".apm"):
+        _write_apm(options)
+        return
     tolerance = arguments.pop_tolerance(options)
     target, writing, _ = arguments.output_format(options)
     drop_below = arguments.angle(options.drop_below, "--drop-below")
     error = arguments.angle(options.interpolation_error, "--interpolation-error")
     columns = () if options.columns is None else parse(options.columns)
-    scene = arguments.read_scene(options.scene, tolerance)
+    scene = arguments.read_scene(options.scene, tolerance, arguments.times(options))
     if options.ut1 is not None:
         scene = scene.model_copy(update={"ut1": options.ut1})
     console.announce_compilation(options)
@@ -51,6 +57,25 @@ def execute(options: Namespace) -> None:
             _report_effects(samples.first, options)
         written = formats.write(samples, options.output, target.name, None, error, **writing)
     report_interpolation(written, options)
+
+
+def _write_apm(options: Namespace) -> None:
+    """The state of the scene at its epoch, its inertia and its torques: nothing is computed."""
+    from ..runtime.atomic_files import write_whole
+
+    choices = dict(text.partition("=")[::2] for text in options.set)
+    scene = arguments.read_scene(options.scene, None, arguments.times(options))
+    write_whole([_apm(scene, choices).encode()], options.output)
+
+
+def _apm(scene: Scene, choices: dict[str, str]) -> str:
+    from ..scene.parameter_message import ApmOptions
+
+    known = [field.name for field in fields(ApmOptions)]
+    for name, value in choices.items():
+        if name not in known:
+            raise InputError(f"--set {name}", value, f"an option of an APM, one of {', '.join(known)}")
+    return scene.to_apm(**choices)
 
 
 def _describe(scene: Scene, options: Namespace) -> None:

@@ -51,6 +51,7 @@ from ..samples.transform import Data, in_frame, rotation_to
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
+from .parameter_message import ApmOptions, message_of, with_message
 from .spin_form import SpinForm
 
 if TYPE_CHECKING:
@@ -338,6 +339,8 @@ class Scene(Part):
             document = parse_json(builtin_text(name), name) | document
         try:
             with noted() as notes:
+                if "apm" in document:
+                    document = with_message(document, Times)
                 super().__init__(**document)
             self._notes = tuple(notes)
         except ValidationError as error:
@@ -349,8 +352,10 @@ class Scene(Part):
         schema = handler.resolve_ref_schema(handler(core))
         named = {"enum": builtin_names(), "type": "string", "title": "Scene"}
         named["description"] = "a built-in scene, over whose members those of the document are laid"
-        schema["properties"] = {"scene": named, **schema["properties"]}
-        schema["if"] = {"not": {"required": ["scene"]}}
+        message = {"type": "string", "title": "Apm"}
+        message["description"] = 'the text of a CCSDS APM, likewise; outside HTTP also {"file": path}'
+        schema["properties"] = {"scene": named, **schema["properties"], "apm": message}
+        schema["if"] = {"not": {"anyOf": [{"required": ["scene"]}, {"required": ["apm"]}]}}
         schema["then"] = {"required": schema.pop("required")}
         return schema
 
@@ -367,14 +372,23 @@ class Scene(Part):
         return cls.model_validate(parse_json(text, source))
 
     @classmethod
-    def read(cls, path: str | Path) -> Scene:
-        """From a JSON file."""
+    def read(cls, path: str | Path, times: dict[str, Any] | None = None) -> Scene:
+        """From a JSON file, or from an APM (.apm) and the `times` of a document.
+
+        times : in place of those of the document
+        """
+        if Path(path).suffix.lower() == ".apm":
+            document = {"apm": {"file": str(path)}}
+            return cls.model_validate(document if times is None else document | {"times": times})
         try:
             text = Path(path).read_bytes()
         except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
             raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
         with files_in(Path(path).parent):
-            return cls.from_json(text, str(path))
+            document = parse_json(text, str(path))
+            if times is not None and isinstance(document, dict):
+                document |= {"times": times}
+            return cls.model_validate(document)
 
     @classmethod
     def load(cls, source: Any) -> Scene:
@@ -414,6 +428,13 @@ class Scene(Part):
     def to_json(self) -> str:
         """The document as JSON text; `from_json` of it is this scene."""
         return json.dumps(self.document(), indent=2, ensure_ascii=False)
+
+    def to_apm(self, **options: Any) -> str:
+        """The state at the epoch, inertia and torques as a CCSDS APM; options of `ApmOptions`.
+
+        Raises FormatError for what no APM holds: no epoch, an impulse, a torque without start or stop.
+        """
+        return message_of(self, ApmOptions(**options))
 
     def document(self) -> dict[str, Any]:
         """The document as plain data, without what was left out.

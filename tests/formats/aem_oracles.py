@@ -109,3 +109,23 @@ def orekit_positions(text, seconds, rows):
     return np.array(
         [list(interpolate(start.shiftedBy(float(t)), samples).getPosition().toArray()) for t in seconds]
     )
+
+
+def orekit_apm(text):
+    """(wxyz, deg/s, tensor, torque, duration) of an APM by Orekit."""
+    java, source = _orekit(), text.encode()
+    content = java("java.io.ByteArrayInputStream")
+    opener = _proxy("org.orekit.data.DataSource$StreamOpener", openOnce=lambda: content(_bytes(source)))
+    parser = java("org.orekit.files.ccsds.ndm.ParserBuilder")().buildApmParser()
+    message = parser.parseMessage(java("org.orekit.data.DataSource")("text.apm", opener))
+    data = message.getSegments().get(0).getData()
+    turn, first = data.getQuaternionBlock().getQuaternion(), data.getManeuvers().get(0)
+    rate = data.getAngularVelocityBlock()
+    tensor = data.getInertiaBlock().getInertiaMatrix()
+    return (
+        np.array([turn.getQ0(), turn.getQ1(), turn.getQ2(), turn.getQ3()]),
+        np.rad2deg([rate.getAngVelX(), rate.getAngVelY(), rate.getAngVelZ()]),
+        np.array([[tensor.getEntry(i, j) for j in range(3)] for i in range(3)]),
+        np.array(list(first.getTorque().toArray())),
+        float(first.getDuration()),
+    )

@@ -105,4 +105,4 @@ def test_every_route_promises_problems_and_nothing_else(description):
 
 def test_schema_of_the_document_is_the_librarys(description):
     fields = description["components"]["schemas"]["Scene"]["properties"]
-    assert set(fields) == {*Scene.model_fields, "scene"}
+    assert set(fields) == {*Scene.model_fields, "scene", "apm"}

@@ -1,10 +1,11 @@
-"""Orbits over HTTP: the content of a file inline, and no file of the machine."""
+"""Orbits and parameter messages over HTTP: their content inline, and no file of the machine."""
 
 import numpy as np
 import pytest
 from asking import assert_problem
 
 from attitude import Scene
+from tests.formats.apm_texts import SPINNER
 from tests.formats.orbit_texts import csv, oem, oem_segment, oem_xml, stk
 
 ROWS = np.arange(0.0, 601.0, 60.0)
@@ -58,3 +59,14 @@ def test_coverage_is_refused_before_anything_is_computed(client):
     problem = assert_problem(client.post("/v1/plan", json=document), 422)
     assert problem["pointer"] == "/orbit/oem"
     assert "covers from 0 s" in problem["detail"]
+
+
+def test_message_of_parameters_is_a_scene_over_http(client):
+    document = {"apm": SPINNER, "times": {"start": 0, "stop": 3000, "step": 1000, "unit": "s"}}
+    answer = client.post("/v1/ephemeris", json=document)
+    assert answer.status_code == 200, answer.text
+    found = np.transpose([answer.json()["columns"][f"q_{letter}"] for letter in "wxyz"])
+    np.testing.assert_array_equal(found, Scene.model_validate(document).run().quaternion("wxyz"))
+    problem = assert_problem(client.post("/v1/plan", json=document | {"apm": {"file": "/etc/hostname"}}), 422)
+    assert problem["pointer"] == "/apm/file"
+    assert "no file is read here" in problem["detail"]

@@ -28,17 +28,19 @@ def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<aem xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" '
         f'xsi:noNamespaceSchemaLocation="{SCHEMA}" id="CCSDS_AEM_VERS" version="{VERSION}">\n'
-        f"<header>\n{_elements(comments + writer.header())}</header>\n<body>\n"
+        f"<header>\n{element_lines(comments + writer.header())}</header>\n<body>\n"
     ).encode()
     separators = _state_template(writer.attitude_type).encode().split(b"%s")
     for segment in nodes.segments:
-        yield f"<segment>\n<metadata>\n{_elements(writer.metadata(segment))}</metadata>\n<data>\n".encode()
+        metadata = element_lines(writer.metadata(segment))
+        yield f"<segment>\n<metadata>\n{metadata}</metadata>\n<data>\n".encode()
         yield from writer.rows.write(segment, separators)
         yield b"</data>\n</segment>\n"
     yield b"</body>\n</aem>\n"
 
 
-def _elements(pairs: Pairs) -> str:
+def element_lines(pairs: Pairs) -> str:
+    """Elements of keywords and values, a line each."""
     return "".join(
         f"<{name}>{value.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')}</{name}>\n"
         for name, value in pairs
