@@ -310,5 +310,5 @@ def test_command_runs_a_message_and_writes_one(tmp_path, capsys):
         ]
     )
     assert again.read_text().replace(str(path), "apm") == expected.to_apm(creation_date=date)
-    assert main(["run", str(path), "--stop", "2 h", "-o", str(again)]) == 1
+    assert main(["run", str(path), "--stop", "2 h", "-o", str(again)]) == 2
     assert "--step" in capsys.readouterr().err
