@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,7 @@ from ..errors import AttitudeError, FormatError, InputError, note
 from ..formats.ccsds.apm import scene_members
 from ..formats.ccsds.apm_writer import ApmOptions as ApmOptions
 from ..formats.ccsds.apm_writer import ApmState, Manoeuvre, apm_text
-
-if TYPE_CHECKING:
-    from .document import Scene
+from .planning import Described
 
 
 def with_message(document: dict[str, Any], times: type[Any]) -> dict[str, Any]:
@@ -81,15 +79,15 @@ def _acting(members: dict[str, Any], times: type[Any], value: dict[str, Any]) ->
     return acting
 
 
-def message_of(scene: Scene, options: ApmOptions) -> str:
+def message_of(scene: Described, options: ApmOptions) -> str:
     """The APM of a scene: its state at the epoch, its inertia, and its constant torques as manoeuvres.
 
     Raises FormatError for what no APM holds: a scene without epoch, a torque without start and stop, an
     impulse.  Other effects are named in a comment: they act from outside, and are no manoeuvres.
     """
-    if scene.epoch is None:
-        raise FormatError("an APM has an epoch, and this scene has none")
     initial_state = scene.initial_state()
+    if initial_state.epoch is None:
+        raise FormatError("an APM has an epoch, and this scene has none")
     manoeuvres, others = [], []
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, Impulse):
@@ -105,7 +103,7 @@ def message_of(scene: Scene, options: ApmOptions) -> str:
     return apm_text(
         ApmState(
             scene.name,
-            scene.epoch.build(),
+            initial_state.epoch,
             scene.frame,
             np.asarray(initial_state.attitude),
             np.asarray(initial_state.rate),

@@ -85,7 +85,7 @@ class Block(NamedTuple):
     number: int
 
 
-class State(NamedTuple):
+class StatedAttitude(NamedTuple):
     """An attitude that a block states: wxyz, body to external frame, and the rate along the body's axes."""
 
     block: Block
@@ -283,7 +283,7 @@ class _Message:
             members["angular_velocity"] = {"value": rate.tolist(), "unit": "rad/s"}
         return members
 
-    def _attitude(self, block: Block) -> State:
+    def _attitude(self, block: Block) -> StatedAttitude:
         """The attitude of a block, and its rate where it states one."""
         frame, is_a = self._ends(block)
         direction = block.lines["DIR"].value.upper() if "DIR" in block.lines else "A2B"
@@ -310,9 +310,9 @@ class _Message:
             q = schema.unit_rows(q.T, self.source)[0]
         except (RowError, AttitudeError) as error:
             raise self._error(getattr(error, "reason", str(error)), block.number) from None
-        return State(block, q, None if rate is None else rate[:, 0])
+        return StatedAttitude(block, q, None if rate is None else rate[:, 0])
 
-    def _angular_velocity(self, block: Block, state: State) -> np.ndarray:
+    def _angular_velocity(self, block: Block, state: StatedAttitude) -> np.ndarray:
         """(3,) rad/s of the body relative to the external frame, along the body's axes."""
         _, is_a = self._ends(block)
         rate = np.deg2rad([self._number(block, name) for name in ANGVEL])
