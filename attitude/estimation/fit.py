@@ -86,6 +86,12 @@ def fit(
     least = template.moments.min()
     minima = [minimum(weighted, state, groups, kind, absolute, least) for state in candidates[:MAX_MINIMA]]
     best, *others = sorted(minima, key=lambda each: each.chi_square)
+    if not (
+        given or best.observability.is_seen.all()
+    ):  # what is not seen of the inertia stays that of `body`
+        own = replace(best.state, moments=template.moments, axes=template.axes)
+        kept = minimum(weighted, own, groups, kind, absolute, least)
+        best = kept if kept.chi_square - best.chi_square < starts.INDISTINCT * best.sigma_scale**2 else best
     others = indistinct(best, others)
     result = replace(fit_of(best, absolute), alternatives=tuple(fit_of(each, absolute) for each in others))
     _warn_of(result, absolute)

@@ -45,9 +45,10 @@ class Observations(Part):
 class FitDocument(Part):
     """What a fit starts from, and the observations.
 
-    The members of a scene, of which only `body` is needed, and not even it where the inertia is estimated;
-    with attitude and angular velocity (or spin) the fit starts from them, without from the observations.
-    With the member `scene`, the name of a built-in one, its members are taken where they are not given.
+    The members of a scene without effects, of which only `body` is needed, and not even it where the inertia
+    is estimated; with attitude and angular velocity (or spin) the fit starts from them, without from the
+    observations.  With the member `scene`, the name of a built-in one, its members are taken where they are
+    not given.
     """
 
     name: Text = ""
@@ -60,6 +61,10 @@ class FitDocument(Part):
     spin: SpinForm | None = None
     times: Times | None = None
     effects: list[Any] = Field(default_factory=list, max_length=0)
+    relative_to: str | None = None
+    orbit: Any = None
+    tolerance: Any = None
+    ut1: Any = None
     observations: list[Observations] = Field(default_factory=list)
     estimate: list[str] = Field(["attitude", "angular_velocity", "inertia"], min_length=1)
     loss: Literal["linear", "soft_l1", "huber", "cauchy", "arctan"] = "linear"
@@ -104,9 +109,9 @@ class FitDocument(Part):
         """The scene that the fit starts from, if the document has a state."""
         if self.attitude is None and self.spin is None:
             return None
-        names = ("body", "epoch", "frame", "attitude", "angular_velocity", "spin")
-        members = self.model_dump(include=set(names), exclude_unset=True, by_alias=True)
-        return Scene.model_validate({**members, "times": {"elapsed": [0.0], "unit": "s"}})
+        own = {"observations", "estimate", "loss", "absolute_sigma"}
+        members = self.model_dump(exclude=own, exclude_unset=True, by_alias=True)
+        return Scene.model_validate({"times": {"elapsed": [0.0], "unit": "s"}} | members)
 
     def fit(self, observations: Sequence[ObservationSet] = ()) -> Fit:
         """The fit of the document's observations and of these."""
@@ -135,7 +140,8 @@ class FitDocument(Part):
     def scene(self, result: Fit) -> Scene:
         """The fit's scene, with the name, mass and instants of this document."""
         document = result.scene.document()
-        document |= self.model_dump(include={"name", "description", "times"}, exclude_unset=True)
+        kept = {"name", "description", "times", "orbit", "tolerance", "ut1"}
+        document |= self.model_dump(include=kept, exclude_unset=True)
         if self.body is not None and self.body.mass is not None:
             document["body"] |= self.body.model_dump(include={"mass"})
         return Scene.model_validate(document)

@@ -252,10 +252,15 @@ def test_chi_square_and_one_sigma_are_as_stated(random):
 # -- what the data do not see -------------------------------------------------------------------
 
 
-def test_spin_about_one_axis_does_not_show_the_inertia(random):
+@pytest.mark.parametrize("option", ["start", "body"])
+def test_spin_about_one_axis_does_not_show_the_inertia(random, option):
     truth = simulated.motion(rate=(0.0, 0.0, 0.1))
-    with pytest.warns(AttitudeWarning, match=r"not seen by these data, kept at the start's value: .*moments"):
-        result = fit(simulated.attitudes(truth, random), start=truth)
+    options = {"start": truth} if option == "start" else {"body": RigidBody(MOMENTS)}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = fit(simulated.attitudes(truth, random), **options)
+    said = "not seen by these data, kept at the start's value: "
+    assert any(said in str(each.message) and "moments" in str(each.message) for each in caught)
     assert not result.observability.is_seen.all()
     assert np.abs(result.motion.body.moments / MOMENTS - 1.0).max() < 0.3
 
@@ -435,6 +440,54 @@ def test_document_with_its_observations_is_enough():
     scene = built.scene(result)
     assert scene.name == document["name"]
     assert scene.epoch.time == "1992-12-10T17:20:00.000000000"
+
+
+def test_document_of_a_scene_with_an_orbit_keeps_it(random):
+    truth = simulated.motion()
+    scene = {
+        "body": {"moments": list(MOMENTS), "unit": "kg m2", "mass": {"value": 9, "unit": "kg"}},
+        "frame": "GCRF",
+        "epoch": {"time": "2026-01-01T00:00:00", "scale": "utc"},
+        "orbit": {"altitude": {"value": 600, "unit": "km"}},
+        "times": {"elapsed": [0, 60], "unit": "s"},
+    }
+    start = {
+        "attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"},
+        "angular_velocity": {"value": list(RATE), "unit": "rad/s"},
+    }
+    columns = dict(
+        zip(("q_w", "q_x", "q_y", "q_z"), truth.at(SECONDS).quaternion("wxyz").T.tolist(), strict=True)
+    )
+    columns |= {"elapsed [s]": SECONDS.tolist(), "attitude_sigma [deg]": 0.1}
+    for members in (scene, scene | start):
+        document = FitDocument.of(members | {"observations": [{"columns": columns}]})
+        fitted = document.scene(document.fit())
+        assert fitted.document().keys() >= scene.keys()
+        assert fitted.state()[1] == pytest.approx(RATE, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"}},
+            "both attitude and angular_velocity, or neither",
+        ),
+        ({"effects": [{"type": "drag"}]}, "effects: none: the fit is of free rotation"),
+        ({"observation": []}, "did you mean 'observations'"),
+        ({"observations": [{"colums": {}}]}, r"observations\[0\]"),
+        (
+            {"observations": [{"columns": {"elapsed [s]": [0.0, 1.0], "q_w": [1.0]}}]},
+            r"observations\[0\].columns",
+        ),
+        ({"spin": {}}, "spin"),
+        ({"frame": "ITRF"}, "an inertial frame"),
+    ],
+)
+def test_documents_that_are_wrong_are_refused(change, message):
+    text = json.loads((EXAMPLES / "toutatis-fit.json").read_text())
+    with pytest.raises(InputError, match=message):
+        FitDocument.of(text | change).fit()
 
 
 TABLE = "time [utc],q_w,q_x,q_y,q_z\n2026-01-01T00:00:00,1,0,0,0\n2026-01-01T00:00:10,1,0,0,0\n"
