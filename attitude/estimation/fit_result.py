@@ -24,6 +24,8 @@ SCENE_INSTANTS = 1001  # of the scene, over the span of the observations
 class Fit:
     """An estimate of a free motion from observations.
 
+    Attributes
+    ----------
     motion : the estimated motion, from the epoch of the fit
     groups : what was estimated
     names : (p,) names of the estimated numbers: attitude (small rotation about body axes), angular velocity,

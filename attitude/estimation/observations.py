@@ -155,6 +155,8 @@ def _directions(value: Any, count: int, field_name: str) -> np.ndarray:
 class Attitudes(ObservationSet):
     """Attitudes, body to an inertial frame.
 
+    Parameters
+    ----------
     attitude : scipy Rotation, or (n, 4) with `order`
     sigma : rad, about every axis; (n, 3) or (1, 3) about each body axis
     order : "wxyz" or "xyzw" of a bare array
@@ -213,6 +215,8 @@ class Attitudes(ObservationSet):
 class BodyRates(ObservationSet):
     """Angular velocities of the body, along body axes, as of a gyroscope.
 
+    Parameters
+    ----------
     rate : (n, 3), rad/s or a Quantity
     sigma : rad/s
     has_bias : whether a constant bias (observed less true) is estimated
@@ -267,6 +271,8 @@ class Directions(ObservationSet):
 
     A star, the Sun or a field seen by a sensor of the body; or a body axis seen from outside.
 
+    Parameters
+    ----------
     body : (n, 3) or (3,) along body axes, of any length
     inertial : (n, 3) or (3,) along the axes of `frame`, of any length
     sigma : rad, across the direction
@@ -308,6 +314,8 @@ class Directions(ObservationSet):
 class RangeOffsets(ObservationSet):
     """How much farther a point of the body is than its centre of mass, as of a reflector in laser ranging.
 
+    Parameters
+    ----------
     offset : (n,), m: range of the point less range of the centre of mass
     point : (n, 3) or (3,), m, along body axes, from the centre of mass
     line_of_sight : (n, 3) or (3,), from the station to the body, along the axes of `frame`, of any length
