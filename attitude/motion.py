@@ -16,6 +16,7 @@ from .ephemeris import Ephemeris
 from .errors import InputError, RegimeError, noted
 from .frames import rotations
 from .kernels import layout
+from .pointing.targets import angle_between, unit_vectors
 from .rigid_body.body import RigidBody
 from .rigid_body.constants_of_motion import Batch, check_rates
 from .rigid_body.paper_constants import PaperConstants
@@ -28,6 +29,7 @@ from .times.instants import as_instants
 
 if TYPE_CHECKING:
     from .windows.bounded_functions import BoundedMotion
+    from .windows.tumble_average import MeanAreas
     from .windows.window_table import Windows
 
 
@@ -166,6 +168,49 @@ class TorqueFreeMotion:
 
         parsed = parse_condition(condition)
         return find_windows(self.bounded(*span_of(start, stop, self.epoch)), parsed, width)
+
+    def mean_areas(self, normals: Any, areas: Any, direction: Any) -> MeanAreas:
+        """Areas of plates averaged over the tumble, projected on a direction and facing it.
+
+        Parameters
+        ----------
+        normals : (k, 3), outward, along the body axes; areas : (k,), m2
+        direction : (..., 3), along the axes of `frame`, of the flow or of the light's source
+
+        Returns
+        -------
+        MeanAreas, (...) m2 each: over the polhode and all angles of precession, to 1e-12 of the whole area.
+        No plate shades another.
+
+        Raises
+        ------
+        InputError : an invalid value; several bodies, of which `motion[i]` is one.
+        RegimeError : on the separatrix, whose polhode has no period; at rest.
+        ToleranceError : so close to the separatrix that the mean does not converge.
+        """
+        from .windows.tumble_average import MeanAreas, mean_of_plate
+
+        vectors = units.finite_array(normals, "normals")
+        sizes = units.si_array(areas, units.AREA, "areas")
+        if vectors.ndim != 2 or vectors.shape[1] != 3 or sizes.shape != vectors.shape[:1]:
+            raise InputError(
+                "areas", f"shape {sizes.shape}", "an area for each normal, normals of shape (k, 3)"
+            )
+        towards = units.finite_array(direction, "direction")
+        if towards.shape[-1:] != (3,) or not (towards != 0.0).any(axis=-1).all():
+            raise InputError("direction", direction, "vectors of shape (..., 3), not zero")
+        period = 1.0 if self.regime == "constant_rate" else float(self.polhode_period)
+        if not np.isfinite(period):
+            raise RegimeError("mean_areas: a polhode on the separatrix has no period to average over")
+        motion = self.bounded(0.0, period)
+        momentum = unit_vectors(self.angular_momentum, "the angular momentum")
+        angles = angle_between(unit_vectors(towards, "direction"), momentum)
+        plates = unit_vectors(vectors, "a normal")
+        means = np.zeros((2, angles.size))
+        for k, angle in enumerate(angles.reshape(-1)):
+            parts = [mean_of_plate(motion, normal, float(angle)) for normal in plates]
+            means[:, k] = sizes @ np.array(parts)
+        return MeanAreas(*means.reshape(2, *angles.shape))
 
     def bounded(self, start: float, stop: float) -> BoundedMotion:
         """The motion of one body from start to stop, s since the epoch, with the bound on its rate."""
