@@ -43,7 +43,7 @@ NO_TERMS = (ZERO, ZERO, ZERO, ZERO, ZERO)
 
 
 @kernel
-def gyrostats(tensors, moments, axes, rates, attitudes, rotors, out, rows, *space):
+def gyrostats(tensors, moments, axes, rates, attitudes, rotors, out, *space):
     """Fill out[b] for each body.
 
     Parameters
@@ -51,27 +51,26 @@ def gyrostats(tensors, moments, axes, rates, attitudes, rotors, out, rows, *spac
     tensors, moments, axes, rates, attitudes : as in `invariants.invariants`
     rotors : (n, 3), momentum of the rotors relative to the body, body axes, in the unit of tensors times s^-1
     out : (n,) of GYROSTAT, zeros; written where not zero
-    rows : (layout.EXACT_SUM_ROWS, layout.EXACT_SUM_LENGTH), scratch
-    space : `layout.workspace()`
+    space : (layout.EXACT_SUM_ROWS, layout.EXACT_SUM_LENGTH), scratch; `layout.workspace()`
     """
     for b in range(out.shape[0]):
         attitude = quaternion.normalised(
             ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
         )
-        _record(tensors[b], moments[b], axes[b], (rates[b], rotors[b]), attitude, out[b], rows, space)
+        _record(tensors[b], moments[b], axes[b], (rates[b], rotors[b]), attitude, out[b], space)
 
 
 @routine
-def _record(tensor, moments, axes, motion, attitude, out, rows, space):
-    rate, rotor = motion
+def _record(tensor, moments, axes, motion, attitude, out, space):
+    (rate, rotor), (rows, parts, work, factors, numbers) = motion, space
     size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
     unit = max(abs(rate[0]), abs(rate[1]), abs(rate[2]))
     unit = power_of_two_near(max(unit, max(abs(rotor[0]), abs(rotor[1]), abs(rotor[2])) / size))
     diagonal = tensor[0, 1] == 0.0 and tensor[0, 2] == 0.0 and tensor[1, 2] == 0.0
-    scaled_tensor, scaled_rate = over_powers_of_two(tensor, size, rate, unit, space[3])
+    scaled_tensor, scaled_rate = over_powers_of_two(tensor, size, rate, unit, numbers)
     factor = 1.0 / (size * unit)
     h = rotor[0] * factor, rotor[1] * factor, rotor[2] * factor
-    if rate_is_constant(scaled_tensor, scaled_rate, h, space):
+    if rate_is_constant(scaled_tensor, scaled_rate, h, (parts, work, factors, numbers)):
         constant_rate(rate, attitude, out)
         return
     inertia = (
