@@ -113,6 +113,27 @@ class SpeedVector(VectorQuantity):
     unit: str = _unit("m/s")
 
 
+class AngleVector(VectorQuantity):
+    """Angles about three axes."""
+
+    LIKE = units.ANGLE
+    unit: str = _unit("deg")
+
+
+class RateVector(VectorQuantity):
+    """Angular velocities about three axes."""
+
+    LIKE = units.RATE
+    unit: str = _unit("deg/s")
+
+
+class MomentVector(VectorQuantity):
+    """Three principal moments."""
+
+    LIKE = units.MOMENT
+    unit: str = _unit("kg m2")
+
+
 class AccelerationVector(VectorQuantity):
     """An acceleration."""
 

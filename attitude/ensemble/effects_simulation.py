@@ -12,14 +12,13 @@ from uuid import uuid4
 
 import numpy as np
 
-from ..dynamics import coasting, contact, integration
-from ..dynamics.batch_states import Bodies, TorqueProblem, named
-from ..dynamics.solver import OUTPUTS
+from ..dynamics import integration
+from ..dynamics.batch_states import Bodies
 from ..dynamics.step_selection import Candidate
-from ..errors import InputError, RegimeError
-from ..problem.initial_state import InitialState
+from ..errors import InputError
 from ..rigid_body.gyrostat_constants import GyrostatBatch
 from ..scene import simulation
+from ..scene.batch_simulation import problem, simulate
 from ..scene.document import Scene, Times
 from ..scene.simulation import SimulationInputs
 from ..times.instants import Instants
@@ -60,7 +59,7 @@ def choose(scene: Scene, instants: Instants, trial_states: States | None = None)
     if inputs.ground is not None or inputs.exact_for_all is not None:
         return choice
     trial_bodies = None if trial_states is None else _bodies(trial_states, 0)
-    candidate = integration.choose_for_all(_problem(scene, inputs, instants), instants, trial_bodies)
+    candidate = integration.choose_for_all(problem(inputs, instants), instants, trial_bodies)
     return replace(choice, candidate=candidate)
 
 
@@ -89,24 +88,8 @@ def simulated(
     InputError : a body that an effect refuses, or that is in the ground at the epoch.
     RegimeError : a body that comes to rest on the ground before the last instant.
     """
-    bodies, inputs = _bodies(states, first), _inputs(_CachedScene(scene, choice))
-    if inputs.ground is not None:
-        return _with_contacts(inputs, bodies, instants, lost)
-    exact = inputs.exact_for_all
-    if exact is None:
-        assert choice.candidate is not None
-        problem = _problem(scene, inputs, instants)
-        rows = integration.solve_each(problem, bodies, instants, choice.candidate, lost)
-    else:
-        template = _template(inputs, instants)
-        # bodies whose motions between impulses are computed side by side, in a million rows
-        size = max(1, 2**20 // (OUTPUTS * max(1, instants.seconds.size)))
-        parts = [bodies[i : i + size] for i in range(0, len(bodies), size)]
-        rows = np.concatenate(
-            [coasting.coast(template, part, inputs.kicks, instants, exact) for part in parts]
-        )
-    samples = np.swapaxes(rows, 1, 2)
-    return np.ascontiguousarray(samples[:, :, :4]), np.ascontiguousarray(samples[:, :, 4:7])
+    inputs = _inputs(_CachedScene(scene, choice))
+    return simulate(inputs, _bodies(states, first), instants, choice.candidate, lost)
 
 
 def gyrostats(scene: Scene, states: States, first: int = 0) -> GyrostatBatch:
@@ -129,42 +112,7 @@ def _bodies(states: States, first: int) -> Bodies:
     return Bodies(states.body, np.ascontiguousarray(attitude), np.ascontiguousarray(rate), indices)
 
 
-def _with_contacts(
-    inputs: SimulationInputs, bodies: Bodies, instants: Instants, lost: list[int] | None
-) -> tuple[np.ndarray, np.ndarray]:
-    assert inputs.ground is not None
-    seconds, ground = instants.seconds.reshape(-1), inputs.ground.plane()
-    shape = len(bodies), seconds.size
-    quaternion, rate = np.full((*shape, 4), np.nan), np.full((*shape, 3), np.nan)
-    template = _template(inputs, instants)
-    for i in range(len(bodies)):
-        with named(bodies, i, lost):
-            state = bodies.initial_state(template, i)
-            flight = contact.fly(state, ground, inputs.gravity, seconds, inputs.kicks, instants.seconds_low)
-            reached = len(flight.seconds)
-            if reached < seconds.size:
-                raise RegimeError(
-                    f"times: the body comes to rest on the ground at {flight.events[-1].seconds:.6g} s, and "
-                    f"is not simulated further; ask for instants up to then (not {seconds[reached]:.6g} s)"
-                )
-            quaternion[i], rate[i] = flight.quaternion, flight.rate
-    return quaternion, rate
-
-
 # -- what all bodies share ------------------------------------------------------------------------------
-
-
-def _problem(scene: Scene, inputs: SimulationInputs, instants: Instants) -> TorqueProblem:
-    template = _template(inputs, instants)
-    tolerance, best = scene.asked_tolerance, scene.wants_best
-    return TorqueProblem(template, inputs.torques, inputs.kicks, tolerance, best)
-
-
-def _template(inputs: SimulationInputs, instants: Instants) -> InitialState:
-    """Return the scene's initial state, over the span of these instants alone."""
-    seconds = instants.seconds
-    start, stop = min(0.0, float(seconds.min())), max(0.0, float(seconds.max()))
-    return replace(inputs.initial_state, start=start, stop=stop)
 
 
 class _CachedScene:

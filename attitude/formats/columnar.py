@@ -29,7 +29,7 @@ MAX_DATE_NS = 9_200_000_000 * 10**9  # the greatest of 64 bits is 0.25 % more
 TIME_COLUMNS = (TIME_TAI, schema.ELAPSED, schema.REST)
 VECTOR_COLUMNS = (
     *(*schema.QUATERNION, *schema.RATE, *schema.MOMENTUM),
-    *(*schema.POSITION, *schema.VELOCITY),
+    *(*schema.POSITION, *schema.VELOCITY, *schema.NOT_READ),
 )
 
 

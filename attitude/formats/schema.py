@@ -16,7 +16,7 @@ from astropy.time import Time
 from .. import units
 from ..errors import AttitudeError, FormatError, InputError, note, shown
 from ..frames import rotations
-from ..pointing.columns import VectorColumn, derived, layout
+from ..pointing.columns import UNCERTAINTY, VectorColumn, derived, layout
 from ..pointing.targets import orbit_state
 from ..rigid_body.body import RigidBody
 from ..samples import event_records
@@ -46,6 +46,13 @@ VECTORS = {
     "position": (POSITION, "m"),
     "velocity": (VELOCITY, "m/s"),
 }
+
+# The uncertainty belongs to the motion: its columns are known, and reading a file leaves them aside.
+UNCERTAIN_VECTORS = {
+    label: (names, unit) for request in UNCERTAINTY for label, names, unit in layout(request)
+}
+NOT_READ = frozenset(chain.from_iterable(names for names, _unit in UNCERTAIN_VECTORS.values()))
+KNOWN_VECTORS = VECTORS | UNCERTAIN_VECTORS
 
 ISO_BYTES = 29  # of a date with nanoseconds
 SECOND_NS = 10**9
@@ -153,6 +160,9 @@ def vectors(ephemeris: EphemerisData, names: Collection[str] | None = None) -> I
     own = {column.label: column for column in _own_vectors(ephemeris)}
     if not ephemeris.columns:
         yield from own.values()
+        is_uncertain = ephemeris.uncertainty is not None and ephemeris.frame not in rotations.TURNING_FRAMES
+        for request in UNCERTAINTY if is_uncertain else ():
+            yield from derived(ephemeris, request)
     for request in ephemeris.columns:
         if request in own:
             yield own[request]
@@ -204,6 +214,7 @@ def ephemeris_from(
     _check_kind(meta, source)
     if meta.get("quaternion_order") != "wxyz":
         raise FormatError(f"quaternion_order is {shown(meta.get('quaternion_order'))}, not 'wxyz'", source)
+    table = {name: values for name, values in table.items() if name not in NOT_READ}
     groups = (RATE, MOMENTUM, POSITION + VELOCITY)
     optional = [name for names in groups if any(name in table for name in names) for name in names]
     required = (ELAPSED, *QUATERNION, *optional)

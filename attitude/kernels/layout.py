@@ -205,6 +205,8 @@ CONSTANT_PARTIALS, LONG_ARCS, NEEDLE = range(3)
 PARTIALS = np.dtype(
     [
         ("kind", "i8"),
+        ("elements", "i8"),  # how many of the elements 11, 22, 33, 12, 13, 23 are computed
+        ("grows", "i8"),  # whether derivatives may leave the range of a double
         ("momentum", "f8"),  # L, rad/s
         ("size", "f8"),  # unit of the moments
         ("axes", "f8", (3, 3)),  # axes 1, 2, 3 in rows, body components

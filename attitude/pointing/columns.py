@@ -26,10 +26,31 @@ KINDS = {
     "euler:SEQUENCE": "angles of intrinsic rotations, such as euler:ZYX, deg",
     "direction:AXIS": "unit vector of a body axis along the axes of the frame",
     "angle:AXIS:TARGET": "to sun, earth, velocity, orbit_normal, momentum or magnetic_field, deg",
+    "attitude_sigma": "1 sigma of the small rotation about each body axis, deg",
+    "angular_velocity_sigma": "1 sigma of each component, rad/s",
+    "attitude_covariance": "of the small rotation about the body axes: xx, yy, zz, xy, xz, yz, rad2",
+    "angular_velocity_covariance": "of the components: xx, yy, zz, xy, xz, yz, rad2/s2",
+    "direction_sigma:AXIS": "1 sigma of a body axis's direction, where it is greatest, deg",
     "spin": "of the angular momentum and about the body's z axis, deg and deg/s",
 }
 AXES = {f"{sign}{axis}": f"{'minus_' if sign == '-' else ''}{axis}" for sign in ("", "-") for axis in "xyz"}
+# Elements of what follows from a covariance, and its unit in names and of tables.
+ELEMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+COVARIANCES = {
+    "attitude_sigma": ("xyz", ("deg", "deg")),
+    "angular_velocity_sigma": ("xyz", ("rad_s", "rad/s")),
+    "attitude_covariance": (ELEMENTS, ("rad2", "rad2")),
+    "angular_velocity_covariance": (ELEMENTS, ("rad2_s2", "rad2/s2")),
+}
 SPIN = dict.fromkeys(("ra", "dec", "nutation", "precession", "phase"), "deg") | {"rate": "deg/s"}
+
+
+# What tables of an ephemeris with an uncertainty hold besides, where nothing else is chosen.
+UNCERTAINTY = (
+    "attitude_covariance",
+    "angular_velocity_covariance",
+    *(f"direction_sigma:{axis}" for axis in "xyz"),
+)
 
 
 class VectorColumn(NamedTuple):
@@ -51,7 +72,7 @@ class VectorColumn(NamedTuple):
 REQUESTS = (
     *(kind for kind in KINDS if ":" not in kind),
     *(f"euler:{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c),
-    *(f"direction:{axis}" for axis in AXES),
+    *(f"{kind}:{axis}" for kind in ("direction", "direction_sigma") for axis in AXES),
     *(f"angle:{axis}:{target}" for axis in AXES for target in targets.TARGETS),
 )
 
@@ -72,16 +93,20 @@ def layout(request: str) -> tuple[tuple[str, tuple[str, ...], str], ...]:
     """Label, names and unit of each of a request's `VectorColumn`s, none of one that is not `derived`."""
     kind, *parts = request.split(":")
     label = f"{kind}_{AXES.get(parts[0], parts[0].lower())}" if parts else kind
-    if kind == "euler":
-        return ((label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),)
-    if kind == "direction":
-        return ((label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),)
-    if kind == "angle":
-        return ((f"{label}_{parts[1]}", (f"{label}_{parts[1]}_deg",), "deg"),)
     if kind == "spin":
         names = {name: f"spin_{name}_{unit.replace('/', '_')}" for name, unit in SPIN.items()}
         return tuple((f"spin_{name}", (names[name],), unit) for name, unit in SPIN.items())
-    return ()
+    if kind in COVARIANCES:
+        elements, (name, unit) = COVARIANCES[kind]
+        return ((label, tuple(f"{label}_{element}_{name}" for element in elements), unit),)
+    target = "_".join([label, *parts[1:]])
+    one = {
+        "euler": (label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),
+        "direction": (label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),
+        "direction_sigma": (label, (f"{label}_deg",), "deg"),
+        "angle": (target, (f"{target}_deg",), "deg"),
+    }
+    return (one[kind],) if kind in one else ()
 
 
 def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
@@ -94,9 +119,22 @@ def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
         values = [np.rad2deg(rotations.euler_angles(data.quaternion("wxyz"), parts[0]))]
     elif kind == "direction":
         values = [targets.direction(data, parts[0])]
+    elif kind == "direction_sigma":
+        values = [np.rad2deg(data.direction_sigma(targets.body_axis(parts[0], "axis")))[..., None]]
+    elif kind in COVARIANCES:
+        values = [_of_covariance(data, kind)]
     elif kind == "angle":
         values = [np.rad2deg(targets.angle(data, *parts))[..., None]]
     else:
         values = [np.rad2deg(each)[..., None] for each in spin_state(data)] if kind == "spin" else []
     for description, array in zip(layout(request), values, strict=True):
         yield VectorColumn(*description, array)
+
+
+def _of_covariance(data: EphemerisData, kind: str) -> np.ndarray:
+    """Standard deviations (..., 3), or elements (..., 6), of the attitude's or the rate's covariance."""
+    covariance = data.attitude_covariance if kind.startswith("attitude") else data.rate_covariance
+    if kind.endswith("covariance"):
+        return covariance[..., (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+    return np.rad2deg(sigma) if kind == "attitude_sigma" else sigma

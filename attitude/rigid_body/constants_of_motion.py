@@ -24,7 +24,7 @@ from ..runtime.threads import check, ranges, run
 from ..times.instants import Instants
 from .body import RigidBody
 from .error_bounds import THETA_FORM, form_of, solution
-from .partials import INERTIA, Partials
+from .partials import Partials, check_inertia
 from .phase_limit import max_phase_rate, refuse_too_far
 
 MIN_SAMPLES_PER_THREAD = 20_000
@@ -203,8 +203,7 @@ class Batch:
         ToleranceError : an instant is too far from the epoch.
         RegimeError : derivatives beyond the range of a double, which grow exponentially on the separatrix.
         """
-        if inertia not in INERTIA:
-            raise InputError("inertia", inertia, f"one of {', '.join(INERTIA)}")
+        check_inertia(inertia)
         seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
         low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low).reshape(-1)
         out = np.zeros((6, 12, self.size, seconds.size))
@@ -212,21 +211,20 @@ class Batch:
 
         def compute_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
-            space = scheme, np.empty((9, 8)), np.empty((9, 9))
+            space = scheme, np.empty((9, 8)), np.zeros((9, 9)), np.zeros(72 * 64)
             for index, records in self.blocks(first_body, last_body):
                 refuse_too_far(max_phase_rate(records), instants.max_abs_seconds)
                 states = self._states(index, index + len(records))
                 _tensors, moments, axes, rates, _attitudes = with_tensors(states)
                 of_partials = np.zeros(len(records), layout.PARTIALS)
                 compiled.partial_records(moments, axes, rates, records, columns, of_partials)
-                window = np.array([index, first, last])
+                window = np.array([index, first, last, 0])
                 compiled.partials(records, of_partials, seconds, low, out, window, columns, *space)
+                if window[3]:
+                    text = "partials: beyond the range of a double: on the separatrix they grow exponentially"
+                    raise RegimeError(text)
 
         run(compute_share, self._shares(seconds.size, threads))
-        if not np.isfinite(out).all():
-            raise RegimeError(
-                "partials: beyond the range of a double: they grow exponentially on the separatrix"
-            )
         shape = self.shape + instants.shape
         return Partials(np.moveaxis(out.reshape(6, 12, *shape), (0, 1), (-2, -1)), inertia)
 

@@ -6,7 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InputError
+
 INERTIA = ("moments", "tensor")
+# Rows and columns of the elements Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
+ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def check_inertia(inertia: str) -> str:
+    """Return the name; InputError for one that is not of `INERTIA`."""
+    if inertia not in INERTIA:
+        raise InputError("inertia", inertia, f"one of {', '.join(INERTIA)}")
+    return inertia
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,7 +102,7 @@ sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs 
 partial_records = Kernel("partials.partial_record.partial_records", "d3.d4.d2.r1.i.p1")
 partials = Kernel(
     "partials.assembly.partials",
-    *(f"r1.p1.d1.{low}.d4.i1.i.d2.d2.d2" for low in ("d1", "n")),
+    *(f"r1.p1.d1.{low}.d4.i1.i.d2.d2.d2.d1" for low in ("d1", "n")),
 )
 azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
 gyrostats = Kernel("gyrostat.record.gyrostats", "d3.d3.d4.d2.d2.d2.g1.d2.d1.d2.d2.d2")

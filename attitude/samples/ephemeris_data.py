@@ -20,6 +20,7 @@ from .event import Event
 from .interpolation import Interpolation
 from .provenance import Plan
 from .translation import Translation
+from .uncertainty import Uncertainty, ellipse
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -113,6 +114,7 @@ class EphemerisData:
     columns : what tables of it hold (`Ephemeris.with_columns`), where this was chosen
     ut1 : "tables", or "utc" where UTC is taken for UT1 in ITRF
     sensitivity : partial derivatives as a function of instants and inertia ("moments", "tensor"); or None
+    uncertainty : of the initial state and the inertia, or None
     """
 
     attitude: np.ndarray
@@ -131,6 +133,7 @@ class EphemerisData:
     columns: tuple[str, ...] = ()
     ut1: str = "tables"
     sensitivity: Callable[[Instants, str], Partials] | None = None
+    uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
         self.attitude.flags.writeable = False
@@ -264,6 +267,35 @@ class EphemerisData:
             raise RegimeError("partials: the motion of this ephemeris is not known, only its attitudes are")
         return self.sensitivity(self.instants, inertia)
 
+    # -- uncertainty --------------------------------------------------------------------------
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(..., 6, 6): covariance of the small rotation, rad, and the body rate, rad/s, along the body axes.
+
+        To first order in the uncertainty of the initial state and inertia: `uncertainty` says how far that
+        holds.  The attitude's small rotation theta is that of `partials`: q_true = q exp(theta/2).
+
+        Raises RegimeError without an uncertainty, and as `partials`.
+        """
+        if self.uncertainty is None:
+            raise RegimeError("uncertainty: none is given for this ephemeris (docs/uncertainty.md)")
+        return self.partials().covariance(self.uncertainty.covariance)
+
+    @property
+    def attitude_covariance(self) -> np.ndarray:
+        """(..., 3, 3), rad2: of the small rotation about the body axes."""
+        return self.covariance[..., :3, :3]
+
+    @property
+    def rate_covariance(self) -> np.ndarray:
+        """(..., 3, 3), rad2/s2: of the body rate, body axes."""
+        return self.covariance[..., 3:, 3:]
+
+    def direction_sigma(self, body_axis: np.ndarray) -> np.ndarray:
+        """(...,), rad: 1 sigma of the direction of a body axis (3,), along the major axis of its ellipse."""
+        return ellipse(self.attitude_covariance, body_axis)[0]
+
     # -- resampling ---------------------------------------------------------------------------
 
     @property
@@ -292,7 +324,8 @@ class EphemerisData:
             )
         motion = self.resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
         parts = {field.name: getattr(motion, field.name) for field in fields(motion)}
-        return replace(self, **(parts | {"orbit": self.orbit, "ut1": self.ut1}))
+        kept = ("orbit", "ut1", "sensitivity", "uncertainty")
+        return replace(self, **(parts | {name: getattr(self, name) for name in kept}))
 
     # -- indexing -----------------------------------------------------------------------------
 

@@ -45,19 +45,23 @@ from ..orbit.ephemeris_orbit import EphemerisOrbit
 from ..orbit.orbit import OrbitDefinition
 from ..problem.initial_state import InitialState, OrbitPath
 from ..rigid_body.body import RigidBody
+from ..rigid_body.partials import Partials
 from ..samples.chunks import Progress, Samples
 from ..samples.html_table import html_table
 from ..samples.transform import Data, in_frame, rotation_to
+from ..samples.uncertainty import Uncertainty
 from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
 from .parameter_message import ApmOptions, message_of, with_message
 from .spin_form import SpinForm
+from .uncertainty_form import UncertaintyForm
 
 if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
     from ..windows.window_table import Windows
     from .planning import ScenePlan
+    from .simulation import SimulationInputs
 
 MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
 MAX_GRID_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
@@ -310,6 +314,7 @@ class Scene(Part):
     tolerance: AnyTolerance | None = None
     solver: Literal["automatic", "splitting", "gauss", "dop853"] | None = None
     ut1: Literal["tables", "utc"] = "tables"
+    uncertainty: UncertaintyForm | None = None
     _notes: tuple[str, ...] = ()
 
     @model_validator(mode="after")
@@ -572,7 +577,10 @@ class Scene(Part):
         if not self.is_plain:
             from . import simulation
 
-            ephemeris = simulation.run(simulation.resolve(self, drop_below), check)
+            inputs = simulation.resolve(self, drop_below)
+            ephemeris = simulation.run(inputs, check)
+            if ephemeris.sensitivity is None:
+                ephemeris = replace(ephemeris, sensitivity=partial(_perturbed_partials, inputs))
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
@@ -687,13 +695,40 @@ class Scene(Part):
         return (self.with_surroundings(chunk, orbit) for chunk in chunks)
 
     def with_surroundings(self, ephemeris: Data, orbit: EphemerisOrbit | None) -> Data:
-        """The ephemeris with its orbit, and the source of UT1."""
+        """The ephemeris with its orbit, the source of UT1, and its uncertainty."""
+        if self.uncertainty is not None:
+            ephemeris = self._with_uncertainty(ephemeris)
         if orbit is None and self.ut1 == "tables":
             return ephemeris
         plan = ephemeris.plan
         if plan is not None and self.is_plain and self._notes:
             plan = replace(plan, notes=(*self._notes, *plan.notes))
         return replace(ephemeris, orbit=orbit, ut1=self.ut1, plan=plan)
+
+    def _with_uncertainty(self, ephemeris: Data) -> Data:
+        uncertainty = self.checked_uncertainty
+        plan = ephemeris.plan
+        if plan is not None and uncertainty.note is not None:
+            plan = replace(plan, notes=(*plan.notes, uncertainty.note))
+        return replace(ephemeris, uncertainty=uncertainty, plan=plan)
+
+    @cached_property
+    def checked_uncertainty(self) -> Uncertainty:
+        """The uncertainty of body and state, with how far the first order in it holds; computed once."""
+        from . import simulation
+        from .linearity import instants_of, linear_until
+
+        assert self.uncertainty is not None
+        inputs = simulation.resolve(self)
+        initial = self.uncertainty.build(inputs.initial_state.body)
+        instants = instants_of(inputs)
+        if not instants.seconds.size:
+            return Uncertainty(initial, np.inf)
+        if self.is_plain:
+            partials = self.motion()._batch.partials(instants)
+        else:
+            partials = _perturbed_partials(inputs, instants)
+        return Uncertainty(initial, linear_until(inputs, partials, instants, initial))
 
     def ephemeris_orbit(self) -> EphemerisOrbit | None:
         """The orbit, for frames that follow it; computed when such a frame is requested."""
@@ -703,6 +738,12 @@ class Scene(Part):
         return EphemerisOrbit(
             partial(_orbit_path, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
         )
+
+
+def _perturbed_partials(inputs: SimulationInputs, instants: Instants, inertia: str = "moments") -> Partials:
+    from .perturbed_bodies import partials
+
+    return partials(inputs, instants, inertia)
 
 
 class _State(bytes):

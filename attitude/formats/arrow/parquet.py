@@ -31,7 +31,7 @@ DATES = ("time.jd1", "time.jd2")  # not read: the seconds are exact
 UNITS = {
     "elapsed": "s",
     "elapsed_rest": "s",
-    **{name: str(u.Unit(unit)) if unit else None for name, (_, unit) in schema.VECTORS.items()},
+    **{name: str(u.Unit(unit)) if unit else None for name, (_, unit) in schema.KNOWN_VECTORS.items()},
 }
 
 
@@ -106,7 +106,7 @@ def _check(arrow_schema: Any, source: str) -> dict[str, Any]:
     header = table_meta.get_header_from_yaml(text.decode().split("\n"))
     units = {column["name"]: column.get("unit") for column in header["datatype"]}
     shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {
-        name: (len(names),) for name, (names, _) in schema.VECTORS.items()
+        name: (len(names),) if len(names) > 1 else () for name, (names, _) in schema.KNOWN_VECTORS.items()
     }
     for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
         if name not in shapes or arrow_schema.names.count(name) > 1:

@@ -35,8 +35,8 @@ CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
     "elapsed": ((), u.s),
     "elapsed_rest": ((), u.s),
     **{
-        name: ((len(names),), u.Unit(unit) if unit else None)
-        for name, (names, unit) in schema.VECTORS.items()
+        name: ((len(names),) if len(names) > 1 else (), u.Unit(unit) if unit else None)
+        for name, (names, unit) in schema.KNOWN_VECTORS.items()
     },
 }
 

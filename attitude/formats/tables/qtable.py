@@ -72,7 +72,7 @@ def refuse_unfolding(header: str) -> None:
 
 def from_table(table: QTable, source: str) -> EphemerisData:
     """The ephemeris of a table that `to_table` made; FormatError for any other."""
-    known = ("time", "elapsed", "elapsed_rest", *schema.VECTORS)
+    known = ("time", "elapsed", "elapsed_rest", *schema.KNOWN_VECTORS)
     unknown = [name for name in table.colnames if name not in known]
     if unknown:
         raise FormatError(f"column {shown(unknown[0])} is unknown", source)

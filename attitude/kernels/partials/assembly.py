@@ -1,10 +1,11 @@
 """Partial derivatives along the body's axes, of each body at each instant (docs/theory.md, section 12)."""
 
 from ..intrinsics import kernel, routine
-from ..layout import CONSTANT_PARTIALS
-from ..vectors import cross, unit_vector
+from ..layout import CONSTANT_PARTIALS, LONG_ARCS, THETA
+from ..vectors import add_scaled, cross, unit_vector
 from .constant_spin import constant_spin
 from .long_arcs import long_arc
+from .long_blocks import BLOCK, copy_block, long_block
 from .short_arcs import SHORT, short_arc
 
 
@@ -18,26 +19,61 @@ def partials(bodies, records, t, t_low, out, window, inertia_columns, *space):
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
     out : (6, 12, m, k), zeros, written: rows small rotation (rad) and body rate (rad/s), body axes; columns
         initial attitude, initial rate, and three moments and three axis angles, or six elements of the tensor
-    window : (3,), row of the first body in `out`, first and last instant
+    window : (4,), row of the first body in `out`, first and last instant; and, written where a derivative is
+        beyond a double, 1
     inertia_columns : 3 for moments and angles, 6 for the tensor
-    space : (10, 8) quadrature of 8 nodes: nodes, weights, integrals up to each; (9, 8) and (9, 9) scratch
+    space : (10, 8) quadrature of 8 nodes: nodes, weights, integrals up to each; (9, 8), (9, 9) and
+        (ROWS * BLOCK,) scratch
     """
-    scheme, work, columns = space
+    scheme, work, columns, rows = space
+    scratch = scheme, work, columns
     for b in range(bodies.shape[0]):
-        body, record = bodies[b], records[b]
-        for i in range(window[1], window[2]):
-            low = 0.0 if t_low is None else t_low[i]
-            place = window[0] + b, i
-            if record.kind == CONSTANT_PARTIALS:
-                C, gamma = constant_spin(record, t[i], low, columns)
-            elif abs(record.u_rate * record.momentum * t[i]) < SHORT:
-                C, gamma = short_arc(body, record, scheme, t[i], low, work, columns)
-            else:
-                C, gamma = long_arc(body, record, t[i], low, columns)
-            write_state_columns(record, C, t[i], columns, place, out)
-            write_inertia_columns(record, inertia_columns, columns, place, out)
-            if inertia_columns == 3:
-                write_axis_columns(record, gamma, place, out)
+        body, record, place = bodies[b], records[b], window[0] + b
+        shortest = SHORT / max(abs(record.u_rate * record.momentum), 1e-300)
+        in_blocks = record.kind == LONG_ARCS and inertia_columns == 3
+        for first in range(window[1], window[2], BLOCK):
+            last = min(first + BLOCK, window[2])
+            is_lost = False
+            if in_blocks:
+                if body.route == THETA:
+                    long_block(body, record, t, t_low, (first, last), rows, None)
+                else:
+                    long_block(body, record, t, t_low, (first, last), rows, 1)
+                copy_block(rows, (first, last), place, out)
+            for i in range(first, last):
+                if not in_blocks or abs(t[i]) < shortest:
+                    low = 0.0 if t_low is None else t_low[i]
+                    one(body, record, (t[i], low), (i, place), scratch, out, inertia_columns)
+                if record.grows:
+                    is_lost = is_lost or not is_finite(out, place, i)
+            if is_lost:
+                window[3] = 1
+
+
+@routine
+def one(body, record, instant, at, scratch, out, inertia_columns):
+    """Derivatives at one instant, in any case."""
+    (t, low), (i, b), (scheme, work, columns) = instant, at, scratch
+    if record.kind == CONSTANT_PARTIALS:
+        C, gamma = constant_spin(record, t, low, columns)
+    elif abs(record.u_rate * record.momentum * t) < SHORT:
+        C, gamma = short_arc(body, record, scheme, t, low, work, columns)
+    else:
+        C, gamma = long_arc(body, record, t, low, columns)
+    write_state_columns(record, C, t, columns, (b, i), out)
+    write_inertia_columns(record, inertia_columns, columns, (b, i), out)
+    if inertia_columns == 3:
+        write_axis_columns(record, gamma, (b, i), out)
+
+
+@routine
+def is_finite(out, b, i):
+    """Whether all derivatives of a body at an instant are."""
+    total = 0.0
+    for r in range(6):
+        for c in range(12):
+            total += 0.0 * out[r, c, b, i]
+    return total == 0.0
 
 
 @routine
@@ -86,17 +122,15 @@ def write_inertia_columns(record, count, columns, place, out):
     b, i = place
     rate = record.momentum / record.size
     for c in range(count):
+        rotation, change = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        for e in range(6):
+            mix, column = record.mix[c, e], columns[3 + e]
+            if mix != 0.0 and record.momentum > 0.0:
+                rotation = add_scaled(rotation, mix, (column[0], column[1], column[2]))
+                change = add_scaled(change, mix, (column[6], column[7], column[8]))
         for r in range(3):
-            theta, w = 0.0, 0.0
-            for e in range(6):
-                mix = record.mix[c, e]
-                if mix != 0.0:
-                    column = columns[3 + e]
-                    theta += mix * to_body(record, (column[0], column[1], column[2]), r)
-                    w += mix * to_body(record, (column[6], column[7], column[8]), r)
-            if record.momentum > 0.0:
-                out[r, 6 + c, b, i] = theta / record.size
-                out[3 + r, 6 + c, b, i] = w * rate
+            out[r, 6 + c, b, i] = to_body(record, rotation, r) / record.size
+            out[3 + r, 6 + c, b, i] = to_body(record, change, r) * rate
 
 
 @routine

@@ -20,7 +20,7 @@ from ..cayley_klein import (
     transformed_pair,
 )
 from ..doubledouble import two_sum
-from ..intrinsics import fma, routine
+from ..intrinsics import fma, inlined, routine
 from ..phase import argument, phase, sine_cosine
 from ..vectors import first_three
 
@@ -42,13 +42,13 @@ def second_kind(m, complementary):
     return total
 
 
-@routine
+@inlined
 def series_of(body):
     """Coefficients of alpha and beta."""
     return four(body.alpha_re), four(body.alpha_im), four(body.beta_re), four(body.beta_im)
 
 
-@routine
+@inlined
 def theta_now(body, record, t, t_low):
     """q_MP, (gamma1/A1, gamma2/A1, gamma3), and (Z, S, half turns, growth) at t by theta functions."""
     x, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
@@ -62,7 +62,7 @@ def theta_now(body, record, t, t_low):
     return q, gamma, (zeta, record.quotient * gamma[0] * gamma[1] / gamma[2], 0.0, 1.0)
 
 
-@routine
+@inlined
 def theta_integrals(body, record, u, now):
     """(cn2, sn2, dn2, cd2, sd2, nd2) from t = 0; now : as of `theta_now`."""
     m, m1 = body.modulus * body.modulus, body.complementary_modulus * body.complementary_modulus
@@ -73,7 +73,7 @@ def theta_integrals(body, record, u, now):
     return cn2, sn2, u - m * sn2, cd2, sd2, cd2 + sd2
 
 
-@routine
+@inlined
 def transformed_now(body, record, t, t_low):
     """q_MP, (gamma1/A1, gamma2/A1, gamma3), and (T2, T3, half turns, growth) at t after the transform."""
     y, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
@@ -83,7 +83,7 @@ def transformed_now(body, record, t, t_low):
     y, signs, n = since_half_turn(y, rest, turn, turn_lo, per_turn)
     turns, low = phase(body.precession[0], body.precession[1], t, t_low)
     turns, joined = two_sum(turns, body.slip * y)
-    growth = math.exp(2.0 * max(abs(y) - MAX_Y, 0.0))
+    growth = exp_pair(-2.0 * max(abs(y) - MAX_Y, 0.0))[1]
     size, Q = min(abs(y), MAX_Y), body.nome
     e, inverse = exp_pair(-2.0 * size)
     powers = e, Q * inverse, Q * e
@@ -92,7 +92,7 @@ def transformed_now(body, record, t, t_low):
     return q, gamma, (*transformed_pair_of_zeta(powers, signs[0], record.series), n, growth)
 
 
-@routine
+@inlined
 def transformed_pair_of_zeta(powers, sign, series):
     """T2 and T3: the two parts of the zeta function after the modular transform.
 
@@ -113,7 +113,7 @@ def transformed_pair_of_zeta(powers, sign, series):
     return sign * up / down, sign * series[1] * up3 / down3
 
 
-@routine
+@inlined
 def transformed_integrals(body, record, u, now):
     """(cn2, sn2, dn2, cd2, sd2, nd2) from t = 0; now : as of `transformed_now`."""
     m, m1 = body.modulus * body.modulus, body.complementary_modulus * body.complementary_modulus
@@ -122,7 +122,6 @@ def transformed_integrals(body, record, u, now):
     dT2 = (now[0] - record.integral0[0]) + 2.0 * n
     dT3 = now[1] - record.integral0[1]
     m1nd2 = fma(m1, D, c * fma(m1, dT3, 2.0 * n))
-    if n != 0.0:
-        dT3 += 2.0 * n / m1
+    dT3 += 2.0 * n / m1 if n != 0.0 else 0.0
     cn2 = (c * dT2 - m1 * B) / m
     return cn2, u - cn2, fma(m1, D, c * dT2), (u - m1nd2) / m, (c * dT3 - B) / m, fma(c, dT3, D)

@@ -3,8 +3,12 @@
 Vectors over or times A1: g/A1, gamma'/A1, A1 chi, A1 X, A1 F, eps/A1, so that no amplitude is squared.
 """
 
-from ..intrinsics import routine
-from ..layout import THETA
+import math
+
+from ..doubledouble import two_sum
+from ..intrinsics import fma, inlined, routine
+from ..layout import NEEDLE, THETA
+from ..phase import argument, phase, sine_cosine
 from ..rotation import conjugate, product
 from ..vectors import add_scaled, cross, dot, scaled, unit_vector
 from .integrals import theta_integrals, theta_now, transformed_integrals, transformed_now
@@ -13,7 +17,7 @@ from .integrals import theta_integrals, theta_now, transformed_integrals, transf
 # Rows of `columns`, by column: small rotation (3), momentum over L (3), rate over L (3).
 
 
-@routine
+@inlined
 def turn_since_start(record, q):
     """C = R(t)^T R(0) along axes 1, 2, 3, as three rows."""
     start = record.quaternion
@@ -25,7 +29,7 @@ def turn_since_start(record, q):
     )
 
 
-@routine
+@inlined
 def vectors_along(body, record, gamma):
     """(gamma, g/A1, gamma'/A1, A1 chi, A1 X) of (gamma1/A1, gamma2/A1, gamma3)."""
     A1, A3, (x, y, z) = body.amplitude[0], body.amplitude[2], gamma
@@ -38,9 +42,12 @@ def vectors_along(body, record, gamma):
     return (A1 * x, A1 * y, z), g, slope, chi, X
 
 
-@routine
-def functionals(body, record, tau, gamma, integrals):
-    """A1 F of unit momenta, A1 F, R and eps/A1 of the six elements of inertia."""
+@inlined
+def functionals(body, record, tau, gamma, integrals, transformed):
+    """A1 F of unit momenta, A1 F, R and eps/A1 of the six elements of inertia; transformed : None or 1.
+
+    F is less its part -chi0.mu, eps less g0.mu: `start_part` has those.
+    """
     cn2, sn2, dn2, cd2, sd2, nd2 = integrals
     A1, A3 = body.amplitude[0], body.amplitude[2]
     a21, a31, a32 = record.differences[0], record.differences[1], record.differences[2]
@@ -53,9 +60,8 @@ def functionals(body, record, tau, gamma, integrals):
     G1, G2 = cn2 / (record.u_rate * a31), sn2 / (record.u_rate * a32)
     H = Q1 + Q2
     h1, h2, h3 = -a21 * Q2, a21 * Q1, nd2 * per_A3
-    chi1, chi2 = -y0 / (a31 * z0), x0 / (a31 * z0)
     dx, dy = x - x0, y - y0
-    if body.route == THETA:
+    if transformed is None:
         g12 = -A1 * dy * (y + y0) / (a31 * (z + z0))  # G12/A1
         dz = a21 * g12
         d33 = -A1 * (dx * (x + x0) + dy * (y + y0)) if z0 * z0 > 0.5 else dz * (z + z0)
@@ -72,15 +78,15 @@ def functionals(body, record, tau, gamma, integrals):
         f1 = start[0] * start[0] * a1 * (tau + share(record, 0) * H) + 0.5 * a1 * a1 * (G1 + Q1)
         f2 = start[1] * start[1] * a2 * h2 + a2 * a2 * (half * H + 0.5 * (G2 - Q1))
         f3 = z0 * z0 * a3 * (tau + share(record, 2) * H) - 0.5 * a3 * a3 * (G1 + G2)
-    momenta = A1 * start[0] * h1 - chi1, A1 * start[1] * h2 - chi2, A1 * z0 * h3
+    momenta = A1 * start[0] * h1, A1 * start[1] * h2, A1 * z0 * h3
     w = a1 * start[0], a2 * start[1], a3 * z0  # rate over L
     F12 = momenta[0] * w[1] + momenta[1] * w[0]
     F12 += a1 * a2 * ((1.0 + 1.0 / (z * z0)) * g12 / a31 - A1 * start[0] * start[1] * H)
     F13 = momenta[0] * w[2] + momenta[2] * w[0] + a1 * a3 * (-dy / (a31 * a31) - A1 * start[0] * z0 * H)
     F23 = momenta[1] * w[2] + momenta[2] * w[1] + a2 * a3 * (dx / (a32 * a31) - A1 * start[1] * z0 * H)
     F = (
-        A1 * f1 - chi1 * w[0],
-        A1 * f2 - chi2 * w[1],
+        A1 * f1,
+        A1 * f2,
         A1 * f3,
         F12,
         F13,
@@ -95,19 +101,18 @@ def functionals(body, record, tau, gamma, integrals):
         a1 * a3 * (tau * start[0] * z0 + A1 * dy / a31),
         a2 * a3 * (tau * start[1] * z0 - A1 * dx / a32),
     )
-    g1, g2, g3 = -a31 * A3 * A3 * x0, record.b2 * y0, a31 * A1 * z0
     eps = (
-        g1 * w[0] + 0.5 * a1 * a1 * A1 * dx * (x + x0),
-        g2 * w[1] + 0.5 * a2 * a2 * d22,
-        g3 * w[2] + 0.5 * a3 * a3 * d33,
-        g1 * w[1] + g2 * w[0] + a1 * a2 * A1 * (dx * y + x0 * dy),
-        g1 * w[2] + g3 * w[0] + a1 * a3 * (dx * z + start[0] * dz),
-        g2 * w[2] + g3 * w[1] + a2 * a3 * (dy * z + start[1] * dz),
+        0.5 * a1 * a1 * A1 * dx * (x + x0),
+        0.5 * a2 * a2 * d22,
+        0.5 * a3 * a3 * d33,
+        a1 * a2 * A1 * (dx * y + x0 * dy),
+        a1 * a3 * (dx * z + start[0] * dz),
+        a2 * a3 * (dy * z + start[1] * dz),
     )
     return momenta, F, R, eps
 
 
-@routine
+@inlined
 def share(record, k):
     """b_k - a_k/2 = a_k/2 - a2 + b2, which vanishes on the separatrix for I_k = I2/2."""
     return 0.5 * (record.inverse[k] - 2.0 * record.inverse[1]) + record.b2
@@ -120,7 +125,7 @@ def moved(C, gamma0, momentum):
     return dot(C[0], v), dot(C[1], v), dot(C[2], v)
 
 
-@routine
+@inlined
 def momentum_of(record, e, gamma0):
     """Momentum over L that a unit of element e of inertia adds at t = 0: dI w0/L."""
     w = record.inverse[0] * gamma0[0], record.inverse[1] * gamma0[1], record.inverse[2] * gamma0[2]
@@ -146,6 +151,8 @@ def add_change_of_inertia(columns, record, gamma):
     columns[3, 6] -= a1 * a1 * gamma[0]
     columns[4, 7] -= a2 * a2 * gamma[1]
     columns[5, 8] -= a3 * a3 * gamma[2]
+    if record.elements < 6:
+        return
     columns[6, 6] -= a1 * a2 * gamma[1]
     columns[6, 7] -= a1 * a2 * gamma[0]
     columns[7, 6] -= a1 * a3 * gamma[2]
@@ -162,33 +169,88 @@ def long_arc(body, record, t, t_low, columns):
     if body.route == THETA:
         q, hat, now = theta_now(body, record, t, t_low)
         integrals = theta_integrals(body, record, u, now)
+        momenta, F, R, eps = functionals(body, record, tau, hat, integrals, None)
     else:
         q, hat, now = transformed_now(body, record, t, t_low)
         integrals = transformed_integrals(body, record, u, now)
+        momenta, F, R, eps = functionals(body, record, tau, hat, integrals, 1)
     growth = now[3]
     C = turn_since_start(record, q)
-    gamma, g, slope, chi, X = vectors_along(body, record, hat)
-    momenta, F, R, eps = functionals(body, record, tau, hat, integrals)
-    A1 = body.amplitude[0]
-    gamma0 = A1 * record.start[0], A1 * record.start[1], record.start[2]
-    g0 = vectors_along(body, record, (record.start[0], record.start[1], record.start[2]))[1]
-    for i in range(3):
-        mu = unit_vector(i)
-        f, shift = growth * dot(momenta, mu), growth * dot(g0, mu)
-        stay = dot(gamma0, mu)
-        v = add_scaled(add_scaled(moved(C, gamma0, mu), f, g), shift, chi)
-        v = add_scaled(v, tau * record.inverse[i] * stay, gamma)
-        write_column(columns, i, record, v, add_scaled(add_scaled(scaled(stay, gamma), f, slope), shift, X))
-    for e in range(6):
-        mu = momentum_of(record, e, gamma0)
-        f, shift, stay = growth * F[e], growth * eps[e], dot(gamma0, mu)
-        v = add_scaled(add_scaled(moved(C, gamma0, mu), f, g), shift, chi)
-        write_column(
-            columns,
-            3 + e,
-            record,
-            add_scaled(v, R[e], gamma),
-            add_scaled(add_scaled(scaled(stay, gamma), f, slope), shift, X),
-        )
-    add_change_of_inertia(columns, record, gamma)
-    return C, gamma
+    vectors = vectors_along(body, record, hat)
+    start = record.start[0], record.start[1], record.start[2]
+    gamma0, g0, _slope0, chi0, _X0 = vectors_along(body, record, start)
+    turn = azimuth_turn(body, record, t, t_low) if record.kind == NEEDLE else (0.0, 0.0)
+    for column in range(3 + record.elements):
+        if column < 3:
+            mu = unit_vector(column)
+            f, shift, stay = momenta[column], 0.0, tau * record.inverse[column] * gamma0[column]
+        else:
+            mu = momentum_of(record, column - 3, gamma0)
+            f, shift, stay = F[column - 3], eps[column - 3], R[column - 3]
+        begun, pushed = growth * dot(chi0, mu), growth * dot(g0, mu)
+        f, shift = growth * f, growth * shift
+        gamma, g, slope, chi, X = vectors
+        momentum = add_scaled(scaled(dot(gamma0, mu), gamma), f - begun, slope)
+        if record.kind == NEEDLE:
+            rotation = needle_part(body, record, (hat, start), turn, mu)
+            third = (f - begun) * slope[2] + needle_momentum(body, record, (hat, start), mu)
+            momentum = momentum[0] + pushed * X[0], momentum[1] + pushed * X[1], third
+        else:
+            rotation = add_scaled(add_scaled(moved(C, gamma0, mu), -begun, g), pushed, chi)
+            momentum = add_scaled(momentum, pushed, X)
+        rotation = add_scaled(add_scaled(add_scaled(rotation, f, g), shift, chi), stay, gamma)
+        write_column(columns, column, record, rotation, add_scaled(momentum, shift, X))
+    add_change_of_inertia(columns, record, vectors[0])
+    return C, vectors[0]
+
+
+@routine
+def azimuth_turn(body, record, t, t_low):
+    """Sine, and 1 - cosine, of the angle by which axis 3 has turned about the momentum since t = 0."""
+    turns, low = phase(record.turns[0, 0], record.turns[0, 1], t, t_low)
+    lead = (swing(body, record, t, t_low) - swing(body, record, 0.0, 0.0)) / (2.0 * math.pi)
+    turns, joined = two_sum(turns, math.copysign(1.0, record.quotient) * lead)
+    low += joined
+    half = sine_cosine(0.5 * turns, 0.5 * low)[0]
+    return sine_cosine(turns, low)[0], 2.0 * half * half
+
+
+@routine
+def swing(body, record, t, t_low):
+    """arg(1 - E e^-2iv - q E' e^2iv + ...), the part of the azimuth that is periodic, rad."""
+    x, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
+    s, c = sine_cosine(x, rest)
+    sine, cosine = 2.0 * s * c, fma(c, c, -s * s)
+    q, E, E_prime = body.nome, record.nomes[0], record.nomes[1]
+    near, far, near2, far2 = E, q * E_prime, (q * E) ** 2, (q * q * E_prime) ** 2
+    real = 1.0 - (near + far) * cosine + (near2 + far2) * (2.0 * cosine * cosine - 1.0)
+    return math.atan2((near - far) * sine - (near2 - far2) * 2.0 * sine * cosine, real)
+
+
+@routine
+def needle_momentum(body, record, directions, mu):
+    """Third component of the momentum over L, less F gamma3'/A1, of a needle that spins about itself."""
+    (x, y, z), (x0, y0, z0) = directions
+    ratio = body.amplitude[0] * record.differences[0] / record.differences[1]
+    return (z0 * mu[2] + ratio * (y0 * x * x * mu[1] - x0 * y * y * mu[0])) / z
+
+
+@routine
+def needle_part(body, record, directions, turn, mu):
+    """C (gamma0 x mu) - g chi0.mu + chi g0.mu, of a needle that spins about itself.
+
+    Along the unit vectors x to axis 3 across gamma and y = x x gamma; the three terms cancel by I omega/L.
+    """
+    (x, y, z), (x0, y0, z0), A1 = directions[0], directions[1], body.amplitude[0]
+    ratio = record.differences[0] / record.differences[1]
+    nu, nu0 = math.sqrt(x * x + y * y), math.sqrt(x0 * x0 + y0 * y0)
+    across, side = (-z * x / nu, -z * y / nu, A1 * nu), (-y / nu, x / nu, 0.0)
+    across0, side0 = (-z0 * x0 / nu0, -z0 * y0 / nu0, A1 * nu0), (-y0 / nu0, x0 / nu0, 0.0)
+    rho = nu * z0 / (nu0 * z)  # over its value at t = 0
+    lengthened = ratio * (y - y0) * (y + y0) / (z0 * z0 * nu * nu) / (1.0 + 1.0 / rho)  # 1 - 1/rho
+    sine, versine = turn
+    skew = ratio * (nu * x0 * y0 / (z * nu0) - nu0 * x * y / (z0 * nu))
+    along, aside = dot(across0, mu), dot(side0, mu)
+    first = (lengthened - versine) * aside + sine * along
+    second = (rho * lengthened + versine) * along + (sine + skew) * aside
+    return add_scaled(scaled(first, across), second, side)

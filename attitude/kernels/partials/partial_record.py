@@ -54,6 +54,7 @@ def partial_records(moments, axes, rates, bodies, inertia_columns, out):
             component_along(axes[b, 2], rates[b], 1.0 / unit),
         )
         record.size = size
+        record.elements = inertia_columns  # along axes 1, 2, 3: the moments alone need no others
         if bodies[b].regime == CONSTANT_RATE:
             constant_record(inertia, omega, axes[b], unit, record)
         else:
@@ -140,6 +141,7 @@ def write_series(body, record):
         record.series[2] = factor * 48.0 * q8
         record.series[3] = factor * -128.0 * q8 * q**7
     else:
+        record.grows = 1
         record.weight[0] = second_kind(k1 * k1, k)
         record.direction[0, 0] = body.direction[0, 0] / A1
         record.direction[0, 1] = body.direction[0, 1] / A1
@@ -193,7 +195,7 @@ def write_needle(polhode, body, record):
 @routine
 def constant_record(inertia, omega, axes, unit, record):
     """Of a constant rate: axis 3 along the momentum, and both turns of what departs from it."""
-    record.kind = CONSTANT_PARTIALS
+    record.kind, record.elements = CONSTANT_PARTIALS, 6
     speed = hypot(hypot(omega[0], omega[1]), omega[2])
     if speed[0] == 0.0:
         speed = ONE
@@ -221,6 +223,7 @@ def constant_record(inertia, omega, axes, unit, record):
     record.differences[1], record.differences[2] = a31[0], a32[0]
     record.momentum = mul(I3, speed)[0] * unit
     record.start[2] = record.initial[2] = 1.0
+    record.grows = 1 if a31[0] * a32[0] < 0.0 else 0
     write_turns((a3, a31, a32), (div(ONE, I1), div(ONE, I2)), scale(mul(I3, speed), unit), record)
 
 

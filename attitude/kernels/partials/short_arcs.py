@@ -12,14 +12,17 @@ from ..cayley_klein import (
     transformed_direction,
 )
 from ..intrinsics import fma, routine
-from ..layout import THETA
+from ..layout import NEEDLE, THETA
 from ..phase import argument, sine_cosine
 from ..vectors import add_scaled, cross, dot, first_three, unit_vector
 from .integrals import theta_now, transformed_now
 from .long_arcs import (
     add_change_of_inertia,
+    azimuth_turn,
     momentum_of,
     moved,
+    needle_momentum,
+    needle_part,
     turn_since_start,
     vectors_along,
     write_column,
@@ -122,7 +125,15 @@ def short_arc(body, record, scheme, t, t_low, work, columns):
     for i in range(3):
         mu = unit_vector(i)
         state_column(record, i, mu, (C, tau, h, A1), (gamma0, g0, chi0), (vectors, change, whole), columns)
-    for e in range(6):
+        if record.kind == NEEDLE:
+            turn = azimuth_turn(body, record, t, t_low)
+            f, stay = A1 * gamma0[i] * h[i], tau * record.inverse[i] * gamma0[i]
+            rotation = needle_part(body, record, (hat, start), turn, mu)
+            rotation = add_scaled(add_scaled(rotation, f, vectors[1]), stay, vectors[0])
+            third = needle_momentum(body, record, (hat, start), mu)
+            third += (f - dot(chi0, mu)) * vectors[2][2]
+            write_column(columns, i, record, rotation, (columns[i, 3], columns[i, 4], third))
+    for e in range(record.elements):
         rotation, momentum = forced_column(body, record, e, scheme, tau, (hat, vectors, whole), work)
         mu = momentum_of(record, e, gamma0)
         for i in range(3):

@@ -1,0 +1,46 @@
+"""Uncertainty of an initial state and inertia, and the ellipses that it makes of directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """What is not known of a body and its state at the epoch.
+
+    Attributes
+    ----------
+    covariance : (12, 12), SI: of the small rotation of the attitude (3, body axes, rad), the body rate (3,
+        body axes, rad/s), the principal moments (3, kg m2) and the angles of their axes (3, body axes, rad)
+    linear_until : s from the epoch, up to which exact bodies at 3 sigma are within 10 % of what the first
+        order gives for them; infinite where they are over the whole span, None where it was not checked
+    """
+
+    covariance: np.ndarray
+    linear_until: float | None = None
+
+    @property
+    def note(self) -> str | None:
+        """What to say of an answer that goes beyond `linear_until`."""
+        if self.linear_until is None or np.isinf(self.linear_until):
+            return None
+        return (
+            f"uncertainty: from {self.linear_until:.6g} s on, the covariance's first order is off by more "
+            "than 10 % of itself at 3 sigma; attitude.ensemble.Ensemble has no such limit"
+        )
+
+
+def ellipse(attitude_covariance: np.ndarray, body_axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(...,) rad: semi-major and semi-minor axis of the 1 sigma ellipse of a body axis's direction (3,).
+
+    The small rotation theta moves the unit vector b by theta x b, which lies across it.
+    """
+    b = np.asarray(body_axis, dtype=float)
+    b = b / np.linalg.norm(b)
+    turn = np.cross(np.eye(3), b)  # theta x b = theta @ turn
+    moved = np.swapaxes(turn, -1, -2) @ attitude_covariance @ turn
+    squares = np.linalg.eigvalsh(moved)
+    return np.sqrt(np.maximum(squares[..., 2], 0.0)), np.sqrt(np.maximum(squares[..., 1], 0.0))
