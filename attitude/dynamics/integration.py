@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import AttitudeWarning, ToleranceError
+from ..kernels import layout
 from ..times.instants import Instants
 from .angular_rates import max_angular_rates
 from .arc_integration import two_part
@@ -139,26 +140,29 @@ def outgrown(problem: TorqueProblem, kept: tuple[float, float], error: float) ->
 def predicted_error(problem: TorqueProblem, candidate: Candidate) -> tuple[float, tuple[float, float] | None]:
     """rad, of the scene's own body; and the span, s, in which the tolerance is kept, where it is not in all.
 
-    What errors grow to between the edges of plates, and along an interpolated orbit, depends on the motion:
-    it is solved, over as much of the span as takes MAX_SECONDS_OF_PREDICTION; beyond, errors are taken to
-    grow with the square of time.
+    What errors grow to depends on the motion: it is solved, over as much of the span as takes
+    MAX_SECONDS_OF_PREDICTION; beyond, errors are taken to grow with the square of time.  Where a torque is
+    a user's, whose cost is not known, the error of the trial is the prediction.
     """
-    if not candidate.ends_at_edges and problem.refined is problem:
-        share = (
-            (problem.tolerance / candidate.error) ** (1.0 / GROWTH_OF_PREDICTION) if candidate.error else 1.0
+    part, reached = min(1.0, MAX_SECONDS_OF_PREDICTION / candidate.seconds), candidate.error
+    if any((torque.own_rows[:, 0] == layout.USER).any() for torque in problem.torques):
+        part = 1.0
+    else:
+        template = replace(
+            problem.template, start=part * problem.template.start, stop=part * problem.template.stop
         )
-        span = share * problem.template.start, share * problem.template.stop
-        return candidate.error, span if share < 1.0 and not problem.best else None
-    part = min(1.0, MAX_SECONDS_OF_PREDICTION / candidate.seconds)
-    template = replace(
-        problem.template, start=part * problem.template.start, stop=part * problem.template.stop
-    )
-    first = replace(problem, template=template)
-    seconds = np.linspace(template.start, template.stop, MAX_COMPARED_INSTANTS)
-    instants = np.array([seconds, np.zeros_like(seconds)])
-    (refined,) = refine(first, problem.body, instants, candidate, np.empty((1, OUTPUTS, seconds.size)))
-    kept = None if refined.reached or problem.best else refined.kept
-    return refined.error / part**GROWTH_OF_PREDICTION, kept
+        first = replace(problem, template=template)
+        seconds = np.linspace(template.start, template.stop, MAX_COMPARED_INSTANTS)
+        instants = np.array([seconds, np.zeros_like(seconds)])
+        (refined,) = refine(first, problem.body, instants, candidate, np.empty((1, OUTPUTS, seconds.size)))
+        reached = refined.error
+        if not (refined.reached or problem.best):
+            return reached / part**GROWTH_OF_PREDICTION, refined.kept
+    error = reached / part**GROWTH_OF_PREDICTION
+    share = part * (problem.tolerance / reached) ** (1.0 / GROWTH_OF_PREDICTION) if reached > 0.0 else 1.0
+    if problem.best or share >= 1.0:
+        return error, None
+    return error, (share * problem.template.start, share * problem.template.stop)
 
 
 # -- steps made finer, body by body -----------------------------------------------------------------------

@@ -60,6 +60,7 @@ ESTIMATE_OF_ARCS = (
     "estimated over the whole span from a second solution, in other arcs and from a momentum that differs by "
     "its rounding (docs/torques.md, section 5)"
 )
+SECONDS_PER_PIECE = 1e-4  # measured: of an orbit that is interpolated from a table, a model or a file
 COASTING = "closed form between impulses"
 BOUNCING = "closed form between contacts"
 
@@ -135,7 +136,10 @@ class SimulationInputs:
     def predicted_seconds(self, samples: int) -> float:
         """s, of computing so many samples."""
         if self.exact is None:
-            return self.candidate.seconds + samples * self.candidate.sample_seconds
+            path = self.initial_state.orbit_path
+            pieces = 0 if path is None or path.refined is None else len(path.coefficients)
+            seconds = self.candidate.seconds + SECONDS_PER_PIECE * pieces
+            return seconds + samples * self.candidate.sample_seconds
         return 2e-5 + samples * 9e-9  # of a closed form, measured by tests/benchmarks/test_speed.py
 
 

@@ -206,6 +206,71 @@ def test_fault_of_a_table_is_refused(changes, pointer, message):
     assert caught.value.pointer.startswith(f"/orbit{pointer}")
 
 
+@pytest.mark.parametrize("shadow", ["conical", "cylindrical"])
+@pytest.mark.parametrize("rows", [(60.0, None), (300.0, 6)], ids=["positions", "velocities"])
+def test_eclipses_along_a_table_are_those_along_the_elements(shadow, rows):
+    plate = {"area": quantity(1.5, "m2"), "normal": [1, 1, 0], "centre": quantity([0.1, 0.9, -0.4], "m")}
+    light = {
+        "type": "solar_pressure",
+        "plates": [plate],
+        "sun": {"direction": [1, 0.2, 0.1]},
+        "shadow": shadow,
+    }
+    along = table(steps(rows[0], 12000.0, 600.0), *LOW, velocity_decimals=rows[1])
+    found, expected = (
+        scene(orbit, 12000.0, effects=[light]).run().events for orbit in (along, elements(*LOW))
+    )
+    assert [event.kind for event in found] == [event.kind for event in expected]
+    assert len(found) == (8 if shadow == "conical" else 4)
+    apart_s = [abs(a.seconds - b.seconds) for a, b in zip(found, expected, strict=True)]
+    assert max(apart_s) < 1e-5  # rows are rounded to a millimetre, at 7.6 km/s
+
+
+@pytest.mark.parametrize("name", ["times", "positions", "velocities"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_numbers_that_are_not_finite_are_refused(name, bad):
+    values = [row if name == "times" else list(row) for row in ROWS[name]["value"]]
+    if name == "times":
+        values[3] = bad
+    else:
+        values[3][1] = bad
+    with pytest.raises(InputError, match="a finite number") as caught:
+        scene({**ROWS, name: {**ROWS[name], "value": values}}, 600.0)
+    assert caught.value.pointer.startswith(f"/orbit/{name}/value/3")
+
+
+@pytest.mark.parametrize("step", [-60.0, 0.0], ids=["backward", "twice"])
+@pytest.mark.parametrize("form", ["value", "dates"])
+def test_instants_that_do_not_ascend_are_refused(step, form):
+    seconds = list(ROWS["times"]["value"])
+    seconds[5] = seconds[4] + step
+    times = quantity(seconds, "s")
+    if form == "dates":
+        dates = [f"2026-06-01T00:{int(t) // 60:02d}:{int(t) % 60:02d}" for t in seconds]
+        times = {"dates": dates, "scale": "utc"}
+    with pytest.raises(InputError, match="instants in ascending order, none twice") as caught:
+        scene({**ROWS, "times": times}, 600.0)
+    assert caught.value.pointer == f"/orbit/times/{form}/5"
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_rows_are_refused_by_their_number(count):
+    few = {name: {**ROWS[name], "value": ROWS[name]["value"][:count]} for name in ("times", "positions")}
+    with pytest.raises(InputError, match="4 elements") as caught:
+        scene({**few, **CENTRAL}, 60.0)
+    assert caught.value.pointer == "/orbit/times/value"
+
+
+def test_table_in_dates_that_ends_before_the_span_is_refused_with_what_it_covers():
+    dates = [f"2026-06-01T00:{m:02d}:00" for m in range(11)]
+    made = scene({**ROWS, "times": {"dates": dates, "scale": "utc"}}, 700.0)
+    assert_refused(made.initial_state, "/orbit/times/dates", r"700.0 s; got '0 s to (600|599.99)")
+    # of both ends
+    times = {"elapsed": [-60.0, 60.0], "unit": "s"}
+    made = scene(ROWS, 0.0, times=times)
+    assert_refused(made.initial_state, "/orbit/times/value", r"-60.0 s to 60.0 s; got '0 s to 600 s'")
+
+
 def test_span_beyond_the_table_is_refused_with_what_it_covers():
     made = scene(ROWS, 700.0)
     assert_refused(made.initial_state, "/orbit/times/value", r"700.0 s; got '0 s to 600 s'")
