@@ -47,8 +47,8 @@ class FitDocument(Part):
 
     The members of a scene without effects, of which only `body` is needed, and not even it where the inertia
     is estimated; with attitude and angular velocity (or spin) the fit starts from them, without from the
-    observations.  With the member `scene`, the name of a built-in one, its members are taken where they are
-    not given.
+    observations.  `uncertainty` is that of an earlier answer, and no prior.  With the member `scene`, the
+    name of a built-in one, its members are taken where they are not given.
     """
 
     name: Text = ""
@@ -65,6 +65,7 @@ class FitDocument(Part):
     orbit: Any = None
     tolerance: Any = None
     ut1: Any = None
+    uncertainty: Any = None
     observations: list[Observations] = Field(default_factory=list)
     estimate: list[str] = Field(["attitude", "angular_velocity", "inertia"], min_length=1)
     loss: Literal["linear", "soft_l1", "huber", "cauchy", "arctan"] = "linear"
@@ -110,7 +111,7 @@ class FitDocument(Part):
         if self.attitude is None and self.spin is None:
             return None
         own = {"observations", "estimate", "loss", "absolute_sigma"}
-        members = self.model_dump(exclude=own, exclude_unset=True, by_alias=True)
+        members = self.model_dump(exclude=own | {"uncertainty"}, exclude_unset=True, by_alias=True)
         return Scene.model_validate({"times": {"elapsed": [0.0], "unit": "s"}} | members)
 
     def fit(self, observations: Sequence[ObservationSet] = ()) -> Fit:

@@ -14,6 +14,7 @@ from ..motion import TorqueFreeMotion
 from ..runtime import output_paths
 from ..scene.document import Scene
 from .observability import Observability
+from .parameters import GROUPS
 from .residuals import Residuals
 
 MAX_OUTLIERS_SHOWN = 10
@@ -84,9 +85,29 @@ class Fit:
             return f"{seconds:.9g} s"
         return str(self.motion.at([seconds]).time.isot[0])
 
+    @property
+    def initial_covariance(self) -> np.ndarray:
+        """(12, 12), SI, of small rotation, rate, moments and turns of the axes: `uncertainty` of scenes.
+
+        Zero for what was not estimated, and along what the data do not see.
+        """
+        rows = [3 * GROUPS.index(group) + i for group in self.groups for i in range(3)]
+        covariance = np.zeros((12, 12))
+        covariance[np.ix_(rows, rows)] = self.covariance[: len(rows), : len(rows)]
+        return covariance
+
+    @property
+    def _is_certain_enough(self) -> bool:
+        """Whether scenes take the covariance: moments of at least four times their standard deviation."""
+        sigma = np.sqrt(np.diagonal(self.initial_covariance))
+        return bool(sigma.any() and (4.0 * sigma[6:9] <= self.motion.body.moments).all())
+
     @cached_property
     def scene(self) -> Scene:
-        """The estimated motion as a scene, over the span of the observations."""
+        """The estimated motion as a scene, over the span of the observations, with its uncertainty.
+
+        Without it where a moment is less than four times its standard deviation.
+        """
         motion = self.motion
         at_epoch, epoch = motion.at(0.0), motion.epoch
         body: dict[str, Any] = {"moments": motion.body.moments.tolist(), "unit": "kg m2"}
@@ -110,6 +131,8 @@ class Fit:
             "angular_velocity": {"value": at_epoch.angular_velocity.tolist(), "unit": "rad/s"},
             "times": times,
         }
+        if self._is_certain_enough:
+            document["uncertainty"] = {"covariance": self.initial_covariance.tolist()}
         if epoch is not None:
             isot = epoch.copy()
             isot.precision = 9

@@ -407,6 +407,28 @@ def test_scene_goes_on_from_the_estimate(random):
     assert abs(ephemeris.quaternion("wxyz")[-1] @ expected) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("inertia", [MOMENTS, TENSOR], ids=["moments", "tensor"])
+def test_scene_has_the_uncertainty_of_the_estimate(random, inertia):
+    truth = simulated.motion(inertia)
+    result = fit(simulated.attitudes(truth, random), RigidBody(inertia))
+    scene = Scene.from_json(result.scene.to_json())
+    covariance = scene.run().covariance
+    assert np.sqrt(np.diagonal(covariance[0]))[:6] == pytest.approx(result.sigma[:6], rel=1e-6)
+    later = [
+        quiet_fit(simulated.attitudes(truth, random), start=truth).motion.at(SECONDS[-1]) for _ in range(30)
+    ]
+    q = truth.at(SECONDS[-1]).rotation
+    spread = np.array([(q.inv() * each.rotation).as_rotvec() for each in later]).std(axis=0)
+    assert spread == pytest.approx(np.sqrt(np.diagonal(covariance[-1]))[:3], rel=0.5)
+
+
+def test_document_of_an_answer_is_fitted_again(random):
+    observed = simulated.attitudes(simulated.motion(), random)
+    result = fit(observed, RigidBody(MOMENTS))
+    again = FitDocument.of(result.scene.document()).fit([observed])
+    assert again.values == pytest.approx(result.values, abs=1e-9)
+
+
 def test_answer_as_plain_data_is_json_and_its_text_says_what_is_not_seen(random):
     result = fit(simulated.attitudes(simulated.motion(), random), RigidBody(MOMENTS))
     table = json.loads(json.dumps(result.to_dict(), allow_nan=False))
