@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import platform
+import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import orjson
@@ -162,3 +164,13 @@ def test_faults_of_windows_are_pointed_at(client, document, pointer, message):
     problem = assert_problem(client.post("/v1/windows", json=document), 422)
     assert problem.get("pointer") == pointer
     assert message in problem["detail"]
+
+
+def test_the_page_of_questions_asks_from_javascript_as_the_service_answers(client):
+    page = (Path(attitude.__file__).parents[1] / "docs" / "questions.md").read_text()
+    block = re.search(r"```js\n(.*?)```", page, re.DOTALL)[1]
+    path = re.search(r'fetch\("https://[^/]+([^"]+)"', block)[1]
+    document = orjson.loads(re.sub(r"(\w+):", r'"\1":', re.search(r"stringify\((.*?)\)", block)[1]))
+    assert "Authorization: `Bearer ${token}`" in block
+    answer = client.post(path, json=document, headers={"Authorization": "Bearer any"}).json()
+    assert list(answer["columns"]) == ["time", "q_w", "q_x", "q_y", "q_z"]
