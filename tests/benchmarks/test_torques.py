@@ -1,4 +1,5 @@
-"""Ours against the peers under gravity gradient, in one run: a cylinder over 6,000 and over 600,000 rad.
+"""Ours against the peers under gravity gradient, in one run: a cylinder over 6,000 and over 600,000 rad,
+and a triaxial body over 6,000.
 
     python -m pytest -o addopts= -s tests/benchmarks/test_torques.py
 
@@ -116,6 +117,11 @@ def test_dop853_takes_ten_times_as_long():
 def test_heyoka_takes_twice_as_long_at_one_degree_a_second():
     pytest.importorskip("heyoka")
     assert min(compared("1 deg/s", 1e-9, HEYOKA, 15).values()) >= 2.0
+
+
+def test_heyoka_takes_twice_as_long_with_a_triaxial_body():
+    pytest.importorskip("heyoka")
+    assert min(compared("triaxial", 1e-9, HEYOKA, 15).values()) >= 2.0
 
 
 def test_heyoka_takes_eight_times_as_long_at_sixty_degrees_a_second():

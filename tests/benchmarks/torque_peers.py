@@ -5,8 +5,9 @@
     python tests/benchmarks/torque_peers.py truth "1 deg/s"  its truth anew, by the oracle: half a minute
                                                              (an hour for 60 deg/s)
 
-A cylinder on a circular orbit turns for so many revolutions; asked for is its last attitude. Answers of a
-peer at a ladder of tolerances are set against the truth, so that times compare at equal measured error.
+A cylinder, or a triaxial body, on a circular orbit turns for so many revolutions; asked for is its last
+attitude. Answers of a peer at a ladder of tolerances are set against the truth, so that times compare at
+equal measured error.
 Preparation (deriving, compiling) is not timed. Peers get what suits them: constants compiled in, terms that
 are zero dropped, and time in a unit that makes the rate of order one, because their tolerances are absolute.
 """
@@ -70,11 +71,14 @@ class Problem:
         return c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w
 
 
-def cylinder(name: str, degrees: float, revolutions: float) -> Problem:
+CYLINDER, TRIAXIAL = (12250.0, 12250.0, 500.0), (6000.0, 9000.0, 12000.0)
+
+
+def turning(name: str, moments: tuple[float, float, float], degrees: float, revolutions: float) -> Problem:
     rate = math.radians(degrees)
     return Problem(
         name,
-        moments=(12250.0, 12250.0, 500.0),
+        moments=moments,
         omega=(rate * 0.6, rate * 0.5, rate * 0.62449979983984),
         attitude=(1.0, 0.0, 0.0, 0.0),
         mu=GM_earth.value,
@@ -85,7 +89,11 @@ def cylinder(name: str, degrees: float, revolutions: float) -> Problem:
 
 PROBLEMS = {
     problem.name: problem
-    for problem in (cylinder("1 deg/s", 1.0, 1000.0), cylinder("60 deg/s", 60.0, 100_000.0))
+    for problem in (
+        turning("1 deg/s", CYLINDER, 1.0, 1000.0),
+        turning("60 deg/s", CYLINDER, 60.0, 100_000.0),
+        turning("triaxial", TRIAXIAL, 1.0, 1000.0),
+    )
 }
 # Two integrations of different equations by different programs: `truth`, and heyoka in quadruple precision
 # (fp_type=real128, orbital frame) agree to 25 digits at 1 deg/s, and to 1e-15 or better at 60 deg/s.
@@ -101,6 +109,12 @@ TRUTH: dict[str, Attitude] = {
         -0.2858189806689998555813707,
         -0.2365623224283135088130826,
         0.003167465151877614537744254,
+    ),
+    "triaxial": (
+        -0.7166744357688573,
+        0.6948311271814726,
+        -0.051505317627067136,
+        -0.030572210768103392,
     ),
 }
 
