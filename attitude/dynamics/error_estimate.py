@@ -21,6 +21,9 @@ INSTANTS_OF_DRIFT = 16
 # torques of every size the difference itself was up to twice too small.  Where torques break, two solutions
 # may agree by chance.
 SAFETY, SAFETY_OF_BREAKS = 3.0, 10.0
+# A difference beyond so many times the rounding, taken to grow evenly, is one that steps or the motion have
+# made: how far the motion multiplies either solution's own rounding is known by a factor only.
+MULTIPLE_OF_ROUNDING = 10.0
 # Of arcs between the edges of plates the second solution is no coarser, but begins with another momentum; by
 # what the bound of the errors at edges is multiplied.
 SAFETY_OF_PLATES, SAFETY_OF_EDGES = 2.0, 10.0
@@ -161,15 +164,18 @@ def estimate(compared: Comparison, angle: np.ndarray) -> tuple[np.ndarray, np.nd
         of_steps = ROUNDING_OF_STEPS * np.sqrt(fine.steps) * (1.0 + compared.growth)
         rounding = wandering + ROUNDING_OF_ANGLE * drift + of_steps
         rounding = rounding + SAFETY_OF_EDGES * fine.edges * compared.span
-        error = _safety(fine) * difference + rounding
+        error = _margin(fine, difference[:, None], rounding[:, None])[:, 0] + rounding
     failed = ~np.isfinite(difference)
     return np.where(failed, np.inf, error), np.where(failed, 0.0, rounding)
 
 
-def _safety(fine: Solution) -> float:
-    if not fine.smooth:
-        return SAFETY_OF_BREAKS
-    return SAFETY_OF_PLATES if fine.plates else SAFETY
+def _margin(fine: Solution, difference: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+    """What a difference is taken for, rad: by how it comes about; twice where the motion may multiply it."""
+    safety = SAFETY_OF_PLATES if fine.plates else SAFETY
+    with np.errstate(invalid="ignore"):  # infinite where a solution failed
+        beyond = np.maximum(0.0, difference - MULTIPLE_OF_ROUNDING * rounding) * ~fine.symmetric[:, None]
+        margin: np.ndarray = (safety if fine.smooth else SAFETY_OF_BREAKS) * (difference + beyond)
+    return margin
 
 
 def kept_spans(compared: Comparison, rounding: np.ndarray, tolerance: float) -> np.ndarray:
@@ -179,7 +185,7 @@ def kept_spans(compared: Comparison, rounding: np.ndarray, tolerance: float) -> 
     """
     seconds, time = compared.seconds, np.abs(compared.seconds)
     grown = rounding[:, None] * (time / max(compared.span, float(time.max(initial=0.0)), 1e-300))
-    kept = _safety(compared.fine) * compared.differences + grown <= tolerance
+    kept = _margin(compared.fine, compared.differences, rounding[:, None]) + grown <= tolerance
     spans = np.zeros((len(kept), 2))
     for column, side in enumerate((seconds <= 0.0, seconds >= 0.0)):
         order = np.flatnonzero(side)[np.argsort(time[side], kind="stable")]

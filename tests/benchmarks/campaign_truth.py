@@ -63,13 +63,15 @@ class _Numbers:
 class CampaignTruth:
     """Attitudes of documents; `plates`: whether of those with drag or sunlight, which have events.
 
+    disturbance : by this part of its size the momentum at the epoch is off, for what that grows to
+
     Units: the greatest moment, a rate `pace` and, on the orbit, its semi-major axis.
     """
 
-    def __init__(self, plates: bool, tolerance: float):
+    def __init__(self, plates: bool, tolerance: float, disturbance: float = 0.0):
         numbers = _Numbers(lambda i: hy.par[i])
         equations, cosines = _equations(numbers, plates)
-        self.index, self.plates = numbers.index, plates
+        self.index, self.plates, self._disturbance = numbers.index, plates, LD(disturbance)
         self._direction, events = 1.0, []
         for i, cosine in enumerate(cosines):
             events.append(hy.t_event(cosine, fp_type=LD, callback=self._sides(i)))
@@ -114,6 +116,7 @@ class CampaignTruth:
         integrator.time = LD(0)
         integrator.reset_cooldowns() if self.plates else None
         integrator.state[:] = scene.state
+        integrator.state[4:7] += self._disturbance * np.abs(scene.state[4:7]).max()
         for name, values in scene.numbers(direction).items():
             if name in self.index:
                 integrator.pars[self.index[name]] = values

@@ -30,6 +30,7 @@ from tests.benchmarks.campaign_truth import CampaignTruth, TooManyStepsError, ne
 
 COUNT, SEED = 3000, 20
 TOLERANCES = 1e-19, 1e-17  # of the truth, and of another by which its own error is estimated
+DISTURBANCE = 2.0**-61  # of the momentum, of the truth's own rounding
 MU, RADIUS, ROTATION = 3.986004418e14, 6378137.0, 7.292115e-5
 # Angles below this are rounding of the attitude itself.
 FLOOR = 3e-16
@@ -264,6 +265,10 @@ class Campaign:
         assert run.plan is not None
         assert run.plan.error_bound is not None
         bound, error = run.plan.error_bound, max(0.0, angle(run.quaternion("wxyz"), truth) - 3.0 * off)
+        if error > bound + FLOOR:  # is the truth itself as good as that?
+            other = CampaignTruth(needs_plates(document), TOLERANCES[0], DISTURBANCE)
+            at = other.attitudes(document, scene.times.build(None).seconds).astype(float)
+            error = max(0.0, error - 3.0 * angle(truth, at))
         if error > bound + FLOOR:
             print(f"scene {i}: {', '.join(groups)}: {error:.1e} > {bound:.1e}", flush=True)
         return Outcome(groups, bound, error, run.plan.tolerance_span is not None)
