@@ -75,6 +75,7 @@ class OrbitCurve(NamedTuple):
 
 # Formats, by the endings of files, and the module of each.
 ORBIT_ENDINGS = {".oem": "oem", ".xml": "oem", ".e": "stk", ".csv": "csv", ".bsp": "spk"}
+MAX_NUMBER = 1e18  # of seconds, m and m/s: a hundred light years; squares of more overflow somewhere
 ORBIT_MODULES = {"oem": "ccsds.oem", "stk": "stk_ephemeris", "csv": "tables.orbit_csv", "spk": "spice.spk"}
 
 
@@ -113,7 +114,13 @@ def parse_orbit(
     object_name: str | None = None,
 ) -> OrbitRows:
     """The orbit in an open file of a format of rows; `source` is its name in errors."""
-    orbit: OrbitRows = _module(format).parse_orbit(stream, source, object_name)
+    with np.errstate(over="ignore"):
+        orbit: OrbitRows = _module(format).parse_orbit(stream, source, object_name)
+    for segment in orbit.segments:
+        for values, unit in zip(segment[:3], ("s", "m", "m/s"), strict=True):
+            numbers = values.seconds if isinstance(values, Instants) else values
+            if numbers is not None and not np.abs(numbers).max() <= MAX_NUMBER:
+                raise FormatError(f"a number of more than {MAX_NUMBER:g} {unit}", source)
     return orbit
 
 

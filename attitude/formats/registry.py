@@ -31,6 +31,7 @@ _ENTRIES = (
     Format("npz", "npz", (".npz",), "application/x-npz"),
     Format("aem", "ccsds.kvn", (".aem",), "text/x-ccsds-aem"),
     Format("aem-xml", "ccsds.xml", (".xml",), "application/xml"),
+    Format("acm", "ccsds.acm", (".acm",), "text/x-ccsds-acm"),
     Format("stk", "stk", (".a",), "text/x-stk-attitude"),
     Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
     Format("ck", "spice.ck", (".bc",), "application/x-spice-ck", True),

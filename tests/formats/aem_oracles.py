@@ -129,3 +129,22 @@ def orekit_apm(text):
         np.array(list(first.getTorque().toArray())),
         float(first.getDuration()),
     )
+
+
+def orekit_acm(text):
+    """(seconds since T0, rows Q1 Q2 Q3 QC and deg/s, tensor) of an ACM by Orekit."""
+    java, source = _orekit(), text.encode()
+    content = java("java.io.ByteArrayInputStream")
+    opener = _proxy("org.orekit.data.DataSource$StreamOpener", openOnce=lambda: content(_bytes(source)))
+    parser = java("org.orekit.files.ccsds.ndm.ParserBuilder")().buildAcmParser()
+    message = parser.parseMessage(java("org.orekit.data.DataSource")("text.acm", opener))
+    segment = message.getSegments().get(0)
+    data, zero = segment.getData(), segment.getMetadata().getEpochT0()
+    states = [state for block in data.getAttitudeBlocks() for state in block.getAttitudeStates()]
+    rows = [list(state.getElements()) for state in states]
+    tensor = data.getPhysicBlock().getInertiaMatrix()
+    return (
+        np.array([state.getDate().durationFrom(zero) for state in states]),
+        np.concatenate([np.array(rows)[:, :4], np.rad2deg(np.array(rows)[:, 4:])], axis=1),
+        np.array([[tensor.getEntry(i, j) for j in range(3)] for i in range(3)]),
+    )

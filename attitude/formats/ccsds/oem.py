@@ -68,6 +68,10 @@ class _OemReader:
             self.is_covariance = line.keyword == "COVARIANCE_START"
         elif self.is_covariance:
             return
+        elif (
+            line.keyword in ("META_START", "META_STOP") and (line.keyword == "META_STOP") != self.is_metadata
+        ):
+            raise FormatError(f"{line.keyword} does not belong here", self.source, line.number)
         elif line.keyword == "META_START":
             if not self.parts:
                 self.fields.close(line.number)
