@@ -20,7 +20,7 @@ from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError, unknown_name
 from attitude.estimation.fit_document import FitDocument
 from attitude.formats import module_of, read_stream
-from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
+from attitude.formats.encoding import BLOCK_BYTES, EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
 from attitude.formats.tables import json as columns_as_json
 from attitude.frames.rotations import check_any_frame
@@ -358,7 +358,8 @@ def batch(documents: list[Any], writing: Writing, drop_below: float | None, requ
     count = sum(scene.times.samples for scene in scenes if isinstance(scene, Scene))
     check_count("document", count, "samples", settings, " in all scenes")
     hold(count)
-    blocks = coalesced(joined(answers(scenes, writing, drop_below, request), target.media == JSON))
+    blocks = joined(answers(scenes, writing, drop_below, request), target.media == JSON)
+    blocks = coalesced(blocks, BLOCK_BYTES)
     first = next(blocks)  # whatever is refused as a whole is refused here
     return computed(
         EncodedFile(chain([first], blocks), f"ephemerides{target.endings[0]}", target.media, False)

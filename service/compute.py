@@ -169,7 +169,7 @@ class Compute:
 
     def __init__(self, settings: Settings):
         self.settings = settings
-        self.in_flight = 0
+        self.max_requests, self.in_flight = settings.requests_in_flight, 0
         self.running: set[Job] = set()
         self.room = Room(settings.max_samples)
         self._pool = ThreadPoolExecutor(settings.computing_threads, "compute")
@@ -241,8 +241,9 @@ class Compute:
         """Once a request, which counts until it has left; HTTPException 503 where there are too many."""
         if job.is_admitted:
             return
-        if self.in_flight >= (limit := self.settings.requests_in_flight):
-            detail = f"at most {limit} requests at once ({variable('max_requests')}); try again later"
+        if self.in_flight >= self.max_requests:
+            limit = f"at most {self.max_requests} requests at once ({variable('max_requests')})"
+            detail = f"{limit}; try again later"
             raise HTTPException(HTTPStatus.SERVICE_UNAVAILABLE, detail, {"retry-after": "1"})
         job.is_admitted = True
         self.in_flight += 1

@@ -165,9 +165,13 @@ async def readyz(request: Request) -> Response:
 @router.get("/version", responses=tagged(dict[str, str]))
 async def version(request: Request, _: Nothing) -> Response:
     """Versions of the package and of what it computes with."""
+    return fixed(request, versions())
+
+
+@cache
+def versions() -> bytes:
     packages = {name: version_of(name) for name in ("numpy", "numba", "astropy") if find_spec(name)}
-    versions = {"attitude": attitude.__version__, "python": platform.python_version(), **packages}
-    return fixed(request, orjson.dumps(versions))
+    return orjson.dumps({"attitude": attitude.__version__, "python": platform.python_version(), **packages})
 
 
 @router.get(

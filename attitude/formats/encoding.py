@@ -75,13 +75,13 @@ def encoded_file(
     return EncodedFile(blocks, stem + entry.endings[0], entry.media, is_whole)
 
 
-def coalesced(blocks: Iterator[Any]) -> Iterator[Any]:
+def coalesced(blocks: Iterator[Any], first_bytes: int = 1) -> Iterator[Any]:
     """The same bytes with short blocks joined: to send a block costs as much as to write a page of text.
 
-    The first one is passed on as it is, so that an answer begins at once.
+    first_bytes : of the first of them, at least; by default it is passed on, so that an answer begins at once
     """
     short: list[Any] = []
-    size, enough = 0, 1
+    size, enough = 0, first_bytes
     for block in blocks:
         short.append(block)
         size += len(block)

@@ -1,12 +1,13 @@
 """A service under twice the load that it can carry.
 
-    python tests/benchmarks/service_load.py [SECONDS] [WORKERS]
+    python tests/benchmarks/service_load.py [SECONDS [WORKERS [KILL_EVERY_S]]]
 
 Clients ask as fast as they are answered, twice as many as the service lets in; a refusal is obeyed for the
 time that it names.  Told at the end, each with what is to be reached: statuses other than 200 and 503,
 answers that are not right to the last digit, growth of resident memory after the first minute (after the
 first fifth of a shorter run), latency of /healthz before, with all slots busy, and under load, and what
-SIGTERM leaves unanswered.
+SIGTERM leaves unanswered.  With KILL_EVERY_S one of the workers is ended by SIGKILL that often: what it was
+answering is asked again, and nothing else may be lost.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import random
+import signal
 import statistics
 import subprocess
 import sys
@@ -54,7 +57,8 @@ class Load:
         self.running, self.expected = running, expected
         self.address = running.address
         self.statuses, self.wrong, self.cut = Counter(), 0, 0
-        self.stopping = False
+        self.stopping = self.ending = False
+        self.kills = self.interrupted = 0
 
     def client(self, number):
         """One after the other, on one connection as long as it lasts."""
@@ -64,11 +68,14 @@ class Load:
             connection = connection or http.client.HTTPConnection(*self.address, timeout=120)
             try:
                 status, headers, body = asked(connection, path, document)
-            except (ConnectionRefusedError, ConnectionResetError, http.client.RemoteDisconnected):
-                return  # the service has been stopped: nothing of the answer had come
-            except http.client.IncompleteRead:
-                self.cut += 1
-                return
+            except (ConnectionError, http.client.IncompleteRead) as error:
+                if self.ending:  # stopped: where nothing of an answer had come, nothing is lost
+                    self.cut += isinstance(error, http.client.IncompleteRead)
+                    return
+                self.interrupted += 1
+                connection.close()
+                connection = None
+                continue
             self.judge(turn % len(ASKED), status, body)
             if headers.get("connection", "").lower() == "close":
                 connection.close()
@@ -82,6 +89,26 @@ class Load:
         self.statuses[status] += 1
         if status == 200:
             self.wrong += values(which, body) != self.expected[which]
+
+    def kill(self, every):
+        """End one of the workers, every so many seconds."""
+        while not self.ending:
+            time.sleep(every)
+            workers = [pid for pid in children(self.running.process.pid) if "spawn_main" in command_of(pid)]
+            if workers and not self.ending:
+                os.kill(random.choice(workers), signal.SIGKILL)
+                self.kills += 1
+
+
+def children(process):
+    listed = [task / "children" for task in Path(f"/proc/{process}/task").iterdir()]
+    return [int(pid) for each in listed if each.exists() for pid in each.read_text().split()]
+
+
+def command_of(process):
+    with suppress(FileNotFoundError, ProcessLookupError):
+        return Path(f"/proc/{process}/cmdline").read_text()
+    return ""
 
 
 def asked(connection, path, document):
@@ -104,8 +131,12 @@ def health(host, port, seconds):
     connection = http.client.HTTPConnection(host, int(port), timeout=60)
     while time.monotonic() < until:
         begun = time.perf_counter()
-        connection.request("GET", "/healthz")
-        connection.getresponse().read()
+        try:
+            connection.request("GET", "/healthz")
+            connection.getresponse().read()
+        except ConnectionError:  # its worker was killed
+            connection.close()
+            continue
         measurements.append(time.perf_counter() - begun)
         time.sleep(0.02)
     connection.close()
@@ -119,12 +150,11 @@ def asked_health(address, seconds):
 
 def resident(process):
     """MiB, of a process and its children."""
-    total = 0.0
-    for task in Path(f"/proc/{process}/task").iterdir():
-        with suppress(FileNotFoundError, ProcessLookupError):  # of a thread that has ended meanwhile
-            total += sum(resident(int(child)) for child in (task / "children").read_text().split())
-    status = Path(f"/proc/{process}/status").read_text()
-    return total + int(status.partition("VmRSS:")[2].split()[0]) / 1024
+    with suppress(FileNotFoundError, ProcessLookupError, IndexError):  # of one that has ended meanwhile
+        total = sum(resident(child) for child in children(process))
+        status = Path(f"/proc/{process}/status").read_text()
+        return total + int(status.partition("VmRSS:")[2].split()[0]) / 1024
+    return 0.0
 
 
 def memory(running, seconds):
@@ -143,7 +173,7 @@ def growth(measurements, seconds):
     return statistics.median(rest[-third:]) - statistics.median(rest[:third])
 
 
-def main(seconds=300.0, workers=1):
+def main(seconds=300.0, workers=1, kill_every=0.0):
     with Running(workers=workers, max_requests=8) as running:
         connection = http.client.HTTPConnection(*running.address, timeout=120)
         answers = [asked(connection, path, document) for path, document in ASKED]
@@ -164,16 +194,19 @@ def main(seconds=300.0, workers=1):
         ]
         for watcher in watchers:
             watcher.start()
+        if kill_every:
+            threading.Thread(target=load.kill, args=(kill_every,), daemon=True).start()
         for watcher in watchers:
             watcher.join()
+        load.ending = True
         code = running.stop()
         load.stopping = True
         for client in clients:
             client.join()
-        report(load, latencies, figures, seconds, code)
+        report(load, latencies, figures, seconds, code, workers)
 
 
-def report(load, latencies, figures, seconds, code):
+def report(load, latencies, figures, seconds, code, workers):
     others = {status: count for status, count in load.statuses.items() if status not in (200, 503)}
     idle, busy, twice = (
         1e3 * statistics.quantiles(measurements, n=100)[98] for measurements in latencies.values()
@@ -183,6 +216,12 @@ def report(load, latencies, figures, seconds, code):
         ("answers of 200 and of 503", f"{load.statuses[200]} / {load.statuses[503]}", "", True),
         ("other statuses", str(others or "none"), "none", not others),
         ("answers that are not right", load.wrong, "0", load.wrong == 0),
+        (
+            "workers killed; answers interrupted, and asked again",
+            f"{load.kills}; {load.interrupted}",
+            "each client once a kill",
+            load.interrupted <= load.kills * 16 * workers,
+        ),
         ("answers cut by SIGTERM", load.cut, "0", load.cut == 0),
         ("exit code (-15: by the signal, when all is done)", code, "0 or -15", code in (0, -15)),
         ("p99 of /healthz while nothing was asked, ms", f"{idle:.1f}", "", True),
@@ -202,4 +241,4 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["health"]:
         health(*sys.argv[2:])
     else:
-        main(*(kind(text) for kind, text in zip((float, int), sys.argv[1:], strict=False)))
+        main(*(kind(text) for kind, text in zip((float, int, float), sys.argv[1:], strict=False)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gzip
 import re
+import time
 
 import orjson
 import pytest
@@ -13,7 +14,7 @@ from starlette.testclient import TestClient
 
 import attitude
 from attitude import Scene
-from attitude.formats.encoding import encoded_file
+from attitude.formats.encoding import coalesced, encoded_file
 from attitude.formats.registry import FORMATS
 from attitude.samples.chunks import CHUNK_INSTANTS
 from service import create_app, streaming
@@ -247,6 +248,23 @@ def test_unexpected_error_in_a_list_leaves_the_others_their_answers(client, docu
     assert second["id"] in caplog.text
     assert "secret" in caplog.text
     assert "secret" not in str(second)
+
+
+def test_short_list_that_takes_too_long_is_refused_and_not_cut(document, monkeypatch):
+    run = Scene.run
+    monkeypatch.setattr(Scene, "run", lambda *given, **named: time.sleep(0.7) or run(*given, **named))
+    refused = TestClient(create_app(Settings(max_seconds=1))).post("/v1/ephemeris", json=[document] * 3)
+    assert "at most 1 s to compute" in assert_problem(refused, 422)["detail"]
+
+
+@pytest.mark.parametrize(
+    ("first_bytes", "sizes"), [(1, [3, 1 << 21, 5]), (9, [(1 << 20) + 3, (1 << 20) + 5])]
+)
+def test_first_block_is_sent_at_once_unless_it_should_be_longer(first_bytes, sizes):
+    blocks = [b"xyz", b"x" * (1 << 20), b"x" * (1 << 20), b"", b"xxxxx"]
+    joined = list(coalesced(blocks, first_bytes))
+    assert [len(block) for block in joined] == sizes
+    assert b"".join(joined) == b"".join(blocks)
 
 
 def test_list_as_lines(client, document):
