@@ -68,7 +68,7 @@ class Load:
             connection = connection or http.client.HTTPConnection(*self.address, timeout=120)
             try:
                 status, headers, body = asked(connection, path, document)
-            except (ConnectionError, http.client.IncompleteRead) as error:
+            except (OSError, http.client.HTTPException) as error:
                 if self.ending:  # stopped: where nothing of an answer had come, nothing is lost
                     self.cut += isinstance(error, http.client.IncompleteRead)
                     return
@@ -134,7 +134,7 @@ def health(host, port, seconds):
         try:
             connection.request("GET", "/healthz")
             connection.getresponse().read()
-        except ConnectionError:  # its worker was killed
+        except (OSError, http.client.HTTPException):  # its worker was killed
             connection.close()
             continue
         measurements.append(time.perf_counter() - begun)
