@@ -90,7 +90,8 @@ def test_plans_of_scenes_say_what_the_document_had():
     scene = Scene.model_validate(DOCUMENT)
     with pytest.warns(AttitudeWarning, match=FEW):
         plan = scene.plan()
-    ephemeris = scene.run()
+    with pytest.warns(AttitudeWarning, match=FEW):
+        ephemeris = scene.run()
     assert plan.notes == ephemeris.plan.notes
     assert len(plan.notes) == 1
     assert "attitude.quaternion" in plan.notes[0]
