@@ -34,7 +34,7 @@ class Fit:
     values : (p,) SI; of attitude and turns of axes zero, since they are relative to `motion`
     covariance : (p, p) of these, SI; a moment whose value sets the scale of the inertia has none
     residuals : of every set
-    chi_square : weighted sum of squares; degrees_of_freedom
+    chi_square, degrees_of_freedom : weighted sum of squares
     sigma_scale : by which the scatter of residuals says that the standard deviations of the data are to be
         multiplied; 1 where they are taken as they are
     observability : directions of the parameters, and those that are not seen
