@@ -434,7 +434,7 @@ def test_table_has_a_row_an_instant_units_and_what_reads_them():
     whole = TorqueFreeMotion(RigidBody((1, 1.6, 2.1)), ATTITUDE, (1, 2, 3), epoch, order="wxyz", frame="GCRF")
     ephemeris = whole.at(T)
     table = ephemeris.to_table()
-    assert table.colnames == ["time", "elapsed", "quaternion", "angular_velocity"]
+    assert table.colnames == ["time", "elapsed", "elapsed_rest", "quaternion", "angular_velocity"]
     assert len(table) == len(T)
     assert np.array_equal(table["quaternion"], ephemeris.quaternion("wxyz"))
     assert np.array_equal(table["elapsed"].to_value(u.min), (T * u.s).to_value(u.min))
@@ -448,7 +448,7 @@ def test_table_has_a_row_an_instant_units_and_what_reads_them():
 def test_table_of_a_batch_has_its_dimensions_after_the_row():
     ephemeris = batch().at(T)
     table = ephemeris.to_table()
-    assert table.colnames == ["elapsed", "quaternion", "angular_velocity"]
+    assert table.colnames == ["elapsed", "elapsed_rest", "quaternion", "angular_velocity"]
     assert table["quaternion"].shape == (len(T), len(NAMED), 4)
     assert np.array_equal(table["angular_velocity"][3].value, ephemeris.angular_velocity[:, 3])
 

@@ -74,8 +74,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except BrokenPipeError:  # the reader of a pipe has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except KeyboardInterrupt:
-        print("attitude: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        if not error.args:  # a command that leaves something to go on from has said so
+            print("attitude: interrupted", file=sys.stderr)
         return INTERRUPTED
     else:
         return code or 0

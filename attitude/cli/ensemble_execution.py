@@ -171,7 +171,7 @@ def _store(ensemble: Ensemble, options: Namespace) -> RunSummary:
             result = ensemble.run(None, *where, progress, chunk=options.chunk)
     except KeyboardInterrupt:
         warn(f"{options.output}: interrupted; the same command goes on from there")
-        raise
+        raise KeyboardInterrupt(options.output) from None
     if not options.quiet and options.statistics != STANDARD_STREAM:
         print(result)
     return result

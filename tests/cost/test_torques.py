@@ -164,7 +164,7 @@ def test_tightest_of_every_family_is_right(name, setting, names, exact):
 
 @pytest.mark.parametrize("name", ["gauss", "dop853"])
 def test_finer_settings_are_more_exact(name, exact):
-    posed, attitudes, rates = exact(["gravity_gradient"])
+    posed, attitudes, rates = exact(["wheels"])
     families = {}
     for each in select_methods([name], UNDER_TORQUES):
         error, _ = apart(answers(each.prepare(posed)(GRID), GRID), attitudes, rates)

@@ -223,9 +223,9 @@ def on_orbit(orbit, pieces, t):
 
 @routine
 def on_pieces(pieces, start, length, t):
-    """Value and derivative of a piecewise polynomial."""
+    """Value and derivative of a piecewise polynomial, in powers from -1 to 1 on each interval."""
     index = min(max(int((t - start) / length), 0), pieces.shape[0] - 1)
-    x = (t - start) / length - index
+    x = 2.0 * ((t - start) / length - index) - 1.0
     r, v = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(pieces.shape[2] - 1, -1, -1):
         v = v[0] * x + r[0], v[1] * x + r[1], v[2] * x + r[2]
@@ -234,7 +234,8 @@ def on_pieces(pieces, start, length, t):
             r[1] * x + pieces[index, 1, k],
             r[2] * x + pieces[index, 2, k],
         )
-    return r, (v[0] / length, v[1] / length, v[2] / length)
+    half = 0.5 * length
+    return r, (v[0] / half, v[1] / half, v[2] / half)
 
 
 # -- torques --------------------------------------------------------------------------------------
