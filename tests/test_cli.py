@@ -14,10 +14,10 @@ import pytest
 
 from attitude import Ephemeris, Scene, __version__
 from attitude.cli import console, main
+from attitude.documents import fields
 from attitude.formats import FORMATS, schema
 from attitude.runtime import compiled, kernel_cache
 from attitude.samples import chunks
-from attitude.scene import document
 from attitude.scene.document import builtin_names
 from tests.tables import table
 
@@ -64,8 +64,8 @@ def test_built_in_scene_is_run_by_its_name(answer, written):
 def test_document_is_parsed_once(name, answer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "toutatis.json").write_text(TOUTATIS.to_json())
-    parse, calls = document.parse_json, []
-    monkeypatch.setattr(document, "parse_json", lambda *text: calls.append(text) or parse(*text))
+    parse, calls = fields.parse_json, []
+    monkeypatch.setattr(fields, "parse_json", lambda *text: calls.append(text) or parse(*text))
     monkeypatch.setattr(Scene, "to_json", None)  # nor is it printed
     assert answer("run", name)[0] == 0
     assert len(calls) == 1
@@ -136,7 +136,7 @@ def test_compilation_is_announced_on_a_terminal(answer, tmp_path, monkeypatch):
         code, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
         assert code == 0
         lines = [line for line in err.splitlines() if "compiling" in line]
-        assert lines == ["attitude: compiling 16 kernels for this processor, once: about ten seconds"]
+        assert lines == ["attitude: compiling 15 kernels for this processor, once: about ten seconds"]
 
 
 def test_scene_and_regime_are_reported_on_a_terminal(answer, tmp_path):

@@ -24,7 +24,7 @@ DROP_BELOW = f"leave out torques that over the span would turn the body by less 
 TOLERANCE = f'tolerance=TOL, of torques, in place of the document\'s: {ANGLE}, or "best"'
 # Not read off the formats: a parser should not load them.
 FORMATS = (
-    "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, stk, czml or ck; "
+    "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, acm, stk, czml or ck; "
     "by default from FILE's ending, else csv"
 )
 

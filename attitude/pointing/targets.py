@@ -35,7 +35,8 @@ def body_axis(axis: Any, field: str = "body_axis") -> np.ndarray:
 def unit_vector(value: Any, field: str, expected: str) -> np.ndarray:
     """(3,) unit vector of three numbers that are not all zero; InputError for others."""
     vector = units.finite_array(value, field)
-    size = float(np.sqrt((vector**2).sum())) if vector.shape == (3,) else 0.0
+    with np.errstate(over="ignore"):  # whose length no double holds is refused
+        size = float(np.sqrt((vector**2).sum())) if vector.shape == (3,) else 0.0
     if not 0.0 < size < np.inf:
         raise InputError(field, value, expected)
     return vector / size

@@ -113,7 +113,8 @@ def test_error_of_interpolation_and_rounding_is_within_the_bound(answers, name):
 
 
 def test_bound_is_not_far_above_the_error(answers):
-    assert statistics.median(bound / error for error, bound, _ in answers.values()) < 30.0
+    """The body is unsymmetric: what may be multiplied by its motion is taken twice."""
+    assert statistics.median(bound / error for error, bound, _ in answers.values()) < 40.0
 
 
 def test_table_of_an_ordinary_low_orbit_is_taken_at_the_default_tolerance():

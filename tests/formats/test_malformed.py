@@ -274,6 +274,7 @@ ENDLESS = {
     "json": [b"0.5,", b" "],
     "ecsv": [b"# more\n", b"\n"],
     "aem": [b"COMMENT more\n", b"\n", b"             \n"],
+    "acm": [b"COMMENT more\n", b"\n", b"             \n"],
     "aem-xml": [b"<COMMENT>more</COMMENT>\n", b"\n", b"<!-- -->"],
     "stk": [b"# more\n", b"\n", b"               \n"],
     "czml": [b"0.5,", b" "],

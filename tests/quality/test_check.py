@@ -123,7 +123,7 @@ def test_quaternions_of_few_digits_are_said(tmp_path):
     motion().at(T).write(tmp_path / "a.csv")
     text = (tmp_path / "a.csv").read_text().splitlines()
     words = text[3].split(",")
-    words[2] = str(float(words[2]) + 1e-4)
+    words[3] = str(float(words[3]) + 1e-4)
     (tmp_path / "a.csv").write_text("\n".join([*text[:3], ",".join(words), *text[4:]]) + "\n")
     report = check_file(tmp_path / "a.csv")
     (reading,) = [finding for finding in report.findings if finding.subject == "reading"]
