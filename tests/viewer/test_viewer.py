@@ -11,7 +11,7 @@ import httpx2 as httpx
 import numpy as np
 import pytest
 
-from attitude import Scene
+from attitude import Ephemeris, Scene
 from attitude.cost.cell import Cell
 from attitude.cost.report import Report
 from attitude.formats.registry import FORMATS
@@ -667,7 +667,7 @@ def test_file_that_is_opened_is_drawn_with_its_attitudes(visit, tmp_path, name):
     visit.until(lambda: "nothing is simulated" in visit.text("#plan"))
     page.focus("#time")
     page.keyboard.press("Home")
-    expected = ephemeris.quaternion("wxyz")[0]
+    expected = Ephemeris.read(tmp_path / name).quaternion("wxyz")[0]  # in the frame of the file
     assert abs(np.dot(values(page, 0), expected)) == pytest.approx(1.0, abs=1e-4)
     assert page.locator(".plot canvas").count() == (4 if name == "a.csv" else 2)
     assert np.linalg.norm(values(page, 1)) == pytest.approx(
