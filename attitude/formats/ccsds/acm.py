@@ -27,7 +27,7 @@ from ..interpolation_nodes import split_at_jumps
 from ..text_rows import texts
 from ..writer_options import takes_options
 from .conventions import RowConvention
-from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
+from .epochs import TIME_SYSTEMS, RowError, Timestamps, check_creation_date, parse_epoch, to_instants
 from .keywords import ANGLES, ANGLES_DOT, ANGVEL, Q_DOT, VALUE, Q, frame_named, is_value
 from .ndm import NdmLine, Syntax, read_ndm
 from .rows import NUMBER
@@ -82,13 +82,7 @@ class AcmOptions:
         for name, value in vars(self).items():
             if name != "rates" and value is not None and not (isinstance(value, str) and is_value(value)):
                 raise InputError(name, value, VALUE)
-        if self.creation_date is not None:
-            try:
-                parse_epoch(self.creation_date.encode(), "UTC")
-            except RowError as error:
-                raise InputError(
-                    "creation_date", self.creation_date, f"a date in UTC ({error.reason})"
-                ) from None
+        check_creation_date(self.creation_date)
 
 
 # -- writing ------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from astropy.time import Time
 from ...errors import FormatError, InputError
 from .. import schema
 from .apm import INERTIA, TORQUE
-from .epochs import TIME_SYSTEMS, RowError, parse_epoch
+from .epochs import TIME_SYSTEMS, check_creation_date
 from .keywords import ANGVEL, VALUE, Q, is_value
 from .writer import ORBIT_RELATIVE_NAMES, VERSION, Pairs
 from .xml import SCHEMA, element_lines
@@ -87,13 +87,7 @@ class ApmOptions:
             value = getattr(self, field.name)
             if value is not None and not (isinstance(value, str) and is_value(value)):
                 raise InputError(field.name, value, VALUE)
-        if self.creation_date is not None:
-            try:
-                parse_epoch(self.creation_date.encode(), "UTC")
-            except RowError as error:
-                raise InputError(
-                    "creation_date", self.creation_date, f"a date in UTC ({error.reason})"
-                ) from None
+        check_creation_date(self.creation_date)
 
 
 def apm_text(state: ApmState, options: ApmOptions) -> str:

@@ -14,6 +14,7 @@ import erfa
 import numpy as np
 from astropy.time import Time
 
+from ...errors import InputError
 from ...times.instants import Instants, as_instants
 from ...times.leap_seconds import MJD_ORDINAL, tai_minus_utc
 from ...times.two_part import two_sum
@@ -250,3 +251,14 @@ def _time(day: np.ndarray, second: np.ndarray, atto: np.ndarray, system: str) ->
         )
         return Time(first, last, format="jd", scale="utc")
     return Time(MJD_EPOCH + day, clock / 86400.0, format="jd", scale=TIME_SYSTEMS[system])
+
+
+def check_creation_date(text: str | None) -> None:
+    """Raises InputError for a CREATION_DATE that is given and no date in UTC."""
+    if text is None:
+        return
+    try:
+        parse_epoch(text.encode(), "UTC")
+    except RowError as error:
+        expected = f"a date in UTC, such as 2026-01-01T00:00:00 ({error.reason})"
+        raise InputError("creation_date", text, expected) from None

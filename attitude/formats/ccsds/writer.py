@@ -13,7 +13,7 @@ from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
 from ..interpolant import Interpolant, higher_degrees, lagrange
 from ..interpolation_nodes import Nodes
-from .epochs import TIME_SYSTEMS, RowError, parse_epoch
+from .epochs import TIME_SYSTEMS, check_creation_date
 from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, VALUE, frame_named, is_value
 from .rows import RowWriter, epoch_texts
 
@@ -74,12 +74,7 @@ class AemOptions:
         frame = "_".join(self.body_frame.upper().split())
         if frame_named(frame) in INERTIAL_FRAMES | TURNING_FRAMES:
             raise InputError("body_frame", self.body_frame, "the name of axes of the body, no external frame")
-        if self.creation_date is not None:
-            try:
-                parse_epoch(self.creation_date.encode(), "UTC")
-            except RowError as error:
-                expected = f"a date in UTC, such as 2026-01-01T00:00:00 ({error.reason})"
-                raise InputError("creation_date", self.creation_date, expected) from None
+        check_creation_date(self.creation_date)
         if self.rates not in (None, True, False):
             raise InputError("rates", self.rates, "True, False, or None: where there are any")
         if self.attitude_type not in (None, *WRITTEN_TYPES):
