@@ -138,7 +138,7 @@ class DefattReader:
             raise self._error("no attitudes between DATA_START and DATA_STOP")
         numbers = np.concatenate(self.numbers)
         stamps = Timestamps(*map(np.concatenate, zip(*self.stamps, strict=True)))
-        later = (np.diff(stamps.second) > 0) | ((np.diff(stamps.second) == 0) & (np.diff(stamps.atto) > 0))
+        later = stamps.is_ascending
         if not later.all():
             raise self._error("an epoch that is not after the one before", int(numbers[np.argmin(later) + 1]))
         columns = np.concatenate(self.tables, axis=1).T

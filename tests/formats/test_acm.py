@@ -119,8 +119,8 @@ ROW = "0.0 0 0 0 1"
     [
         (HEAD + META, "no attitudes"),
         (HEAD + att(ROW), "no META_START"),
-        (HEAD + META + att(ROW + "\n0.0 0 0 0 1"), "line 15: a number that is not finite, or an instant"),
-        (HEAD + META + att("0.0 0 0 1"), "line 14: .0.0 0 0 1.: 5 numbers"),
+        (HEAD + META + att(ROW + "\n0.0 0 0 0 1"), "line 15: an instant that is not after the one before"),
+        (HEAD + META + att("0.0 0 0 1"), "line 14: .0.0 0 0 1.: 5 finite numbers"),
         (HEAD + META + att("0.0 0 0 0 0.5"), "unit quaternion"),
         (HEAD + META + att(ROW, "SPIN"), "ATT_TYPE = SPIN"),
         (HEAD + META + att(ROW, a="SC_BODY_2"), "one of frames A and B is the body's"),

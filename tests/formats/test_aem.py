@@ -702,7 +702,7 @@ def test_writer_shows_its_options_as_keyword_arguments(syntax):
     assert list(parameters) == ["nodes", *(field.name for field in dataclasses.fields(AemOptions))]
     assert parameters["degree"].kind is inspect.Parameter.KEYWORD_ONLY
     assert parameters["object_id"].default == "UNKNOWN"
-    with pytest.raises(InputError, match=r"subject: for .* an option of object_name, object_id, "):
+    with pytest.raises(InputError, match=r"subject: for .* an option of object_name, originator, "):
         motion().at(T).write("-", FORMATS[syntax], subject="X")
 
 

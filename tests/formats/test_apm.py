@@ -215,7 +215,7 @@ OTHER = block("QUAT", Q1=0.0, Q2=0.0, Q3=0.0, QC=1.0)
         (head() + QUAT + INERTIA.replace("kg*m**2", "lb*ft**2"), "IXX in lb"),
         (head() + EULER.replace("ZXZ", "ZZX"), "EULER_ROT_SEQ: three axes"),
         (head() + SPIN.replace("720 [s]", "-1"), "NUTATION_PER"),
-        (head() + QUAT.replace("EME2000", "SC_BODY_2"), "of frames A and B one is the body's"),
+        (head() + QUAT.replace("EME2000", "SC_BODY_2"), "one of frames A and B is the body's"),
         (head() + QUAT + manoeuvre(frame="LVLH"), "MAN_REF_FRAME = LVLH"),
         (head() + QUAT + manoeuvre(start="tomorrow"), "MAN_EPOCH_START"),
         (head() + QUAT + manoeuvre(duration="-1"), "MAN_DURATION is -1.0 s"),

@@ -10,18 +10,28 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from ...errors import AttitudeError, FormatError, note
+from ...errors import AttitudeError, note
 from ...frames import rotations
 from ...frames.inertial import from_gcrf
 from .. import schema
+from .block_reader import Block, BlockReader, capitals
 from .conventions import RowConvention
-from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
-from .keywords import ANGLES, ANGLES_DOT, ANGVEL, MOMENTUM, NUTATION, Q_DOT, SPIN, UNITS, Q, frame_named
+from .epochs import RowError
+from .keywords import (
+    ANGLES,
+    ANGLES_DOT,
+    ANGVEL,
+    INERTIA,
+    MOMENTUM,
+    NUTATION,
+    Q_DOT,
+    SPIN,
+    TORQUE,
+    Q,
+    frame_named,
+)
 from .ndm import NdmLine, Syntax, read_ndm
-from .rows import NUMBER
 
-INERTIA = ("IXX", "IYY", "IZZ", "IXY", "IXZ", "IYZ")
-TORQUE = ("MAN_TOR_X", "MAN_TOR_Y", "MAN_TOR_Z")
 BLOCKS = {
     "quaternionState": "QUAT",
     "eulerAngleState": "EULER",
@@ -67,22 +77,7 @@ FIRST_VERSION = {
     **{name: ("MAN", name) for name in ("MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME")},
     **{f"MAN_TOR_{i}": ("MAN", name) for i, name in enumerate(TORQUE, start=1)},
 }
-ALL_UNITS = {
-    **UNITS,
-    **dict.fromkeys(INERTIA, "kg*m**2"),
-    **dict.fromkeys(TORQUE, "N*m"),
-    "MAN_DURATION": "s",
-    "MAN_DELTA_MASS": "kg",
-}
 MAX_DISAGREEMENT = 1e-2  # rad, and of a rate: of blocks that state the same in few digits
-
-
-class Block(NamedTuple):
-    """A block of a message: its name, its lines by their keywords, and the line where it begins."""
-
-    name: str
-    lines: dict[str, NdmLine]
-    number: int
 
 
 class StatedAttitude(NamedTuple):
@@ -102,11 +97,12 @@ def scene_members(stream: BinaryIO, source: str) -> dict[str, Any]:
     return _Message(message.version, message.lines, source).members()
 
 
-class _Message:
+class _Message(BlockReader):
     """The blocks of an APM."""
 
     def __init__(self, version: str, lines: list[NdmLine], source: str):
-        self.version, self.source = version, source
+        super().__init__(source)
+        self.version = version
         self.fields: dict[str, NdmLine] = {}
         self.blocks: list[Block] = []
         self.open: Block | None = None
@@ -115,17 +111,14 @@ class _Message:
             if line.keyword.endswith(("_START", "_STOP")) and not line.value:
                 self._mark(line)
             elif not line.keyword:
-                raise self._error(f"{line.value[:40]!r} where KEYWORD = value belongs", line.number)
+                raise self.error(f"{line.value[:40]!r} where KEYWORD = value belongs", line.number)
             elif version == "1.0":
                 self._add_first_version(line)
             else:
                 self._add(line)
         if self.open is not None:
-            raise self._error(f"no {self.open.name}_STOP", self.open.number)
+            raise self.error(f"no {self.open.name}_STOP", self.open.number)
         self.external = self.body = ""
-
-    def _error(self, reason: str, number: int | None = None) -> FormatError:
-        return FormatError(reason, self.source, number)
 
     def _mark(self, line: NdmLine) -> None:
         name, _, mark = line.keyword.rpartition("_")
@@ -133,22 +126,22 @@ class _Message:
             return
         if mark == "START" and self.version != "1.0":
             if name not in KEYWORDS or self.open is not None:
-                raise self._error(f"{line.keyword[:40]} does not belong here", line.number)
-            self.open = Block(name, {}, line.number)
+                raise self.error(f"{line.keyword[:40]} does not belong here", line.number)
+            self.open = Block(name, line.number, {}, [])
             self.blocks.append(self.open)
         elif mark == "STOP" and self.version != "1.0":
             if self.open is None or self.open.name != name:
-                raise self._error(f"{line.keyword[:40]} does not belong here", line.number)
+                raise self.error(f"{line.keyword[:40]} does not belong here", line.number)
             self.open = None
 
     def _add(self, line: NdmLine) -> None:
         known = KEYWORDS[self.open.name] if self.open else HEADER | METADATA
-        fields = self.open.lines if self.open else self.fields
+        fields = self.open.fields if self.open else self.fields
         if line.keyword not in known:
             where = f"a block {self.open.name}" if self.open else "the header and metadata"
-            raise self._error(f"{line.keyword[:40]!r} is no keyword of {where}", line.number)
+            raise self.error(f"{line.keyword[:40]!r} is no keyword of {where}", line.number)
         if line.keyword in fields:
-            raise self._error(f"{line.keyword} twice", line.number)
+            raise self.error(f"{line.keyword} twice", line.number)
         fields[line.keyword] = line
 
     def _add_first_version(self, line: NdmLine) -> None:
@@ -162,16 +155,16 @@ class _Message:
             block, names = "EULER", (*ANGLES, *ANGLES_DOT)
             self.angles = 3 if turn[1] == "RATE" and self.angles < 3 else self.angles
             if self.angles > 5:
-                raise self._error("more than three angles and rates", line.number)
+                raise self.error("more than three angles and rates", line.number)
             name, self.angles = names[self.angles], self.angles + 1
         if not block:
-            raise self._error(f"{line.keyword[:40]!r} is no keyword of version 1", line.number)
+            raise self.error(f"{line.keyword[:40]!r} is no keyword of version 1", line.number)
         is_new = line.keyword == "MAN_EPOCH_START" or not any(b.name == block for b in self.blocks)
         if is_new:
-            self.blocks.append(Block(block, {}, line.number))
-        lines = next(b for b in reversed(self.blocks) if b.name == block).lines
+            self.blocks.append(Block(block, line.number, {}, []))
+        lines = next(b for b in reversed(self.blocks) if b.name == block).fields
         if name in lines:
-            raise self._error(f"{line.keyword} twice", line.number)
+            raise self.error(f"{line.keyword} twice", line.number)
         lines[name] = line._replace(keyword=name)
 
     # -- what it states ---------------------------------------------------------------------------
@@ -180,13 +173,8 @@ class _Message:
         """Members of a scene's document."""
         for name in ("OBJECT_NAME", "TIME_SYSTEM", "EPOCH"):
             if name not in self.fields:
-                raise self._error(f"no {name}")
-        system = self.fields["TIME_SYSTEM"]
-        if system.value.upper() not in TIME_SYSTEMS:
-            raise self._error(
-                f"TIME_SYSTEM = {system.value[:40]}: one of {', '.join(TIME_SYSTEMS)}", system.number
-            )
-        epoch = self._instants([self.fields["EPOCH"]]).epoch
+                raise self.error(f"no {name}")
+        epoch = self.instants(self.fields["TIME_SYSTEM"], [self.fields["EPOCH"]]).epoch
         assert epoch is not None
         document: dict[str, Any] = {
             "name": self.fields["OBJECT_NAME"].value,
@@ -199,61 +187,21 @@ class _Message:
         document |= self._state() | self._inertia() | self._manoeuvres()
         return document
 
-    def _instants(self, lines: list[NdmLine]) -> Any:
-        system, stamps = self.fields["TIME_SYSTEM"].value.upper(), []
-        for line in lines:
-            try:
-                stamps.append(parse_epoch(line.value.encode("ascii", "replace"), system))
-            except RowError as error:
-                raise self._error(f"{line.keyword}: {error.reason}", line.number) from None
-        second, atto = np.array(stamps, dtype=np.int64).T
-        try:
-            return to_instants(Timestamps(second, atto), system)
-        except AttitudeError as error:
-            raise self._error(str(error), lines[-1].number) from None
-
-    def _number(self, block: Block, name: str) -> float:
-        line = block.lines.get(name)
-        if line is None:
-            raise self._error(f"no {name} in the block {block.name}", block.number)
-        value = float(line.value) if NUMBER.fullmatch(line.value.encode()) else np.nan
-        if not np.isfinite(value):
-            raise self._error(f"{name} is {line.value[:40]!r}, not a finite number", line.number)
-        if (
-            line.units
-            and line.units.replace("**", "^").lower() != ALL_UNITS.get(name, "").replace("**", "^").lower()
-        ):
-            raise self._error(
-                f"{name} in {line.units[:20]}, not {ALL_UNITS.get(name) or 'without units'}", line.number
-            )
-        return value
-
-    def _ends(self, block: Block) -> tuple[str, bool]:
-        """External frame of a block, and whether it is frame A; the body's is remembered, and must be one."""
-        names = []
-        for keyword in ("REF_FRAME_A", "REF_FRAME_B"):
-            if keyword not in block.lines:
-                raise self._error(f"no {keyword} in the block {block.name}", block.number)
-            names.append("_".join(block.lines[keyword].value.upper().split()))
-        known = rotations.INERTIAL_FRAMES.keys() | rotations.TURNING_FRAMES.keys()
-        frames = [frame_named(name) for name in names]
-        is_external = [frame in known for frame in frames]
-        if sum(is_external) != 1:
-            reason = "of frames A and B one is the body's, the other one of " + ", ".join(sorted(known))
-            raise self._error(f"{names[0]}, {names[1]}: {reason}", block.number)
-        is_a = is_external[0]
-        for own, name in (("external", frames[not is_a]), ("body", names[is_a])):
+    def _frames_agreed(self, block: Block) -> tuple[str, bool]:
+        """External frame of a block, and whether it is frame A; all blocks must have the same two frames."""
+        external, body, is_a = self.frames(block)
+        for own, name in (("external", external), ("body", body)):
             if getattr(self, own) not in ("", name):
                 reason = f"{own} frame {name}, and {getattr(self, own)} in a block before"
-                raise self._error(reason, block.number)
+                raise self.error(reason, block.number)
             setattr(self, own, name)
-        return frames[not is_a], is_a
+        return external, is_a
 
     def _state(self) -> dict[str, Any]:
         """Attitude and rate, relative to the frame that blocks state."""
         states = [self._attitude(block) for block in self.blocks if block.name in ("QUAT", "EULER", "SPIN")]
         if not states:
-            raise self._error("no attitude: none of the blocks QUAT, EULER and SPIN")
+            raise self.error("no attitude: none of the blocks QUAT, EULER and SPIN")
         first = min(states, key=lambda state: ("QUAT", "EULER", "SPIN").index(state.block.name))
         for other in states:
             apart = float(rotations.angle_between(first.quaternion, other.quaternion))
@@ -261,7 +209,7 @@ class _Message:
                 reason = (
                     f"the attitudes of {first.block.name} and {other.block.name} are {apart:.3g} rad apart"
                 )
-                raise self._error(reason, other.block.number)
+                raise self.error(reason, other.block.number)
         rates = [
             (block.number, self._angular_velocity(block, first))
             for block in self.blocks
@@ -279,47 +227,41 @@ class _Message:
             for number, other_rate in rates[1:]:
                 apart, size = (float(np.sqrt((v**2).sum())) for v in (rate - other_rate, rate))
                 if apart > MAX_DISAGREEMENT * size:
-                    raise self._error(f"angular velocities of two blocks are {apart:.3g} rad/s apart", number)
+                    raise self.error(f"angular velocities of two blocks are {apart:.3g} rad/s apart", number)
             members["angular_velocity"] = {"value": rate.tolist(), "unit": "rad/s"}
         return members
 
     def _attitude(self, block: Block) -> StatedAttitude:
         """The attitude of a block, and its rate where it states one."""
-        frame, is_a = self._ends(block)
-        direction = block.lines["DIR"].value.upper() if "DIR" in block.lines else "A2B"
+        frame, is_a = self._frames_agreed(block)
+        direction = block.fields["DIR"].value.upper() if "DIR" in block.fields else "A2B"
         if direction not in ("A2B", "B2A"):
-            raise self._error(f"{direction[:20]!r} is neither A2B nor B2A", block.lines["DIR"].number)
+            raise self.error(f"{direction[:20]!r} is neither A2B nor B2A", block.fields["DIR"].number)
         is_to_body = is_a == (direction == "A2B")
         groups = {"QUAT": (Q, Q_DOT), "EULER": (ANGLES, ANGLES_DOT)}.get(block.name, (SPIN, NUTATION))
-        if block.name == "SPIN" and any(name in block.lines for name in MOMENTUM):
+        if block.name == "SPIN" and any(name in block.fields for name in MOMENTUM):
             groups = SPIN, MOMENTUM
-        has_rate = any(name in block.lines for name in groups[1])
+        has_rate = any(name in block.fields for name in groups[1])
         columns = groups[0] + (groups[1] if has_rate else ())
-        axes = ""
-        if block.name == "EULER":
-            line = block.lines.get("EULER_ROT_SEQ")
-            axes = "" if line is None else line.value.upper().translate(str.maketrans("123", "XYZ"))
-            if not re.fullmatch(r"[XYZ]{3}", axes) or axes[0] == axes[1] or axes[1] == axes[2]:
-                reason = "EULER_ROT_SEQ: three axes belong here, no two neighbours alike, such as ZXZ"
-                raise self._error(reason, block.number if line is None else line.number)
-        elif block.name == "SPIN" and not is_to_body:
-            raise self._error("a spin is relative to frame A, and frame B is the body's", block.number)
-        values = np.array([[self._number(block, name)] for name in columns])
+        axes = self.euler_axes(block) if block.name == "EULER" else ""
+        if block.name == "SPIN" and not is_to_body:
+            raise self.error("a spin is relative to frame A, and frame B is the body's", block.number)
+        values = np.array([[self.number(block, name)] for name in columns])
         try:
             q, rate = RowConvention(columns, frame, is_to_body, True, axes).convert(values)
             q = schema.unit_rows(q.T, self.source)[0]
         except (RowError, AttitudeError) as error:
-            raise self._error(getattr(error, "reason", str(error)), block.number) from None
+            raise self.error(getattr(error, "reason", str(error)), block.number) from None
         return StatedAttitude(block, q, None if rate is None else rate[:, 0])
 
     def _angular_velocity(self, block: Block, state: StatedAttitude) -> np.ndarray:
         """(3,) rad/s of the body relative to the external frame, along the body's axes."""
-        _, is_a = self._ends(block)
-        rate = np.deg2rad([self._number(block, name) for name in ANGVEL])
-        line = block.lines.get("ANGVEL_FRAME")
-        name = "" if line is None else "_".join(line.value.upper().split())
+        _, is_a = self._frames_agreed(block)
+        rate = np.deg2rad([self.number(block, name) for name in ANGVEL])
+        line = block.fields.get("ANGVEL_FRAME")
+        name = "" if line is None else capitals(line)
         if name not in (self.body, "REF_FRAME_A", "REF_FRAME_B") and frame_named(name) != self.external:
-            raise self._error(f"ANGVEL_FRAME {name[:40]!r} is none of both frames", block.number)
+            raise self.error(f"ANGVEL_FRAME {name[:40]!r} is none of both frames", block.number)
         is_body = name in (self.body, "REF_FRAME_B" if is_a else "REF_FRAME_A")
         rate = rate if is_a else -rate
         return rate if is_body else rotations.rotate(rotations.conjugate(state.quaternion), rate)
@@ -330,18 +272,14 @@ class _Message:
         for block in self.blocks:
             if block.name != "INERTIA":
                 continue
-            self._check_body_frame(block, "INERTIA_REF_FRAME")
-            xx, yy, zz, xy, xz, yz = (self._number(block, name) for name in INERTIA)
-            tensors.append([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            line = block.fields.get("INERTIA_REF_FRAME")
+            if line is not None and capitals(line) != self.body:
+                reason = f"INERTIA_REF_FRAME = {line.value[:40]}, and attitudes are those of {self.body}"
+                raise self.error(reason, line.number)
+            tensors.append(self.tensor(block))
             if tensors[-1] != tensors[0]:
-                raise self._error("two blocks INERTIA that differ", block.number)
+                raise self.error("two blocks INERTIA that differ", block.number)
         return {"body": {"tensor": tensors[0], "unit": "kg m2"}} if tensors else {}
-
-    def _check_body_frame(self, block: Block, keyword: str) -> None:
-        line = block.lines.get(keyword)
-        if line is not None and "_".join(line.value.upper().split()) != self.body:
-            reason = f"{keyword} = {line.value[:40]}, and attitudes are those of {self.body}"
-            raise self._error(reason, line.number)
 
     def _manoeuvres(self) -> dict[str, Any]:
         """Torques between their start and stop, in the order of the message."""
@@ -349,16 +287,15 @@ class _Message:
         for block in self.blocks:
             if block.name != "MAN":
                 continue
-            line = block.lines.get("MAN_EPOCH_START")
-            if line is None:
-                raise self._error("no MAN_EPOCH_START in the block MAN", block.number)
-            start = float(self._instants([self.fields["EPOCH"], line]).seconds[1])
-            duration = self._number(block, "MAN_DURATION")
-            torque = np.array([self._number(block, name) for name in TORQUE])
+            line = self.needed(block, "MAN_EPOCH_START")
+            epochs = self.fields["EPOCH"], line
+            start = float(self.instants(self.fields["TIME_SYSTEM"], epochs).seconds[1])
+            duration = self.number(block, "MAN_DURATION")
+            torque = np.array([self.number(block, name) for name in TORQUE])
             if duration < 0.0:
-                raise self._error(f"MAN_DURATION is {duration!r} s", block.lines["MAN_DURATION"].number)
-            if "MAN_DELTA_MASS" in block.lines:
-                self._number(block, "MAN_DELTA_MASS")
+                raise self.error(f"MAN_DURATION is {duration!r} s", block.fields["MAN_DURATION"].number)
+            if "MAN_DELTA_MASS" in block.fields:
+                self.number(block, "MAN_DELTA_MASS")
                 note(f"{self.source}: MAN_DELTA_MASS is not used")
             if duration == 0.0 or not torque.any():
                 text = f"the manoeuvre at {line.value} has no duration or no torque, and no effect"
@@ -378,10 +315,8 @@ class _Message:
 
     def _torque_axes(self, block: Block, torque: np.ndarray) -> tuple[str, np.ndarray]:
         """Axes of a torque's components, the body's or those of the scene's frame, and the components."""
-        line = block.lines.get("MAN_REF_FRAME")
-        if line is None:
-            raise self._error("no MAN_REF_FRAME in the block MAN", block.number)
-        name = "_".join(line.value.upper().split())
+        line = self.needed(block, "MAN_REF_FRAME")
+        name = capitals(line)
         frame = frame_named(name)
         if name == self.body:
             return "body", torque
@@ -392,6 +327,6 @@ class _Message:
             reason = (
                 f"MAN_REF_FRAME = {line.value[:40]}: the frame of the body, {self.body}, or an inertial one"
             )
-            raise self._error(reason, line.number)
+            raise self.error(reason, line.number)
         to_scene = from_gcrf(scene, "a manoeuvre") @ from_gcrf(frame, "a manoeuvre").T
         return "inertial", to_scene @ torque

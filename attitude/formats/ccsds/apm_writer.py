@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from datetime import UTC, datetime
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +10,18 @@ from astropy.time import Time
 
 from ...errors import FormatError, InputError
 from .. import schema
-from .apm import INERTIA, TORQUE
-from .epochs import TIME_SYSTEMS, check_creation_date
-from .keywords import ANGVEL, VALUE, Q, is_value
-from .writer import ORBIT_RELATIVE_NAMES, VERSION, Pairs
-from .xml import SCHEMA, element_lines
+from .epochs import TIME_SYSTEMS
+from .keywords import ANGVEL, INERTIA, TORQUE, Q
+from .message_options import (
+    VERSION,
+    MessageOptions,
+    Pairs,
+    element_lines,
+    inertia_elements,
+    kvn_lines,
+    registered_name,
+    xml_head,
+)
 
 ELEMENTS = {
     "QUAT": "quaternionState",
@@ -60,8 +66,8 @@ class ApmState(NamedTuple):
     comments: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class ApmOptions:
+@dataclass(frozen=True, kw_only=True)
+class ApmOptions(MessageOptions):
     """Options of an APM; InputError for one that a line of the message cannot hold.
 
     syntax : "kvn" or "xml"
@@ -72,41 +78,27 @@ class ApmOptions:
     """
 
     syntax: str = "kvn"
-    object_name: str | None = None
     object_id: str = "UNKNOWN"
-    originator: str = "ATTITUDE"
-    body_frame: str = "SC_BODY_1"
     center_name: str | None = None
-    message_id: str | None = None
-    creation_date: str | None = None
 
     def __post_init__(self) -> None:
         if self.syntax not in ("kvn", "xml"):
             raise InputError("syntax", self.syntax, "kvn or xml")
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if value is not None and not (isinstance(value, str) and is_value(value)):
-                raise InputError(field.name, value, VALUE)
-        check_creation_date(self.creation_date)
+        super().__post_init__()
 
 
 def apm_text(state: ApmState, options: ApmOptions) -> str:
     """The message.  Numbers have the digits that restore their bits, but for the rate, in deg/s."""
-    name = options.object_name or state.name or "UNKNOWN"
-    if not is_value(name):
-        raise InputError("object_name", name, VALUE)
+    name = options.name_of(state.name)
     system = state.epoch.scale.upper()
     if system not in TIME_SYSTEMS:
         raise FormatError(f"no TIME_SYSTEM of an APM is the scale {state.epoch.scale!r}")
-    date = options.creation_date or datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
-    optional = [("MESSAGE_ID", options.message_id)] if options.message_id else []
-    header = [("CREATION_DATE", date), ("ORIGINATOR", options.originator), *optional]
     center = [("CENTER_NAME", options.center_name)] if options.center_name else []
     metadata = [("OBJECT_NAME", name), ("OBJECT_ID", options.object_id), *center, ("TIME_SYSTEM", system)]
     comments = [("COMMENT", text) for text in _comments(state, options)]
     data = [*comments, ("EPOCH", _date(state.epoch, 0.0))]
     blocks = _blocks(state, options)
-    return (_kvn if options.syntax == "kvn" else _xml)(header, metadata, data, blocks)
+    return (_kvn if options.syntax == "kvn" else _xml)(options.header(), metadata, data, blocks)
 
 
 def _comments(state: ApmState, options: ApmOptions) -> list[str]:
@@ -120,7 +112,7 @@ def _comments(state: ApmState, options: ApmOptions) -> list[str]:
 
 def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, Pairs]]:
     frames = [
-        ("REF_FRAME_A", ORBIT_RELATIVE_NAMES.get(state.frame, state.frame)),
+        ("REF_FRAME_A", registered_name(state.frame)),
         ("REF_FRAME_B", options.body_frame),
     ]
     w, *xyz = state.attitude.tolist()
@@ -128,17 +120,14 @@ def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, Pairs]]:
         rate = np.rad2deg(state.rate)
     if not np.isfinite(rate).all():
         raise FormatError("a rate that overflows a double in deg/s")
-    tensor = state.tensor[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    inertia = zip(INERTIA, inertia_elements(state.tensor), strict=True)
     blocks = [
         ("QUAT", [*frames, *zip(Q, _numbers([*xyz, w]), strict=True)]),
         (
             "ANGVEL",
             [*frames, ("ANGVEL_FRAME", options.body_frame), *zip(ANGVEL, _numbers(rate), strict=True)],
         ),
-        (
-            "INERTIA",
-            [("INERTIA_REF_FRAME", options.body_frame), *zip(INERTIA, _numbers(tensor), strict=True)],
-        ),
+        ("INERTIA", [("INERTIA_REF_FRAME", options.body_frame), *inertia]),
     ]
     for torque in state.manoeuvres:
         axes = options.body_frame if torque.is_body else state.inertial_frame
@@ -164,13 +153,8 @@ def _date(epoch: Time, seconds: float) -> str:
 
 
 def _kvn(header: Pairs, metadata: Pairs, data: Pairs, blocks: list[tuple[str, Pairs]]) -> str:
-    def lines(pairs: Pairs) -> str:
-        return "".join(
-            f"{name} {value}\n" if name == "COMMENT" else f"{name} = {value}\n" for name, value in pairs
-        )
-
-    text = f"CCSDS_APM_VERS = {VERSION}\n{lines(header)}\n{lines(metadata)}\n{lines(data)}"
-    return text + "".join(f"\n{name}_START\n{lines(pairs)}{name}_STOP\n" for name, pairs in blocks)
+    text = "\n".join(kvn_lines(pairs) for pairs in ([("CCSDS_APM_VERS", VERSION), *header], metadata, data))
+    return text + "".join(f"\n{name}_START\n{kvn_lines(pairs)}{name}_STOP\n" for name, pairs in blocks)
 
 
 def _xml(header: Pairs, metadata: Pairs, data: Pairs, blocks: list[tuple[str, Pairs]]) -> str:
@@ -178,10 +162,7 @@ def _xml(header: Pairs, metadata: Pairs, data: Pairs, blocks: list[tuple[str, Pa
         f"<{ELEMENTS[name]}>\n{_block_elements(pairs)}</{ELEMENTS[name]}>\n" for name, pairs in blocks
     )
     return (
-        '<?xml version="1.0" encoding="UTF-8"?>\n'
-        '<apm xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" '
-        f'xsi:noNamespaceSchemaLocation="{SCHEMA}" id="CCSDS_APM_VERS" version="{VERSION}">\n'
-        f"<header>\n{element_lines(header)}</header>\n<body>\n<segment>\n"
+        f"{xml_head('apm', header)}<segment>\n"
         f"<metadata>\n{element_lines(metadata)}</metadata>\n<data>\n{element_lines(data)}{parts}</data>\n"
         "</segment>\n</body>\n</apm>\n"
     )

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from ...errors import note
+from ...errors import InputError, note
 from ...frames import rotations
 from ..schema import MAX_OFF_UNIT_IN_FILES
 from .epochs import RowError
@@ -131,7 +130,12 @@ def row_convention(fields: KeywordBlock) -> RowConvention:
     columns = kind.attitude + kind.rate
     if fields.version == "1.0" and kind.attitude is Q:
         columns = _version_1_columns(fields, kind)
-    axes = _euler_axes(fields) if kind.attitude is ANGLES else ""
+    axes = ""
+    if kind.attitude is ANGLES:
+        try:
+            axes = euler_axes(fields.get("EULER_ROT_SEQ"))
+        except InputError as error:
+            raise fields.error("EULER_ROT_SEQ", error.expected) from None
     if kind.attitude is SPIN and not (is_frame_a and _is_a_to_b(fields)):
         raise fields.error("REF_FRAME_A", "a spin is relative to frame A, and frame B is the body's")
     return RowConvention(columns, frame, is_frame_a == _is_a_to_b(fields), has_body_rates, axes)
@@ -182,9 +186,7 @@ def _version_1_columns(fields: KeywordBlock, kind: AttitudeType) -> tuple[str, .
     return ("QC", "Q1", "Q2", "Q3", *rate)
 
 
-def _euler_axes(fields: KeywordBlock) -> str:
-    """Axes of the three rotations: letters, in version 1 digits."""
-    axes = (fields.get("EULER_ROT_SEQ") or "").translate(str.maketrans("123", "XYZ"))
-    if len(axes) != 3 or set(axes) - set("XYZ") or any(a == b for a, b in pairwise(axes)):
-        raise fields.error("EULER_ROT_SEQ", "three axes belong here, no two alike side by side, such as ZXZ")
-    return axes
+def euler_axes(sequence: str | None) -> str:
+    """Axes of the three rotations, of letters or, as in version 1, digits; InputError for any other text."""
+    letters = (sequence or "").upper().translate(str.maketrans("123", "XYZ"))
+    return rotations.check_sequence(letters, "EULER_ROT_SEQ")

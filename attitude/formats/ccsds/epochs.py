@@ -75,6 +75,12 @@ class Timestamps(NamedTuple):
             unit //= 10
         return unit
 
+    @property
+    def is_ascending(self) -> np.ndarray:
+        """(n - 1,) bool: which epochs but the first are after the one before them."""
+        second, atto = self
+        return (second[1:] > second[:-1]) | ((second[1:] == second[:-1]) & (atto[1:] > atto[:-1]))
+
     def at(self, index: int) -> tuple[int, int]:
         """(second, atto) of one epoch."""
         return int(self.second[index]), int(self.atto[index])

@@ -7,8 +7,9 @@ from typing import Any
 
 from ..interpolation_nodes import Nodes
 from ..writer_options import takes_options
+from .message_options import VERSION, kvn_lines
 from .reader import parse as parse
-from .writer import VERSION, AemOptions, AemWriter, Pairs
+from .writer import AemOptions, AemWriter
 from .writer import interpolant as interpolant
 from .writer import other_interpolants as other_interpolants
 
@@ -20,14 +21,11 @@ def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
 
 
 def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
-    comments = "".join(f"COMMENT {line}\n" for line in writer.comments())
-    yield f"CCSDS_AEM_VERS = {VERSION}\n{comments}{_lines(writer.header())}".encode()
+    comments = [("COMMENT", line) for line in writer.comments()]
+    header = kvn_lines([("CCSDS_AEM_VERS", VERSION), *comments, *writer.options.header()])
+    yield header.encode()
     separators = [b"", *[b" "] * writer.rows.number_count, b"\n"]
     for segment in nodes.segments:
-        yield f"\nMETA_START\n{_lines(writer.metadata(segment))}META_STOP\n\nDATA_START\n".encode()
+        yield f"\nMETA_START\n{kvn_lines(writer.metadata(segment))}META_STOP\n\nDATA_START\n".encode()
         yield from writer.rows.write(segment, separators)
         yield b"DATA_STOP\n"
-
-
-def _lines(pairs: Pairs) -> str:
-    return "".join(f"{name} = {value}\n" for name, value in pairs)

@@ -9,10 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from typing import BinaryIO, NamedTuple
-from xml.parsers import expat
 
 from ...errors import FormatError
 from .. import bounded_read
+from .expat_reader import ExpatReader
 
 MAX_BYTES = 1 << 28  # of a message
 MAX_DEPTH = 10  # elements within each other
@@ -102,73 +102,52 @@ def _checked_version(version: str, source: str, number: int, syntax: Syntax) -> 
     return version
 
 
-class _XmlReader:
-    """Handlers of expat's events."""
+class _XmlReader(ExpatReader):
+    """Turns elements into the lines that KVN has."""
 
     def __init__(self, source: str, syntax: Syntax):
-        self.source, self.syntax = source, syntax
+        super().__init__(source)
+        self.syntax = syntax
         self.version = ""
         self.lines: list[NdmLine] = []
-        self.stack: list[str] = []
-        self.text: list[str] = []
         self.units = ""
         self.is_leaf = False
         self.row: dict[str, str] | None = None  # values of the row that is open, by their names
         self.row_line = 0
-        self.parser = parser = expat.ParserCreate()
-        parser.buffer_text = True
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self.text.append
-        parser.StartDoctypeDeclHandler = self._refuse_doctype
-        parser.EntityDeclHandler = self._refuse_doctype
 
     def read(self, content: bytes) -> Ndm:
         """The lines of the message."""
-        try:
-            self.parser.Parse(content, True)
-        except expat.ExpatError as error:
-            reason = f"not XML: {expat.ErrorString(error.code)}"
-            raise FormatError(reason, self.source, error.lineno) from None
-        except (LookupError, ValueError) as error:  # an encoding that Python has not
-            raise self._error(f"not XML: {error}") from None
+        self.parse(content, True)
         if not self.version:
             raise FormatError(f"no <{self.syntax.name}>", self.source)
         return Ndm(self.version, self.lines)
 
-    def _error(self, reason: str) -> FormatError:
-        return FormatError(reason, self.source, self.parser.CurrentLineNumber)
-
-    def _refuse_doctype(self, *_: object) -> None:
-        raise self._error("a document type or entity declaration, which a message has not")
-
     def _add(self, keyword: str, value: str = "", units: str = "") -> None:
         self.lines.append(NdmLine(keyword, value, self.parser.CurrentLineNumber, units))
 
-    def _start(self, name: str, attributes: dict[str, str]) -> None:
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        """Begin an element."""
         name = name.rpartition(":")[2]
-        if "".join(self.text).strip():
-            raise self._error(f"text {''.join(self.text).strip()[:40]!r} where an element belongs")
+        self.refuse_text()
         self.stack.append(name)
-        self.text.clear()
         self.units, self.is_leaf = attributes.get("units", ""), True
         if len(self.stack) > MAX_DEPTH:
-            raise self._error(f"elements more than {MAX_DEPTH} deep")
+            raise self.error(f"elements more than {MAX_DEPTH} deep")
         if name == self.syntax.name:
             if self.version:
-                raise self._error(f"a second <{name}>")
+                raise self.error(f"a second <{name}>")
             version = attributes.get("version", "")
             self.version = _checked_version(version, self.source, self.parser.CurrentLineNumber, self.syntax)
         elif name != "ndm" and not self.version:
-            raise self._error(f"<{name[:40]}> where <{self.syntax.name}> belongs")
+            raise self.error(f"<{name[:40]}> where <{self.syntax.name}> belongs")
         elif self.syntax.rows.get(name):
             self.row, self.row_line = {}, self.parser.CurrentLineNumber
         elif name in self.syntax.blocks:
             self._add(f"{self.syntax.blocks[name]}_START")
 
-    def _end(self, name: str) -> None:
-        name, text = name.rpartition(":")[2], "".join(self.text).strip()
-        self.text.clear()
+    def end(self, name: str) -> None:
+        """End an element, whose text is the value of a keyword or of a row."""
+        name, text = name.rpartition(":")[2], self.take_text()
         self.stack.pop()
         is_leaf, self.is_leaf = self.is_leaf, False
         if name in self.syntax.blocks:
@@ -181,7 +160,7 @@ class _XmlReader:
             else:
                 self._add(name, text, self.units)
         if name not in self.syntax.rows and text and not is_leaf:
-            raise self._error(f"text {text[:40]!r} where an element belongs")
+            raise self.error(f"text {text[:40]!r} where an element belongs")
 
     def _end_row(self, names: tuple[str, ...], text: str) -> None:
         if not names:
@@ -191,8 +170,8 @@ class _XmlReader:
         values = [self.row.pop(name, "") for name in names]
         missing = [name for name, value in zip(names, values, strict=True) if not value]
         if missing and missing != list(names[-len(missing) :]):
-            raise self._error(f"no {missing[0]} in a row")
+            raise self.error(f"no {missing[0]} in a row")
         if self.row:
-            raise self._error(f"no {next(iter(self.row))[:40]!r} belongs in a row")
+            raise self.error(f"no {next(iter(self.row))[:40]!r} belongs in a row")
         self.lines.append(NdmLine("", " ".join(value for value in values if value), self.row_line))
         self.row = None

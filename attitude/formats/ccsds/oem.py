@@ -122,7 +122,9 @@ class _OemReader:
         columns = COLUMNS + ACCELERATIONS if width == 9 else COLUMNS
         try:
             stamps, numbers = parse_rows([row.value.encode() for row in rows], columns, system)
-            _check_ascending(stamps)
+            later = stamps.is_ascending
+            if not later.all():
+                raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
         except RowError as error:
             raise FormatError(error.reason, self.source, rows[error.index].number) from None
         try:
@@ -165,10 +167,3 @@ class _OemReader:
         if name == "LINEAR":
             return OrbitMethod("lagrange", 1)
         return OrbitMethod(name.lower(), int((degree or "1")[:5]))
-
-
-def _check_ascending(stamps: Timestamps) -> None:
-    second, atto = stamps
-    later = (np.diff(second) > 0) | ((np.diff(second) == 0) & (np.diff(atto) > 0))
-    if not later.all():
-        raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")

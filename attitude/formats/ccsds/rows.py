@@ -5,7 +5,6 @@ One departure from the standard: a double is written with 17 digits if 16 do not
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -15,12 +14,11 @@ from ...frames import rotations
 from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
 from .. import schema
+from ..text_reader import finite_number
 from ..text_rows import texts
 from . import spin
 from .epochs import EPOCH, RowError, Timestamps, parse_epochs
 from .keywords import ANGLES, ATTITUDE_TYPES, MOMENTUM, SPIN
-
-NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 
 
 class RowWriter:
@@ -120,10 +118,9 @@ def parse_rows(rows: list[bytes], columns: tuple[str, ...], system: str) -> tupl
             missing = f", no {columns[len(words)]}" if len(words) < len(columns) else ""
             raise RowError(i, f"{len(words)} numbers where {' '.join(columns)} belong{missing}")
         for j, (word, name) in enumerate(zip(words, columns, strict=True)):
-            value = float(word) if NUMBER.fullmatch(word) else np.nan
-            if not np.isfinite(value):
+            numbers[j, i] = finite_number(word.decode("latin-1"))
+            if np.isnan(numbers[j, i]):
                 raise RowError(i, f"{name} is {_shown(word)}, not a finite number")
-            numbers[j, i] = value
     return parse_epochs(epochs, system), numbers
 
 

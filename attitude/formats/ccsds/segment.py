@@ -123,8 +123,7 @@ class Segment:
         A writer may have rounded these two, or the rows, to fewer digits than the others: less than a unit of
         the last digit beyond them is inside.
         """
-        second, atto = stamps
-        later = (second[1:] > second[:-1]) | ((second[1:] == second[:-1]) & (atto[1:] > atto[:-1]))
+        later = stamps.is_ascending
         if self.blocks and stamps.first <= self.blocks[-1].stamps.last:
             raise RowError(0, "an epoch that is not after the one before")
         if not later.all():

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import Any
 
 from ...errors import FormatError, InputError, suggestion
 from ...frames.inertial import OBLIQUITY_J2000
 from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES, check_any_frame, check_sequence
 from ...samples.chunks import Samples
-from ...samples.ephemeris_data import EphemerisData
 from ..interpolant import Interpolant, higher_degrees, lagrange
 from ..interpolation_nodes import Nodes
-from .epochs import TIME_SYSTEMS, check_creation_date
-from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, VALUE, frame_named, is_value
+from .epochs import TIME_SYSTEMS
+from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, frame_named
+from .message_options import MessageOptions, Pairs, registered_name, writes_rates
 from .rows import RowWriter, epoch_texts
-
-VERSION = "2.0"
 
 UNREGISTERED_FRAMES = {
     "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
     "INERTIAL": "an inertial frame of the producer's own",
 }
-ORBIT_RELATIVE_NAMES = {"LVLH": "LVLH_ROTATING", "QSW": "RSW_ROTATING"}  # in the SANA registry
 DEFAULT_DEGREE = 7
 WRITTEN_TYPES = (
     "QUATERNION",
@@ -33,18 +29,19 @@ WRITTEN_TYPES = (
     "SPIN",
     "SPIN/NUTATION_MOM",
 )
-Pairs = list[tuple[str, str]]
 
 
-@dataclass(frozen=True)
-class AemOptions:
+@dataclass(frozen=True, kw_only=True)
+class AemOptions(MessageOptions):
     """Options of the AEM writers; InputError for one that a line of the file cannot hold.
 
     object_name : OBJECT_NAME; None for the ephemeris's name
-    object_id, originator : OBJECT_ID, ORIGINATOR
-    message_id, center_name : MESSAGE_ID, CENTER_NAME; None leaves them out
+    originator : ORIGINATOR
+    message_id : MESSAGE_ID; None leaves it out
     creation_date : CREATION_DATE, UTC; None for now
     body_frame : REF_FRAME_B, the name of the body's axes
+    object_id : OBJECT_ID
+    center_name : CENTER_NAME; None leaves it out
     rates : whether angular velocities are written; None writes those of an ephemeris that has them
     attitude_type : ATTITUDE_TYPE: QUATERNION, QUATERNION/ANGVEL, EULER_ANGLE, EULER_ANGLE/ANGVEL, SPIN or
         SPIN/NUTATION_MOM (of bodies symmetric about z); None for quaternions, with rates as `rates` says
@@ -53,30 +50,18 @@ class AemOptions:
         the ephemeris's own file states, or else 7
     """
 
-    object_name: str | None = None
     object_id: str = "UNKNOWN"
-    originator: str = "ATTITUDE"
-    message_id: str | None = None
-    creation_date: str | None = None
     center_name: str | None = None
-    body_frame: str = "SC_BODY_1"
     rates: bool | None = None
     attitude_type: str | None = None
     rotation_sequence: str = "ZYX"
     degree: int | None = None
 
     def __post_init__(self) -> None:
-        for name in ("object_id", "originator", "body_frame"):
-            _check_text(name, getattr(self, name))
-        for name in ("object_name", "message_id", "creation_date", "center_name"):
-            if getattr(self, name) is not None:
-                _check_text(name, getattr(self, name))
+        super().__post_init__()
         frame = "_".join(self.body_frame.upper().split())
         if frame_named(frame) in INERTIAL_FRAMES | TURNING_FRAMES:
             raise InputError("body_frame", self.body_frame, "the name of axes of the body, no external frame")
-        check_creation_date(self.creation_date)
-        if self.rates not in (None, True, False):
-            raise InputError("rates", self.rates, "True, False, or None: where there are any")
         if self.attitude_type not in (None, *WRITTEN_TYPES):
             known = f"one of {', '.join(WRITTEN_TYPES)}{suggestion(self.attitude_type, WRITTEN_TYPES)}"
             raise InputError("attitude_type", self.attitude_type, known)
@@ -96,11 +81,6 @@ def other_interpolants(*, attitude_type: str | None = None, **options: Any) -> d
     return higher_degrees(interpolant(**options), "degree")
 
 
-def _check_text(name: str, value: Any) -> None:
-    if not isinstance(value, str) or not is_value(value):
-        raise InputError(name, value, VALUE)
-
-
 class AemWriter:
     """The content of a file, without its syntax.
 
@@ -118,9 +98,8 @@ class AemWriter:
         self.time_system = scale.upper()
         if self.time_system not in TIME_SYSTEMS:
             raise FormatError(f"no TIME_SYSTEM of an AEM is the scale {scale!r}")
-        if options.rates and not head.has_rate:
-            raise InputError("rates", True, "an ephemeris that holds rates, or False")
-        self.attitude_type = options.attitude_type or self._quaternion_type(head)
+        quaternions = "QUATERNION/ANGVEL" if writes_rates(options.rates, head) else "QUATERNION"
+        self.attitude_type = options.attitude_type or quaternions
         kind = ATTITUDE_TYPES[self.attitude_type]
         if (kind.rate or kind.attitude is SPIN) and not head.has_rate:
             raise InputError(
@@ -128,12 +107,7 @@ class AemWriter:
             )
         self.has_rate = kind.rate is ANGVEL
         self.rows = RowWriter(nodes.segments, self.attitude_type, options.rotation_sequence)
-        self.object_name = head.name or "UNKNOWN" if options.object_name is None else options.object_name
-        _check_text("object_name", self.object_name)
-
-    def _quaternion_type(self, head: EphemerisData) -> str:
-        has_rate = head.has_rate if self.options.rates is None else bool(self.options.rates)
-        return "QUATERNION/ANGVEL" if has_rate else "QUATERNION"
+        self.object_name = options.name_of(head.name)
 
     def comments(self) -> list[str]:
         """Convention in words, and the interpolation error."""
@@ -154,12 +128,6 @@ class AemWriter:
         remarks = [self.nodes.remark] if self.attitude_type[0] == "Q" else []
         return [*lines, *remarks, *self.nodes.notes]
 
-    def header(self) -> Pairs:
-        """Keywords of the header and their values."""
-        date = self.options.creation_date or datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
-        pairs = [("CREATION_DATE", date), ("ORIGINATOR", self.options.originator)]
-        return pairs + ([("MESSAGE_ID", self.options.message_id)] if self.options.message_id else [])
-
     def metadata(self, segment: Samples) -> Pairs:
         """Keywords of a segment and their values, in the order of table 4-3."""
         options = self.options
@@ -170,7 +138,7 @@ class AemWriter:
             ("OBJECT_NAME", self.object_name),
             ("OBJECT_ID", options.object_id),
             *center,
-            ("REF_FRAME_A", ORBIT_RELATIVE_NAMES.get(self.frame, self.frame)),
+            ("REF_FRAME_A", registered_name(self.frame)),
             ("REF_FRAME_B", options.body_frame),
             ("TIME_SYSTEM", self.time_system),
             ("START_TIME", start),

@@ -8,12 +8,11 @@ from typing import Any
 from ..interpolation_nodes import Nodes
 from ..writer_options import takes_options
 from .keywords import ATTITUDE_TYPES, UNITS, Q
+from .message_options import Pairs, element_lines, xml_head
 from .reader import parse as parse
-from .writer import VERSION, AemOptions, AemWriter, Pairs
+from .writer import AemOptions, AemWriter
 from .writer import interpolant as interpolant
 from .writer import other_interpolants as other_interpolants
-
-SCHEMA = "https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-4.0.0-master-4.0.xsd"
 
 
 @takes_options(AemOptions)
@@ -24,12 +23,7 @@ def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
 
 def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
     comments: Pairs = [("COMMENT", line) for line in writer.comments()]
-    yield (
-        '<?xml version="1.0" encoding="UTF-8"?>\n'
-        '<aem xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" '
-        f'xsi:noNamespaceSchemaLocation="{SCHEMA}" id="CCSDS_AEM_VERS" version="{VERSION}">\n'
-        f"<header>\n{element_lines(comments + writer.header())}</header>\n<body>\n"
-    ).encode()
+    yield xml_head("aem", comments + writer.options.header()).encode()
     separators = _state_template(writer.attitude_type).encode().split(b"%s")
     for segment in nodes.segments:
         metadata = element_lines(writer.metadata(segment))
@@ -37,14 +31,6 @@ def _blocks(nodes: Nodes, writer: AemWriter) -> Iterator[bytes]:
         yield from writer.rows.write(segment, separators)
         yield b"</data>\n</segment>\n"
     yield b"</body>\n</aem>\n"
-
-
-def element_lines(pairs: Pairs) -> str:
-    """Elements of keywords and values, a line each."""
-    return "".join(
-        f"<{name}>{value.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')}</{name}>\n"
-        for name, value in pairs
-    )
 
 
 def _state_template(attitude_type: str) -> str:

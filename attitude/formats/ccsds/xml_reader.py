@@ -1,14 +1,11 @@
-"""XML syntax of an AEM (504.0-B-2, section 7), read as it streams.
-
-Expat reads it.  No document type, entity or reference to the outside is taken.
-"""
+"""XML syntax of an AEM (504.0-B-2, section 7), read as it streams."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, BinaryIO
-from xml.parsers import expat
 
 from ...errors import FormatError
+from .expat_reader import MAX_TEXT_BYTES, ExpatReader
 from .keywords import UNITS, KeywordBlock
 from .message import MessageReader
 from .segment import Segment
@@ -17,7 +14,6 @@ if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 CHUNK_BYTES = 1 << 22
-MAX_TEXT_BYTES = 1 << 20  # of one name, text or comment
 MAX_DEPTH = 8  # elements within each other
 MAX_ROWS = 1 << 15  # attitudes kept as text
 DATA_PATH = "aem", "body", "segment", "data"
@@ -33,15 +29,15 @@ def read_xml(stream: BinaryIO, source: str, segment: int | None, message: int | 
     return reader.message.ephemeris()
 
 
-class XmlReader:
-    """Handlers of expat's events; attitude states are kept as rows of text until there are `MAX_ROWS`."""
+class XmlReader(ExpatReader):
+    """Reads the parts of an AEM; attitude states are kept as rows of text until there are `MAX_ROWS`."""
 
     def __init__(self, source: str, segment: int | None, message: int | None):
-        self.source, self.requested_message = source, message
+        super().__init__(source)
+        self.requested_message = message
         self.message = MessageReader(source, segment)
         self.is_combined = False  # whether the messages are in an <ndm>
         self.message_count = self.skipped_depth = 0  # AEMs; open elements of a message that is skipped
-        self.stack: list[str] = []  # names of the open elements
         self.seen: set[str] = set()  # names of the parts that the open element had
         self.fields: KeywordBlock | None = None
         self.segment: Segment | None = None  # that is read; None if it is skipped
@@ -49,67 +45,47 @@ class XmlReader:
         self.elements: tuple[str, ...] = ()  # elements around these
         self.numbered: dict[tuple[str, str], str] = {}  # names of values that version 1 numbers, by element
         self.state: dict[str, str] = {}
-        self.text: list[str] = []
         self.state_line = 0
         self.rows: list[bytes] = []
         self.lines: list[int] = []
         self.fed_bytes = self.element_offset = 0  # the latter of the last element that began
-        self.parser = parser = expat.ParserCreate()
-        parser.buffer_text = True
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self.text.append
-        parser.CommentHandler = self._comment
-        parser.ProcessingInstructionHandler = self._comment
-        parser.StartDoctypeDeclHandler = self._refuse_doctype
-        parser.EntityDeclHandler = self._refuse_doctype
-
-    def _refuse_doctype(self, *_: object) -> None:
-        raise self._error("a document type or entity declaration, which an AEM has not")
+        # Any number of comments is allowed, as long as elements stand between them.
+        self.parser.CommentHandler = self.parser.ProcessingInstructionHandler = self._comment
 
     def _comment(self, *_: object) -> None:
-        """Any number is allowed, as long as elements stand between them."""
         self._refuse_idle(self.parser.CurrentByteIndex - self.element_offset)
 
     def _refuse_idle(self, byte_count: int) -> None:
         if byte_count > MAX_TEXT_BYTES:
-            raise self._error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
-
-    def _error(self, reason: str) -> FormatError:
-        return FormatError(reason, self.source, self.parser.CurrentLineNumber)
+            raise self.error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
 
     def feed(self, data: bytes, final: bool = False) -> None:
         """Parse the next bytes of the file; FormatError if they are no AEM."""
-        try:
-            self.parser.Parse(data, final)
-        except expat.ExpatError as error:
-            reason = f"not XML: {expat.ErrorString(error.code)}"
-            raise FormatError(reason, self.source, error.lineno) from None
-        except (LookupError, ValueError) as error:  # an encoding that Python has not
-            raise self._error(f"not XML: {error}") from None
+        self.parse(data, final)
         if sum(map(len, self.text)) > MAX_TEXT_BYTES:
-            raise self._error(f"a text of more than {MAX_TEXT_BYTES} characters")
+            raise self.error(f"a text of more than {MAX_TEXT_BYTES} characters")
         self.fed_bytes += len(data)
         begun = self.parser.CurrentByteIndex if self.stack else self.element_offset
         self._refuse_idle(self.fed_bytes - begun)
 
     # -- elements -----------------------------------------------------------------------------
 
-    def _start(self, name: str, attributes: dict[str, str]) -> None:
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        """Begin an element outside the data."""
         self.element_offset = self.parser.CurrentByteIndex
         name = name.rpartition(":")[2]
         if not self.skipped_depth:
-            self._refuse_text()
+            self.refuse_text()
         if self._is_skipped(name):
             return
         self.stack.append(name)
         depth = len(self.stack)
         if depth > MAX_DEPTH:
-            raise self._error(f"elements more than {MAX_DEPTH} deep")
+            raise self.error(f"elements more than {MAX_DEPTH} deep")
         path = tuple(self.stack)
         if depth == 1:
             if name != "aem" or attributes.get("id") != "CCSDS_AEM_VERS":
-                raise self._error('not an AEM: its first element is not <aem id="CCSDS_AEM_VERS">')
+                raise self.error('not an AEM: its first element is not <aem id="CCSDS_AEM_VERS">')
             self.message.begin(attributes.get("version", ""), self.parser.CurrentLineNumber)
         elif path == ("aem", "header"):
             self._refuse_twice(name)
@@ -124,7 +100,7 @@ class XmlReader:
         elif path == DATA_PATH:
             self._begin_data()
         elif not (depth in (3, 5) and path[-2] in ("header", "metadata")):
-            raise self._error(f"no element {name[:40]!r} belongs in {path[-2]!r}")
+            raise self.error(f"no element {name[:40]!r} belongs in {path[-2]!r}")
 
     def _is_skipped(self, name: str) -> bool:
         """Whether an element is an <ndm>, or in a message of it that is not read."""
@@ -138,7 +114,7 @@ class XmlReader:
             if name != "aem" or self.message_count != (self.requested_message or 1):
                 self.skipped_depth = 1
         if self.skipped_depth > MAX_DEPTH * MAX_DEPTH:
-            raise self._error(f"elements more than {MAX_DEPTH * MAX_DEPTH} deep")
+            raise self.error(f"elements more than {MAX_DEPTH * MAX_DEPTH} deep")
         return self.skipped_depth > 0
 
     def check_messages(self) -> None:
@@ -155,9 +131,9 @@ class XmlReader:
 
     def _refuse_twice(self, name: str, after: str | None = None) -> None:
         if name in self.seen:
-            raise self._error(f"{name} twice")
+            raise self.error(f"{name} twice")
         if after is not None and after not in self.seen:
-            raise self._error(f"{name} without a {after} before it")
+            raise self.error(f"{name} without a {after} before it")
         self.seen.add(name)
 
     def _begin_data(self) -> None:
@@ -182,7 +158,7 @@ class XmlReader:
         name = self.numbered.get((parent, name), name)
         if self.text:
             if not "".join(self.text).isspace():
-                self._refuse_text()
+                self.refuse_text()
             self.text.clear()
         self.stack.append(name)
         if name not in self.names or parent not in self.elements:
@@ -190,9 +166,9 @@ class XmlReader:
             return
         units = attributes.get("units") if attributes else None
         if units is not None and units != UNITS.get(name):
-            raise self._error(f"{name} in {units[:20]!r}, not {UNITS.get(name, 'without units')!r}")
+            raise self.error(f"{name} in {units[:20]!r}, not {UNITS.get(name, 'without units')!r}")
         if name in self.state:
-            raise self._error(f"{name} twice in an attitudeState")
+            raise self.error(f"{name} twice in an attitudeState")
         if name == "EPOCH":
             self.state_line = self.parser.CurrentLineNumber
 
@@ -201,28 +177,17 @@ class XmlReader:
         self.element_offset = self.parser.CurrentByteIndex
         depth = len(self.stack)
         if depth > MAX_DEPTH:
-            raise self._error(f"elements more than {MAX_DEPTH} deep")
+            raise self.error(f"elements more than {MAX_DEPTH} deep")
         if self.segment is None:
             return
         if depth == 5:
             if name != "attitudeState" and (name != "COMMENT" or self.rows or self.segment.blocks):
-                raise self._error(f"no element {name[:40]!r} belongs in 'data' here")
+                raise self.error(f"no element {name[:40]!r} belongs in 'data' here")
         elif self.stack[4] == "COMMENT" or name not in self.elements:
-            raise self._error(f"no element {name[:40]!r} belongs in {self.stack[-2]!r}")
+            raise self.error(f"no element {name[:40]!r} belongs in {self.stack[-2]!r}")
 
-    def _take_text(self) -> str:
-        text = "".join(self.text)
-        self.text.clear()
-        if len(text) > MAX_TEXT_BYTES:
-            raise self._error(f"a text of more than {MAX_TEXT_BYTES} characters")
-        return text.strip()
-
-    def _refuse_text(self) -> None:
-        text = self._take_text()
-        if text:
-            raise self._error(f"text {text[:40]!r} where an element belongs")
-
-    def _end(self, name: str) -> None:
+    def end(self, name: str) -> None:
+        """End an element outside the data."""
         if self.skipped_depth or not self.stack:
             self.skipped_depth = max(0, self.skipped_depth - 1)
             self.text.clear()
@@ -231,12 +196,12 @@ class XmlReader:
         if len(self.stack) > 1 and self.stack[-2] in ("header", "metadata"):
             self._end_field(name)
         else:
-            self._refuse_text()
+            self.refuse_text()
             self._end_part(name)
         self.stack.pop()
 
     def _end_field(self, name: str) -> None:
-        text = self._take_text()
+        text = self.take_text()
         if name == "COMMENT":
             self.message.add_remarks(self.parser.CurrentLineNumber)
         else:
@@ -253,9 +218,9 @@ class XmlReader:
                 self.segment.close(self.parser.CurrentLineNumber)
             self.segment = None
         elif name == "segment" and "data" not in self.seen:
-            raise self._error("a segment without data")
+            raise self.error("a segment without data")
         elif name == "aem" and "body" not in self.seen:
-            raise self._error("no body")
+            raise self.error("no body")
 
     def _end_in_data(self, name: str) -> None:
         name = self.stack[-1]
@@ -263,14 +228,14 @@ class XmlReader:
             self.state[name] = "".join(self.text)
             self.text.clear()
         elif len(self.stack) == 4:
-            self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
-            self._end(name)
+            self.parser.StartElementHandler, self.parser.EndElementHandler = self.start, self.end
+            self.end(name)
             return
         elif name == "COMMENT" or self.segment is None:
             self.text.clear()
             self.message.add_remarks(self.parser.CurrentLineNumber, name == "COMMENT")
         else:
-            self._refuse_text()
+            self.refuse_text()
             if name == "attitudeState":
                 self._end_state()
         self.stack.pop()
@@ -282,7 +247,7 @@ class XmlReader:
             wrong = next(name for name in self.names if len(self.state.get(name, "").split()) != 1)
             text = self.state.get(wrong, "").strip()
             reason = f"{wrong} is {text[:40]!r}" if text else f"no {wrong} in an attitudeState"
-            raise self._error(reason) from None
+            raise self.error(reason) from None
         self.rows.append(" ".join(words).encode("ascii", "replace"))
         self.lines.append(self.state_line)
         self.state.clear()

@@ -1,0 +1,101 @@
+"""Messages of blocks of keywords (APM, ACM): what their readers share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import AttitudeError, InputError
+from ...frames import rotations
+from ...times.instants import Instants
+from ..text_reader import TextReader, finite_number
+from .conventions import euler_axes
+from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
+from .keywords import INERTIA, TORQUE, UNITS, frame_named
+from .ndm import NdmLine
+
+ALL_UNITS = {
+    **UNITS,
+    **dict.fromkeys(INERTIA, "kg*m**2"),
+    **dict.fromkeys(TORQUE, "N*m"),
+    "MAN_DURATION": "s",
+    "MAN_DELTA_MASS": "kg",
+}
+
+
+class Block(NamedTuple):
+    """A block: its name, the line where it begins, the lines of its keywords, and its rows."""
+
+    name: str
+    number: int
+    fields: dict[str, NdmLine]
+    rows: list[NdmLine]
+
+
+class BlockReader(TextReader):
+    """Reads the values of keywords; FormatError, with the line, for one that is missing or invalid."""
+
+    def needed(self, block: Block, name: str) -> NdmLine:
+        """The line of a keyword that a block must have."""
+        if name not in block.fields or not block.fields[name].value:
+            raise self.error(f"no {name} in the block {block.name}", block.number)
+        return block.fields[name]
+
+    def number(self, block: Block, name: str) -> float:
+        """A number of a block, in the unit that the standard has for it."""
+        line = self.needed(block, name)
+        value = finite_number(line.value)
+        if np.isnan(value):
+            raise self.error(f"{name} is {line.value[:40]!r}, not a finite number", line.number)
+        unit = ALL_UNITS.get(name, "")
+        if line.units and line.units.replace("**", "^").lower() != unit.replace("**", "^").lower():
+            raise self.error(f"{name} in {line.units[:20]}, not {unit or 'without units'}", line.number)
+        return value
+
+    def tensor(self, block: Block) -> list[list[float]]:
+        """The inertia tensor (3, 3), kg m2; products of inertia are its elements."""
+        xx, yy, zz, xy, xz, yz = (self.number(block, name) for name in INERTIA)
+        return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+    def frames(self, block: Block) -> tuple[str, str, bool]:
+        """External frame, name of the body's, and whether the external one is frame A."""
+        names = [capitals(self.needed(block, key)) for key in ("REF_FRAME_A", "REF_FRAME_B")]
+        known = rotations.INERTIAL_FRAMES.keys() | rotations.TURNING_FRAMES.keys()
+        is_external = [frame_named(name) in known for name in names]
+        if sum(is_external) != 1:
+            reason = f"one of frames A and B is the body's, the other one of {', '.join(sorted(known))}"
+            raise self.error(f"{names[0][:40]}, {names[1][:40]}: {reason}", block.number)
+        external, body = names if is_external[0] else names[::-1]
+        return frame_named(external), body, is_external[0]
+
+    def euler_axes(self, block: Block) -> str:
+        """Axes of the Euler angles of a block."""
+        line = self.needed(block, "EULER_ROT_SEQ")
+        try:
+            return euler_axes(line.value)
+        except InputError as error:
+            raise self.error(str(error), line.number) from None
+
+    def instants(self, system: NdmLine, lines: Sequence[NdmLine]) -> Instants:
+        """Instants of epochs in a time system, in seconds since the first of them."""
+        name, stamps = system.value.upper(), []
+        if name not in TIME_SYSTEMS:
+            reason = f"TIME_SYSTEM = {system.value[:40]}: one of {', '.join(TIME_SYSTEMS)}"
+            raise self.error(reason, system.number)
+        for line in lines:
+            try:
+                stamps.append(parse_epoch(line.value.encode("ascii", "replace"), name))
+            except RowError as error:
+                raise self.error(f"{line.keyword}: {error.reason}", line.number) from None
+        second, atto = np.array(stamps, dtype=np.int64).T
+        try:
+            return to_instants(Timestamps(second, atto), name)
+        except AttitudeError as error:
+            raise self.error(str(error), lines[-1].number) from None
+
+
+def capitals(line: NdmLine) -> str:
+    """The value in capitals, with underscores for blanks: how the standard writes names."""
+    return "_".join(line.value.upper().split())
