@@ -77,7 +77,7 @@ class TorqueFreeMotion:
             raise InputError("body", body, "a RigidBody")
         self.body = body
         self.epoch = instants.check_epoch(epoch)
-        self.frame = rotations.check_frame(frame)
+        self.frame = rotations.check_frame(frame, also=(rotations.TEME_AT_EPOCH,))
         with noted() as notes:
             attitudes = rotations.attitude_quaternion(attitude, order)
         self.notes = tuple(notes)

@@ -9,7 +9,7 @@ import erfa
 import numpy as np
 from erfa import ErfaWarning
 
-from ..frames.inertial import from_gcrf
+from ..frames.earth_fixed import scene_axes
 from ..problem.initial_state import InitialState
 from ..times import turn_rates
 
@@ -35,7 +35,7 @@ def equator(initial_state: InitialState) -> np.ndarray:
     """
     central = initial_state.central_body
     if (central is None or central.is_earth) and initial_state.frame != "INERTIAL":
-        return from_gcrf(initial_state.frame, "the Earth's pole").T
+        return scene_axes(initial_state.frame, initial_state.epoch, "the Earth's pole").T
     return np.eye(3)
 
 

@@ -12,7 +12,7 @@ from ..documents.quantities import unit_vector
 from ..errors import InputError
 from ..frames.celestial import au, sun_from_earth
 from ..frames.daily_nodes import DAY
-from ..frames.inertial import from_gcrf
+from ..frames.earth_fixed import scene_axes
 from ..orbit.piecewise_polynomial import interpolated
 from ..problem.initial_state import PiecewisePolynomial
 
@@ -62,7 +62,7 @@ def pressure() -> float:
 
 def from_earth(epoch: Time, frame: str, start: float, stop: float) -> PiecewisePolynomial:
     """Vector from the Earth to the Sun, m, in `frame`, within 1e-9 of `celestial.sun_from_earth`."""
-    rotation = from_gcrf(frame, "the position of the Sun")
+    rotation = scene_axes(frame, epoch, "the position of the Sun")
     tdb = float(epoch.tdb.jd1), float(epoch.tdb.jd2)
 
     def position(t: np.ndarray) -> np.ndarray:

@@ -13,7 +13,6 @@ from astropy.table import QTable
 from astropy.time import Time
 
 from ..errors import InputError, RegimeError, suggestion
-from ..frames import rotations
 from ..kernels.layout import BODIES_PER_BLOCK, REGIMES, ROW_STRIDE
 from ..scene.document import Scene
 from ..times import instants
@@ -143,7 +142,7 @@ class Ensemble:
     @property
     def frame(self) -> str:
         """The inertial frame of attitudes."""
-        return "ICRF" if self.scene is None else self.scene.frame
+        return "ICRF" if self.scene is None else self.scene.inertial_frame
 
     @property
     def epoch(self) -> Time | None:
@@ -285,7 +284,7 @@ class Ensemble:
         regimes = {name: int(n) / self.size for name, n in zip(REGIMES, sums.regimes, strict=True)}
         redraws = self.redraws(scheduler=scheduler, workers=workers)
         population = Population(self.size - len(lost), regimes, tuple(lost), redraws)
-        frame = rotations.check_frame(self.frame)
+        frame = self.frame
         return Statistics(np.concatenate(products), np.concatenate(references), instants, frame, population)
 
     def density(
@@ -317,7 +316,7 @@ class Ensemble:
         for task_counts, task_lost in self._mapped(work, scheduler, workers, progress):
             counts += task_counts
             lost += task_lost
-        frame = rotations.check_frame(self.frame)
+        frame = self.frame
         redraws = self.redraws(scheduler=scheduler, workers=workers)
         return AxisDensity(direction, instants, frame, counts.reshape(-1, ROWS, COLUMNS), lost, redraws)
 

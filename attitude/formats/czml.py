@@ -22,14 +22,12 @@ from astropy.time import Time
 
 from ..errors import AttitudeError, FormatError, InputError, note
 from ..frames import rotations
-from ..frames.earth_fixed import itrf
-from ..frames.inertial import rotation_from_gcrf
 from ..samples.chunks import CHUNK_INSTANTS, Samples
 from ..samples.ephemeris_data import EphemerisData, OrbitStates
 from ..samples.event import Event
 from ..samples.interpolation import InterpolationMethod
 from ..samples.resampling import with_interpolation, with_method
-from ..samples.transform import in_frame
+from ..samples.transform import in_frame, rotation_between
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time, parse_times
 from . import bounded_read, schema
@@ -182,7 +180,8 @@ def _positions(orbit: OrbitStates, head: EphemerisData, first: float, last: floa
 
 def _earth_fixed_positions(orbit: OrbitStates, instants: Instants, ut1: str) -> np.ndarray:
     """(n, 3) m."""
-    turn = rotation_from_gcrf(orbit.frame, "an Earth-fixed position").back().then(itrf(instants, ut1))
+    turn = rotation_between(orbit.frame, FRAME, instants, ut1)
+    assert turn is not None
     return rotations.rotate(turn.quaternion, orbit.state(instants)[0])
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import warnings
 from decimal import Decimal
+from typing import TYPE_CHECKING
 
 import erfa
 import numpy as np
@@ -23,7 +24,11 @@ from ..times import turn_rates
 from ..times.instants import Instants
 from . import earth_orientation
 from .daily_nodes import DAY, J2000, Days, interpolated
-from .inertial import FrameRotation
+from .inertial import STILL, FrameRotation, from_gcrf
+from .rotations import TEME_AT_EPOCH, rotate
+
+if TYPE_CHECKING:
+    from astropy.time import Time
 
 TAU = 2.0 * math.pi
 CENTURY = 36525.0  # days
@@ -73,6 +78,20 @@ def teme(instants: Instants) -> FrameRotation:
     slope = np.polynomial.polynomial.polyval(centuries, [k * c for k, c in enumerate(ANGLE_LESS_GMST) if k])
     rate = TAU / (CENTURY * DAY) * slope
     return to_pole.then(FrameRotation.about("z", angle - locator, rate - locator_rate))
+
+
+def teme_at_epoch(epoch: Time | None) -> FrameRotation:
+    """GCRF to the inertial axes that TEME has at an epoch; InputError without one."""
+    if epoch is None:
+        raise InputError("epoch", None, "an epoch; the axes of TEME are those of a date")
+    return FrameRotation(teme(Instants(np.zeros(1), None, epoch)).quaternion[0], STILL)
+
+
+def scene_axes(frame: str, epoch: Time | None, purpose: str) -> np.ndarray:
+    """(3, 3) matrix from components in GCRF to those in the inertial frame of a scene (`inertial.from_gcrf`)."""
+    if frame == TEME_AT_EPOCH:
+        return rotate(teme_at_epoch(epoch).quaternion, np.eye(3)).T
+    return from_gcrf(frame, purpose)
 
 
 def itrf(instants: Instants, ut1: str = "tables") -> FrameRotation:

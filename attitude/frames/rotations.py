@@ -33,6 +33,8 @@ TURNING_FRAMES = {
     "LVLH": "along the orbit: z to the nadir, y against the orbital momentum",
 }
 ORBITAL_FRAMES = ("QSW", "LVLH")
+# The inertial axes along which the motion of a scene in TEME is computed: those that TEME has at its epoch.
+TEME_AT_EPOCH = "TEME at the epoch"
 # Where UT1 and the pole come from, for ITRF: the tables that come with astropy, or UTC and no polar motion.
 UT1_SOURCES = ("tables", "utc")
 
@@ -44,12 +46,13 @@ def check_order(order: str | None, field: str = "order") -> str:
     return order
 
 
-def check_frame(frame: str, field: str = "frame") -> str:
-    """The frame; InputError unless it is an inertial one."""
-    if not isinstance(frame, str) or frame not in INERTIAL_FRAMES:
+def check_frame(frame: str, field: str = "frame", also: tuple[str, ...] = ()) -> str:
+    """The frame; InputError unless it is an inertial one, or one of `also`."""
+    if not isinstance(frame, str) or frame not in (*INERTIAL_FRAMES, *also):
         is_turning = isinstance(frame, str) and frame in TURNING_FRAMES
         meant = "" if is_turning else suggestion(frame, INERTIAL_FRAMES)
-        raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}{meant}")
+        more = "".join(f", or {name}" for name in also if name != TEME_AT_EPOCH)
+        raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}{more}{meant}")
     return frame
 
 

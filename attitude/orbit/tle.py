@@ -10,8 +10,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from ..documents.quantities import GravitationalParameter, check_positive
 from ..errors import InputError, warn
-from ..frames import inertial, rotations
-from ..frames.earth_fixed import teme
+from ..frames import rotations
+from ..frames.earth_fixed import scene_axes, teme
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import instants
 from ..times.instants import as_instants
@@ -63,7 +63,7 @@ class TwoLine(OrbitDefinition):
 
         if epoch is None:
             raise InputError("epoch", None, "an epoch; the times of a TLE are dates")
-        from_gcrf = inertial.from_gcrf(frame, "the positions of a TLE")
+        from_gcrf = scene_axes(frame, epoch, "the positions of a TLE")
         satellite = self._satellite()
         period = 2.0 * np.pi / satellite.no_kozai * 60.0
         margin = period / PIECES_PER_REVOLUTION

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..errors import InputError, RegimeError
 from ..frames import rotations
-from ..frames.earth_fixed import gtod, itrf, teme
+from ..frames.earth_fixed import gtod, itrf, teme, teme_at_epoch
 from ..frames.inertial import STILL, FrameRotation, rotation_from_gcrf
-from ..frames.rotations import ORBITAL_FRAMES, TURNING_FRAMES, rotate
+from ..frames.rotations import ORBITAL_FRAMES, TEME_AT_EPOCH, TURNING_FRAMES, rotate
 from ..times.instants import Instants
 from .ephemeris_data import EphemerisData, OrbitStates
 from .event import Event
@@ -144,6 +144,8 @@ def _from_gcrf(frame: str, instants: Instants, ut1: str) -> FrameRotation:
         return {"ITRF": itrf, "GTOD": gtod}[frame](instants, ut1)
     if frame == "TEME":
         return teme(instants)
+    if frame == TEME_AT_EPOCH:
+        return teme_at_epoch(instants.epoch)
     return rotation_from_gcrf(frame, "an attitude in another frame")
 
 

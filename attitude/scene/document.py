@@ -322,7 +322,9 @@ class Scene(Part):
         if self.solver in SOLVERS_THAT_LEFT:
             text = f"solver: {self.solver} is no longer offered; gauss, to the same tolerance, is used"
             warnings.warn(text, FutureWarning, stacklevel=2)
-        rotations.check_frame(self.frame)
+        rotations.check_frame(self.frame, also=("TEME",))
+        if self.frame == "TEME" and self.epoch is None:
+            raise InputError("epoch", None, "an epoch; the axes of TEME are those of a date")
         for name in ("attitude", "angular_velocity"):
             if getattr(self, name) is None and self.spin is None:
                 raise InputError(name, None, "a value (the field is required)")
@@ -480,14 +482,14 @@ class Scene(Part):
         start, stop = self.times.span(epoch)
         orbit_path = None
         if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
-            orbit_path = _orbit_path(self.orbit, self.frame, epoch, start, stop)
+            orbit_path = _orbit_path(self.orbit, self.inertial_frame, epoch, start, stop)
         initial_state = InitialState(
             self.body.build(),
             *self.state(),
             start,
             stop,
             epoch,
-            self.frame,
+            self.inertial_frame,
             None if self.body.mass is None else self.body.mass.si,
             None if self.position is None else self.position.si,
             None if self.velocity is None else self.velocity.si,
@@ -512,12 +514,13 @@ class Scene(Part):
             assert self.attitude is not None
             assert self.angular_velocity is not None
             q, omega = self.attitude.build(), self.angular_velocity.build()
-        if self.relative_to in (None, self.frame):
+        reference = self.relative_to or self.frame
+        if reference == self.inertial_frame:
             return q, omega
         epoch = self.epoch.build() if self.epoch is not None else None
         at_epoch = Instants(np.zeros(1), None, epoch)
         with field_within("relative_to"):
-            turn = rotation_to(self.relative_to or "", self.frame, self.ephemeris_orbit(), at_epoch, self.ut1)
+            turn = rotation_to(reference, self.inertial_frame, self.ephemeris_orbit(), at_epoch, self.ut1)
         if turn is None:
             return q, omega
         r, own_rate = turn.quaternion.reshape(-1, 4)[0], np.reshape(turn.rate, (-1, 3))[0]
@@ -526,7 +529,8 @@ class Scene(Part):
 
     def motion(self) -> TorqueFreeMotion:
         """The motion at the document's epoch."""
-        names = STATE if self.relative_to is None else STATE | RELATIVE_STATE
+        is_inertial = self.relative_to is None and self.frame == self.inertial_frame
+        names = STATE if is_inertial else STATE | RELATIVE_STATE
         try:
             state = _State(self.__pydantic_serializer__.to_json(self, include=names))
         except ValueError:  # half a surrogate pair where a unit should be
@@ -538,6 +542,11 @@ class Scene(Part):
                 warn(text)
         motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
         return motion
+
+    @property
+    def inertial_frame(self) -> str:
+        """The frame that the motion is computed in: `frame`, or for TEME the axes that it has at the epoch."""
+        return rotations.TEME_AT_EPOCH if self.frame == "TEME" else self.frame
 
     @property
     def is_plain(self) -> bool:
@@ -584,7 +593,7 @@ class Scene(Part):
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
-        return self.with_surroundings(ephemeris, self.ephemeris_orbit())
+        return self._answer(ephemeris, self.ephemeris_orbit())
 
     def crossings(
         self,
@@ -650,7 +659,7 @@ class Scene(Part):
 
         def cut(first: int, last: int) -> Ephemeris:
             ephemeris = motion.ephemeris(part(first, last), rate=True, name=self.name)
-            return self.with_surroundings(ephemeris, orbit)
+            return self._answer(ephemeris, orbit)
 
         return Samples(count, cut, progress, part, in_memory=False)
 
@@ -692,7 +701,12 @@ class Scene(Part):
         chunks = motion.chunks(
             self.times.lazily(motion.epoch), size, rate=True, threads=threads, name=self.name
         )
-        return (self.with_surroundings(chunk, orbit) for chunk in chunks)
+        return (self._answer(chunk, orbit) for chunk in chunks)
+
+    def _answer(self, ephemeris: Data, orbit: EphemerisOrbit | None) -> Data:
+        """The ephemeris with its surroundings, relative to `frame`."""
+        ephemeris = self.with_surroundings(ephemeris, orbit)
+        return ephemeris if self.frame == self.inertial_frame else in_frame(ephemeris, self.frame)
 
     def with_surroundings(self, ephemeris: Data, orbit: EphemerisOrbit | None) -> Data:
         """The ephemeris with its orbit, the source of UT1, and its uncertainty."""
@@ -736,7 +750,9 @@ class Scene(Part):
             return None
         epoch = self.epoch.build() if self.epoch is not None else None
         return EphemerisOrbit(
-            partial(_orbit_path, self.orbit, self.frame, epoch), partial(self.times.span, epoch), self.frame
+            partial(_orbit_path, self.orbit, self.inertial_frame, epoch),
+            partial(self.times.span, epoch),
+            self.inertial_frame,
         )
 
 
@@ -761,7 +777,9 @@ def _motion(state: _State) -> TorqueFreeMotion:
     """Cached with its constants: the same body is often queried again."""
     scene, state.is_known = state.scene, False
     with noted() as notes:
-        motion = TorqueFreeMotion(scene.body.build(), *scene.state(), order="wxyz", frame=scene.frame)
+        motion = TorqueFreeMotion(
+            scene.body.build(), *scene.state(), order="wxyz", frame=scene.inertial_frame
+        )
     motion.notes = tuple(notes)
     return motion
 

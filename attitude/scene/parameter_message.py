@@ -15,6 +15,10 @@ from ..errors import AttitudeError, FormatError, InputError, note
 from ..formats.ccsds.apm import scene_members
 from ..formats.ccsds.apm_writer import ApmOptions as ApmOptions
 from ..formats.ccsds.apm_writer import ApmState, Manoeuvre, apm_text
+from ..frames import rotations
+from ..frames.earth_fixed import scene_axes
+from ..frames.rotations import TEME_AT_EPOCH
+from ..problem.initial_state import InitialState
 from .planning import Described
 
 
@@ -88,6 +92,7 @@ def message_of(scene: Described, options: ApmOptions) -> str:
     initial_state = scene.initial_state()
     if initial_state.epoch is None:
         raise FormatError("an APM has an epoch, and this scene has none")
+    frame, axes = _message_frame(initial_state)
     manoeuvres, others = [], []
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, Impulse):
@@ -98,19 +103,28 @@ def message_of(scene: Described, options: ApmOptions) -> str:
         if effect.start is None or effect.stop is None:
             raise FormatError(f"effects[{i}]: a manoeuvre of an APM has a start and a stop")
         start, stop = (end.seconds(initial_state.epoch) for end in (effect.start, effect.stop))
-        manoeuvres.append(Manoeuvre(start, stop - start, effect.torque.si, effect.frame == "body"))
+        is_in_body = effect.frame == "body"
+        torque = effect.torque.si if is_in_body else axes @ effect.torque.si
+        manoeuvres.append(Manoeuvre(start, stop - start, torque, is_in_body))
     comments = (f"Effects that are no manoeuvres: {', '.join(others)}",) if others else ()
     return apm_text(
         ApmState(
             scene.name,
             initial_state.epoch,
-            scene.frame,
-            np.asarray(initial_state.attitude),
+            frame,
+            rotations.product(rotations.from_matrix(axes), np.asarray(initial_state.attitude)),
             np.asarray(initial_state.rate),
             np.asarray(initial_state.body.tensor),
             tuple(manoeuvres),
-            scene.frame,
+            frame,
             (*comments, *scene.notes),
         ),
         options,
     )
+
+
+def _message_frame(initial_state: InitialState) -> tuple[str, np.ndarray]:
+    """The frame of the message, that of the scene or for TEME GCRF, and the (3, 3) matrix from the scene's."""
+    if initial_state.frame != TEME_AT_EPOCH:
+        return initial_state.frame, np.eye(3)
+    return "GCRF", scene_axes(initial_state.frame, initial_state.epoch, "an APM").T

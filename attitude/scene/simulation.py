@@ -317,7 +317,7 @@ def _ephemeris_of_rows(
     return Ephemeris(
         quaternion,
         instants,
-        inputs.scene.frame,
+        inputs.initial_state.frame,
         inputs.initial_state.body,
         rate,
         inputs.scene.name,
@@ -339,7 +339,7 @@ def _bounce(inputs: SimulationInputs, ground: Ground, instants: Instants) -> Eph
     return Ephemeris(
         flight.quaternion,
         instants[:count],
-        inputs.scene.frame,
+        inputs.initial_state.frame,
         inputs.initial_state.body,
         flight.rate,
         inputs.scene.name,

@@ -133,7 +133,7 @@ def _blocks(history: History, name: str, system: str) -> Iterator[bytes]:
 
 def _attitudes(history: History) -> Iterator[bytes]:
     """ATT: a block for each segment, across which nothing is interpolated."""
-    frame, body = history.head.frame, history.options.body_frame
+    frame, body = rotations.check_any_frame(history.head.frame), history.options.body_frame
     remarks = [ascii(text)[1:-1][:200] for text in history.head.notes]
     for k, segment in enumerate(history.segments, start=1):
         columns = Q + (ANGVEL if history.has_rate else ())
