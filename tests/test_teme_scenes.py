@@ -103,5 +103,5 @@ def test_a_message_of_the_scene_is_in_gcrf():
 
 
 def test_without_an_epoch_teme_is_refused():
-    with pytest.raises(InputError, match="epoch: .*the axes of TEME are those of a date"):
+    with pytest.raises(InputError, match=r"epoch: .*the axes of TEME are those of a date"):
         in_teme(epoch=GONE)

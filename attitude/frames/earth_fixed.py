@@ -88,7 +88,7 @@ def teme_at_epoch(epoch: Time | None) -> FrameRotation:
 
 
 def scene_axes(frame: str, epoch: Time | None, purpose: str) -> np.ndarray:
-    """(3, 3) matrix from components in GCRF to those in the inertial frame of a scene (`inertial.from_gcrf`)."""
+    """(3, 3) matrix from components in GCRF to those in the inertial frame of a scene; see `from_gcrf`."""
     if frame == TEME_AT_EPOCH:
         return rotate(teme_at_epoch(epoch).quaternion, np.eye(3)).T
     return from_gcrf(frame, purpose)

@@ -545,7 +545,7 @@ class Scene(Part):
 
     @property
     def inertial_frame(self) -> str:
-        """The frame that the motion is computed in: `frame`, or for TEME the axes that it has at the epoch."""
+        """The frame that the motion is computed in: `frame`, or for TEME its axes at the epoch."""
         return rotations.TEME_AT_EPOCH if self.frame == "TEME" else self.frame
 
     @property

@@ -124,7 +124,7 @@ def message_of(scene: Described, options: ApmOptions) -> str:
 
 
 def _message_frame(initial_state: InitialState) -> tuple[str, np.ndarray]:
-    """The frame of the message, that of the scene or for TEME GCRF, and the (3, 3) matrix from the scene's."""
+    """The frame of the message, GCRF for a scene in TEME, and the (3, 3) matrix from the scene's."""
     if initial_state.frame != TEME_AT_EPOCH:
         return initial_state.frame, np.eye(3)
     return "GCRF", scene_axes(initial_state.frame, initial_state.epoch, "an APM").T
