@@ -13,11 +13,12 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ..errors import AttitudeError, FormatError, InputError, warn
+from ..errors import AttitudeError, InputError, warn
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from . import line_blocks, schema, text_rows
 from .ccsds.epochs import RowError, Timestamps, parse_epochs, to_instants
+from .text_reader import TextReader, finite_number
 
 KEYWORD = re.compile(r"([A-Z_]+)\s*=\s*(.*)")
 ROW = "t-" + "n" * 7 + "-" * 11 + "t"  # time, elapsed, quaternion and rate, derived numbers, quality
@@ -42,20 +43,17 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     return reader.ephemeris()
 
 
-class DefattReader:
+class DefattReader(TextReader):
     """Takes the header, the rows and DATA_STOP, in this order."""
 
     def __init__(self, source: str):
-        self.source = source
+        super().__init__(source)
         self.fields: dict[str, str] = {}
         self.in_rows = self.ended = False
         self.stamps: list[Timestamps] = []
         self.tables: list[np.ndarray] = []
         self.numbers: list[np.ndarray] = []  # of the lines of rows
         self.unconverged = 0
-
-    def _error(self, message: str, line: int | None = None) -> FormatError:
-        return FormatError(message, self.source, line)
 
     def add_block(self, block: line_blocks.LineBlock) -> None:
         """Take the next lines of the file."""
@@ -77,24 +75,24 @@ class DefattReader:
         if not text or text.startswith("COMMENT") or text in ("META_START", "META_STOP", "DATA_STOP"):
             return
         if self.ended:
-            raise self._error("something after DATA_STOP", number)
+            raise self.error("something after DATA_STOP", number)
         if text == "DATA_START":
             self._check_header(number)
             self.in_rows = True
             return
         match = KEYWORD.fullmatch(text)
         if match is None:
-            raise self._error(f"KEYWORD = value belongs here, not {text[:80]!r}", number)
+            raise self.error(f"KEYWORD = value belongs here, not {text[:80]!r}", number)
         if match[1] in self.fields:
-            raise self._error(f"{match[1]} twice", number)
+            raise self.error(f"{match[1]} twice", number)
         self.fields[match[1]] = match[2].strip()
 
     def _check_header(self, number: int) -> None:
         if self.fields.get("CCSDS_AEM_VERS") != "1.0":
-            raise self._error("not a DEFATT file, which begins with CCSDS_AEM_VERS = 1.0", number)
+            raise self.error("not a DEFATT file, which begins with CCSDS_AEM_VERS = 1.0", number)
         for name, value in STATED.items():
             if self.fields.get(name) != value:
-                raise self._error(f"{name} is {self.fields.get(name)!r}, not {value!r}", number)
+                raise self.error(f"{name} is {self.fields.get(name)!r}, not {value!r}", number)
 
     def _add_rows(self, text: bytes, first: int) -> None:
         """Take rows, among which may be comments and empty lines."""
@@ -105,15 +103,15 @@ class DefattReader:
             return
         for words, i in kept:
             if len(words) != len(ROW):
-                raise self._error(f"{len(words)} values where {len(ROW)} belong", i)
+                raise self.error(f"{len(words)} values where {len(ROW)} belong", i)
         numbers = np.array([i for _, i in kept])
         table = text_rows.read(b"".join(b" ".join(words) + b"\n" for words, _ in kept), ROW)
         if table is None:
-            raise self._error(*self._bad_row(kept))
+            raise self.error(*self._bad_row(kept))
         try:
             self.stamps.append(parse_epochs(table.texts[0], "UTC"))
         except RowError as error:
-            raise self._error(error.reason, int(numbers[error.index])) from None
+            raise self.error(error.reason, int(numbers[error.index])) from None
         self.unconverged += sum(flag != CONVERGED for flag in table.texts[1].to_pylist())
         self.tables.append(table.columns)
         self.numbers.append(numbers)
@@ -122,34 +120,31 @@ class DefattReader:
         """What is wrong with the first row that has a number which is none, and its line."""
         for words, number in kept:
             for word in words[2:9]:
-                try:
-                    is_finite = bool(np.isfinite(float(word)))
-                except ValueError:
-                    is_finite = False
-                if not is_finite or b"_" in word:
-                    return f"{word[:40].decode(errors='replace')!r} is no finite number", number
+                text = word[:40].decode(errors="replace")
+                if np.isnan(finite_number(text)):
+                    return f"{text!r} is no finite number", number
         return "values that are not separated by blanks", kept[0][1]
 
     def ephemeris(self) -> EphemerisData:
         """Return what was read; FormatError if it is truncated, or no ephemeris."""
         if not self.ended:
-            raise self._error("ends before DATA_STOP")
+            raise self.error("ends before DATA_STOP")
         if not self.tables:
-            raise self._error("no attitudes between DATA_START and DATA_STOP")
+            raise self.error("no attitudes between DATA_START and DATA_STOP")
         numbers = np.concatenate(self.numbers)
         stamps = Timestamps(*map(np.concatenate, zip(*self.stamps, strict=True)))
         later = stamps.is_ascending
         if not later.all():
-            raise self._error("an epoch that is not after the one before", int(numbers[np.argmin(later) + 1]))
+            raise self.error("an epoch that is not after the one before", int(numbers[np.argmin(later) + 1]))
         columns = np.concatenate(self.tables, axis=1).T
         try:
             q = schema.unit_rows(columns[:, [3, 0, 1, 2]], self.source)
             instants = schema.check_dates(to_instants(stamps, "UTC"))
         except InputError as error:
             row = error.steps[1] if len(error.steps) > 1 else 0
-            raise self._error(str(error), int(numbers[int(row)])) from None
+            raise self.error(str(error), int(numbers[int(row)])) from None
         except AttitudeError as error:
-            raise self._error(str(error)) from None
+            raise self.error(str(error)) from None
         if self.unconverged:
             text = f"{self.unconverged} of {len(q)} attitudes have a quality flag other than CNV"
             warn(f"{self.source}: {text}")

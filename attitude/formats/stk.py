@@ -25,8 +25,8 @@ from . import schema, text_rows, time_origin
 from .interpolant import Interpolant, higher_degrees, lagrange
 from .interpolation_nodes import Nodes
 from .stk_dates import utcg
-from .stk_reader import VERSION_FORM
 from .stk_reader import parse as parse
+from .stk_text import VERSION_FORM
 from .time_origin import TimeOrigin
 from .writer_options import takes_options
 

@@ -56,17 +56,12 @@ def iso_date(text: str) -> str:
             raise ValueError(text)
         month, day_of_month = day.month, day.day
     else:
-        month, day_of_month = _month(parts), int(parts["day"])
+        name = parts.get("month")
+        month = int(parts["number"]) if name is None else MONTHS.index(name[:3].capitalize()) + 1
+        day_of_month = int(parts["day"])
     hour, minute, second, fraction = match.groups()[-4:]
     clock = f"{int(hour):02}:{int(minute):02}:{int(second or 0):02}{(fraction or '').rstrip('.')}"
     return f"{year:04}-{month:02}-{day_of_month:02}T{clock}"
-
-
-def _month(parts: dict[str, str | None]) -> int:
-    name = parts.get("month")
-    if name is None:
-        return int(parts["number"] or 0)
-    return MONTHS.index(name[:3].capitalize()) + 1
 
 
 def times(dates: Sequence[str], time_format: str) -> Time:

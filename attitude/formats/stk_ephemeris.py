@@ -2,38 +2,31 @@
 
 from __future__ import annotations
 
-import re
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
-from ..errors import AttitudeError, FormatError, note, suggestion
+from ..errors import AttitudeError, FormatError, note
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
-from . import bounded_read, stk_dates
+from . import bounded_read, stk_dates, stk_text
 from .orbits import OrbitMethod, OrbitRows, OrbitSegment
 from .stk_dates import DATES, ELAPSED, iso_date
+from .stk_text import StkTextReader
+from .text_reader import finite_number
 
 MAX_BYTES = 1 << 28
-# Keywords and the form of their values; what is not used is checked for its form all the same.
-KEYWORDS = {
+KEYWORDS = stk_text.KEYWORDS | {
     "NumberOfEphemerisPoints": r"\d{1,15}",
-    "ScenarioEpoch": r".+",
     "InterpolationMethod": r"(?i:lagrange|hermite|lagrangevop)",
-    "InterpolationOrder": r"\d{1,3}",
-    "InterpolationSamplesM1": r"\d{1,3}",
-    "CentralBody": r"\S+",
     "CoordinateSystem": r".+",
     "CoordinateSystemEpoch": r".+",
     "DistanceUnit": r".+",
-    "BlockingFactor": r"\d+",
     "MessageLevel": r".+",
-    "TimeFormat": rf"(?i:{'|'.join((*ELAPSED, *DATES))})",
 }
-KEYWORD_NAMES = {name.lower(): name for name in KEYWORDS}
+KEYWORD_NAMES = {name.lower() for name in KEYWORDS}
 WIDTHS = {"ephemeristimepos": 3, "ephemeristimeposvel": 6, "ephemeristimeposvelacc": 9}
-SYSTEMS = {"icrf": "ICRF", "j2000": "EME2000"}
-EARTH_SYSTEMS = {"fixed": "ITRF", "temeofdate": "TEME", "inertial": "ICRF"}
+ROW_NAMES = "EphemerisTimePos, ...PosVel and ...PosVelAcc are read, one of them"
 DEFAULT_ORDER = 5
 
 
@@ -55,33 +48,28 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
     return reader.orbit()
 
 
-class _Reader:
+class _Reader(StkTextReader):
     """Takes the version, the keywords, rows, boundaries of segments and the end."""
 
     def __init__(self, source: str):
-        self.source = source
+        super().__init__(source, KEYWORDS, ROW_NAMES)
         self.stage = "version"
-        self.keywords: dict[str, tuple[str, int]] = {}
         self.width = 0
         self.rows: list[_Row] = []
         self.boundaries: list[float] = []
-
-    def _error(self, reason: str, number: int | None = None) -> FormatError:
-        return FormatError(reason, self.source, number)
 
     def add(self, words: list[str], number: int) -> None:
         """Take the words of the next line that has any."""
         lowered = [word.lower() for word in words]
         if self.stage == "version":
-            if len(words) != 1 or not re.fullmatch(r"stk\.v\.\d+\.\d+", lowered[0]):
-                raise self._error("not an STK file: it begins with stk.v.<major>.<minor>", number)
+            self.check_version(" ".join(words), number)
             self.stage = "begin"
         elif self.stage == "begin":
             if lowered != ["begin", "ephemeris"]:
-                raise self._error(f"BEGIN Ephemeris belongs here, not {' '.join(words)[:80]!r}", number)
+                raise self.error(f"BEGIN Ephemeris belongs here, not {' '.join(words)[:80]!r}", number)
             self.stage = "keywords"
         elif self.stage == "end":
-            raise self._error("something after END Ephemeris", number)
+            raise self.error("something after END Ephemeris", number)
         elif lowered == ["end", "ephemeris"]:
             self.stage = "end"
         elif self.stage == "boundaries" and lowered[0] in ("begin", "end"):
@@ -99,29 +87,15 @@ class _Reader:
         lowered = words[0].lower()
         if lowered.startswith("ephemeris"):
             if lowered not in WIDTHS or self.width:
-                known = "EphemerisTimePos, ...PosVel and ...PosVelAcc are read, one of them"
-                raise self._error(f"{words[0][:80]!r}: {known}", number)
+                raise self.error(f"{words[0][:80]!r}: {ROW_NAMES}", number)
             self.width, self.stage = WIDTHS[lowered], "rows"
             return
-        name = KEYWORD_NAMES.get(lowered)
-        if name is None:
-            raise self._error(
-                f"keyword {words[0][:80]!r} is not known here{suggestion(words[0], KEYWORDS)}", number
-            )
-        value = " ".join(words[1:]).strip('"').strip()
-        if not re.fullmatch(KEYWORDS[name], value):
-            raise self._error(f"{name} {value[:80]!r}", number)
-        if name in self.keywords:
-            raise self._error(f"{name} twice", number)
-        self.keywords[name] = value, number
+        self.add_keyword(words[0], " ".join(words[1:]), number)
 
     def _number(self, word: str, number: int) -> float:
-        try:
-            value = float(word)
-        except ValueError:
-            value = np.nan
-        if not np.isfinite(value) or "_" in word:
-            raise self._error(f"{word[:40]!r} is no finite number", number)
+        value = finite_number(word)
+        if np.isnan(value):
+            raise self.error(f"{word[:40]!r} is no finite number", number)
         return value
 
     # -- the orbit ------------------------------------------------------------------------------
@@ -129,12 +103,12 @@ class _Reader:
     def orbit(self) -> OrbitRows:
         """Return what was read; FormatError if it is truncated, or no orbit."""
         if self.stage != "end":
-            raise self._error("ends before END Ephemeris")
+            raise self.error("ends before END Ephemeris")
         if not self.rows:
-            raise self._error("no rows")
+            raise self.error("no rows")
         stated, line = self.keywords.get("NumberOfEphemerisPoints", (None, 0))
         if stated is not None and int(stated) != len(self.rows):
-            raise self._error(f"{len(self.rows)} rows, and NumberOfEphemerisPoints is {stated}", line)
+            raise self.error(f"{len(self.rows)} rows, and NumberOfEphemerisPoints is {stated}", line)
         unit = self._distance_unit()
         table = np.array([self._numbers(row) for row in self.rows])
         instants = self._instants(table)
@@ -152,26 +126,23 @@ class _Reader:
         )
         return OrbitRows(segments, frame, center, self.source)
 
-    def _format(self) -> str:
-        return self.keywords.get("TimeFormat", ("epsec", 0))[0].lower()
-
     def _numbers(self, row: _Row) -> list[float]:
         """Time, 0 where it is a date, and coordinates of a row."""
         words = row.words
-        if self._format() in DATES:
+        if self.time_format in DATES:
             words = ["0", *words[len(words) - self.width :]] if len(words) > self.width else words
         if len(words) != 1 + self.width:
-            raise self._error(f"{len(words)} numbers where {1 + self.width} belong", row.number)
+            raise self.error(f"{len(words)} numbers where {1 + self.width} belong", row.number)
         return [self._number(word, row.number) for word in words]
 
     def _date(self, text: str, number: int) -> str:
         try:
             return iso_date(text)
         except ValueError:
-            raise self._error(f"{text[:80]!r} is no date", number) from None
+            raise self.error(f"{text[:80]!r} is no date", number) from None
 
     def _instants(self, table: np.ndarray) -> Instants:
-        name = self._format()
+        name = self.time_format
         try:
             if name in DATES:
                 dates = [self._date(" ".join(row.words[: -self.width]), row.number) for row in self.rows]
@@ -179,20 +150,20 @@ class _Reader:
                 instants = as_instants(times, times[0])
             else:
                 if "ScenarioEpoch" not in self.keywords:
-                    raise self._error("no ScenarioEpoch: the instants have no dates")
+                    raise self.error("no ScenarioEpoch: the instants have no dates")
                 text, number = self.keywords["ScenarioEpoch"]
                 epoch = parse_time(self._date(text, number), "utc", "ScenarioEpoch")
                 instants = Instants(table[:, 0] * ELAPSED[name], None, epoch)
         except FormatError:
             raise
         except AttitudeError as error:
-            raise self._error(str(error)) from None
+            raise self.error(str(error)) from None
         steps = np.diff(instants.seconds)
         if self.boundaries:  # at which a row may stand twice
             steps = np.where(np.isin(instants.seconds[1:], self.boundaries), np.abs(steps) + 1.0, steps)
         if not (steps > 0.0).all():
             i = int(np.argmin(steps > 0.0)) + 1
-            raise self._error("an instant that is not after the one before", self.rows[i].number)
+            raise self.error("an instant that is not after the one before", self.rows[i].number)
         return instants
 
     def _edges(self, instants: Instants) -> list[tuple[int, int]]:
@@ -202,7 +173,7 @@ class _Reader:
         for boundary in sorted(self.boundaries):
             at = np.flatnonzero(seconds == boundary)
             if at.size == 0:
-                raise self._error(f"no row at the segment boundary {boundary!r} s")
+                raise self.error(f"no row at the segment boundary {boundary!r} s")
             if at[0] > 0 and at[-1] < len(seconds) - 1:
                 edges.append((first, int(at[0]) + 1))
                 first = int(at[-1])
@@ -212,15 +183,15 @@ class _Reader:
         name, number = self.keywords.get("DistanceUnit", ("Meters", 0))
         units = {"meters": 1.0, "meter": 1.0, "kilometers": 1e3, "kilometer": 1e3}
         if name.lower() not in units:
-            raise self._error(f"DistanceUnit {name[:40]!r} is not Meters or Kilometers", number)
+            raise self.error(f"DistanceUnit {name[:40]!r} is not Meters or Kilometers", number)
         return units[name.lower()]
 
     def _method(self) -> OrbitMethod:
         name, number = self.keywords.get("InterpolationMethod", ("Lagrange", 0))
         if name.lower() == "lagrangevop":
-            raise self._error("InterpolationMethod LagrangeVOP is not read", number)
+            raise self.error("InterpolationMethod LagrangeVOP is not read", number)
         if name.lower() == "hermite" and self.width == 3:
-            raise self._error("InterpolationMethod Hermite without velocities", number)
+            raise self.error("InterpolationMethod Hermite without velocities", number)
         order = int(self.keywords.get("InterpolationOrder", (str(DEFAULT_ORDER), 0))[0])
         if "InterpolationSamplesM1" in self.keywords:
             rows = int(self.keywords["InterpolationSamplesM1"][0]) + 1
@@ -234,8 +205,8 @@ class _Reader:
         if "CoordinateSystem" not in self.keywords:
             note(f"{self.source}: no CoordinateSystem, taken as Fixed")
         name, number = self.keywords.get("CoordinateSystem", ("Fixed", 0))
-        systems = SYSTEMS | (EARTH_SYSTEMS if body.lower() == "earth" else {})
+        systems = stk_text.AXES | (stk_text.EARTH_AXES if body.lower() == "earth" else {})
         if name.lower() not in systems:
             known = "ICRF and J2000 are read, of the Earth also Inertial, Fixed and TEMEOfDate"
-            raise self._error(f"CoordinateSystem {name[:40]!r} of {body[:40]}; {known}", number or None)
+            raise self.error(f"CoordinateSystem {name[:40]!r} of {body[:40]}; {known}", number or None)
         return systems[name.lower()], body.upper()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 import numpy as np
 from erfa import ErfaWarning
 
-from ..errors import AttitudeError, FormatError, InputError, note, suggestion, warn
+from ..errors import AttitudeError, InputError, note, warn
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
@@ -24,31 +24,21 @@ from ..samples.resampling import with_method
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
 from ..units import finite_array, refuse_where
-from . import line_blocks, schema, stk_dates, text_rows, time_origin
+from . import line_blocks, schema, stk_dates, stk_text, text_rows, time_origin
 from .interpolant import MAX_DEGREE
 from .stk_dates import DATES, ELAPSED, iso_date
+from .stk_text import StkTextReader
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
-VERSION_FORM = r"stk\.v\.\d+\.\d+"
-# Keywords and the form of their values, which are checked even where they are not used.
-KEYWORDS = {
+KEYWORDS = stk_text.KEYWORDS | {
     "NumberOfAttitudePoints": r"\d{1,15}(?:\.0*)?",
-    "ScenarioEpoch": r".+",
-    "BlockingFactor": r"\d+",
-    "InterpolationMethod": r"(?i:lagrange|hermite)",
-    "InterpolationOrder": r"\d+",
-    "InterpolationSamplesM1": r"\d+",
-    "CentralBody": r"\S+",
     "CoordinateAxes": r".+",
     "CoordinateAxesEpoch": r".+",
     "Sequence": r"[123]{3}",
-    "MessageLevel": r"(?i:errors|warnings|verbose)",
     "AttitudeDeviations": r"(?i:rapid|mild)",
-    "TimeFormat": rf"(?i:{'|'.join((*ELAPSED, *DATES))})",
 }
-KEYWORD_NAMES = {name.lower(): name for name in KEYWORDS}
 NUMBERS = {"wxyz": 4, "xyzw": 4, "Euler angles": 3, "yaw, pitch, roll": 3, "matrix": 9}
 
 
@@ -77,9 +67,6 @@ ROW_NAMES = (
     "AttitudeTimeQuaternions, ...QuatScalarFirst, ...QuatAngVels, ...EulerAngles, ...YPRAngles, ...DCM "
     "and ...DCMAngVels are read"
 )
-# Axes that are read, by their names in small letters; Inertial is the ICRF for the Earth and the Sun.
-AXES = {"icrf": "ICRF", "j2000": "EME2000"}
-EARTH_AXES = {"fixed": "ITRF", "temeofdate": "TEME", "inertial": "ICRF"}
 AXES_OF_EPOCH = {"temeofepoch": teme, "alignmentatepoch": itrf}
 AXES_NAMES = (
     "ICRF and J2000 are read, of the Earth also Inertial, Fixed, TEMEOfDate and, with a CoordinateAxesEpoch, "
@@ -99,25 +86,20 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     return reader.ephemeris()
 
 
-class StkReader:
+class StkReader(StkTextReader):
     """Takes the version, the keywords, the rows and the end of a file, in this order."""
 
     def __init__(self, source: str):
-        self.source = source
+        super().__init__(source, KEYWORDS, ROW_NAMES)
         self.add_line: Callable[[str, int], None] = self._add_version
         self.number = 0  # of the last line
-        self.keywords: dict[str, tuple[str, int]] = {}  # values and their lines
         self.row_kind: RowKind | None = None  # once its keyword was read
-        self.time_format = "epsec"
         self.dates: list[str] = []  # of the rows, in ISO 8601, where TimeFormat is one of dates
         self.last_time: float | None = None
         self.count = self.remark_count = self.checked_tables = 0
         self.tables: list[np.ndarray] = []
         self.line_numbers: list[np.ndarray] = []  # of the rows of each table
         self.ended = False
-
-    def _error(self, message: str, line: int | None = None) -> FormatError:
-        return FormatError(message, self.source, line)
 
     def add_block(self, block: line_blocks.LineBlock) -> None:
         """Take the next lines of the file."""
@@ -139,7 +121,7 @@ class StkReader:
         self.count += len(seconds)
         value, number = self.keywords.get("NumberOfAttitudePoints", (None, 0))
         if value is not None and self.count > float(value):
-            raise self._error(f"NumberOfAttitudePoints is {value}, and there are more", number)
+            raise self.error(f"NumberOfAttitudePoints is {value}, and there are more", number)
 
     def _add_rows(self, block: line_blocks.LineBlock, offset: int, kind: RowKind) -> int:
         """Take the rows from an offset on; the offset of the first line that is none."""
@@ -165,11 +147,11 @@ class StkReader:
         if self.time_format in DATES:
             words = [str(len(self.dates)), *self._without_date(words, number, kind)]
         if len(words) != 1 + kind.width:
-            raise self._error(f"{len(words)} numbers where {1 + kind.width} belong", number)
+            raise self.error(f"{len(words)} numbers where {1 + kind.width} belong", number)
         try:
             row = finite_array(np.loadtxt([" ".join(words)], ndmin=2, comments=None), "row")
         except (InputError, ValueError) as error:
-            raise self._error(str(error), number) from None
+            raise self.error(str(error), number) from None
         self.tables.append(row)
         self.line_numbers.append(np.array([number]))
 
@@ -180,7 +162,7 @@ class StkReader:
             self.dates.append(iso_date(text))
         except ValueError:
             expected = f"no date and {kind.width} numbers (TimeFormat {self.time_format})"
-            raise self._error(f"{' '.join(words)[:80]!r}: {expected}", number) from None
+            raise self.error(f"{' '.join(words)[:80]!r}: {expected}", number) from None
         return words[-kind.width :]
 
     def _add_line(self, block: line_blocks.LineBlock, offset: int) -> int:
@@ -190,7 +172,7 @@ class StkReader:
         if not text or text.startswith("#"):
             self._add_remarks()
         elif self.ended:
-            raise self._error("something after END Attitude", self.number)
+            raise self.error("something after END Attitude", self.number)
         elif self.row_kind and text[0] not in "Ee":
             self._add_row(text, self.number, self.row_kind)
         else:
@@ -200,16 +182,15 @@ class StkReader:
     def _add_remarks(self, count: int = 1) -> None:
         self.remark_count += count
         if self.remark_count > max(MAX_REMARKS, self.count):
-            raise self._error(f"more than {MAX_REMARKS} comments and empty lines", self.number)
+            raise self.error(f"more than {MAX_REMARKS} comments and empty lines", self.number)
 
     def _add_version(self, text: str, number: int) -> None:
-        if not re.fullmatch(VERSION_FORM, text.lower()):
-            raise self._error("not an STK file: it begins with stk.v.<major>.<minor>", number)
+        self.check_version(text, number)
         self.add_line = self._begin
 
     def _begin(self, text: str, number: int) -> None:
         if text.lower().split() != ["begin", "attitude"]:
-            raise self._error(f"BEGIN Attitude belongs here, not {text[:80]!r}", number)
+            raise self.error(f"BEGIN Attitude belongs here, not {text[:80]!r}", number)
         self.add_line = self._add_keyword
 
     def _add_keyword(self, text: str, number: int) -> None:
@@ -217,28 +198,18 @@ class StkReader:
         if word.lower().startswith("attitudetime"):
             self._begin_rows(word, values, number)
             return
-        name = KEYWORD_NAMES.get(word.lower())
-        if name is None:
-            meant = suggestion(word, KEYWORDS)
-            raise self._error(f"keyword {word[:80]!r} is not known here{meant}; {ROW_NAMES}", number)
-        value = " ".join(values).strip().strip('"').strip()
-        if not re.fullmatch(KEYWORDS[name], value):
-            raise self._error(f"{name} {value[:80]!r}", number)
-        if name in self.keywords:
-            raise self._error(f"{name} twice", number)
-        self.keywords[name] = value, number
+        self.add_keyword(word, " ".join(values), number)
 
     def _begin_rows(self, word: str, values: list[str], number: int) -> None:
         if word.lower() not in ROWS:
-            raise self._error(f"{word[:80]!r} is not read; {ROW_NAMES}", number)
+            raise self.error(f"{word[:80]!r} is not read; {ROW_NAMES}", number)
         if values:
-            raise self._error(f"{values[0][:80]!r} after {word}", number)
+            raise self.error(f"{values[0][:80]!r} after {word}", number)
         self.row_kind, self.add_line = ROWS[word.lower()], self._end
-        self.time_format = self.keywords.get("TimeFormat", ("epsec", 0))[0].lower()
 
     def _end(self, text: str, number: int) -> None:
         if text.lower().split() != ["end", "attitude"]:
-            raise self._error(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
+            raise self.error(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
         self.ended = True
 
     # -- the ephemeris --------------------------------------------------------------------------
@@ -246,13 +217,13 @@ class StkReader:
     def ephemeris(self) -> EphemerisData:
         """Return what was read; FormatError if it is truncated, or no ephemeris."""
         if not self.ended:
-            raise self._error("ends before END Attitude", self.number or None)
+            raise self.error("ends before END Attitude", self.number or None)
         if not self.tables or self.row_kind is None:
-            raise self._error("no attitudes", self.number)
+            raise self.error("no attitudes", self.number)
         table, numbers = np.concatenate(self.tables), np.concatenate(self.line_numbers)
         stated, line = self.keywords.get("NumberOfAttitudePoints", (None, 0))
         if stated is not None and float(stated) != len(table):
-            raise self._error(f"{len(table)} attitudes, and NumberOfAttitudePoints is {stated}", line)
+            raise self.error(f"{len(table)} attitudes, and NumberOfAttitudePoints is {stated}", line)
         instants = self._instants(table[:, 0], numbers)
         frame, turn = self._frame()
         width = NUMBERS[self.row_kind.form]
@@ -264,7 +235,7 @@ class StkReader:
         self._check_instants(ephemeris, numbers)
         if rate is not None and not np.abs(rate).max() <= MAX_RATE:
             i = int(np.argmax(~(np.abs(rate) <= MAX_RATE).all(axis=1)))
-            raise self._error(f"a rate of more than {MAX_RATE:g} rad/s", int(numbers[i]))
+            raise self.error(f"a rate of more than {MAX_RATE:g} rad/s", int(numbers[i]))
         return with_method(ephemeris, self._method(), rotations.sign_changes(quaternion))
 
     def _method(self) -> InterpolationMethod:
@@ -282,7 +253,7 @@ class StkReader:
         except InputError as error:
             row = error.steps[-1] if error.steps else 0
             line = int(numbers[row]) if isinstance(row, int) else None
-            raise self._error(str(error), line) from None
+            raise self.error(str(error), line) from None
         instants = as_instants(dates, dates[0])
         self._check_order(np.asarray(instants.seconds), numbers, None)
         return instants
@@ -296,7 +267,7 @@ class StkReader:
                 return self._of_matrices(values.reshape(-1, 3, 3))
         except InputError as error:
             row = error.steps[1] if len(error.steps) > 1 else 0
-            raise self._error(str(error), int(numbers[int(row)])) from None
+            raise self.error(str(error), int(numbers[int(row)])) from None
         default = "313" if form == "Euler angles" else "321"
         sequence, line = self.keywords.get("Sequence", (default, 0))
         if "Sequence" not in self.keywords:
@@ -304,10 +275,10 @@ class StkReader:
         axes, angles = sequence.translate(str.maketrans("123", "XYZ")), np.deg2rad(values)
         if form == "Euler angles":
             if any(a == b for a, b in pairwise(sequence)):
-                raise self._error(f"Sequence {sequence}: neighbouring axes are the same", line)
+                raise self.error(f"Sequence {sequence}: neighbouring axes are the same", line)
             return rotations.from_euler(axes, angles)
         if set(sequence) != set("123"):
-            raise self._error(
+            raise self.error(
                 f"Sequence {sequence}: yaw, pitch and roll are about 3, 2 and 1, each once", line
             )
         # About the axes of the reference, which do not turn: the last rotation stands first in the product.
@@ -336,7 +307,7 @@ class StkReader:
                 origin = time_origin.utc_origin(ephemeris[:1])
                 stk_dates.utcg(origin.time)
         except AttitudeError as error:
-            raise self._error(str(error), int(numbers[0])) from None
+            raise self.error(str(error), int(numbers[0])) from None
         self._check_order(origin.seconds(ephemeris.instants)[0], numbers, None)
 
     def _check_order(self, seconds: np.ndarray, numbers: np.ndarray, last: float | None) -> None:
@@ -344,11 +315,11 @@ class StkReader:
         wrong = np.flatnonzero(~(seconds > before))
         if wrong.size:
             i = int(wrong[0])
-            raise self._error(f"{float(seconds[i])!r} s is not after {float(before[i])!r} s", int(numbers[i]))
+            raise self.error(f"{float(seconds[i])!r} s is not after {float(before[i])!r} s", int(numbers[i]))
 
     def _epoch(self) -> Time:
         if "ScenarioEpoch" not in self.keywords:
-            raise self._error("no ScenarioEpoch: the instants have no dates")
+            raise self.error("no ScenarioEpoch: the instants have no dates")
         return self._date("ScenarioEpoch")
 
     def _date(self, keyword: str) -> Time:
@@ -357,31 +328,31 @@ class StkReader:
             return parse_time(iso_date(text), "utc", keyword)
         except (AttitudeError, ValueError):
             expected = "a date in UTC such as 1 Jul 2007 12:00:00.000"
-            raise self._error(f"{keyword} {text[:80]!r} is not {expected}", number) from None
+            raise self.error(f"{keyword} {text[:80]!r} is not {expected}", number) from None
 
     def _frame(self) -> tuple[str, np.ndarray | None]:
         """Frame of the axes, and the rotation to it from axes that were frozen at an epoch."""
         body, _ = self.keywords.get("CentralBody", ("Earth", 0))
         if "CoordinateAxes" not in self.keywords:
-            raise self._error("no CoordinateAxes: what the attitude is relative to is unknown")
+            raise self.error("no CoordinateAxes: what the attitude is relative to is unknown")
         name, number = self.keywords["CoordinateAxes"]
-        axes, frames = name.lower(), dict(AXES)
+        axes, frames = name.lower(), dict(stk_text.AXES)
         if body.lower() == "earth":
-            frames |= EARTH_AXES
+            frames |= stk_text.EARTH_AXES
             if axes in AXES_OF_EPOCH:
                 return "GCRF", self._axes_of_epoch(axes, name, number)
         elif body.lower() == "sun":
             frames["inertial"] = "ICRF"
         if axes not in frames:
-            raise self._error(f"CoordinateAxes {name[:80]!r} of {body[:40]}; {AXES_NAMES}", number)
+            raise self.error(f"CoordinateAxes {name[:80]!r} of {body[:40]}; {AXES_NAMES}", number)
         return frames[axes], None
 
     def _axes_of_epoch(self, axes: str, name: str, number: int) -> np.ndarray:
         """(4,): the rotation to GCRF from these axes at the CoordinateAxesEpoch."""
         if "CoordinateAxesEpoch" not in self.keywords:
-            raise self._error(f"CoordinateAxes {name}: no CoordinateAxesEpoch", number)
+            raise self.error(f"CoordinateAxes {name}: no CoordinateAxesEpoch", number)
         instants = Instants(np.zeros(1), None, self._date("CoordinateAxesEpoch"))
         try:
             return AXES_OF_EPOCH[axes](instants).back().quaternion[0]
         except InputError as error:
-            raise self._error(f"CoordinateAxesEpoch: {error}", number) from None
+            raise self.error(f"CoordinateAxesEpoch: {error}", number) from None

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, BinaryIO
 
-from ...errors import FormatError
 from .. import line_blocks
+from ..text_reader import TextReader
 from .keywords import KeywordBlock
 from .message import MessageReader
 from .segment import Segment
@@ -39,11 +39,11 @@ def _find_data_stop(block: line_blocks.LineBlock, offset: int) -> int:
     return block.size
 
 
-class KvnReader:
+class KvnReader(TextReader):
     """Takes lines one by one, and the rows of a block together."""
 
     def __init__(self, source: str, segment: int | None):
-        self.source = source
+        super().__init__(source)
         self.message = MessageReader(source, segment)
         self.add_line: Callable[[str, int], None] = self._add_version
         self.fields: KeywordBlock | None = None
@@ -70,7 +70,7 @@ class KvnReader:
             self.message.add_remarks(number)
             return
         if not line.isascii():
-            raise FormatError("characters that are not ASCII", self.source, number)
+            raise self.error("characters that are not ASCII", number)
         self.add_line(line.decode("ascii"), number)
 
     # -- the parts of a message, in their order --------------------------------------------------
@@ -78,7 +78,7 @@ class KvnReader:
     def _add_version(self, text: str, number: int) -> None:
         name, _, version = (part.strip() for part in text.partition("="))
         if name != "CCSDS_AEM_VERS":
-            raise FormatError("not an AEM: no CCSDS_AEM_VERS in its first line", self.source, number)
+            raise self.error("not an AEM: no CCSDS_AEM_VERS in its first line", number)
         self.message.begin(version, number)
         self.fields, self.add_line = self.message.header(), self._add_to_header
 
@@ -103,13 +103,13 @@ class KvnReader:
         if text.split(maxsplit=1)[0] == "COMMENT":
             self.message.add_remarks(number)
         elif not equals:
-            raise FormatError(f"{text[:40]!r} where KEYWORD = value belongs", self.source, number)
+            raise self.error(f"{text[:40]!r} where KEYWORD = value belongs", number)
         else:
             fields.add(name, value, number)
 
     def _begin_data(self, text: str, number: int) -> None:
         if text != "DATA_START":
-            raise FormatError(f"{text[:40]!r} where DATA_START belongs", self.source, number)
+            raise self.error(f"{text[:40]!r} where DATA_START belongs", number)
         assert self.fields is not None
         self.segment = self.message.begin_segment(self.fields, number)
         self.in_data = self.at_first_row = True
@@ -117,7 +117,7 @@ class KvnReader:
     def _after_data(self, text: str, number: int) -> None:
         if text != "META_START":
             reason = f"{text[:40]!r} after DATA_STOP, where META_START or the end belongs"
-            raise FormatError(reason, self.source, number)
+            raise self.error(reason, number)
         self.fields, self.add_line = self.message.metadata(), self._add_to_metadata
 
     # -- rows -------------------------------------------------------------------------------------
@@ -145,5 +145,5 @@ class KvnReader:
     def ephemeris(self) -> EphemerisData:
         """Return what was read; FormatError if the message is truncated."""
         if self.add_line != self._after_data:
-            raise FormatError("ends before DATA_STOP", self.source, self.number)
+            raise self.error("ends before DATA_STOP", self.number)
         return self.message.ephemeris()

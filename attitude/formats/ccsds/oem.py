@@ -6,9 +6,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ...errors import AttitudeError, FormatError
+from ...errors import AttitudeError
 from ...times.instants import Instants
 from ..orbits import OrbitMethod, OrbitRows, OrbitSegment
+from ..text_reader import TextReader
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
 from .keywords import BOTH, INTERPOLATION_METHODS, Keyword, KeywordBlock, frame_named
 from .ndm import NdmLine, Syntax, read_ndm
@@ -53,11 +54,11 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
     return reader.orbit(object_name)
 
 
-class _OemReader:
+class _OemReader(TextReader):
     """Takes the lines of an OEM: the header, then metadata and rows of each segment."""
 
     def __init__(self, source: str):
-        self.source = source
+        super().__init__(source)
         self.fields = KeywordBlock(HEADER, "2.0", "header", source)
         self.parts: list[tuple[KeywordBlock, list[NdmLine]]] = []
         self.is_metadata = self.is_covariance = False
@@ -71,7 +72,7 @@ class _OemReader:
         elif (
             line.keyword in ("META_START", "META_STOP") and (line.keyword == "META_STOP") != self.is_metadata
         ):
-            raise FormatError(f"{line.keyword} does not belong here", self.source, line.number)
+            raise self.error(f"{line.keyword} does not belong here", line.number)
         elif line.keyword == "META_START":
             if not self.parts:
                 self.fields.close(line.number)
@@ -87,22 +88,22 @@ class _OemReader:
             self.parts[-1][1].append(line)
         else:
             shown = line.keyword or line.value
-            raise FormatError(f"{shown[:40]!r} does not belong here", self.source, line.number)
+            raise self.error(f"{shown[:40]!r} does not belong here", line.number)
 
     def orbit(self, object_name: str | None) -> OrbitRows:
         """The orbit of one object, all its segments."""
         if not self.parts or self.is_metadata:
-            raise FormatError("ends before its first row", self.source)
+            raise self.error("ends before its first row")
         names = list(dict.fromkeys(fields.values["OBJECT_NAME"] for fields, _ in self.parts))
         if object_name is None and len(names) > 1:
-            raise FormatError(f"several objects ({', '.join(names)}): object names one", self.source)
+            raise self.error(f"several objects ({', '.join(names)}): object names one")
         parts = [
             part
             for part in self.parts
             if object_name in (None, part[0].values["OBJECT_NAME"], part[0].values.get("OBJECT_ID"))
         ]
         if not parts:
-            raise FormatError(f"no object {object_name!r}, but {', '.join(names)}", self.source)
+            raise self.error(f"no object {object_name!r}, but {', '.join(names)}")
         first = parts[0][0]
         for fields, _ in parts[1:]:
             for name in ("CENTER_NAME", "REF_FRAME"):
@@ -117,7 +118,7 @@ class _OemReader:
         if system not in TIME_SYSTEMS:
             raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
         if not rows:
-            raise FormatError("a segment without rows", self.source, max(fields.lines.values()))
+            raise self.error("a segment without rows", max(fields.lines.values()))
         width = len(rows[0].value.split()) - 1
         columns = COLUMNS + ACCELERATIONS if width == 9 else COLUMNS
         try:
@@ -126,11 +127,11 @@ class _OemReader:
             if not later.all():
                 raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
         except RowError as error:
-            raise FormatError(error.reason, self.source, rows[error.index].number) from None
+            raise self.error(error.reason, rows[error.index].number) from None
         try:
             instants = to_instants(stamps, system)
         except AttitudeError as error:
-            raise FormatError(str(error), self.source, rows[0].number) from None
+            raise self.error(str(error), rows[0].number) from None
         useable = [self._useable(fields, name, stamps, system) for name in ("START", "STOP")]
         ends = [float(instants.seconds[0]), float(instants.seconds[-1])]
         start, stop = (end if own is None else own for own, end in zip(useable, ends, strict=True))

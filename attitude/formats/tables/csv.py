@@ -54,7 +54,7 @@ class CsvReader(RowReader):
         self.end_of_metadata(self._metadata(), number + 1)
         self.names = row.split(",")
         if len(set(self.names)) < len(self.names):
-            raise FormatError("a column name twice", self.source, number)
+            raise self.error("a column name twice", number)
         return True
 
     def _metadata(self) -> dict[str, Any]:
@@ -63,17 +63,17 @@ class CsvReader(RowReader):
                 try:
                     meta: dict[str, Any] = orjson.loads(comment[len(METADATA_PREFIX) :])
                 except orjson.JSONDecodeError:
-                    raise FormatError("metadata that are not JSON", self.source, number) from None
+                    raise self.error("metadata that are not JSON", number) from None
                 if not isinstance(meta, dict):
-                    raise FormatError("metadata that are not an object", self.source, number)
+                    raise self.error("metadata that are not an object", number)
                 return meta
-        raise FormatError("not an ephemeris of this library: no metadata comment", self.source, 1)
+        raise self.error("not an ephemeris of this library: no metadata comment", 1)
 
     def no_rows(self) -> FormatError:
         """Of a file without metadata, without names, or without rows."""
         self._metadata()
         if not self.names:
-            return FormatError("ends before the column names", self.source, len(self.comments))
+            return self.error("ends before the column names", len(self.comments))
         return super().no_rows()
 
     def columns(self, text: bytes, number: int) -> np.ndarray:
@@ -86,10 +86,10 @@ class CsvReader(RowReader):
         for line, row in enumerate(rows, number):
             count = row.count(",") + 1
             if count != len(self.names):
-                raise FormatError(f"{count} values where {len(self.names)} belong", self.source, line)
+                raise self.error(f"{count} values where {len(self.names)} belong", line)
         indices = [i for i, name in enumerate(self.names) if name != schema.TIME]
         try:
             return np.loadtxt(rows, delimiter=",", usecols=indices, ndmin=2, comments=None).T
         except ValueError as error:
             match = re.search(r"row (\d+)", str(error))
-            raise FormatError(str(error), self.source, number + int(match[1]) if match else None) from None
+            raise self.error(str(error), number + int(match[1]) if match else None) from None

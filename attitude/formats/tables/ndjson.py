@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 import orjson
 
-from ...errors import FormatError
 from ...samples.chunks import Samples
 from .. import schema, text_rows
 from .row_reader import RowReader
@@ -56,9 +55,9 @@ class NdjsonReader(RowReader):
         try:
             document = orjson.loads(line)
         except orjson.JSONDecodeError as error:
-            raise FormatError(f"not JSON: {error.msg}", self.source, number) from None
+            raise self.error(f"not JSON: {error.msg}", number) from None
         if not isinstance(document, dict):
-            raise FormatError("not a JSON object", self.source, number)
+            raise self.error("not a JSON object", number)
         return document
 
     def columns(self, text: bytes, number: int) -> np.ndarray:
@@ -88,9 +87,9 @@ class NdjsonReader(RowReader):
         for number, line in enumerate(text[:-1].split(b"\n"), first_line):
             row = self._object(line, number)
             if row.keys() != set(self.names):
-                raise FormatError("other names than in the line before", self.source, number)
+                raise self.error("other names than in the line before", number)
             for name in names:
                 if type(row[name]) not in (float, int) or abs(row[name]) > sys.float_info.max:
-                    raise FormatError(f"{name}: a number; got {row[name]!r:.40}", self.source, number)
+                    raise self.error(f"{name}: a number; got {row[name]!r:.40}", number)
             rows.append([float(row[name]) for name in names])
         return np.array(rows).reshape(len(rows), -1).T

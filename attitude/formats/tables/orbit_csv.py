@@ -21,6 +21,7 @@ from ...times.iso8601 import parse_times
 from .. import bounded_read
 from ..orbits import OrbitRows, OrbitSegment
 from ..schema import epoch_of_record
+from ..text_reader import TextReader, finite_number
 from .csv import METADATA_PREFIX
 
 MAX_BYTES = 1 << 28
@@ -75,11 +76,12 @@ def _metadata(lines: list[str], source: str) -> dict[str, object]:
     return {}
 
 
-class _Table:
+class _Table(TextReader):
     """Columns of text by their names."""
 
     def __init__(self, names: list[str], rows: list[list[str]], numbers: list[int], source: str):
-        self.names, self.rows, self.numbers, self.source = names, rows, numbers, source
+        super().__init__(source)
+        self.names, self.rows, self.numbers = names, rows, numbers
         if len(set(names)) < len(names):
             raise FormatError("a column name twice", source)
 
@@ -87,13 +89,10 @@ class _Table:
         """(n,) finite numbers."""
         values = np.empty(len(self.rows))
         for k, row in enumerate(self.rows):
-            try:
-                values[k] = float(row[index])
-            except ValueError:
-                values[k] = np.nan
-            if not np.isfinite(values[k]) or "_" in row[index]:
+            values[k] = finite_number(row[index].strip())
+            if np.isnan(values[k]):
                 reason = f"{self.names[index]} is {row[index][:40]!r}, not a finite number"
-                raise FormatError(reason, self.source, self.numbers[k])
+                raise self.error(reason, self.numbers[k])
         return values
 
     def vectors(self, form: re.Pattern[str], expected: str, is_needed: bool) -> np.ndarray | None:
@@ -104,9 +103,7 @@ class _Table:
             return None
         if axes != ["x", "y", "z"]:
             found = ", ".join(self.names)
-            raise FormatError(
-                f"columns {expected} (or in km) belong here; there are {found[:200]}", self.source
-            )
+            raise self.error(f"columns {expected} (or in km) belong here; there are {found[:200]}")
         ordered = sorted(matches.items(), key=lambda item: item[1][1])
         scale = {"m": 1.0, "km": 1e3}
         return np.stack([scale[match[2]] * self.column(i) for i, match in ordered], axis=1)
@@ -122,13 +119,13 @@ class _Table:
                 return as_instants(dates, dates[0])
             except InputError as error:
                 row = error.steps[-1] if error.steps and isinstance(error.steps[-1], int) else 0
-                raise FormatError(str(error), self.source, self.numbers[row]) from None
+                raise self.error(str(error), self.numbers[row]) from None
         if "elapsed_s" not in self.names:
-            raise FormatError("no column time or elapsed_s", self.source)
+            raise self.error("no column time or elapsed_s")
         epoch = None
         if isinstance(meta.get("epoch"), dict):
             try:
                 epoch = epoch_of_record(meta["epoch"])  # type: ignore[arg-type]
             except (KeyError, TypeError, ValueError) as error:
-                raise FormatError(f"epoch of the metadata: {error}", self.source) from None
+                raise self.error(f"epoch of the metadata: {error}") from None
         return Instants(self.column(self.names.index("elapsed_s")), None, epoch)

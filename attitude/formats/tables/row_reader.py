@@ -9,12 +9,13 @@ import numpy as np
 
 from ...errors import FormatError
 from .. import line_blocks, schema
+from ..text_reader import TextReader
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 
-class RowReader(ABC):
+class RowReader(TextReader, ABC):
     """Reads the lines before the first row, then rows; a format says what its lines are.
 
     Attributes
@@ -25,7 +26,7 @@ class RowReader(ABC):
     """
 
     def __init__(self, source: str):
-        self.source = source
+        super().__init__(source)
         self.meta: Any = None
         self.names: list[str] = []
         self.first_line = self.stated_count = self.count = 0
@@ -46,7 +47,7 @@ class RowReader(ABC):
 
     def no_rows(self) -> FormatError:
         """The error of a file that ends before its first row."""
-        return FormatError("no instants", self.source, self.first_line or None)
+        return self.error("no instants", self.first_line or None)
 
     def read(self, stream: BinaryIO) -> EphemerisData:
         """The ephemeris in a stream; FormatError, with its place, for anything else."""
