@@ -18,7 +18,8 @@ from attitude.documents.fields import parse_json
 from attitude.documents.files import files_in
 from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError, unknown_name
-from attitude.estimation.fit_document import FitDocument
+from attitude.estimation.fit_document import FitDocument, body_in_words
+from attitude.estimation.gaps import fill_as_asked
 from attitude.formats import module_of, read_stream
 from attitude.formats.encoding import BLOCK_BYTES, EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
@@ -182,11 +183,11 @@ class Budget:
 
 @contextmanager
 def no_field(*names: str) -> Iterator[None]:
-    """An error about one of these parameters points at no field of the document."""
+    """An error about one of these parameters (without names: about any) points at no field of a document."""
     try:
         yield
     except InputError as error:
-        if error.field in names:
+        if error.field in names or not names:
             error.steps = ()
         raise
 
@@ -250,7 +251,11 @@ def convert(files: dict[str, Upload], query: ConvertQuery, target: Format, setti
     data = Ephemeris.of(read(files, "file", settings, query.source, writing.reading))
     data = data if query.ut1 is None else replace(data, ut1=query.ut1)
     data = data.in_frame(query.frame) if query.frame else data
-    with no_field("times", "step"):
+    is_resampled = query.times is not None or query.step is not None
+    with no_field():
+        body = None if query.inertia is None else body_in_words(query.inertia, FitDocument.from_json)
+        names = "by", "inertia", "times or step"
+        data = Ephemeris.of(fill_as_asked(data, query.by, body, is_resampled, names)[0])
         instants = requested(data, query.times, query.step, max_instants=settings.max_samples)
         data = data if instants is None else data.resampled(instants)
     samples = counted(Samples.of(replace(data, columns=writing.columns), check_wanted))

@@ -108,6 +108,15 @@ class ConvertQuery(FileQuery):
     source: Source = None
     times: Text = Field(None, description="at these instants: dates, or seconds since the epoch, by commas")
     step: Text = Field(None, description="from the first instant to the last in such steps, as in 10 s")
+    by: Literal["dynamics"] | SkipJsonSchema[None] = Field(
+        None, description="in gaps, free rotation fitted to both sides, beside times or step"
+    )
+    inertia: Text = Field(
+        None,
+        description="of the body, for by: three moments, whose ratios matter, or a document with a body; "
+        "by default the file's",
+        examples=["10,13,17"],
+    )
 
 
 class SourceQuery(NoQuery):

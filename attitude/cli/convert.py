@@ -6,13 +6,11 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..errors import InputError
 from . import arguments, console
 from .run import report_interpolation
 
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
-    from ..rigid_body.body import RigidBody
 
 DESCRIPTION = (
     "Read a file in any of the formats, and write its ephemeris in another format or frame, at its own "
@@ -65,10 +63,7 @@ def execute(options: Namespace) -> None:
     if options.ut1 is not None:
         ephemeris = replace(ephemeris, ut1=options.ut1)
     ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
-    if options.by is not None:
-        ephemeris = _without_gaps(ephemeris, options)
-    elif options.body is not None:
-        raise InputError("--body", options.body, "--by dynamics beside it")
+    ephemeris = _without_gaps(ephemeris, options)
     chosen = requested(ephemeris, options.times, options.step, "--")
     ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)
     if chosen is not None and ephemeris.plan is not None:
@@ -80,32 +75,21 @@ def execute(options: Namespace) -> None:
 
 
 def _without_gaps(ephemeris: Ephemeris, options: Namespace) -> Ephemeris:
-    """The ephemeris that follows free rotation in its gaps, each of which is reported."""
+    """The ephemeris that follows free rotation in its gaps, each of which is reported, with --by dynamics."""
     from ..ephemeris import Ephemeris
-    from ..estimation.gaps import fill_gaps
+    from ..estimation.fit_document import FitDocument, body_in_words
+    from ..estimation.gaps import fill_as_asked
 
-    if options.times is None and options.step is None:
-        raise InputError("--by", options.by, "--times or --step beside it")
-    body = ephemeris.body if options.body is None else _body(options.body)
-    if body is None:
-        raise InputError("--body", None, "the body's inertia, which the file does not hold")
-    filled, gaps = fill_gaps(ephemeris, body)
+    if options.by is None and options.body is None:
+        return ephemeris
+
+    def read(name: str) -> FitDocument:
+        return FitDocument.from_json(*arguments.document_text(name))
+
+    body = None if options.body is None else body_in_words(options.body, read)
+    is_resampled = options.times is not None or options.step is not None
+    names = "--by", "--body", "--times or --step"
+    filled, gaps = fill_as_asked(ephemeris, options.by, body, is_resampled, names)
     for gap in gaps:
         console.remark(options, str(gap))
-    if not gaps:
-        console.warn("no gaps: every instant is interpolated as the file states")
     return Ephemeris.of(filled)
-
-
-def _body(text: str) -> RigidBody:
-    from ..estimation.fit_document import FitDocument
-    from ..rigid_body.body import RigidBody
-
-    try:
-        moments = [float(word) for word in text.split(",")]
-    except ValueError:
-        document = FitDocument.from_json(*arguments.document_text(text))
-        if document.body is None:
-            raise InputError("--body", text, "a document with a body") from None
-        return document.body.build()
-    return RigidBody.from_moments(moments)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +14,7 @@ from ..ephemeris import Ephemeris
 from ..errors import InputError
 from ..formats import find_source
 from ..frames import rotations
+from ..rigid_body.body import RigidBody
 from ..scene.document import AngularVelocity, Attitude, Body, Epoch, Scene, Times, builtin_text
 from ..scene.spin_form import SpinForm
 from .fit import fit
@@ -146,6 +147,18 @@ class FitDocument(Part):
         if self.body is not None and self.body.mass is not None:
             document["body"] |= self.body.model_dump(include={"mass"})
         return Scene.model_validate(document)
+
+
+def body_in_words(text: str, read: Callable[[str], FitDocument]) -> RigidBody:
+    """The body of three moments by commas ("10,13,17": their ratios matter), or of the document read."""
+    try:
+        moments = [float(word) for word in text.split(",")]
+    except ValueError:
+        document = read(text)
+        if document.body is None:
+            raise InputError("inertia", text, "three moments by commas, or a document with a body") from None
+        return document.body.build()
+    return RigidBody.from_moments(moments)
 
 
 def read_observations(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from .. import stopping
 from ..errors import AttitudeWarning, InputError, RegimeError
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
@@ -69,19 +71,52 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
     body : its inertia, of which the scale does not matter
 
     Raises InputError for fewer than three attitudes beside a gap, RegimeError for an ephemeris that cannot be
-    interpolated.  Warns (AttitudeWarning) of gaps whose sides are not of one free motion.
+    interpolated.  Warns (AttitudeWarning) of gaps whose sides are not of one
+    free motion, and where there are none.
     """
     if data.resample is None or len(data.shape) != 1:
         raise RegimeError("by dynamics: attitudes of one body whose instants increase are needed")
     if data.frame in rotations.TURNING_FRAMES:
         raise RegimeError(f"by dynamics: {data.frame} is a rotating frame; use an inertial frame")
-    gaps = tuple(_filled(data, int(i), body) for i in _gap_indices(data))
+    edges = [0, *(_gap_indices(data) + 1).tolist(), len(data)]
+    spans = [data[first:last] for first, last in pairwise(edges)]
+    gaps = tuple(_filled(before[-SIDE:], after[:SIDE], body) for before, after in pairwise(spans))
+    if not gaps:
+        warnings.warn(
+            "no gaps: every instant is interpolated as the file states", AttitudeWarning, stacklevel=2
+        )
     for gap in gaps:
         if not gap.is_consistent:
             warnings.warn(str(gap), AttitudeWarning, stacklevel=2)
     events = tuple(Event(gap.start, "gap", str(gap)) for gap in gaps)
     resample = GapInterpolator(data, gaps)
     return replace(data, resample=resample, events=(*data.events, *events)), gaps
+
+
+def fill_as_asked(
+    data: EphemerisData,
+    by: str | None,
+    body: RigidBody | None,
+    is_resampled: bool,
+    names: tuple[str, str, str] = ("by", "body", "times or step"),
+) -> tuple[EphemerisData, tuple[FilledGap, ...]]:
+    """As `fill_gaps`, where a user asks for it by options; without `by` the ephemeris stays as it is.
+
+    body : by default that of the ephemeris
+    is_resampled : whether options name instants too
+    names : of the options, in errors
+    """
+    name_of_by, name_of_body, name_of_instants = names
+    if by is None:
+        if body is not None:
+            raise InputError(name_of_body, "a body", f"{name_of_by} dynamics beside it")
+        return data, ()
+    if not is_resampled:
+        raise InputError(name_of_by, by, f"{name_of_instants} beside it")
+    body = data.body if body is None else body
+    if body is None:
+        raise InputError(name_of_body, None, "the body's inertia, which the file does not hold")
+    return fill_gaps(data, body)
 
 
 def _gap_indices(data: EphemerisData) -> np.ndarray:
@@ -94,11 +129,8 @@ def _gap_indices(data: EphemerisData) -> np.ndarray:
     return np.flatnonzero(is_gap)
 
 
-def _filled(data: EphemerisData, index: int, body: RigidBody) -> FilledGap:
-    edges = [0, *(_gap_indices(data) + 1).tolist(), len(data)]
-    here = edges.index(index + 1)
-    before = data[max(edges[here - 1], index + 1 - SIDE) : index + 1]
-    after = data[index + 1 : min(edges[here + 1], index + 1 + SIDE)]
+def _filled(before: EphemerisData, after: EphemerisData, body: RigidBody) -> FilledGap:
+    stopping.check()
     for side in (before, after):
         if len(side) < MIN_SIDE:
             where = f"{len(side)} attitudes beside the gap at {float(before.elapsed[-1]):.9g} s"
@@ -110,7 +142,7 @@ def _filled(data: EphemerisData, index: int, body: RigidBody) -> FilledGap:
         np.concatenate([each.times for each in sets]),
         attitude=np.concatenate([each.attitude for each in sets]),
         order="wxyz",
-        frame=data.frame,
+        frame=before.frame,
     )
     joint = min((_fit(both, body, side.motion) for side in sides), key=lambda each: each.chi_square)
     numbers = 3 * len(both)
@@ -146,9 +178,9 @@ class GapInterpolator:
         """The ephemeris at instants (n,)."""
         instants = t if isinstance(t, Instants) else as_instants(t, self.data.epoch)
         seconds = instants.seconds.reshape(-1)
-        owners = np.full(seconds.size, -1)
-        for i, gap in enumerate(self.gaps):
-            owners[(seconds > gap.start) & (seconds < gap.stop)] = i
+        starts, stops = (np.array([getattr(gap, end) for gap in self.gaps]) for end in ("start", "stop"))
+        owners = np.searchsorted(starts, seconds) - 1  # the last gap that begins before
+        owners[(owners >= 0) & (seconds >= np.append(stops, np.inf)[owners])] = -1
         attitude, rate = np.empty((seconds.size, 4)), np.empty((seconds.size, 3))
         has_rate = self.data.has_rate
         if (owners < 0).any():
@@ -156,7 +188,9 @@ class GapInterpolator:
             attitude[owners < 0] = outside.quaternion("wxyz")
             if has_rate:
                 rate[owners < 0] = outside.angular_velocity
-        for i, gap in enumerate(self.gaps):
+        for i in np.unique(owners[owners >= 0]).tolist():
+            stopping.check()
+            gap = self.gaps[i]
             inside = gap.motion.at(seconds[owners == i] - gap.start)
             attitude[owners == i], rate[owners == i] = inside.quaternion("wxyz"), inside.angular_velocity
         by = f"free rotation in {len(self.gaps)} gaps; else {self.data.interpolation or 'the motion'}"

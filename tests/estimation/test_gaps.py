@@ -49,6 +49,23 @@ def test_gap_follows_the_motion_of_its_sides(tmp_path, name):
     assert (filled.resampled(outside).quaternion("wxyz") == data.resampled(outside).quaternion("wxyz")).all()
 
 
+def test_each_of_several_gaps_follows_its_own_sides(tmp_path):
+    path, gaps = tmp_path / "gappy.csv", [(100.0, 130.0), (260.0, 300.0), (450.0, 520.0)]
+    is_kept = np.all([(first >= SECONDS) | (last <= SECONDS) for first, last in gaps], axis=0)
+    seconds = SECONDS[is_kept]
+    q = simulated.motion().at(seconds).quaternion("wxyz")
+    Ephemeris(q, Instants(seconds, None, EPOCH), "ICRF").write(path)
+    filled, found = fill_gaps(Ephemeris.read(path), RigidBody(MOMENTS))
+    assert [(gap.start, gap.stop) for gap in found] == gaps
+    instants = np.arange(0.0, 598.0, 0.5)
+    inside = np.any([(first < instants) & (instants < last) for first, last in gaps], axis=0)
+    assert off(filled, instants[inside]).max() < 1e-10
+    assert off(filled, seconds).max() < 1e-10
+    whole, data = filled.resampled(instants), Ephemeris.read(path)
+    elsewhere = data.resampled(instants[~inside]).quaternion("wxyz")
+    assert (np.abs((whole.quaternion("wxyz")[~inside] * elsewhere).sum(1)) > 1 - 1e-15).all()
+
+
 def test_attitudes_without_errors_leave_none_in_the_gap(tmp_path):
     filled, (gap,) = fill_gaps(gappy(tmp_path / "gappy.csv"), RigidBody(MOMENTS))
     assert gap.is_consistent
@@ -73,7 +90,8 @@ def test_other_inertia_is_named(tmp_path):
 
 def test_ephemeris_without_gaps_stays(tmp_path):
     data = gappy(tmp_path / "whole.csv", gap=(200.0, 202.0))
-    filled, gaps = fill_gaps(data, RigidBody(MOMENTS))
+    with pytest.warns(AttitudeWarning, match="no gaps: every instant"):
+        filled, gaps = fill_gaps(data, RigidBody(MOMENTS))
     assert not gaps
     assert (filled.resampled([3.0]).quaternion("wxyz") == data.resampled([3.0]).quaternion("wxyz")).all()
 

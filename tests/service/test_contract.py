@@ -16,7 +16,7 @@ from schemathesis.config import SchemathesisConfig
 from worked import examples
 
 CONFIG = SchemathesisConfig.from_path(Path(__file__).with_name("schemathesis.toml"))
-FILES = {"/v1/convert", "/v1/check", "/v1/compare", "/v1/fit"}
+FILES = {"/v1/convert", "/v1/check", "/v1/compare"}
 SLOW = "/v1/cost"  # measures, for seconds
 
 

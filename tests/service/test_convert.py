@@ -144,6 +144,54 @@ def test_file_is_resampled_as_the_library_does_it(client, tmp_path):
         np.testing.assert_array_equal(found, expected)
 
 
+def gappy(name):
+    """Toutatis over 40 days, without ten of them, as a file of a format that holds its inertia."""
+    days = [*range(15), *range(25, 41)]
+    scene = Scene.model_validate({"scene": "toutatis", "times": {"elapsed": days, "unit": "d"}})
+    return b"".join(encoded_file(scene.samples(), FORMATS[name]).blocks)
+
+
+@pytest.mark.parametrize(
+    "body", [None, "3.0836,3.235,1", '{"body": {"moments": [3.0836, 3.235, 1], "unit": "kg m2"}}']
+)
+def test_gaps_of_a_file_are_filled_by_dynamics(client, body):
+    given = {} if body is None else {"inertia": body}
+    files = {"file": ("x.csv", gappy("csv"))}
+    answer = client.post("/v1/convert", params={"by": "dynamics", "step": "1 d", **given}, files=files)
+    assert answer.status_code == 200, answer.text
+    columns = answer.json()["columns"]
+    found = np.transpose([columns[f"q_{letter}"] for letter in "wxyz"])
+    scene = Scene.model_validate(
+        {"scene": "toutatis", "times": {"start": 0, "stop": 40, "step": 1, "unit": "d"}}
+    )
+    truth = scene.run().quaternion("wxyz")
+    np.testing.assert_allclose(np.abs((found * truth).sum(1)), 1.0, atol=1e-12)
+    assert "by free rotation" in answer.json()["events"][0]["text"]
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ({"by": "dynamics"}, "by: times or step beside it; got 'dynamics'"),
+        ({"by": "slerp", "step": "1 d"}, "by: "),
+        ({"inertia": "1,2,2.5", "step": "1 d"}, "inertia: by dynamics beside it"),
+        ({"inertia": "1,2,9", "step": "1 d", "by": "dynamics"}, "no principal moment greater than the sum"),
+        ({"inertia": "1,2", "step": "1 d", "by": "dynamics"}, "moments: shape (..., 3)"),
+        ({"inertia": "/etc/passwd", "step": "1 d", "by": "dynamics"}, "not JSON"),
+        ({"inertia": '{"bdoy": 1}', "step": "1 d", "by": "dynamics"}, "bdoy: unknown key 'bdoy'"),
+        (
+            {"inertia": "{}", "step": "1 d", "by": "dynamics"},
+            "inertia: three moments by commas, or a document",
+        ),
+    ],
+)
+def test_dynamics_that_cannot_be_followed_are_a_problem(client, query, words):
+    answer = client.post("/v1/convert", params=query, files={"file": ("x.csv", gappy("csv"))})
+    problem = assert_problem(answer, 400 if words == "not JSON" else 422)
+    assert words in problem["detail"]
+    assert problem.get("pointer", "") == ""
+
+
 @pytest.mark.parametrize(
     ("name", "value"), [("step", "0"), ("step", "1e-9"), ("times", "x"), ("step", "9 kg")]
 )

@@ -39,6 +39,7 @@ def _requests() -> dict[str, dict[str, Any]]:
         "/v1/motion": {"4179 Toutatis": small("toutatis")},
         "/v1/windows": {"ENVISAT's -y axis near the Sun, in light": WINDOWS},
         "/v1/cost": {"4179 Toutatis": small("toutatis")},
+        "/v1/fit": {"a body seen six times": SEEN},
         "/v1/scenes": {"all": None},
         "/v1/scenes/{name}": {"toutatis": None},
         "/healthz": {"alive": None},
@@ -51,6 +52,24 @@ NEAR_THE_SUN = {"axis": "-y", "to": "sun", "below": {"value": 12, "unit": "deg"}
 WINDOWS = {
     "scene": "envisat",
     "condition": {"and": [NEAR_THE_SUN, {"not": {"shadow": "penumbra"}}]},
+}
+# Moments 1, 2, 2.5 kg m2, from the frame's axes at (0.1, 1, 0.2) rad/s, with errors of 0.01 deg
+SEEN = {
+    "name": "a body seen six times",
+    "body": {"moments": [1.0, 2.0, 2.5], "unit": "kg m2"},
+    "estimate": ["attitude", "angular_velocity"],
+    "observations": [
+        {
+            "columns": {
+                "elapsed [s]": [0.0, 2.0, 4.0, 6.0, 8.0, 10.0],
+                "q_w": [1.0, 0.5215091, -0.4461448, -0.9076759, -0.4227447, 0.0828836],
+                "q_x": [1e-07, 0.0045108, -0.007337, 0.3366644, 0.6380693, -0.001222],
+                "q_y": [2.61e-05, 0.8337507, 0.8254937, 0.0142604, -0.4336428, -0.1385384],
+                "q_z": [-2.39e-05, 0.1812943, 0.3456316, 0.2501563, -0.4755087, -0.9868819],
+                "attitude_sigma [deg]": 0.01,
+            }
+        }
+    ],
 }
 QUERIES = {
     ("/v1/cost", "4179 Toutatis"): {"budget": "2", "samples": "1000", "method": "ours"},
@@ -106,9 +125,11 @@ def _write() -> None:
                 query = QUERIES.get((path, name))
                 said = {"summary": f"with ?{urlencode(query, safe=',:')}"} if query else {}
                 answer = said | {"value": answered(client, method, path, name, document)}
-                operation["responses"]["200"]["content"][JSON]["examples"][name] = answer
+                answers = operation["responses"]["200"].setdefault("content", {}).setdefault(JSON, {})
+                answers.setdefault("examples", {})[name] = answer
                 if document is not None:
-                    operation["requestBody"]["content"][JSON]["examples"][name] = said | {"value": document}
+                    asked = operation["requestBody"]["content"][JSON].setdefault("examples", {})
+                    asked[name] = said | {"value": document}
     path = Path(openapi.__file__).with_suffix(".json")
     path.write_bytes(orjson.dumps(parts, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))
 
