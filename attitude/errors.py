@@ -17,6 +17,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from numbers import Integral
 from typing import Any
 
 
@@ -113,6 +114,28 @@ def warn(text: str, stacklevel: int = 2) -> None:
     """`note`, and an `AttitudeWarning`: input that is taken although it is not as it should be."""
     note(text)
     warnings.warn(text, AttitudeWarning, stacklevel=stacklevel + 1)
+
+
+@contextmanager
+def file_errors(path: Any, verb: str = "read") -> Iterator[None]:
+    """Turn what the operating system refuses in this block into a FormatError that names the file.
+
+    A ValueError is one too: a zero byte in the name, or text that cannot be decoded.
+    """
+    try:
+        yield
+    except AttitudeError:  # an InputError is a ValueError
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FormatError(f"cannot be {verb} ({reason})", str(path)) from None
+
+
+def whole_number(value: Any, field: str, noun: str = "a whole number", least: int = 1) -> int:
+    """The value as an int; InputError unless it is a whole number, and no less than `least`."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(field, value, f"{noun}, at least {least}")
+    return int(value)
 
 
 def _rebuilt(kind: type[AttitudeError], args: tuple[Any, ...], state: dict[str, Any]) -> AttitudeError:

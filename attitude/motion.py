@@ -13,7 +13,7 @@ from astropy.time import Time
 
 from . import units
 from .ephemeris import Ephemeris
-from .errors import InputError, RegimeError, noted
+from .errors import InputError, RegimeError, noted, whole_number
 from .frames import rotations
 from .kernels import layout
 from .pointing.targets import angle_between, unit_vectors
@@ -247,8 +247,7 @@ class TorqueFreeMotion:
         InputError : size is not a whole number of at least 1, or times has not one dimension; and
             what `at` raises, when the chunk in question is reached.
         """
-        if isinstance(size, bool) or not isinstance(size, int) or size < 1:
-            raise InputError("size", size, "a whole number, at least 1")
+        size = whole_number(size, "size")
         part, count = instants.lazy_instants(times, self.epoch)
         chunks = (part(first, min(first + size, count)) for first in range(0, count, size))
         return (

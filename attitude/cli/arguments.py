@@ -10,7 +10,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import FormatError, InputError, suggestion
+from ..errors import FormatError, InputError, file_errors, suggestion
 
 if TYPE_CHECKING:
     from ..formats.registry import Format
@@ -170,10 +170,8 @@ def document_text(name: str) -> tuple[bytes, str]:
     if name == "-":
         return sys.stdin.buffer.read(), "standard input"
     if os.path.exists(name) and (os.path.isfile(name) or name not in builtin_names()):
-        try:
+        with file_errors(name):
             return Path(name).read_bytes(), name
-        except OSError as error:
-            raise FormatError(f"cannot be read ({error.strerror or error})", name) from None
     if Path(name).suffix == ".json" or os.sep in name:
         raise FormatError("no such file", name)
     try:

@@ -45,13 +45,8 @@ class Solution(NamedTuple):
 
 def two_part(instants: Instants) -> np.ndarray:
     """(2, m): seconds since the epoch, and what their rounding left, as kernels take them."""
-    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-    low = (
-        np.zeros_like(seconds)
-        if instants.seconds_low is None
-        else np.asarray(instants.seconds_low).reshape(-1)
-    )
-    return np.array([seconds, low])
+    flat = instants.flattened()
+    return np.array([flat.seconds, flat.low])
 
 
 def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, setting: StepSetting) -> Solution:

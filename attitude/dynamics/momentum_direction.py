@@ -16,6 +16,7 @@ import numpy as np
 from ..kernels import layout
 from ..problem.initial_state import InitialState
 from ..rigid_body.driven_motion import MomentumLaw
+from ..times.two_part import two_part
 
 Vector = list[Fraction]
 MAX_DECAY = 50.0  # times of decay before the epoch, when the momentum was e^50 of itself
@@ -76,11 +77,7 @@ def _damping(rows: np.ndarray) -> list[Vector]:
 
 
 def _law(start: Fraction, torque: Fraction, damping: Fraction) -> MomentumLaw:
-    return MomentumLaw(float(start), _two_part(torque), _two_part(damping))
-
-
-def _two_part(exact: Fraction) -> tuple[float, float]:
-    return float(exact), float(exact - Fraction(float(exact)))
+    return MomentumLaw(float(start), two_part(torque), two_part(damping))
 
 
 def _torque(initial_state: InitialState, rows: np.ndarray) -> Vector:

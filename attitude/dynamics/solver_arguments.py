@@ -89,17 +89,12 @@ def most_symmetric(
     """Of bodies under torques, with axes as the solver needs them: the two of most similar moments first."""
     least, middle, greatest = np.argsort(bodies.body.moments, axis=1, kind="stable").T
     moments = np.asarray(bodies.body.moments)
-    inverses = [1.0 / _pick(moments, index) for index in (least, middle, greatest)]
-    is_oblate = (inverses[0] - inverses[1] < inverses[1] - inverses[2])[:, None]
+    ordered = 1.0 / np.sort(moments, axis=1)
+    is_oblate = (ordered[:, 0] - ordered[:, 1] < ordered[:, 1] - ordered[:, 2])[:, None]
     last_is_greatest = np.stack([least, middle, greatest], axis=1)
     last_is_least = np.stack([middle, greatest, least], axis=1)
     order = np.where(is_oblate, last_is_greatest, last_is_least)
     return solver_arguments(template, bodies, torques, order)
-
-
-def _pick(moments: np.ndarray, index: np.ndarray) -> np.ndarray:
-    picked: np.ndarray = np.take_along_axis(moments, index[:, None], axis=1)[:, 0]
-    return picked
 
 
 def solver_arguments(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from importlib import import_module
 from typing import Annotated, Any
 
-from ..documents.fields import Chosen, Part
+from ..documents.fields import Chosen
 from ..errors import InputError, suggestion
 from .effect import Effect
 
@@ -47,11 +46,7 @@ def _parse(value: Any) -> Effect:
     return effect_class(name).model_validate(value)
 
 
-def _classes() -> Iterable[type[Part]]:
-    return [effect_class(name) for name in KNOWN_EFFECTS]
-
-
-AnyEffect = Annotated[Effect, Chosen(_parse, _classes)]
+AnyEffect = Annotated[Effect, Chosen(_parse, lambda: [effect_class(name) for name in KNOWN_EFFECTS])]
 
 
 def __getattr__(name: str) -> Any:

@@ -11,7 +11,7 @@ from contextlib import closing
 from itertools import islice
 from typing import Any, TypeVar
 
-from ..errors import InputError
+from ..errors import InputError, whole_number
 from ..runtime.threads import processors
 from ..stopping import Stop, stoppable
 from .cluster import SCHEDULER_ADDRESS, TASKS_PER_THREAD, mapped_by_cluster
@@ -28,8 +28,7 @@ def check(scheduler: Any, workers: Any) -> None:
         return
     if scheduler is not None:
         raise InputError("workers", workers, "no number of workers beside a scheduler, which has its own")
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError("workers", workers, "a whole number, at least 1")
+    whole_number(workers, "workers")
 
 
 def mapped(

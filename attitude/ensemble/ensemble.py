@@ -12,7 +12,7 @@ import numpy as np
 from astropy.table import QTable
 from astropy.time import Time
 
-from ..errors import InputError, RegimeError, suggestion
+from ..errors import InputError, RegimeError, suggestion, whole_number
 from ..kernels.layout import BODIES_PER_BLOCK, REGIMES, ROW_STRIDE
 from ..scene.document import Scene
 from ..times import instants
@@ -328,8 +328,7 @@ class Ensemble:
         Raises InputError where the bodies are neither free nor turned by rotors alone, and for indices that
         no body has; RegimeError for rotors that lead to where equilibria merge.
         """
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise InputError("count", count, "a whole number, at least 1")
+        count = whole_number(count, "count")
         states = self.states(first, last)
         if self.scene is None or is_free(self.scene):
             return flips(free_motion(states, first), count)

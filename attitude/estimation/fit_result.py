@@ -113,7 +113,7 @@ class Fit:
         body: dict[str, Any] = {"moments": motion.body.moments.tolist(), "unit": "kg m2"}
         if (motion.body.axes != np.eye(3)).any():
             body = {"tensor": motion.body.tensor.tolist(), "unit": "kg m2"}
-        if not _is_physical(motion.body.moments):
+        if not 2.0 * motion.body.moments.max() <= motion.body.moments.sum():
             body["physical"] = False
         seconds = np.concatenate([each.seconds for each in self.residuals])
         start, stop = float(seconds.min()), float(seconds.max())
@@ -188,10 +188,6 @@ class Fit:
 
     def _rows(self) -> Iterable[tuple[str, float, float]]:
         return zip(self.names, self.values.tolist(), self.sigma.tolist(), strict=True)
-
-
-def _is_physical(moments: np.ndarray) -> bool:
-    return bool(2.0 * moments.max() <= moments.sum())
 
 
 def _shown(size: float, unit: str) -> str:

@@ -136,7 +136,10 @@ def _filled(before: EphemerisData, after: EphemerisData, body: RigidBody) -> Fil
             where = f"{len(side)} attitudes beside the gap at {float(before.elapsed[-1]):.9g} s"
             raise InputError("by", where, f"at least {MIN_SIDE}, to fit a motion to")
     origin = float(before.elapsed[-1])
-    sets = [_set(side, origin) for side in (before, after)]
+    sets = [
+        Attitudes(side.elapsed - origin, attitude=side.quaternion("wxyz"), order="wxyz", frame=side.frame)
+        for side in (before, after)
+    ]
     sides = [_fit(each, body, None) for each in sets]
     both = Attitudes(
         np.concatenate([each.times for each in sets]),
@@ -155,10 +158,6 @@ def _filled(before: EphemerisData, after: EphemerisData, body: RigidBody) -> Fil
     return FilledGap(
         origin, stop, joint.motion, residuals[[len(before) - 1, len(before)]], sigma, float(excess)
     )
-
-
-def _set(data: EphemerisData, origin: float) -> Attitudes:
-    return Attitudes(data.elapsed - origin, attitude=data.quaternion("wxyz"), order="wxyz", frame=data.frame)
 
 
 def _fit(observed: Attitudes, body: RigidBody, start: TorqueFreeMotion | None) -> Fit:

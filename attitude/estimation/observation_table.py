@@ -23,7 +23,7 @@ from astropy import units as u
 from astropy.time import Time
 
 from .. import stopping, units
-from ..errors import FormatError, InputError, unknown
+from ..errors import FormatError, InputError, file_errors, unknown
 from ..frames import rotations
 from ..times.iso8601 import Scale, parse_times
 from .observations import Attitudes, BodyRates, Directions, ObservationSet, RangeOffsets
@@ -90,9 +90,10 @@ class Table:
             known = (*UNITS, *WITHOUT_UNIT, "euler_ZXZ_1")
             raise InputError(header, name, unknown("column", name, known))
         if (like is None) != (unit is None):
-            expected = (
-                "no unit" if like is None else f'its unit in brackets, such as "{name} [{_example(like)}]"'
-            )
+            expected = "no unit"
+            if like is not None:
+                examples = {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}
+                expected = f'its unit in brackets, such as "{name} [{examples[like]}]"'
             raise InputError(header, unit, expected)
         if is_euler:
             rotations.check_sequence(is_euler[1], header)
@@ -194,10 +195,6 @@ class Table:
         return rows, values[rows], None if sigma is None else sigma[rows]
 
 
-def _example(like: u.UnitBase) -> str:
-    return {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}[like]
-
-
 def _numbers(values: Any, header: str) -> np.ndarray:
     """A number, or (n,) with NaN for empty cells; InputError for text, NaN and infinities in words."""
     is_list = isinstance(values, (list, tuple))
@@ -221,10 +218,8 @@ def read_table(path: str | Path, frame: str | None = None) -> list[ObservationSe
 
     Raises FormatError where it cannot be read, InputError that names column and row.
     """
-    try:
+    with file_errors(path):
         text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
     columns: dict[str, Any] = {}
     lines = text.splitlines()
     numbers = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]

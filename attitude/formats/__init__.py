@@ -36,7 +36,7 @@ from time import perf_counter
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
-from ..errors import FormatError, InputError, noted, suggestion
+from ..errors import FormatError, InputError, file_errors, noted, suggestion
 from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from ..runtime.atomic_files import write_together
 from ..runtime.atomic_files import write_whole as write_whole
@@ -146,13 +146,8 @@ def read(
 
 def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> EphemerisData:  # noqa: A002
     entry = find_source(path, format)
-    try:
-        with open(path, "rb") as stream:
-            return read_stream(stream, entry, str(path), **options)
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        if isinstance(error, InputError):
-            raise
-        raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
+    with file_errors(path), open(path, "rb") as stream:
+        return read_stream(stream, entry, str(path), **options)
 
 
 def read_stream(stream: BinaryIO, entry: Format, source: str, **options: Any) -> EphemerisData:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+import orjson
 
 from ..errors import FormatError
 
@@ -30,6 +32,14 @@ def text(stream: BinaryIO, source: str, max_bytes: int = MAX_TEXT_BYTES) -> byte
         _refuse_zeros(stream.read(SAMPLE_BYTES), source, None)
         stream.seek(SAMPLE_BYTES - size, io.SEEK_END)
     return begin + stream.read(size)
+
+
+def json(stream: BinaryIO, source: str) -> Any:
+    """The JSON document from the stream's position to its end; FormatError, with its line, for other text."""
+    try:
+        return orjson.loads(text(stream, source, MAX_TEXT_BYTES))
+    except orjson.JSONDecodeError as error:
+        raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
 
 
 def from_pipe(stream: BinaryIO, source: str, max_bytes: int = MAX_PIPE_BYTES) -> bytes:

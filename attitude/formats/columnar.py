@@ -65,11 +65,9 @@ def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.nd
 def nanoseconds(instants: Instants, epoch: Time) -> np.ndarray:
     """datetime64[ns] of the instants' shape: TAI, to the nearest nanosecond."""
     start, below = _since_1970(epoch)
-    seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-    low = instants.seconds_low
-    low = np.zeros_like(seconds) if low is None else np.ascontiguousarray(low).reshape(-1)
-    counts = np.empty(seconds.shape)
-    compiled.nanoseconds(seconds, low, start, below, counts)
+    flat = instants.flattened()
+    counts = np.empty(flat.shape)
+    compiled.nanoseconds(flat.seconds, flat.low, start, below, counts)
     return counts.view("M8[ns]").reshape(instants.shape)
 
 

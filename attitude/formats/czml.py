@@ -35,7 +35,6 @@ from .interpolant import MAX_DEGREE, Interpolant
 from .interpolation_nodes import Nodes
 
 FRAME = "ITRF"
-MAX_BYTES = 1 << 30  # the text is read as a whole
 # Position, m, of a body without an orbit: 1000 km above the equator, at longitude 0.
 DEFAULT_POSITION = (7378137.0, 0.0, 0.0)
 DEFAULT_BOX = (3.0, 2.0, 1.0)  # m
@@ -100,9 +99,10 @@ def blocks(
     span = _interval(head, tail)
     name = head.name or "attitude"
     yield b"[" + orjson.dumps(_document(head, tail, span, name)) + b","
+    description = DESCRIPTION.format(ut1=UT1_DESCRIPTIONS[head.ut1])
     packet: dict[str, Any] = {"id": id or name, "name": name, "availability": span}
     packet["description"] = (
-        "<p>" + html.escape(f"{'. '.join([_description(head), nodes.remark, *nodes.notes])}.") + "</p>"
+        "<p>" + html.escape(f"{'. '.join([description, nodes.remark, *nodes.notes])}.") + "</p>"
     )
     if model is not None:
         packet["model"] = {"gltf": model, "minimumPixelSize": 64}
@@ -117,10 +117,6 @@ def blocks(
     yield b',"orientation":'
     yield from _orientation(nodes.segments)
     yield b"}]\n"
-
-
-def _description(head: EphemerisData) -> str:
-    return DESCRIPTION.format(ut1=UT1_DESCRIPTIONS[head.ut1])
 
 
 def _document(head: EphemerisData, tail: EphemerisData, span: str, name: str) -> dict[str, Any]:
@@ -303,11 +299,7 @@ def _intervals(packet: dict[str, Any]) -> list[Any]:
 
 
 def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
-    text = bounded_read.text(stream, source, MAX_BYTES)
-    try:
-        packets = orjson.loads(text)
-    except orjson.JSONDecodeError as error:
-        raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
+    packets = bounded_read.json(stream, source)
     if (
         not isinstance(packets, list)
         or not all(isinstance(packet, dict) for packet in packets)

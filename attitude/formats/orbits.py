@@ -10,7 +10,7 @@ from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
-from ..errors import FormatError, suggestion
+from ..errors import FormatError, file_errors, suggestion
 from ..times.instants import Instants
 
 
@@ -95,16 +95,12 @@ def read_orbit(
         known = f"{', '.join(ORBIT_MODULES)}{suggestion(format, ORBIT_MODULES)}"
         endings = ", ".join(ORBIT_ENDINGS)
         raise FormatError(f"no format of orbits; format is one of {known}, or the ending of {endings}", path)
-    try:
+    with file_errors(path):
         if name == "spk":
             curve: OrbitCurve = _module(name).read_orbit(path, object_name)
             return curve
         with open(path, "rb") as stream:
             return parse_orbit(stream, path, name, object_name)
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        if isinstance(error, FormatError):
-            raise
-        raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", path) from None
 
 
 def parse_orbit(

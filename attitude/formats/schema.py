@@ -134,8 +134,7 @@ def columns(ephemeris: EphemerisData, names: Collection[str]) -> dict[str, np.nd
     if ELAPSED in names:
         table[ELAPSED] = ephemeris.instants.seconds
     if REST in names:
-        low = ephemeris.instants.seconds_low
-        table[REST] = np.zeros(ephemeris.instants.shape) if low is None else low
+        table[REST] = ephemeris.instants.low
     for column in vectors(ephemeris, names):
         for i, name in enumerate(column.names):
             if name in names:

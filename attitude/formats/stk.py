@@ -97,8 +97,7 @@ def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
 
 def _stated_order(nodes: Nodes, head: EphemerisData) -> int:
     """The order of Lagrange's polynomials that the ephemeris's own file states; 1 where rates jump."""
-    interpolation = head.interpolation
-    stated = None if interpolation is None else interpolation.method_at(float(head.elapsed[0]))
+    stated = head.stated_method
     if stated is None or stated.kind != "lagrange" or len(nodes.segments) > 1:
         return 1
     return stated.degree

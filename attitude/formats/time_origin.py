@@ -12,7 +12,7 @@ from astropy.time import Time
 from ..errors import FormatError
 from ..samples.ephemeris_data import EphemerisData
 from ..times.instants import Instants
-from ..times.two_part import two_sum
+from ..times.two_part import two_part, two_sum
 from .interpolation_nodes import Nodes
 
 J2000_DAY = 2451545  # TT
@@ -34,9 +34,8 @@ class TimeOrigin(NamedTuple):
 
     def seconds(self, instants: Instants) -> tuple[np.ndarray, np.ndarray]:
         """(n,) twice: SI seconds since the origin rounded to one double, and the rounding error."""
-        rest = 0.0 if instants.seconds_low is None else instants.seconds_low
         total, low = two_sum(self.epoch_offset, instants.seconds)
-        return two_sum(total, low + (self.epoch_offset_low + rest))
+        return two_sum(total, low + (self.epoch_offset_low + instants.low))
 
 
 def checked_head(nodes: Nodes, format_name: str) -> EphemerisData:
@@ -51,9 +50,8 @@ def checked_head(nodes: Nodes, format_name: str) -> EphemerisData:
 
 def tt_origin(head: EphemerisData) -> TimeOrigin:
     """Return the last whole second of TT that is not after the first instant."""
-    first = head.instants
-    rest = 0.0 if first.seconds_low is None else float(first.seconds_low.reshape(-1)[0])
-    tt = tt_seconds(head.epoch) + Fraction(float(first.seconds.reshape(-1)[0])) + Fraction(rest)
+    first = head.instants.flattened()
+    tt = tt_seconds(head.epoch) + Fraction(float(first.seconds[0])) + Fraction(float(first.low[0]))
     return _origin(tt_time(tt.__floor__()), head)
 
 
@@ -72,7 +70,7 @@ def _julian_dates(time: Time) -> tuple[float, float]:
 def _origin(time: Time, head: EphemerisData) -> TimeOrigin:
     tt = tt_seconds(time)
     offset = tt_seconds(head.epoch) - tt
-    return TimeOrigin(time, tt, float(offset), float(offset - Fraction(float(offset))))
+    return TimeOrigin(time, tt, *two_part(offset))
 
 
 def tt_seconds(time: Time | None) -> Fraction:

@@ -246,6 +246,12 @@ def rotate(wxyz: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return vector + w * across + _cross(r, across)
 
 
+def body_rate(q: np.ndarray, derivative: np.ndarray) -> np.ndarray:
+    """(..., 3) rad/s, body components: omega = 2 vec(conj(q) dq/dt) / (q.q), of (..., 4) wxyz and 1/s."""
+    twice = 2.0 * product(conjugate(q), derivative)[..., 1:]
+    return np.asarray(twice / (q * q).sum(axis=-1, keepdims=True))
+
+
 def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """u x v, (..., 3), broadcast; the same bits as numpy's, which takes twice as long for a few vectors."""
     if max(u.size, v.size) > 300:

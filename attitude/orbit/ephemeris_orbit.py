@@ -58,10 +58,8 @@ class EphemerisOrbit:
 
     def axes(self, instants: Instants) -> FrameRotation:
         """Rotation from `frame` to QSW at (n,) instants."""
-        t = instants.seconds.reshape(-1)
-        return qsw(
-            self._path(t), t, None if instants.seconds_low is None else instants.seconds_low.reshape(-1)
-        )
+        flat = instants.flattened()
+        return qsw(self._path(flat.seconds), flat.seconds, flat.seconds_low)
 
     def _path(self, t: np.ndarray) -> OrbitPath:
         """Path over the scene's span, or over a longer one that includes the instants."""

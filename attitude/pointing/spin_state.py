@@ -49,7 +49,7 @@ def spin_state(data: EphemerisData, axis: Any = "z") -> SpinState:
     momentum = unit_vectors(np.asarray(data.angular_momentum), "the spin, of the angular momentum,")
     ra = np.arctan2(momentum[..., 1], momentum[..., 0]) % (2.0 * np.pi)
     dec = np.arctan2(momentum[..., 2], np.hypot(momentum[..., 0], momentum[..., 1]))
-    to_momentum = rotations.product(_about("Z", ra + 0.5 * np.pi), _about("X", 0.5 * np.pi - dec))
+    to_momentum = rotations.from_euler("ZX", np.stack([ra + 0.5 * np.pi, 0.5 * np.pi - dec], axis=-1))
     q = rotations.product(rotations.conjugate(to_momentum), data.quaternion("wxyz"))
     q = rotations.product(q, _to_third(third))
     precession, nutation, phase = np.moveaxis(rotations.euler_angles(q, "ZXZ"), -1, 0)

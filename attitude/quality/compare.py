@@ -110,7 +110,8 @@ def compare(first: EphemerisData, second: EphemerisData, frame: str | None = Non
     if not covered.any():
         raise InputError("instants", "none in common", "ephemerides that overlap in time")
     first, instants = first[covered], instants[covered]
-    second = _at(second, instants)
+    index, same = _nearest(second, instants.seconds)
+    second = second[index] if same.all() else second.resampled(instants)
     rates = (first.angular_velocity, second.angular_velocity) if first.has_rate and second.has_rate else None
     return EphemerisComparison(
         first.instants,
@@ -153,10 +154,4 @@ def _snapped(instants: Instants, data: EphemerisData) -> Instants:
     index, same = _nearest(data, instants.seconds)
     own = data.instants[index]
     seconds = np.where(same, own.seconds, instants.seconds)
-    low, own_low = (0.0 if each.seconds_low is None else each.seconds_low for each in (instants, own))
-    return Instants(seconds, np.where(same, own_low, low), instants.epoch, scale=instants.scale)
-
-
-def _at(data: EphemerisData, instants: Instants) -> EphemerisData:
-    index, same = _nearest(data, instants.seconds)
-    return data[index] if same.all() else data.resampled(instants)
+    return Instants(seconds, np.where(same, own.low, instants.low), instants.epoch, scale=instants.scale)

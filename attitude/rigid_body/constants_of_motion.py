@@ -138,8 +138,8 @@ class Batch:
         ToleranceError : an instant is too far from the epoch (`phase_limit`).
         InputError : `out` is no writable float64 array of the quaternions' shape.
         """
-        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-        low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low).reshape(-1)
+        flat = instants.flattened()
+        seconds, low = flat.seconds, flat.seconds_low
         shape = self.shape + instants.shape
         components = None if out is None else _components(out, (*shape, 4))
         q: np.ndarray | None = None
@@ -204,8 +204,8 @@ class Batch:
         RegimeError : derivatives beyond the range of a double, which grow exponentially on the separatrix.
         """
         check_inertia(inertia)
-        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-        low = None if instants.seconds_low is None else np.ascontiguousarray(instants.seconds_low).reshape(-1)
+        flat = instants.flattened()
+        seconds, low = flat.seconds, flat.seconds_low
         out = np.zeros((6, 12, self.size, seconds.size))
         columns, scheme = (3 if inertia == "moments" else 6), quadrature()
 

@@ -28,13 +28,10 @@ class MomentumLaw(NamedTuple):
 
     def times(self, instants: Instants) -> tuple[Instants, np.ndarray]:
         """The integral of p since the epoch, s, as instants of the free rotation; p at each instant."""
-        seconds = np.ascontiguousarray(instants.seconds).reshape(-1)
-        low = np.zeros_like(seconds)
-        if instants.seconds_low is not None:
-            low[:] = np.asarray(instants.seconds_low).reshape(-1)
-        own, size = np.empty((2, len(seconds))), np.empty(len(seconds))
+        flat = instants.flattened()
+        own, size = np.empty((2, flat.seconds.size)), np.empty(flat.seconds.size)
         law = np.array([self.start, *self.torque, *self.damping])
-        compiled.momentum_times(seconds, low, law, own[0], own[1], size)
+        compiled.momentum_times(flat.seconds, flat.low, law, own[0], own[1], size)
         shape = instants.shape
         return Instants(own[0].reshape(shape), own[1].reshape(shape), None), size.reshape(shape)
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Generator, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Generator, Iterable, Mapping
 from pathlib import Path
 
-from ..errors import AttitudeError, FormatError
+from ..errors import file_errors
 
 STANDARD_STREAM = "-"
 
@@ -32,10 +31,10 @@ def write_together(files: Mapping[Path, Iterable[bytes]]) -> None:
     written: dict[str, Path] = {}
     try:
         for path, blocks in files.items():
-            with _named_in_errors(path):
+            with file_errors(path, "written"):
                 _beside(path, blocks, written)
         for name, path in written.items():
-            with _named_in_errors(path):
+            with file_errors(path, "written"):
                 os.replace(name, path)
     finally:
         for blocks in files.values():
@@ -57,13 +56,3 @@ def _beside(path: Path, blocks: Iterable[bytes], written: dict[str, Path]) -> No
             file.write(block)
     os.umask(umask := os.umask(0))  # it can only be read by setting it
     os.chmod(file.name, 0o666 & ~umask)
-
-
-@contextmanager
-def _named_in_errors(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except AttitudeError:  # of computing the blocks: an InputError is a ValueError too
-        raise
-    except (OSError, ValueError) as error:
-        raise FormatError(f"cannot be written ({getattr(error, 'strerror', error)})", str(path)) from None

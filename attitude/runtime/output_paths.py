@@ -6,7 +6,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from ..errors import AttitudeError, FormatError
+from ..errors import AttitudeError, FormatError, file_errors
 from .atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from .atomic_files import write_whole
 
@@ -16,7 +16,7 @@ def check(path: str | Path) -> None:
     if str(path) == STANDARD_STREAM:
         return
     target = Path(path)
-    try:
+    with file_errors(path, "written"):
         if target.is_dir():
             raise IsADirectoryError(21, os.strerror(21))
         if target.exists() and not target.is_file():  # a pipe or device, written to directly
@@ -25,8 +25,6 @@ def check(path: str | Path) -> None:
             return
         with tempfile.TemporaryFile(dir=target.parent):
             return
-    except (OSError, ValueError) as error:
-        raise FormatError(f"cannot be written ({getattr(error, 'strerror', error)})", str(path)) from None
 
 
 def check_picture(path: str | Path) -> str:

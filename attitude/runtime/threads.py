@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ..errors import InputError
+from ..errors import whole_number
 
 Share = TypeVar("Share")
 
@@ -21,9 +21,7 @@ CPU_SHARE = Path("/sys/fs/cgroup/cpu.max")
 
 def check(threads: Any) -> int:
     """The number of threads; InputError unless it is a whole number, at least 1."""
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-        raise InputError("threads", threads, "a whole number, at least 1")
-    return threads
+    return whole_number(threads, "threads")
 
 
 def processors() -> int:

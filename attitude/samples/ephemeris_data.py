@@ -17,7 +17,7 @@ from ..rigid_body.body import RigidBody
 from ..rigid_body.partials import Partials
 from ..times.instants import Instants, as_instants
 from .event import Event
-from .interpolation import Interpolation
+from .interpolation import Interpolation, InterpolationMethod
 from .provenance import Plan
 from .translation import Translation
 from .uncertainty import Uncertainty, ellipse
@@ -297,6 +297,12 @@ class EphemerisData:
         return ellipse(self.attitude_covariance, body_axis)[0]
 
     # -- resampling ---------------------------------------------------------------------------
+
+    @property
+    def stated_method(self) -> InterpolationMethod | None:
+        """How the file that it was read from is to be interpolated at its first instant, if it was read."""
+        first = float(self.elapsed[0])
+        return None if self.interpolation is None else self.interpolation.method_at(first)
 
     @property
     def can_be_resampled(self) -> bool:

@@ -136,7 +136,8 @@ def _interpolated(
     attitude = segment.attitude[..., window, :]
     rate = None if segment.rate is None else segment.rate[..., window, :]
     if segment.method.kind == "hermite" and rate is not None:
-        return _hermite(t[window], at, attitude, rate)
+        q, slope = hermite_components(t[window], at, attitude, rate)
+        return _unit(q), rotations.body_rate(q, slope)
     weights, _ = lagrange_basis(t[window], at)
     if segment.method.kind == "slerp":
         return _slerp(attitude, weights[:, 1]), None if rate is None else weighted(weights, rate)
@@ -176,15 +177,6 @@ def lagrange_basis(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def weighted(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     """(..., m, c): sums of values (..., m, w, c) by weights (m, w)."""
     return np.einsum("mw,...mwc->...mc", weights, values)
-
-
-def _hermite(
-    t: np.ndarray, at: np.ndarray, attitude: np.ndarray, rate: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Unit quaternions and rates of the polynomials of `hermite_components`."""
-    q, q_slope = hermite_components(t, at, attitude, rate)
-    twice = 2.0 * rotations.product(rotations.conjugate(q), q_slope)[..., 1:]
-    return _unit(q), twice / (q * q).sum(axis=-1, keepdims=True)
 
 
 def hermite_components(

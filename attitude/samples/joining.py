@@ -49,7 +49,7 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
     origin = moved[0].instants
     low = None
     if any(part.instants.seconds_low is not None for part in moved):
-        low = np.concatenate([_low(part.instants) for part in moved])
+        low = np.concatenate([part.instants.low for part in moved])
     return EphemerisData(
         np.concatenate([part.quaternion("wxyz") for part in moved]),
         Instants(
@@ -75,7 +75,7 @@ def _joined_plan(parts: Sequence[EphemerisData], names: Sequence[str]) -> Plan:
 def _since(part: EphemerisData, first: EphemerisData) -> EphemerisData:
     """The ephemeris with its seconds counted from the epoch of the first."""
     offset = as_instants(part.epoch, first.epoch)
-    if part is first or (offset.seconds == 0.0 and not _low(offset)):
+    if part is first or (offset.seconds == 0.0 and not offset.low):
         return part
     shift = float(offset.seconds)
     interpolation = part.interpolation
@@ -99,8 +99,4 @@ def _since(part: EphemerisData, first: EphemerisData) -> EphemerisData:
 
 def _moved(instants: Instants, offset: Instants) -> Instants:
     seconds, low = two_sum(instants.seconds, offset.seconds)
-    return Instants(seconds, low + _low(instants) + _low(offset), offset.epoch, scale=instants.scale)
-
-
-def _low(instants: Instants) -> np.ndarray:
-    return np.zeros(instants.shape) if instants.seconds_low is None else instants.seconds_low
+    return Instants(seconds, low + instants.low + offset.low, offset.epoch, scale=instants.scale)

@@ -69,11 +69,7 @@ class Interpolator:
     def __call__(self, instants: Instants) -> EphemerisData:
         """The ephemeris at other instants; RegimeError for those that no segment covers."""
         began = time.perf_counter()
-        flat = Instants(
-            instants.seconds.reshape(-1),
-            None if instants.seconds_low is None else instants.seconds_low.reshape(-1),
-            instants.epoch,
-        )
+        flat = instants.flattened()
         owners = self.interpolation.owners(flat.seconds)
         if (owners < 0).any():
             raise RegimeError(self._refusal(float(flat.seconds[np.argmax(owners < 0)])))

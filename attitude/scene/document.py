@@ -37,7 +37,7 @@ from ..documents.files import files_in
 from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import FormatError, InputError, noted, unknown_name, warn
+from ..errors import InputError, file_errors, noted, unknown_name, warn
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -279,12 +279,15 @@ class Tolerance(Angle):
         return self
 
 
-def _parse_tolerance(value: Any) -> Tolerance | str:
-    return BEST if value == BEST else Tolerance.model_validate(value)
-
-
 BEST = "best"  # the most exact answer that there is, with its estimate, instead of a tolerance
-AnyTolerance = Annotated[Tolerance | str, Chosen(_parse_tolerance, lambda: [Tolerance], (BEST,))]
+AnyTolerance = Annotated[
+    Tolerance | str,
+    Chosen(
+        lambda value: value if value == BEST else Tolerance.model_validate(value),
+        lambda: [Tolerance],
+        (BEST,),
+    ),
+]
 
 
 class Scene(Part):
@@ -387,10 +390,8 @@ class Scene(Part):
         if Path(path).suffix.lower() == ".apm":
             document = {"apm": {"file": str(path)}}
             return cls.model_validate(document if times is None else document | {"times": times})
-        try:
+        with file_errors(path):
             text = Path(path).read_bytes()
-        except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-            raise FormatError(f"cannot be read ({getattr(error, 'strerror', error)})", str(path)) from None
         with files_in(Path(path).parent):
             document = parse_json(text, str(path))
             if times is not None and isinstance(document, dict):

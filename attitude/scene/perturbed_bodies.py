@@ -37,7 +37,7 @@ def partials(inputs: SimulationInputs, instants: Instants, inertia: str = "momen
     ToleranceError : as `Scene.run`.
     """
     state, shape = inputs.initial_state, instants.shape
-    flat = Instants(instants.seconds.reshape(-1), _flat(instants.seconds_low), instants.epoch)
+    flat = instants.flattened()
     steps = first_steps(state, flat, check_inertia(inertia))
     for _ in range(MAX_ROUNDS):
         changes = (steps[:, None, None] * STEPS[:, None] * np.eye(12)[:, None, :]).reshape(-1, 12)
@@ -57,10 +57,6 @@ def partials(inputs: SimulationInputs, instants: Instants, inertia: str = "momen
         )
     columns = [np.einsum("s,csmi->mic", WEIGHTS, one) / steps for one in (turns, rates)]
     return Partials(np.concatenate(columns, axis=1).reshape(*shape, 6, 12), inertia)
-
-
-def _flat(low: np.ndarray | None) -> np.ndarray | None:
-    return None if low is None else low.reshape(-1)
 
 
 def first_steps(state: InitialState, instants: Instants, inertia: str) -> np.ndarray:

@@ -354,11 +354,8 @@ def with_pushes(inputs: SimulationInputs, instants: Instants) -> Instants:
     pushes = np.array([kick.seconds for kick in inputs.pushes])
     if not pushes.size:
         return instants
-    rest = (
-        np.zeros(instants.seconds.size) if instants.seconds_low is None else instants.seconds_low.reshape(-1)
-    )
     seconds = np.append(instants.seconds.reshape(-1), pushes)
-    return Instants(seconds, np.append(rest, np.zeros(pushes.size)), None)
+    return Instants(seconds, np.append(instants.low.reshape(-1), np.zeros(pushes.size)), None)
 
 
 def _translation(inputs: SimulationInputs, instants: Instants, attitudes: np.ndarray) -> Translation | None:

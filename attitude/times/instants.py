@@ -19,7 +19,7 @@ from astropy import units as u
 from astropy.time import ScaleValueError, Time, TimeDelta
 
 from .. import units
-from ..errors import InputError
+from ..errors import InputError, whole_number
 from ..runtime import compiled
 from ..runtime.threads import ranges, run
 from .iso8601 import dated
@@ -57,6 +57,16 @@ class Instants:
         self._time = time
         dated = epoch if time is None else time
         self.scale = dated.scale if scale is None and dated is not None else scale
+
+    @property
+    def low(self) -> np.ndarray:
+        """`seconds_low`, or zeros, s."""
+        return np.zeros(self.shape) if self.seconds_low is None else self.seconds_low
+
+    def flattened(self) -> Instants:
+        """The same along one dimension, in contiguous doubles, as kernels take them."""
+        low = None if self.seconds_low is None else _kernel_array(self.seconds_low).reshape(-1)
+        return Instants(_kernel_array(self.seconds).reshape(-1), low, self.epoch, scale=self.scale)
 
     @cached_property
     def max_abs_seconds(self) -> float:
@@ -103,11 +113,9 @@ class Instants:
 
     def _days(self) -> tuple[np.ndarray, np.ndarray]:
         """(n,), (n,): days since the epoch in two parts, of all instants flattened."""
-        seconds = _kernel_array(self.seconds).reshape(-1)
-        low = self.seconds_low
-        seconds_low = np.zeros_like(seconds) if low is None else _kernel_array(low).reshape(-1)
-        days, days_low = np.empty_like(seconds), np.empty_like(seconds)
-        compiled.days_from_seconds(seconds, seconds_low, days, days_low)
+        flat = self.flattened()
+        days, days_low = np.empty_like(flat.seconds), np.empty_like(flat.seconds)
+        compiled.days_from_seconds(flat.seconds, flat.low, days, days_low)
         return days, days_low
 
     def _build_time(self, epoch: Time) -> Time:
@@ -365,9 +373,7 @@ class Grid:
             if not intervals < 2**53:
                 raise InputError("times.step", self.step, "a step that makes fewer than 2**53 instants")
             count = math.floor(intervals * (1.0 + 4e-16) + 1e-9) + 1
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise InputError("times.count", count, "a whole number, at least 1")
-        self.count = count
+        self.count = whole_number(count, "times.count")
 
     def __len__(self) -> int:
         return self.count

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TypeVar
 
 import numpy as np
+
+
+def two_part(exact: Fraction) -> tuple[float, float]:
+    """The two doubles whose sum is nearest to a fraction."""
+    return float(exact), float(exact - Fraction(float(exact)))
+
 
 Doubles = TypeVar("Doubles", float, np.ndarray)
 

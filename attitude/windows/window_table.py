@@ -52,8 +52,7 @@ class Windows:
     @property
     def duration(self) -> np.ndarray:
         """(n,) s."""
-        low = [0.0 if each.seconds_low is None else each.seconds_low for each in (self.start, self.stop)]
-        return (self.stop.seconds - self.start.seconds) + (low[1] - low[0])
+        return (self.stop.seconds - self.start.seconds) + (self.stop.low - self.start.low)
 
     @property
     def begins_before(self) -> np.ndarray:

@@ -17,7 +17,7 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation
 
 from attitude import Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
-from attitude.formats import czml, interpolation_nodes
+from attitude.formats import bounded_read, czml, interpolation_nodes
 from attitude.samples import chunks
 from attitude.times.instants import as_instants
 from tests.effects.scenes import KEPLER, effect, quantity, scene
@@ -500,6 +500,6 @@ def test_unknown_frame_to_read_into_is_refused():
 
 
 def test_too_long_a_file_is_refused(monkeypatch):
-    monkeypatch.setattr(czml, "MAX_BYTES", 100)
+    monkeypatch.setattr(bounded_read, "MAX_TEXT_BYTES", 100)
     with pytest.raises(FormatError, match="more than 100 bytes"):
         read(QUARTER)

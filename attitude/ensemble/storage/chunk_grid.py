@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, overload
 
-from ...errors import InputError
+from ...errors import InputError, whole_number
 
 SAMPLE_BYTES = 7 * 8  # a quaternion and a rate
 DEFAULT_CHUNK_BODIES = 4096
@@ -80,9 +80,8 @@ def chunk_grid(
         chunk_bodies, max_bytes = DEFAULT_CHUNK_BODIES, DEFAULT_CHUNK_BYTES
         while chunk_bodies > 1 and chunk_bodies * instants * SAMPLE_BYTES > max_bytes:
             chunk_bodies //= 2
-    elif isinstance(chunk_bodies, bool) or not isinstance(chunk_bodies, int) or chunk_bodies < 1:
-        raise InputError("chunk", chunk_bodies, "a whole number of bodies, at least 1")
     else:
+        chunk_bodies = whole_number(chunk_bodies, "chunk", "a whole number of bodies")
         max_bytes = MAX_CHUNK_BYTES
     chunk_bodies = min(chunk_bodies, bodies)
     body_bytes = (instants if all_instants else 1) * SAMPLE_BYTES

@@ -60,7 +60,8 @@ class RowConvention:
             if derivative is not None:
                 derivative[1:] = -derivative[1:]
         if derivative is not None:
-            return q, _check_rate(_rate_of(q, derivative))
+            with np.errstate(over="ignore", invalid="ignore"):
+                return q, _check_rate(rotations.body_rate(q.T, derivative.T).T)
         if "ANGVEL_X" not in columns:
             return q, None
         rate = np.deg2rad(np.stack([columns[name] for name in ANGVEL]))
@@ -99,13 +100,6 @@ def _check_unit(q: np.ndarray) -> None:
         i = int(np.argmax(off))
         expected = f"a unit quaternion, within {MAX_OFF_UNIT_IN_FILES:g} of length 1"
         raise RowError(i, f"quaternion: {expected}; got length {length[i]:.9g}")
-
-
-def _rate_of(q: np.ndarray, derivative: np.ndarray) -> np.ndarray:
-    """Body rate: omega = 2 vec(conj(q) dq/dt) / (q.q)."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        twice = 2.0 * rotations.product(rotations.conjugate(q.T), derivative.T)[:, 1:].T
-        return twice / (q * q).sum(axis=0)
 
 
 def _check_rate(rate: np.ndarray) -> np.ndarray:

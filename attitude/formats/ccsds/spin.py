@@ -32,9 +32,8 @@ MAX_OTHER_RATE = 1e-9  # of the rate, that rows of a spin leave out
 def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Quaternions (4, n) wxyz, body to external frame, and body rates (3, n), rad/s; columns in deg and s."""
     alpha, delta, angle, speed = (np.deg2rad(columns[name]) for name in SPIN)
-    q = rotations.product(
-        rotations.product(_about(3, alpha + 0.5 * np.pi), _about(1, 0.5 * np.pi - delta)), _about(3, angle)
-    )
+    angles = np.stack([alpha + 0.5 * np.pi, 0.5 * np.pi - delta, angle], axis=1)
+    q = rotations.from_euler("ZXZ", angles)
     rate = np.zeros((len(q), 3))
     if "NUTATION" in columns:
         nutation, phase = np.deg2rad(columns["NUTATION"]), np.deg2rad(columns["NUTATION_PHASE"])
@@ -85,13 +84,6 @@ def _refuse_other_rates(rate: np.ndarray, off: np.ndarray, kind: str) -> None:
         share = float((off / np.where(size > 0.0, size, 1.0)).max())
         kinds = f"is not that of {kind}; QUATERNION/ANGVEL holds any rate"
         raise FormatError(f"attitude_type: {share:.1e} of the body's rate {kinds}")
-
-
-def _about(axis: int, angle: np.ndarray) -> np.ndarray:
-    """(n, 4) wxyz of rotations about x (1), y (2) or z (3)."""
-    q = np.zeros((len(angle), 4))
-    q[:, 0], q[:, axis] = np.cos(0.5 * angle), np.sin(0.5 * angle)
-    return q
 
 
 def _direction(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:

@@ -156,10 +156,7 @@ class AemWriter:
         """
         if self.attitude_type[0] != "Q":
             return []
-        head = segment.first
-        stated = None
-        if self.options.degree is None and head.interpolation is not None:
-            stated = head.interpolation.method_at(float(head.elapsed[0]))
+        stated = segment.first.stated_method if self.options.degree is None else None
         if stated is None or stated.kind == "slerp":
             name, degree = "LAGRANGE", interpolant(degree=self.options.degree).degree
         else:

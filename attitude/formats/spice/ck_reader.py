@@ -47,7 +47,7 @@ def parse(
     """
     if clock_id is not None:
         check_id(clock_id, "clock_id")
-    frames = _frame_kernel(fk, source)
+    frames = {} if fk is None else text_kernels.variables(_kernel_text(fk, "fk", source), str(fk))
     arrays = daf.arrays(daf.content(stream, b"DAF/CK", source), 2, 6, source)
     structure = _structure(arrays, structure_id, source)
     arrays = [array for array in arrays if array.integers[0] == structure]
@@ -66,15 +66,13 @@ def parse(
     return _ephemeris(series, instants, frame, arrays[0].name, source)
 
 
-def _frame_kernel(path: str | Path | None, source: str) -> dict[str, list[Any]]:
-    """Variables of the frame kernel, if there is one."""
-    if path is None:
-        return {}
+def _kernel_text(path: str | Path, noun: str, source: str, cure: str = "") -> str:
+    """The text of a kernel that the file needs."""
     try:
-        text = Path(path).read_bytes().decode("latin-1")
+        return Path(path).read_bytes().decode("latin-1")
     except (OSError, ValueError) as error:
-        raise FormatError(f"fk {path} cannot be read ({getattr(error, 'strerror', error)})", source) from None
-    return text_kernels.variables(text, str(path))
+        reason = getattr(error, "strerror", error)
+        raise FormatError(f"{noun} {path} cannot be read ({reason}){cure}", source) from None
 
 
 def _clock_number(structure: int, clock_id: int | None, frames: dict[str, list[Any]]) -> int | None:
@@ -112,15 +110,8 @@ def _structure(arrays: list[daf.Array], requested: int | None, source: str) -> i
 
 def _clock(kernel: str | Path | None, structure: int, clock_id: int | None, source: str) -> sclk.Clock:
     path = Path(source).with_suffix(".tsc") if kernel is None else Path(kernel)
-    try:
-        text = path.read_bytes().decode("latin-1")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", error)
-        raise FormatError(
-            f"a CK counts the ticks of a clock, and its SCLK kernel {path} cannot be read ({reason}); "
-            "sclk= names another",
-            source,
-        ) from None
+    noun = "a CK counts the ticks of a clock, and its SCLK kernel"
+    text = _kernel_text(path, noun, source, "; sclk= names another")
     return sclk.clock_from(text, structure, str(path), clock_id)
 
 

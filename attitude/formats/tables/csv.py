@@ -36,6 +36,20 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     return CsvReader(source).read(stream)
 
 
+def metadata_of(lines: list[str], source: str) -> dict[str, Any] | None:
+    """The metadata in the comments at the beginning of a file; None of a file without them."""
+    for number, line in enumerate(lines, start=1):
+        if line.startswith(METADATA_PREFIX.decode()):
+            try:
+                meta: dict[str, Any] = orjson.loads(line[len(METADATA_PREFIX) :])
+            except orjson.JSONDecodeError:
+                raise FormatError("metadata that are not JSON", source, number) from None
+            if not isinstance(meta, dict):
+                raise FormatError("metadata that are not an object", source, number)
+            return meta
+    return None
+
+
 class CsvReader(RowReader):
     """Comments, then the column names, then rows."""
 
@@ -58,16 +72,10 @@ class CsvReader(RowReader):
         return True
 
     def _metadata(self) -> dict[str, Any]:
-        for number, comment in enumerate(self.comments, start=1):
-            if comment.startswith(METADATA_PREFIX.decode()):
-                try:
-                    meta: dict[str, Any] = orjson.loads(comment[len(METADATA_PREFIX) :])
-                except orjson.JSONDecodeError:
-                    raise self.error("metadata that are not JSON", number) from None
-                if not isinstance(meta, dict):
-                    raise self.error("metadata that are not an object", number)
-                return meta
-        raise self.error("not an ephemeris of this library: no metadata comment", 1)
+        meta = metadata_of(self.comments, self.source)
+        if meta is None:
+            raise self.error("not an ephemeris of this library: no metadata comment", 1)
+        return meta
 
     def no_rows(self) -> FormatError:
         """Of a file without metadata, without names, or without rows."""

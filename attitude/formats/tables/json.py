@@ -120,11 +120,7 @@ def _column(values: Any) -> Iterator[bytes]:
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
-    text = bounded_read.text(stream, source)
-    try:
-        document = orjson.loads(text)
-    except orjson.JSONDecodeError as error:
-        raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
+    document = bounded_read.json(stream, source)
     if not isinstance(document, dict) or not isinstance(document.get("columns"), dict):
         raise FormatError("not an ephemeris: no columns", source)
     table = {name: values for name, values in document["columns"].items() if name != schema.TIME}

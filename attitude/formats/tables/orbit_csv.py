@@ -12,7 +12,6 @@ import re
 from typing import BinaryIO
 
 import numpy as np
-import orjson
 
 from ...errors import FormatError, InputError
 from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES
@@ -22,7 +21,7 @@ from .. import bounded_read
 from ..orbits import OrbitRows, OrbitSegment
 from ..schema import epoch_of_record
 from ..text_reader import TextReader, finite_number
-from .csv import METADATA_PREFIX
+from .csv import metadata_of
 
 MAX_BYTES = 1 << 28
 POSITION = re.compile(r"(?:position_|pos_)?([xyz])_(k?m)")
@@ -47,7 +46,7 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
         if len(row) != len(names):
             raise FormatError(f"{len(row)} values where {len(names)} belong", source, number)
     table = _Table(names, rows, numbers, source)
-    meta = _metadata(lines, source)
+    meta = metadata_of(lines[:64], source) or {}
     instants = table.instants(meta)
     velocities = table.vectors(VELOCITY, "velocity_x_m_s, velocity_y_m_s and velocity_z_m_s", False)
     positions = table.vectors(POSITION, "position_x_m, position_y_m and position_z_m", True)
@@ -61,19 +60,6 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
     if frame not in ("", *INERTIAL_FRAMES, *TURNING_FRAMES):
         raise FormatError(f"frame {frame!r} of the metadata is not known", source)
     return OrbitRows((OrbitSegment(instants, positions, velocities, None, useable),), frame, "", source)
-
-
-def _metadata(lines: list[str], source: str) -> dict[str, object]:
-    """Frame, epoch and time scale, where the file is one of this library."""
-    for number, line in enumerate(lines[:64], start=1):
-        if line.startswith(METADATA_PREFIX.decode()):
-            try:
-                meta = orjson.loads(line[len(METADATA_PREFIX) :])
-            except orjson.JSONDecodeError:
-                raise FormatError("metadata that are not JSON", source, number) from None
-            if isinstance(meta, dict):
-                return meta
-    return {}
 
 
 class _Table(TextReader):

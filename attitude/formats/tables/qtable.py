@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> QTable:
     """See `Ephemeris.to_table`; for a chunk, `shape` is that of all samples."""
-    low = ephemeris.instants.seconds_low
     if len(ephemeris.instants.shape) != 1:
         raise InputError(
             "instants", f"shape {ephemeris.instants.shape}", "a list of instants, for the rows of a table"
@@ -33,7 +32,7 @@ def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> 
     if schema.ELAPSED in names:
         table["elapsed"] = ephemeris.elapsed * u.s
     if not ephemeris.columns:
-        table["elapsed_rest"] = (np.zeros(len(ephemeris)) if low is None else low) * u.s
+        table["elapsed_rest"] = ephemeris.instants.low * u.s
     for column in schema.vectors(ephemeris):
         values = column.values if len(column.names) > 1 else column.values[..., 0]
         rows = np.moveaxis(values, len(ephemeris.batch_shape), 0)
@@ -84,7 +83,9 @@ def from_table(table: QTable, source: str) -> EphemerisData:
     for name, (names, unit) in schema.VECTORS.items():
         if name in table.colnames or names is schema.QUATERNION:
             vector = _values(table, name, u.Unit(unit) if unit else None, (len(names),), source)
-            columns.update(zip(names, _components(vector, axis), strict=True))
+            # (instant, batch, component) to (component, batch, instant)
+            components = np.moveaxis(np.moveaxis(vector, 0, min(axis, vector.ndim - 2)), -1, 0)
+            columns.update(zip(names, components, strict=True))
     return schema.ephemeris_from(dict(table.meta), columns, source)
 
 
@@ -101,8 +102,3 @@ def _values(
         shape = f" of {last[0]} numbers" if last else ""
         raise FormatError(f"no column {name!r}{shape}" + (f" in {unit}" if unit else ""), source)
     return np.asarray(column.value if unit else column)
-
-
-def _components(column: np.ndarray, axis: int) -> np.ndarray:
-    """(component, batch, instant) of (instant, batch, component)."""
-    return np.moveaxis(np.moveaxis(column, 0, min(axis, column.ndim - 2)), -1, 0)

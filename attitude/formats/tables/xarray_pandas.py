@@ -61,12 +61,10 @@ def _dimensions(ephemeris: EphemerisData) -> tuple[list[str], list[str]]:
 
 def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
     """Coordinates: seconds since the epoch, in one part or two; dates, if 64 bits can hold them."""
-    low = ephemeris.instants.seconds_low
     attributes = {"units": "s", "long_name": "SI seconds since the epoch"}
     coordinates: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, attributes)}
-    rest = np.zeros(ephemeris.instants.shape) if low is None else low
     attributes = {"units": "s", "long_name": "rounding error of elapsed, which is one double"}
-    coordinates["elapsed_rest"] = (dimensions, rest, attributes)
+    coordinates["elapsed_rest"] = (dimensions, ephemeris.instants.low, attributes)
     if _has_dates(ephemeris):
         attributes = {"long_name": columnar.MEANING, "scale": "tai"}
         coordinates["time"] = (dimensions, _dates(ephemeris), attributes)
