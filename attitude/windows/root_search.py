@@ -19,7 +19,7 @@ from ..errors import RegimeError
 from ..times.two_part import two_sum
 
 STEP = 0.5  # of the first intervals, times the bound on the rate: as much as a function changes in them
-MAX_INTERVALS_PER_BLOCK = 1 << 14  # first intervals of a block
+MAX_INTERVALS_PER_BLOCK = 1 << 16  # first intervals of a block
 MAX_OPEN_INTERVALS = 1 << 20  # at one length, which a function that stays at zero passes
 ROOT_TOLERANCE = 1e-10  # s
 ROOT_RELATIVE_TOLERANCE = 4.5e-16  # of offsets from the base: two of their last places
@@ -103,22 +103,25 @@ def crossings(
     RegimeError : the function stays at zero, as far as doubles tell.
     """
     pieces = [start, *sorted({cut for cut in cuts if start < cut < stop}), stop]
-    found, first_value = [], None
-    for begin, end in pairwise(pieces):
-        reached = begin
+    starts = function(np.array(pieces[:-1]), np.zeros(len(pieces) - 1))
+    found = []
+    for i, (begin, end) in enumerate(pairwise(pieces)):
+        reached, state = begin, starts.state[i]
         while reached < end:
-            intervals, reached = _first_intervals(function, reached, end)
-            first_value = intervals.left_values[0] if first_value is None else first_value
+            intervals, reached, state = _first_intervals(function, reached, end, state)
             found.append(_refined(function, _brackets(function, intervals, width)))
     seconds, low = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    assert first_value is not None
-    return Crossings(bool(first_value < 0.0), seconds, low)
+    return Crossings(bool(starts.values[0] < 0.0), seconds, low)
 
 
-def _first_intervals(function: BoundedFunction, start: float, stop: float) -> tuple[Intervals, float]:
-    """Equal intervals from the start, as many as a block holds, and where they end, s."""
-    first = function(np.array([start]), np.zeros(1))
-    rate = float(function.max_rate(first.state, np.zeros(1))[0])
+def _first_intervals(
+    function: BoundedFunction, start: float, stop: float, state: np.ndarray
+) -> tuple[Intervals, float, np.ndarray]:
+    """Equal intervals from the start, as many as a block holds; where they end, s, and the state there.
+
+    state : (k,), at the start
+    """
+    rate = float(function.max_rate(state[None], np.zeros(1))[0])
     count = np.ceil(rate * (stop - start) / STEP) if np.isfinite(rate) else 1.0
     block = stop - start
     if count > MAX_INTERVALS_PER_BLOCK:
@@ -131,7 +134,7 @@ def _first_intervals(function: BoundedFunction, start: float, stop: float) -> tu
     intervals = Intervals(
         base, np.zeros_like(base), np.diff(nodes), values[:-1], values[1:], sample.state[:-1]
     )
-    return intervals, float(nodes[-1])
+    return intervals, float(nodes[-1]), sample.state[-1]
 
 
 def _brackets(function: BoundedFunction, intervals: Intervals, width: float) -> Intervals:
