@@ -669,7 +669,7 @@ REFUSED = {
         "reference",
     ),
     "reference of a known frame": (lambda: motion().at(T), {"reference": "J2000"}, InputError, "reference"),
-    "type 1": (lambda: motion().at(T), {"type": 1}, InputError, "type: 2, 3 or 5"),
+    "type 1": (lambda: motion().at(T), {"type": 1}, InputError, "type: 2, 3, 5 or 6"),
     "type 2 without rates": (lambda: motion().at(T), {"type": 2, "rates": False}, InputError, "rates"),
     "no number": (lambda: motion().at(T), {"naif_id": 0}, InputError, "naif_id"),
     "number too large": (lambda: motion().at(T), {"naif_id": -3_000_000}, InputError, "structure_id"),

@@ -445,7 +445,7 @@ def test_frame_kernel_names_the_clock_of_a_structure(tmp_path):
     assert np.array_equal(back.elapsed, Ephemeris.read(tmp_path / "a.bc", clock_id=-900).elapsed)
 
 
-# -- type 5, written ------------------------------------------------------------------------------------
+# -- types 5 and 6, written ----------------------------------------------------------------------------
 
 
 def dense_errors(path, ephemeris, scene_motion, count=7):
@@ -466,11 +466,11 @@ def dense_errors(path, ephemeris, scene_motion, count=7):
     return max(angles), max(rates)
 
 
-@pytest.mark.parametrize(("degree", "most"), [(3, 400), (7, 130), (15, 100)])
-def test_type_5_keeps_its_bound_as_spice_interpolates_with_few_nodes(degree, most, tmp_path):
+@pytest.mark.parametrize(("kind", "degree", "most"), [(5, 3, 400), (5, 7, 130), (5, 15, 100), (6, 7, 130)])
+def test_polynomials_keep_their_bound_as_spice_interpolates_with_few_nodes(kind, degree, most, tmp_path):
     scene = Scene.builtin("toutatis")
     path = tmp_path / "t.bc"
-    written = scene.write(path, interpolation_error=1e-6, type=5, degree=degree)
+    written = scene.write(path, interpolation_error=1e-6, type=kind, degree=degree)
     assert written.nodes < most  # of type 3, 14,401
     back = Ephemeris.read(path)
     assert len(back) == written.nodes
@@ -483,15 +483,36 @@ def test_type_5_keeps_its_bound_as_spice_interpolates_with_few_nodes(degree, mos
     assert np.abs(back.angular_velocity - motion.angular_velocity).max() < 1e-14
 
 
-def test_type_5_is_split_at_events_and_read_back(tmp_path):
+def arrays_in(path):
+    """How many segments a file has, by CSPICE."""
+    handle = spice.dafopr(str(path))
+    spice.dafbfs(handle)
+    count = 0
+    while spice.daffna():
+        count += 1
+    spice.dafcls(handle)
+    return count
+
+
+@pytest.mark.parametrize("kind", [5, 6])
+def test_polynomials_are_split_at_events_and_read_back(kind, tmp_path):
     document = Scene.builtin("toutatis").document()
     impulse = {"type": "impulse", "frame": "body", "time": {"value": 20, "unit": "d"}}
     impulse["angular_impulse"] = {"value": [1e-6, 0, 0], "unit": "N m s"}
     scene = Scene.model_validate({**document, "effects": [impulse]})
     path = tmp_path / "t.bc"
-    written = scene.write(path, interpolation_error=1e-5, type=5)
+    written = scene.write(path, interpolation_error=1e-5, type=kind)
     back = Ephemeris.read(path)
     assert len(back) == written.nodes
+    assert arrays_in(path) == {5: 2, 6: 1}[kind]
+    before, after = (scene.run().resampled([20 * 86400.0 + d]) for d in (-3600.0, 3600.0))
+    spice.furnsh([str(path.with_suffix(ending)) for ending in (".tls", ".tsc", ".bc")])
+    for side in (before, after):
+        tick = spice.sce2c(-999, spice.unitim((side.time[0].tt - J2000).sec, "TDT", "ET"))
+        matrix, velocity, _ = spice.ckgpav(-999000, tick, 0.0, "ECLIPJ2000")
+        assert np.abs(matrix @ velocity - side.angular_velocity[0]).max() < 1e-9
+        q = rotations.from_matrix(np.asarray(matrix).T)
+        assert rotations.angle_between(q, side.quaternion("wxyz")[0]) < 1e-5
     assert [event.seconds for event in back.events] == pytest.approx([20 * 86400.0], abs=1.0)
     assert {str(part.method) for part in back.interpolation.segments} == {"Hermite, degree 7"}
 
@@ -501,21 +522,22 @@ def test_type_5_is_split_at_events_and_read_back(tmp_path):
     [
         ({"type": 5, "degree": 5}, "degree: 3, 7, 11, 15 for Hermite's interpolation; got 5"),
         ({"type": 5, "degree": True}, "degree: 3, 7, 11, 15"),
-        ({"type": 4}, "type: 2, 3 or 5; got 4"),
+        ({"type": 4}, "type: 2, 3, 5 or 6; got 4"),
     ],
 )
-def test_what_type_5_does_not_take_is_refused(options, message, tmp_path):
+def test_what_polynomials_do_not_take_is_refused(options, message, tmp_path):
     with pytest.raises(InputError, match=message):
         MOTION.at(SECONDS).write(tmp_path / "a.bc", **options)
 
 
-def test_type_5_needs_rates_and_two_instants(tmp_path):
+@pytest.mark.parametrize("kind", [5, 6])
+def test_polynomials_need_rates_and_two_instants(kind, tmp_path):
     dated = TorqueFreeMotion(MOTION.body, (1.0, 0, 0, 0), (0.1, 0.2, 0.3), Time("2024-01-01"), order="wxyz")
     with pytest.raises(FormatError, match="a segment of one instant has none; type 3 holds it"):
-        dated.at([0.0]).write(tmp_path / "a.bc", type=5)
+        dated.at([0.0]).write(tmp_path / "a.bc", type=kind)
     dated.at([0.0, 1.0]).write(tmp_path / "a.aem", rates=False)
-    with pytest.raises(FormatError, match="type 5 is written with rates, and this ephemeris has none"):
-        Ephemeris.read(tmp_path / "a.aem").write(tmp_path / "a.bc", type=5)
+    with pytest.raises(FormatError, match=f"type {kind} is written with rates, and this ephemeris has none"):
+        Ephemeris.read(tmp_path / "a.aem").write(tmp_path / "a.bc", type=kind)
 
 
 # -- natural bodies, and frames of one's own ------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""SPICE CK, types 3, 5 and 2, with the text kernels beside it that SPICE needs to use it.
+"""SPICE CK, types 3, 5, 6 and 2, with the text kernels beside it that SPICE needs to use it.
 
 Conventions (NAIF, CK and rotation required reading): a C-matrix takes inertial components to body components,
 and its quaternion is the conjugate of this library's, scalar first; the angular velocity is in rad/s with
@@ -6,7 +6,8 @@ INERTIAL components; instants are ticks of a spacecraft's clock.  SPICE's J2000 
 
 Readers of type 3 rotate at a constant rate from record to record, and interpolate angular velocities
 linearly.  Type 5 (subtype 0) holds quaternions and their derivatives, through which readers lay Hermite's
-polynomials; angular velocities follow from these.  Type 2 consists of intervals of constant angular velocity:
+polynomials; angular velocities follow from these; type 6 likewise, with all segments of an ephemeris as
+mini-segments of one segment of the file.  Type 2 consists of intervals of constant angular velocity:
 where the body's rate is constant from the first instant to the last, one record covers
 `ck_writer.MAX_ROTATION` radians; elsewhere one record covers an interval, at the rate that takes its first
 attitude to the next.
@@ -25,19 +26,19 @@ from ..interpolation_nodes import Nodes
 from ..writer_options import takes_options
 from . import text_kernels
 from .ck_reader import parse as parse
-from .ck_writer import CkOptions, CkTarget, write_blocks
+from .ck_writer import POLYNOMIALS, CkOptions, CkTarget, write_blocks
 from .cspice import import_spiceypy
 
 
 def interpolant(**options: Any) -> Interpolant:
-    """Constant rate from record to record in types 2 and 3, Hermite's polynomials in type 5."""
+    """Constant rate from record to record in types 2 and 3, Hermite's polynomials in types 5 and 6."""
     return CkOptions(**options).interpolant
 
 
 def other_interpolants(**options: Any) -> dict[str, Interpolant]:
     """Hermite's polynomials of type 5 of several degrees, by the options of each."""
     written = CkOptions(**options)
-    degrees = [degree for degree in (7, 15) if written.type != 5 or degree > written.degree]
+    degrees = [degree for degree in (7, 15) if written.type not in POLYNOMIALS or degree > written.degree]
     return {f"type=5, degree={degree}": hermite(degree, "degree") for degree in degrees}
 
 

@@ -30,6 +30,7 @@ from .cspice import calling
 from .reference_frames import NUMBERS
 
 BLOCK_BYTES = 1 << 22
+POLYNOMIALS = (5, 6)  # types of Hermite's polynomials
 MAX_ROTATION = 1000.0  # rad; beyond, the rotation since a record's start loses its thirteenth digit
 # SPICE's names of frames: the same frame under another name, or the same name.
 SPICE_FRAMES = {"ICRF": "J2000", "GCRF": "J2000", "ECLIPJ2000": "ECLIPJ2000"}
@@ -45,8 +46,9 @@ class CkOptions:
     naif_id : number of the body, a spacecraft (below 0) or a natural one, and of its clock
     structure_id : number of the structure whose attitude it is; None for a thousand times naif_id, or for
         naif_id itself where that is beyond 32 bits (asteroids of the numbers from 20000001)
-    type : 3; 5 for Hermite's polynomials, which need the fewest instants; or 2 for intervals of constant rate
-    degree : of the polynomials of type 5
+    type : 3; 5 for Hermite's polynomials, which need the fewest instants; 6 for these in one segment of the
+        file, whose mini-segments are the segments of the ephemeris; or 2 for intervals of constant rate
+    degree : of the polynomials of types 5 and 6
     rates : write angular velocities, where the ephemeris has them; type 2 consists of them
     reference : for INERTIAL, SPICE's name of the frame it is; None for any other frame
     frame_name : name of the frame of the body's axes; None derives it from the ephemeris's name
@@ -63,8 +65,8 @@ class CkOptions:
     def __post_init__(self) -> None:
         check_id(self.naif_id, "naif_id")
         check_id(self.structure, "structure_id")
-        if self.type not in (2, 3, 5):
-            raise InputError("type", self.type, "2, 3 or 5")
+        if self.type not in (2, 3, 5, 6):
+            raise InputError("type", self.type, "2, 3, 5 or 6")
         hermite(self.degree, "degree")
         if self.type == 2 and not self.rates:
             raise InputError("rates", self.rates, "True for type 2, which is made of rates")
@@ -72,7 +74,7 @@ class CkOptions:
     @property
     def interpolant(self) -> Interpolant:
         """How readers interpolate between the records."""
-        return Interpolant("slerp") if self.type != 5 else hermite(self.degree, "degree")
+        return Interpolant("slerp") if self.type not in POLYNOMIALS else hermite(self.degree, "degree")
 
     @property
     def structure(self) -> int:
@@ -112,8 +114,10 @@ class CkTarget(NamedTuple):
                 "frame_name", frame, f"capitals, digits and _, at most {MAX_FRAME_LENGTH} of them"
             )
         reference, turn = _reference(head.frame, options.reference)
-        if options.type == 5 and not head.has_rate:
-            raise FormatError("type 5 is written with rates, and this ephemeris has none; type 3 holds it")
+        if options.type in POLYNOMIALS and not head.has_rate:
+            raise FormatError(
+                f"type {options.type} is written with rates, and this ephemeris has none; type 3 holds it"
+            )
         rates, numbers = options.rates and head.has_rate, (options.naif_id, options.structure, options.type)
         return cls(*numbers, rates, reference, turn, frame, name, options.degree)
 
@@ -168,7 +172,13 @@ def _write_file(path: str, nodes: Nodes, target: CkTarget, origin: TimeOrigin, s
         with calling(spice):
             spice.dafac(handle, comments)
         begins = [float(_ticks(segment.first, origin)[0]) for segment in nodes.segments[1:]]
-        for segment, following in zip(nodes.segments, [*begins, np.inf], strict=True):
+        segments = zip(nodes.segments, [*begins, np.inf], strict=True)
+        if target.type == 6:
+            parts = [_whole(*segment, target, origin) for segment in segments]
+            with calling(spice):
+                _write_type_6(handle, parts, target, spice)
+            return
+        for segment, following in segments:
             _write_segment(handle, segment, following, target, origin, spice)
     finally:
         with calling(spice):
@@ -203,8 +213,7 @@ def _write_segment(
                 _write_type_3(handle, records, target, spice)
         return
     if target.type == 5:
-        batches = list(_batches(segment, following, target._replace(rates=True), origin))
-        whole = concatenated([batches[0], *(batch.part(slice(1, None)) for batch in batches[1:])])
+        whole = _whole(segment, following, target, origin)
         with calling(spice):
             _write_type_5(handle, whole, target, spice)
         return
@@ -214,6 +223,16 @@ def _write_segment(
     for records in _batches(segment, following, target, origin, (1, 2)):
         with calling(spice):
             _write_type_2(handle, records, constant, target, spice)
+
+
+def _whole(segment: Samples, following: float, target: CkTarget, origin: TimeOrigin) -> CkRecords:
+    """All records of a segment, with rates: of one instant there is no polynomial."""
+    batches = list(_batches(segment, following, target._replace(rates=True), origin))
+    whole = concatenated([batches[0], *(batch.part(slice(1, None)) for batch in batches[1:])])
+    if len(whole.ticks) < 2:
+        kind = f"type {target.type}"
+        raise FormatError(f"{kind} holds polynomials, and a segment of one instant has none; type 3 holds it")
+    return whole
 
 
 def _batches(
@@ -272,13 +291,57 @@ def _write_type_3(handle: int, records: CkRecords, target: CkTarget, spice: Any)
     )
 
 
-def _write_type_5(handle: int, records: CkRecords, target: CkTarget, spice: Any) -> None:
-    """Subtype 0: quaternions and their derivatives, dq/dt = Omega q / 2 with inertial components of Omega."""
-    ticks, q = records.ticks, rotations.sign_continuous(records.quaternion)
-    if len(ticks) < 2 or records.velocity is None:
-        raise FormatError("type 5 holds polynomials, and a segment of one instant has none; type 3 holds it")
+def _packets(records: CkRecords) -> np.ndarray:
+    """(n, 8): quaternions and their derivatives, dq/dt = Omega q / 2 with inertial components of Omega."""
+    assert records.velocity is not None
+    q = rotations.sign_continuous(records.quaternion)
     pure = np.concatenate([np.zeros((len(q), 1)), records.velocity], axis=1)
     packets = [rotations.conjugate(part) for part in (q, 0.5 * rotations.product(pure, q))]
+    return np.ascontiguousarray(np.concatenate(packets, axis=1))
+
+
+def _write_type_6(handle: int, parts: list[CkRecords], target: CkTarget, spice: Any) -> None:
+    """Subtype 0, a mini-segment for each part; where two meet, the second one holds.
+
+    By CKW06 of Fortran's interface, which CSPICE and spiceypy do not wrap: all arguments are passed by
+    reference, and the lengths of texts follow them.
+    """
+    bounds = [*(part.ticks[0] for part in parts), parts[-1].ticks[-1]]
+    reference, name = target.reference.encode(), target.name[:MAX_SEGMENT_LENGTH].rstrip().encode()
+    spice.utils.libspicehelper.libspice.ckw06_(
+        _integers(handle),
+        _integers(target.structure),
+        reference,
+        _integers(target.rates),
+        _doubles(bounds[0]),
+        _doubles(bounds[-1]),
+        name,
+        _integers(len(parts)),
+        _integers([len(part.ticks) for part in parts]),
+        _integers([0] * len(parts)),
+        _integers([target.degree] * len(parts)),
+        _doubles(np.concatenate([_packets(part) for part in parts])),
+        _doubles([1.0 / text_kernels.TICKS] * len(parts)),
+        _doubles(np.concatenate([part.ticks for part in parts])),
+        _doubles(bounds),
+        _integers(True),
+        len(reference),
+        len(name),
+    )
+    spice.spiceypy.check_for_spice_error(None)
+
+
+def _integers(values: Any) -> Any:
+    return np.ctypeslib.as_ctypes(np.array(values, dtype=np.int32).reshape(-1))
+
+
+def _doubles(values: Any) -> Any:
+    return np.ctypeslib.as_ctypes(np.array(values, dtype=float).reshape(-1))
+
+
+def _write_type_5(handle: int, records: CkRecords, target: CkTarget, spice: Any) -> None:
+    """Subtype 0."""
+    ticks = records.ticks
     spice.ckw05(
         handle,
         0,
@@ -290,7 +353,7 @@ def _write_type_5(handle: int, records: CkRecords, target: CkTarget, spice: Any)
         target.rates,
         target.name[:MAX_SEGMENT_LENGTH].rstrip(),
         ticks,
-        np.ascontiguousarray(np.concatenate(packets, axis=1)),
+        _packets(records),
         1.0 / text_kernels.TICKS,
         1,
         ticks[:1],
