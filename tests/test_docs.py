@@ -54,9 +54,10 @@ def pages_with(language, mark):
 
 @pytest.fixture
 def folder(tmp_path):
-    """Where a page's examples run: its own, with the README's document in it."""
+    """Where a page's examples run: its own, with the README's document in it, and docs as in a clone."""
     (document,) = blocks("README.md", "json")
     (tmp_path / "toutatis.json").write_text(document)
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
     if shutil.which("curl") is None:
         (tmp_path / "curl").write_text(CURL.format(python=sys.executable))
         (tmp_path / "curl").chmod(0o755)

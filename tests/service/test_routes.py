@@ -167,7 +167,7 @@ def test_faults_of_windows_are_pointed_at(client, document, pointer, message):
 
 
 def test_the_page_of_questions_asks_from_javascript_as_the_service_answers(client):
-    page = (Path(attitude.__file__).parents[1] / "docs" / "questions.md").read_text()
+    page = (Path(attitude.__file__).parents[1] / "docs" / "guides" / "from-javascript.md").read_text()
     block = re.search(r"```js\n(.*?)```", page, re.DOTALL)[1]
     path = re.search(r'fetch\("https://[^/]+([^"]+)"', block)[1]
     document = orjson.loads(re.sub(r"(\w+):", r'"\1":', re.search(r"stringify\((.*?)\)", block)[1]))
