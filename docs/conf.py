@@ -1,13 +1,16 @@
 """Configuration of the documentation site: `sphinx-build -W docs site` builds it (docs/contributing.md)."""
 
-import json
 import re
+import sys
 from pathlib import Path
 
 import attitude
 from attitude.plot.style import SETTINGS
 
 DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS))
+from generated_pages import http_page, scene_page  # noqa: E402
+
 GENERATED = DOCS / "reference" / "generated"
 
 project = "attitude"
@@ -26,10 +29,13 @@ extensions = [
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
     "sphinxarg.ext",
-    "sphinxcontrib.openapi",
-    "sphinx-jsonschema",
 ]
-exclude_patterns = ["gallery"]
+exclude_patterns = ["gallery", "_templates"]
+templates_path = ["_templates"]
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_title = f"attitude {version}"
+html_show_sourcelink = False
 suppress_warnings = ["config.cache", "myst.domains"]  # of other packages' configuration and domains
 myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
@@ -50,6 +56,7 @@ def in_our_style(gallery, name):
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "auto_gallery",
+    "within_subsection_order": "ExampleTitleSortKey",
     "abort_on_example_error": True,
     "download_all_examples": False,
     "min_reported_time": 5,
@@ -70,7 +77,14 @@ if tags.has("offline"):  # noqa: F821 (a name that Sphinx provides)
     intersphinx_mapping = {}
 
 html_theme = "pydata_sphinx_theme"
-html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False}
+html_theme_options = {
+    "header_links_before_dropdown": 7,
+    "navbar_end": ["search-button", "theme-switcher"],
+    "navbar_persistent": [],
+    "navigation_with_keys": False,
+    "secondary_sidebar_items": ["page-toc"],
+    "show_toc_level": 2,
+}
 
 # Pages of the repository that stand beside docs/, and where the site has them.
 BESIDE = {
@@ -84,23 +98,20 @@ BESIDE = {
 
 
 def write_descriptions(app):
-    """The HTTP interface and the schema of scenes, as the program itself describes them."""
+    """Reference pages of the routes and of scenes, from what the program itself says of them."""
     from service.app import app as service
 
     GENERATED.mkdir(exist_ok=True)
-    description = service.openapi()
-    for methods in description["paths"].values():
-        for route in methods.values():
-            route["responses"].pop("default", None)  # the renderer knows numbers only
-    (GENERATED / "openapi.json").write_text(json.dumps(description))
-    (GENERATED / "scene.json").write_text(json.dumps(attitude.Scene.model_json_schema()))
+    scene = attitude.Scene.model_json_schema()
+    (GENERATED / "scene.md").write_text(scene_page(scene))
+    (GENERATED / "http.md").write_text(http_page(service.openapi(), scene))
 
 
 def lead_into_the_site(text):
-    """Links to pages that stand beside docs/ lead to the site's own."""
+    """Links to pages that stand beside docs/, and to scripts of the gallery, lead to the site's own pages."""
     for beside, page in BESIDE.items():
         text = re.sub(rf"\]\((?:\.\./)*{re.escape(beside)}", f"]({page}", text)
-    return text
+    return re.sub(r"\]\((?:\.\./)*gallery/(plot_\w+)\.py\)", r"](/auto_gallery/\1.rst)", text)
 
 
 def on_page(app, name, content):

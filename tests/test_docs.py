@@ -19,7 +19,7 @@ PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
     for path in [
         *ROOT.glob("*.md"),
-        *(path for path in ROOT.glob("docs/**/*.md") if "auto_gallery" not in path.parts),
+        *(path for path in ROOT.glob("docs/**/*.md") if not {"auto_gallery", "generated"} & {*path.parts}),
         ROOT / "service" / "viewer" / "README.md",
     ]
 }

@@ -2,9 +2,10 @@
 Polhodes: the regimes of free rotation
 ======================================
 
-Seen from the body, the direction of the angular momentum moves along a closed curve, the polhode. The
-intermediate axis is the crossing of the separatrix, which divides the sphere into rotation about the
-axis of greatest moment (short-axis mode) and about that of least (long-axis mode).
+Seen from the body, the angular velocity of a free rotation runs along a closed curve, the polhode. So does
+the direction of the angular momentum, which is drawn here. Two curves through the axis of intermediate
+moment, the separatrix, divide the sphere: around the axis of greatest moment the motion is in short-axis
+mode, around that of least moment in long-axis mode.
 """
 
 import matplotlib.pyplot as plt
