@@ -154,6 +154,16 @@ def test_a_batch_is_its_bodies_one_by_one():
     assert (together.at(t).partials().matrix == p.matrix).all()
 
 
+@pytest.mark.parametrize("inertia", ["moments", "tensor"])
+def test_an_instant_does_not_depend_on_its_company(inertia):
+    """Vectors of eight, what is left of them, short arcs among long ones."""
+    for body in [*GENERIC.values(), *CONSTANT_RATE.values(), *HARD.values()]:
+        m, t = motion(body), np.linspace(-90.0, 60.0, 77) / (speed(body) or 1.0)
+        whole = m.partials(t, inertia).matrix
+        for k in (0, 40, 45, 46, 63, 64, 76):
+            assert (m.partials(t[k], inertia).matrix == whole[k]).all()
+
+
 def test_growth_beyond_a_double_is_an_error_that_names_the_separatrix():
     saddle = motion(NAMED["pure spin about the middle"])
     assert np.isfinite(saddle.partials(1000.0).matrix).all()

@@ -206,7 +206,7 @@ class Batch:
         check_inertia(inertia)
         flat = instants.flattened()
         seconds, low = flat.seconds, flat.seconds_low
-        out = np.zeros((6, 12, self.size, seconds.size))
+        out = np.empty((6, 12, self.size, seconds.size))
         columns, scheme = (3 if inertia == "moments" else 6), quadrature()
 
         def compute_share(share: tuple[int, int, int, int]) -> None:
@@ -217,10 +217,11 @@ class Batch:
                 states = self._states(index, index + len(records))
                 _tensors, moments, axes, rates, _attitudes = with_tensors(states)
                 of_partials = np.zeros(len(records), layout.PARTIALS)
-                compiled.partial_records(moments, axes, rates, records, columns, of_partials)
-                window = np.array([index, first, last, 0])
-                compiled.partials(records, of_partials, seconds, low, out, window, columns, *space)
-                if window[3]:
+                window = np.array([index, first, last, columns, 0])
+                compiled.partials(
+                    records, moments, axes, rates, seconds, low, out, window, of_partials, *space
+                )
+                if window[4]:
                     text = "partials: beyond the range of a double: on the separatrix they grow exponentially"
                     raise RegimeError(text)
 

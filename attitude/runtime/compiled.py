@@ -99,10 +99,9 @@ SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t
 invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.r1.d1.d2.d2.d2")
 theta_invariants = Kernel("lanes.theta_invariants", *(f"d3.{axes}.d2.d2.d2.i1.d1" for axes in ("n", "d4")))
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
-partial_records = Kernel("partials.partial_record.partial_records", "d3.d4.d2.r1.i.p1")
 partials = Kernel(
     "partials.assembly.partials",
-    *(f"r1.p1.d1.{low}.d4.i1.i.d2.d2.d2.d1" for low in ("d1", "n")),
+    *(f"r1.d3.d4.d2.d1.{low}.d4.i1.p1.d2.d2.d2.d1" for low in ("d1", "n")),
 )
 azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
 gyrostats = Kernel("gyrostat.record.gyrostats", "d3.d3.d4.d2.d2.d2.g1.d2.d1.d2.d2.d2")
@@ -141,7 +140,7 @@ WINGS = [
     ],
     [[OF_TENSORS]],
     [signatures(invariants)],
-    [signatures(partial_records, partials)],
+    [signatures(partials)],
     [signatures(momentum_times)],
     [signatures(collocate)],
     [signatures(march)],

@@ -122,19 +122,20 @@ def cost(instants=4000, rounds=15):
         "constant rate": Body((1.0, 1.6, 2.1), (0.0, 0.0, 0.9)),
     }
     at = Instants(np.linspace(10.0, 1e4, instants), None, None)
-    for name, body in bodies.items():
-        batch = motion(body)._batch
+    for name, inertia in [*((name, "moments") for name in bodies), ("theta", "tensor")]:
+        batch = motion(bodies[name])._batch
         columns, samples = [], []
         for _ in range(rounds):
             begun = time.process_time_ns()
-            batch.partials(at)
+            batch.partials(at, inertia)
             middle = time.process_time_ns()
             batch.sample(at, True, True)
             columns.append((middle - begun) / instants)
             samples.append((time.process_time_ns() - middle) / instants)
         all_columns, sample = np.median(columns), np.median(samples)
         print(
-            f"{name}: {all_columns:.0f} ns, attitude and rate {sample:.1f} ns: {all_columns / sample:.1f} x"
+            f"{name}, by {inertia}: {all_columns:.0f} ns, attitude and rate {sample:.1f} ns: "
+            f"{all_columns / sample:.1f} x"
         )
 
 

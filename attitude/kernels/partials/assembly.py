@@ -1,79 +1,105 @@
 """Partial derivatives along the body's axes, of each body at each instant (docs/theory.md, section 12)."""
 
+import numpy as np
+
 from ..intrinsics import kernel, routine
 from ..layout import CONSTANT_PARTIALS, LONG_ARCS, THETA
 from ..vectors import add_scaled, cross, unit_vector
-from .constant_spin import constant_spin
+from .blocks import BLOCK, PITCH, ROWS
+from .constant_spin import constant_block, rest_block
 from .long_arcs import long_arc
-from .long_blocks import BLOCK, copy_block, long_block
+from .long_blocks import long_block
+from .partial_record import partial_record
 from .short_arcs import SHORT, short_arc
 
 
 @kernel
-def partials(bodies, records, t, t_low, out, window, inertia_columns, *space):
+def partials(bodies, moments, axes, rates, t, t_low, out, window, *space):
     """Derivatives of the small rotation and of the body rate.
 
     Parameters
     ----------
-    bodies, records : (n,) of INVARIANTS and of PARTIALS
+    bodies : (n,) of INVARIANTS; moments, axes, rates : as of `invariants.invariants`, which made them
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
-    out : (6, 12, m, k), zeros, written: rows small rotation (rad) and body rate (rad/s), body axes; columns
+    out : (6, 12, m, k), written: rows small rotation (rad) and body rate (rad/s), body axes; columns
         initial attitude, initial rate, and three moments and three axis angles, or six elements of the tensor
-    window : (4,), row of the first body in `out`, first and last instant; and, written where a derivative is
-        beyond a double, 1
-    inertia_columns : 3 for moments and angles, 6 for the tensor
-    space : (10, 8) quadrature of 8 nodes: nodes, weights, integrals up to each; (9, 8), (9, 9) and
-        (ROWS * BLOCK,) scratch
+    window : (5,), row of the first body in `out`, first and last instant; 3 for moments and angles, 6 for
+        the tensor; and, written where a derivative is beyond a double, 1
+    space : (n,) of PARTIALS, zeros, written; (10, 8) quadrature of 8 nodes: nodes, weights, integrals up to
+        each; (9, 8), (9, 9) scratch; (ROWS * BLOCK,) zeros, scratch
     """
-    scheme, work, columns, rows = space
-    scratch = scheme, work, columns
+    records, scheme, work, columns, rows = space
+    scratch = scheme, work, columns, rows
+    inertia_columns = window[3]
     for b in range(bodies.shape[0]):
         body, record, place = bodies[b], records[b], window[0] + b
+        partial_record((moments[b], axes[b], rates[b]), body, inertia_columns, record)
         shortest = SHORT / max(abs(record.u_rate * record.momentum), 1e-300)
-        in_blocks = record.kind == LONG_ARCS and inertia_columns == 3
         for first in range(window[1], window[2], BLOCK):
-            last = min(first + BLOCK, window[2])
-            is_lost = False
-            if in_blocks:
-                if body.route == THETA:
-                    long_block(body, record, t, t_low, (first, last), rows, None)
-                else:
-                    long_block(body, record, t, t_low, (first, last), rows, 1)
-                copy_block(rows, (first, last), place, out)
-            for i in range(first, last):
-                if not in_blocks or abs(t[i]) < shortest:
-                    low = 0.0 if t_low is None else t_low[i]
-                    one(body, record, (t[i], low), (i, place), scratch, out, inertia_columns)
-                if record.grows:
-                    is_lost = is_lost or not is_finite(out, place, i)
-            if is_lost:
-                window[3] = 1
+            instants = first, min(first + BLOCK, window[2])
+            if inertia_columns == 3:
+                fill_block(body, record, t, t_low, instants, rows, None)
+            else:
+                fill_block(body, record, t, t_low, instants, rows, 1)
+            if record.kind != CONSTANT_PARTIALS:
+                for i in range(instants[0], instants[1]):
+                    if record.kind != LONG_ARCS or abs(t[i]) < shortest:
+                        low = 0.0 if t_low is None else t_low[i]
+                        one(body, record, (t[i], low), i - first, scratch, inertia_columns)
+            if record.grows and not is_finite(rows, instants[1] - first):
+                window[4] = 1
+            copy_block(rows, instants, place, out)
 
 
 @routine
-def one(body, record, instant, at, scratch, out, inertia_columns):
-    """Derivatives at one instant, in any case."""
-    (t, low), (i, b), (scheme, work, columns) = instant, at, scratch
+def fill_block(body, record, t, t_low, instants, rows, tensor):
+    """Fill rows at a block of instants; of a needle not at all, and at instants of short arcs in vain."""
     if record.kind == CONSTANT_PARTIALS:
-        C, gamma = constant_spin(record, t, low, columns)
-    elif abs(record.u_rate * record.momentum * t) < SHORT:
+        if record.momentum == 0.0:
+            rest_block(t, instants, rows)
+        elif record.differences[1] * record.differences[2] > 0.0:
+            constant_block(record, t, t_low, instants, rows, 1, tensor)
+        else:
+            constant_block(record, t, t_low, instants, rows, None, tensor)
+    elif record.kind == LONG_ARCS:
+        if body.route == THETA:
+            long_block(body, record, t, t_low, instants, rows, None, tensor)
+        else:
+            long_block(body, record, t, t_low, instants, rows, 1, tensor)
+
+
+@routine
+def one(body, record, instant, i, scratch, inertia_columns):
+    """Derivatives at one instant, of needles and on short arcs, to row i of the block."""
+    (t, low), (scheme, work, columns, rows) = instant, scratch
+    if abs(record.u_rate * record.momentum * t) < SHORT:
         C, gamma = short_arc(body, record, scheme, t, low, work, columns)
     else:
         C, gamma = long_arc(body, record, t, low, columns)
-    write_state_columns(record, C, t, columns, (b, i), out)
-    write_inertia_columns(record, inertia_columns, columns, (b, i), out)
+    write_state_columns(record, C, columns, i, rows)
+    write_inertia_columns(record, inertia_columns, columns, i, rows)
     if inertia_columns == 3:
-        write_axis_columns(record, gamma, (b, i), out)
+        write_axis_columns(record, gamma, i, rows)
 
 
 @routine
-def is_finite(out, b, i):
-    """Whether all derivatives of a body at an instant are."""
+def is_finite(rows, count):
+    """Whether all derivatives of the block's first instants are."""
     total = 0.0
+    for row in range(ROWS):
+        for i in range(count):
+            total += 0.0 * rows[row * BLOCK + i]
+    return total == 0.0
+
+
+@routine
+def copy_block(rows, window, place, out):
+    """Rows of the block to `out`, (6, 12, m, k)."""
+    first, last = window
     for r in range(6):
         for c in range(12):
-            total += 0.0 * out[r, c, b, i]
-    return total == 0.0
+            for i in range(np.uint64(last - first)):
+                out[r, c, place, np.uint64(first) + i] = rows[np.uint64(12 * r + c) * PITCH + i]
 
 
 @routine
@@ -83,9 +109,8 @@ def to_body(record, v, i):
 
 
 @routine
-def write_state_columns(record, C, t, columns, place, out):
+def write_state_columns(record, C, columns, i, rows):
     """Columns of the initial attitude and of the initial rate."""
-    b, i = place
     P, L = record.axes, record.momentum
     for c in range(3):
         axis = P[0, c], P[1, c], P[2, c]
@@ -97,12 +122,9 @@ def write_state_columns(record, C, t, columns, place, out):
         momentum = axis[0] / record.inverse[0], axis[1] / record.inverse[1], axis[2] / record.inverse[2]
         rotation, rate = mixed(columns, 0, momentum), mixed(columns, 6, momentum)
         for r in range(3):
-            out[r, c, b, i] = to_body(record, turned, r)
-            if L > 0.0:
-                out[r, 3 + c, b, i] = to_body(record, rotation, r) / L
-                out[3 + r, 3 + c, b, i] = to_body(record, rate, r)
-            elif r == c:  # at rest
-                out[r, 3 + c, b, i], out[3 + r, 3 + c, b, i] = t, 1.0
+            rows[(12 * r + c) * BLOCK + i] = to_body(record, turned, r)
+            rows[(12 * r + 3 + c) * BLOCK + i] = to_body(record, rotation, r) / L
+            rows[(12 * (3 + r) + 3 + c) * BLOCK + i] = to_body(record, rate, r)
 
 
 @routine
@@ -117,36 +139,34 @@ def mixed(columns, row, weights):
 
 
 @routine
-def write_inertia_columns(record, count, columns, place, out):
+def write_inertia_columns(record, count, columns, i, rows):
     """Columns of the moments, or of the elements of the tensor."""
-    b, i = place
     rate = record.momentum / record.size
     for c in range(count):
         rotation, change = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for e in range(6):
             mix, column = record.mix[c, e], columns[3 + e]
-            if mix != 0.0 and record.momentum > 0.0:
+            if mix != 0.0:
                 rotation = add_scaled(rotation, mix, (column[0], column[1], column[2]))
                 change = add_scaled(change, mix, (column[6], column[7], column[8]))
         for r in range(3):
-            out[r, 6 + c, b, i] = to_body(record, rotation, r) / record.size
-            out[3 + r, 6 + c, b, i] = to_body(record, change, r) * rate
+            rows[(12 * r + 6 + c) * BLOCK + i] = to_body(record, rotation, r) / record.size
+            rows[(12 * (3 + r) + 6 + c) * BLOCK + i] = to_body(record, change, r) * rate
 
 
 @routine
-def write_axis_columns(record, gamma, place, out):
+def write_axis_columns(record, gamma, i, rows):
     """Columns of the axis angles: the same body with its state turned the other way, then turned back."""
-    b, i = place
     w0, w = rate_of(record, record.initial), rate_of(record, gamma)
     for c in range(3):
         unit = unit_vector(c)
         turn, now = cross(unit, w0), cross(unit, w)
         for r in range(3):
-            theta, rate = out[r, c, b, i] - unit[r], now[r]
+            theta, rate = rows[(12 * r + c) * BLOCK + i] - unit[r], now[r]
             for k in range(3):
-                theta -= out[r, 3 + k, b, i] * turn[k]
-                rate -= out[3 + r, 3 + k, b, i] * turn[k]
-            out[r, 9 + c, b, i], out[3 + r, 9 + c, b, i] = theta, rate
+                theta -= rows[(12 * r + 3 + k) * BLOCK + i] * turn[k]
+                rate -= rows[(12 * (3 + r) + 3 + k) * BLOCK + i] * turn[k]
+            rows[(12 * r + 9 + c) * BLOCK + i], rows[(12 * (3 + r) + 9 + c) * BLOCK + i] = theta, rate
 
 
 @routine

@@ -69,7 +69,7 @@ def theta_integrals(body, record, u, now):
     dZ, dS = now[0] - record.integral0[0], now[1] - record.integral0[1]
     sn2 = fma(record.weight[0], u, -dZ)
     cn2 = fma(record.weight[1], u, dZ)
-    cd2, sd2 = sn2 + dS, (cn2 - dS) / m1
+    cd2, sd2 = sn2 + dS, (cn2 - dS) * (1.0 / m1)
     return cn2, sn2, u - m * sn2, cd2, sd2, cd2 + sd2
 
 

@@ -19,9 +19,14 @@ from .integrals import theta_integrals, theta_now, transformed_integrals, transf
 
 @inlined
 def turn_since_start(record, q):
-    """C = R(t)^T R(0) along axes 1, 2, 3, as three rows."""
+    """The quaternion of C = R(t)^T R(0) along axes 1, 2, 3."""
     start = record.quaternion
-    w, x, y, z = product(conjugate(q), (start[0], start[1], start[2], start[3]))
+    return product(conjugate(q), (start[0], start[1], start[2], start[3]))
+
+
+@inlined
+def matrix_of(w, x, y, z):
+    """The matrix of a unit quaternion, as three rows."""
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
         (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
@@ -38,7 +43,7 @@ def vectors_along(body, record, gamma):
     g = -a31 * A3 * A3 * x, record.b2 * y, a31 * A1 * z
     slope = a32 * y * z, -a31 * z * x, a21 * A1 * x * y
     chi = -y * over, x * over, 0.0
-    X = -x / a31, -y / a31, A1 * (x * x + y * y) * over
+    X = x * (-1.0 / a31), y * (-1.0 / a31), A1 * (x * x + y * y) * over
     return (A1 * x, A1 * y, z), g, slope, chi, X
 
 
@@ -55,35 +60,38 @@ def functionals(body, record, tau, gamma, integrals, transformed):
     x0, y0, z0 = record.start[0], record.start[1], record.start[2]
     x, y, z = gamma
     start = A1 * x0, A1 * y0, z0
-    per_A3 = 1.0 / (A3 * A3 * record.u_rate)
-    Q1, Q2 = cd2 * per_A3 / a31, sd2 * per_A3 / a32  # Q11/b3, Q22/b3
-    G1, G2 = cn2 / (record.u_rate * a31), sn2 / (record.u_rate * a32)
+    # numbers of the body are divided by one another, not variables by them: loops divide but once
+    per_rate = 1.0 / record.u_rate
+    per_A3, per_a31 = per_rate / (A3 * A3), 1.0 / a31
+    Q1, Q2 = cd2 * (per_A3 / a31), sd2 * (per_A3 / a32)  # Q11/b3, Q22/b3
+    G1, G2 = cn2 * (per_rate / a31), sn2 * (per_rate / a32)
     H = Q1 + Q2
     h1, h2, h3 = -a21 * Q2, a21 * Q1, nd2 * per_A3
     dx, dy = x - x0, y - y0
     if transformed is None:
         g12 = -A1 * dy * (y + y0) / (a31 * (z + z0))  # G12/A1
         dz = a21 * g12
-        d33 = -A1 * (dx * (x + x0) + dy * (y + y0)) if z0 * z0 > 0.5 else dz * (z + z0)
+        own = 0.0 if z0 * z0 > 0.5 else 1.0
+        d33 = own * dz * (z + z0) - (1.0 - own) * A1 * (dx * (x + x0) + dy * (y + y0))
         d22 = A1 * dy * (y + y0)
         f1 = start[0] * start[0] * (a1 * h1 - 0.5 * a1 * a1 * H) + 0.5 * a1 * a1 * (G1 + Q1)
         f2 = start[1] * start[1] * (a2 * h2 - 0.5 * a2 * a2 * H) + 0.5 * a2 * a2 * (G2 + Q2)
         f3 = z0 * z0 * (a3 * h3 - 0.5 * a3 * a3 * H) - 0.5 * a3 * a3 * (G1 + G2)
     else:
-        dz = (z - z0) / A1
-        g12 = dz / a21
+        dz = (z - z0) * (1.0 / A1)
+        g12 = dz * (1.0 / a21)
         d33 = dz * (z + z0)
         d22 = -(A1 * dx * (x + x0) + d33)
         half = 0.5 * (start[0] * start[0] + z0 * z0)
-        f1 = start[0] * start[0] * a1 * (tau + share(record, 0) * H) + 0.5 * a1 * a1 * (G1 + Q1)
+        f1 = start[0] * start[0] * a1 * (tau + share(record, a1) * H) + 0.5 * a1 * a1 * (G1 + Q1)
         f2 = start[1] * start[1] * a2 * h2 + a2 * a2 * (half * H + 0.5 * (G2 - Q1))
-        f3 = z0 * z0 * a3 * (tau + share(record, 2) * H) - 0.5 * a3 * a3 * (G1 + G2)
+        f3 = z0 * z0 * a3 * (tau + share(record, a3) * H) - 0.5 * a3 * a3 * (G1 + G2)
     momenta = A1 * start[0] * h1, A1 * start[1] * h2, A1 * z0 * h3
     w = a1 * start[0], a2 * start[1], a3 * z0  # rate over L
     F12 = momenta[0] * w[1] + momenta[1] * w[0]
-    F12 += a1 * a2 * ((1.0 + 1.0 / (z * z0)) * g12 / a31 - A1 * start[0] * start[1] * H)
-    F13 = momenta[0] * w[2] + momenta[2] * w[0] + a1 * a3 * (-dy / (a31 * a31) - A1 * start[0] * z0 * H)
-    F23 = momenta[1] * w[2] + momenta[2] * w[1] + a2 * a3 * (dx / (a32 * a31) - A1 * start[1] * z0 * H)
+    F12 += a1 * a2 * ((1.0 + 1.0 / (z * z0)) * g12 * per_a31 - A1 * start[0] * start[1] * H)
+    F13 = momenta[0] * w[2] + momenta[2] * w[0] + a1 * a3 * (-dy * (per_a31 / a31) - A1 * start[0] * z0 * H)
+    F23 = momenta[1] * w[2] + momenta[2] * w[1] + a2 * a3 * (dx * (per_a31 / a32) - A1 * start[1] * z0 * H)
     F = (
         A1 * f1,
         A1 * f2,
@@ -96,10 +104,10 @@ def functionals(body, record, tau, gamma, integrals, transformed):
     R = (
         0.5 * a1 * a1 * (tau * start[0] * start[0] - b3 * G1),
         0.5 * a2 * a2 * (tau * start[1] * start[1] - b3 * G2),
-        0.5 * a3 * a3 * (tau * z0 * z0 - A3 * A3 * dn2 / record.u_rate),
+        0.5 * a3 * a3 * (tau * z0 * z0 - A3 * A3 * per_rate * dn2),
         a1 * a2 * (tau * start[0] * start[1] - A1 * g12),
-        a1 * a3 * (tau * start[0] * z0 + A1 * dy / a31),
-        a2 * a3 * (tau * start[1] * z0 - A1 * dx / a32),
+        a1 * a3 * (tau * start[0] * z0 + A1 * per_a31 * dy),
+        a2 * a3 * (tau * start[1] * z0 - A1 / a32 * dx),
     )
     eps = (
         0.5 * a1 * a1 * A1 * dx * (x + x0),
@@ -113,9 +121,9 @@ def functionals(body, record, tau, gamma, integrals, transformed):
 
 
 @inlined
-def share(record, k):
-    """b_k - a_k/2 = a_k/2 - a2 + b2, which vanishes on the separatrix for I_k = I2/2."""
-    return 0.5 * (record.inverse[k] - 2.0 * record.inverse[1]) + record.b2
+def share(record, inverse):
+    """b_k - a_k/2 = a_k/2 - a2 + b2 of a_k, which vanishes on the separatrix for I_k = I2/2."""
+    return 0.5 * (inverse - 2.0 * record.inverse[1]) + record.b2
 
 
 @routine
@@ -175,7 +183,7 @@ def long_arc(body, record, t, t_low, columns):
         integrals = transformed_integrals(body, record, u, now)
         momenta, F, R, eps = functionals(body, record, tau, hat, integrals, 1)
     growth = now[3]
-    C = turn_since_start(record, q)
+    C = matrix_of(*turn_since_start(record, q))
     vectors = vectors_along(body, record, hat)
     start = record.start[0], record.start[1], record.start[2]
     gamma0, g0, _slope0, chi0, _X0 = vectors_along(body, record, start)

@@ -19,7 +19,7 @@ from ..doubledouble import (
     store,
     sub,
 )
-from ..intrinsics import kernel, routine
+from ..intrinsics import routine
 from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, NEEDLE, THETA
 from ..polhode import component_along, polhode_of
 from ..regime import ascending
@@ -29,37 +29,37 @@ from .integrals import second_kind, theta_now, transformed_now
 NEEDLE_RATIO, NEEDLE_E = 30.0, 1e-3
 
 
-@kernel
-def partial_records(moments, axes, rates, bodies, inertia_columns, out):
-    """Fill out[b] for each body.
+@routine
+def partial_record(state, body, inertia_columns, record):
+    """Fill the record of a body.
 
     Parameters
     ----------
-    moments, axes, rates, bodies : as of `invariants.invariants`, and what it wrote
+    state : moments (3, 2), axes (3, 3, 2) and rates (3,), as of `invariants.invariants`
+    body : of INVARIANTS
     inertia_columns : 3 for principal moments, 6 for elements of the tensor
-    out : (n,) of PARTIALS, written where not zero
+    record : of PARTIALS, written where not zero
     """
-    for b in range(out.shape[0]):
-        record = out[b]
-        size = power_of_two_near(max(moments[b, 0, 0], moments[b, 1, 0], moments[b, 2, 0]))
-        unit = power_of_two_near(max(abs(rates[b, 0]), abs(rates[b, 1]), abs(rates[b, 2])))
-        inertia = (
-            scale(pair(moments[b, 0]), 1.0 / size),
-            scale(pair(moments[b, 1]), 1.0 / size),
-            scale(pair(moments[b, 2]), 1.0 / size),
-        )
-        omega = (
-            component_along(axes[b, 0], rates[b], 1.0 / unit),
-            component_along(axes[b, 1], rates[b], 1.0 / unit),
-            component_along(axes[b, 2], rates[b], 1.0 / unit),
-        )
-        record.size = size
-        record.elements = inertia_columns  # along axes 1, 2, 3: the moments alone need no others
-        if bodies[b].regime == CONSTANT_RATE:
-            constant_record(inertia, omega, axes[b], unit, record)
-        else:
-            polhode_record(inertia, omega, axes[b], bodies[b], unit, record)
-        write_mix(axes[b], inertia_columns, record)
+    moments, axes, rates = state
+    size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
+    unit = power_of_two_near(max(abs(rates[0]), abs(rates[1]), abs(rates[2])))
+    inertia = (
+        scale(pair(moments[0]), 1.0 / size),
+        scale(pair(moments[1]), 1.0 / size),
+        scale(pair(moments[2]), 1.0 / size),
+    )
+    omega = (
+        component_along(axes[0], rates, 1.0 / unit),
+        component_along(axes[1], rates, 1.0 / unit),
+        component_along(axes[2], rates, 1.0 / unit),
+    )
+    record.size = size
+    record.elements = inertia_columns  # along axes 1, 2, 3: the moments alone need no others
+    if body.regime == CONSTANT_RATE:
+        constant_record(inertia, omega, axes, unit, record)
+    else:
+        polhode_record(inertia, omega, axes, body, unit, record)
+    write_mix(axes, inertia_columns, record)
 
 
 @routine
@@ -71,7 +71,8 @@ def write_mix(axes, columns, record):
             if columns == 3:  # a principal moment
                 left = along(record.axes[i], axes[k])
                 right = along(record.axes[j], axes[k])
-                record.mix[k, e] = left * right
+                # the axes are the principal ones, but beside a constant rate
+                record.mix[k, e] = left * right if record.kind == CONSTANT_PARTIALS else round(left * right)
             else:
                 m, n = element(k)
                 record.mix[k, e] = record.axes[i, m] * record.axes[j, n]
@@ -141,7 +142,8 @@ def write_series(body, record):
         record.series[2] = factor * 48.0 * q8
         record.series[3] = factor * -128.0 * q8 * q**7
     else:
-        record.grows = 1
+        # exp(4 y), which entries may reach, is beyond a double for y of 177
+        record.grows = 1 if body.per_half_turn == 0.0 or body.half_turn[0] > 200.0 else 0
         record.weight[0] = second_kind(k1 * k1, k)
         record.direction[0, 0] = body.direction[0, 0] / A1
         record.direction[0, 1] = body.direction[0, 1] / A1

@@ -19,6 +19,7 @@ from .integrals import theta_now, transformed_now
 from .long_arcs import (
     add_change_of_inertia,
     azimuth_turn,
+    matrix_of,
     momentum_of,
     moved,
     needle_momentum,
@@ -115,7 +116,7 @@ def short_arc(body, record, scheme, t, t_low, work, columns):
     q, hat, _now = (
         theta_now(body, record, t, t_low) if body.route == THETA else transformed_now(body, record, t, t_low)
     )
-    C = turn_since_start(record, q)
+    C = matrix_of(*turn_since_start(record, q))
     vectors = vectors_along(body, record, hat)
     A1 = body.amplitude[0]
     start = record.start[0], record.start[1], record.start[2]
