@@ -162,6 +162,16 @@ class Problem:
         result = least_squares(values, start, jacobian, **tolerances, max_nfev=max_evaluations)
         return x + basis @ result.x, result.status > 0
 
+    def refine(self, x: np.ndarray, basis: np.ndarray) -> np.ndarray:
+        """x after one Gauss-Newton step along the basis, if it does not raise the cost.
+
+        A search that ends when the cost no longer changes leaves x off by the root of that change.
+        """
+        linear = self.at(x)
+        step = np.linalg.lstsq(linear.triangle[:-1, :-1] @ basis, -linear.triangle[:-1, -1])[0]
+        moved = x + basis @ step
+        return moved if self.at(moved).cost <= linear.cost * (1.0 + 1e-12) else x
+
 
 def _triangle(columns: np.ndarray) -> np.ndarray:
     """(p, p) upper triangle R of columns.T (n, p) = Q R.

@@ -68,6 +68,7 @@ def minimum(
         x, is_reached = problem.minimize(x, seen.seen_basis)
         if seen.is_seen.all():
             break  # else what is seen is judged again where the other directions are at rest
+    x = problem.refine(x, seen.seen_basis)
     free = numbers - int(seen.is_seen.sum())
     if not absolute and free <= 0:
         expected = f"more than {len(x)} numbers, or standard deviations"
