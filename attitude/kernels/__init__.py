@@ -29,6 +29,7 @@ and in packages what other parts of the library need:
     partials.integrals     time -> attitude and the integrals of squares of Jacobi's functions
     partials.partial_record body, rate, constants of the motion -> constants of its partial derivatives
     partials.long_arcs     derivatives along axes 1, 2, 3
+    partials.blocks        numbers of a body in a loop over a block of instants, and its columns
     partials.long_blocks   the same at many instants, along the body's axes, in vectors
     partials.short_arcs    the same over short arcs, by quadrature
     partials.constant_spin the same beside a constant rate
