@@ -34,7 +34,7 @@ from ..documents.fields import (
     parse_json,
 )
 from ..documents.files import files_in
-from ..documents.quantities import Angle, LengthVector, Mass, SpeedVector, check_positive
+from ..documents.quantities import GREATEST, Angle, LengthVector, Mass, SpeedVector, check_positive
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
 from ..errors import InputError, file_errors, noted, unknown_name, warn
@@ -481,11 +481,15 @@ class Scene(Part):
         """
         epoch = self.epoch.build() if self.epoch is not None else None
         start, stop = self.times.span(epoch)
+        body = self.body.build()
+        if self.effects and not (body.moments.min() >= 1.0 / GREATEST and body.moments.max() <= GREATEST):
+            expected = f"moments from {1.0 / GREATEST:g} to {GREATEST:g} kg m2 in a scene with effects"
+            raise InputError("body", body.moments.tolist(), expected)
         orbit_path = None
         if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
             orbit_path = _orbit_path(self.orbit, self.inertial_frame, epoch, start, stop)
         initial_state = InitialState(
-            self.body.build(),
+            body,
             *self.state(),
             start,
             stop,

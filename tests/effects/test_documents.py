@@ -34,6 +34,16 @@ def test_effect_comes_back_as_it_was(name):
     assert made.initial_state().mass == (3.0 if name == "ground" else None)
 
 
+@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("moment", [1e-300, 1e-60, 1e60, 1e300])
+def test_moments_whose_squares_overflow_are_refused_under_effects(name, moment):
+    moments = {"moments": [moment, 1.5 * moment, 2 * moment]}
+    body = {name: value for name, value in document(effect(name))["body"].items() if name != "tensor"}
+    made = scene(effect(name), body=body | moments)
+    with pytest.raises(InputError, match=r"body: moments from 1e-50 to 1e.50 kg m2 in a scene with effects"):
+        made.run()
+
+
 def test_every_effect_is_known_by_its_type():
     assert set(KNOWN_EFFECTS) == set(EFFECTS)
     for name in KNOWN_EFFECTS:

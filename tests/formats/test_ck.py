@@ -446,7 +446,7 @@ def test_kernel_of_another_place_is_taken_where_named(tmp_path):
 ANOTHER = {
     "of another spacecraft": (
         -900000,
-        "_900, the clock of structure -900000 .*; this kernel has clock 82 of ",
+        r"_900, the clock of structure -900000 .*c\.tsc has clock 82 of ",
     ),
     "of a neighbour": (-81999, "_81, the clock of structure -81999 on spacecraft -81; .*clock_id=-82 takes"),
     "of a body of positive number": (82000, "_-82, the clock of structure 82000 on spacecraft 82; "),
@@ -459,12 +459,12 @@ def test_clock_of_another_spacecraft_is_refused_unless_it_is_named(structure, wo
     path, ticks, _ = other(tmp_path, system=2, inst=structure)
     with pytest.raises(FormatError, match=words) as caught:
         Ephemeris.read(path)
-    assert caught.value.source == str(tmp_path / "c.tsc")
+    assert caught.value.source == str(path)
     back = Ephemeris.read(path, clock_id=-82)
     assert len(back) == len(ticks)
     since = (back.time[0].tt - Time("2000-01-01T12:00:00", scale="tt")).sec
     assert since == pytest.approx(1.2600000012345e8 + 100 / 256, abs=1e-5)
-    with pytest.raises(FormatError, match="_-82, which clock_id=82 names; this kernel has clock 82"):
+    with pytest.raises(FormatError, match=r"_-82, which clock_id=82 names; .*c.tsc has clock 82"):
         Ephemeris.read(path, clock_id=82)
 
 

@@ -399,7 +399,7 @@ def test_rows_of_a_clock_date_as_in_spice(rows, tmp_path):
     clock(tmp_path, rows)
     added(tmp_path / "a.bc", 3)
     (tmp_path / "a.bc").replace(tmp_path / "b.bc")
-    read = sclk.clock_from((tmp_path / "a.tsc").read_text(), INST, "a.tsc")
+    read = sclk.clock_from((tmp_path / "a.tsc").read_text(), "a.tsc", INST, "a.bc")
     ticks = np.arange(0.0, 7680.0, 40.0)
     anchor, seconds, low = read.tt(ticks, "a.bc")
     for tick, t, rest in zip(ticks, seconds, low, strict=True):

@@ -215,6 +215,15 @@ def refused_or_the_same(format, content):
     return False
 
 
+@pytest.mark.parametrize("rest", [1e-6, 1e10, -1e300])
+@pytest.mark.parametrize("format", EXACT)
+def test_second_part_of_an_instant_is_only_its_rounding_error(format, rest):
+    low = np.array([0.0, 1e-18, rest, 0.0, 0.0])
+    split = Ephemeris(motion().at(T).quaternion("wxyz"), Instants(T, low, None), "GCRF")
+    error = refusal(format, written(format, split))
+    assert re.search(r"elapsed_rest_s\[2\]: the rounding error of elapsed_s", str(error)), str(error)
+
+
 @each_format
 def test_truncated_file_is_refused(format):
     content = original(format)

@@ -112,7 +112,7 @@ def _clock(kernel: str | Path | None, structure: int, clock_id: int | None, sour
     path = Path(source).with_suffix(".tsc") if kernel is None else Path(kernel)
     noun = "a CK counts the ticks of a clock, and its SCLK kernel"
     text = _kernel_text(path, noun, source, "; sclk= names another")
-    return sclk.clock_from(text, structure, str(path), clock_id)
+    return sclk.clock_from(text, str(path), structure, source, clock_id)
 
 
 def _ephemeris(series: CkSeries, instants: Instants, frame: str, name: str, source: str) -> EphemerisData:

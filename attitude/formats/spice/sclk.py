@@ -78,18 +78,20 @@ def tdb_minus_tt(tdb: np.ndarray) -> np.ndarray:
     return K * np.sin(mean + EB * np.sin(mean))
 
 
-def clock_from(text: str, structure: int, source: str, clock_id: int | None = None) -> Clock:
-    """Clock `clock_id` of a kernel; by default the clock of the spacecraft that carries the structure.
+def clock_from(text: str, source: str, structure: int, ck: str, clock_id: int | None = None) -> Clock:
+    """Clock `clock_id` of a kernel; by default the clock of the spacecraft that carries the CK's structure.
 
     SPICE's rule: a structure's number is a thousand times that of its spacecraft, and less than a thousand
-    more; a variable of a clock ends in the negative of the spacecraft's number.
+    more; a variable of a clock ends in the negative of the spacecraft's number.  That the kernel has not the
+    clock of a structure is an error of the CK: either of the two may be the wrong one.
     """
     kernel = variables(text, source)
     endings = [name.removeprefix("SCLK_DATA_TYPE_") for name in kernel if name.startswith("SCLK_DATA_TYPE_")]
     spacecraft = int(structure / 1000) if clock_id is None else clock_id
     ending = str(-spacecraft)
     if ending not in endings:
-        raise FormatError(_missing_clock(endings, structure, spacecraft, clock_id), source)
+        missing = _missing_clock(structure, spacecraft, clock_id)
+        raise FormatError(f"{missing}; {_clocks(endings, source)}", ck)
     values = {name: kernel.get(f"{name}_{ending}") for name in CLOCK_VARIABLES}
     try:
         return _clock(values)
@@ -98,20 +100,20 @@ def clock_from(text: str, structure: int, source: str, clock_id: int | None = No
         raise FormatError(f"clock {ending} is not of type 1, in TT or TDB{reason}", source) from None
 
 
-def _missing_clock(endings: list[str], structure: int, spacecraft: int, clock_id: int | None) -> str:
-    """Error message for a kernel whose clocks have these endings; it names a clock_id that is there."""
+def _missing_clock(structure: int, spacecraft: int, clock_id: int | None) -> str:
+    """Which clock is missing."""
+    if clock_id is not None:
+        return f"no SCLK_DATA_TYPE_{-clock_id}, which clock_id={clock_id} names"
+    if spacecraft == 0:
+        return f"the number of structure {structure} does not tell its spacecraft"
+    return f"no SCLK_DATA_TYPE_{-spacecraft}, the clock of structure {structure} on spacecraft {spacecraft}"
+
+
+def _clocks(endings: list[str], source: str) -> str:
+    """Which clocks are there, of variables with these endings, and the clock_id that takes the first."""
     numbers = [-int(ending) for ending in endings if re.fullmatch(r"-?\d{1,10}", ending)]
     clocks = ", ".join(f"clock {-number} of spacecraft {number}" for number in numbers[:10]) or "no clock"
-    if clock_id is not None:
-        missing = f"no SCLK_DATA_TYPE_{-clock_id}, which clock_id={clock_id} names"
-    elif spacecraft == 0:
-        missing = f"the number of structure {structure} does not tell its spacecraft"
-    else:
-        missing = (
-            f"no SCLK_DATA_TYPE_{-spacecraft}, the clock of structure {structure} on spacecraft {spacecraft}"
-        )
-    cure = f"; clock_id={numbers[0]} takes that clock" if numbers else ""
-    return f"{missing}; this kernel has {clocks}{cure}"
+    return f"{source} has {clocks}" + (f"; clock_id={numbers[0]} takes that clock" if numbers else "")
 
 
 def _clock(values: dict[str, list[Any] | None]) -> Clock:
