@@ -24,8 +24,8 @@ DROP_BELOW = f"leave out torques that over the span would turn the body by less 
 TOLERANCE = f'tolerance=TOL, of torques, in place of the document\'s: {ANGLE}, or "best"'
 # Not read off the formats: a parser should not load them.
 FORMATS = (
-    "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, acm, stk, czml or ck; "
-    "by default from FILE's ending, else csv"
+    "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, acm, acm-xml, stk, czml "
+    "or ck; by default from FILE's ending, else csv"
 )
 
 

@@ -171,7 +171,8 @@ def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public 
     Raises FormatError for a name or an ending that is not registered.
     """
     name = Path(path).suffix.lower() if format is None else format.lower()
-    entry = BY_ENDING.get(name) if format is None else FORMATS.get(name)
+    double = "".join(Path(path).suffixes[-2:]).lower()  # .acm.xml
+    entry = BY_ENDING.get(double, BY_ENDING.get(name)) if format is None else FORMATS.get(name)
     if entry is None:
         text = name.removeprefix(".")
         requested = f"unknown format {text!r}" if text else "neither a format nor a file ending"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from math import inf, isfinite, nan
+from typing import Any
 
-from ..errors import FormatError
+from ..errors import FormatError, InputError
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
@@ -28,3 +29,9 @@ def finite_number(word: str) -> float:
     """The decimal number that a word is; NaN for any other word, and for a number beyond a double."""
     value = float(word) if NUMBER.fullmatch(word) else inf
     return value if isfinite(value) else nan
+
+
+def check_number(value: Any, name: str, default: str) -> None:
+    """InputError unless this option of a reader is None or a whole number from 1."""
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+        raise InputError(name, value, f"a whole number, 1 for the first, or None for {default}")

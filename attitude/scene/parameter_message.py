@@ -96,7 +96,8 @@ def message_of(scene: Described, options: ApmOptions) -> str:
     manoeuvres, others = [], []
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, Impulse):
-            raise FormatError(f"effects[{i}]: an APM holds torques over a duration, and no impulses")
+            cure = "a constant_torque from a start to a stop, or an ACM, which has the momentum after it"
+            raise FormatError(f"effects[{i}]: an APM has torques over a duration and no impulse; {cure}")
         if not isinstance(effect, ConstantTorque):
             others.append(effect.type)
             continue

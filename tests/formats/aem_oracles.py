@@ -132,7 +132,7 @@ def orekit_apm(text):
 
 
 def orekit_acm(text):
-    """(seconds since T0, rows Q1 Q2 Q3 QC and deg/s, tensor) of an ACM by Orekit."""
+    """(seconds since T0, rows Q1 Q2 Q3 QC and deg/s, tensor, variances in deg2) of an ACM by Orekit."""
     java, source = _orekit(), text.encode()
     content = java("java.io.ByteArrayInputStream")
     opener = _proxy("org.orekit.data.DataSource$StreamOpener", openOnce=lambda: content(_bytes(source)))
@@ -143,8 +143,12 @@ def orekit_acm(text):
     states = [state for block in data.getAttitudeBlocks() for state in block.getAttitudeStates()]
     rows = [list(state.getElements()) for state in states]
     tensor = data.getPhysicBlock().getInertiaMatrix()
+    covariances = [
+        each.getMatrix() for block in data.getCovarianceBlocks() for each in block.getCovariances()
+    ]
     return (
         np.array([state.getDate().durationFrom(zero) for state in states]),
         np.concatenate([np.array(rows)[:, :4], np.rad2deg(np.array(rows)[:, 4:])], axis=1),
         np.array([[tensor.getEntry(i, j) for j in range(3)] for i in range(3)]),
+        np.array([[each.getEntry(i, i) for i in range(6)] for each in covariances]) * (180.0 / np.pi) ** 2,
     )

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from astropy.time import Time, TimeDelta
 from scipy.spatial.transform import Rotation
 
 from attitude import Ephemeris, FormatError, InputError, Scene
+from attitude.formats.ccsds.keywords import INERTIA
 
 from .aem_oracles import orekit_acm
 
@@ -43,9 +45,11 @@ def tumbler():
     return Scene.model_validate(DOCUMENT).run()
 
 
-def test_written_and_read_again_is_the_same(tumbler, tmp_path):
-    tumbler.write(tmp_path / "x.acm")
-    found = Ephemeris.read(tmp_path / "x.acm")
+@pytest.mark.parametrize("name", ["x.acm", "x.acm.xml", "acm-xml", "x.xml"])
+def test_written_and_read_again_is_the_same(tumbler, tmp_path, name):
+    format = None if name.startswith("x.acm") else "acm-xml"
+    tumbler.write(tmp_path / name, format=format)
+    found = Ephemeris.read(tmp_path / name, format=None if name.startswith("x") else format)
     np.testing.assert_array_equal(found.quaternion("wxyz"), tumbler.quaternion("wxyz"))
     np.testing.assert_array_equal(found.elapsed, tumbler.elapsed)
     np.testing.assert_allclose(found.angular_velocity, tumbler.angular_velocity, rtol=4e-16)
@@ -53,24 +57,53 @@ def test_written_and_read_again_is_the_same(tumbler, tmp_path):
     assert (found.name, found.frame, found.epoch.isot) == ("TUMBLER", "EME2000", "2026-01-01T00:00:00.000")
 
 
+UNCERTAINTY = {
+    "attitude": {"value": [0.1, 0.2, 0.3], "unit": "deg"},
+    "angular_velocity": {"value": [1e-4, 2e-4, 3e-4], "unit": "rad/s"},
+}
+SYNTAXES = pytest.mark.parametrize("ending", [".acm", ".acm.xml"])
+
+
+@SYNTAXES
 @pytest.mark.parametrize("peer", ["Orekit", "ccsds-ndm-py"])
-def test_others_read_what_is_written(tumbler, tmp_path, peer):
-    tumbler.write(tmp_path / "x.acm")
-    text = (tmp_path / "x.acm").read_text()
+def test_others_read_what_is_written(tmp_path, peer, ending):
+    tumbler = Scene.model_validate(DOCUMENT | {"uncertainty": UNCERTAINTY}).run()
+    tumbler.write(tmp_path / f"x{ending}")
+    text = (tmp_path / f"x{ending}").read_text()
     if peer == "Orekit":
-        seconds, rows, tensor = orekit_acm(text)
+        seconds, rows, tensor, variances = orekit_acm(text)
     else:
         data = pytest.importorskip("ccsds_ndm").Acm.from_str(text).segment.data
-        states, physical = data.att[0].att_lines, data.phys
-        table = np.array([[float(value) for value in getattr(s, "values", s)] for s in states])
-        seconds, rows = table[:, 0], table[:, 1:]
-        xy, xz, yz = physical.ixy, physical.ixz, physical.iyz
-        tensor = np.array([[physical.ixx, xy, xz], [xy, physical.iyy, yz], [xz, yz, physical.izz]])
+        table, variances = (
+            np.array([[float(value) for value in getattr(line, "values", line)] for line in lines])
+            for lines in (data.att[0].att_lines, data.cov[0].cov_lines)
+        )
+        seconds, rows, variances = table[:, 0], table[:, 1:], variances[:, 1:]
+        assert (data.cov[0].cov_type, data.cov[0].cov_ref_frame) == ("ANGLE_ANGVEL", "SC_BODY_1")
+        tensor = DOCUMENT["body"]["tensor"]
+        if ending == ".acm":  # of XML, its own too, it reads no <phys>
+            xx, yy, zz, xy, xz, yz = (getattr(data.phys, name.lower()) for name in INERTIA)
+            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     np.testing.assert_allclose(seconds, tumbler.elapsed, atol=1e-9)
     signs = np.sign((rows[:, :4] * tumbler.quaternion("xyzw")).sum(axis=1))
     np.testing.assert_allclose(rows[:, :4] * signs[:, None], tumbler.quaternion("xyzw"), atol=1e-15)
     np.testing.assert_allclose(rows[:, 4:], np.rad2deg(tumbler.angular_velocity), rtol=1e-12)
     np.testing.assert_array_equal(tensor, DOCUMENT["body"]["tensor"])
+    sigma = np.concatenate([[0.1, 0.2, 0.3], np.rad2deg([1e-4, 2e-4, 3e-4])])
+    np.testing.assert_allclose(variances[0], sigma**2, rtol=1e-12)
+    expected = np.diagonal(tumbler.covariance, axis1=1, axis2=2) * (180.0 / np.pi) ** 2
+    np.testing.assert_allclose(variances, expected, rtol=1e-13)
+
+
+def test_blocks_are_in_the_order_of_the_standard(tmp_path):
+    document = DOCUMENT | {"uncertainty": UNCERTAINTY, "effects": [KICK]}
+    ephemeris = Scene.model_validate(document).run()
+    ephemeris.write(tmp_path / "x.acm")
+    lines = (tmp_path / "x.acm").read_text().splitlines()
+    names = [line.removesuffix("_START") for line in lines if line.endswith("_START")]
+    assert names == ["META", "ATT", "ATT", "PHYS", "COV", "MAN"]
+    ephemeris.write(tmp_path / "x.acm", rates=False)
+    assert "COV_TYPE = ANGLE\n0.0 0.0" in (tmp_path / "x.acm").read_text()
 
 
 def test_impulse_divides_the_history_and_is_a_manoeuvre(tmp_path):
@@ -88,7 +121,9 @@ def test_impulse_divides_the_history_and_is_a_manoeuvre(tmp_path):
 
 
 EULER = Rotation.from_euler("ZXZ", [10, 20, 30], degrees=True).as_quat(scalar_first=True)
-MATRIX = " ".join(map(repr, Rotation.from_quat(EULER, scalar_first=True).inv().as_matrix().ravel().tolist()))
+# From frame A to frame B, column by column (504.0-B-2, annex B4).
+TO_BODY = Rotation.from_quat(EULER, scalar_first=True).inv().as_matrix()
+MATRIX = " ".join(repr(float(TO_BODY[i, j])) for j in range(3) for i in range(3))
 
 
 @pytest.mark.parametrize(
@@ -111,6 +146,36 @@ def test_every_form_is_read(tmp_path, kind, row, more, rate, numbers):
     assert found.elapsed.tolist() == [0.0, 1.5]
 
 
+def test_time_tags_may_be_dates(tmp_path):
+    tags = ["2016-12-31T23:59:59.5", "2016-366T23:59:60.25Z", "2017-01-01T00:00:00"]
+    meta = META.replace("TAI", "UTC").replace("2026-01-01T00:00:00", "2016-12-31T23:59:58")
+    found = read(tmp_path, HEAD + meta + att("\n".join(f"{tag} 0 0 0 1" for tag in tags)))
+    np.testing.assert_array_equal(found.elapsed, [1.5, 2.25, 3.0])
+    assert found.epoch.isot == "2016-12-31T23:59:58.000"
+
+
+@pytest.mark.parametrize(("scale", "system"), [("utc", "UTC"), ("tt", "TT"), ("tdb", "TAI"), ("ut1", "TAI")])
+def test_seconds_are_those_of_the_time_system(tmp_path, scale, system):
+    epoch = {"time": "2026-01-01T00:00:00", "scale": scale}
+    times = {"start": 0, "stop": 100, "step": 50, "unit": "d"}
+    ephemeris = Scene.model_validate(DOCUMENT | {"epoch": epoch, "times": times}).run()
+    ephemeris.write(tmp_path / "x.acm")
+    assert f"TIME_SYSTEM = {system}\n" in (tmp_path / "x.acm").read_text()
+    found = Ephemeris.read(tmp_path / "x.acm")
+    assert np.abs((found.time.tai - ephemeris.time.tai).sec).max() < 2e-9
+
+
+@pytest.mark.parametrize(("system", "off"), [("TDB", 1e-4), ("UT1", 1e-4)])
+def test_seconds_of_other_time_systems_are_not_those_of_tai(tmp_path, system, off):
+    half_year = 180 * 86400.0
+    text = HEAD + META.replace("TAI", system) + att(f"0.0 0 0 0 1\n{half_year} 0 0 0 1")
+    found = read(tmp_path, text.replace("2026-01-01", "2020-01-01"))
+    start = Time("2020-01-01T00:00:00", scale=system.lower())
+    expected = (start + TimeDelta(half_year, format="sec", scale=system.lower())).tai
+    assert abs((found.time[1].tai - expected).sec) < 1e-9
+    assert abs(found.elapsed[1] - half_year) > off
+
+
 ROW = "0.0 0 0 0 1"
 
 
@@ -120,7 +185,7 @@ ROW = "0.0 0 0 0 1"
         (HEAD + META, "no attitudes"),
         (HEAD + att(ROW), "no META_START"),
         (HEAD + META + att(ROW + "\n0.0 0 0 0 1"), "line 15: an instant that is not after the one before"),
-        (HEAD + META + att("0.0 0 0 1"), "line 14: .0.0 0 0 1.: 5 finite numbers"),
+        (HEAD + META + att("0.0 0 0 1"), "line 14: .0.0 0 0 1.: a time tag and 4 finite numbers"),
         (HEAD + META + att("0.0 0 0 0 0.5"), "unit quaternion"),
         (HEAD + META + att(ROW, "SPIN"), "ATT_TYPE = SPIN"),
         (HEAD + META + att(ROW, a="SC_BODY_2"), "one of frames A and B is the body's"),
@@ -128,6 +193,12 @@ ROW = "0.0 0 0 0 1"
         (HEAD + META + att(ROW).replace("ATT_STOP\n", ""), "no ATT_STOP"),
         (HEAD + META.replace("TAI", "MET") + att(ROW), "TIME_SYSTEM = MET"),
         (HEAD + META + att("0.0 1 0 0 0 1 0 0 0 2", "DCM"), "no rotation"),
+        (
+            HEAD + META + att(ROW + "\n2026-01-01T00:00:01 0 0 0 1"),
+            "line 15: a block has finite seconds since EPOCH",
+        ),
+        (HEAD + META + att("soon 0 0 0 1"), "line 14: 'soon' is no epoch"),
+        (HEAD + META.replace("SAT", "S\x10T") + att(ROW), "line 5: OBJECT_NAME: one line of 1 to 230"),
     ],
 )
 def test_refusals_name_the_line(tmp_path, text, said):

@@ -252,7 +252,7 @@ def test_what_a_message_leaves_out_the_document_must_have():
                     }
                 ]
             },
-            "no impulses",
+            "no impulse; a constant_torque from a start to a stop, or an ACM",
         ),
         (
             {

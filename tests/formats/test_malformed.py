@@ -267,8 +267,10 @@ def test_directory_is_refused(format, tmp_path):
 @each_format
 def test_files_of_other_formats_are_refused(format):
     for other in FORMATS:
-        if {format, other} == {"aem", "aem-xml"}:  # the two syntaxes know each other
+        if {format, other} in ({"aem", "aem-xml"}, {"acm", "acm-xml"}):  # the syntaxes know each other
             assert not refused_or_the_same(format, original(other))
+        elif (format, other) in (("aem", "acm-xml"), ("aem-xml", "acm-xml")):  # the usual ending is .xml
+            assert read(format, original(other)).name == read(other, original(other)).name
         elif other != format:
             refusal(format, original(other))
 
@@ -285,6 +287,7 @@ ENDLESS = {
     "aem": [b"COMMENT more\n", b"\n", b"             \n"],
     "acm": [b"COMMENT more\n", b"\n", b"             \n"],
     "aem-xml": [b"<COMMENT>more</COMMENT>\n", b"\n", b"<!-- -->"],
+    "acm-xml": [b"<COMMENT>more</COMMENT>\n", b"\n", b"<!-- -->"],
     "stk": [b"# more\n", b"\n", b"               \n"],
     "czml": [b"0.5,", b" "],
     "arrow": [b"x"],

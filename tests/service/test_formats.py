@@ -177,7 +177,7 @@ def test_what_cannot_be_had_is_a_problem(client, query, detail):
 
 
 COLUMNS = "elapsed,quaternion,euler:ZYX,direction:-x,angle:z:sun,angle:y:momentum,spin,angular_momentum"
-TABLES = [name for name in FORMATS if name not in ("acm", "aem", "aem-xml", "stk", "czml", "ck")]
+TABLES = [name for name in FORMATS if name not in ("acm", "acm-xml", "aem", "aem-xml", "stk", "czml", "ck")]
 
 
 @pytest.mark.parametrize("count", [3, 40_000])

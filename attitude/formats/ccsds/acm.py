@@ -1,45 +1,30 @@
-"""CCSDS attitude comprehensive message (ACM), 504.0-B-2: written in KVN, read in KVN and XML.
+"""Reading an ACM (CCSDS 504.0-B-2), KVN and XML: attitudes and inertia.
 
-Blocks that are written: the attitude history (ATT, one for each segment), the inertia (PHYS) and impulses
-(MAN, with the momentum after them).  `BLOCKS` lists what writes each kind, in the order of the standard.  Of
-what is read, attitudes and inertia are used; covariances, manoeuvres and estimations are skipped.
+Covariances, manoeuvres and estimations are skipped.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any, BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
+from astropy import units as u
+from astropy.time import TimeDelta
 
-from ...errors import AttitudeError, FormatError, InputError, RegimeError, note
+from ...errors import AttitudeError, note
 from ...frames import rotations
 from ...rigid_body.body import RigidBody
-from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
 from ...samples.event import Event
-from ...times.instants import Instants
+from ...times.instants import Instants, as_instants
 from .. import schema
-from ..interpolation_nodes import split_at_jumps
-from ..text_reader import finite_number
-from ..text_rows import texts
-from ..writer_options import takes_options
+from ..text_reader import check_number, finite_number
 from .block_reader import Block, BlockReader, capitals
 from .conventions import RowConvention
-from .epochs import TIME_SYSTEMS, RowError
-from .keywords import ANGLES, ANGLES_DOT, ANGVEL, INERTIA, Q_DOT, Q
-from .message_options import (
-    VERSION,
-    MessageOptions,
-    inertia_elements,
-    kvn_lines,
-    registered_name,
-    writes_rates,
-)
+from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epochs, to_instants
+from .keywords import ANGLES, ANGLES_DOT, ANGVEL, Q_DOT, VALUE, Q, is_value
 from .ndm import NdmLine, Syntax, read_ndm
-from .reader import check_number
 
 ELEMENTS = {
     "metadata": "META",
@@ -49,11 +34,12 @@ ELEMENTS = {
     "man": "MAN",
     "ad": "AD",
     "sensor": "SENSOR",
+    "sensorData": "SENSOR",
     "user": "USER",
 }
 SYNTAX = Syntax("acm", ("2.0",), ELEMENTS, {"attLine": (), "covLine": ()})
 HEADER = ("CLASSIFICATION", "CREATION_DATE", "ORIGINATOR", "MESSAGE_ID")
-DCM = tuple(f"DCM_{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
+DCM = tuple(f"DCM_{i}{j}" for j in (1, 2, 3) for i in (1, 2, 3))  # column by column (annex B4)
 ATTITUDES = {"QUATERNION": Q, "EULER_ANGLES": ANGLES, "DCM": DCM}
 RATES = {
     "NONE": (),
@@ -64,154 +50,34 @@ RATES = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class AcmOptions(MessageOptions):
-    """Options of an ACM; InputError for one that a line of the file cannot hold.
-
-    object_name : OBJECT_NAME; None for the ephemeris's name
-    originator, body_frame : ORIGINATOR, the name of the body's axes
-    international_designator, message_id : None leaves them out
-    creation_date : CREATION_DATE, UTC; None for now
-    rates : whether angular velocities are written; None writes those of an ephemeris that has them
-    """
-
-    international_designator: str | None = None
-    rates: bool | None = None
-
-
-# -- writing ------------------------------------------------------------------------------------------
-
-
-class History(NamedTuple):
-    """What the blocks of a file are written of: segments, the options, whether rates are written."""
-
-    segments: list[Samples]
-    options: AcmOptions
-    has_rate: bool
-
-    @property
-    def head(self) -> EphemerisData:
-        """What all samples share."""
-        return self.segments[0].first
-
-
-@takes_options(AcmOptions)
-def blocks(samples: Samples, **options: Any) -> Iterator[bytes]:
-    """File, with the options of `AcmOptions`."""
-    schema.refuse_unless_list(samples, "An ACM")
-    checked, head = AcmOptions(**options), samples.first
-    if head.columns:
-        raise InputError("columns", head.columns, "none for acm, which is no table")
-    scale = head.instants.scale
-    if head.epoch is None or scale is None or scale.upper() not in TIME_SYSTEMS:
-        raise FormatError("an ACM has dates in one of its time systems, and this ephemeris has no such epoch")
-    history = History(split_at_jumps(samples), checked, writes_rates(checked.rates, head))
-    return _blocks(history, checked.name_of(head.name), scale.upper())
-
-
-def _blocks(history: History, name: str, system: str) -> Iterator[bytes]:
-    options, head = history.options, history.head
-    designator = options.international_designator
-    assert head.epoch is not None
-    epoch = getattr(head.epoch, system.lower() if system != "GPS" else "tai")
-    yield kvn_lines(
-        [
-            ("CCSDS_ACM_VERS", VERSION),
-            *options.header(),
-            ("", ""),
-            ("META_START", ""),
-            ("OBJECT_NAME", name),
-            *([("INTERNATIONAL_DESIGNATOR", designator)] if designator else []),
-            ("TIME_SYSTEM", system),
-            ("EPOCH_TZERO", schema.iso_text(epoch).item().decode()),
-            ("META_STOP", ""),
-        ]
-    ).encode()
-    for block in BLOCKS:
-        yield from block(history)
-
-
-def _attitudes(history: History) -> Iterator[bytes]:
-    """ATT: a block for each segment, across which nothing is interpolated."""
-    frame, body = rotations.check_any_frame(history.head.frame), history.options.body_frame
-    remarks = [ascii(text)[1:-1][:200] for text in history.head.notes]
-    for k, segment in enumerate(history.segments, start=1):
-        columns = Q + (ANGVEL if history.has_rate else ())
-        yield kvn_lines(
-            [
-                ("", ""),
-                ("ATT_START", ""),
-                ("COMMENT", f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}"),
-                *(("COMMENT", f"Input: {text}") for text in remarks),
-                ("ATT_ID", f"ATT_{k}"),
-                *([("ATT_PREV_ID", f"ATT_{k - 1}")] if k > 1 else []),
-                ("ATT_BASIS", "SIMULATED" if history.head.has_known_motion else "PREDICTED"),
-                ("REF_FRAME_A", registered_name(frame)),
-                ("REF_FRAME_B", body),
-                ("NUMBER_STATES", str(len(columns))),
-                ("ATT_TYPE", "QUATERNION"),
-                ("RATE_TYPE", "ANGVEL" if history.has_rate else "NONE"),
-            ]
-        ).encode()
-        last: np.ndarray | None = None
-        for piece in segment.chunks():
-            q = rotations.sign_continuous(piece.quaternion("xyzw"), last)
-            last = q[-1]
-            rate = [schema.degrees(piece).T] if history.has_rate else []
-            numbers = np.concatenate([piece.elapsed[None], q.T, *rate])
-            yield texts(numbers + 0.0, [b"", *[b" "] * len(columns), b"\n"], None)
-        yield b"ATT_STOP\n"
-
-
-def _physical_properties(history: History) -> Iterator[bytes]:
-    """PHYS: the inertia, whose products are elements of the tensor, -integral of x y dm."""
-    body = history.head.body
-    if body is None:
-        return
-    values = inertia_elements(np.asarray(body.tensor))
-    frame = ("INERTIA_REF_FRAME", history.options.body_frame)
-    elements = zip(INERTIA, values, strict=True)
-    yield kvn_lines([("", ""), ("PHYS_START", ""), frame, *elements, ("PHYS_STOP", "")]).encode()
-
-
-def _manoeuvres(history: History) -> Iterator[bytes]:
-    """MAN: impulses, each with the angular momentum after it."""
-    impulses = [event for event in history.head.events if event.kind == "impulse"]
-    for k, event in enumerate(impulses, start=1):
-        after = next((s.first for s in history.segments if s.first.elapsed[0] >= event.seconds), None)
-        try:
-            momentum = [] if after is None else after.angular_momentum[0].tolist()
-        except RegimeError:  # in a frame that turns, or of a body without inertia
-            momentum = []
-        target = " ".join(repr(value) for value in momentum)
-        yield kvn_lines(
-            [
-                ("", ""),
-                ("MAN_START", ""),
-                ("COMMENT", event.text if event.text.isascii() else "an impulse"),
-                ("MAN_ID", f"MAN_{k}"),
-                ("MAN_PURPOSE", "ATT_ADJUST"),
-                ("MAN_BEGIN_TIME", repr(event.seconds)),
-                ("MAN_DURATION", "0.0"),
-                *([("TARGET_MOMENTUM", target), ("TARGET_MOM_FRAME", history.head.frame)] if target else []),
-                ("MAN_STOP", ""),
-            ]
-        ).encode()
-
-
-BLOCKS: tuple[Callable[[History], Iterator[bytes]], ...] = (_attitudes, _physical_properties, _manoeuvres)
-
-
-# -- reading ------------------------------------------------------------------------------------------
-
-
 class AcmPart(NamedTuple):
-    """Attitudes of one block: seconds since T0, wxyz, rad/s or None."""
+    """Attitudes of one block: instants since T0, wxyz, rad/s or None."""
 
     seconds: np.ndarray
+    seconds_low: np.ndarray
     attitude: np.ndarray
     rate: np.ndarray | None
     ends: tuple[str, str]
+
+
+class TimeZero(NamedTuple):
+    """EPOCH_TZERO: its time system, its timestamp, and the one instant of it, which is the epoch of all."""
+
+    system: str
+    stamp: Timestamps
+    instants: Instants
+
+    def after(self, seconds: np.ndarray) -> Instants:
+        """Instants at seconds of the time system since T0."""
+        scale, epoch = TIME_SYSTEMS[self.system], self.instants.epoch
+        if scale in ("utc", "tai", "tt"):
+            return Instants(seconds, None, epoch)
+        return as_instants(TimeDelta(seconds * u.s, scale=scale), epoch, "time tag")
+
+    def dated(self, stamps: Timestamps) -> Instants:
+        """Instants at timestamps."""
+        both = (np.append(zero, later) for zero, later in zip(self.stamp, stamps, strict=True))
+        return to_instants(Timestamps(*both), self.system)[1:]
 
 
 def parse(stream: BinaryIO, source: str, *, block: int | None = None) -> EphemerisData:
@@ -262,8 +128,8 @@ class _AcmReader(BlockReader):
         attitudes = attitudes if number is None else attitudes[number - 1 : number]
         if not attitudes:
             raise self.error("no attitudes: no block ATT")
-        epoch = self.instants(self.needed(meta, "TIME_SYSTEM"), [self.needed(meta, "EPOCH_TZERO")]).epoch
-        parts = [self._part(block) for block in attitudes]
+        tzero = self._time_zero(meta)
+        parts = [self._part(block, tzero) for block in attitudes]
         for before, after, block in zip(parts, parts[1:], attitudes[1:], strict=False):
             if after.ends != before.ends or not after.seconds[0] >= before.seconds[-1]:
                 reason = "frames or instants that do not follow those of the block before"
@@ -273,22 +139,30 @@ class _AcmReader(BlockReader):
                 note(
                     f"{self.source}: an epoch that two blocks share is read twice, the first a double earlier"
                 )
-        seconds = np.concatenate([part.seconds for part in parts])
+        seconds, low = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
         rates = [part.rate for part in parts if part.rate is not None]
         edges = list(accumulate(len(part.seconds) for part in parts))[:-1]
         events = tuple(Event(float(seconds[edge]), "segment", "a new block of the file") for edge in edges)
         try:
             q = schema.unit_rows(np.concatenate([part.attitude for part in parts]), self.source)
-            instants = schema.check_dates(Instants(seconds, None, epoch))
+            instants = schema.check_dates(Instants(seconds, low if low.any() else None, tzero.instants.epoch))
             body = self._body(parts[0].ends[1])
         except AttitudeError as error:
             raise self.error(str(error)) from None
         rate = np.concatenate(rates) if len(rates) == len(parts) else None
-        name = self.needed(meta, "OBJECT_NAME").value
+        name = self.needed(meta, "OBJECT_NAME")
+        if not is_value(name.value):
+            raise self.error(f"OBJECT_NAME: {VALUE}; got {name.value[:40]!a}", name.number)
         q = rotations.sign_continuous(q)
-        return EphemerisData(q, instants, parts[0].ends[0], body, rate, name, events=events)
+        return EphemerisData(q, instants, parts[0].ends[0], body, rate, name.value, events=events)
 
-    def _part(self, block: Block) -> AcmPart:
+    def _time_zero(self, meta: Block) -> TimeZero:
+        system, line = self.needed(meta, "TIME_SYSTEM"), self.needed(meta, "EPOCH_TZERO")
+        instants = self.instants(system, [line])
+        name = system.value.upper()
+        return TimeZero(name, parse_epochs([line.value.encode()], name), instants)
+
+    def _part(self, block: Block, tzero: TimeZero) -> AcmPart:
         """Attitudes of a block, in this library's convention."""
         kind, rate_line = self.needed(block, "ATT_TYPE"), block.fields.get("RATE_TYPE")
         rate_kind = "NONE" if rate_line is None else rate_line.value.upper()
@@ -297,10 +171,10 @@ class _AcmReader(BlockReader):
         if rate_kind not in RATES:
             raise self.error(f"RATE_TYPE = {rate_kind[:40]}: one of {', '.join(RATES)}", block.number)
         attitude, rates = ATTITUDES[kind.value.upper()], RATES[rate_kind]
-        table = self._table(block, len(attitude) + len(rates))
+        instants, table = self._table(block, len(attitude) + len(rates), tzero)
         frame, body, is_a = self.frames(block)
         used = attitude + (() if rate_kind == "GYRO_BIAS" else rates)
-        numbers = table[:, 1 : 1 + len(used)].T
+        numbers = table[:, : len(used)].T
         if attitude is DCM:
             used, numbers = self._of_matrices(block, used, numbers)
         axes = self.euler_axes(block) if attitude is ANGLES else ""
@@ -308,37 +182,59 @@ class _AcmReader(BlockReader):
             q, rate = RowConvention(used, frame, is_a, True, axes).convert(np.ascontiguousarray(numbers))
         except RowError as error:
             raise self.error(error.reason, block.rows[error.index].number) from None
-        return AcmPart(table[:, 0].copy(), q.T, None if rate is None else rate.T, (frame, body))
+        low = instants.seconds_low
+        low = np.zeros(instants.shape) if low is None else low
+        return AcmPart(instants.seconds.copy(), low, q.T, None if rate is None else rate.T, (frame, body))
 
     def _of_matrices(
         self, block: Block, used: tuple[str, ...], numbers: np.ndarray
     ) -> tuple[tuple[str, ...], np.ndarray]:
-        """The quaternions of matrices from frame A to frame B, in place of these."""
-        matrices = numbers[:9].T.reshape(-1, 3, 3)
+        """The quaternions of matrices from frame A to frame B, listed by columns, in place of these."""
+        matrices = numbers[:9].T.reshape(-1, 3, 3)  # their transposes: axes of B to axes of A
         with np.errstate(over="ignore", invalid="ignore"):
             off = np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(3)).max(axis=(1, 2))
             wrong = ~(off <= schema.MAX_OFF_UNIT_IN_FILES) | ~(np.linalg.det(matrices) > 0.0)
         if wrong.any():
             row = block.rows[int(np.argmax(wrong))]
             raise self.error("a matrix that is no rotation, orthonormal within 0.01", row.number)
-        q = rotations.from_matrix(np.swapaxes(matrices, 1, 2))
+        q = rotations.from_matrix(matrices)
         return Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
 
-    def _table(self, block: Block, width: int) -> np.ndarray:
-        """(n, 1 + width) finite numbers, their instants ascending."""
+    def _table(self, block: Block, width: int, tzero: TimeZero) -> tuple[Instants, np.ndarray]:
+        """Ascending instants, and (n, width) finite numbers."""
         if not block.rows:
             raise self.error("no rows in the block ATT", block.number)
-        table = np.empty((len(block.rows), 1 + width))
+        table, tags = np.empty((len(block.rows), width)), []
         for i, row in enumerate(block.rows):
-            numbers = [finite_number(word) for word in row.value.split()]
-            if len(numbers) != 1 + width or np.isnan(numbers).any():
-                raise self.error(f"{row.value[:40]!r}: {1 + width} finite numbers belong here", row.number)
+            tag, *words = row.value.split()
+            numbers = [finite_number(word) for word in words]
+            if len(numbers) != width or np.isnan(numbers).any():
+                reason = f"{row.value[:40]!r}: a time tag and {width} finite numbers belong here"
+                raise self.error(reason, row.number)
+            tags.append(tag)
             table[i] = numbers
-        later = np.diff(table[:, 0]) > 0.0
+        instants = self._instants(block, tags, tzero)
+        later = np.diff(instants.seconds) > 0.0
         if not later.all():
             row = block.rows[int(np.argmin(later)) + 1]
             raise self.error("an instant that is not after the one before", row.number)
-        return table
+        return instants, table
+
+    def _instants(self, block: Block, tags: list[str], tzero: TimeZero) -> Instants:
+        """Instants of the time tags of a block: all seconds since T0, or all dates (5.3.4.5)."""
+        seconds = np.array([finite_number(tag) for tag in tags])
+        is_number = np.isfinite(seconds)
+        try:
+            if is_number.all():
+                return tzero.after(seconds)
+            if is_number.any():
+                i = int(np.argmax(is_number != is_number[0]))
+                raise RowError(i, "a block has finite seconds since EPOCH_TZERO, or dates, and not both")
+            return tzero.dated(parse_epochs([tag.encode("ascii", "replace") for tag in tags], tzero.system))
+        except RowError as error:
+            raise self.error(error.reason, block.rows[error.index].number) from None
+        except AttitudeError as error:
+            raise self.error(str(error), block.number) from None
 
     def _body(self, frame: str) -> RigidBody | None:
         """The inertia of the block PHYS, where it is about the axes that attitudes are of."""

@@ -1,10 +1,14 @@
-"""Reading an AEM (CCSDS 504.0-B-1 and 504.0-B-2): finds out whether it is KVN or XML."""
+"""Reading an AEM (CCSDS 504.0-B-1 and 504.0-B-2): finds out whether it is KVN or XML, or else an ACM."""
 
 from __future__ import annotations
 
+import io
+import re
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from ...errors import FormatError, InputError
+from ...errors import FormatError
+from ..text_reader import check_number
+from . import acm
 from .kvn_reader import read_kvn
 from .xml_reader import read_xml
 
@@ -28,17 +32,15 @@ def parse(
     # The first character that is not blank; byte order marks of UTF-8 and UTF-16 are skipped.
     is_xml = first.lstrip(b"\xef\xbb\xbf\xff\xfe\0 \t\r\n")[:1] == b"<"
     whole: Any = RewoundStream(first, stream)
+    if is_xml and segment is message is None and re.search(rb"<(\w+:)?acm\b", first):
+        if stream.seekable():
+            stream.seek(-len(first), io.SEEK_CUR)
+        return acm.parse(stream if stream.seekable() else whole, source)
     if is_xml:
         return read_xml(whole, source, segment, message)
     if message not in (None, 1):
         raise FormatError(f"no message {message}, of 1", source)
     return read_kvn(whole, source, segment)
-
-
-def check_number(value: Any, name: str, default: str) -> None:
-    """InputError unless this is None or a whole number from 1."""
-    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-        raise InputError(name, value, f"a whole number, 1 for the first, or None for {default}")
 
 
 class RewoundStream:
@@ -47,6 +49,10 @@ class RewoundStream:
     def __init__(self, first: bytes, stream: BinaryIO):
         self._first = first
         self._stream = stream
+
+    def seekable(self) -> bool:
+        """Whether another position can be sought: none."""
+        return False
 
     def read(self, size: int) -> bytes:
         """First bytes, whatever the size, then as many as the stream gives."""
