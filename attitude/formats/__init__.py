@@ -175,6 +175,8 @@ def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public 
     entry = BY_ENDING.get(double, BY_ENDING.get(name)) if format is None else FORMATS.get(name)
     if entry is None:
         text = name.removeprefix(".")
+        if text in ("gz", "bz2", "xz", "zip"):
+            raise FormatError(f"compressed files ({name}) are neither read nor written: unpack it", str(path))
         requested = f"unknown format {text!r}" if text else "neither a format nor a file ending"
         known = f"this version has {', '.join(FORMATS)}{suggestion(text, FORMATS)}"
         raise FormatError(f"{requested}; {known}", str(path))

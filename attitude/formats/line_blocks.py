@@ -1,4 +1,8 @@
-"""Text of any size read in blocks of whole lines, with line numbers."""
+"""Text of any size read in blocks of whole lines, with line numbers.
+
+Lines end with a line feed, a carriage return, or both in either order (CCSDS 504.0-B-2, 6.6.6); a byte order
+mark of UTF-8 is skipped.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ from typing import BinaryIO
 from ..errors import FormatError
 
 BLOCK_BYTES = 1 << 22
+LONE_RETURN = re.compile(rb"\n?\r(?!\n)")
 MAX_LINE_BYTES = 1 << 20  # no format has longer lines, and a file of zeros is one line
 
 
@@ -63,8 +68,9 @@ def blocks(stream: BinaryIO, source: str, last_line: re.Pattern[bytes] | None = 
     Raises FormatError for another last line without a line end (the file may be truncated), a line of more
     than 1 MiB, and a block of nearly empty lines.
     """
-    number, rest = 1, b""
+    number, rest, is_first = 1, b"", True
     while chunk := stream.read(BLOCK_BYTES):
+        chunk, is_first = _with_line_feeds(chunk, stream, is_first), False
         end = chunk.rfind(b"\n") + 1
         block = LineBlock(number, b"".join([rest, memoryview(chunk)[:end]]) if end else b"")
         rest = chunk[end:] if end else rest + chunk
@@ -79,3 +85,14 @@ def blocks(stream: BinaryIO, source: str, last_line: re.Pattern[bytes] | None = 
         yield LineBlock(number, rest + b"\n")
     elif rest:
         raise FormatError("ends in the middle of a line", source, number)
+
+
+def _with_line_feeds(chunk: bytes, stream: BinaryIO, is_first: bool) -> bytes:
+    """A chunk whose lines end with LF or CRLF; it takes more of the stream where it ends with CR or LF."""
+    if is_first:
+        chunk = chunk.removeprefix(b"\xef\xbb\xbf")
+    if chunk.count(b"\r") == chunk.count(b"\r\n"):
+        return chunk
+    while chunk.endswith((b"\r", b"\n")) and (more := stream.read(1)):
+        chunk += more
+    return LONE_RETURN.sub(b"\n", chunk)

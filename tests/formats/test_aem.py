@@ -501,23 +501,27 @@ ATTITUDE_TYPE = quaternion
 INTERPOLATION_METHOD = hermite
 INTERPOLATION_DEGREE = 1
 META_STOP
+COMMENT before the block
 DATA_START
 
 COMMENT before the data
 
   2020-01-01T00:00:00   0 0 0\t1\x20
+ COMMENT between two rows
 2020-01-01T00:00:00.5 0 0 0 1
 
 2020-001T00:00:03Z 0 0 0 1
  DATA_STOP
 
+COMMENT after the block
 """
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\n\r"])
 @pytest.mark.parametrize("cut", [0, 1, 2])
-def test_blanks_and_blank_lines_have_no_meaning(end, cut):
-    content = LOOSE.replace("\n", end).encode("latin-1")
+def test_blanks_comments_and_line_ends_have_no_meaning(end, cut, mark):
+    content = mark + LOOSE.replace("\n", end).encode("latin-1")
     back = read(content[: len(content) - cut * len(end)])
     assert back.elapsed.tolist() == [0.0, 0.5, 3.0]
     assert (back.frame, back.name) == ("ICRF", "MARS_SPIRIT")

@@ -167,6 +167,21 @@ def test_euler_rates_of_version_1_are_derivatives_of_the_angles():
     assert np.abs(back.angular_velocity[0] - expected).max() <= 1e-9
 
 
+@pytest.mark.parametrize("sequence", ["ZXZ", "313", "z x z", "Z-X-Z", "3, 1, 3"])
+def test_separators_of_a_sequence_have_no_meaning(sequence):
+    back = read(file(f"{LATER} 10 20 30", ATTITUDE_TYPE="EULER_ANGLE", EULER_ROT_SEQ=sequence))
+    expected = Rotation.from_euler("ZXZ", [10, 20, 30], degrees=True).as_quat(scalar_first=True)
+    assert np.abs(back.quaternion("wxyz")[0] @ expected) == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["J2000", "EME2000", "REF_FRAME_A"])
+def test_frame_of_the_rate_may_have_another_of_its_names(name):
+    fields = {"REF_FRAME_A": "J2000", "ATTITUDE_TYPE": "QUATERNION/ANGVEL", "ANGVEL_FRAME": name}
+    back = read(file(f"{LATER} 0.6 0 0 0.8 0 1 0", **fields))
+    expected = np.deg2rad(Rotation.from_quat([0.6, 0, 0, 0.8]).inv().apply([0.0, 1.0, 0.0]))
+    np.testing.assert_allclose(back.angular_velocity[0], expected, atol=1e-17)
+
+
 def two(first, second, **metadata):
     """Two segments: (start, useable start, useable stop, stop), minutes, with a row each minute."""
     parts = []
@@ -190,6 +205,20 @@ def test_segments_may_overlap_outside_their_useable_spans():
     back = read(two((0, 0, 3, 5), (1, 3, 6, 6)))
     assert back.elapsed.tolist() == [0.0, 60.0, 120.0, 180.0, 240.0, 300.0, 360.0]
     assert [event.kind for event in back.events] == ["segment"]
+
+
+@pytest.mark.parametrize(
+    "spans",
+    [
+        ((0, None, 1, 5), (1, None, None, 6)),
+        ((0, None, None, 5), (1, 5, None, 6)),
+        ((0, None, 2, 5), (1, 4, None, 6)),
+    ],
+    ids=["stop", "start", "gap"],
+)
+def test_one_useable_end_is_enough_to_cut_an_overlap(spans):
+    expected = {1: [0, 60, 120, 180, 240, 300, 360], 2: [0, 60, 120, 240, 300, 360]}[spans[0][2] or 1]
+    assert read(two(*spans)).elapsed.tolist() == expected
 
 
 def test_rows_outside_the_useable_span_serve_interpolation():

@@ -7,6 +7,7 @@ Source: CCSDS 504.0-B-2, annex F, and 504.0-B-1.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -164,7 +165,9 @@ def _rate_frame(fields: KeywordBlock) -> str:
     name = "RATE_FRAME" if fields.version == "1.0" else "ANGVEL_FRAME"
     value = fields.get(name)
     for frame in ("REF_FRAME_A", "REF_FRAME_B"):
-        if value is not None and value in (frame, fields.get(frame)):
+        if value is not None and (
+            value == frame or frame_named(value) == frame_named(fields.get(frame) or "")
+        ):
             return frame
     raise fields.error(name, "REF_FRAME_A or REF_FRAME_B belongs here, for the components of the rate")
 
@@ -181,6 +184,9 @@ def _version_1_columns(fields: KeywordBlock, kind: AttitudeType) -> tuple[str, .
 
 
 def euler_axes(sequence: str | None) -> str:
-    """Axes of the three rotations, of letters or, as in version 1, digits; InputError for any other text."""
-    letters = (sequence or "").upper().translate(str.maketrans("123", "XYZ"))
+    """Axes of the three rotations, of letters or, as in version 1, digits; InputError for any other text.
+
+    Blanks, hyphens and commas between them have no meaning.
+    """
+    letters = re.sub(r"[\s_,-]", "", (sequence or "").upper()).translate(str.maketrans("123", "XYZ"))
     return rotations.check_sequence(letters, "EULER_ROT_SEQ")

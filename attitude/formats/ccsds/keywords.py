@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...errors import FormatError
+from ...errors import FormatError, suggestion
 
 VERSIONS = ("1.0", "2.0")
 # Names of the SANA registries (celestial body reference frames, orbit-relative frames) and others in use, for
@@ -145,7 +145,8 @@ class KeywordBlock:
     def add(self, name: str, value: str, line: int) -> None:
         """Add a keyword; FormatError if it is unknown, repeated, or its value is invalid."""
         if name not in self.keywords:
-            reason = f"{name[:40]!r} is no keyword of the {self.title} of version {self.version}"
+            meant = suggestion(name[:40].upper(), self.keywords)
+            reason = f"{name[:40]!r} is no keyword of the {self.title} of version {self.version}{meant}"
         elif name in self.values:
             reason = f"{name} twice"
         elif not value:

@@ -65,8 +65,8 @@ class KvnReader(TextReader):
 
     def _add_text(self, line: bytes, number: int) -> None:
         words = line.split(maxsplit=1)
-        # Comments may be in any character set, but for what precedes the header.
-        if not words or (words[0] == b"COMMENT" and self.fields is not None and not line.isascii()):
+        # Comments may be anywhere after the first line, and in any character set.
+        if not words or (words[0] == b"COMMENT" and self.add_line != self._add_version):
             self.message.add_remarks(number)
             return
         if not line.isascii():
@@ -100,12 +100,9 @@ class KvnReader(TextReader):
 
     def _add_keyword(self, fields: KeywordBlock, text: str, number: int) -> None:
         name, equals, value = (part.strip() for part in text.partition("="))
-        if text.split(maxsplit=1)[0] == "COMMENT":
-            self.message.add_remarks(number)
-        elif not equals:
+        if not equals:
             raise self.error(f"{text[:40]!r} where KEYWORD = value belongs", number)
-        else:
-            fields.add(name, value, number)
+        fields.add(name, value, number)
 
     def _begin_data(self, text: str, number: int) -> None:
         if text != "DATA_START":

@@ -110,10 +110,12 @@ def _useable(segments: list[Segment], rows: list[Rows]) -> list[np.ndarray]:
     for k, (before, after) in enumerate(pairwise(segments)):
         earlier, later = rows[k].stamps, rows[k + 1].stamps
         stop, start = before.useable[1], after.useable[0]
-        if later.first >= earlier.last or stop is None or start is None:
+        if later.first >= earlier.last:
             continue
-        masks[k] &= ~earlier.is_after(stop)
-        masks[k + 1] &= ~later.is_before(start)
+        if stop is not None:
+            masks[k] &= ~earlier.is_after(stop)
+        if start is not None:
+            masks[k + 1] &= ~later.is_before(start)
         for segment, mask in ((before, masks[k]), (after, masks[k + 1])):
             if not mask.any():
                 raise segment.fields.error("START_TIME", "no attitudes in the useable span of this segment")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from .epochs import TIME_SYSTEMS, RowError, Timestamps, moved, parse_epoch, pars
 from .keywords import ATTITUDE_TYPES, INTERPOLATION_METHODS, SHARED_KEYWORDS, KeywordBlock
 from .rows import parse_rows
 
+COMMENTS = re.compile(rb"(?m)^[ \t]*COMMENT\b.*$")
 TIMES = ("START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME")
 
 
@@ -92,7 +94,9 @@ class Segment:
     # -- attitudes ------------------------------------------------------------------------------
 
     def add_lines(self, text: bytes, number: int) -> int:
-        """Add whole lines, the first of which has this number; return how many of them are empty."""
+        """Add whole lines, the first of which has this number; return how many are empty or comments."""
+        if b"COMMENT" in text:
+            text = COMMENTS.sub(b"", text)
         table, numbers = text_rows.read_spaced(text, number, self._column_kinds)
         if numbers:
             self._add(table, numbers)
