@@ -20,12 +20,8 @@ THETA_FORM = 1  # index of the form that most bodies have
 # Of gyrostats: three times the greatest error measured; for any rotor times the frame's condition number.
 GYROSTAT_BOUND_SOURCE = (
     "docs/theory.md, section 11: three times the greatest error measured against Taylor series, times the "
-    "condition number of the transformation for a rotor along no principal axis, and for thin bodies a "
-    "fiftieth of the greatest over the least moment; not proven"
+    "condition number of the transformation for a rotor along no principal axis; not proven"
 )
-# Of thin bodies, of greatest over least moment as here or more, it grows with that: a rotor turns them about
-# their axis so much faster than they turn otherwise.
-THINNESS_IN_BOUND = 1.0 / 50.0
 GYROSTAT_FORMS = (
     ("rotation at a constant rate", 4e-15),
     ("gyrostat, closed form: two turns (symmetric about the rotor)", 4e-15),

@@ -12,7 +12,7 @@ from ..kernels import layout
 from ..runtime import compiled
 from .body import RigidBody
 from .constants_of_motion import Batch, BodyStates, with_tensors
-from .error_bounds import GYROSTAT_FORMS, THINNESS_IN_BOUND, gyrostat_form_of, solution
+from .error_bounds import GYROSTAT_FORMS, gyrostat_form_of, solution
 
 
 class GyrostatBatch(Batch):
@@ -45,9 +45,7 @@ class GyrostatBatch(Batch):
     def solution(self) -> tuple[str, float]:
         """Closed forms of these bodies, and the error that was measured of them, rad."""
         name, bound = solution(self._forms, GYROSTAT_FORMS)
-        moments = self.body.moments
-        thinness = float((moments.max(axis=-1) / moments.min(axis=-1)).max(initial=1.0))
-        return name, bound * self._condition * max(1.0, THINNESS_IN_BOUND * thinness)
+        return name, bound * self._condition
 
     def __getitem__(self, key: Any) -> Batch:
         """The batch of these bodies, by index or slice of the batch dimensions."""

@@ -100,7 +100,7 @@ class CampaignTruth:
         return change
 
     def attitudes(self, document: dict[str, Any], seconds: np.ndarray) -> np.ndarray:
-        """(n, 4) wxyz, normalised, at instants (n,) s in any order."""
+        """(n, 4) wxyz, normalised, at instants (n,) s, 80 bits, in any order."""
         out = np.empty((len(seconds), 4), dtype=LD)
         for direction in (1.0, -1.0):
             side = np.flatnonzero(seconds >= 0.0 if direction > 0.0 else seconds < 0.0)
@@ -122,9 +122,9 @@ class CampaignTruth:
                 integrator.pars[self.index[name]] = values
         if self.plates:
             self._begin(scene, direction)
-        end, out = float(seconds[-1]), []
+        end, out = seconds[-1], []
         cuts = sorted({t for t in scene.cuts if 0.0 < t * direction <= end * direction} | {0.0}, key=abs)
-        instants = sorted({*cuts, *seconds.tolist()}, key=abs)
+        instants = sorted({*cuts, *seconds}, key=abs)
         for t in instants:
             outcome = integrator.propagate_until(LD(t) * LD(pace), max_steps=MAX_STEPS)[0]
             if outcome.name == "step_limit":

@@ -38,6 +38,8 @@ MOTIONS = {
     "tensor": (TENSOR, RATE, (0.3, -0.2, 0.7), "any"),
     "near a principal axis by 1e-12": (ABC, RATE, (1e-12, -2e-12, 0.7), "any"),
     "tiny rotor": (ABC, RATE, (1e-9, 2e-9, -1e-9), "any"),
+    "needle, any rotor": ((1.0, 0.999, 1e-3), (1e-3, -2e-3, 0.5), (0.3, -0.2, 0.01), "any"),
+    "needle, rotor along it": ((1e-3, 1.0, 0.999), (0.5, 0.03, -0.02), (0.01, 0.0, 0.0), "circling"),
     "huge rotor": (ABC, RATE, (1e5, 2e5, -1e5), "any"),
 }  # fmt: skip
 
