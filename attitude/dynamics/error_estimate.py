@@ -43,7 +43,7 @@ class Comparison(NamedTuple):
     ----------
     fine : Solution
     difference : (n,) rad, greatest of the attitudes; infinite where either failed
-    seconds : (k,), instants that were compared; differences : (n, k) rad, at these
+    seconds : (k,), instants asked for that were compared; differences : (n, k) rad, at these
     drift : (n,) rad, the angle that rounding is a part of; growth : (n,), what impulses may multiply it by
     span : s, from the epoch to the farther end
     """
@@ -65,17 +65,20 @@ def compared_instants(count: int) -> np.ndarray:
 def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, setting: StepSetting) -> Comparison:
     """Solutions at the instants (2, m), and at some of them coarser ones, each of these reached by a step.
 
+    Where instants are few, solutions are compared at those of the drift too: two may agree at one by chance.
     The coarser ones go along the orbit's `refined` path, so that what an interpolated orbit is off by is in
     the differences.
     """
-    indices = compared_instants(instants.shape[1])
     directions = arcs_by_direction(problem.template, problem.torques, problem.impulses)
     spread = _drift_instants(directions)
+    evenly, asked = np.array([spread, np.zeros_like(spread)]), instants.shape[1]
+    if asked < spread.size:
+        instants = np.concatenate([instants, evenly], axis=1)
+    indices = compared_instants(instants.shape[1])
     solutions: dict[bool, Solution] = {}
 
     def solve(coarsely: bool) -> None:
-        also = np.concatenate([instants[:, indices], [spread, np.zeros_like(spread)]], axis=1)
-        at = also if coarsely else instants
+        at = np.concatenate([instants[:, indices], evenly], axis=1) if coarsely else instants
         steps = setting._replace(dense=setting.dense_coarsely, coarsely=True) if coarsely else setting
         solutions[coarsely] = integrate(problem.refined if coarsely else problem, bodies, at, steps)
 
@@ -93,8 +96,9 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
     impulse = inertial_impulse_size(directions)
     span = float(np.abs(spread).max())
     rates = drift_rates(coarse.rows[:, :, indices.size :], coarse.symmetric, coarse.steps, least, impulse)
-    seconds, growth = instants[0, indices], span * impulse / least
-    return Comparison(fine, difference, seconds, differences, span * rates, growth, span)
+    seconds, growth = instants[0, indices[:asked]], span * impulse / least
+    fine = fine._replace(rows=fine.rows[:, :, :asked])
+    return Comparison(fine, difference, seconds, differences[:, :asked], span * rates, growth, span)
 
 
 def angles(p: np.ndarray, q: np.ndarray) -> np.ndarray:

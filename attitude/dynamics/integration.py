@@ -243,7 +243,15 @@ def refine(
         steps = np.array([refinements[i].candidate.step for i in left])
         decay = np.array([refinements[i].candidate.decay for i in left])
         part = bodies if left.size == len(bodies) else bodies[left]
-        setting = StepSetting(steps, decay, dense, momentum=momenta[left], dense_coarsely=dense_coarsely)
+        least = np.array([refinements[i].candidate.min_steps for i in left])
+        setting = StepSetting(
+            steps,
+            decay,
+            dense,
+            momentum=momenta[left],
+            dense_coarsely=dense_coarsely,
+            min_steps=least,
+        )
         compared = compare(problem, part, instants, setting)
         errors, rounding = estimate(compared, angles[left])
         better = errors < np.array([refinements[i].error for i in left])
@@ -265,7 +273,7 @@ def finer(candidate: Candidate, ratio: float, steps: int) -> Candidate:
     share = (0.5 * ratio) ** (1.0 / ORDER) if ratio > 0.0 else 0.5  # nothing known: it did not settle
     share = min(MAX_STEP_FACTOR, 1.0 - 1.0 / max(2, steps), max(MIN_STEP_FACTOR, share))
     decay = candidate.decay * min(0.3, max(1e-4, 0.5 * ratio))
-    return replace(candidate, step=candidate.step * share, decay=decay)
+    return replace(candidate.shortened(share), decay=decay)
 
 
 def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Candidate:

@@ -26,6 +26,8 @@ LEAST_DECAY = 1e-15  # below which coefficients are rounding
 LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
+# Steps of every arc: of so many the coarser solution's, one less, are not the halves of one another.
+MIN_STEPS = 3
 
 
 class StepSetting(NamedTuple):
@@ -40,6 +42,7 @@ class StepSetting(NamedTuple):
     coarsely : in fewer steps, for the error's estimate; dense_coarsely : what `dense` is then
     momentum : (n,) N m s, for which the step is meant: one of a body that torques have spun up far beyond it
         is halved
+    min_steps : (n,), of every arc, however short
     """
 
     step: np.ndarray
@@ -48,6 +51,7 @@ class StepSetting(NamedTuple):
     coarsely: bool = False
     momentum: np.ndarray | float = np.inf
     dense_coarsely: bool = False
+    min_steps: np.ndarray | float = MIN_STEPS
 
 
 class SolverTask(NamedTuple):
@@ -114,10 +118,11 @@ def _records(task: SolverTask) -> np.ndarray:
     records["body"] = task.arguments.body[which]
     records["symmetric"] = task.arguments.symmetric[which]
     records["max_steps"], records["dense"] = task.max_steps, setting.dense
-    # none longer than asked for; three at least, of which two coarser ones are not the halves of one another;
-    # 0.3 keeps the coarser ones, of few, at 1.17 to 1.5 times the length
+    # none longer than asked for; 0.3 keeps the coarser ones, of few, at 1.17 to 1.5 times the length
     length = abs(task.stop - task.start)
-    steps = np.maximum(3, np.ceil(np.minimum(length / setting.step[which] * (1.0 - 1e-12), 2.0**62)))
+    least = np.broadcast_to(setting.min_steps, setting.step.shape)[which]
+    steps = np.maximum(length / setting.step[which], least) * (1.0 - 1e-12)
+    steps = np.ceil(np.minimum(steps, 2.0**62))
     records["steps"] = (steps / STRIDE + 0.3 if setting.coarsely else steps).astype(np.int64)
     longest = SPUN_UP * (max(length, 1e-300) / records["steps"])  # s
     records["reach"] = longest * np.broadcast_to(setting.momentum, setting.step.shape)[which]

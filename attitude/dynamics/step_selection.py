@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import ToleranceError
+from ..kernels import layout
 from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.torque_model import CachedTorque
 from . import plate_solver, solver
@@ -27,13 +28,17 @@ from .error_estimate import (
 )
 from .momentum import impulse_sums, initial_momenta
 from .plate_arguments import edges_per_turn
-from .solver import LEAST_DECAY, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
+from .solver import LEAST_DECAY, MIN_STEPS, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
 from .solver_arguments import SolverArguments, most_symmetric
 
 # Radians of the fastest motion: what a trial runs over, and the longest steps, of a symmetric body and
 # others.
 RADIANS_OF_TRIAL = 40.0
 MAX_RADIANS, MAX_RADIANS_UNSYMMETRIC = 12.0, 8.0
+# Of the turn about the central body where it is fastest, in a step under torques that depend on the place: a
+# longer one may pass a pericentre unseen, and so may the coarser solution's.
+MAX_RADIANS_OF_ORBIT = 3.5
+ALONG_ORBIT = {layout.GRAVITY_GRADIENT, layout.MAGNETIC}
 MAX_TRIALS = 16
 MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.4  # from one trial to the next
 # Steps that a trial may be cut into: far more than any torque that can be followed over the span.
@@ -73,6 +78,7 @@ class Candidate:
     seconds : predicted cost, but for samples; sample_seconds : of each
     dense_step : s, up to which the polynomial within a step is exact enough to be read; 0 if none is
     ends_at_edges : whether steps are arcs between the edges of plates; `step` is their longest then, rad
+    min_steps : of every arc, however short
     """
 
     step: float
@@ -83,6 +89,7 @@ class Candidate:
     sample_seconds: float = 1e-9 * SAMPLE_NS
     dense_step: float = 0.0
     ends_at_edges: bool = False
+    min_steps: float = MIN_STEPS
 
     @property
     def solver(self) -> str:
@@ -112,6 +119,10 @@ class Candidate:
         if more > 0.8 * samples:
             return self, False
         return replace(self, step=self.dense_step), True
+
+    def shortened(self, share: float) -> Candidate:
+        """The candidate with steps of a share of the length, and as many more in arcs of few."""
+        return replace(self, step=self.step * share, min_steps=self.min_steps / share)
 
 
 def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True) -> Candidate:
@@ -190,14 +201,15 @@ class _Trial:
         self.start, self.stop = arc.start, arc.start + float(np.copysign(self.span, arc.stop - arc.start))
         momentum = initial_momenta(problem.template, body, arc.torques) + added
         self.states = self.arguments.states(body.attitude, momentum)
+        follows_orbit = self.arguments.codes & ALONG_ORBIT
+        self.orbit_path = problem.template.orbit_path if follows_orbit else None
         self.refined: SolverArguments | None = None
         if problem.refined is not problem:
             self.refined = most_symmetric(problem.refined.template, body, arc.torques)
 
     def run(
         self,
-        step: float,
-        decay: float,
+        candidate: Candidate,
         instants: np.ndarray,
         dense: bool = False,
         coarsely: bool = False,
@@ -205,7 +217,8 @@ class _Trial:
     ) -> tuple[np.ndarray, SolverWork]:
         """(OUTPUTS, m) at the instants, and the work; arguments : those of another orbit."""
         out = np.full((1, OUTPUTS, instants.size), np.nan)
-        setting = StepSetting(np.array([step]), np.array([decay]), dense, coarsely)
+        step, decay = np.array([candidate.step]), np.array([candidate.decay])
+        setting = StepSetting(step, decay, dense, coarsely, min_steps=candidate.min_steps)
         at = np.array([instants, np.zeros_like(instants)])
         task = SolverTask(
             self.arguments if arguments is None else arguments,
@@ -226,57 +239,66 @@ class _Trial:
         smooth, growth = self.arguments.is_smooth, self.whole / self.span
         safety, order = (SAFETY, ORDER) if smooth else (SAFETY_OF_BREAKS, ORDER_OF_BREAKS)
         aim = SHARE_OF_TOLERANCE * self.tolerance / growth**ERROR_GROWTH_EXPONENT / safety
-        longest = MAX_RADIANS if self.arguments.symmetric[0] else MAX_RADIANS_UNSYMMETRIC
-        step, decay = min(longest / self.rate, self.span), aim if smooth else max(aim, LEAST_DECAY)
-        aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(step, decay) / safety)
+        now = Candidate(self._longest_step(), aim if smooth else max(aim, LEAST_DECAY))
+        aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(now) / safety)
         settled = None
         for _ in range(MAX_TRIALS):
-            difference, work = self._difference(step, decay)
+            difference, work = self._difference(now)
             if work.steps[0] > MAX_STEPS_OF_TRIAL:
                 if settled is None:
                     raise ToleranceError(
                         "tolerance: the steps of the trial have no end: the torque is far too great for the "
                         "body, or not continuous anywhere"
                     )
-                difference, step, decay, work = settled  # shorter ones are below rounding
+                difference, now, work = settled  # shorter ones are below rounding
                 break
-            settled = (difference, step, decay, work) if np.isfinite(difference) else settled
+            settled = (difference, now, work) if np.isfinite(difference) else settled
             # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
-            is_cut = smooth and work.steps[0] > 1.2 * self.span / step + 2.0
-            if (difference <= max(aim, ROUNDING) and not is_cut) or not (smooth or decay > LEAST_DECAY):
+            is_cut = smooth and work.steps[0] > 1.2 * self.span / self._step_made(now) + 2.0
+            if (difference <= max(aim, ROUNDING) and not is_cut) or not (smooth or now.decay > LEAST_DECAY):
                 break
             ratio = (0.5 * aim / difference) ** (1.0 / order) if difference > aim else 1.0
-            step *= min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, ratio))
+            now = now.shortened(min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, ratio)))
             if not smooth:
-                decay = max(LEAST_DECAY, decay * min(0.3, max(1e-3, ratio)))
-        steps = self.whole / step
+                now = replace(now, decay=max(LEAST_DECAY, now.decay * min(0.3, max(1e-3, ratio))))
+        steps = self.whole / now.step
         wandering = 0.0 if self.arguments.symmetric[0] else ROUNDING_OF_RATE * np.sqrt(steps)
         rounding = (ROUNDING_OF_ANGLE + wandering) * self.rate * self.whole
-        dense_step = self._dense_step(step, decay) if wants_dense else 0.0
-        return Candidate(
-            step,
-            decay,
-            float(safety * difference * growth + rounding + ROUNDING_OF_STEPS * np.sqrt(steps)),
-            float(rounding),
-            self._seconds(work) * growth + OVERHEAD_SECONDS,
-            1e-9 * (DENSE_SAMPLE_NS if dense_step >= step else SAMPLE_NS),
-            dense_step,
+        dense_step = self._dense_step(now) if wants_dense else 0.0
+        return replace(
+            now,
+            error=float(safety * difference * growth + rounding + ROUNDING_OF_STEPS * np.sqrt(steps)),
+            rounding=float(rounding),
+            seconds=self._seconds(work) * growth + OVERHEAD_SECONDS,
+            sample_seconds=1e-9 * (DENSE_SAMPLE_NS if dense_step >= now.step else SAMPLE_NS),
+            dense_step=dense_step,
         )
 
-    def _difference(self, step: float, decay: float) -> tuple[float, SolverWork]:
+    def _longest_step(self) -> float:
+        """The longest steps, s, that are tried: a part of the span, of turns, and of the turn on an orbit."""
+        longest = MAX_RADIANS if self.arguments.symmetric[0] else MAX_RADIANS_UNSYMMETRIC
+        step = min(longest / self.rate, self.whole / MIN_STEPS)
+        path = self.orbit_path
+        return step if path is None else min(step, MAX_RADIANS_OF_ORBIT / path.max_rate)
+
+    def _step_made(self, candidate: Candidate) -> float:
+        """The length of the trial's steps, s."""
+        return min(candidate.step, self.span / candidate.min_steps)
+
+    def _difference(self, candidate: Candidate) -> tuple[float, SolverWork]:
         """rad, at the end, from a journey in longer steps, and the work of the first."""
         end = np.array([self.stop])
-        (fine, work), (coarse, also) = (self.run(step, decay, end, coarsely=c) for c in (False, True))
+        (fine, work), (coarse, also) = (self.run(candidate, end, coarsely=c) for c in (False, True))
         if work.failed[0] or also.failed[0]:
             return np.inf, work
         return difference_of(fine, coarse), work
 
-    def _difference_of_orbits(self, step: float, decay: float) -> float:
+    def _difference_of_orbits(self, candidate: Candidate) -> float:
         """rad, at the end, by what the orbit's path is off: its jumps are not followed by shorter steps."""
         if self.refined is None:
             return 0.0
         end = np.array([self.stop])
-        off = difference_of(*(self.run(step, decay, end, arguments=a)[0] for a in (None, self.refined)))
+        off = difference_of(*(self.run(candidate, end, arguments=a)[0] for a in (None, self.refined)))
         return off if np.isfinite(off) else 0.0
 
     def _seconds(self, work: SolverWork) -> float:
@@ -285,12 +307,12 @@ class _Trial:
         ns = work.steps[0] * STEP_NS + work.sweeps[0] * (SWEEP_NS + EFFECT_NS * effects)
         return 1e-9 * float(ns)
 
-    def _dense_step(self, step: float, decay: float) -> float:
+    def _dense_step(self, candidate: Candidate) -> float:
         """The longest steps, s, within which polynomials keep a part of the tolerance."""
         at = np.linspace(self.start, self.stop, INSTANTS_OF_TRIAL + 1)[1:]
-        off = difference_of(self.run(step, decay, at)[0], self.run(step, decay, at, dense=True)[0])
+        off = difference_of(self.run(candidate, at)[0], self.run(candidate, at, dense=True)[0])
         share = SHARE_OF_DENSE * self.tolerance / (SAFETY * max(off, ROUNDING))
-        return step * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / DENSE_ORDER)
+        return self._step_made(candidate) * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / DENSE_ORDER)
 
 
 def difference_of(one: np.ndarray, other: np.ndarray) -> float:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..kernels import layout
 from ..rigid_body.body import RigidBody
 
 if TYPE_CHECKING:
@@ -81,6 +82,16 @@ class OrbitPath(NamedTuple):
     central: CentralBody | None = None
     refined: OrbitPath | None = None
     velocities: np.ndarray | None = None
+
+    @property
+    def max_rate(self) -> float:
+        """Speed over distance where it is greatest, rad/s; of a table in the middle of an interval."""
+        if self.numbers[0] == layout.KEPLER:
+            e, mean_motion = self.numbers[2], self.numbers[6]
+            return float(mean_motion * np.sqrt((1.0 + e) / (1.0 - e) ** 3))
+        place, change = np.moveaxis(self.coefficients[:, :, :2], 2, 0)
+        squares = (change * change).sum(axis=1) / (place * place).sum(axis=1)
+        return float(np.sqrt(squares.max()) / (0.5 * self.numbers[2]))
 
 
 class Spin(NamedTuple):

@@ -119,3 +119,32 @@ def test_torque_of_the_users_is_not_asked_of_steps_that_have_gone_astray():
     wheels = {"type": "wheels", "momentum": quantity([-2.66, -7.77, -2.31], "N m s")}
     Scene(**(scene | {"effects": [UserTorque("brake", brake, size=6e-4), wheels]})).run()
     assert all(asked)
+
+
+def eccentric(start, stop, tolerance, **more):
+    """A body at rest on an orbit of eccentricity 0.71, that passes its pericentre at -13,060 s."""
+    orbit = {
+        "semi_major_axis": quantity(25946739.0, "m"),
+        "eccentricity": 0.7086,
+        "inclination": quantity(1.3829, "rad"),
+        "mean_anomaly": quantity(1.9727, "rad"),
+        "mu": quantity(398600441800000.0, "m3/s2"),
+        "radius": quantity(6378137.0, "m"),
+    }
+    effects = [{"type": "gravity_gradient"}]
+    scene = document([202.9, 121.7, 202.9], [0.0, 0.0, 0.0], stop, effects, tolerance)
+    return scene | {"times": {"elapsed": [start, 0.0], "unit": "s"}, "orbit": orbit} | more
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 3e-4, 1e-5, 1e-8])
+def test_pericentre_is_not_passed_in_a_step_unseen(tolerance):
+    """Nor is the tolerance refused where arcs of few steps want more of them."""
+    push = {"type": "impulse", "time": quantity(-6000.0, "s"), "frame": "inertial"}
+    push |= {"angular_impulse": quantity([1e-9, 0.0, 0.0], "N m s")}
+    scene = eccentric(-18844.0, 0.0, tolerance)
+    scene["effects"].append(push)
+    run = Scene.model_validate(scene).run()
+    best = Scene.model_validate(scene | {"tolerance": "best"}).run()
+    assert run.plan.tolerance_span is None
+    assert angle(*(one.quaternion("wxyz")[0] for one in (run, best))) <= run.plan.error_bound <= tolerance
+    assert best.plan.error_bound < 1e-12
