@@ -131,6 +131,11 @@ def file_errors(path: Any, verb: str = "read") -> Iterator[None]:
         raise FormatError(f"cannot be {verb} ({reason})", str(path)) from None
 
 
+def one_line(error: Exception) -> str:
+    """A library's message of an error, in one line of at most 200 characters."""
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
 def whole_number(value: Any, field: str, noun: str = "a whole number", least: int = 1) -> int:
     """The value as an int; InputError unless it is a whole number, and no less than `least`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < least:

@@ -11,7 +11,6 @@ DESCRIPTION = (
     "Read a file of attitudes and judge it: coverage, gaps, spacing, signs, unit length, rates against "
     "differences of attitudes, and the error of its own interpolation.  Exit code 1 where something is off."
 )
-FAULTS = 1
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -44,4 +43,4 @@ def execute(options: Namespace) -> int:
     reading = arguments.reading_options(options, options.file, options.source_format)
     report = check_file(options.file, options.source_format, most or 0.0, **reading)
     print(json.dumps(report.to_dict(), indent=2) if options.json else report)
-    return 0 if report.is_good else FAULTS
+    return 0 if report.is_good else 1

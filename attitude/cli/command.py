@@ -37,7 +37,6 @@ COMMANDS = {
     "completion": ("", "print what makes a shell complete commands and options"),
     "help": ("", "explain a command"),
 }
-SHELLS = ("bash", "zsh", "tcsh")
 SIGNED_OPTIONS = ("--axis", "--to", "--above-plane")  # whose values may begin with "-"
 # Flags of `attitude serve`: settings of the service by their names, which judges their values itself.
 SERVING = {
@@ -127,7 +126,9 @@ def parser(*commands: str) -> argparse.ArgumentParser:
             of_command.add_argument("name", nargs="?", metavar="NAME", help="print this scene's document")
             of_command.set_defaults(execute=_scenes)
         elif name == "completion":
-            of_command.add_argument("shell", choices=SHELLS, help="source what is printed, or save it")
+            of_command.add_argument(
+                "shell", choices=("bash", "zsh", "tcsh"), help="source what is printed, or save it"
+            )
             of_command.set_defaults(execute=_completion)
         elif name == "help":
             of_command.add_argument("command", nargs="?", metavar="COMMAND")

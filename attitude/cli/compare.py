@@ -11,7 +11,6 @@ DESCRIPTION = (
     "Bring two files of attitudes to one frame and to the instants of the first, and tell the greatest and "
     "the rms rotation between them, and of rates.  Exit code 1 where the rotation exceeds --tolerance."
 )
-DIFFERENT = 1
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -39,5 +38,4 @@ def execute(options: Namespace) -> int:
 
         output_paths.write(options.plot, difference_plot.picture(comparison, picture_format))
         console.warn(f"drawn: {options.plot}")
-    exceeds = tolerance is not None and comparison.angle.max() > tolerance
-    return DIFFERENT if exceeds else 0
+    return int(tolerance is not None and comparison.angle.max() > tolerance)

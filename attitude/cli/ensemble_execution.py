@@ -19,7 +19,7 @@ from ..ensemble.ensemble import LOST_BODIES, Ensemble
 from ..ensemble.execution import RunSummary
 from ..ensemble.redraws import note
 from ..ensemble.statistics import Statistics
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, one_line
 from ..runtime.atomic_files import STANDARD_STREAM, write_whole
 from ..runtime.output_paths import check_picture
 from ..scene.document import Scene
@@ -150,11 +150,9 @@ def _table(name: str) -> Any:
     try:
         return QTable.read(path)
     except OSError as error:
-        why = error.strerror or " ".join(str(error).split())
-        raise FormatError(f"cannot be read ({why})", name) from None
+        raise FormatError(f"cannot be read ({error.strerror or one_line(error)})", name) from None
     except Exception as error:  # whatever astropy's readers raise
-        why = (" ".join(str(error).split()) or type(error).__name__)[:100]
-        raise FormatError(f"no table that astropy reads ({why})", name) from None
+        raise FormatError(f"no table that astropy reads ({one_line(error)})", name) from None
 
 
 # -- results ----------------------------------------------------------------------------------------

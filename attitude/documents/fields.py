@@ -69,6 +69,16 @@ def exactly_one(part: Part, names: tuple[str, ...]) -> str:
     return present[0]
 
 
+def one_form(part: Part, *forms: tuple[str, str]) -> None:
+    """InputError unless a part has one of these values, with the unit or scale beside it, and no other."""
+    name = exactly_one(part, tuple(value for value, _ in forms))
+    for value, beside in forms:
+        if value == name and getattr(part, beside) is None:
+            raise InputError(beside, None, f"a value beside {value}")
+        if value != name and getattr(part, beside) is not None:
+            raise InputError(beside, getattr(part, beside), f"no {beside} beside {name}")
+
+
 class Chosen:
     """Annotation of a field that may be one of several parts, each imported when a document names it.
 

@@ -16,7 +16,7 @@ from .. import units
 from ..errors import InputError
 from ..times import iso8601
 from ..times.instants import as_instants
-from .fields import Number, Part, Vector, exactly_one
+from .fields import Number, Part, Vector, one_form
 
 # Products of several quantities must stay doubles; no physical quantity comes near it.
 GREATEST = 1e50
@@ -221,13 +221,7 @@ class Instant(Part):
 
     @model_validator(mode="after")
     def _one_form(self) -> Instant:
-        form, other = ("value", "unit"), ("date", "scale")
-        if exactly_one(self, ("value", "date")) == "date":
-            form, other = other, form
-        if getattr(self, form[1]) is None:
-            raise InputError(form[1], None, f"a value beside {form[0]}")
-        if getattr(self, other[1]) is not None:
-            raise InputError(other[1], getattr(self, other[1]), f"no {other[1]} beside {form[0]}")
+        one_form(self, ("value", "unit"), ("date", "scale"))
         if self.value is not None and not abs(self._elapsed()) <= GREATEST:
             raise InputError("value", self.value, f"a magnitude up to {GREATEST:g} s")
         return self

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from decimal import Decimal
 
 import erfa
 import numpy as np
-from erfa import ErfaWarning
 
 from ..frames.earth_fixed import scene_axes
 from ..problem.initial_state import InitialState
 from ..times import turn_rates
+from ..times.leap_seconds import dubious_years
 
 # Of the Earth rotation angle, turns a second of UT1 (IERS Conventions 2010, eq. 5.15: turns a day).
 EARTH_TURNS_PER_SECOND = Decimal("1.00273781191135448") / Decimal(86400)
@@ -46,7 +45,6 @@ def longitude_of_x(initial_state: InitialState) -> float:
     """
     if initial_state.epoch is None:
         return 0.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ErfaWarning)  # a year for which UTC is not defined
+    with dubious_years():
         utc = initial_state.epoch.utc
     return float(erfa.era00(utc.jd1, utc.jd2))

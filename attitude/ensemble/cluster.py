@@ -10,7 +10,7 @@ from itertools import chain
 from typing import Any, TypeVar
 from uuid import uuid4
 
-from ..errors import AttitudeError, InputError
+from ..errors import AttitudeError, InputError, one_line
 from ..runtime.optional_imports import needed
 from ..version import __version__
 
@@ -52,8 +52,7 @@ def _client(address: str) -> Any:
             pool.submit(asyncio.run, probe(address)).result()
         client = _distributed().Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError("scheduler", address, f"{SCHEDULER_ADDRESS} ({reason})") from None
+        raise InputError("scheduler", address, f"{SCHEDULER_ADDRESS} ({one_line(error)})") from None
     try:
         client.wait_for_workers(1, timeout=CONNECT_TIMEOUT)
     except TimeoutError:
@@ -132,8 +131,7 @@ class _ClusterMap:
         try:
             yield
         except (OSError, TimeoutError, CancelledError) as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise AttitudeError(f"the cluster at {self._address} is lost ({reason})") from None
+            raise AttitudeError(f"the cluster at {self._address} is lost ({one_line(error)})") from None
 
 
 def _distributed() -> Any:

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
-from astropy import units as u
 from astropy.time import Time
 
 from .. import stopping, units
@@ -34,20 +33,34 @@ HEADER = re.compile(r"\s*([A-Za-z0-9_]+)\s*(?:\[(.+)\])?\s*")
 
 
 class Kind(NamedTuple):
-    """Observations of one kind: the columns that have values for each, and the one with deviations."""
+    """Observations of one kind: the columns that have values for each, and the one with deviations.
+
+    members : of the set, by the columns that they are
+    """
 
     columns: tuple[str, ...]
     sigma: str
-    unit: u.UnitBase
+    made: type[ObservationSet]
+    members: Mapping[str, int | slice]
 
 
 def _xyz(name: str) -> tuple[str, ...]:
     return tuple(f"{name}_{axis}" for axis in "xyz")
 
 
-DIRECTION = Kind((*_xyz("body"), *_xyz("inertial")), "direction_sigma", units.ANGLE)
-RATE = Kind(_xyz("omega"), "omega_sigma", units.RATE)
-RANGE = Kind(("range_offset", *_xyz("point"), *_xyz("sight")), "range_sigma", units.LENGTH)
+DIRECTION = Kind(
+    (*_xyz("body"), *_xyz("inertial")),
+    "direction_sigma",
+    Directions,
+    {"body": slice(0, 3), "inertial": slice(3, 6)},
+)
+RATE = Kind(_xyz("omega"), "omega_sigma", BodyRates, {"rate": slice(0, 3)})
+RANGE = Kind(
+    ("range_offset", *_xyz("point"), *_xyz("sight")),
+    "range_sigma",
+    RangeOffsets,
+    {"offset": 0, "point": slice(1, 4), "line_of_sight": slice(4, 7)},
+)
 ATTITUDE_SIGMA = "attitude_sigma"
 UNITS = {
     **dict.fromkeys((*RATE.columns, RATE.sigma), units.RATE),
@@ -122,8 +135,8 @@ class Table:
 
     def sets(self) -> list[ObservationSet]:
         """The observations of every kind that there is."""
-        found = [self._attitudes(), self._rates(), self._directions(), self._ranges()]
-        sets = [each for each in found if each is not None]
+        candidates = [self._attitudes(), *(self._of_kind(kind) for kind in (RATE, DIRECTION, RANGE))]
+        sets = [each for each in candidates if each is not None]
         if not sets:
             raise InputError(
                 "columns",
@@ -144,32 +157,19 @@ class Table:
         if values is None:
             return None
         attitude = rotations.from_euler(sequence, values) if euler else values
-        return Attitudes(self.times[rows], sigma, self._name("attitudes"), self.frame, attitude, "wxyz")
+        return Attitudes(self.times[rows], sigma, self._name(Attitudes), self.frame, attitude, "wxyz")
 
-    def _rates(self) -> ObservationSet | None:
-        rows, values, sigma = self._part(RATE.columns, RATE.sigma)
+    def _of_kind(self, kind: Kind) -> ObservationSet | None:
+        rows, values, sigma = self._part(kind.columns, kind.sigma)
         if values is None:
             return None
-        return BodyRates(self.times[rows], sigma, self._name("rates"), self.frame, values, self.has_bias)
+        members: dict[str, Any] = {name: values[:, part] for name, part in kind.members.items()}
+        if kind is not DIRECTION:
+            members["has_bias"] = self.has_bias
+        return kind.made(self.times[rows], sigma, self._name(kind.made), self.frame, **members)
 
-    def _directions(self) -> ObservationSet | None:
-        rows, values, sigma = self._part(DIRECTION.columns, DIRECTION.sigma)
-        if values is None:
-            return None
-        return Directions(
-            self.times[rows], sigma, self._name("directions"), self.frame, values[:, :3], values[:, 3:]
-        )
-
-    def _ranges(self) -> ObservationSet | None:
-        rows, values, sigma = self._part(RANGE.columns, RANGE.sigma)
-        if values is None:
-            return None
-        offset, point, sight = values[:, 0], values[:, 1:4], values[:, 4:]
-        name = self._name("ranges")
-        return RangeOffsets(self.times[rows], sigma, name, self.frame, offset, point, sight, self.has_bias)
-
-    def _name(self, kind: str) -> str:
-        return f"{self.label} {kind}".strip()
+    def _name(self, made: type[ObservationSet]) -> str:
+        return f"{self.label} {made.KIND}".strip()
 
     def _part(
         self, names: Sequence[str], sigma_name: str

@@ -45,6 +45,8 @@ class ObservationSet:
     UNIT: ClassVar[str] = "rad"
     DEGREES: ClassVar[int]  # of freedom of one observation
     COMPONENTS: ClassVar[int] = 3
+    VALUES: ClassVar[tuple[str, ...]]  # the fields that have a value for each observation
+    SIGMA_PER_AXIS: ClassVar[bool] = False  # whether standard deviations may differ by body axes
 
     def __post_init__(self) -> None:
         rotations.check_frame(self.frame, f"{self.name}.frame")
@@ -53,15 +55,13 @@ class ObservationSet:
             raise InputError(f"{self.name}.times", f"shape {shape}", "a list of at least one instant")
         if self.sigma is not None:
             sigma = units.si_array(self.sigma, self.SIGMA_UNIT, f"{self.name}.sigma")
-            if sigma.shape not in ((), shape, *self._sigma_shapes(shape[0])):
+            by_axis = ((*shape, 3), (1, 3)) if self.SIGMA_PER_AXIS else ()
+            if sigma.shape not in ((), shape, (*shape, 1), *by_axis):
                 raise InputError(
                     f"{self.name}.sigma", f"shape {sigma.shape}", f"one number, or {shape[0]} of them"
                 )
             units.refuse_where(~(sigma > 0.0), sigma, f"{self.name}.sigma", "numbers greater than 0")
             object.__setattr__(self, "sigma", sigma)
-
-    def _sigma_shapes(self, count: int) -> tuple[tuple[int, ...], ...]:
-        return ((count, 1),)
 
     @property
     def name(self) -> str:
@@ -80,16 +80,13 @@ class ObservationSet:
     def __getitem__(self, key: Any) -> Self:
         """The observations of these indices."""
         sigma = self.sigma if self.sigma is None or self.sigma.shape[:1] != (len(self),) else self.sigma[key]
-        values = {name: getattr(self, name)[key] for name in self._values()}
+        values = {name: getattr(self, name)[key] for name in self.VALUES}
         return replace(self, times=self.times[key], sigma=sigma, **values)
-
-    def _values(self) -> tuple[str, ...]:
-        raise NotImplementedError
 
     @property
     def biases(self) -> int:
         """Parameters that it adds."""
-        return 0
+        return self.COMPONENTS if getattr(self, "has_bias", False) else 0
 
     @property
     def unknown_sigma(self) -> float:
@@ -167,6 +164,8 @@ class Attitudes(ObservationSet):
 
     KIND = "attitudes"
     DEGREES = 3
+    VALUES = ("attitude",)
+    SIGMA_PER_AXIS = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -185,12 +184,6 @@ class Attitudes(ObservationSet):
             )
         times = data.elapsed if data.epoch is None else data.time
         return cls(times, sigma, label, data.frame, data.quaternion("wxyz"), "wxyz")
-
-    def _sigma_shapes(self, count: int) -> tuple[tuple[int, ...], ...]:
-        return (count, 1), (count, 3), (1, 3)
-
-    def _values(self) -> tuple[str, ...]:
-        return ("attitude",)
 
     def _turned(self, quaternion: np.ndarray) -> Self:
         return replace(self, attitude=rotations.product(quaternion, self.attitude))
@@ -229,16 +222,12 @@ class BodyRates(ObservationSet):
     SIGMA_UNIT = units.RATE
     UNIT = "rad/s"
     DEGREES = 3
+    VALUES = ("rate",)
+    SIGMA_PER_AXIS = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "rate", _vectors(self.rate, len(self), f"{self.name}.rate", units.RATE))
-
-    def _sigma_shapes(self, count: int) -> tuple[tuple[int, ...], ...]:
-        return (count, 1), (count, 3), (1, 3)
-
-    def _values(self) -> tuple[str, ...]:
-        return ("rate",)
 
     def in_frame(self, frame: str) -> Self:
         """The same: body components are of no frame."""
@@ -248,11 +237,6 @@ class BodyRates(ObservationSet):
     def unknown_sigma(self) -> float:
         """A hundredth of the largest rate."""
         return 0.01 * float(np.abs(self.rate).max()) or 1.0
-
-    @property
-    def biases(self) -> int:
-        """Parameters that it adds."""
-        return 3 if self.has_bias else 0
 
     def residuals(self, attitude: np.ndarray, rate: np.ndarray | None, bias: np.ndarray) -> np.ndarray:
         """Observed rate less bias less the computed one."""
@@ -283,14 +267,12 @@ class Directions(ObservationSet):
 
     KIND = "directions"
     DEGREES = 2
+    VALUES = ("body", "inertial")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("body", "inertial"):
+        for name in self.VALUES:
             object.__setattr__(self, name, _directions(getattr(self, name), len(self), f"{self.name}.{name}"))
-
-    def _values(self) -> tuple[str, ...]:
-        return "body", "inertial"
 
     def _turned(self, quaternion: np.ndarray) -> Self:
         return replace(self, inertial=rotations.rotate(quaternion, self.inertial))
@@ -333,6 +315,7 @@ class RangeOffsets(ObservationSet):
     UNIT = "m"
     DEGREES = 1
     COMPONENTS = 1
+    VALUES = ("offset", "point", "line_of_sight")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -341,21 +324,13 @@ class RangeOffsets(ObservationSet):
             raise InputError(f"{self.name}.offset", f"shape {offset.shape}", f"shape ({len(self)},)")
         point = _vectors(self.point, len(self), f"{self.name}.point", units.LENGTH)
         sight = _directions(self.line_of_sight, len(self), f"{self.name}.line_of_sight")
-        for name, value in (("offset", offset), ("point", point), ("line_of_sight", sight)):
+        for name, value in zip(self.VALUES, (offset, point, sight), strict=True):
             object.__setattr__(self, name, value)
-
-    def _values(self) -> tuple[str, ...]:
-        return "offset", "point", "line_of_sight"
 
     @property
     def unknown_sigma(self) -> float:
         """A hundredth of the largest offset."""
         return 0.01 * float(np.abs(self.offset).max()) or 1.0
-
-    @property
-    def biases(self) -> int:
-        """Parameters that it adds."""
-        return 1 if self.has_bias else 0
 
     def bias_unit(self, rate: float) -> float:
         """The greatest distance of the points."""

@@ -73,8 +73,3 @@ def refuse_trailing(stream: BinaryIO, source: str) -> None:
     """Raises FormatError where bytes follow the end of the data (unless in a pipe, which may block)."""
     if stream.seekable() and stream.read(1):
         raise FormatError("data after its end", source)
-
-
-def one_line(error: Exception) -> str:
-    """A library's message of an error, in one line of at most 200 characters."""
-    return " ".join(str(error).split())[:200] or type(error).__name__

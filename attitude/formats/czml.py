@@ -37,10 +37,8 @@ from .interpolation_nodes import Nodes
 FRAME = "ITRF"
 # Position, m, of a body without an orbit: 1000 km above the equator, at longitude 0.
 DEFAULT_POSITION = (7378137.0, 0.0, 0.0)
-DEFAULT_BOX = (3.0, 2.0, 1.0)  # m
 # s; no orbit about the Earth turns faster than 1.8e-3 rad/s, so that degree 5 errs by 5 cm at most.
 POSITION_STEP, POSITION_DEGREE = 60.0, 5
-PLAYING_TIME = 60.0  # s, of longer ephemerides
 DESCRIPTION = (
     "Attitude: rotation from the body's axes to the Earth-fixed frame (ITRF, IAU 2006/2000A, {ut1}), scalar "
     "last, unit quaternion"
@@ -78,7 +76,7 @@ def blocks(
     *,
     id: str | None = None,  # noqa: A002 (public name)
     position: Any = None,
-    box: Any = DEFAULT_BOX,
+    box: Any = (3.0, 2.0, 1.0),
     model: str | None = None,
     ut1: str | None = None,  # noqa: ARG001 (`prepared` uses it)
 ) -> Iterator[bytes]:
@@ -124,7 +122,7 @@ def _document(head: EphemerisData, tail: EphemerisData, span: str, name: str) ->
     clock = {
         "interval": span,
         "currentTime": span.split("/", maxsplit=1)[0],
-        "multiplier": max(1.0, seconds / PLAYING_TIME),
+        "multiplier": max(1.0, seconds / 60.0),  # longer ephemerides play for a minute
         "range": "LOOP_STOP",
         "step": "SYSTEM_CLOCK_MULTIPLIER",
     }

@@ -22,7 +22,6 @@ from .text_reader import TextReader, finite_number
 
 KEYWORD = re.compile(r"([A-Z_]+)\s*=\s*(.*)")
 ROW = "t-" + "n" * 7 + "-" * 11 + "t"  # time, elapsed, quaternion and rate, derived numbers, quality
-CONVERGED = b"CNV"  # the flag of attitudes at which the filter has converged
 # What the header has to state, for the numbers to mean what is read from them.
 STATED = {
     "REF_FRAME_A": "J2000",
@@ -32,13 +31,12 @@ STATED = {
     "QUATERNION_TYPE": "LAST",
     "TIME_SYSTEM": "UTC",
 }
-LAST_LINE = re.compile(rb"\s*DATA_STOP\s*")
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """Attitudes and rates of the body, relative to EME2000."""
     reader = DefattReader(source)
-    for block in line_blocks.blocks(stream, source, last_line=LAST_LINE):
+    for block in line_blocks.blocks(stream, source, last_line=rb"\s*DATA_STOP\s*"):
         reader.add_block(block)
     return reader.ephemeris()
 
@@ -112,7 +110,8 @@ class DefattReader(TextReader):
             self.stamps.append(parse_epochs(table.texts[0], "UTC"))
         except RowError as error:
             raise self.error(error.reason, int(numbers[error.index])) from None
-        self.unconverged += sum(flag != CONVERGED for flag in table.texts[1].to_pylist())
+        # CNV flags attitudes at which the filter has converged
+        self.unconverged += sum(flag != b"CNV" for flag in table.texts[1].to_pylist())
         self.tables.append(table.columns)
         self.numbers.append(numbers)
 

@@ -60,10 +60,10 @@ class LineBlock:
         return number
 
 
-def blocks(stream: BinaryIO, source: str, last_line: re.Pattern[bytes] | None = None) -> Iterator[LineBlock]:
+def blocks(stream: BinaryIO, source: str, last_line: bytes | None = None) -> Iterator[LineBlock]:
     """Blocks of whole lines.
 
-    last_line : what ends a file, so that it is complete without a line end after it
+    last_line : form of what ends a file, so that it is complete without a line end after it
 
     Raises FormatError for another last line without a line end (the file may be truncated), a line of more
     than 1 MiB, and a block of nearly empty lines.
@@ -81,7 +81,7 @@ def blocks(stream: BinaryIO, source: str, last_line: re.Pattern[bytes] | None = 
                 raise FormatError("nearly empty lines, one after another", source, number)
             yield block
             number = block.number_at(block.size)
-    if rest and last_line is not None and last_line.fullmatch(rest):
+    if rest and last_line is not None and re.fullmatch(last_line, rest):
         yield LineBlock(number, rest + b"\n")
     elif rest:
         raise FormatError("ends in the middle of a line", source, number)

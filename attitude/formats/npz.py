@@ -16,10 +16,10 @@ import numpy as np
 import orjson
 from numpy.lib import format as npy
 
-from ..errors import FormatError
+from ..errors import FormatError, one_line
 from ..samples.chunks import Samples
 from . import columnar, schema
-from .binary import Sink, one_line, refuse_inflated, seekable
+from .binary import Sink, refuse_inflated, seekable
 
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
@@ -321,8 +320,7 @@ def check_dates(times: Instants) -> Instants:
     try:
         if times.max_abs_seconds > 1e15:  # 30 million years
             raise ValueError(f"{times.max_abs_seconds:.3g} s from the epoch")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", erfa.ErfaWarning)  # years without known leap seconds
+        with leap_seconds.dubious_years():
             iso_text(Instants(seconds[ends], low, times.epoch, scale=times.scale).time)
     except (erfa.ErfaError, ValueError) as error:
         expected = f"instants that a calendar has ({error})"

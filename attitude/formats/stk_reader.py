@@ -7,13 +7,11 @@ axes of the reference, in the order of Sequence (help.agi.com, Attitude File For
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
-from erfa import ErfaWarning
 
 from ..errors import AttitudeError, InputError, note, warn
 from ..frames import rotations
@@ -23,6 +21,7 @@ from ..samples.interpolation import InterpolationMethod
 from ..samples.resampling import with_method
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
+from ..times.leap_seconds import dubious_years
 from ..units import finite_array, refuse_where
 from . import line_blocks, schema, stk_dates, stk_text, text_rows, time_origin
 from .interpolant import MAX_DEGREE
@@ -75,13 +74,12 @@ AXES_NAMES = (
 MAX_RATE = 1e306  # rad/s: in deg/s it is still a finite double
 MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
 NOT_IN_ROWS = re.compile(rb"[^-+.\deE \t\r\n]")  # a byte that no row of numbers has
-END = re.compile(rb"(?i)\s*END\s+Attitude\s*")
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """Attitudes, with angular velocities or without, relative to inertial or Earth-fixed axes."""
     reader = StkReader(source)
-    for block in line_blocks.blocks(stream, source, last_line=END):
+    for block in line_blocks.blocks(stream, source, last_line=rb"(?i)\s*END\s+Attitude\s*"):
         reader.add_block(block)
     return reader.ephemeris()
 
@@ -302,8 +300,7 @@ class StkReader(StkTextReader):
         """Refuse instants without dates, or that coincide when they are written again."""
         try:
             schema.check_dates(ephemeris.instants)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ErfaWarning)  # years whose leap seconds are unknown
+            with dubious_years():
                 origin = time_origin.utc_origin(ephemeris[:1])
                 stk_dates.utcg(origin.time)
         except AttitudeError as error:

@@ -11,17 +11,16 @@ alone: quaternions are continuous over any span, and do not depend on the other 
 from __future__ import annotations
 
 import math
-import warnings
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import erfa
 import numpy as np
-from erfa import ErfaWarning
 
 from ..errors import InputError
 from ..times import turn_rates
 from ..times.instants import Instants
+from ..times.leap_seconds import dubious_years
 from . import earth_orientation
 from .daily_nodes import DAY, J2000, Days, interpolated
 from .inertial import STILL, FrameRotation, from_gcrf
@@ -69,8 +68,7 @@ def teme(instants: Instants) -> FrameRotation:
     Earth rotation angle matters, in which a second of UT1 is 7e-12 rad: UTC is used for UT1.
     """
     tai = since_j2000(instants)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ErfaWarning)  # a year for which UTC is not defined
+    with dubious_years():
         day, fraction = erfa.taiutc(tai.whole + J2000, tai.fraction)
     centuries = ((day - J2000) + fraction) / CENTURY
     to_pole, locator, locator_rate = celestial_pole(tai)

@@ -8,14 +8,13 @@ tides of less than two days (some 1e-9 rad).
 
 from __future__ import annotations
 
-import warnings
 from functools import cache
 from typing import Any, NamedTuple
 
 import erfa
 import numpy as np
-from erfa import ErfaWarning
 
+from ..times.leap_seconds import dubious_years
 from .daily_nodes import DAY, J2000
 
 ARCSECOND = np.pi / 648000.0
@@ -73,8 +72,7 @@ def of_utc(tai: np.ndarray) -> EarthOrientation:
 
     Off by up to 0.9 s of UT1, 13.5 arcseconds, and 0.6 arcseconds of the pole; a leap second is a step.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ErfaWarning)  # years without known leap seconds
+    with dubious_years():
         day, fraction = erfa.taiutc(J2000, tai)
     zero = np.zeros_like(tai)
     return EarthOrientation(((day - J2000) + (fraction - tai)) * DAY, zero, zero, np.zeros((3, tai.size)))
@@ -104,8 +102,7 @@ def longest() -> EarthOrientationTable:
 
 def _table(rows: Any) -> EarthOrientationTable:
     mjd = np.asarray(rows["MJD"].value, dtype=float)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ErfaWarning)  # years without known leap seconds
+    with dubious_years():
         day, fraction = erfa.utctai(MJD + mjd, 0.0)
     offset = ((day - (MJD + mjd)) + fraction) * DAY  # TAI - UTC
     ut1_tai = np.asarray(rows["UT1_UTC"].to_value("s"), dtype=float) - offset

@@ -57,8 +57,13 @@ class AboutABody(OrbitDefinition):
         """The form of the orbit and its gravitational parameter, for people."""
         central = self.central()
         body = "about the Earth, " if central.is_earth else ""
-        source = " (nominal, IAU 2015 resolution B3: none is in the document)" if self.mu is None else ""
-        return f"{self.FORM}, {body}GM {central.mu:.10g} m3/s2{source}"
+        return f"{self.FORM}, {body}GM {parameter_text(central, self.mu)}"
+
+
+def parameter_text(central: CentralBody, stated: GravitationalParameter | None) -> str:
+    """The gravitational parameter, and where it comes from, for people."""
+    source = " (nominal, IAU 2015 resolution B3: none is in the document)" if stated is None else ""
+    return f"{central.mu:.10g} m3/s2{source}"
 
 
 def earth() -> CentralBody:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from .. import units
-from ..documents.fields import Number, Part, Vector, exactly_one
+from ..documents.fields import Number, Part, Vector, one_form
 from ..documents.quantities import Measured
 from ..errors import InputError
 from ..problem.initial_state import OrbitPath
@@ -31,13 +31,7 @@ class OrbitTimes(Part):
 
     @model_validator(mode="after")
     def _one_form(self) -> OrbitTimes:
-        form, other = ("value", "unit"), ("dates", "scale")
-        if exactly_one(self, ("value", "dates")) == "dates":
-            form, other = other, form
-        if getattr(self, form[1]) is None:
-            raise InputError(form[1], None, f"a value beside {form[0]}")
-        if getattr(self, other[1]) is not None:
-            raise InputError(other[1], getattr(self, other[1]), f"no {other[1]} beside {form[0]}")
+        one_form(self, ("value", "unit"), ("dates", "scale"))
         if self.unit is not None:
             units.parse_unit(self.unit, units.SECOND, "unit")
         return self

@@ -15,7 +15,7 @@ from ..frames.earth_fixed import scene_axes, teme
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import instants
 from ..times.instants import as_instants
-from .orbit import OrbitDefinition, earth
+from .orbit import OrbitDefinition, earth, parameter_text
 from .polynomial_path import PIECES_PER_REVOLUTION, function_path
 
 if TYPE_CHECKING:
@@ -88,10 +88,8 @@ class TwoLine(OrbitDefinition):
 
     def summary(self) -> str:
         """The form of the orbit and its gravitational parameter, for people."""
-        source = " (nominal, IAU 2015 resolution B3: none is in the document)" if self.mu is None else ""
-        return (
-            f"TLE, by SGP4 (WGS 72), about the Earth; GM of torques {self._central().mu:.10g} m3/s2{source}"
-        )
+        text = parameter_text(self._central(), self.mu)
+        return f"TLE, by SGP4 (WGS 72), about the Earth; GM of torques {text}"
 
     def _satellite(self) -> Any:
         try:

@@ -95,11 +95,6 @@ def _attitude(ra: float, dec: float, angles: tuple[float, float, float], third: 
     return rotations.product(q, rotations.conjugate(_to_third(third)))
 
 
-def _about(axis: str, angle: np.ndarray) -> np.ndarray:
-    """(..., 4) wxyz of the rotation about an axis."""
-    return rotations.from_euler(axis, np.asarray(angle)[..., None])
-
-
 def _to_third(axis: np.ndarray) -> np.ndarray:
     """(4,) wxyz of the shortest rotation from z to a body axis: axes of which that one is the third."""
     w = 1.0 + axis[2]

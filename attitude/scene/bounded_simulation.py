@@ -15,8 +15,6 @@ from ..times.instants import Instants
 from ..windows.bounded_functions import BoundedMotion
 from . import simulation
 
-JUMPS = ("impulse", "contact")  # events at which the rate jumps
-
 
 def bounded(
     inputs: simulation.SimulationInputs, span: tuple[float, float], check: Callable[[float], None] | None
@@ -48,7 +46,7 @@ def bounded(
         rate,
         driving / float(state.moments.min()),
         size,
-        tuple(event.seconds for event in events if event.kind in JUMPS),
+        tuple(event.seconds for event in events if event.kind in ("impulse", "contact")),  # the rate jumps
     )
 
 

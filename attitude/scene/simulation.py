@@ -61,7 +61,6 @@ ESTIMATE_OF_ARCS = (
     "its rounding (docs/torques.md, section 5)"
 )
 SECONDS_PER_PIECE = 1e-4  # measured: of an orbit that is interpolated from a table, a model or a file
-COASTING = "closed form between impulses"
 BOUNCING = "closed form between contacts"
 
 
@@ -287,7 +286,7 @@ def _closed_form(inputs: SimulationInputs) -> tuple[str, float]:
     """(name, error of one stretch in rad) of motion in closed form, with impulses, rotors or torques."""
     assert inputs.exact is not None
     if inputs.exact.is_free:
-        return COASTING, WORST_BOUND
+        return "closed form between impulses", WORST_BOUND
     bodies = Bodies.of(inputs.initial_state)
     name, error = inputs.exact.of(bodies.body, bodies.attitude, bodies.rate).solution
     return f"{name}, between impulses" if inputs.kicks else name, error

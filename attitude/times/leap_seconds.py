@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import date
 from functools import cache
 
@@ -9,6 +12,14 @@ import erfa
 import numpy as np
 
 MJD_ORDINAL = 678576  # date.toordinal() of 1858-11-17
+
+
+@contextmanager
+def dubious_years() -> Iterator[None]:
+    """Take years whose leap seconds are unknown, or before UTC, without the warning of erfa in this block."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", erfa.ErfaWarning)
+        yield
 
 
 @cache

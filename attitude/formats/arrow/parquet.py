@@ -16,10 +16,10 @@ from astropy.table import QTable, Table, serialize
 from astropy.table import meta as table_meta
 from astropy.utils.data_info import serialize_context_as
 
-from ...errors import FormatError
+from ...errors import FormatError, one_line
 from ...samples.chunks import Samples
 from .. import schema
-from ..binary import Sink, one_line, refuse_inflated, seekable
+from ..binary import Sink, refuse_inflated, seekable
 from ..tables.qtable import refuse_unfolding, to_table
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import orjson
 import pyarrow as pa
 
-from ...errors import FormatError
+from ...errors import FormatError, one_line
 from ...samples.chunks import Samples
 from .. import columnar, schema
-from ..binary import Sink, one_line, refuse_trailing
+from ..binary import Sink, refuse_trailing
 from ..text_rows import array
 
 if TYPE_CHECKING:

@@ -14,7 +14,6 @@ import erfa
 import numpy as np
 from astropy.time import Time
 
-from ...errors import InputError
 from ...times.instants import Instants, as_instants
 from ...times.leap_seconds import MJD_ORDINAL, tai_minus_utc
 from ...times.two_part import two_sum
@@ -30,7 +29,6 @@ TIME_SYSTEMS = {
     "UT1": "ut1",
     "GPS": "tai",  # 19 s behind it
 }
-GPS_BEHIND_TAI = 19  # s
 MAX_DECIMALS = 18
 EPOCH = re.compile(rb"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))T(\d\d):(\d\d):(\d\d)(?:\.(\d+))?(Z?)")
 SECONDS_PER_DAY_SLOT = 86401  # longest day, s: day * slot + second of day increases through leap seconds
@@ -248,7 +246,7 @@ def to_instants(stamps: Timestamps, system: str) -> Instants:
 
 def _time(day: np.ndarray, second: np.ndarray, atto: np.ndarray, system: str) -> Time:
     """Return an astropy Time; on a day with a leap second, UTC uses the length of that day."""
-    clock = second + (GPS_BEHIND_TAI if system == "GPS" else 0) + atto / 1e18
+    clock = second + (19 if system == "GPS" else 0) + atto / 1e18
     if system == "UTC":
         year, month, of_month, _ = erfa.jd2cal(MJD_EPOCH, day.astype(np.float64))
         minute = np.minimum(second // 60, 1439)
@@ -257,14 +255,3 @@ def _time(day: np.ndarray, second: np.ndarray, atto: np.ndarray, system: str) ->
         )
         return Time(first, last, format="jd", scale="utc")
     return Time(MJD_EPOCH + day, clock / 86400.0, format="jd", scale=TIME_SYSTEMS[system])
-
-
-def check_creation_date(text: str | None) -> None:
-    """Raises InputError for a CREATION_DATE that is given and no date in UTC."""
-    if text is None:
-        return
-    try:
-        parse_epoch(text.encode(), "UTC")
-    except RowError as error:
-        expected = f"a date in UTC, such as 2026-01-01T00:00:00 ({error.reason})"
-        raise InputError("creation_date", text, expected) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -16,13 +15,13 @@ if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 DATA_STOP = b"DATA_STOP"
-ANY_LINE = re.compile(rb".*")  # a truncated message lacks its DATA_STOP: a line without an end loses nothing
 
 
 def read_kvn(stream: BinaryIO, source: str, segment: int | None) -> EphemerisData:
     """Ephemeris of all segments, or of one."""
     reader = KvnReader(source, segment)
-    for block in line_blocks.blocks(stream, source, last_line=ANY_LINE):
+    # any last line: a truncated message lacks its DATA_STOP, and a line without an end loses nothing
+    for block in line_blocks.blocks(stream, source, last_line=rb".*"):
         reader.add_block(block)
     return reader.ephemeris()
 

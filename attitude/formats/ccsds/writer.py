@@ -20,7 +20,6 @@ UNREGISTERED_FRAMES = {
     "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
     "INERTIAL": "an inertial frame of the producer's own",
 }
-DEFAULT_DEGREE = 7
 WRITTEN_TYPES = (
     "QUATERNION",
     "QUATERNION/ANGVEL",
@@ -71,7 +70,7 @@ class AemOptions(MessageOptions):
 
 def interpolant(*, degree: int | None = None, **_: Any) -> Interpolant:
     """How readers interpolate: the file tells them to use Lagrange polynomials of this degree."""
-    return lagrange(DEFAULT_DEGREE if degree is None else degree, "degree")
+    return lagrange(7 if degree is None else degree, "degree")
 
 
 def other_interpolants(*, attitude_type: str | None = None, **options: Any) -> dict[str, Interpolant]:

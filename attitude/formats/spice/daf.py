@@ -14,7 +14,6 @@ from ...errors import FormatError
 from .. import bounded_read
 
 RECORD_BYTES = 1024
-BYTE_ORDERS = {b"LTL-IEEE": "<", b"BIG-IEEE": ">"}
 # Line ends and high bits between FTPSTR and ENDFTP, which a transfer as text changes.
 TRANSFER_TEST = b"FTPSTR:\r:\n:\r\n:\r\x00:\x81:\x10\xce:ENDFTP"
 
@@ -52,7 +51,7 @@ def content(stream: BinaryIO, kind: bytes, source: str) -> bytes:
 
 
 def _order(data: bytes, source: str) -> str:
-    order = BYTE_ORDERS.get(data[88:96])
+    order = {b"LTL-IEEE": "<", b"BIG-IEEE": ">"}.get(data[88:96])
     if order is None or len(data) < RECORD_BYTES:
         raise FormatError("no DAF file record in IEEE numbers", source)
     return order

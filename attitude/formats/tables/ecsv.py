@@ -11,10 +11,9 @@ import numpy as np
 import orjson
 from astropy.table import QTable
 
-from ...errors import FormatError
+from ...errors import FormatError, one_line
 from ...samples.chunks import Samples
 from .. import bounded_read, text_rows
-from ..binary import one_line
 from ..text_rows import texts
 from .qtable import from_table, refuse_unfolding, to_table
 

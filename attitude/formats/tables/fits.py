@@ -18,10 +18,10 @@ from astropy import units as u
 from astropy.io import fits
 from astropy.table import QTable
 
-from ...errors import FormatError
+from ...errors import FormatError, one_line
 from ...samples.chunks import Samples
 from .. import schema
-from ..binary import one_line, refuse_trailing
+from ..binary import refuse_trailing
 from .qtable import from_table, to_table
 
 if TYPE_CHECKING:
