@@ -14,6 +14,9 @@ from pathlib import Path
 
 import pytest
 
+from attitude.cost.method import AbsentError
+from attitude.cost.methods import orekit
+
 ROOT = Path(__file__).parents[1]
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
@@ -41,6 +44,7 @@ sys.stdout.buffer.write(answer.read())
 """
 READY_WITHIN = 240.0  # seconds; the kernels may have to be compiled first
 DOTALL_LINES = re.DOTALL | re.MULTILINE
+OTHER_TOOLS = ("orekit_jpype", "spiceypy", "Basilisk")  # their examples run where they are installed
 PYTHON_BLOCKS, COMMANDS = 9, 10  # examples in all pages, at least
 
 
@@ -80,6 +84,17 @@ def port(tmp_path_factory):
             server.wait(timeout=30)
 
 
+@pytest.fixture(scope="module")
+def java():
+    """A virtual machine for Orekit that leaves interruptions and the end of the process to Python."""
+    jpype = pytest.importorskip("jpype")
+    if not jpype.isJVMStarted():
+        try:
+            orekit.start_machine(jpype, pytest.importorskip("orekit_jpype"))
+        except AbsentError as absent:
+            pytest.skip(str(absent))
+
+
 def wait_until_ready(number, server):
     end = time.monotonic() + READY_WITHIN
     while time.monotonic() < end and server.poll() is None:
@@ -93,6 +108,11 @@ def wait_until_ready(number, server):
 
 @pytest.mark.parametrize("page", pages_with("python", ">>>"))
 def test_python_examples_print_what_is_shown(page, folder, request, monkeypatch):
+    for tool in OTHER_TOOLS:
+        if f"import {tool}" in PAGES[page] or f"from {tool}" in PAGES[page]:
+            pytest.importorskip(tool)
+    if "import orekit_jpype" in PAGES[page]:
+        request.getfixturevalue("java")
     monkeypatch.chdir(folder)
     parser, runner = doctest.DocTestParser(), doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
     names = {}  # of a page's examples, in the order in which they are read
@@ -180,3 +200,14 @@ def test_links_lead_to_files_and_headings_that_exist(page):
         file = ((ROOT / page).parent / path).resolve() if path else ROOT / page
         assert file.exists(), target
         assert not heading or heading in anchors(str(file.relative_to(ROOT))), target
+
+
+def test_guides_are_listed_by_the_questions_that_they_answer():
+    listed = dict(re.findall(r"^- \[(.*\?)\]\((.*)\)$", PAGES["docs/guides/index.md"], flags=re.MULTILINE))
+    titles = {
+        PAGES[page].partition("\n")[0].removeprefix("# "): Path(page).name
+        for page in PAGES
+        if Path(page).parent.name == "guides" and Path(page).name != "index.md"
+    }
+    assert listed == titles
+    assert len(titles) >= 15
