@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import AttitudeError, InputError, suggestion
 from ..formats import schema
-from ..pointing.columns import KINDS, REQUESTS
+from ..pointing.columns import COVARIANCES, KINDS, REQUESTS
 from ..samples.ephemeris_data import EphemerisData
 from .curves import CURVES
 
@@ -21,11 +21,15 @@ NAMES = (*SHORT, "angles", "energy", *CURVES, *REQUESTS)
 
 
 class TimelinePanel(NamedTuple):
-    """Lines with an axis of their own: (n, lines) values, and the name of each line."""
+    """Lines with an axis of their own: (n, lines) values, and the name of each line.
+
+    sigma : (n, lines), of an ephemeris that has an uncertainty; or None
+    """
 
     title: str
     names: tuple[str, ...]
     values: np.ndarray
+    sigma: np.ndarray | None = None
 
 
 def parse(text: str | Sequence[str]) -> tuple[str, ...]:
@@ -42,6 +46,11 @@ def parse(text: str | Sequence[str]) -> tuple[str, ...]:
             )
             raise InputError("what", name, f"each of {', '.join(known)}{suggestion(name, NAMES)}")
     return tuple(dict.fromkeys(names))
+
+
+def has_own_uncertainty(name: str) -> bool:
+    """Whether what is named tells an uncertainty itself."""
+    return name.partition(":")[0] in (*COVARIANCES, "direction_sigma")
 
 
 def panels(data: EphemerisData, names: Sequence[str]) -> Iterator[TimelinePanel]:

@@ -10,9 +10,11 @@ from matplotlib.ticker import MaxNLocator
 
 from ..pointing.surface_points import ground_points
 from ..samples.ephemeris_data import EphemerisData
+from . import spread
 from .style import BLACK, BLUE, RED
 
 MAX_JOINED_ANGLE = 1.2  # rad from sample to sample; beyond, a line between samples would mislead
+MAX_ELLIPSES = 24
 
 
 def line_style(data: EphemerisData) -> dict[str, Any]:
@@ -55,9 +57,34 @@ def ground_track(data: EphemerisData, figure: Any) -> None:
     points = ground_points(data, "z")
     longitude, latitude = (np.rad2deg(values).compressed() for values in (points.longitude, points.latitude))
     axes.plot((longitude + 180.0) % 360.0 - 180.0, latitude, ".", color=BLUE, markersize=2)
+    if spread.has_spread(data):
+        _ground_ellipses(data, axes)
     axes.set(xlim=(-180, 180), ylim=(-90, 90), xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
     axes.set(xlabel="longitude, deg", ylabel="latitude, deg", aspect="equal")
     axes.set_title("where the body's z axis meets the ground")
+
+
+def _ground_ellipses(data: EphemerisData, axes: Any) -> None:
+    """Draw where the z axis meets the ground when it goes once around its ellipse of 1 sigma."""
+    assert data.uncertainty is not None
+    limit = data.uncertainty.linear_until or np.inf
+    is_shown = ~np.ma.getmaskarray(ground_points(data, "z").longitude) & (np.abs(data.elapsed) < limit)
+    index = np.flatnonzero(is_shown)
+    if not index.size:
+        return
+    some = data[index[np.unique(np.linspace(0, index.size - 1, MAX_ELLIPSES).round().astype(int))]]
+    angles = np.linspace(0.0, 2.0 * np.pi, 49)
+    points = ground_points(spread.around(some, np.array([0.0, 0.0, 1.0]), angles), "z")
+    longitude, latitude = (
+        np.rad2deg(values.filled(np.nan)).reshape(-1, angles.size)
+        for values in (points.longitude, points.latitude)
+    )
+    longitude = (longitude + 180.0) % 360.0 - 180.0
+    # where an ellipse crosses the edge of the map its line is broken
+    longitude[:, 1:][np.abs(np.diff(longitude, axis=1)) > 180.0] = np.nan
+    axes.plot(longitude.T, latitude.T, color=RED, linewidth=0.8)
+    axes.plot([], [], color=RED, linewidth=0.8, label="ellipse of 1 sigma")
+    axes.legend(loc="upper right")
 
 
 def _name_axes(axes: Any, quantity: str) -> None:

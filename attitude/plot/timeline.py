@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.patches import Patch
 
 from ..errors import InputError
-from . import choices
+from ..frames.rotations import TURNING_FRAMES
+from . import choices, spread
 from .choices import TimelinePanel
 from .curves import CURVES, line_style
 from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, figure_of, time_unit
@@ -55,6 +57,8 @@ def _prepared(
     curves = [CURVES[name] for name in what if name in CURVES]
     names = [name for name in what if name not in CURVES]
     panels = list(choices.panels(ephemeris, names)) if what else panels_of(ephemeris)
+    if spread.has_spread(ephemeris) and panels:
+        panels = with_sigma(ephemeris, panels, names)
     heights = [2.1 * len(panels) + 1.3] * bool(panels) + [5.0] * len(curves)
 
     def draw_all(whole: Figure) -> None:
@@ -74,7 +78,8 @@ def panels_of(ephemeris: EphemerisData) -> list[TimelinePanel]:
     if ephemeris.has_rate:
         names = tuple(f"omega_{axis}" for axis in "xyz")
         panels.append(TimelinePanel("body rate, rad/s", names, ephemeris.angular_velocity))
-    if ephemeris.body is not None and ephemeris.has_rate:
+    is_inertial = ephemeris.frame not in TURNING_FRAMES
+    if ephemeris.body is not None and ephemeris.has_rate and is_inertial:
         # energy and momentum over the greatest they reach, where they do not stay as they are
         momentum = np.linalg.norm(ephemeris.angular_momentum, axis=1)
         both = {"energy": ephemeris.kinetic_energy, "momentum": momentum}
@@ -89,6 +94,23 @@ def panels_of(ephemeris: EphemerisData) -> list[TimelinePanel]:
     return panels
 
 
+def with_sigma(
+    ephemeris: EphemerisData, panels: list[TimelinePanel], names: Sequence[str]
+) -> list[TimelinePanel]:
+    """The panels, of names or of what the ephemeris holds, with 1 sigma where it is not zero."""
+    exact = [name for name in names if not choices.has_own_uncertainty(name)]
+
+    def functions(moved: EphemerisData) -> Iterator[tuple[str, str, np.ndarray]]:
+        for panel in choices.panels(moved, exact) if names else panels_of(moved):
+            yield panel.title, panel.title.rpartition(", ")[2], panel.values
+
+    sigmas = spread.sigmas(ephemeris, functions)
+    return [
+        panel._replace(sigma=sigmas[panel.title]) if sigmas.get(panel.title, np.zeros(1)).any() else panel
+        for panel in panels
+    ]
+
+
 def draw(ephemeris: EphemerisData, panels: list[TimelinePanel], figure: Any) -> None:
     """Draw the panels: lines through the samples, or dots where the body turns too far between them."""
     order = np.argsort(ephemeris.elapsed, kind="stable")
@@ -97,8 +119,9 @@ def draw(ephemeris: EphemerisData, panels: list[TimelinePanel], figure: Any) -> 
     style = line_style(ephemeris)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, panel in zip(rows, panels, strict=True):
-        for name, values, colour in zip(panel.names, panel.values.T, (BLACK, RED, BLUE, GREEN), strict=False):
-            axes.plot(seconds / size, values[order], color=colour, label=name, **style)
+        for i, (name, colour) in enumerate(zip(panel.names, (BLACK, RED, BLUE, GREEN), strict=False)):
+            axes.plot(seconds / size, panel.values[order, i], color=colour, label=name, **style)
+        draw_bands(axes, seconds / size, panel, order, "marker" in style)
         if len(panel.names) > 1 or panel.names[0] not in panel.title.split():
             legend = axes.legend(
                 loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4
@@ -106,18 +129,44 @@ def draw(ephemeris: EphemerisData, panels: list[TimelinePanel], figure: Any) -> 
             for handle in legend.legend_handles:
                 handle.set_markersize(4.0)
         axes.set_ylabel(panel.title)
-    if panels[0].title == "attitude":
-        rows[0].set_ylim(-1.08, 1.08)
     epoch = ephemeris.epoch
     since = f" since {epoch.isot} {epoch.scale}" if epoch is not None else ""
     rows[-1].set_xlabel(f"time{since}, {unit}")
-    draw_events(figure, rows, ephemeris, size)
+    marks = draw_events(rows, ephemeris, size) | draw_limit(rows, ephemeris, panels, (unit, size))
+    if panels[0].title == "attitude":
+        rows[0].set_ylim(-1.08, 1.08)
+    if marks:
+        figure.legend(marks.values(), marks.keys(), loc="outside lower center", ncols=6, frameon=False)
     figure.align_ylabels(rows)
     figure.suptitle(f"{ephemeris.name or 'A scene'}: attitude, body to {ephemeris.frame}", fontsize=13)
 
 
-def draw_events(figure: Any, rows: Any, ephemeris: EphemerisData, size: float) -> None:
-    """Draw a line at each event, through all panels; below, what the lines of a kind are and how many."""
+def draw_bands(axes: Any, times: np.ndarray, panel: TimelinePanel, order: np.ndarray, has_dots: bool) -> None:
+    """Draw 1 sigma to either side of the panel's values, as bands or, of dots, as bars."""
+    if panel.sigma is None:
+        return
+    for values, sigma, line in zip(
+        panel.values[order].T, panel.sigma[order].T, axes.get_lines(), strict=False
+    ):
+        ends, colour = (values - sigma, values + sigma), line.get_color()
+        if has_dots:
+            axes.vlines(times, *ends, color=colour, alpha=0.3, linewidth=0.8)
+        else:
+            axes.fill_between(times, *ends, color=colour, alpha=0.2, linewidth=0.0)
+
+
+def set_limits(axes: Any, panel: TimelinePanel, is_linear: np.ndarray) -> None:
+    """Limits of the ordinate that hold the values, and the bands where these are to be trusted."""
+    if panel.sigma is None:
+        return
+    sigma = np.where(is_linear[:, None], panel.sigma, 0.0)
+    low, high = float((panel.values - sigma).min()), float((panel.values + sigma).max())
+    margin = 0.05 * (high - low) or 1.0
+    axes.set_ylim(low - margin, high + margin)
+
+
+def draw_events(rows: Any, ephemeris: EphemerisData, size: float) -> dict[str, Any]:
+    """Draw a line at each event, through all panels; the lines by their kind, and how many there are."""
     counts = Counter(event.kind for event in ephemeris.events)
     handles = {}
     for event in ephemeris.events:
@@ -127,7 +176,27 @@ def draw_events(figure: Any, rows: Any, ephemeris: EphemerisData, size: float) -
             line = axes.axvline(
                 event.seconds / size, color=colour, linestyle=dashes, linewidth=width, zorder=1
             )
-        handles[event.kind] = line
-    if handles:
-        labels = [kind if counts[kind] == 1 else f"{kind} ({counts[kind]})" for kind in handles]
-        figure.legend(handles.values(), labels, loc="outside lower center", ncols=6, frameon=False)
+        label = event.kind if counts[event.kind] == 1 else f"{event.kind} ({counts[event.kind]})"
+        handles[label] = line
+    return handles
+
+
+def draw_limit(
+    rows: Any, ephemeris: EphemerisData, panels: list[TimelinePanel], scale: tuple[str, float]
+) -> dict[str, Any]:
+    """Shade where the uncertainty is no longer of first order; what bands and shade mean, by their label."""
+    if ephemeris.uncertainty is None or all(panel.sigma is None for panel in panels):
+        return {}
+    (unit, size), limit = scale, ephemeris.uncertainty.linear_until or np.inf
+    elapsed = ephemeris.elapsed
+    for axes, panel in zip(rows, panels, strict=True):
+        set_limits(axes, panel, np.abs(elapsed) < limit)
+    marks = {"band: 1 sigma to either side": Patch(color="0.4", alpha=0.3, linewidth=0.0)}
+    for start, stop in ((limit, float(elapsed.max())), (float(elapsed.min()), -limit)):
+        if start < stop:
+            for axes in rows:
+                shade = axes.axvspan(
+                    start / size, stop / size, facecolor="0.92", edgecolor="0.5", linestyle=":", zorder=0
+                )
+            marks[f"from {limit / size:.4g} {unit} on the first order is off by > 10 % at 3 sigma"] = shade
+    return marks

@@ -294,7 +294,7 @@ class EphemerisData:
 
     def direction_sigma(self, body_axis: np.ndarray) -> np.ndarray:
         """(...,), rad: 1 sigma of the direction of a body axis (3,), along the major axis of its ellipse."""
-        return ellipse(self.attitude_covariance, body_axis)[0]
+        return ellipse(self.attitude_covariance, body_axis)[0][..., 0]
 
     # -- resampling ---------------------------------------------------------------------------
 

@@ -23,6 +23,18 @@ class Uncertainty:
     linear_until: float | None = None
 
     @property
+    def root(self) -> np.ndarray:
+        """(12, k): independent changes of 1 sigma, whose sum of squares is the covariance.
+
+        By the correlations: inputs in kg m2 may have variances 1e30 times those in rad.
+        """
+        sigma = np.sqrt(np.diagonal(self.covariance))
+        per_sigma = 1.0 / np.where(sigma > 0.0, sigma, 1.0)
+        values, vectors = np.linalg.eigh(self.covariance * per_sigma * per_sigma[:, None])
+        is_part = values > 1e-14 * max(float(values.max()), 1e-300)
+        return sigma[:, None] * vectors[:, is_part] * np.sqrt(values[is_part])
+
+    @property
     def note(self) -> str | None:
         """What to say of an answer that goes beyond `linear_until`."""
         if self.linear_until is None or np.isinf(self.linear_until):
@@ -34,13 +46,14 @@ class Uncertainty:
 
 
 def ellipse(attitude_covariance: np.ndarray, body_axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(...,) rad: semi-major and semi-minor axis of the 1 sigma ellipse of a body axis's direction (3,).
+    """Of the 1 sigma ellipse of a body axis's direction (3,): semi-axes and where they lie.
 
+    The major and the minor, (..., 2) rad; unit vectors along both, (..., 2, 3), body axes.
     The small rotation theta moves the unit vector b by theta x b, which lies across it.
     """
     b = np.asarray(body_axis, dtype=float)
     b = b / np.linalg.norm(b)
     turn = np.cross(np.eye(3), b)  # theta x b = theta @ turn
     moved = np.swapaxes(turn, -1, -2) @ attitude_covariance @ turn
-    squares = np.linalg.eigvalsh(moved)
-    return np.sqrt(np.maximum(squares[..., 2], 0.0)), np.sqrt(np.maximum(squares[..., 1], 0.0))
+    squares, vectors = np.linalg.eigh(moved)
+    return np.sqrt(np.maximum(squares[..., :0:-1], 0.0)), np.swapaxes(vectors, -1, -2)[..., :0:-1, :]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..rigid_body.partials import Partials
+from ..samples.uncertainty import Uncertainty
 from ..times.instants import Instants
 from .perturbed_bodies import responses
 from .simulation import SimulationInputs
@@ -32,8 +33,7 @@ def linear_until(
 
     partials : at these instants, with inertia "moments"; initial : (12, 12) covariance
     """
-    values, vectors = np.linalg.eigh(initial)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    root = Uncertainty(initial).root
     order = np.argsort(np.abs(instants.seconds), kind="stable")
     turning = partials.attitude @ root
     ends = [turning[order[i]] for i in (len(order) // 2, -1)]
