@@ -25,6 +25,10 @@ class OrbitDefinition(Part):
         """
         raise NotImplementedError
 
+    def central(self) -> CentralBody:
+        """Return the central body; InputError where `mu` or `radius` is not positive."""
+        raise NotImplementedError
+
     def summary(self) -> str:
         """The form of the orbit and its gravitational parameter, for people."""
         return type(self).__name__

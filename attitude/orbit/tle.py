@@ -79,16 +79,17 @@ class TwoLine(OrbitDefinition):
             return np.concatenate(vectors, axis=1)
 
         return function_path(
-            states, (start - margin, stop + margin), period, self._central(), TOLERANCE, "tle"
+            states, (start - margin, stop + margin), period, self.central(), TOLERANCE, "tle"
         )
 
-    def _central(self) -> CentralBody:
+    def central(self) -> CentralBody:
+        """Return the Earth, with the document's `mu` if it has one."""
         check_positive(self, "mu")
         return earth() if self.mu is None else earth()._replace(mu=self.mu.si)
 
     def summary(self) -> str:
         """The form of the orbit and its gravitational parameter, for people."""
-        text = parameter_text(self._central(), self.mu)
+        text = parameter_text(self.central(), self.mu)
         return f"TLE, by SGP4 (WGS 72), about the Earth; GM of torques {text}"
 
     def _satellite(self) -> Any:

@@ -25,6 +25,7 @@ KINDS = {
     "velocity": "m/s, likewise",
     "euler:SEQUENCE": "angles of intrinsic rotations, such as euler:ZYX, deg",
     "direction:AXIS": "unit vector of a body axis along the axes of the frame",
+    "direction_to:TARGET": "unit vector to sun, earth, velocity ... along the axes of the frame",
     "angle:AXIS:TARGET": "to sun, earth, velocity, orbit_normal, momentum or magnetic_field, deg",
     "attitude_sigma": "1 sigma of the small rotation about each body axis, deg",
     "angular_velocity_sigma": "1 sigma of each component, rad/s",
@@ -73,6 +74,7 @@ REQUESTS = (
     *(kind for kind in KINDS if ":" not in kind),
     *(f"euler:{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c),
     *(f"{kind}:{axis}" for kind in ("direction", "direction_sigma") for axis in AXES),
+    *(f"direction_to:{target}" for target in targets.TARGETS),
     *(f"angle:{axis}:{target}" for axis in AXES for target in targets.TARGETS),
 )
 
@@ -103,6 +105,7 @@ def layout(request: str) -> tuple[tuple[str, tuple[str, ...], str], ...]:
     one = {
         "euler": (label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),
         "direction": (label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),
+        "direction_to": (label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),
         "direction_sigma": (label, (f"{label}_deg",), "deg"),
         "angle": (target, (f"{target}_deg",), "deg"),
     }
@@ -119,6 +122,8 @@ def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
         values = [np.rad2deg(rotations.euler_angles(data.quaternion("wxyz"), parts[0]))]
     elif kind == "direction":
         values = [targets.direction(data, parts[0])]
+    elif kind == "direction_to":
+        values = [targets.target(data, parts[0])]
     elif kind == "direction_sigma":
         values = [np.rad2deg(data.direction_sigma(targets.body_axis(parts[0], "axis")))[..., None]]
     elif kind in COVARIANCES:

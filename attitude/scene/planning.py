@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ..problem.initial_state import InitialState, Spin
+from ..frames.rotations import TURNING_FRAMES
+from ..problem.initial_state import CentralBody, InitialState, Spin
 from ..samples.html_table import html_table
 
 if TYPE_CHECKING:
@@ -120,6 +121,8 @@ class ScenePlan:
         that it is not over the whole span; else None
     notes : how values of the document were taken that are not as they should be
     orbit : the form of the orbit and its gravitational parameter, where an effect uses it
+    targets : that angles of a body axis are known to (docs/pointing.md), by the dates and the orbit
+    central_body : that the orbit is about, where there is one
     """
 
     name: str
@@ -136,6 +139,8 @@ class ScenePlan:
     tolerance_span: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
     orbit: str = ""
+    targets: tuple[str, ...] = ()
+    central_body: CentralBody | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; units in the names."""
@@ -159,6 +164,8 @@ class ScenePlan:
             "tolerance_span_s": self.tolerance_span,
             **({"notes": self.notes} if self.notes else {}),
             **({"orbit": self.orbit} if self.orbit else {}),
+            "targets": self.targets,
+            "central_body": _plain(self.central_body),
             "considered": [
                 {"solver": solver, "setting": setting, "predicted_error_rad": error, "predicted_s": seconds}
                 for solver, setting, error, seconds in self.candidates
@@ -213,6 +220,28 @@ def _duration(seconds: float) -> str:
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds:.1e} s"
+
+
+def _plain(central: CentralBody | None) -> dict[str, Any] | None:
+    """Plain data; units in the names."""
+    if central is None:
+        return None
+    return {"is_earth": central.is_earth, "mu_m3_s2": central.mu, "radius_m": central.radius}
+
+
+def known_targets(central: CentralBody | None, frame: str, is_dated: bool) -> tuple[str, ...]:
+    """Targets that angles are known to, in a scene's frame, with an orbit about `central` or without one."""
+    has_orbit, is_placed = central is not None, is_dated and frame != "INERTIAL"
+    is_earth = central is None or central.is_earth
+    known = {
+        "sun": is_placed and is_earth,
+        "earth": has_orbit,
+        "velocity": has_orbit,
+        "orbit_normal": has_orbit,
+        "momentum": frame not in TURNING_FRAMES,
+        "magnetic_field": is_placed and is_earth and has_orbit,
+    }
+    return tuple(name for name, is_known in known.items() if is_known)
 
 
 # -- effects ------------------------------------------------------------------------------------------

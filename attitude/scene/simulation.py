@@ -185,6 +185,7 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
     """What `run` would do, its predicted error and its predicted cost."""
     scene, samples = inputs.scene, inputs.scene.times.samples
     order, step, kept = None, None, None
+    central = None if scene.orbit is None else scene.orbit.central()
     considered = [inputs.candidate] if inputs.exact is None else []
     if considered:
         chosen = considered[0]
@@ -213,6 +214,8 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
         kept,
         inputs.notes,
         inputs.orbit,
+        planning.known_targets(central, scene.frame, inputs.initial_state.epoch is not None),
+        central,
     )
 
 

@@ -7,7 +7,8 @@ import { build } from "esbuild";
 const COPIED = ["index.html", "icon.svg"];
 
 function digest() {
-  const files = ["build.mjs", "package.json", ...readdirSync("src").map((name) => `src/${name}`)].sort();
+  const entries = readdirSync("src", { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
+  const files = ["build.mjs", "package.json", ...entries.map((entry) => `${entry.parentPath}/${entry.name}`)].sort();
   const hash = createHash("sha256");
   for (const file of files) hash.update(file + "\n").update(readFileSync(file)).update("\n");
   return hash.digest("hex");

@@ -9,9 +9,10 @@ from astropy.table import QTable
 
 from attitude import InputError, RegimeError
 from attitude.cli import main
+from attitude.pointing import targets
 from tests.pointing.test_pointing import motion, orbiting
 
-REQUEST = "time,quaternion,euler:ZYX,direction:-x,angle:z:sun,spin,position"
+REQUEST = "time,quaternion,euler:ZYX,direction:-x,direction_to:sun,angle:z:sun,spin,position"
 T = np.linspace(0.0, 100.0, 11)
 
 
@@ -20,6 +21,7 @@ def expected(data):
     return {
         "euler_zyx_2_deg": data.euler("ZYX", "deg")[:, 1],
         "direction_minus_x_y": data.direction("-x")[:, 1],
+        "direction_to_sun_z": targets.target(data, "sun")[:, 2],
         "angle_z_sun_deg": data.angle("z", "sun", "deg"),
         "spin_nutation_deg": np.rad2deg(spin.nutation),
         "spin_rate_deg_s": np.rad2deg(spin.rate),
@@ -102,6 +104,7 @@ WRONG = {
     "euler:ZZX": "euler:ZYX",
     "euler:zyx": "euler:ZYX",
     "direction:q": "direction:z",
+    "direction_to:sum": "direction_to:sun",
     "angle:w:sun": "angle:z:sun",
     "angle:z:sum": "angle:z:sun",
     "euler": "euler:ZYX",

@@ -102,7 +102,8 @@ def test_pages_are_no_part_of_the_described_interface(client: TestClient) -> Non
 
 def digest_of_sources() -> str:
     """As build.mjs takes it."""
-    files = ["build.mjs", "package.json", *(f"src/{path.name}" for path in (VIEWER / "src").iterdir())]
+    sources = (path.relative_to(VIEWER).as_posix() for path in (VIEWER / "src").rglob("*.*"))
+    files = ["build.mjs", "package.json", *sources]
     hashed = sha256()
     for file in sorted(files):
         hashed.update(f"{file}\n".encode() + (VIEWER / file).read_bytes() + b"\n")

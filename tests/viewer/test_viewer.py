@@ -65,7 +65,7 @@ def test_every_shipped_scene_is_drawn(visit_3d):
         visit_3d.settle()
         assert f"{scene.plan().samples:,}" in visit_3d.text("#readouts")
     page.select_option("#scene", "drop")
-    page.check("#travel")
+    page.select_option("#scenery", "path")
     visit_3d.settle()
 
 
@@ -344,7 +344,7 @@ def test_keyboard_reaches_every_control_in_the_order_of_the_page(visit_3d):
             page.evaluate("(e => e.id || e.parentElement.id || e.className)(document.activeElement)")
         )
     head = ["skip", "keys-open", "theme", "scene", "run", "document", "tidy", "restore"]
-    pictures = ["body-view", "axis", "body-reset", "polhode-view", "polhode-reset"]
+    pictures = ["body-view", "camera", "track", "body-reset", "polhode-view", "polhode-reset"]
     order = [*head, *pictures, "play", "back", "forth", "time", "speed", "measure"]
     assert [name for name in reached if name in order][: len(order)] == order
 
@@ -436,11 +436,11 @@ def module(visit):
     page = visit.page
 
     def serve(route: Any) -> None:
-        name = route.request.url.rpartition("/")[2]
+        name = route.request.url.partition("/src/")[2]
         route.fulfill(content_type="text/javascript", body=(SOURCES / name).read_text())
 
-    page.route("**/src/*.js", serve)
-    page.goto(f"{visit.address}/viewer/licences.txt")
+    page.route("**/src/**/*.js", serve)
+    page.goto(f"{visit.address}/readyz")
 
     def evaluate(name: str, expression: str, given: Any = None) -> Any:
         return page.evaluate(
@@ -454,7 +454,7 @@ def module(visit):
 def test_principal_axes_for_drawing_are_those_of_the_inertia(module, name):
     body = Scene.builtin(name).document()["body"]
     inertia = np.array(body["tensor"] if body.get("tensor") else np.diag(body["moments"]))
-    actual = module("rotation.js", "m.principal(given)", inertia.tolist())
+    actual = module("answers/rotation.js", "m.principal(given)", inertia.tolist())
     axes = np.array(actual["axes"])
     assert np.allclose(actual["moments"], np.linalg.eigvalsh(inertia), rtol=1e-12)
     assert np.allclose(axes.T @ np.diag(actual["moments"]) @ axes, inertia, atol=1e-11 * inertia.max())
@@ -465,7 +465,7 @@ def test_drawn_momentum_and_energy_are_the_librarys(module):
     ephemeris = Scene.builtin("drop").run()
     answer = httpx_answer(module, "drop")
     course = module(
-        "course.js",
+        "answers/course.js",
         """(c => ({
             momentum: c.momentum.map((x) => [...x]), energy: [...c.energy], between: c.at(given.t).quaternion
         }))(new m.Course(given.answer))""",
@@ -486,7 +486,7 @@ def httpx_answer(module: Any, name: str) -> Any:
         const headers = {{"content-type": "application/json"}};
         return (await fetch('/v1/ephemeris', {{method: 'POST', body: text, headers}})).json();
     }})()"""
-    return module("rotation.js", ask)
+    return module("answers/rotation.js", ask)
 
 
 def leaves(value: Any, pointer: str = "") -> Any:
@@ -505,10 +505,10 @@ def test_pointers_find_every_value_of_every_scene_and_tidying_changes_none(modul
         {"a/b": {"c~d": [1, {"": 1e-7}]}},
     ]:
         expected = dict(leaves(document))
-        tidy = module("json_text.js", "m.tidy(given)", json.dumps(document))
+        tidy = module("document/json_text.js", "m.tidy(given)", json.dumps(document))
         assert json.loads(tidy) == document
         actual = module(
-            "json_text.js",
+            "document/json_text.js",
             "given.pointers.map((p) => m.find(given.text, p)).map((f) => given.text.slice(f.start, f.end))",
             {"text": tidy, "pointers": list(expected)},
         )
@@ -651,6 +651,12 @@ def test_axe_finds_nothing_on_the_page(visit_as, scheme):
     page = visit.open("envisat")
     add_plot(page, "angle", "z", "sun")
     page.locator(".panel", has_text="Angle of body z to Sun").locator("canvas").wait_for()
+    page.click("#form-details summary")
+    page.click("#reference")
+    page.fill("#window-angle", "30")
+    page.select_option("#window-axis", "-y")
+    page.click("#window-find")
+    page.locator("#window-list table").wait_for()
     found = axe.run(page).response["violations"]
     assert [(each["id"], each["nodes"][0]["html"][:200]) for each in found] == []
 

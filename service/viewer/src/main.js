@@ -1,35 +1,45 @@
 // Wiring: the document is asked about, and what comes back goes to every part of the page.
 
-import * as api from "./api.js";
-import { BodyView } from "./body_view.js";
-import { forgetCost, offerCost } from "./cost.js";
-import { Course } from "./course.js";
+import * as api from "./answers/api.js";
+import { columnsOf } from "./answers/columns.js";
+import { answersAbout, answersTo } from "./answers/scene.js";
+import { columnsAbout } from "./answers/surroundings.js";
+import { Editor } from "./document/editor.js";
+import { Form } from "./document/form.js";
+import { tidy, withMember } from "./document/json_text.js";
+import { keepDocument, keptDocument, packed, unpacked } from "./document/link.js";
 import { byId, make } from "./dom.js";
-import { offerDownloads } from "./downloads.js";
-import { Editor } from "./editor.js";
-import { tidy, withMember } from "./json_text.js";
-import { keepDocument, keptDocument, packed, unpacked } from "./link.js";
 import { duration, figure } from "./numbers.js";
-import { showPlan } from "./plan.js";
-import { Player } from "./player.js";
-import { Plots } from "./plots.js";
-import { Quantities } from "./quantities.js";
-import { PolhodeView } from "./polhode_view.js";
-import { Readouts } from "./readouts.js";
-import { installTheme } from "./theme.js";
+import { BodyView } from "./pictures/body_view.js";
+import { modelSolid } from "./pictures/model.js";
+import { PolhodeView } from "./pictures/polhode_view.js";
+import { solidsOf } from "./pictures/solid.js";
+import { forgetCost, offerCost } from "./sections/cost.js";
+import { offerDownloads } from "./sections/downloads.js";
+import { PictureControls } from "./sections/picture_controls.js";
+import { showPlan } from "./sections/plan.js";
+import { Player } from "./sections/player.js";
+import { Plots } from "./sections/plots.js";
+import { Quantities } from "./sections/quantities.js";
+import { Readouts } from "./sections/readouts.js";
+import { installTheme } from "./sections/theme.js";
+import { WindowsSection } from "./sections/windows.js";
 
 const FIRST = "dzhanibekov";
-const MOST_SAMPLES = 200_000; // that a page can hold and draw
 const CLOSER_TURN = 0.15; // rad from sample to sample, looked at closely
 const CLOSER_SAMPLES = 1500;
 
-const state = { shipped: "", course: null, running: null, whole: null };
+// `shown` is of answers/scene.js, `reference` one of before; `whole` the document that was looked at closer.
+const state = { shipped: "", shown: null, reference: null, running: null, whole: null, model: null };
 const views = { body: viewIn("body-view", BodyView), polhode: viewIn("polhode-view", PolhodeView) };
-const plots = new Plots(byId("plots"), (time) => player.seek(time));
-const quantities = new Quantities(() => showChosen().catch(fail));
-const readouts = new Readouts(byId("readouts"));
 const player = new Player(showTime);
-const editor = new Editor({ onRun: run, onChange: edited, schema: () => api.get("openapi.json") });
+const plots = new Plots(byId("plots"), (time) => player.seek(time), (column) => quantities.remove(column));
+const quantities = new Quantities(() => showChosen().catch(fail));
+const windows = new WindowsSection(shadeWindows, (time) => player.seek(time));
+const readouts = new Readouts(byId("readouts"));
+const controls = new PictureControls((change) => redraw(change));
+const editor = new Editor({ onRun: run, onChange: edited, onText: () => form.show(editor.text), schema: () => api.get("openapi.json") });
+const form = new Form((pointer, value) => editor.put(pointer, value), run);
 
 /** A view in 3D; in words where the browser has no WebGL. */
 function viewIn(id, View) {
@@ -44,7 +54,7 @@ function viewIn(id, View) {
 }
 
 function showTime(time) {
-  for (const part of [views.body, state.course.bodyKnown ? views.polhode : null, plots]) part?.at(time);
+  for (const part of [views.body, state.shown.course.bodyKnown ? views.polhode : null, plots]) part?.at(time);
   readouts.at(time);
 }
 
@@ -132,45 +142,37 @@ async function run() {
   editor.forgive();
   say("Computing");
   try {
-    const text = editor.text;
-    const plan = await api.post("v1/plan", text, running.signal);
-    checkSize(plan);
-    const [answer, motion, chosen] = await Promise.all([
-      api.post("v1/ephemeris", text, running.signal),
-      api.post("v1/motion", text, running.signal).catch(inWords),
-      quantities.curves(text, running.signal),
-    ]);
-    show(JSON.parse(text), answer, motion, plan, chosen);
+    const { text } = editor;
+    show(await answersTo(text, quantities.columns(isUncertain(text)), running.signal));
     say("");
   } catch (error) {
     if (error.name !== "AbortError") fail(error);
   }
 }
 
-/** Attitudes of a file in any format that the library reads, as they stand in it. */
+const isUncertain = (text) => /"uncertainty"\s*:/.test(text ?? "");
+
+/** Attitudes of a file in any format that the library reads, or a model of the body. */
 async function openFile(file) {
+  if (/\.gl(b|tf)$/i.test(file.name)) return openModel(file);
   say("Computing");
   try {
-    const answer = await api.given("v1/convert?format=json", file);
-    answer.name ||= file.name;
-    show({}, answer, `from ${file.name}`, null, []);
-    state.text = null;
+    show(await answersAbout(file));
     say("");
   } catch (error) {
     fail(error);
   }
 }
 
-function checkSize({ samples }) {
-  if (samples <= MOST_SAMPLES) return;
-  const more = `${samples.toLocaleString("en")} samples: this page draws up to ${MOST_SAMPLES.toLocaleString("en")}; a file can hold them all`;
-  throw new api.Refusal(0, { detail: more, pointer: "/times" });
-}
-
-/** A motion without constants is no reason to show nothing. */
-function inWords(error) {
-  if (error instanceof api.Refusal) return error.message;
-  throw error;
+async function openModel(file) {
+  try {
+    state.model = await modelSolid(file);
+    controls.wanted.solid = "model";
+    showPicture();
+    say("");
+  } catch (error) {
+    say(`Refused: ${file.name}: ${error.message}`, "bad");
+  }
 }
 
 function fail(error) {
@@ -187,9 +189,9 @@ function say(text, kind = "") {
   byId("stage").setAttribute("aria-busy", String(text === "Computing"));
 }
 
-function show(document, answer, motion, plan, chosen) {
-  const course = new Course(answer);
-  Object.assign(state, { course, document, text: editor.text });
+function show(shown) {
+  const { course, document, plan, motion } = shown;
+  state.shown = shown;
   byId("stage-title").textContent = course.name || "Scene";
   byId("description").textContent = document.description ?? "";
   byId("polhode-figure").hidden = !course.bodyKnown;
@@ -197,38 +199,82 @@ function show(document, answer, motion, plan, chosen) {
   readouts.show(course, motion, Boolean(plan?.effects.some(turns)));
   if (plan) showPlan(byId("plan"), plan);
   else byId("plan").replaceChildren(make("p", {}, "A file of attitudes: nothing is simulated."));
-  offerTravel(course, document);
   for (const part of [views.body, views.polhode, plots]) if (part) part.time = course.start;
-  views.body?.show(course, document);
+  showPicture();
   if (course.bodyKnown) views.polhode?.show(course);
-  plots.show(course, chosen);
+  showPlots();
   caption();
   betweenSamples(course);
   forgetCost();
   player.show(course);
+  windows.show(shown);
 }
 
-/** The plots that were chosen, of the scene that is shown. */
+function showPlots() {
+  plots.show(state.shown, quantities.chosen(isUncertain(state.shown.text)), state.reference);
+}
+
+/** The columns that were chosen, of the scene that is shown and of the reference. */
 async function showChosen() {
-  if (!state.course || state.text === null) return;
-  const { course, text } = state;
-  const chosen = await quantities.curves(text);
-  if (course === state.course) plots.show(course, chosen);
+  const { shown, reference } = state;
+  if (!shown) return;
+  for (const each of [shown, reference].filter((one) => one?.text)) {
+    const uncertain = isUncertain(each.text);
+    each.columns = { ...each.columns, ...(await columnsOf(each.text, quantities.columns(uncertain))) };
+  }
+  if (shown === state.shown) showPlots();
 }
 
-function offerTravel(course, document) {
-  const can = Boolean(views.body) && BodyView.canTravel(course, document);
-  byId("travel-label").hidden = !can;
-  byId("travel").checked &&= can;
-  if (views.body) views.body.travels = byId("travel").checked;
+// -- the picture of the body ----------------------------------------------------------------------
+
+function showPicture() {
+  const { shown } = state;
+  const solids = { ...solidsOf(shown.document, shown.course.inertia), ...(state.model && { model: state.model }) };
+  state.solids = solids;
+  Object.assign(views.body ?? {}, controls.show(shown, solids));
+  views.body?.show(shown, drawnSolid(), state.reference);
+  caption();
+}
+
+/** The chosen one; along a path it has to have a length. */
+function drawnSolid() {
+  const { solid, scenery } = controls.choices;
+  const chosen = state.solids[solid];
+  return scenery === "path" && !chosen.metres ? Object.values(state.solids)[0] : chosen;
+}
+
+function redraw(change) {
+  if (!views.body || !state.shown) return;
+  Object.assign(views.body, change, { solid: drawnSolid() });
+  views.body.build();
+  caption();
 }
 
 function caption() {
   const { body, polhode } = views;
-  const shape = state.course.bodyKnown ? body?.solid?.words : "a cube, for want of a body";
-  if (body?.solid) byId("body-caption").textContent = `Attitude in ${state.course.frame}: ${shape}`;
+  const { course } = state.shown;
+  const shape = course.bodyKnown || controls.choices.solid === "model" ? body?.solid?.words : "a cube, for want of a body";
+  const beside = state.reference ? `; outlined: ${state.reference.course.name || "the reference"}` : "";
+  if (body?.solid) byId("body-caption").textContent = `Attitude in ${course.frame}: ${shape}${beside}`;
   if (!polhode?.scale) byId("polhode-note").textContent = polhode ? "at rest: no ellipsoid" : "";
   else byId("polhode-note").textContent = polhode.divided ? "dashed: separatrices" : "";
+}
+
+// -- two scenes laid over each other ----------------------------------------------------------------
+
+/** The scene that is shown stays as the reference of those to come; once more, and it goes. */
+function keepReference() {
+  const { shown, reference } = state;
+  state.reference = reference ? null : { ...shown, solid: drawnSolid() };
+  byId("reference").textContent = reference ? "Keep as reference" : "Forget reference";
+  byId("reference-note").textContent = reference ? "" : `Dashed: ${shown.course.name || "this scene"} as it is now, by seconds since its own epoch.`;
+  showPicture();
+  showPlots();
+}
+
+function shadeWindows(found) {
+  plots.shade(found);
+  player.mark(found);
 }
 
 // -- between samples ------------------------------------------------------------------------------
@@ -245,7 +291,7 @@ function betweenSamples(course) {
 
 /** The same scene with samples so close, from the time shown, that the motion can be seen. */
 function lookCloser() {
-  const { course } = state;
+  const { course } = state.shown;
   const from = player.time;
   const rate = Math.max(...course.omegaAt(course.index(from)).map(Math.abs), course.rate[course.index(from)]);
   const stop = from + (CLOSER_TURN * CLOSER_SAMPLES) / rate;
@@ -266,14 +312,17 @@ function lookWider() {
 // -- listening ------------------------------------------------------------------------------------
 
 function listen() {
-  byId("scene").addEventListener("change", (event) => choose(event.target.value).catch(fail));
+  byId("scene").addEventListener("change", ({ target }) => choose(target.value).catch(fail));
   byId("run").addEventListener("click", run);
   byId("restore").addEventListener("click", () => {
     editor.text = state.shipped;
     run();
   });
   byId("open").addEventListener("click", () => byId("file").click());
-  byId("file").addEventListener("change", ({ target }) => target.files[0] && openFile(target.files[0]));
+  byId("file").addEventListener("change", ({ target }) => {
+    if (target.files[0]) openFile(target.files[0]);
+    target.value = ""; // the same file can be opened again
+  });
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {
     event.preventDefault();
@@ -283,21 +332,13 @@ function listen() {
   addEventListener("hashchange", () => open().catch(fail));
   byId("closer").addEventListener("click", lookCloser);
   byId("wider").addEventListener("click", lookWider);
-  byId("axis").value = "2";
-  byId("axis").addEventListener("change", (event) => rebuild({ axis: Number(event.target.value) }));
-  byId("travel").addEventListener("change", (event) => rebuild({ travels: event.target.checked }));
+  byId("reference").addEventListener("click", () => state.shown && keepReference());
   byId("body-reset").addEventListener("click", () => views.body?.stage.reset());
   byId("polhode-reset").addEventListener("click", () => views.polhode?.stage.reset());
   byId("keys-open").addEventListener("click", () => byId("keys").showModal());
   byId("token-form").addEventListener("submit", takeToken);
   byId("document-details").open = matchMedia("(min-width: 60rem)").matches;
   document.addEventListener("keydown", shortcut);
-}
-
-function rebuild(changes) {
-  if (!views.body) return;
-  Object.assign(views.body, changes);
-  views.body.build();
 }
 
 function repaint() {

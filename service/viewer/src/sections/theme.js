@@ -1,6 +1,6 @@
 // Light, dark, or as the system has it.
 
-import { byId } from "./dom.js";
+import { byId } from "../dom.js";
 
 const KEY = "attitude-theme";
 

@@ -1,8 +1,8 @@
 // What accuracy costs, measured by the service: error against time, every family of methods a line.
 
-import * as api from "./api.js";
-import { byId, make, makeSvg } from "./dom.js";
-import { duration, figure } from "./numbers.js";
+import * as api from "../answers/api.js";
+import { byId, make, makeSvg } from "../dom.js";
+import { duration, figure } from "../numbers.js";
 import { table } from "./plan.js";
 
 const ABSENT = [404, 405, 501];

@@ -10,8 +10,8 @@ import { EditorState, StateEffect, StateField } from "@codemirror/state";
 import { Decoration, drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { completionsFrom } from "./completion.js";
-import { byId } from "./dom.js";
-import { find, tidy } from "./json_text.js";
+import { byId } from "../dom.js";
+import { changeOf, find, tidy } from "./json_text.js";
 
 const COLOURS = HighlightStyle.define([
   { tag: tags.propertyName, color: "var(--accent)" },
@@ -97,6 +97,11 @@ class JsonEditor extends HTMLElement {
     return this.view.dispatch({ effects, selection: { anchor: place.start, head: place.end } });
   }
 
+  /** One change, which is undone in one step. */
+  change(changes) {
+    this.view.dispatch({ changes, annotations: isolateHistory.of("full") });
+  }
+
   lineAt(position) {
     return this.view.state.doc.lineAt(Math.min(position, this.view.state.doc.length)).number;
   }
@@ -121,18 +126,24 @@ class JsonEditor extends HTMLElement {
 customElements.define("json-editor", JsonEditor);
 
 export class Editor {
-  /** `schema` answers with the description of a scene, for completion; asked for once, when it is needed. */
-  constructor({ onRun, onChange, schema }) {
+  /** `onChange` is called when somebody has typed, `onText` whenever the text is another; `schema` answers with the description of a scene, for completion; asked for once, when it is needed. */
+  constructor({ onRun, onChange, onText, schema }) {
     this.element = byId("document");
     this.problem = byId("document-problem");
     this.quiet = false;
-    this.onChange = onChange;
+    Object.assign(this, { onChange, onText });
     this.element.start({ onRun, onChange: () => this.#changed(), completions: completionsFrom(schema) });
     byId("tidy").addEventListener("click", () => (this.element.value = tidy(this.text)));
   }
 
   get text() {
     return this.element.value;
+  }
+
+  /** Another value of a member, as JSON, as if somebody had typed it. */
+  put(pointer, value) {
+    const change = changeOf(this.text, pointer, value);
+    if (change) this.element.change(change);
   }
 
   /** A text of the page's own, not of somebody who types. */
@@ -167,6 +178,7 @@ export class Editor {
 
   #changed() {
     this.forgive();
+    this.onText();
     if (!this.quiet) this.onChange();
   }
 }

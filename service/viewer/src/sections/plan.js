@@ -1,7 +1,7 @@
 // The plan in words and a table: what is simulated, what is not, and why.
 
-import { make } from "./dom.js";
-import { duration, figure } from "./numbers.js";
+import { make } from "../dom.js";
+import { duration, figure } from "../numbers.js";
 
 export function showPlan(element, plan) {
   const parts = [make("p", { class: "lead" }, lead(plan)), facts(plan)];

@@ -94,8 +94,24 @@ function oneLine(node) {
 
 const named = (child) => (child.key ? `${child.key.text}: ` : "");
 
+/** The change {from, to, insert} that makes a member's value another, or adds the member; null where it has no place. */
+export function changeOf(text, pointer, value) {
+  const node = nodeAt(text, pointer);
+  if (node) return { from: node.start, to: node.end, insert: value };
+  const [parent, name] = [pointer.slice(0, pointer.lastIndexOf("/")), pointer.slice(pointer.lastIndexOf("/") + 1)];
+  const holder = nodeAt(text, parent);
+  if (holder?.kind !== "object") return null;
+  const end = holder.children.at(-1)?.node.end ?? holder.start + 1;
+  return { from: end, to: end, insert: `${holder.children.length ? "," : ""}\n  ${JSON.stringify(name)}: ${value}` };
+}
+
 /** The text with the value of one of its topmost names put otherwise. */
 export function withMember(text, name, value) {
-  const place = find(text, `/${name}`);
-  return place?.whole ? text.slice(0, place.start) + value + text.slice(place.end) : text;
+  const { from, to, insert } = changeOf(text, `/${name}`, value);
+  return text.slice(0, from) + insert + text.slice(to);
+}
+
+function nodeAt(text, pointer) {
+  const names = pointer.split("/").slice(1);
+  return names.reduce((node, name) => node?.children?.findLast((child) => child.name === name)?.node ?? null, parse(text));
 }

@@ -68,3 +68,21 @@ function zero(a, axes, i, j) {
 }
 
 const turned = (p, q, c, s) => [p.map((x, k) => c * x - s * q[k]), p.map((x, k) => s * x + c * q[k])];
+
+export const conjugate = ([w, x, y, z]) => [w, -x, -y, -z];
+
+/** The quaternion that carries components to those along three orthonormal axes, the rows of a matrix. */
+export function fromAxes(m) {
+  // of the four squares of its parts the largest is far from zero
+  const squares = [
+    1 + m[0][0] + m[1][1] + m[2][2], 1 + m[0][0] - m[1][1] - m[2][2],
+    1 - m[0][0] + m[1][1] - m[2][2], 1 - m[0][0] - m[1][1] + m[2][2],
+  ];
+  const products = [
+    [squares[0], m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]],
+    [m[2][1] - m[1][2], squares[1], m[0][1] + m[1][0], m[0][2] + m[2][0]],
+    [m[0][2] - m[2][0], m[0][1] + m[1][0], squares[2], m[1][2] + m[2][1]],
+    [m[1][0] - m[0][1], m[0][2] + m[2][0], m[1][2] + m[2][1], squares[3]],
+  ];
+  return unit(products[squares.indexOf(Math.max(...squares))]);
+}

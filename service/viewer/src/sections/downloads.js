@@ -1,7 +1,7 @@
 // A button for each format: asks the service for the document as it stands, and keeps the file.
 
-import * as api from "./api.js";
-import { byId, make } from "./dom.js";
+import * as api from "../answers/api.js";
+import { byId, make } from "../dom.js";
 import { linkTo } from "./saving.js";
 
 export async function offerDownloads(element, documentText) {

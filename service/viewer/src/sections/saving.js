@@ -1,6 +1,6 @@
 // Files that the page itself makes, and those it was given.
 
-import { make } from "./dom.js";
+import { make } from "../dom.js";
 
 let kept = null; // the address of the last file
 

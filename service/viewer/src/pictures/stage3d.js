@@ -5,7 +5,7 @@ import * as THREE from "three";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
-import { colour, make } from "./dom.js";
+import { colour, make } from "../dom.js";
 
 const FIELD = 26; // degrees: long lenses keep boxes looking like boxes
 const FIRST = { azimuth: 0.62, elevation: 0.36, zoom: 1 };
@@ -34,13 +34,15 @@ export class Stage {
     new ResizeObserver(() => this.draw()).observe(element);
   }
 
-  /** An empty scene with its light; `middle` and `reach` are of the ball that is to be seen whole. */
+  /** An empty scene with its light and `world`, which turns with what the picture is seen from; `middle` and `reach` are of the ball that is to be seen whole. */
   clear(middle = [0, 0, 0], reach = 1) {
     this.scene.traverse((object) => {
       object.geometry?.dispose();
       object.material?.dispose();
     });
     this.scene = new THREE.Scene();
+    this.world = new THREE.Group();
+    this.scene.add(this.world);
     this.labels.replaceChildren();
     this.named = [];
     this.middle = new THREE.Vector3(...middle);
@@ -69,7 +71,7 @@ export class Stage {
     this.draw();
   }
 
-  /** A name that stays beside a point, which may be a function of nothing. */
+  /** A name that stays beside a point of `world`, or where a function says, in the picture. */
   name(text, point, kind = "") {
     const label = make("span", { class: `label ${kind}` }, text);
     this.labels.append(label);
@@ -124,7 +126,9 @@ export class Stage {
       const place = typeof point === "function" ? point() : point;
       label.hidden = !place;
       if (!place) continue;
-      at.copy(place).project(this.camera);
+      at.copy(place);
+      if (place === point) this.world.localToWorld(at);
+      at.project(this.camera);
       const wanted = [(0.5 + 0.5 * at.x) * width, (0.5 - 0.5 * at.y) * height];
       const [x, y] = freeOf(taken, within(wanted, width, height));
       taken.push([x, y]);
@@ -268,6 +272,40 @@ export class Arrow {
     const place = this.end.clone().setLength(this.end.length() + distance);
     return this.object.parent ? this.object.parent.localToWorld(place) : place;
   }
+}
+
+const SIGN = 1.12; // where the sign of a direction stands, of the sphere
+const RAYS = 8;
+
+/** The direction to something, by its sign beside the sphere: a sun, a globe, or the tip of an arrow. */
+export class Pointer {
+  constructor(kind, paint, unit) {
+    const basic = new THREE.MeshBasicMaterial({ color: paint });
+    this.object = new THREE.Group();
+    this.object.scale.setScalar(unit);
+    const stem = line([[0, 0, 0], [0, SIGN, 0]], paint, 1, { dashed: true, dashSize: 0.03, gapSize: 0.04 });
+    stem.computeLineDistances();
+    const size = kind === "velocity" ? new THREE.ConeGeometry(0.04, 0.12, 20) : new THREE.SphereGeometry(0.045, 20, 14);
+    this.object.add(stem, new THREE.Mesh(size.translate(0, SIGN, 0), basic));
+    if (kind === "sun") this.object.add(...rays(paint));
+    if (kind === "earth") this.object.add(new THREE.Mesh(new THREE.TorusGeometry(0.075, 0.007, 8, 40).translate(0, SIGN, 0), basic));
+  }
+
+  point(vector) {
+    this.object.quaternion.setFromUnitVectors(ALONG, new THREE.Vector3(...vector));
+  }
+
+  /** Where its name goes, beside the sign. */
+  beyond() {
+    return this.object.localToWorld(new THREE.Vector3(0, SIGN + 0.14, 0));
+  }
+}
+
+function rays(paint) {
+  return Array.from({ length: RAYS }, (_, k) => {
+    const [x, z] = [Math.cos((2 * Math.PI * k) / RAYS), Math.sin((2 * Math.PI * k) / RAYS)];
+    return line([0.06, 0.09].map((r) => [r * x, SIGN + r * z, 0]), paint, 1.6);
+  });
 }
 
 export function ball(radius, paint) {

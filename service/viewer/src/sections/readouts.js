@@ -1,8 +1,8 @@
 // What the motion is, and where it stands at the time shown.
 
-import { make } from "./dom.js";
-import { degrees, duration, figure, words } from "./numbers.js";
-import { norm } from "./rotation.js";
+import { make } from "../dom.js";
+import { degrees, duration, figure, words } from "../numbers.js";
+import { norm } from "../answers/rotation.js";
 
 const REGIMES = {
   short_axis: "short-axis: round the axis of greatest moment",

@@ -1,8 +1,8 @@
 // The polhode: the rate's way over the ellipsoid of its energy, in the body's frame.
 
 import * as THREE from "three";
-import { colour } from "./dom.js";
-import { norm, principal } from "./rotation.js";
+import { colour } from "../dom.js";
+import { norm, principal } from "../answers/rotation.js";
 import { Arrow, ball, dots, line, Stage, Tail } from "./stage3d.js";
 
 const MOST_POINTS = 24000;

@@ -1,5 +1,6 @@
 // The answer of /v1/ephemeris as numbers to draw: columns in time order, and what lies between them.
 
+import { inOrder } from "./columns.js";
 import { difference, dot, norm, rotate, slerp, times } from "./rotation.js";
 
 // Beyond so much turn from one sample to the next, nobody can tell the way between them.
@@ -10,7 +11,7 @@ const SPHERE = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 export class Course {
   constructor(answer) {
     const columns = answer.columns;
-    const order = ordered(columns.elapsed_s);
+    const order = inOrder(columns.elapsed_s);
     const column = (name) => Float64Array.from(order, (i) => columns[name][i]);
     const vector = (names) => (names[0] in columns ? names.map(column) : null);
     this.name = answer.name;
@@ -32,6 +33,7 @@ export class Course {
     this.ownMomentum = given !== null;
     this.momentum = given ?? this.#momentum();
     this.energy = this.t.map((_, i) => 0.5 * dot(this.omegaAt(i), times(this.inertia, this.omegaAt(i))));
+    this.sigmas = "attitude_covariance_xx_rad2" in columns ? this.#sigmas(column) : null;
     this.rate = this.t.map((_, i) => norm(this.omegaAt(i)));
     this.turn = this.#greatestTurn();
   }
@@ -134,6 +136,17 @@ export class Course {
     return this.jumps.find((jump) => jump > this.t[i] && jump <= this.t[i + 1]) ?? null;
   }
 
+  /** 1 sigma of the quaternion's parts and of the rate's, from the covariances: of d = q (0, theta / 2). */
+  #sigmas(column) {
+    const [xx, yy, zz, xy, xz, yz] = ["xx", "yy", "zz", "xy", "xz", "yz"].map((name) => column(`attitude_covariance_${name}_rad2`));
+    const [w, x, y, z] = this.q;
+    const variance = (i, a, b, c) => a * a * xx[i] + b * b * yy[i] + c * c * zz[i] + 2 * (a * b * xy[i] + a * c * xz[i] + b * c * yz[i]);
+    const rows = [(i) => [x[i], y[i], z[i]], (i) => [w[i], -z[i], y[i]], (i) => [z[i], w[i], -x[i]], (i) => [-y[i], x[i], w[i]]];
+    const quaternion = rows.map((row) => this.t.map((_, i) => 0.5 * Math.sqrt(Math.max(0, variance(i, ...row(i))))));
+    const rate = ["xx", "yy", "zz"].map((name) => column(`angular_velocity_covariance_${name}_rad2_s2`).map(Math.sqrt));
+    return [quaternion, rate];
+  }
+
   /** Rates from one sample to the next, where a file has none. */
   #differences() {
     const columns = [0, 1, 2].map(() => new Float64Array(this.length));
@@ -168,11 +181,6 @@ export class Course {
     const found = 0.5 * dot(omega, times(this.inertia, omega));
     return found > 0 && energy > 0 ? omega.map((x) => x * Math.sqrt(energy / found)) : omega;
   }
-}
-
-function ordered(elapsed) {
-  const order = Array.from(elapsed.keys());
-  return order.sort((i, j) => elapsed[i] - elapsed[j]);
 }
 
 function tensor(body) {

@@ -1,7 +1,7 @@
 // The time that is shown, and what moves it: play, pause, scrub, speed, steps of one sample.
 
-import { byId, make } from "./dom.js";
-import { decimals, duration, unitFor } from "./numbers.js";
+import { byId, make } from "../dom.js";
+import { decimals, duration, unitFor } from "../numbers.js";
 
 const FACTORS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 50];
 const USUAL = FACTORS.indexOf(1);
@@ -38,6 +38,19 @@ export class Player {
     const fits = course.events.slice(0, MARKS).map((event) => this.#mark(event));
     byId("marks").replaceChildren(...fits);
     this.seek(course.start);
+  }
+
+  /** Windows as stretches of the slider: [{start_s, stop_s}]. */
+  mark(windows) {
+    const { start, span } = this.course;
+    const part = (t) => (100 * (t - start)) / (span || 1);
+    const stretches = windows.slice(0, MARKS).map(({ start_s: from, stop_s: to }) => {
+      const stretch = make("span", {});
+      stretch.style.left = `${part(from).toFixed(3)}%`;
+      stretch.style.width = `${Math.max(0.15, part(to) - part(from)).toFixed(3)}%`;
+      return stretch;
+    });
+    byId("window-marks").replaceChildren(...stretches);
   }
 
   seek(time) {

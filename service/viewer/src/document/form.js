@@ -1,0 +1,100 @@
+// The common fields beside the text: what stands in the document, and what is written goes into it.
+
+import { byId, make } from "../dom.js";
+
+const NUMBER = /^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$/;
+const xyz = (pointer) => ["x", "y", "z"].map((label, i) => ({ label, pointer: `${pointer}/${i}` }));
+const unit = (pointer) => ({ label: "unit", pointer, text: true });
+
+// Groups of fields; of each those are shown that the document has, or may be given (`add` makes what holds them).
+const GROUPS = [
+  { legend: "Principal moments", fields: [...["I1", "I2", "I3"].map((label, i) => ({ label, pointer: `/body/moments/${i}` })), unit("/body/unit")] },
+  { legend: "Attitude, quaternion", fields: ["1", "2", "3", "4"].map((label, i) => ({ label, pointer: `/attitude/quaternion/${i}` })) },
+  { legend: "Attitude, Euler angles", fields: [...["1", "2", "3"].map((label, i) => ({ label, pointer: `/attitude/euler/${i}` })), unit("/attitude/unit")] },
+  { legend: "Body rate", fields: [...xyz("/angular_velocity/value"), unit("/angular_velocity/unit")] },
+  { legend: "Epoch", add: "/epoch", fields: [{ label: "date and time", pointer: "/epoch/time", text: true, wide: true }, { label: "scale", pointer: "/epoch/scale", text: true }] },
+  { legend: "Times", fields: [...["start", "stop", "step", "count"].map((label) => ({ label, pointer: `/times/${label}` })), unit("/times/unit")] },
+];
+
+export class Form {
+  /** `onPut` is told a JSON pointer and the JSON of its value. */
+  constructor(onPut, onRun) {
+    this.onPut = onPut;
+    this.element = byId("fields");
+    this.element.addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (event.target === this.element) onRun();
+    });
+    this.element.addEventListener("change", ({ target }) => this.#written(target));
+  }
+
+  /** The values of a document's text; those of before where it is no JSON. */
+  show(text) {
+    const document = parsed(text);
+    if (!document) return;
+    const groups = GROUPS.map((group) => ({ ...group, fields: fieldsIn(document, group) }));
+    const shape = JSON.stringify(groups);
+    if (shape !== this.shape) this.#build(groups);
+    this.shape = shape;
+    for (const input of this.element.querySelectorAll("input")) {
+      if (input.matches(":focus") && input.getAttribute("aria-invalid")) continue;
+      input.value = at(document, input.dataset.pointer) ?? "";
+      input.removeAttribute("aria-invalid");
+    }
+  }
+
+  #build(groups) {
+    const sets = groups.map(({ legend, fields, add }) => {
+      if (!fields.length && !add) return null;
+      const inside = fields.length ? fields.map(field) : [this.#adder(add)];
+      return make("fieldset", {}, make("legend", {}, legend), ...inside);
+    });
+    this.element.replaceChildren(...sets.filter(Boolean), make("p", { id: "field-problem", role: "alert", class: "bad", hidden: "" }));
+  }
+
+  #adder(pointer) {
+    const button = make("button", { type: "button" }, "Add an epoch");
+    button.addEventListener("click", () => this.onPut(pointer, '{"time": "2026-01-01T00:00:00", "scale": "utc"}'));
+    return button;
+  }
+
+  #written(input) {
+    const { pointer, text } = input.dataset;
+    const isRight = text ? input.value.trim() !== "" : NUMBER.test(input.value);
+    const problem = byId("field-problem");
+    problem.hidden = isRight;
+    problem.textContent = isRight ? "" : `${input.getAttribute("aria-label")}: a ${text ? "text" : "number"}, not “${input.value}”`;
+    if (!isRight) return input.setAttribute("aria-invalid", "true");
+    input.removeAttribute("aria-invalid");
+    return this.onPut(pointer, text ? JSON.stringify(input.value.trim()) : json(input.value));
+  }
+}
+
+/** Those that the document has; a unit alone is none. */
+function fieldsIn(document, { fields }) {
+  const found = fields.filter(({ pointer }) => at(document, pointer) !== undefined);
+  return found.every(({ label }) => label === "unit") ? [] : found;
+}
+
+function field({ label, pointer, text, wide }) {
+  const group = GROUPS.find(({ fields }) => fields.some((each) => each.pointer === pointer));
+  const input = make("input", {
+    type: "text", inputmode: text ? null : "decimal", "aria-label": `${group.legend}, ${label}`, "data-pointer": pointer,
+    "data-text": text ? "yes" : null, autocomplete: "off", spellcheck: "false", class: wide ? "wide" : null,
+  });
+  return make("label", {}, make("span", { "aria-hidden": "true" }, label), input);
+}
+
+/** A number as somebody writes it, as JSON has it: no plus in front, digits on both sides of the point. */
+const json = (text) => text.trim().replace(/^\+/, "").replace(/^(-?)\./, "$10.").replace(/\.(?=$|[eE])/, "").replace(/^(-?)0+(?=\d)/, "$1");
+
+function parsed(text) {
+  try {
+    const document = JSON.parse(text);
+    return document && typeof document === "object" ? document : null;
+  } catch {
+    return null;
+  }
+}
+
+const at = (document, pointer) => pointer.split("/").slice(1).reduce((value, name) => value?.[name], document);

@@ -1,0 +1,64 @@
+// A body of somebody's own: a model in a .glb file, its coordinates taken for the body's.
+
+import * as THREE from "three";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+
+/** A solid as in solid.js; raises in words for what is no such file. */
+export async function modelSolid(file) {
+  if (!/\.glb$/i.test(file.name)) throw new Error("a model is a .glb file, in which everything is in one piece");
+  const loader = new GLTFLoader();
+  loader.register((parser) => new EmbeddedTextures(parser));
+  const { scene } = await loader.parseAsync(await file.arrayBuffer(), "").catch(() => {
+    throw new Error("this file holds no model that can be drawn");
+  });
+  const box = new THREE.Box3().setFromObject(scene);
+  const corner = new THREE.Vector3().fromArray(["x", "y", "z"].map((k) => Math.max(Math.abs(box.min[k]), Math.abs(box.max[k]))));
+  if (!(corner.length() > 0)) throw new Error("this model is empty");
+  return new ModelSolid(scene, corner.length(), file.name);
+}
+
+class ModelSolid {
+  constructor(scene, size, name) {
+    Object.assign(this, { scene, size, words: `model ${name}`, metres: 1 });
+  }
+
+  /** A copy with geometries and materials of its own: a picture disposes of what it showed. */
+  object() {
+    const copy = this.scene.clone();
+    copy.traverse((part) => {
+      if (part.geometry) part.geometry = part.geometry.clone();
+      if (part.material) part.material = part.material.clone();
+    });
+    return copy;
+  }
+
+  outline(paint) {
+    const look = new THREE.LineBasicMaterial({ color: paint });
+    this.scene.updateMatrixWorld(true);
+    const group = new THREE.Group();
+    this.scene.traverse((part) => {
+      if (part.isMesh) group.add(new THREE.LineSegments(new THREE.EdgesGeometry(part.geometry, 24).applyMatrix4(part.matrixWorld), look));
+    });
+    return group;
+  }
+}
+
+/** Pictures out of the file itself: the loader would fetch them from a blob's address, which the page forbids. */
+class EmbeddedTextures {
+  constructor(parser) {
+    this.parser = parser;
+    this.name = "ATTITUDE_embedded_textures";
+  }
+
+  async loadTexture(index) {
+    const { json } = this.parser;
+    const { source } = json.textures[index];
+    const { bufferView, mimeType } = json.images[source] ?? {};
+    if (bufferView === undefined) throw new Error("a picture outside the file");
+    const bytes = await this.parser.getDependency("bufferView", bufferView);
+    const texture = new THREE.Texture(await createImageBitmap(new Blob([bytes], { type: mimeType })));
+    texture.flipY = false;
+    texture.needsUpdate = true;
+    return texture;
+  }
+}
