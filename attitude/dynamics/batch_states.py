@@ -135,11 +135,15 @@ class TorqueProblem:
 
     @cached_property
     def refined(self) -> TorqueProblem:
-        """The same along a path from which that of the orbit differs by its error; itself without one."""
-        path = self.template.orbit_path
-        if path is None or path.refined is None:
+        """The same along a path, and with a density, from which the orbit's differ by their errors; itself
+        where both are exact.
+        """
+        path, template = self.template.orbit_path, self.template
+        if path is None or (
+            path.refined is None and not any(torque.air(template) for torque in self.torques)
+        ):
             return self
-        template = replace(self.template, orbit_path=path.refined)
+        template = replace(template, orbit_path=path.refined or path, refined=True)
         torques = tuple(CachedTorque(torque.effect, template) for torque in self.torques)
         return replace(self, template=template, torques=torques)
 

@@ -132,7 +132,7 @@ def outgrown(problem: TorqueProblem, kept: tuple[float, float], error: float) ->
     )
     reason = "rounding, and what the motion makes of it, is more"
     if problem.refined is not problem:
-        reason = "errors of the orbit, interpolated between rounded rows, and what the motion makes of them"
+        reason = "errors of the interpolated orbit or density, and what the motion makes of them,"
         reason += " are more"
     return f"tolerance: {problem.tolerance:.1e} rad is {until}{reason} (estimated error {error:.1e} rad)"
 

@@ -30,6 +30,7 @@ class PlateArguments:
     plates : (n, P, PLATE_WIDTH); base : (n, S, FORM_WIDTH); sources : (n, S, SOURCE_WIDTH)
     user_rows : (n, U, EFFECT_WIDTH)
     cuts : (c,) s, where arcs end besides at edges; lights : (c + 1, S), of the sources between them
+    air : (m, AIR_WIDTH), pieces of the density, to which sources refer
     """
 
     constant: np.ndarray
@@ -40,14 +41,19 @@ class PlateArguments:
     user_rows: np.ndarray
     cuts: np.ndarray
     lights: np.ndarray
+    air: np.ndarray
 
 
 def plate_arguments(
-    template: InitialState, torques: Sequence[CachedTorque], body: np.ndarray, rows: np.ndarray
+    template: InitialState,
+    torques: Sequence[CachedTorque],
+    body: np.ndarray,
+    rows: np.ndarray,
+    air: np.ndarray,
 ) -> PlateArguments:
     """Sort the rows of the effects (n, k, EFFECT_WIDTH) into sources, their forms, and plates.
 
-    body : (n, STEPPED_BODY)
+    body : (n, STEPPED_BODY); air : as of PlateArguments
     """
     n = len(body)
     codes = rows[0, :, 0].astype(int)
@@ -81,6 +87,7 @@ def plate_arguments(
         np.ascontiguousarray(rows[:, codes == layout.USER]),
         cuts,
         lights,
+        air,
     )
 
 
@@ -142,7 +149,9 @@ def _lights(
     """Cuts of the span, and which light each source has between them."""
     each = [torque.passages(template) for torque in torques]
     passages = {one.shadow: one for one in each if one is not None}
-    cuts = np.unique(np.concatenate([np.zeros(0), *(one.cuts for one in passages.values())]))
+    air = [profile for torque in torques if (profile := torque.air(template)) is not None]
+    cuts_of = [*(one.cuts for one in passages.values()), *(profile.cuts for profile in air)]
+    cuts = np.unique(np.concatenate([np.zeros(0), *cuts_of]))
     ends = np.concatenate([cuts[:1] - 2.0, cuts, cuts[-1:] + 2.0]) if cuts.size else np.zeros(2)
     between = 0.5 * (ends[1:] + ends[:-1])
     lights = np.full((between.size, len(sources)), float(plate_layout.FULL_STRENGTH))

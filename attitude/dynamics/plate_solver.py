@@ -33,7 +33,7 @@ def take_arcs(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
             *(plates.plates, plates.base, plates.sources, plates.user_rows),
             np.zeros((plates.plates.shape[1], 2)),
             np.zeros((sources, plate_layout.FORM_WIDTH)),
-            *(plates.cuts, plates.lights, *arguments.surroundings),
+            *(plates.cuts, plates.lights, *arguments.surroundings, plates.air),
         )
         stopping.current().check()
     finally:

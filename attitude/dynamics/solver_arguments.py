@@ -11,7 +11,7 @@ from ..frames import rotations
 from ..kernels import layout
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
-from ..problem.torque_rows import turned_rows
+from ..problem.torque_rows import number_pieces, turned_rows
 from .batch_states import Bodies, once_for_bodies, right_handed
 from .momentum import inertial_components
 from .plate_arguments import PLATES, PlateArguments, plate_arguments
@@ -104,6 +104,7 @@ def solver_arguments(
     moments = np.take_along_axis(np.asarray(bodies.body.moments), order, axis=1)
     axes = right_handed(np.take_along_axis(np.asarray(bodies.body.axes), order[:, :, None], axis=1))
     rows = [_rows_of(template, bodies, torque, axes, order) for torque in torques]
+    air = number_pieces(rows, torques, template)
     table = np.concatenate([np.zeros((len(bodies), 0, layout.EFFECT_WIDTH)), *rows], axis=1)
     absorbed = np.isin(table[0, :, 0], ABSORBED)
     to_axes = rotations.from_matrix(axes)
@@ -115,7 +116,7 @@ def solver_arguments(
     effects = np.ascontiguousarray(table[:, ~absorbed])
     surroundings = _surroundings(template, torques)
     if np.isin(effects[0, :, 0], PLATES).any():  # the march keeps no momentum along an axis of symmetry
-        plates = plate_arguments(template, torques, body, effects)
+        plates = plate_arguments(template, torques, body, effects, air)
         return SolverArguments(body, np.zeros_like(same), to_axes, effects, surroundings, plates)
     return SolverArguments(body, same & ~across, to_axes, effects, surroundings)
 

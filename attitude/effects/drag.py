@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..documents.quantities import Length, MassDensity, Rate, check_positive
+from ..documents.fields import Chosen, field_within
+from ..documents.quantities import Length, Rate, check_positive
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import position, samples, velocity
-from ..problem.initial_state import InitialState
-from . import central_body_rotation
+from ..problem.initial_state import DensityProfile, InitialState
+from . import atmosphere, central_body_rotation, density_profile
+from .atmosphere import Atmosphere
 from .effect import Torque, required_orbit_path, row
 from .plates import DragPlate, Surfaces
 
@@ -24,8 +26,9 @@ SAMPLING_MARGIN = 1.01
 class Drag(Torque):
     """`{"type": "drag", "plates": [...], "density": {"value": 1e-12, "unit": "kg/m3"}}`.
 
-    The same density everywhere; or that at `reference_altitude` (above the central body's radius, a
-    sphere's), falling by a factor e every `scale_height`.  `corotating`: whether the air rotates with the
+    `density` everywhere; or that at `reference_altitude` (above the central body's radius, a sphere's),
+    falling by a factor e every `scale_height`; or a table, or a model of the Earth's atmosphere
+    (`atmosphere`), whose altitudes cover those of the orbit.  `corotating`: whether the air rotates with the
     central body (if left out, it does), at `rotation`, the Earth's if left out.
     On a plate that faces the flow, along the flow: density v^2 / 2 times area, coefficient and cosine.
     """
@@ -34,7 +37,7 @@ class Drag(Torque):
 
     type: Literal["drag"]
     plates: Annotated[list[DragPlate], Field(min_length=1, fail_fast=True)]
-    density: MassDensity
+    density: Annotated[Any, Chosen(atmosphere.parse, atmosphere.classes)]
     reference_altitude: Length | None = None
     scale_height: Length | None = None
     corotating: bool = True
@@ -42,7 +45,13 @@ class Drag(Torque):
 
     @model_validator(mode="after")
     def _check(self) -> Drag:
-        check_positive(self, "density", "scale_height")
+        if isinstance(self.density, Atmosphere):
+            for name in ("scale_height", "reference_altitude"):
+                if getattr(self, name) is not None:
+                    expected = f"no {name} beside {self.density.name()}"
+                    raise InputError(name, getattr(self, name).value, expected)
+        else:
+            check_positive(self, "density", "scale_height")
         names = ("scale_height", "reference_altitude")
         for present, missing in (names, names[::-1]):
             if getattr(self, present) is not None and getattr(self, missing) is None:
@@ -52,10 +61,16 @@ class Drag(Torque):
         return self
 
     def check(self, initial_state: InitialState) -> None:
-        """Refuse a central body whose radius or rotation is needed and not known."""
+        """Refuse a central body whose radius or rotation is needed and not known, and altitudes whose density
+        is not.
+        """
         central = initial_state.central_body
         if central is None:
             return
+        if isinstance(self.density, Atmosphere):
+            with field_within("density"):
+                self.density.check(initial_state)
+                self.air(initial_state)
         if self.scale_height is not None and central.radius is None:
             expected = "a radius of the central body in orbit, from which the altitude is measured"
             raise InputError("reference_altitude", None, expected)
@@ -64,7 +79,7 @@ class Drag(Torque):
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row a plate: area times drag coefficient, and the atmosphere."""
-        air = self.density.si, *self._profile(initial_state), self._air_rotation(initial_state)
+        air = *self._profile(initial_state), self._air_rotation(initial_state)
         return np.stack(
             [
                 row(
@@ -77,14 +92,31 @@ class Drag(Torque):
             ]
         )
 
-    def _profile(self, initial_state: InitialState) -> tuple[float, float]:
-        """Radius at which the density is `density`, and scale height, m."""
+    def air(self, initial_state: InitialState) -> DensityProfile | None:
+        """Density along the orbit, by a table or a model."""
+        if isinstance(self.density, Atmosphere):
+            return density_profile.along(self.density, initial_state)
+        return None
+
+    def summary(self, initial_state: InitialState) -> str:
+        """What gives the density, and what it is along the orbit."""
+        air = self.air(initial_state)
+        if air is None:
+            kind = "the same everywhere" if self.scale_height is None else "exponential"
+            return f"density {kind}"
+        rho = density_profile.evaluate(air, density_profile.instants_of(air))
+        return f"density by {self.density.name()}, {rho.min():.3g} to {rho.max():.3g} kg/m3 along the orbit"
+
+    def _profile(self, initial_state: InitialState) -> tuple[float, float, float]:
+        """Density, kg/m3, at a radius, m, and scale height, m; of a density by time 1 everywhere."""
+        if isinstance(self.density, Atmosphere):
+            return 1.0, 0.0, math.inf
         if self.scale_height is None or self.reference_altitude is None:
-            return 0.0, math.inf
+            return self.density.si, 0.0, math.inf
         central = initial_state.central_body
         if central is None or central.radius is None:
             raise InputError("reference_altitude", None, "an orbit about a body with a radius")
-        return central.radius + self.reference_altitude.si, self.scale_height.si
+        return self.density.si, central.radius + self.reference_altitude.si, self.scale_height.si
 
     def _air_rotation(self, initial_state: InitialState) -> np.ndarray:
         """Angular velocity of the air, (3,), rad/s, inertial."""
@@ -96,11 +128,13 @@ class Drag(Torque):
     def size(self, initial_state: InitialState) -> float:
         """Greatest dynamic pressure on the orbit times the torque of the worst attitude; slightly above."""
         orbit_path = required_orbit_path(initial_state)
-        t = samples(orbit_path)
+        air = self.air(initial_state)
+        t = samples(orbit_path) if air is None else density_profile.instants_of(air)
         r = position(orbit_path, t)
         v = velocity(orbit_path, t) - np.cross(self._air_rotation(initial_state), r)
-        radius, height = self._profile(initial_state)
+        density, radius, height = self._profile(initial_state)
         distance = np.sqrt((r**2).sum(axis=1))
         exponent = (distance - radius) / height if math.isfinite(height) else np.zeros(len(t))
-        flow = float((self.density.si * np.exp(-exponent) * (v**2).sum(axis=1)).max())
+        rho = density * np.exp(-exponent) if air is None else density_profile.evaluate(air, t)
+        flow = float((rho * (v**2).sum(axis=1)).max())
         return SAMPLING_MARGIN * (0.5 * flow) * Surfaces.facing_flow(self.plates).greatest_torque()

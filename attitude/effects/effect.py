@@ -9,7 +9,14 @@ import numpy as np
 from ..documents.fields import Part
 from ..errors import InputError
 from ..kernels import layout
-from ..problem.initial_state import InitialState, OrbitPath, Passages, PiecewisePolynomial, Spin
+from ..problem.initial_state import (
+    DensityProfile,
+    InitialState,
+    OrbitPath,
+    Passages,
+    PiecewisePolynomial,
+    Spin,
+)
 from ..problem.spin_bound import free_spin
 
 
@@ -71,6 +78,14 @@ class Torque(Effect):
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
         """Vector from the central body to the Sun, m, inertial; None if the effect does not need it."""
         return None
+
+    def air(self, initial_state: InitialState) -> DensityProfile | None:
+        """Density along the orbit, where it is a function of time; None where it is not or has no effect."""
+        return None
+
+    def summary(self, initial_state: InitialState) -> str:
+        """What models the effect uses, for plans; "" where there is no choice of one."""
+        return ""
 
     def size(self, initial_state: InitialState) -> float:
         """Upper bound on the torque in the span, N m, close to what is reached."""

@@ -25,7 +25,8 @@ THETA, TRANSFORMED = range(2)
 #                      diffuse coefficient, pressure at 1 au, N/m2
 #   DRAG_PLATE         normal (3), centre of pressure (3), area times drag coefficient, density, kg/m3,
 #                      at reference radius, m, and scale height, m (infinite: constant density), rotation
-#                      of the atmosphere (3), inertial, rad/s
+#                      of the atmosphere (3), inertial, rad/s; first piece of the density by time (AIR), and
+#                      their number: if there are any, they stand in place of the exponential
 #   USER               address of a C function void(double t, double *q, double *w, double *torque)
 #                      as the bits of a double; body frame of the document
 (
@@ -43,6 +44,14 @@ THETA, TRANSFORMED = range(2)
 EFFECT_WIDTH = 20
 # Where the numbers of a row are vectors of the body: the place of each one's first.  EDDY's are a tensor.
 BODY_VECTORS = {CONSTANT_BODY: (1,), WHEELS: (1,), MAGNETIC: (1,), SOLAR_PLATE: (1, 4), DRAG_PLATE: (1, 4)}
+
+# The density along the orbit as a function of time: a row a piece, ascending, with its start, s, twice the
+# inverse of its length, and the coefficients of ln(density), kg/m3, in powers of the time from its middle
+# over half of its length.  AIR_FIRST, AIR_COUNT: its first piece and their number, in a row of DRAG_PLATE.
+AIR_START, AIR_SCALE, AIR_POWERS = 0, 1, 2
+AIR_DEGREE = 9
+AIR_WIDTH = AIR_POWERS + AIR_DEGREE + 1
+AIR_FIRST, AIR_COUNT = 14, 15
 
 # Where the centre of mass is on its orbit, about the central body: code, then
 #   KEPLER  semi-major axis a, eccentricity e, mean anomaly at t = 0 in turns, mean motion in turns/s in two

@@ -18,6 +18,8 @@ from .path_states import evaluate
 DEGREE = 9
 MAX_INTERVALS = 200_000
 BLOCK_INSTANTS = 1 << 14  # at which a function is evaluated at once
+# Parts of an interval: beside the end, where intervals meet, and halfway between Chebyshev points.
+BETWEEN = np.concatenate([[1e-3], 0.5 - 0.5 * np.cos(np.pi * np.arange(1, DEGREE + 1) / (DEGREE + 1))])
 
 VectorFunction = Callable[[np.ndarray], np.ndarray]
 
@@ -70,6 +72,44 @@ def interpolated_evenly(
     return PiecewisePolynomial(start, length, coefficients)
 
 
+def interpolated_between(
+    function: VectorFunction, ends: np.ndarray, lengths: tuple[float, float], tolerance: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Polynomials through a function's values between instants at which it is not smooth.
+
+    Parameters
+    ----------
+    function : (n,) s -> (n,); evaluated within the ends only
+    ends : (k,) s, ascending, at which pieces end
+    lengths : s, of the shortest and the longest piece; one is halved until the error is below the
+        tolerance at points between those the polynomial goes through, or the halves would be shorter
+
+    Returns
+    -------
+    starts, lengths : (n,) s, ascending; coefficients : (n, DEGREE + 1), as of a PiecewisePolynomial
+    """
+    nodes, to_powers = _chebyshev()
+    shortest, longest = lengths
+    counts = np.maximum(1, np.ceil(np.diff(ends) / longest)).astype(int)
+    length = np.repeat(np.diff(ends) / counts, counts)
+    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    start = np.repeat(ends[:-1], counts) + length * index
+    x = 2.0 * BETWEEN - 1.0
+    pieces = []
+    while start.size:
+        at = start[:, None] + length[:, None] * np.concatenate([nodes, BETWEEN])
+        values = _in_blocks(function, at.reshape(-1)).reshape(at.shape)
+        coefficients = values[:, : DEGREE + 1] @ to_powers.T
+        error = np.abs(np.polynomial.polynomial.polyval(x, coefficients.T) - values[:, DEGREE + 1 :])
+        done = (error.max(axis=1) <= tolerance) | (length < 2.0 * shortest)
+        pieces.append((start[done], length[done], coefficients[done]))
+        start, length = np.repeat(start[~done], 2), np.repeat(0.5 * length[~done], 2)
+        start[1::2] += length[1::2]
+    start, length, coefficients = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+    order = np.argsort(start)
+    return start[order], length[order], coefficients[order]
+
+
 def _in_blocks(function: VectorFunction, t: np.ndarray) -> np.ndarray:
     """The function's values at t, of which a million take seconds."""
     values = []
@@ -81,10 +121,8 @@ def _in_blocks(function: VectorFunction, t: np.ndarray) -> np.ndarray:
 
 def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -> float:
     """Greatest distance from the function over its length, between the nodes."""
-    between = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, DEGREE + 1) / (DEGREE + 1))
-    x = np.concatenate([[1e-3], between])  # and beside the end, where intervals meet
     intervals = np.arange(len(polynomial.coefficients))[:, None]
-    t = (polynomial.start + polynomial.length * (intervals + x)).reshape(-1)
+    t = (polynomial.start + polynomial.length * (intervals + BETWEEN)).reshape(-1)
     expected = _in_blocks(function, t)[:, :3]
     error = np.sqrt(((evaluate(polynomial, t)[:, :3] - expected) ** 2).sum(axis=1))
     length = np.sqrt((expected**2).sum(axis=1))

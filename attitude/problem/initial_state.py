@@ -47,6 +47,19 @@ class Passages(NamedTuple):
     cuts: np.ndarray
 
 
+class DensityProfile(NamedTuple):
+    """The density of the air along an orbit, as a function of time.
+
+    Attributes
+    ----------
+    pieces : (n, AIR_WIDTH), of its logarithm (`kernels.layout`, AIR); the outermost extrapolate
+    cuts : (c,) s, ascending, where it or a derivative of it has a jump
+    """
+
+    pieces: np.ndarray
+    cuts: np.ndarray
+
+
 class CentralBody(NamedTuple):
     """The body that is orbited.
 
@@ -109,7 +122,7 @@ class Spin(NamedTuple):
     rotors: Any = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class InitialState:
     """A body, its state at the epoch, and the span of time that is asked for.
 
@@ -123,6 +136,7 @@ class InitialState:
     position, velocity : (3,), m and m/s, inertial, of the centre of mass at t = 0, or None
     orbit_path : OrbitPath or None
     order : indices of the body's principal axes, in the order of the rows of `axes`
+    refined : whether what is interpolated along the orbit is so in finer pieces, to estimate its error
     """
 
     body: RigidBody
@@ -137,6 +151,7 @@ class InitialState:
     velocity: np.ndarray | None = None
     orbit_path: OrbitPath | None = None
     order: tuple[int, int, int] = (0, 1, 2)
+    refined: bool = False
 
     @property
     def central_body(self) -> CentralBody | None:

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import torque_rows
-from .initial_state import InitialState, Passages, PiecewisePolynomial, Spin
+from .initial_state import DensityProfile, InitialState, Passages, PiecewisePolynomial, Spin
 
 
 class CachedTorque:
-    """A torque whose intervals, passages through the shadow, Sun vector and size (if it is the same for all
-    bodies) are computed once.
+    """A torque whose intervals, passages through the shadow, Sun vector, density and size (if it is the same
+    for all bodies) are computed once.
 
     Finding every passage through the shadow in a year takes longer than integrating the body over that year.
     """
@@ -39,6 +39,10 @@ class CachedTorque:
         """Return the cached vector to the Sun, m."""
         return self._sun
 
+    def air(self, initial_state: InitialState) -> DensityProfile | None:
+        """Return the cached density along the orbit."""
+        return self._air
+
     def size(self, initial_state: InitialState) -> float:
         """Upper bound, N m: of this body if the torque depends on the body, else the cached one."""
         return float(self.effect.size(initial_state)) if hasattr(self.effect, "sizes") else self._size
@@ -54,6 +58,10 @@ class CachedTorque:
     @cached_property
     def _sun(self) -> PiecewisePolynomial | None:
         return self.effect.sun(self._initial_state)
+
+    @cached_property
+    def _air(self) -> DensityProfile | None:
+        return self.effect.air(self._initial_state)
 
     @cached_property
     def _size(self) -> float:

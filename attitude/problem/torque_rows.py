@@ -6,6 +6,7 @@ are, and the bits of a body's result would depend on the batch it is in.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Protocol
@@ -14,7 +15,7 @@ import numpy as np
 
 from ..kernels import layout
 from ..rigid_body.body import RigidBody
-from .initial_state import InitialState
+from .initial_state import DensityProfile, InitialState
 
 # A body and an attitude without any symmetry, to find out on what the rows of a torque depend.
 PROBE_INERTIA = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
@@ -57,6 +58,29 @@ def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
             whole = turned(axes[:, None], np.swapaxes(half, 1, 2))
             out[:, k, 1:10] = (0.5 * (whole + np.swapaxes(whole, 1, 2))).reshape(-1, 9)
     return out
+
+
+class HasAir(Protocol):
+    """A torque, as far as its density goes."""
+
+    def air(self, initial_state: InitialState) -> DensityProfile | None:
+        """Return the density along the orbit, where it is a function of time."""
+
+
+def number_pieces(
+    rows: Sequence[np.ndarray], torques: Sequence[HasAir], initial_state: InitialState
+) -> np.ndarray:
+    """(m, AIR_WIDTH): the pieces of the densities of all torques, whose places are written into the rows.
+
+    rows : of each torque, (..., EFFECT_WIDTH)
+    """
+    pieces, first = [np.zeros((0, layout.AIR_WIDTH))], 0
+    for table, torque in zip(rows, torques, strict=True):
+        if (profile := torque.air(initial_state)) is not None:
+            table[..., layout.AIR_FIRST], table[..., layout.AIR_COUNT] = first, len(profile.pieces)
+            pieces.append(profile.pieces)
+            first += len(profile.pieces)
+    return np.concatenate(pieces)
 
 
 def follows_axes(torque: HasRows, initial_state: InitialState) -> bool:

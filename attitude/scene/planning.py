@@ -312,4 +312,5 @@ def of_torque(
         return make(False, "its torque is zero for this body and state, at every instant of the span")
     if drop_below is not None and influence < drop_below:
         return make(False, f"as asked, less than {drop_below:.1e} rad over the span")
-    return make(True, REASONS.get(effect.type, "a torque at every instant"))
+    model = effect.summary(initial_state)
+    return make(True, REASONS.get(effect.type, "a torque at every instant") + (f"; {model}" if model else ""))

@@ -50,6 +50,9 @@ class Rows:
     def sun(self, initial_state):
         return self._sun
 
+    def air(self, initial_state):
+        return None
+
     def size(self, initial_state):
         return self._size
 

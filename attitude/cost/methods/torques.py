@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 from ... import stopping
 from ...dynamics.arcs import Arc, instants_within
 from ...kernels import layout
+from ...problem.torque_rows import number_pieces
 from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from .euler import kernel, routine
 
@@ -28,6 +29,7 @@ TURN = 2.0 * np.pi
 
 # Codes of this file, so that numba's cache depends on nothing outside it.
 BODY_FIXED, INERTIAL, GRADIENT, EDDY, MAGNETIC, SOLAR_PLATE, DRAG_PLATE, INTERNAL = range(8)
+AIR_START, AIR_SCALE, AIR_POWERS, AIR_FIRST, AIR_COUNT = 0, 1, 2, 14, 15
 TORQUE_CODES = {
     layout.CONSTANT_BODY: BODY_FIXED,
     layout.CONSTANT_INERTIAL: INERTIAL,
@@ -51,7 +53,7 @@ class TorqueEquations:
     ----------
     start : (7,), wxyz of the principal axes and rate in them, rad a unit of time
     second : units of time in a second; a power of two
-    arguments : of `derivative`: body, effects, orbit, its pieces, Sun, its pieces
+    arguments : of `derivative`: body, effects, orbit, its pieces, Sun, its pieces, those of the density
     axes : of the principal frame in the body frame
     moments, rotors : (3,), kg m2 and N m s; alpha : 1/(N m s)
     """
@@ -72,6 +74,7 @@ class TorqueEquations:
         axes = Rotation.from_matrix(initial_state.axes.T)
         torques = environment.torques if arc is None else arc.torques
         rows = [torque.rows(initial_state) for torque in torques]
+        air = number_pieces(rows, torques, initial_state)
         table = np.concatenate([np.zeros((0, layout.EFFECT_WIDTH)), *rows])
         rotors = table[table[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
         alpha = float(table[table[:, 0] == layout.DISSIPATION, 1].sum())
@@ -83,7 +86,7 @@ class TorqueEquations:
         body = np.concatenate([initial_state.moments, rotors, [alpha, second]])
         table[:, 0] = [TORQUE_CODES[int(code)] for code in table[:, 0]]
         start = np.concatenate([attitude, rate / second])
-        arguments = body, table, *_orbit_and_sun(environment)
+        arguments = body, table, *_orbit_and_sun(environment), air
         return cls(start, second, arguments, axes, initial_state.moments, rotors, alpha)
 
     def to_body(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -274,21 +277,35 @@ def solar_plate(row, q, to_sun):
 
 
 @routine
-def drag_plate(row, q, r, v):
+def log_density(air, first, count, t):
+    """Logarithm of the density, kg/m3, on the last of the pieces that begins before t, or the first."""
+    piece = first
+    while piece + 1 < first + count and air[piece + 1, AIR_START] <= t:
+        piece += 1
+    x, value = (t - air[piece, AIR_START]) * air[piece, AIR_SCALE] - 1.0, 0.0
+    for k in range(air.shape[1] - 1, AIR_POWERS - 1, -1):
+        value = value * x + air[piece, k]
+    return value
+
+
+@routine
+def drag_plate(row, q, t, r, v, air):
     """Torque of drag on a plate, N m, body frame."""
     n, area, density, reference, height = three(row, 1), row[7], row[8], row[9], row[10]
     wind = plus(v, cross(three(row, 11), r), -1.0)
     speed = np.sqrt(dot(wind, wind))
     ahead = to_body(q, plus((0.0, 0.0, 0.0), wind, 1.0 / speed))
-    density *= np.exp((reference - np.sqrt(dot(r, r))) / height)
+    first, count = int(row[AIR_FIRST]), int(row[AIR_COUNT])
+    exponent = log_density(air, first, count, t) if count > 0 else (reference - np.sqrt(dot(r, r))) / height
+    density *= np.exp(exponent)
     push = -0.5 * density * speed**2 * area * max(dot(n, ahead), 0.0)
     return plus((0.0, 0.0, 0.0), cross(three(row, 4), ahead), push)
 
 
 @routine
-def torque(row, moments, q, w, t, r, v, s):  # noqa: PLR0911 (a return for each effect)
+def torque(row, moments, q, w, t, place, s, air):  # noqa: PLR0911 (a return for each effect)
     """Torque of one effect, N m, body frame."""
-    code = row[0]
+    code, (r, v) = row[0], place
     if code == BODY_FIXED:
         return three(row, 1)
     if code == INERTIAL:
@@ -302,7 +319,7 @@ def torque(row, moments, q, w, t, r, v, s):  # noqa: PLR0911 (a return for each 
     if code == SOLAR_PLATE:
         return solar_plate(row, q, plus(s, r, -1.0))
     if code == DRAG_PLATE:
-        return drag_plate(row, q, r, v)
+        return drag_plate(row, q, t, r, v, air)
     return 0.0, 0.0, 0.0  # rotors and dissipation enter by the momentum
 
 
@@ -316,7 +333,7 @@ def own_spin(moments, w):
 @routine
 def slope(time, y, f, arguments):
     """Write y' to f (7,); `body` holds moments, rotors, alpha, second."""
-    body, rows, orbit, pieces, sun, sun_pieces = arguments
+    body, rows, orbit, pieces, sun, sun_pieces, air = arguments
     moments, rotors, alpha, second = three(body, 0), three(body, 3), body[6], body[7]
     norm = 1.0 / np.sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3])
     q = y[0] * norm, y[1] * norm, y[2] * norm, y[3] * norm
@@ -332,7 +349,7 @@ def slope(time, y, f, arguments):
         s, _ = on_pieces(sun_pieces, sun[0], sun[1], t)
     push = plus(inner, cross(m, inner), alpha)
     for k in range(rows.shape[0]):
-        push = plus(push, torque(rows[k], moments, q, w, t, r, v, s), 1.0)
+        push = plus(push, torque(rows[k], moments, q, w, t, (r, v), s, air), 1.0)
     a, b, c = 0.5 * W[0] / second, 0.5 * W[1] / second, 0.5 * W[2] / second
     f[0] = -(y[1] * a + y[2] * b + y[3] * c)
     f[1] = y[0] * a + y[2] * c - y[3] * b

@@ -7,7 +7,6 @@ the columns position and velocity is one.
 
 from __future__ import annotations
 
-import csv
 import re
 from typing import BinaryIO
 
@@ -17,13 +16,11 @@ from ...errors import FormatError, InputError
 from ...frames.rotations import INERTIAL_FRAMES, TURNING_FRAMES
 from ...times.instants import Instants, as_instants
 from ...times.iso8601 import parse_times
-from .. import bounded_read
 from ..orbits import OrbitRows, OrbitSegment
 from ..schema import epoch_of_record
-from ..text_reader import TextReader, finite_number
 from .csv import metadata_of
+from .text_table import TextTable
 
-MAX_BYTES = 1 << 28
 POSITION = re.compile(r"(?:position_|pos_)?([xyz])_(k?m)")
 VELOCITY = re.compile(r"(?:velocity_|vel_|v)([xyz])_(k?m)_s")
 
@@ -32,28 +29,15 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
     """Orbit in a table; FormatError with the line of what is wrong."""
     if object_name is not None:
         raise FormatError(f"one object without a name, not {object_name!r}", source)
-    content = bounded_read.text(stream, source, MAX_BYTES).removeprefix(b"\xef\xbb\xbf")
-    lines = content.decode("utf-8", errors="replace").splitlines()
-    numbered = [(i, line) for i, line in enumerate(lines, start=1) if line.strip() and line[0] != "#"]
-    if len(numbered) < 2:
-        raise FormatError("no rows", source)
-    names = [name.strip().lower() for name in next(csv.reader([numbered[0][1]]))]
-    rows = list(csv.reader([line for _, line in numbered[1:]]))
-    numbers = [i for i, _ in numbered[1:]]
-    if len(rows) != len(numbers):
-        raise FormatError("quoted text that goes on over a line", source)
-    for row, number in zip(rows, numbers, strict=True):
-        if len(row) != len(names):
-            raise FormatError(f"{len(row)} values where {len(names)} belong", source, number)
-    table = _Table(names, rows, numbers, source)
-    meta = metadata_of(lines[:64], source) or {}
+    table = _StateTable.read(stream, source)
+    meta = metadata_of(table.lines[:64], source) or {}
     instants = table.instants(meta)
     velocities = table.vectors(VELOCITY, "velocity_x_m_s, velocity_y_m_s and velocity_z_m_s", False)
     positions = table.vectors(POSITION, "position_x_m, position_y_m and position_z_m", True)
     assert positions is not None
     later = np.diff(instants.seconds) > 0.0
     if not later.all():
-        number = numbers[int(np.argmin(later)) + 1]
+        number = table.numbers[int(np.argmin(later)) + 1]
         raise FormatError("an instant that is not after the one before", source, number)
     useable = float(instants.seconds[0]), float(instants.seconds[-1])
     frame = meta.get("frame", "")
@@ -62,24 +46,8 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
     return OrbitRows((OrbitSegment(instants, positions, velocities, None, useable),), frame, "", source)
 
 
-class _Table(TextReader):
-    """Columns of text by their names."""
-
-    def __init__(self, names: list[str], rows: list[list[str]], numbers: list[int], source: str):
-        super().__init__(source)
-        self.names, self.rows, self.numbers = names, rows, numbers
-        if len(set(names)) < len(names):
-            raise FormatError("a column name twice", source)
-
-    def column(self, index: int) -> np.ndarray:
-        """(n,) finite numbers."""
-        values = np.empty(len(self.rows))
-        for k, row in enumerate(self.rows):
-            values[k] = finite_number(row[index].strip())
-            if np.isnan(values[k]):
-                reason = f"{self.names[index]} is {row[index][:40]!r}, not a finite number"
-                raise self.error(reason, self.numbers[k])
-        return values
+class _StateTable(TextTable):
+    """Columns of states."""
 
     def vectors(self, form: re.Pattern[str], expected: str, is_needed: bool) -> np.ndarray | None:
         """(n, 3) in SI; None where there are no such columns."""

@@ -90,7 +90,7 @@ def march(bodies, span, instants, out, work, halted, *arrays):
     arrays : plates (n, P, PLATE_WIDTH), in components along the axes; forms of the sources without plates
         (n, S, FORM_WIDTH); sources (n, S, SOURCE_WIDTH); functions of the user's (n, U, EFFECT_WIDTH);
         scratch (P, 2) and (S, FORM_WIDTH); cuts (c,) s, ascending, where arcs end besides; lights (c + 1, S),
-        of the sources between them; orbit, its pieces, sun, its pieces, as `layout` has them
+        of the sources between them; orbit, its pieces, sun, its pieces, air, as `layout` has them
     """
     plates, base, sources, user_rows, flags, forms = arrays[:6]
     world = arrays[6:]
@@ -289,7 +289,7 @@ def _turn_per_momentum(record):
 def _place(record, state, now, h, own, memory, world):
     """What is known of the nodes beforehand: times, the two constant turns, places, directions, strengths."""
     (t, t_low, light), body, work = now, record.body, memory[0]
-    orbit, pieces, sun, sun_pieces = world[2:]
+    orbit, pieces, sun, sun_pieces, air = world[2:]
     L = momentum_of(state)
     size = math.sqrt(dot(L, L))
     inverse = 1.0 / size if size > 0.0 else 0.0
@@ -310,7 +310,7 @@ def _place(record, state, now, h, own, memory, world):
             now, now_low = work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i]
             place, _ = along_pieces(sun_pieces, sun[0], sun[1], now, now_low)
             put(work, SUN, i, place)
-    place_sources(own[2], light, work)
+    place_sources(own[2], light, air, work)
 
 
 @inlined

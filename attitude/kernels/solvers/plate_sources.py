@@ -3,7 +3,18 @@
 import math
 
 from ..intrinsics import fma, inlined, routine
-from ..layout import CONSTANT_INERTIAL, DRAG_PLATE, GRAVITY_GRADIENT, SOLAR_PLATE
+from ..layout import (
+    AIR_COUNT,
+    AIR_DEGREE,
+    AIR_FIRST,
+    AIR_POWERS,
+    AIR_SCALE,
+    AIR_START,
+    CONSTANT_INERTIAL,
+    DRAG_PLATE,
+    GRAVITY_GRADIENT,
+    SOLAR_PLATE,
+)
 from ..rotation import rotated_back
 from ..vectors import add_scaled, cross, dot, scaled
 from .plate_layout import (
@@ -70,7 +81,7 @@ def source_row(k, row):
 
 
 @routine
-def place_sources(sources, lights, work):
+def place_sources(sources, lights, air, work):
     """Direction and strength of every source at the nodes, whose times and places are there already.
 
     In rows whose place the compiler knows, and copied from there.  That there are as many nodes as there are
@@ -94,6 +105,8 @@ def place_sources(sources, lights, work):
                 direction = scaled(1.0 / math.sqrt(max(speed2, 1e-300)), wind)
                 _put_source(work, i, direction, (reference - math.sqrt(dot(r, r))) / height)
                 work[CHANGE * ARC_NODES + i] = -0.5 * density * speed2
+            if row[AIR_COUNT] > 0.0:
+                _place_air(row, air, work, nodes)
             for i in range(nodes):
                 work[RATE * ARC_NODES + i] = work[CHANGE * ARC_NODES + i] * math.exp(
                     work[RATE * ARC_NODES + i]
@@ -109,6 +122,32 @@ def place_sources(sources, lights, work):
         else:
             _place_field(row, work, nodes)
         _keep_source(k, work, nodes)
+
+
+@inlined
+def _place_air(row, air, work, nodes):
+    """Logarithm of the density at the nodes."""
+    first, count = int(row[AIR_FIRST]), int(row[AIR_COUNT])
+    for i in range(nodes):
+        now, now_low = work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i]
+        work[RATE * ARC_NODES + i] = log_density(air, first, count, now, now_low)
+
+
+@routine
+def log_density(air, first, count, t, t_low):
+    """On the polynomial of the piece that t is in (the outermost, outside), as `layout` has them."""
+    low, high = first, first + count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if air[middle, AIR_START] <= t:
+            low = middle
+        else:
+            high = middle
+    x = fma((t - air[low, AIR_START]) + t_low, air[low, AIR_SCALE], -1.0)
+    value = air[low, AIR_POWERS + AIR_DEGREE]
+    for power in range(AIR_DEGREE - 1, -1, -1):
+        value = fma(value, x, air[low, AIR_POWERS + power])
+    return value
 
 
 @inlined

@@ -1,0 +1,71 @@
+"""What models of the Earth's thermosphere share: geodetic places on the orbit, and their range."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import erfa
+import numpy as np
+
+from ..errors import InputError
+from ..frames.earth_fixed import celestial_pole, itrf, since_j2000
+from ..frames.inertial import FrameRotation, from_gcrf
+from ..frames.rotations import rotate
+from ..orbit.path_states import position
+from ..problem.initial_state import InitialState
+from ..times.instants import Instants
+from .atmosphere import Atmosphere
+from .effect import required_orbit_path
+
+WGS84 = 1  # number of erfa
+PURPOSE = "the density of the Earth's atmosphere"
+
+
+class EarthAtmosphere(Atmosphere):
+    """A model of the Earth's atmosphere between geodetic altitudes; needs an epoch.
+
+    The pole is that of the date (IAU 2006/2000A), without polar motion; UTC is taken for UT1 (within 13.5
+    arcseconds of longitude).
+    """
+
+    RANGE: ClassVar[tuple[float, float]] = (100e3, 1000e3)
+
+    def check(self, initial_state: InitialState) -> None:
+        """Refuse another central body, a scene without epoch, and a frame that is not known."""
+        if initial_state.epoch is None:
+            raise InputError("epoch", None, f"an epoch, which {self.name()} needs")
+        from_gcrf(initial_state.frame, PURPOSE)
+        central = initial_state.central_body
+        if central is not None and not central.is_earth:
+            expected = "a constant density or a table: the central body is not the Earth"
+            raise InputError("model", self.name(), expected)
+
+    def range(self) -> tuple[float, float]:
+        """Altitudes of the model, m."""
+        return self.RANGE
+
+    def altitude_along(self, initial_state: InitialState, t: np.ndarray) -> np.ndarray:
+        """(n,) m, above the ellipsoid of WGS 84."""
+        path = required_orbit_path(initial_state)
+        return geodetic(along_pole(initial_state, t, position(path, t)))[2]
+
+
+def along_pole(initial_state: InitialState, t: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """(n, 3): vectors (n, 3), along the scene's axes, along axes whose third is the pole of the date."""
+    days = since_j2000(Instants(t, None, initial_state.epoch))
+    return _turned(celestial_pole(days)[0], initial_state, vectors)
+
+
+def earth_fixed(initial_state: InitialState, t: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """(n, 3): vectors (n, 3), along the scene's axes, along those of ITRF."""
+    return _turned(itrf(Instants(t, None, initial_state.epoch), "utc"), initial_state, vectors)
+
+
+def _turned(turn: FrameRotation, initial_state: InitialState, vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(rotate(turn.quaternion, vectors @ from_gcrf(initial_state.frame, PURPOSE)))
+
+
+def geodetic(r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) each: longitude and latitude, rad, and altitude, m, over WGS 84, of positions (n, 3)."""
+    longitude, latitude, altitude = erfa.gc2gd(WGS84, r)
+    return longitude, latitude, altitude
