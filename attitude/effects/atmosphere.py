@@ -21,10 +21,12 @@ class Atmosphere(Part):
     """A density that depends on the place and the date.
 
     TOLERANCE : of the density's logarithm, to which it is interpolated along an orbit
+    ROUNDING : of the density's logarithm, with which the second solution is made
     PIECES_PER_REVOLUTION : polynomials, at the least and at the most
     """
 
     TOLERANCE: ClassVar[float] = 3e-12
+    ROUNDING: ClassVar[float] = 1e-12
     PIECES_PER_REVOLUTION: ClassVar[tuple[int, int]] = (12, 200)
 
     def __hash__(self) -> int:

@@ -52,6 +52,8 @@ def along(atmosphere: Atmosphere, initial_state: InitialState) -> DensityProfile
     pieces = np.zeros((len(starts), layout.AIR_WIDTH))
     pieces[:, layout.AIR_START], pieces[:, layout.AIR_SCALE] = starts, 2.0 / lengths
     pieces[:, layout.AIR_POWERS :] = coefficients
+    if initial_state.refined:  # what both have in common
+        pieces[:, layout.AIR_POWERS] += atmosphere.ROUNDING
     return DensityProfile(pieces, cuts)
 
 

@@ -31,6 +31,7 @@ class Nrlmsise00(EarthAtmosphere):
     """
 
     TOLERANCE: ClassVar[float] = 1e-6
+    ROUNDING: ClassVar[float] = 5e-7  # of single precision, and what is left of it on average over a pass
     PIECES_PER_REVOLUTION: ClassVar[tuple[int, int]] = (24, 48)
 
     model: Literal["nrlmsise00"]

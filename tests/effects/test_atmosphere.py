@@ -114,6 +114,7 @@ def test_profile_is_the_density_itself_at_any_instant(density, off, orbit):
     expected = model.log_densities(state, t)
     for each in (profile, density_profile.along(model, replace(state, refined=True))):
         assert np.abs(np.log(density_profile.evaluate(each, t)) - expected).max() < off
+    assert len(each.pieces) >= len(profile.pieces)
 
 
 def test_profile_breaks_where_the_orbit_passes_rows_of_the_table():

@@ -41,6 +41,8 @@ class PlateMotion:
     user : (t, rate) -> (3,) N m, body frame, a torque besides
     """
 
+    accuracy = ACCURACY
+
     def __init__(self, document, user=None):
         self.document, self.user = document, user
         self.moments = np.array(document["body"]["moments"], dtype=float)
@@ -65,6 +67,10 @@ class PlateMotion:
         """Position and velocity on the orbit."""
         c, s = math.cos(self.n * t), math.sin(self.n * t)
         return self.a * (c * self.P + s * self.Q), self.a * self.n * (c * self.Q - s * self.P)
+
+    def density(self, t, r):
+        """Of the air, kg/m3."""
+        return self.drag["density"]["value"]
 
     def directions(self, t):
         """Where the wind and the light come from: vectors, inertial."""
@@ -130,9 +136,10 @@ class PlateMotion:
         w = R.T @ wind
         d = math.sqrt(to_sun @ to_sun)
         s, pressure = R.T @ to_sun / d, (PRESSURE * (AU / d) ** 2 * self.light(t) if shines else 0.0)
+        density = self.density(t, r) if self.drag else 0.0
         for (source, plate, normal, centre, area), is_lit in zip(self.plates, lit, strict=True):
             if is_lit and source == 0:
-                force = -0.5 * self.drag["density"]["value"] * plate["coefficient"] * area * (normal @ w) * w
+                force = -0.5 * density * plate["coefficient"] * area * (normal @ w) * w
                 torque = torque + cross(centre, force)
             elif is_lit and pressure:
                 c, mirrored, scattered = normal @ s, plate["specular"], plate["diffuse"]
@@ -194,11 +201,11 @@ class PlateMotion:
                 return self.slope(t, y, lit, shines)
 
             first = unique(self.plates, counted)
-            found = solve_ivp(slope, (t, stop), y, events=[self.edge(i, lit) for i in first], **ACCURACY)
+            found = solve_ivp(slope, (t, stop), y, events=[self.edge(i, lit) for i in first], **self.accuracy)
             if found.status == 0:
                 return found.y[:, -1], lit, met
             end = found.t[-1]
-            y = solve_ivp(slope, (t, end), y, **ACCURACY).y[:, -1]
+            y = solve_ivp(slope, (t, end), y, **self.accuracy).y[:, -1]
             t, lit = end, lit.copy()
             now = self.cosines(t, y)
             for i in counted:
