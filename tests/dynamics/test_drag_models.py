@@ -37,6 +37,7 @@ BULGE = {"model": "harris_priester", "exponent": 3.0}
 NRL = {"model": "nrlmsise00", "f107": 150, "f107_average": 150, "ap": 15}
 CIRCLE = (6778.1e3, 0.0, 51.6, 0.0, 0.0)
 ELLIPSE = (6878.1e3, 0.0436, 51.6, 40.0, 250.0)
+OUTBOUND = (6878.1e3, 0.0436, 51.6, 40.0, 70.0)
 TLE = [
     "1 25544U 98067A   26079.50000000  .00010000  00000-0  18000-3 0  9992",
     "2 25544  51.6400 100.0000 0005000  60.0000 300.0000 15.50000000000015",
@@ -185,7 +186,7 @@ def errors(run, motion):
 
 CASES = {
     "table, ellipse": (TABLE, ELLIPSE, "elements", 1000.0),
-    "table, ellipse, backwards": (TABLE, ELLIPSE, "elements", -700.0),
+    "table, ellipse, backwards": (TABLE, OUTBOUND, "elements", -900.0),
     "table, rows of an ellipse": (TABLE, ELLIPSE, "table", 1000.0),
     "bulge, circle": (BULGE, CIRCLE, "elements", 1200.0),
     "bulge, ellipse": (BULGE, ELLIPSE, "elements", 1000.0),
