@@ -17,7 +17,7 @@ WORKDIR /src
 COPY pyproject.toml ./
 RUN python -c "import tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
 extras = project['optional-dependencies']; \
-print(*project['dependencies'], *(each for name in ('service', 'orbit', 'cost') for each in extras[name]), sep='\n')" >requirements.txt \
+print(*project['dependencies'], *(each for name in ('service', 'orbit', 'atmosphere', 'cost') for each in extras[name]), sep='\n')" >requirements.txt \
  && python -m pip --python /opt/attitude/bin/python install -r requirements.txt
 
 COPY README.md LICENSE ./

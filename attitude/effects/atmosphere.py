@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..documents.fields import Part
+from ..documents.files import document_path
 from ..documents.quantities import MassDensity
 from ..errors import InputError, unknown_name
 from ..problem.initial_state import InitialState
 
 # Class of each model, in the module of the model's name.
 _MODELS = {"harris_priester": "HarrisPriester", "nrlmsise00": "Nrlmsise00"}
-TABLE_KEYS = {"altitudes", "densities", "file"}
 
 
 class Atmosphere(Part):
@@ -74,10 +74,10 @@ def parse(value: Any) -> MassDensity | Atmosphere:
         if not isinstance(name, str) or name not in _MODELS:
             raise unknown_name("model", "model of the density", name, _MODELS)
         return model_class(name).model_validate(value)
-    if TABLE_KEYS & value.keys():
-        from .density_table import DensityTable, with_path
-
-        return DensityTable.model_validate(with_path(value))
+    if {"altitudes", "densities", "file"} & value.keys():
+        if isinstance(value.get("file"), str) and value["file"]:
+            value = value | {"file": document_path(value["file"], "altitudes and densities")}
+        return _table_class().model_validate(value)
     return MassDensity.model_validate(value)
 
 
@@ -86,8 +86,10 @@ def model_class(name: str) -> type[Atmosphere]:
     return getattr(import_module(f".{name}", __package__), _MODELS[name])
 
 
+def _table_class() -> type[Atmosphere]:
+    return import_module(".density_table", __package__).DensityTable
+
+
 def classes() -> list[type[Part]]:
     """The classes of a density."""
-    from .density_table import DensityTable
-
-    return [MassDensity, DensityTable, *(model_class(name) for name in _MODELS)]
+    return [MassDensity, _table_class(), *(model_class(name) for name in _MODELS)]

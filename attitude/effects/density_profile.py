@@ -15,7 +15,7 @@ from .atmosphere import Atmosphere
 from .effect import required_orbit_path
 
 # m: altitudes that differ by less are one, of a circular orbit and its rounding, and the ends of a range.
-ALTITUDE_ROUNDING = 1e-3
+ALTITUDE_ROUNDING = 1e-6
 SHORTEST_PIECE = 1e-6  # s
 # s, of the instants of extrema, where the altitude is flat, and of those at which it passes a level.
 EXTREMUM_TOLERANCE, CROSSING_TOLERANCE = 1e-3, 1e-7
@@ -27,7 +27,7 @@ REFINED_LENGTH, REFINED_TOLERANCE = 0.5, 0.4
 def along(atmosphere: Atmosphere, initial_state: InitialState) -> DensityProfile:
     """Profile over the span of the state; InputError where the orbit leaves the range of altitudes.
 
-    Found once for each state: whoever asks for it, asks several times.
+    Computed once for each state: plans and solvers ask several times for it.
     """
     path = required_orbit_path(initial_state)
     start, stop = initial_state.start, max(initial_state.stop, initial_state.start + 2.0 * SHORTEST_PIECE)

@@ -9,7 +9,6 @@ from pydantic import Field, model_validator
 
 from .. import units
 from ..documents.fields import Number, exactly_one
-from ..documents.files import document_path
 from ..documents.quantities import Measured
 from ..errors import FormatError, InputError
 from ..formats.tables.density_csv import read_density
@@ -120,10 +119,3 @@ class DensityTable(Atmosphere):
         first, last = self.range()
         rows = f"{len(self._table[0])} rows, {first / 1e3:g} km to {last / 1e3:g} km"
         return f"the table {self.file} ({rows})" if self.file else f"the table ({rows})"
-
-
-def with_path(value: dict[str, Any]) -> dict[str, Any]:
-    """The document of a table with the path of its file; InputError where documents may name none."""
-    if not isinstance(value.get("file"), str) or not value["file"]:
-        return value
-    return {**value, "file": document_path(value["file"], "altitudes and densities")}

@@ -8,8 +8,7 @@ import erfa
 import numpy as np
 
 from ..errors import InputError
-from ..frames.earth_fixed import celestial_pole, itrf, since_j2000
-from ..frames.inertial import FrameRotation, from_gcrf
+from ..frames.earth_fixed import celestial_pole, itrf, scene_axes, since_j2000
 from ..frames.rotations import rotate
 from ..orbit.path_states import position
 from ..problem.initial_state import InitialState
@@ -34,7 +33,7 @@ class EarthAtmosphere(Atmosphere):
         """Refuse another central body, a scene without epoch, and a frame that is not known."""
         if initial_state.epoch is None:
             raise InputError("epoch", None, f"an epoch, which {self.name()} needs")
-        from_gcrf(initial_state.frame, PURPOSE)
+        scene_axes(initial_state.frame, initial_state.epoch, PURPOSE)
         central = initial_state.central_body
         if central is not None and not central.is_earth:
             expected = "a constant density or a table: the central body is not the Earth"
@@ -46,23 +45,24 @@ class EarthAtmosphere(Atmosphere):
 
     def altitude_along(self, initial_state: InitialState, t: np.ndarray) -> np.ndarray:
         """(n,) m, above the ellipsoid of WGS 84."""
-        path = required_orbit_path(initial_state)
-        return geodetic(along_pole(initial_state, t, position(path, t)))[2]
+        return geodetic(along_pole(initial_state, t, celestial_positions(initial_state, t)))[2]
+
+
+def celestial_positions(initial_state: InitialState, t: np.ndarray) -> np.ndarray:
+    """(n, 3) m, on the orbit, along the axes of GCRF."""
+    r = position(required_orbit_path(initial_state), t)
+    return np.asarray(r @ scene_axes(initial_state.frame, initial_state.epoch, PURPOSE))
 
 
 def along_pole(initial_state: InitialState, t: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """(n, 3): vectors (n, 3), along the scene's axes, along axes whose third is the pole of the date."""
+    """(n, 3): vectors (n, 3), along the axes of GCRF, along axes whose third is the pole of the date."""
     days = since_j2000(Instants(t, None, initial_state.epoch))
-    return _turned(celestial_pole(days)[0], initial_state, vectors)
+    return np.asarray(rotate(celestial_pole(days)[0].quaternion, vectors))
 
 
 def earth_fixed(initial_state: InitialState, t: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """(n, 3): vectors (n, 3), along the scene's axes, along those of ITRF."""
-    return _turned(itrf(Instants(t, None, initial_state.epoch), "utc"), initial_state, vectors)
-
-
-def _turned(turn: FrameRotation, initial_state: InitialState, vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(rotate(turn.quaternion, vectors @ from_gcrf(initial_state.frame, PURPOSE)))
+    """(n, 3): vectors (n, 3), along the axes of GCRF, along those of ITRF."""
+    return np.asarray(rotate(itrf(Instants(t, None, initial_state.epoch), "utc").quaternion, vectors))
 
 
 def geodetic(r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

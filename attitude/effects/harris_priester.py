@@ -10,12 +10,9 @@ from pydantic import Field
 
 from ..documents.fields import Number
 from ..frames.celestial import sun_at
-from ..frames.inertial import from_gcrf
-from ..orbit.path_states import position
 from ..problem.initial_state import InitialState
 from ..times.instants import Instants
-from .earth_atmosphere import PURPOSE, EarthAtmosphere, along_pole, geodetic
-from .effect import required_orbit_path
+from .earth_atmosphere import EarthAtmosphere, along_pole, celestial_positions, geodetic
 
 LAG = math.radians(30.0)  # of the bulge behind the Sun, about the Earth's axis
 
@@ -52,10 +49,9 @@ class HarrisPriester(EarthAtmosphere):
 
     def log_densities(self, initial_state: InitialState, t: np.ndarray) -> np.ndarray:
         """(n,) on the orbit at instants (n,), s since the epoch."""
-        r = along_pole(initial_state, t, position(required_orbit_path(initial_state), t))
         to_sun = sun_at(Instants(t, None, initial_state.epoch))
-        to_frame = from_gcrf(initial_state.frame, PURPOSE)
-        return log_density(r, along_pole(initial_state, t, to_sun @ to_frame.T), self.exponent)
+        vectors = celestial_positions(initial_state, t), to_sun
+        return log_density(*(along_pole(initial_state, t, each) for each in vectors), self.exponent)
 
     def name(self) -> str:
         """The model and its exponent, for plans."""

@@ -9,12 +9,10 @@ from pydantic import Field
 
 from ..documents.fields import Number
 from ..errors import InputError
-from ..orbit.path_states import position
+from ..frames.daily_nodes import DAY
 from ..problem.initial_state import InitialState
-from .earth_atmosphere import EarthAtmosphere, earth_fixed, geodetic
-from .effect import required_orbit_path
+from .earth_atmosphere import EarthAtmosphere, celestial_positions, earth_fixed, geodetic
 
-DAY = 86400.0  # s
 UNIX_EPOCH = 2440587.5  # Julian date
 # km, above which the model leaves out the mixing of He, O, N2, O2, Ar, H and N: the density has small jumps.
 MIXING_LIMITS = (200.0, 300.0, 160.0, 250.0, 240.0, 450.0, 320.0)
@@ -58,7 +56,7 @@ class Nrlmsise00(EarthAtmosphere):
 
     def log_densities(self, initial_state: InitialState, t: np.ndarray) -> np.ndarray:
         """(n,): linear between whole seconds of UTC at the same place."""
-        r = position(required_orbit_path(initial_state), t)
+        r = celestial_positions(initial_state, t)
         longitude, latitude, altitude = geodetic(earth_fixed(initial_state, t, r))
         place = np.degrees(longitude), np.degrees(latitude), altitude / 1e3
         day, second = _date(initial_state)
