@@ -49,9 +49,9 @@ class HarrisPriester(EarthAtmosphere):
 
     def log_densities(self, initial_state: InitialState, t: np.ndarray) -> np.ndarray:
         """(n,) on the orbit at instants (n,), s since the epoch."""
-        to_sun = sun_at(Instants(t, None, initial_state.epoch))
-        vectors = celestial_positions(initial_state, t), to_sun
-        return log_density(*(along_pole(initial_state, t, each) for each in vectors), self.exponent)
+        r = along_pole(initial_state, t, celestial_positions(initial_state, t))
+        to_sun = along_pole(initial_state, t, sun_at(Instants(t, None, initial_state.epoch)))
+        return log_density(r, to_sun, self.exponent)
 
     def name(self) -> str:
         """The model and its exponent, for plans."""
