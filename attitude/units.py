@@ -45,6 +45,7 @@ CUSTOMARY_UNITS = {
     "inch": u.Unit(0.0254 * u.m),
     "sec": u.s,
 }
+MAX_UNIT_LENGTH = 100  # astropy takes seconds to parse 200,000 factors
 FACTOR = r"([A-Za-z%]+)(?:\^|\*\*)?(-?\d+)?"  # a word and its power
 
 
@@ -102,6 +103,8 @@ def extremes(array: np.ndarray) -> tuple[float, float]:
 def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
     """One unit `name` in SI units (or radians); InputError for a unit of another kind than `like`."""
     try:
+        if isinstance(name, str) and len(name) > MAX_UNIT_LENGTH:
+            raise ValueError(name)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", u.UnitsWarning)  # of the style of m/s/s
             return float(_unit(name).to(like))

@@ -32,7 +32,7 @@ class Observations(Part):
     estimated.
     """
 
-    columns: dict[str, Cells | Number] = Field(min_length=1)
+    columns: dict[str, Cells | Number] = Field(min_length=1, max_length=100)
     label: Text = ""
     frame: str | None = Field(None, examples=["ECLIPJ2000"])
     bias: StrictBool = False

@@ -7,6 +7,7 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from ..errors import AttitudeError, FormatError, note
+from ..samples.interpolation import MAX_STATED_DEGREE
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
 from . import bounded_read, stk_dates, stk_text
@@ -198,6 +199,8 @@ class _Reader(StkTextReader):
             order = 2 * rows - 1 if name.lower() == "hermite" else rows - 1
         elif "InterpolationOrder" not in self.keywords:
             note(f"{self.source}: no InterpolationOrder, taken as {DEFAULT_ORDER}")
+        if order > MAX_STATED_DEGREE:
+            raise self.error(f"interpolation of degree {order}: at most {MAX_STATED_DEGREE} is read", number)
         return OrbitMethod(name.lower(), max(order, 1))
 
     def _frame(self) -> tuple[str, str]:

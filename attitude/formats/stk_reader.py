@@ -17,14 +17,13 @@ from ..errors import AttitudeError, InputError, note, warn
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
-from ..samples.interpolation import InterpolationMethod
+from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
 from ..samples.resampling import with_method
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
 from ..times.leap_seconds import dubious_years
 from ..units import finite_array, refuse_where
 from . import line_blocks, schema, stk_dates, stk_text, text_rows, time_origin
-from .interpolant import MAX_DEGREE
 from .stk_dates import DATES, ELAPSED, iso_date
 from .stk_text import StkTextReader
 
@@ -239,8 +238,10 @@ class StkReader(StkTextReader):
     def _method(self) -> InterpolationMethod:
         """How STK interpolates the file; Lagrange of order 1 where it says nothing."""
         name, _ = self.keywords.get("InterpolationMethod", ("Lagrange", 0))
-        order, _ = self.keywords.get("InterpolationOrder", ("1", 0))
-        return InterpolationMethod(name.lower(), max(1, min(int(order), MAX_DEGREE)))
+        order, number = self.keywords.get("InterpolationOrder", ("1", 0))
+        if int(order) > MAX_STATED_DEGREE:
+            raise self.error(f"InterpolationOrder {order}: at most {MAX_STATED_DEGREE} is read", number)
+        return InterpolationMethod(name.lower(), max(1, int(order)))
 
     def _instants(self, elapsed: np.ndarray, numbers: np.ndarray) -> Instants:
         """Instants of the rows, since the scenario's epoch or the date of the first row."""

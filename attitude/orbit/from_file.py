@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from .. import stopping
 from ..documents.fields import exactly_one
 from ..documents.files import document_path
 from ..errors import FormatError, InputError
@@ -134,6 +135,7 @@ class OrbitFile(AboutABody):
 
     def _offset(self, segment: OrbitSegment, epoch: Time | None) -> float:
         """Seconds from the scene's epoch to that of the segment's instants."""
+        stopping.check()
         if segment.instants.epoch is None:
             return 0.0
         return float(as_instants(segment.instants.epoch, self._epoch(epoch), "epoch").seconds)
@@ -167,6 +169,7 @@ class OrbitFile(AboutABody):
         return table
 
     def _curves(self, table: StateTable, segment: OrbitSegment, start: float, stop: float) -> Curves:
+        stopping.check()
         count = None if segment.method is None else segment.method.row_count
         step = float(np.diff(table.seconds).max())
         part = table.part(start - step, stop + step, max(14, count or 0))
@@ -206,6 +209,7 @@ def _joined(parts: list[Curves], starts: list[float]) -> Curves:
         def curve(t: np.ndarray) -> np.ndarray:
             owner, values = np.searchsorted(starts, t, side="right"), np.empty((t.size, 3))
             for k in np.unique(owner):
+                stopping.check()
                 values[owner == k] = getattr(parts[k], name)(t[owner == k])
             return values
 

@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .. import stopping
 from ..errors import RegimeError
 from ..frames import rotations
 from ..times.instants import Instants
 
+MAX_STATED_DEGREE = 31  # that a file may state (SPICE takes 27): memory and time grow with its square
 MIN_LENGTH = 0.1  # of a polynomial through unit quaternions; where it is shorter they are too far apart
 
 
@@ -165,6 +167,7 @@ def lagrange_basis(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Values and derivatives of Lagrange's basis (m, w) through nodes t (m, w) at instants (m,)."""
     values, slopes = np.ones_like(t), np.zeros_like(t)
     for j in range(t.shape[1]):
+        stopping.check()
         for k in range(t.shape[1]):
             if k != j:
                 inverse = 1.0 / (t[:, j] - t[:, k])

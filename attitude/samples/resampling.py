@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from .. import stopping
 from ..errors import RegimeError
 from ..times.instants import Instants
 from .ephemeris_data import EphemerisData
@@ -78,6 +79,7 @@ class Interpolator:
         has_rate = all(segment.rate is not None for segment in self.interpolation.segments)
         rate = np.empty((*shape, flat.seconds.size, 3)) if has_rate else None
         for block in _blocks(owners):
+            stopping.check()
             segment = self.interpolation.segments[owners[block[0]]]
             attitude[..., block, :], omega = interpolate(segment, flat[block])
             if rate is not None and omega is not None:

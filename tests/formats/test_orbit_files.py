@@ -196,6 +196,13 @@ USEABLE = oem(
         ({"oem": INLINE["oem"]["oem"], "object": "OTHER"}, "orbit.oem", "no object 'OTHER', but SAT"),
         ({"stk": stk(ROWS, "EphemerisTimePos")}, "orbit.stk", "Hermite without velocities"),
         ({"stk": stk(ROWS, NumberOfEphemerisPoints=3)}, "orbit.stk", "line 4: 101 rows"),
+        (
+            {"oem": oem(oem_segment(ROWS, INTERPOLATION="LAGRANGE", INTERPOLATION_DEGREE="20000"))},
+            "orbit.oem",
+            "INTERPOLATION_DEGREE = 20000: not a whole number from 1 to 31",
+        ),
+        ({"stk": stk(ROWS, InterpolationOrder="20000")}, "orbit.stk", "degree 20000: at most 31"),
+        ({"stk": stk(ROWS, InterpolationSamplesM1="900000000")}, "orbit.stk", "at most 31 is read"),
         ({"stk": stk(ROWS, CoordinateSystem="MeanOfDate")}, "orbit.stk", "ICRF and J2000 are read"),
         ({"stk": stk(ROWS).replace("END Ephemeris", "")}, "orbit.stk", "ends before END"),
         ({"csv": csv(ROWS).replace("z_km,", "w_km,")}, "orbit.csv", "position_x_m"),

@@ -75,6 +75,26 @@ TABLE = {
     },
 }
 
+
+def oem(segments: int, rows: int, method: str = "") -> str:
+    """A circle in the plane of the equator, a row a second; segments end where the next one begins."""
+    head = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-01-01T00:00:00\nORIGINATOR = X\n"
+    meta = (
+        "META_START\nOBJECT_NAME = X\nOBJECT_ID = X\nCENTER_NAME = EARTH\nREF_FRAME = ICRF\nTIME_SYSTEM = UTC\n"
+        "START_TIME = 2026-03-20T12:00:00\nSTOP_TIME = 2026-03-21T00:00:00\n" + method + "META_STOP\n"
+    )
+    lines = [
+        f"2026-03-20T{12 + k // 3600}:{k // 60 % 60:02}:{k % 60:02} "
+        f"{7e3 * math.cos(1e-3 * k):.6f} {7e3 * math.sin(1e-3 * k):.6f} 0 0 0 0\n"
+        for k in range(segments * (rows - 1) + 1)
+    ]
+    firsts = range(0, len(lines) - 1, rows - 1)
+    return head + "".join(meta + "".join(lines[first : first + rows]) for first in firsts)
+
+
+DEGREE = "INTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 20000\n"
+ORBIT_SPAN = {"start": 0, "stop": 7000, "count": 10, "unit": "s"}
+
 GRADIENT = {"type": "gravity_gradient"}
 DIPOLE = {"type": "magnetic_dipole", "dipole": quantity([1, -2, 0.5], "A m2")}
 SUNLIGHT = {"type": "solar_pressure", "plates": [PLATE], "sun": "astropy"}
@@ -89,9 +109,38 @@ INTERVALS = [
 ]
 
 EPHEMERIS, PLAN, MOTION, COST = "/v1/ephemeris", "/v1/plan", "/v1/motion", "/v1/cost"
+WINDOWS, FIT = "/v1/windows", "/v1/fit"
 MANY = {"start": 0, "stop": 1e6, "count": 1_000_000, "unit": "s"}
 LONG = {"start": 0, "stop": 1e8, "count": 2, "unit": "s"}
 UNIT_RATE = rate(1e-15, 1, 1e-15)
+
+NEAR_THE_SUN = {"axis": "z", "to": "sun", "below": quantity(30, "deg")}
+NEAR_MOMENTUM = NEAR_THE_SUN | {"to": "momentum"}
+STILL = {"q_w": 1.0, "q_x": 0.0, "q_y": 0.0, "q_z": 0.0}
+SEEN = {
+    "elapsed [s]": [float(k) for k in range(20_000)],
+    "q_w": [math.cos(0.05 * k) for k in range(20_000)],
+    "q_x": 0.0,
+    "q_y": 0.0,
+    "q_z": [math.sin(0.05 * k) for k in range(20_000)],
+}
+DIRECTIONS = {
+    "elapsed [s]": SEEN["elapsed [s]"],
+    "body_x": 1.0,
+    "body_y": 0.0,
+    "body_z": 0.0,
+    "inertial_x": SEEN["q_w"],
+    "inertial_y": SEEN["q_z"],
+    "inertial_z": 0.0,
+}
+UNCERTAIN = {"attitude": quantity([1, 1, 1], "deg"), "angular_velocity": quantity([0.01] * 3, "deg/s")}
+
+
+def nested(condition: dict[str, Any], levels: int) -> dict[str, Any]:
+    for _ in range(levels):
+        condition = {"not": condition}
+    return condition
+
 
 # name: route and document
 HOSTILE: dict[str, tuple[str, Any]] = {
@@ -169,6 +218,51 @@ HOSTILE: dict[str, tuple[str, Any]] = {
         EPHEMERIS + "?format=stk&interpolation_error=1e-12",
         drop(BOX, 0.5, times=FEW | {"stop": 5}, epoch=EPOCH),
     ),
+    # orbits in files
+    "orbit of 8,000 segments": (
+        EPHEMERIS,
+        torques(GRADIENT, orbit={"oem": oem(8_000, 2)}, times=ORBIT_SPAN),
+    ),
+    "orbit of 40,000 rows": (EPHEMERIS, torques(GRADIENT, orbit={"oem": oem(1, 40_000)}, times=ORBIT_SPAN)),
+    "orbit by polynomials of degree 20,000": (
+        EPHEMERIS,
+        torques(GRADIENT, orbit={"oem": oem(1, 40_000, DEGREE)}, times=ORBIT_SPAN),
+    ),
+    "message of 300,000 attributes": (
+        EPHEMERIS,
+        {"apm": "<apm " + " ".join(f'b{k}=""' for k in range(300_000)) + "/>", "times": FEW},
+    ),
+    # windows
+    "windows over 30 years": (WINDOWS, {"scene": torques(), "condition": NEAR_THE_SUN}),
+    "windows over 30 years in shadow": (WINDOWS, {"scene": torques(), "condition": {"shadow": "umbra"}}),
+    "windows of a body that loses energy": (WINDOWS, {"scene": "explorer-1", "condition": NEAR_MOMENTUM}),
+    "windows of no width": (
+        WINDOWS + "?width=1e-300",
+        {"scene": torques(times=FEW | {"stop": 1e5}), "condition": NEAR_THE_SUN},
+    ),
+    "windows of 99 conditions": (
+        WINDOWS,
+        {"scene": torques(), "condition": {"or": [NEAR_THE_SUN | {"axis": [k, 1, 1]} for k in range(99)]}},
+    ),
+    "windows of 400 levels": (WINDOWS, {"scene": torques(), "condition": nested(NEAR_THE_SUN, 400)}),
+    # fits
+    "fit of 20,000 attitudes": (FIT, {"body": BODY, "observations": [{"columns": SEEN}]}),
+    "fit of 10,000 sets": (
+        FIT,
+        {"body": BODY, "observations": [{"columns": SEEN | {"elapsed [s]": [0.0]} | STILL}] * 10_000},
+    ),
+    "fit of 20,000 directions": (FIT, {"observations": [{"columns": DIRECTIONS}]}),
+    "fit of 100,000 columns": (
+        FIT,
+        {"body": BODY, "observations": [{"columns": {f"c{k}": [0.0] for k in range(100_000)}}]},
+    ),
+    # uncertainty, columns
+    "covariances of a million instants": (EPHEMERIS, free(times=MANY, uncertainty=UNCERTAIN)),
+    "covariances under torques": (EPHEMERIS, torques(GRADIENT, uncertainty=UNCERTAIN)),
+    "a million angles to the Sun": (
+        EPHEMERIS + "?format=csv&columns=" + ",".join(f"angle:{axis}:sun" for axis in ("x", "y", "z")),
+        torques(times=MANY),
+    ),
     # cost
     "cost beside the separatrix": (COST, free(angular_velocity=UNIT_RATE)),
     "cost on the separatrix": (
@@ -192,6 +286,7 @@ HOSTILE: dict[str, tuple[str, Any]] = {
         free(epoch=EPOCH, times={"dates": ["2026-03-20"] * 250_000, "scale": "utc"}),
     ),
     "200,000 unknown keys": (EPHEMERIS, free(**{f"key{k}": 0 for k in range(200_000)})),
+    "unit of 200,000 factors": (EPHEMERIS, free(body=BODY | {"unit": " ".join(["kg"] * 200_000)})),
     "deep lists": (EPHEMERIS, free(effects=[[[[[[]]]]]] * 99)),
     "motion beside the separatrix": (MOTION, free(angular_velocity=UNIT_RATE)),
 }

@@ -5,10 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from xml.parsers import expat
 
+from ... import stopping
 from ...errors import FormatError
 from ..text_reader import TextReader
 
-MAX_TEXT_BYTES = 1 << 20  # of one name, text or comment
+MAX_TEXT_BYTES = 1 << 20  # of one name, tag, text or comment
+PIECE_BYTES = 1 << 16  # expat holds the interpreter's lock while it parses one
 
 
 class ExpatReader(TextReader, ABC):
@@ -25,6 +27,7 @@ class ExpatReader(TextReader, ABC):
         super().__init__(source)
         self.stack: list[str] = []
         self.text: list[str] = []
+        self.parsed_bytes = 0
         self.parser = parser = expat.ParserCreate()
         parser.buffer_text = True
         parser.StartElementHandler = self.start
@@ -51,8 +54,17 @@ class ExpatReader(TextReader, ABC):
 
     def parse(self, data: bytes, is_final: bool) -> None:
         """Parse the next bytes of the file; FormatError where they are not XML."""
+        for first in range(0, max(1, len(data)), PIECE_BYTES):
+            stopping.check()
+            piece = data[first : first + PIECE_BYTES]
+            self._parse_piece(piece, is_final and first + PIECE_BYTES >= len(data))
+            self.parsed_bytes += len(piece)
+            if self.parsed_bytes - max(0, self.parser.CurrentByteIndex) > MAX_TEXT_BYTES:
+                raise self.error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
+
+    def _parse_piece(self, piece: bytes, is_final: bool) -> None:
         try:
-            self.parser.Parse(data, is_final)
+            self.parser.Parse(piece, is_final)
         except expat.ExpatError as error:
             raise self.error(f"not XML: {expat.ErrorString(error.code)}", error.lineno) from None
         except (LookupError, ValueError) as error:  # an encoding that Python has not

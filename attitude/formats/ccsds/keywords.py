@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...errors import FormatError, suggestion
+from ...samples.interpolation import MAX_STATED_DEGREE
 
 VERSIONS = ("1.0", "2.0")
 # Names of the SANA registries (celestial body reference frames, orbit-relative frames) and others in use, for
@@ -168,6 +169,13 @@ class KeywordBlock:
         """Value in capitals, with underscores for blanks: how the standard writes enumerated values."""
         value = self.values.get(name)
         return None if value is None else "_".join(value.upper().split())
+
+    def degree(self) -> int | None:
+        """INTERPOLATION_DEGREE; FormatError if it is none."""
+        degree = self.get("INTERPOLATION_DEGREE")
+        if degree is not None and degree not in map(str, range(1, MAX_STATED_DEGREE + 1)):
+            raise self.error("INTERPOLATION_DEGREE", f"not a whole number from 1 to {MAX_STATED_DEGREE}")
+        return None if degree is None else int(degree)
 
     def error(self, name: str, reason: str) -> FormatError:
         """FormatError that names the keyword, its value and its line."""

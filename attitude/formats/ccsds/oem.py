@@ -6,6 +6,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ... import stopping
 from ...errors import AttitudeError
 from ...times.instants import Instants
 from ..orbits import OrbitMethod, OrbitRows, OrbitSegment
@@ -114,6 +115,7 @@ class _OemReader(TextReader):
         return OrbitRows(segments, frame, first.get("CENTER_NAME") or "", self.source)
 
     def _segment(self, fields: KeywordBlock, rows: list[NdmLine]) -> OrbitSegment:
+        stopping.check()
         system = fields.get("TIME_SYSTEM") or ""
         if system not in TIME_SYSTEMS:
             raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
@@ -156,15 +158,13 @@ class _OemReader(TextReader):
         return float(instants.seconds[1])
 
     def _method(self, fields: KeywordBlock) -> OrbitMethod | None:
-        name, degree = fields.get("INTERPOLATION"), fields.get("INTERPOLATION_DEGREE")
+        name, degree = fields.get("INTERPOLATION"), fields.degree()
         if name is None:
             return None
         if name not in INTERPOLATION_METHODS:
             raise fields.error("INTERPOLATION", f"not one of {', '.join(INTERPOLATION_METHODS)}")
         if degree is None and name != "LINEAR":
             raise fields.error("INTERPOLATION", "no INTERPOLATION_DEGREE beside it")
-        if degree is not None and not (degree.isascii() and degree.isdigit() and int(degree[:5]) > 0):
-            raise fields.error("INTERPOLATION_DEGREE", "not a whole number greater than 0")
         if name == "LINEAR":
             return OrbitMethod("lagrange", 1)
-        return OrbitMethod(name.lower(), int((degree or "1")[:5]))
+        return OrbitMethod(name.lower(), degree or 1)

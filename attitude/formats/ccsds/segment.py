@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ... import stopping
 from ...errors import FormatError, note
 from ...samples.interpolation import InterpolationMethod
 from .. import text_rows
@@ -56,19 +57,17 @@ class Segment:
 
     def _read_method(self) -> InterpolationMethod | None:
         """How the file is to be interpolated; None where it states nothing."""
-        name, degree = self.fields.get("INTERPOLATION_METHOD"), self.fields.get("INTERPOLATION_DEGREE")
+        name, degree = self.fields.get("INTERPOLATION_METHOD"), self.fields.degree()
         if name is not None and name not in INTERPOLATION_METHODS:
             raise self.fields.error("INTERPOLATION_METHOD", f"not one of {', '.join(INTERPOLATION_METHODS)}")
         if name is not None and degree is None:
             raise self.fields.error("INTERPOLATION_METHOD", "no INTERPOLATION_DEGREE beside it")
-        if degree is not None and not (degree.isascii() and degree.isdigit() and int(degree[:10]) > 0):
-            raise self.fields.error("INTERPOLATION_DEGREE", "not a whole number greater than 0")
         if name is None or degree is None:
             return None
         return (
             InterpolationMethod("lagrange", 1)
             if name == "LINEAR"
-            else InterpolationMethod(name.lower(), int(degree[:10]))
+            else InterpolationMethod(name.lower(), degree)
         )
 
     def _read_span(self) -> dict[str, tuple[int, int]]:
@@ -145,6 +144,7 @@ class Segment:
 
     def close(self, line: int) -> None:
         """End the segment; FormatError if it has no attitudes."""
+        stopping.check()
         if not self.blocks:
             raise FormatError("no attitudes between DATA_START and DATA_STOP", self.source, line)
 
