@@ -226,16 +226,21 @@ class Compute:
             self.running.discard(job)
 
     async def blocks(self, blocks: Iterator[bytes]) -> AsyncIterator[bytes]:
-        """The blocks of an answer, each computed while the one before is on its way, and none beyond that."""
-        ahead = asyncio.ensure_future(self.run(next, blocks, None))
+        """The blocks of an answer, each computed while the one before is on its way, and none beyond that.
+
+        The first is there already: an answer that has begun has sent it, whatever becomes of the others.
+        """
+        block, ahead = next(blocks, None), None
         try:
-            while (block := await ahead) is not None:
+            while block is not None:
                 ahead = asyncio.ensure_future(self.run(next, blocks, None))
                 await asyncio.sleep(0)  # it begins before this one is copied into the socket
                 yield block
+                block = await ahead
         finally:
-            ahead.add_done_callback(lambda task: task.cancelled() or task.exception())
-            ahead.cancel()
+            if ahead is not None:
+                ahead.add_done_callback(lambda task: task.cancelled() or task.exception())
+                ahead.cancel()
 
     def _admit(self, job: Job) -> None:
         """Once a request, which counts until it has left; HTTPException 503 where there are too many."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from astropy import units as u
-from pydantic import Field, StrictBool, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, StrictBool, ValidationError, model_validator
 
 from ..documents.fields import Number, Part, Text, exactly_one, field_within, input_error, parse_json
 from ..ephemeris import Ephemeris
@@ -22,7 +22,15 @@ from .fit_result import Fit
 from .observation_table import Table, read_table
 from .observations import Attitudes, BodyRates, ObservationSet
 
+MAX_COLUMNS = 100
 Cells = list[Number | str | None]
+
+
+def _few(columns: Any) -> Any:
+    """Refused before each is looked at."""
+    if isinstance(columns, dict) and len(columns) > MAX_COLUMNS:
+        raise ValueError(f"at most {MAX_COLUMNS} columns")
+    return columns
 
 
 class Observations(Part):
@@ -32,7 +40,7 @@ class Observations(Part):
     estimated.
     """
 
-    columns: dict[str, Cells | Number] = Field(min_length=1, max_length=100)
+    columns: Annotated[dict[str, Cells | Number], BeforeValidator(_few)] = Field(min_length=1)
     label: Text = ""
     frame: str | None = Field(None, examples=["ECLIPJ2000"])
     bias: StrictBool = False

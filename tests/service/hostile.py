@@ -80,8 +80,10 @@ def oem(segments: int, rows: int, method: str = "") -> str:
     """A circle in the plane of the equator, a row a second; segments end where the next one begins."""
     head = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-01-01T00:00:00\nORIGINATOR = X\n"
     meta = (
-        "META_START\nOBJECT_NAME = X\nOBJECT_ID = X\nCENTER_NAME = EARTH\nREF_FRAME = ICRF\nTIME_SYSTEM = UTC\n"
-        "START_TIME = 2026-03-20T12:00:00\nSTOP_TIME = 2026-03-21T00:00:00\n" + method + "META_STOP\n"
+        "META_START\nOBJECT_NAME = X\nOBJECT_ID = X\nCENTER_NAME = EARTH\nREF_FRAME = ICRF\n"
+        "TIME_SYSTEM = UTC\nSTART_TIME = 2026-03-20T12:00:00\nSTOP_TIME = 2026-03-21T00:00:00\n"
+        + method
+        + "META_STOP\n"
     )
     lines = [
         f"2026-03-20T{12 + k // 3600}:{k // 60 % 60:02}:{k % 60:02} "

@@ -17,7 +17,7 @@ from attitude import Scene
 from attitude.formats.encoding import coalesced, encoded_file
 from attitude.formats.registry import FORMATS
 from attitude.samples.chunks import CHUNK_INSTANTS
-from service import create_app, streaming
+from service import computations, create_app, streaming
 from service.errors import UNEXPECTED
 from service.settings import Settings
 
@@ -39,6 +39,22 @@ def long(document, count=LONG):
 def large_client(client):
     """Limits for long answers; warm, for `client` is."""
     return TestClient(create_app(Settings(max_samples=2 * LONG)), raise_server_exceptions=False)
+
+
+@pytest.mark.parametrize("encoding", ["identity", "gzip"])
+def test_seconds_used_up_before_the_second_block_cut_the_answer_and_are_no_error(
+    large_client, document, monkeypatch, caplog, encoding
+):
+    def spent(*_):
+        job = computations.current.get()
+        job.max_seconds = 0  # as if the first block had taken all
+        return streaming.Computed(iter([b"first,\n" * 200, b"second\n"]), False, "text/csv", {})
+
+    monkeypatch.setattr(computations, "ephemeris", spent)
+    answer = large_client.post("/v1/ephemeris", json=document, headers={"accept-encoding": encoding})
+    assert answer.status_code == 200
+    assert "second" not in answer.text
+    assert "unexpected error" not in caplog.text
 
 
 # -- blocks ---------------------------------------------------------------------------------------
