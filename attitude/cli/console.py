@@ -46,7 +46,7 @@ def announce_compilation(options: Namespace) -> None:
 
 @contextmanager
 def progress_bar(options: Namespace) -> Iterator[Callable[[float], None] | None]:
-    """Yield what draws a bar, called with the fraction done; None where standard error is no terminal.
+    """Yield what draws a bar with rate and time left, called with the fraction done; None where standard error is no terminal.
 
     The first fraction is where a resumed run begins: the time that is left is estimated from there.
     """
@@ -62,9 +62,10 @@ def progress_bar(options: Namespace) -> Iterator[Callable[[float], None] | None]
         if bar is None:
             if fraction >= 1.0:
                 return
-            form = "{percentage:3.0f}% |{bar:30}| {remaining} left"
-            bar = tqdm(total=1.0, initial=fraction, bar_format=form, leave=False, miniters=0, file=sys.stderr)
-        bar.update(fraction - bar.n)
+            form = "{percentage:3.0f}% |{bar:30}| {rate_fmt}, {remaining} left"
+            look = {"unit": "%", "bar_format": form, "leave": False, "miniters": 0}
+            bar = tqdm(total=100.0, initial=100.0 * fraction, file=sys.stderr, **look)
+        bar.update(100.0 * fraction - bar.n)
 
     try:
         yield show
