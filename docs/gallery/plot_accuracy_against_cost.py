@@ -20,7 +20,7 @@ report = measure(
     methods=["ours", "rk4", "dop853", "lsoda"],
 )
 
-figure, axes = plt.subplots(figsize=(7.5, 4.5), layout="constrained")
+figure, axes = plt.subplots(figsize=(8.0, 5.0), layout="constrained")
 colours = ("#000000", "#cc79a7", "#d55e00", "#0072b2")
 families = dict.fromkeys(cell.family for cell in report.cells)
 for family, colour in zip(families, colours, strict=True):
@@ -38,5 +38,5 @@ for family, colour in zip(families, colours, strict=True):
 axes.set(
     xlabel="time a sample, ns", ylabel="largest attitude error, rad", title="4179 Toutatis, 2000 samples"
 )
-axes.legend(fontsize=8, ncols=2)
+figure.legend(fontsize=8, ncols=4, loc="outside lower center")
 plt.show()
