@@ -46,9 +46,10 @@ def announce_compilation(options: Namespace) -> None:
 
 @contextmanager
 def progress_bar(options: Namespace) -> Iterator[Callable[[float], None] | None]:
-    """Yield what draws a bar with rate and time left, called with the fraction done; None where standard error is no terminal.
+    """Yield what draws a bar, called with the fraction done; None where standard error is no terminal.
 
-    The first fraction is where a resumed run begins: the time that is left is estimated from there.
+    It has the rate and the time that is left, which are estimated from the first fraction: where a resumed
+    run begins.
     """
     if not is_watched(options):
         yield None
