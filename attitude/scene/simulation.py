@@ -61,6 +61,7 @@ ESTIMATE_OF_ARCS = (
     "its rounding (docs/torques.md, section 5)"
 )
 SECONDS_PER_PIECE = 1e-4  # measured: of an orbit that is interpolated from a table, a model or a file
+SECONDS_PER_PIECE_OF_AIR = 5e-4  # measured: of a density by a table or a model, and of the refined one
 BOUNCING = "closed form between contacts"
 
 
@@ -137,7 +138,9 @@ class SimulationInputs:
         if self.exact is None:
             path = self.initial_state.orbit_path
             pieces = 0 if path is None or path.refined is None else len(path.coefficients)
-            seconds = self.candidate.seconds + SECONDS_PER_PIECE * pieces
+            profiles = (torque.air(self.initial_state) for torque in self.torques)
+            air = sum(len(profile.pieces) for profile in profiles if profile is not None)
+            seconds = self.candidate.seconds + SECONDS_PER_PIECE * pieces + SECONDS_PER_PIECE_OF_AIR * air
             return seconds + samples * self.candidate.sample_seconds
         return 2e-5 + samples * 9e-9  # of a closed form, measured by tests/benchmarks/test_speed.py
 
