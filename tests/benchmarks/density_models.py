@@ -66,9 +66,8 @@ def row(name, orbit):
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    print(
-        f"{'':34}{'profile':>11} {'pieces':>6} {'cuts':>6} {'error':>8} {'run':>11} {'foretold':>11} {'bound, rad':>10}"
-    )
+    columns = f"{'pieces':>6} {'cuts':>6} {'error':>8} {'run':>11} {'foretold':>11} {'bound, rad':>10}"
+    print(f"{'':34}{'profile':>11} {columns}")
     for where, orbit in (("circle", CIRCLE), ("ellipse", ELLIPSE)):
         for name in MODELS:
             print(f"{where:10}{name:24}{row(name, orbit)}")
