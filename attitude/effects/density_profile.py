@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from .. import stopping
 from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import samples
@@ -74,8 +75,9 @@ def instants_of(profile: DensityProfile) -> np.ndarray:
 
 def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
     """Ascending instants of the span with no more than one extremum of the altitude between three of them."""
-    t = samples(path)[::2]
+    t = samples(path)
     if path.numbers[0] == layout.KEPLER:
+        t = t[::8]  # even in the eccentric anomaly: 90 a revolution
         first, last = np.floor((start - t[0]) / path.period), np.ceil((stop - t[0]) / path.period)
         t = (t + path.period * np.arange(first, last + 1.0)[:, None]).reshape(-1)
     return np.concatenate([[start], t[(t > start) & (t < stop)], [stop]])
@@ -134,6 +136,7 @@ def _crossings(
 
 def _altitudes(atmosphere: Atmosphere, initial_state: InitialState, t: np.ndarray) -> np.ndarray:
     """Altitudes at instants of any shape."""
+    stopping.check()
     return atmosphere.altitude_along(initial_state, t.reshape(-1)).reshape(t.shape)
 
 
