@@ -344,7 +344,7 @@ def test_keyboard_reaches_every_control_in_the_order_of_the_page(visit_3d):
             page.evaluate("(e => e.id || e.parentElement.id || e.className)(document.activeElement)")
         )
     head = ["skip", "keys-open", "theme", "scene", "run", "document", "tidy", "restore"]
-    pictures = ["body-view", "camera", "track", "body-reset", "polhode-view", "polhode-reset"]
+    pictures = ["body-reset", "body-view", "camera", "track", "polhode-reset", "polhode-view"]
     order = [*head, *pictures, "play", "back", "forth", "time", "speed", "measure"]
     assert [name for name in reached if name in order][: len(order)] == order
 

@@ -35,6 +35,7 @@ export class Course {
     this.energy = this.t.map((_, i) => 0.5 * dot(this.omegaAt(i), times(this.inertia, this.omegaAt(i))));
     this.sigmas = "attitude_covariance_xx_rad2" in columns ? this.#sigmas(column) : null;
     this.rate = this.t.map((_, i) => norm(this.omegaAt(i)));
+    this.meanRate = this.rate.reduce((sum, rate) => sum + rate, 0) / this.length;
     this.turn = this.#greatestTurn();
   }
 
@@ -57,10 +58,6 @@ export class Course {
   /** Whether the samples are close enough for a picture between them. */
   get connected() {
     return this.turn <= MOST_TURN;
-  }
-
-  get meanRate() {
-    return this.rate.reduce((sum, rate) => sum + rate, 0) / this.length;
   }
 
   omegaAt(i) {

@@ -12,7 +12,7 @@ const GROUPS = [
   { legend: "Attitude, quaternion", fields: ["1", "2", "3", "4"].map((label, i) => ({ label, pointer: `/attitude/quaternion/${i}` })) },
   { legend: "Attitude, Euler angles", fields: [...["1", "2", "3"].map((label, i) => ({ label, pointer: `/attitude/euler/${i}` })), unit("/attitude/unit")] },
   { legend: "Body rate", fields: [...xyz("/angular_velocity/value"), unit("/angular_velocity/unit")] },
-  { legend: "Epoch", add: "/epoch", fields: [{ label: "date and time", pointer: "/epoch/time", text: true, wide: true }, { label: "scale", pointer: "/epoch/scale", text: true }] },
+  { legend: "Epoch", add: "/epoch", fields: [{ label: "date", pointer: "/epoch/time", text: true, wide: true }, { label: "scale", pointer: "/epoch/scale", text: true }] },
   { legend: "Times", fields: [...["start", "stop", "step", "count"].map((label) => ({ label, pointer: `/times/${label}` })), unit("/times/unit")] },
 ];
 

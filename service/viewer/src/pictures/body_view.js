@@ -12,6 +12,7 @@ const PAINTS = ["--x", "--y", "--z"];
 const NAMES = ["x", "y", "z"];
 const STILL = [1, 0, 0, 0];
 const MOST_POINTS = 24000;
+const MOST_DASHED = 3000;
 const TAIL_POINTS = 320;
 const TAIL_TURNS = 1.25;
 const FILLS = 0.6; // of the sphere, by the body
@@ -247,7 +248,7 @@ export class BodyView {
     const { course } = this.reference;
     const axis = NAMES.indexOf(this.track);
     if (axis < 0 || this.camera !== "inertial" || !course.connected) return;
-    const points = course.smooth(MOST_POINTS / 4).map((t) => rotate(course.at(t).quaternion, AXES[axis]));
+    const points = course.smooth(MOST_DASHED).map((t) => rotate(course.at(t).quaternion, AXES[axis]));
     if (points.length > 1) this.stage.scene.add(dashed(points, colour("--muted")));
   }
 

@@ -130,8 +130,9 @@ export class Stage {
       if (place === point) this.world.localToWorld(at);
       at.project(this.camera);
       const wanted = [(0.5 + 0.5 * at.x) * width, (0.5 - 0.5 * at.y) * height];
-      const [x, y] = freeOf(taken, within(wanted, width, height));
-      taken.push([x, y]);
+      label.room ||= label.offsetWidth;
+      const [x, y] = freeOf(taken, within(wanted, width, height), label.room);
+      taken.push([x, y, label.room]);
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
     }
   }
@@ -180,19 +181,21 @@ export class Stage {
 }
 
 const EDGE = 12; // px that a name keeps from the edge
-const APART = 17; // px between two names
+const APART = 16; // px from one name to that above or below
 
 const within = ([x, y], width, height) => [
   Math.max(EDGE, Math.min(width - EDGE, x)),
   Math.max(EDGE, Math.min(height - EDGE, y)),
 ];
 
-/** The place, or the first round about it where no other name is. */
-function freeOf(taken, [x, y]) {
-  for (const distance of [0, APART, 1.8 * APART]) {
-    for (const [across, down] of [[0, 1], [1, 0], [-1, 0], [0, -1]]) {
+/** The place, or the first round about it where a name so wide covers no other. */
+function freeOf(taken, [x, y], wide) {
+  const isFree = (place) =>
+    taken.every(([ox, oy, other]) => Math.abs(place[1] - oy) >= APART || Math.abs(place[0] - ox) >= 0.5 * (wide + other) + 3);
+  for (const distance of [0, APART, 2 * APART]) {
+    for (const [across, down] of [[0, 1], [0, -1], [1, 0], [-1, 0]]) {
       const place = [x + distance * across, y + distance * down];
-      if (taken.every((other) => Math.hypot(place[0] - other[0], place[1] - other[1]) >= APART)) return place;
+      if (isFree(place)) return place;
     }
   }
   return [x, y];
@@ -200,8 +203,14 @@ function freeOf(taken, [x, y]) {
 
 // -- things to put in a scene ---------------------------------------------------------------------
 
-/** A line through points, `width` in pixels. */
+const MOST_WIDE = 3000; // points of a line that has a width: each segment of it is drawn as two triangles
+
+/** A line through points, `width` in pixels; of very many points it is as thin as can be. */
 export function line(points, paint, width = 1.5, more = {}) {
+  if (points.length > MOST_WIDE && !more.dashed) {
+    const thin = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(points.flat(), 3));
+    return new THREE.Line(thin, new THREE.LineBasicMaterial({ color: paint, fog: true, ...more }));
+  }
   const geometry = new LineGeometry();
   geometry.setPositions(new Float32Array(points.flat()));
   return new Line2(geometry, material(paint, width, more));
