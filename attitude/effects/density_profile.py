@@ -18,10 +18,6 @@ from .effect import required_orbit_path
 # m: altitudes that differ by less are one, of a circular orbit and its rounding, and the ends of a range.
 ALTITUDE_ROUNDING = 1e-6
 SHORTEST_PIECE = 1e-6  # s
-# s, of the instants of extrema, where the altitude is flat, and of those at which it passes a level.
-EXTREMUM_TOLERANCE, CROSSING_TOLERANCE = 1e-3, 1e-7
-# Of a profile that another one is compared with: pieces are shorter, and the tolerance is less, by these.
-REFINED_LENGTH, REFINED_TOLERANCE = 0.5, 0.4
 
 
 @lru_cache(maxsize=16)
@@ -38,15 +34,12 @@ def along(atmosphere: Atmosphere, initial_state: InitialState) -> DensityProfile
     jumps = atmosphere.jumps(initial_state)
     cuts = np.unique(np.concatenate([jumps, _crossings(atmosphere, initial_state, t, altitude)]))
     cuts = cuts[(cuts > start) & (cuts < stop)]
-    knots = _knots(path)
-    ends = np.unique(np.concatenate([[start], cuts, knots[(knots > start) & (knots < stop)]]))
-    ends = np.append(ends[np.append(np.diff(ends) > SHORTEST_PIECE, ends[-1] < stop - SHORTEST_PIECE)], stop)
-    ends[0] = start
-    fineness = (REFINED_LENGTH, REFINED_TOLERANCE) if initial_state.refined else (1.0, 1.0)
+    # in the second solution pieces are half as long, and nearer to the density
+    fineness = (0.5, 0.4) if initial_state.refined else (1.0, 1.0)
     longest, shortest = (fineness[0] * path.period / n for n in atmosphere.PIECES_PER_REVOLUTION)
     starts, lengths, coefficients = interpolated_between(
         lambda instants: atmosphere.log_densities(initial_state, instants),
-        ends,
+        _ends(path, cuts, start, stop),
         (max(SHORTEST_PIECE, shortest), longest),
         fineness[1] * atmosphere.TOLERANCE,
     )
@@ -83,11 +76,16 @@ def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
     return np.concatenate([[start], t[(t > start) & (t < stop)], [stop]])
 
 
-def _knots(path: OrbitPath) -> np.ndarray:
-    """(n,) s, at which the polynomials of an orbit meet."""
-    if path.numbers[0] == layout.KEPLER:
-        return np.zeros(0)
-    return path.numbers[1] + path.numbers[2] * np.arange(1, len(path.coefficients))
+def _ends(path: OrbitPath, cuts: np.ndarray, start: float, stop: float) -> np.ndarray:
+    """(k,) s: start, cuts, where the polynomials of an orbit meet, and stop; none close to the next."""
+    ends = np.concatenate([[start], cuts])
+    if path.numbers[0] != layout.KEPLER:
+        knots = path.numbers[1] + path.numbers[2] * np.arange(1, len(path.coefficients))
+        ends = np.concatenate([ends, knots[(knots > start) & (knots < stop)]])
+    ends = np.append(np.unique(ends), stop)
+    ends = np.append(ends[:-1][np.diff(ends) > SHORTEST_PIECE], stop)
+    ends[0] = start
+    return ends
 
 
 def _monotone_between(atmosphere: Atmosphere, initial_state: InitialState, t: np.ndarray) -> np.ndarray:
@@ -104,7 +102,7 @@ def _monotone_between(atmosphere: Atmosphere, initial_state: InitialState, t: np
             minima = find_minimum(
                 lambda x, sign=sign: sign * _altitudes(atmosphere, initial_state, x),
                 (t[near], t[near + 1], t[near + 2]),
-                tolerances={"xatol": EXTREMUM_TOLERANCE},
+                tolerances={"xatol": 1e-3},  # s; the altitude is flat there
             )
             found.append(np.asarray(minima.x))
     return np.unique(np.concatenate(found))
@@ -129,7 +127,7 @@ def _crossings(
         lambda x, level: _altitudes(atmosphere, initial_state, x) - level,
         (t[interval], t[interval + 1]),
         args=(levels[index],),
-        tolerances={"xatol": CROSSING_TOLERANCE},
+        tolerances={"xatol": 1e-7},  # s
     )
     return np.asarray(roots.x)[np.isfinite(roots.x)]
 

@@ -17,8 +17,7 @@ from ..problem.initial_state import InitialState
 from .atmosphere import Atmosphere
 from .effect import required_orbit_path
 
-MIN_ROWS = 2
-Rows = Annotated[list[Number], Field(min_length=MIN_ROWS, fail_fast=True)]
+Rows = Annotated[list[Number], Field(min_length=2, fail_fast=True)]
 
 
 class Altitudes(Measured):

@@ -14,8 +14,6 @@ from ..problem.initial_state import InitialState
 from .earth_atmosphere import EarthAtmosphere, celestial_positions, earth_fixed, geodetic
 
 UNIX_EPOCH = 2440587.5  # Julian date
-# km, above which the model leaves out the mixing of He, O, N2, O2, Ar, H and N: the density has small jumps.
-MIXING_LIMITS = (200.0, 300.0, 160.0, 250.0, 240.0, 450.0, 320.0)
 Flux = Annotated[Number, Field(ge=50.0, le=500.0)]  # solar flux units, 1e-22 W/(m2 Hz)
 
 
@@ -43,8 +41,8 @@ class Nrlmsise00(EarthAtmosphere):
         _pymsis()
 
     def levels(self) -> np.ndarray:
-        """Altitudes at which the model changes its formulas, m."""
-        return 1e3 * np.sort(MIXING_LIMITS)
+        """Altitudes, m, above which mixing of N2, He, Ar, O2, O, N or H is left out, with a small jump."""
+        return 1e3 * np.array([160.0, 200.0, 240.0, 250.0, 300.0, 320.0, 450.0])
 
     def jumps(self, initial_state: InitialState) -> np.ndarray:
         """Midnights of UTC, s since the epoch; a leap second in the span is not counted."""
