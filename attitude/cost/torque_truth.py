@@ -35,7 +35,7 @@ def reach(problem: InitialValueProblem, budget: float) -> float:
     part = min(1.0, max_radians / (pace * problem.unit)) if pace else 1.0
     t = np.linspace(0.0, part * problem.unit, 65)
     _, rates = library_solvers.integrate(problem, 1.0 / (pace or 1.0), t, decay=1e-6)
-    faster = np.maximum(pace, np.sqrt((rates**2).sum(axis=1)))
+    faster = np.maximum(pace, np.linalg.norm(rates, axis=1))
     radians = np.cumsum(faster[1:]) * (t[1] - t[0])
     return (
         part

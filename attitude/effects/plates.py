@@ -106,7 +106,7 @@ class Surfaces(NamedTuple):
 
     def _greatest(self) -> float:
         steepest = self.areas * (1.0 + self.specular + 2.0 / 3.0 * self.diffuse)
-        reach = float(steepest @ np.sqrt((self.centres**2).sum(axis=1)))
+        reach = float(steepest @ np.linalg.norm(self.centres, axis=1))
         if reach == 0.0:
             return 0.0
         greatest = 0.0

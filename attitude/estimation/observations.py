@@ -128,7 +128,7 @@ class ObservationSet:
 
     def sizes(self, residuals: np.ndarray) -> np.ndarray:
         """(n,), rad, rad/s or m: how far each observation is off."""
-        return np.sqrt((residuals**2).sum(axis=1))
+        return np.asarray(np.linalg.norm(residuals, axis=1))
 
 
 def _vectors(value: Any, count: int, field_name: str, unit: u.UnitBase | None = None) -> np.ndarray:
@@ -143,7 +143,7 @@ def _vectors(value: Any, count: int, field_name: str, unit: u.UnitBase | None = 
 
 def _directions(value: Any, count: int, field_name: str) -> np.ndarray:
     vectors = _vectors(value, count, field_name)
-    length = np.sqrt((vectors**2).sum(axis=1, keepdims=True))
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
     units.refuse_where(length[:, 0] == 0.0, vectors, field_name, "a direction, not zero")
     return vectors / length
 
@@ -196,7 +196,7 @@ class Attitudes(ObservationSet):
     def derivatives(self, attitude: np.ndarray, residuals: np.ndarray) -> np.ndarray:
         """log(exp(-theta) exp(r)) = r - J theta, J the inverse of the left Jacobian of r."""
         del attitude
-        angle = np.sqrt((residuals**2).sum(axis=1))
+        angle = np.linalg.norm(residuals, axis=1)
         safe = np.where(angle > SMALL_ANGLE, angle, 1.0)
         quadratic = (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2
         quadratic = np.where(angle > SMALL_ANGLE, quadratic, 1.0 / 12.0)
@@ -335,7 +335,7 @@ class RangeOffsets(ObservationSet):
     def bias_unit(self, rate: float) -> float:
         """The greatest distance of the points."""
         del rate
-        return float(np.sqrt((self.point**2).sum(axis=1)).max()) or 1.0
+        return float(np.linalg.norm(self.point, axis=1).max()) or 1.0
 
     def _turned(self, quaternion: np.ndarray) -> Self:
         return replace(self, line_of_sight=rotations.rotate(quaternion, self.line_of_sight))

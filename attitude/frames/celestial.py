@@ -56,7 +56,7 @@ def dipole_field(position: np.ndarray) -> np.ndarray:
     B = (R/r)^3 (3 (g.u) u - g), with g = (g11, h11, g10) and u the unit vector of the position.
     """
     gauss = np.array([G11, H11, G10])
-    distance = np.sqrt((position**2).sum(axis=-1, keepdims=True))
+    distance = np.linalg.norm(position, axis=-1, keepdims=True)
     unit = position / distance
     along = 3.0 * (unit @ gauss)[..., None] * unit - gauss
     return np.asarray((REFERENCE_RADIUS / distance) ** 3 * along)
@@ -76,7 +76,7 @@ def shadow_heights(
 
     Returns also the radius of the surface there (n,), m, which is negative behind the tip of the umbra.
     """
-    distance2, sun_distance = (position**2).sum(axis=1), np.sqrt((sun**2).sum(axis=1))
+    distance2, sun_distance = (position**2).sum(axis=1), np.linalg.norm(sun, axis=1)
     sunward = (position * sun).sum(axis=1) / sun_distance
     sine = side * (SUN_RADIUS + side * radius) / sun_distance
     across = np.sqrt(np.maximum(distance2 - sunward**2, 0.0))

@@ -85,9 +85,9 @@ def _knots(path: OrbitPath) -> np.ndarray:
 
 def qsw_axes(r: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(n, 3, 3) whose columns are the axes; (n,) distance, m, and specific angular momentum, m2/s."""
-    distance, speed = (np.sqrt((vector**2).sum(axis=-1)) for vector in (r, v))
+    distance, speed = (np.linalg.norm(vector, axis=-1) for vector in (r, v))
     normal = np.cross(r, v)
-    momentum = np.sqrt((normal**2).sum(axis=-1))
+    momentum = np.linalg.norm(normal, axis=-1)
     if not (momentum > 1e-9 * distance * speed).all():  # the least sine of the angle between them
         raise RegimeError("orbit: where the body moves along the radius its orbit has no plane")
     x, z = r / distance[:, None], normal / momentum[:, None]

@@ -94,7 +94,7 @@ def limits(path: OrbitPath) -> OrbitLimits:
         speed = a * rate * math.sqrt((1.0 + e) / (1.0 - e))
         return OrbitLimits(float(speed), float(a * rate**2 / (1.0 - e) ** 2), float(a * (1.0 - e)), 0.0)
     polynomial = as_polynomial(path)
-    size = np.sqrt((polynomial.coefficients**2).sum(axis=1))
+    size = np.linalg.norm(polynomial.coefficients, axis=1)
     k = np.arange(size.shape[1])
     speed = float((size @ k).max() / (0.5 * polynomial.length))
     acceleration = float((size @ (k * (k - 1))).max() / (0.5 * polynomial.length) ** 2)
@@ -111,7 +111,7 @@ def normals(path: OrbitPath) -> np.ndarray:
     polynomial = as_polynomial(path)
     t = polynomial.start + polynomial.length * np.arange(len(polynomial.coefficients) + 1)
     normal = np.cross(position(path, t), velocity(path, t))
-    size = np.sqrt((normal**2).sum(axis=1))
+    size = np.linalg.norm(normal, axis=1)
     return normal[size > 0.0] / size[size > 0.0, None]  # a body falling straight down has none
 
 

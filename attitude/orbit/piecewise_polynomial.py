@@ -125,7 +125,7 @@ def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -
     t = (polynomial.start + polynomial.length * (intervals + BETWEEN)).reshape(-1)
     expected = _in_blocks(function, t)[:, :3]
     error = np.sqrt(((evaluate(polynomial, t)[:, :3] - expected) ** 2).sum(axis=1))
-    length = np.sqrt((expected**2).sum(axis=1))
+    length = np.linalg.norm(expected, axis=1)
     return float((error / length).max()) if (length > 0.0).all() else math.inf
 
 

@@ -98,7 +98,7 @@ def check_table(
     behind = np.concatenate([[False], ~(np.diff(table.seconds) > 0.0)])
     _refuse_first(names[0], behind, table.seconds, "instants in ascending order, none twice")
     radius = 0.0 if central.radius is None else central.radius
-    inside = np.sqrt((table.positions**2).sum(axis=1)) <= radius
+    inside = np.linalg.norm(table.positions, axis=1) <= radius
     outside = f"a position outside the central body (radius {radius:g} m)"
     _refuse_first(names[1], inside, table.positions, outside)
 
@@ -238,8 +238,8 @@ def _check_velocities(table: StateTable, errors: np.ndarray, alone: StateTable, 
     """
     assert table.velocities is not None
     slopes = interpolate_states(alone, count, table.seconds, derivative=1)
-    off, speed = (np.sqrt((v**2).sum(axis=1)) for v in (slopes - table.velocities, table.velocities))
-    distance = np.sqrt((table.positions**2).sum(axis=1)).max()
+    off, speed = (np.linalg.norm(v, axis=1) for v in (slopes - table.velocities, table.velocities))
+    distance = np.linalg.norm(table.positions, axis=1).max()
     uncertain = MAX_OVER_MEDIAN * float(errors.max()) * distance / float(np.diff(table.seconds).min())
     wrong = off > MAX_RELATIVE_VELOCITY * speed + uncertain
     expected = "the derivative of the positions, in the same inertial axes"
@@ -263,7 +263,7 @@ def _errors(
 
 def _relative(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(m,): distances between positions (m, 3), relative to that from the central body."""
-    distance = np.sqrt((other**2).sum(axis=1))
+    distance = np.linalg.norm(other, axis=1)
     difference: np.ndarray = np.sqrt(((one - other) ** 2).sum(axis=1)) / np.maximum(distance, 1e-300)
     return difference
 

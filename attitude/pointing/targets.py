@@ -84,7 +84,7 @@ def unit_vectors(vectors: np.ndarray, noun: str) -> np.ndarray:
     if not greatest.all():
         raise RegimeError(f"{noun} is not defined where its vector is zero")
     scaled = vectors / greatest
-    return np.asarray(scaled / np.sqrt((scaled**2).sum(axis=-1, keepdims=True)))
+    return np.asarray(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True))
 
 
 def angle(data: EphemerisData, axis: Any, to: Any) -> np.ndarray:

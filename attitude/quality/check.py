@@ -192,7 +192,7 @@ def _rates(data: EphemerisData, interpolation: Interpolation) -> Iterator[Findin
         return
     q = data.quaternion("wxyz")
     turns = rotations.rotation_vectors(q[:-1], q[1:])[inside]
-    greatest = float(np.sqrt((turns**2).sum(axis=1)).max())
+    greatest = float(np.linalg.norm(turns, axis=1).max())
     text = f"at most {math.degrees(greatest):.4g} deg from one attitude to the next"
     is_aliased = greatest > MAX_ROTATION
     if is_aliased:
@@ -209,7 +209,7 @@ def _rate_agreement(data: EphemerisData, turns: np.ndarray, inside: np.ndarray) 
     rate = data.angular_velocity
     steps = np.diff(data.elapsed)[:, None]
     predicted = (0.5 * (rate[1:] + rate[:-1]) * steps)[inside]
-    size = np.sqrt((predicted**2).sum(axis=1))
+    size = np.linalg.norm(predicted, axis=1)
     if size.max() > math.pi:
         turn_count = float(size.max() / (2 * math.pi))
         text = f"by its rates the body turns {turn_count:.3g} times between attitudes: sampled too slowly"

@@ -38,7 +38,7 @@ class EphemerisComparison:
     @property
     def angle(self) -> np.ndarray:
         """(n,) rad between the attitudes."""
-        return np.sqrt((self.rotation**2).sum(axis=-1))
+        return np.asarray(np.linalg.norm(self.rotation, axis=-1))
 
     def to_dict(self) -> dict[str, Any]:
         """Greatest and rms differences, where they are, and per axis, as plain data."""
@@ -72,7 +72,7 @@ class EphemerisComparison:
 
 
 def _summary(vectors: np.ndarray, instants: Instants) -> dict[str, Any]:
-    size = np.sqrt((vectors**2).sum(axis=-1))
+    size = np.linalg.norm(vectors, axis=-1)
     worst = int(np.argmax(size))
     return {
         "greatest": float(size[worst]),

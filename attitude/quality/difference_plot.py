@@ -31,7 +31,7 @@ def _draw(comparison: EphemerisComparison, figure: Figure) -> None:
     unit, length = time_unit(seconds)
     axes = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
     for axis, (title, vectors) in zip(axes, panels, strict=True):
-        axis.plot(seconds / length, np.sqrt((vectors**2).sum(axis=1)), color=BLACK, label="size")
+        axis.plot(seconds / length, np.linalg.norm(vectors, axis=1), color=BLACK, label="size")
         for i, (name, colour) in enumerate(zip("xyz", (RED, BLUE, GREEN), strict=True)):
             axis.plot(seconds / length, vectors[:, i], color=colour, linestyle=DASHED, label=f"body {name}")
         axis.set_title(title, loc="left")

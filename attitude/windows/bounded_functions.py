@@ -105,7 +105,7 @@ class AngleFunction:
         vector = targets.target_vector(data, self.to)
         towards = targets.unit_vectors(vector, f"the direction of {self.to!r:.40}")
         values = targets.angle_between(targets.direction(data, self.axis), towards) - self.threshold
-        distance = np.sqrt((vector**2).sum(axis=-1))
+        distance = np.linalg.norm(vector, axis=-1)
         state = np.stack([self.motion.rate(data), np.broadcast_to(distance, values.shape)], axis=-1)
         return Sample(values, state)
 
@@ -139,7 +139,7 @@ class ShadowFunction:
         heights, edge = shadow_heights(position, sun, self.radius, self.side)
         if self.side < 0.0:  # behind the tip of the umbra the Sun is a ring, and gives light
             heights = heights - 2.0 * np.minimum(edge, 0.0)
-        return Sample(heights / self.radius, np.sqrt((position**2).sum(axis=1))[:, None])
+        return Sample(heights / self.radius, np.linalg.norm(position, axis=1)[:, None])
 
     def max_rate(self, state: np.ndarray, duration: np.ndarray) -> np.ndarray:
         """(n,) per s over durations (n,), s: of the body, and of the shadow at its distance."""

@@ -23,7 +23,7 @@ from ..text_reader import check_number, finite_number
 from .block_reader import Block, BlockReader, capitals
 from .conventions import RowConvention
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epochs, to_instants
-from .keywords import ANGLES, ANGLES_DOT, ANGVEL, Q_DOT, VALUE, Q, is_value
+from .keywords import ANGLES, ANGLES_DOT, ANGVEL, HEADER, Q_DOT, VALUE, Q, is_value
 from .ndm import NdmLine, Syntax, read_ndm
 
 ELEMENTS = {
@@ -38,7 +38,6 @@ ELEMENTS = {
     "user": "USER",
 }
 SYNTAX = Syntax("acm", ("2.0",), ELEMENTS, {"attLine": (), "covLine": ()})
-HEADER = ("CLASSIFICATION", "CREATION_DATE", "ORIGINATOR", "MESSAGE_ID")
 DCM = tuple(f"DCM_{i}{j}" for j in (1, 2, 3) for i in (1, 2, 3))  # column by column (annex B4)
 ATTITUDES = {"QUATERNION": Q, "EULER_ANGLES": ANGLES, "DCM": DCM}
 RATES = {

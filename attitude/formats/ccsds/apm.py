@@ -21,6 +21,7 @@ from .keywords import (
     ANGLES,
     ANGLES_DOT,
     ANGVEL,
+    HEADER,
     INERTIA,
     MOMENTUM,
     NUTATION,
@@ -45,7 +46,6 @@ BLOCKS = {
     "metadata": "META",
 }
 SYNTAX = Syntax("apm", ("1.0", "2.0"), BLOCKS, {})
-HEADER = {"CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"}
 METADATA = {"OBJECT_NAME", "OBJECT_ID", "CENTER_NAME", "TIME_SYSTEM", "EPOCH"}
 FRAMES = {"REF_FRAME_A", "REF_FRAME_B"}
 KEYWORDS = {
@@ -135,7 +135,7 @@ class _Message(BlockReader):
             self.open = None
 
     def _add(self, line: NdmLine) -> None:
-        known = KEYWORDS[self.open.name] if self.open else HEADER | METADATA
+        known = KEYWORDS[self.open.name] if self.open else HEADER.keys() | METADATA
         fields = self.open.fields if self.open else self.fields
         if line.keyword not in known:
             where = f"a block {self.open.name}" if self.open else "the header and metadata"
@@ -146,7 +146,7 @@ class _Message(BlockReader):
 
     def _add_first_version(self, line: NdmLine) -> None:
         """Version 1 has no delimiters in KVN: a keyword tells its block, and MAN_EPOCH_START a new one."""
-        if line.keyword in HEADER | METADATA:
+        if line.keyword in HEADER.keys() | METADATA:
             self.fields.setdefault(line.keyword, line)
             return
         block, name = FIRST_VERSION.get(line.keyword, ("", ""))

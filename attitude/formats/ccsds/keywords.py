@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from ...errors import FormatError, suggestion
 from ...samples.interpolation import MAX_STATED_DEGREE
+from .epochs import TIME_SYSTEMS, RowError, parse_epoch
 
 VERSIONS = ("1.0", "2.0")
 # Names of the SANA registries (celestial body reference frames, orbit-relative frames) and others in use, for
@@ -176,6 +177,36 @@ class KeywordBlock:
         if degree is not None and degree not in map(str, range(1, MAX_STATED_DEGREE + 1)):
             raise self.error("INTERPOLATION_DEGREE", f"not a whole number from 1 to {MAX_STATED_DEGREE}")
         return None if degree is None else int(degree)
+
+    def time_system(self) -> str:
+        """The TIME_SYSTEM; FormatError for one that is not read."""
+        system = self.get("TIME_SYSTEM") or ""
+        if system not in TIME_SYSTEMS:
+            raise self.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
+        return system
+
+    def time(self, name: str) -> tuple[int, int] | None:
+        """(second, atto) of an epoch; None where there is none, FormatError for what is no epoch."""
+        if name not in self.values:
+            return None
+        try:
+            return parse_epoch(self.values[name].encode("ascii", "replace"), self.time_system())
+        except RowError as error:
+            raise self.error(name, error.reason) from None
+
+    def interpolation(self, keyword: str) -> tuple[str, int] | None:
+        """Kind of polynomials and their degree, where a method is stated; FormatError for unknown ones.
+
+        A degree is not needed beside an OEM's LINEAR, which needs none.
+        """
+        name, degree = self.get(keyword), self.degree()
+        if name is not None and name not in INTERPOLATION_METHODS:
+            raise self.error(keyword, f"not one of {', '.join(INTERPOLATION_METHODS)}")
+        if name is not None and degree is None and (name, keyword) != ("LINEAR", "INTERPOLATION"):
+            raise self.error(keyword, "no INTERPOLATION_DEGREE beside it")
+        if name is None:
+            return None
+        return ("lagrange", 1) if name == "LINEAR" else (name.lower(), degree or 1)
 
     def error(self, name: str, reason: str) -> FormatError:
         """FormatError that names the keyword, its value and its line."""

@@ -8,11 +8,10 @@ import numpy as np
 
 from ... import stopping
 from ...errors import AttitudeError
-from ...times.instants import Instants
 from ..orbits import OrbitMethod, OrbitRows, OrbitSegment
 from ..text_reader import TextReader
-from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
-from .keywords import BOTH, INTERPOLATION_METHODS, Keyword, KeywordBlock, frame_named
+from .epochs import RowError, Timestamps, to_instants
+from .keywords import BOTH, HEADER, Keyword, KeywordBlock, frame_named
 from .ndm import NdmLine, Syntax, read_ndm
 from .rows import parse_rows
 
@@ -24,12 +23,6 @@ SYNTAX = Syntax(
     {"metadata": "META", "covarianceMatrix": "COVARIANCE"},
     {"stateVector": ("EPOCH", *COLUMNS, *ACCELERATIONS)},
 )
-HEADER = {
-    "CLASSIFICATION": Keyword(BOTH),
-    "CREATION_DATE": Keyword(BOTH, True),
-    "ORIGINATOR": Keyword(BOTH, True),
-    "MESSAGE_ID": Keyword(BOTH),
-}
 METADATA = {
     "OBJECT_NAME": Keyword(BOTH, True),
     "OBJECT_ID": Keyword(BOTH),
@@ -116,9 +109,7 @@ class _OemReader(TextReader):
 
     def _segment(self, fields: KeywordBlock, rows: list[NdmLine]) -> OrbitSegment:
         stopping.check()
-        system = fields.get("TIME_SYSTEM") or ""
-        if system not in TIME_SYSTEMS:
-            raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
+        system = fields.time_system()
         if not rows:
             raise self.error("a segment without rows", max(fields.lines.values()))
         width = len(rows[0].value.split()) - 1
@@ -140,31 +131,14 @@ class _OemReader(TextReader):
         start, stop = max(start, ends[0]), min(stop, ends[1])
         if not start <= stop:
             raise fields.error("USEABLE_START_TIME", "no rows in the useable span")
-        return OrbitSegment(
-            instants, 1e3 * numbers[:3].T, 1e3 * numbers[3:6].T, self._method(fields), (start, stop)
-        )
+        stated = fields.interpolation("INTERPOLATION")
+        method = None if stated is None else OrbitMethod(*stated)
+        return OrbitSegment(instants, 1e3 * numbers[:3].T, 1e3 * numbers[3:6].T, method, (start, stop))
 
     def _useable(self, fields: KeywordBlock, end: str, stamps: Timestamps, system: str) -> float | None:
         """An end of the useable span, s since the first row."""
-        name = f"USEABLE_{end}_TIME"
-        if name not in fields.values:
+        time = fields.time(f"USEABLE_{end}_TIME")
+        if time is None:
             return None
-        try:
-            time = parse_epoch(fields.values[name].encode("ascii", "replace"), system)
-            both = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
-            instants: Instants = to_instants(both, system)
-        except RowError as error:
-            raise fields.error(name, error.reason) from None
-        return float(instants.seconds[1])
-
-    def _method(self, fields: KeywordBlock) -> OrbitMethod | None:
-        name, degree = fields.get("INTERPOLATION"), fields.degree()
-        if name is None:
-            return None
-        if name not in INTERPOLATION_METHODS:
-            raise fields.error("INTERPOLATION", f"not one of {', '.join(INTERPOLATION_METHODS)}")
-        if degree is None and name != "LINEAR":
-            raise fields.error("INTERPOLATION", "no INTERPOLATION_DEGREE beside it")
-        if name == "LINEAR":
-            return OrbitMethod("lagrange", 1)
-        return OrbitMethod(name.lower(), degree or 1)
+        both = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
+        return float(to_instants(both, system).seconds[1])

@@ -13,8 +13,8 @@ from ...errors import FormatError, note
 from ...samples.interpolation import InterpolationMethod
 from .. import text_rows
 from .conventions import row_convention
-from .epochs import TIME_SYSTEMS, RowError, Timestamps, moved, parse_epoch, parse_epochs, unit_of
-from .keywords import ATTITUDE_TYPES, INTERPOLATION_METHODS, SHARED_KEYWORDS, KeywordBlock
+from .epochs import RowError, Timestamps, moved, parse_epochs, unit_of
+from .keywords import ATTITUDE_TYPES, SHARED_KEYWORDS, KeywordBlock
 from .rows import parse_rows
 
 COMMENTS = re.compile(rb"(?m)^[ \t]*COMMENT\b.*$")
@@ -40,46 +40,24 @@ class Segment:
     def __init__(self, fields: KeywordBlock):
         self.fields = fields
         self.source = fields.source
-        self.system = fields.get("TIME_SYSTEM") or ""
-        if self.system not in TIME_SYSTEMS:
-            raise fields.error("TIME_SYSTEM", f"this version reads {', '.join(TIME_SYSTEMS)}")
+        self.system = fields.time_system()
         if "OBJECT_ID" not in fields.values:
             note(f"{self.source}: no OBJECT_ID, which is mandatory")
         self.convention = row_convention(fields)
         self.columns = self.convention.columns
         self.kind = ATTITUDE_TYPES[fields.get("ATTITUDE_TYPE") or ""]
-        self.method = self._read_method()
+        stated = fields.interpolation("INTERPOLATION_METHOD")
+        self.method = None if stated is None else InterpolationMethod(*stated)
         self.span = self._read_span()
         self.blocks: list[Rows] = []
         self._column_kinds = "t" + "n" * len(self.columns)  # an epoch and numbers
 
     # -- metadata -------------------------------------------------------------------------------
 
-    def _read_method(self) -> InterpolationMethod | None:
-        """How the file is to be interpolated; None where it states nothing."""
-        name, degree = self.fields.get("INTERPOLATION_METHOD"), self.fields.degree()
-        if name is not None and name not in INTERPOLATION_METHODS:
-            raise self.fields.error("INTERPOLATION_METHOD", f"not one of {', '.join(INTERPOLATION_METHODS)}")
-        if name is not None and degree is None:
-            raise self.fields.error("INTERPOLATION_METHOD", "no INTERPOLATION_DEGREE beside it")
-        if name is None or degree is None:
-            return None
-        return (
-            InterpolationMethod("lagrange", 1)
-            if name == "LINEAR"
-            else InterpolationMethod(name.lower(), degree)
-        )
-
     def _read_span(self) -> dict[str, tuple[int, int]]:
         """Times of the metadata, in order."""
-        span: dict[str, tuple[int, int]] = {}
-        for name in TIMES:
-            if name in self.fields.values:
-                text = self.fields.values[name].encode("ascii", "replace")
-                try:
-                    span[name] = parse_epoch(text, self.system)
-                except RowError as error:
-                    raise self.fields.error(name, error.reason) from None
+        times = {name: self.fields.time(name) for name in TIMES}
+        span = {name: time for name, time in times.items() if time is not None}
         for name, other in zip(span, list(span)[1:], strict=False):
             if span[name] > span[other]:
                 raise self.fields.error(other, f"before {name}")

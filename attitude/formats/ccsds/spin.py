@@ -65,7 +65,7 @@ def numbers(piece: EphemerisData, has_momentum: bool) -> np.ndarray:
         _refuse_other_rates(rate, np.abs(rate[:, :2]).max(axis=1), "SPIN, which is about z")
         return np.rad2deg(np.stack([*columns, rate[:, 2]]))
     momentum = piece.angular_momentum
-    momentum = momentum / np.sqrt((momentum**2).sum(axis=1, keepdims=True))
+    momentum = momentum / np.linalg.norm(momentum, axis=1, keepdims=True)
     x, y, z = rotations.rotate(rotations.conjugate(q), momentum).T
     across = x * x + y * y
     precession = (x * rate[:, 0] + y * rate[:, 1]) / np.where(across > 0.0, across, 1.0)
@@ -79,7 +79,7 @@ def numbers(piece: EphemerisData, has_momentum: bool) -> np.ndarray:
 
 
 def _refuse_other_rates(rate: np.ndarray, off: np.ndarray, kind: str) -> None:
-    size = np.sqrt((rate**2).sum(axis=1))
+    size = np.linalg.norm(rate, axis=1)
     if (off > MAX_OTHER_RATE * size).any():
         share = float((off / np.where(size > 0.0, size, 1.0)).max())
         kinds = f"is not that of {kind}; QUATERNION/ANGVEL holds any rate"
