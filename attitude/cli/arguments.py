@@ -121,7 +121,8 @@ def read_scene(name: str, tolerance: str | None = None, instants: dict[str, Any]
     """
     from ..documents.fields import parse_json
     from ..documents.files import files_in
-    from ..scene.document import BEST, Scene
+    from ..scene.document import Scene
+    from ..scene.document_parts import BEST
 
     if Path(name).suffix.lower() == ".apm":
         scene = Scene.read(name, instants)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Annotated, Any
@@ -69,14 +69,23 @@ def exactly_one(part: Part, names: tuple[str, ...]) -> str:
     return present[0]
 
 
+def check_beside(part: Part, form: str, needed: Collection[str], members: Mapping[str, str]) -> None:
+    """Refuse a part whose form (a field that it has) lacks a member that it needs, or has another.
+
+    members : the fields to be looked at, with what a missing one should be
+    """
+    for name, expected in members.items():
+        value = getattr(part, name)
+        if name in needed and value is None:
+            raise InputError(name, None, f"{expected} beside {form}")
+        if name not in needed and value is not None:
+            raise InputError(name, value, f"no {name} beside {form}")
+
+
 def one_form(part: Part, *forms: tuple[str, str]) -> None:
     """InputError unless a part has one of these values, with the unit or scale beside it, and no other."""
-    name = exactly_one(part, tuple(value for value, _ in forms))
-    for value, beside in forms:
-        if value == name and getattr(part, beside) is None:
-            raise InputError(beside, None, f"a value beside {value}")
-        if value != name and getattr(part, beside) is not None:
-            raise InputError(beside, getattr(part, beside), f"no {beside} beside {name}")
+    form = exactly_one(part, tuple(value for value, _ in forms))
+    check_beside(part, form, (dict(forms)[form],), {beside: "a value" for _, beside in forms})
 
 
 class Chosen:

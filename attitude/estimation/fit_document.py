@@ -15,7 +15,8 @@ from ..errors import InputError
 from ..formats import find_source
 from ..frames import rotations
 from ..rigid_body.body import RigidBody
-from ..scene.document import AngularVelocity, Attitude, Body, Epoch, Scene, Times, builtin_text
+from ..scene.document import Scene, builtin_text
+from ..scene.document_parts import AngularVelocity, Attitude, Body, Epoch, Times
 from ..scene.spin_form import SpinForm
 from .fit import fit
 from .fit_result import Fit

@@ -286,10 +286,8 @@ class StkReader(StkTextReader):
 
     def _of_matrices(self, matrices: np.ndarray) -> np.ndarray:
         """Of matrices from reference to body components: the nearest rotations, within 1e-2."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            products = matrices @ np.swapaxes(matrices, 1, 2)
-            off = np.abs(products - np.eye(3)).max(axis=(1, 2))
-            wrong = ~(off <= schema.MAX_OFF_UNIT_IN_FILES) | ~(np.linalg.det(matrices) > 0.0)
+        off = rotations.off_orthonormal(matrices)
+        wrong = ~(off <= schema.MAX_OFF_UNIT_IN_FILES)
         refuse_where(wrong, matrices, "matrix", "a rotation matrix, orthonormal within 0.01")
         if off.max() > rotations.UNIT_TOLERANCE:
             text = f"matrices are orthonormal within {off.max():.2g}; the nearest rotations are taken"

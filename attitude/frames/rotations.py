@@ -155,6 +155,13 @@ def euler_angles(q: np.ndarray, sequence: str) -> np.ndarray:
         return np.asarray(Rotation.from_quat(q, scalar_first=True).as_euler(sequence))
 
 
+def off_orthonormal(matrices: np.ndarray) -> np.ndarray:
+    """(...), of matrices M (..., 3, 3): the largest element of M M^T - 1; infinite of a reflection."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(matrices @ np.swapaxes(matrices, -1, -2) - np.eye(3)).max(axis=(-1, -2))
+        return np.where(np.linalg.det(matrices) > 0.0, off, np.inf)
+
+
 def from_mrp(mrp: np.ndarray) -> np.ndarray:
     """(4,) wxyz of modified Rodrigues parameters e tan(angle/4) (Schaub and Junkins, eq. 3.140)."""
     scale = max(1.0, float(np.abs(mrp).max()))  # the square of a long vector would overflow

@@ -190,9 +190,7 @@ class _AcmReader(BlockReader):
     ) -> tuple[tuple[str, ...], np.ndarray]:
         """The quaternions of matrices from frame A to frame B, listed by columns, in place of these."""
         matrices = numbers[:9].T.reshape(-1, 3, 3)  # their transposes: axes of B to axes of A
-        with np.errstate(over="ignore", invalid="ignore"):
-            off = np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(3)).max(axis=(1, 2))
-            wrong = ~(off <= schema.MAX_OFF_UNIT_IN_FILES) | ~(np.linalg.det(matrices) > 0.0)
+        wrong = ~(rotations.off_orthonormal(matrices) <= schema.MAX_OFF_UNIT_IN_FILES)
         if wrong.any():
             row = block.rows[int(np.argmax(wrong))]
             raise self.error("a matrix that is no rotation, orthonormal within 0.01", row.number)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormatError
+from ...frames.rotations import off_orthonormal
 
 ARCSECOND = np.pi / 648000.0
 # By their numbers: name, frame that the axes are rotated from, and angles in arcseconds and axes; the matrix
@@ -120,7 +121,7 @@ def _fixed_to(number: int, name: str, kernel: dict[str, list[Any]]) -> tuple[np.
             matrix = matrix @ _rotation_of_axes(float(angle) * factor, int(axis))
     else:
         raise ValueError(kind)
-    if not (np.abs(matrix @ matrix.T - np.eye(3)) <= 1e-6).all() or np.linalg.det(matrix) < 0.0:
+    if not off_orthonormal(matrix) <= 1e-6:
         raise ValueError("no rotation")
     u, _, vh = np.linalg.svd(matrix)
     return u @ vh, base_number
