@@ -9,6 +9,7 @@ import orjson
 
 from ... import units
 from ...errors import InputError
+from ...pointing.columns import COVARIANCES, ELEMENTS, VectorColumn
 from ...runtime.optional_imports import needed
 from ...samples.chunks import Samples
 from .. import columnar, schema
@@ -20,24 +21,36 @@ if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 # Axes along which the components of a Dataset's variables are; the frame's where they are not named.
-AXES = {"quaternion": "body to inertial", "angular_velocity": "body axes"}
+AXES = {"quaternion": "body to inertial"} | dict.fromkeys(("angular_velocity", *COVARIANCES), "body axes")
 
 
 def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
     """See `Ephemeris.to_xarray`."""
     xarray = needed("xarray", "to_xarray", "tables")
     bodies, times = _dimensions(ephemeris)
-    variables, components = {}, {}
+    variables: dict[str, Any] = {}
+    components: dict[str, list[Any]] = {}
     for column in schema.vectors(ephemeris):
-        attributes = {"units": column.unit or "1", "axes": AXES.get(column.label, "inertial axes")}
-        values, last = column.values.copy(order="K"), []
-        if len(column.names) > 1:
-            last = ["quaternion_component" if column.names is schema.QUATERNION else "axis"]
-            components[last[0]] = list("wxyz" if column.names is schema.QUATERNION else "xyz")
-        else:
+        attributes, values = {"units": column.unit or "1"}, column.values.copy(order="K")
+        dimension = _of_components(column)
+        components |= dimension
+        if not dimension:
             values = values[..., 0]
-        variables[column.label] = ((*bodies, *times, *last), values, attributes)
+        elif "euler_angle" not in dimension:
+            attributes["axes"] = AXES.get(column.label, "inertial axes")
+        variables[column.label] = ((*bodies, *times, *dimension), values, attributes)
     return xarray.Dataset(variables, {**_times(ephemeris, times), **components}, _attributes(ephemeris))
+
+
+def _of_components(column: VectorColumn) -> dict[str, list[Any]]:
+    """The dimension of a variable's components and their labels; none of one number an instant."""
+    if len(column.names) == 1:
+        return {}
+    if column.names is schema.QUATERNION:
+        return {"quaternion_component": list("wxyz")}
+    if len(column.names) == len(ELEMENTS):
+        return {"element": list(ELEMENTS)}
+    return {"euler_angle": [1, 2, 3]} if column.label.startswith("euler") else {"axis": list("xyz")}
 
 
 def _attributes(ephemeris: EphemerisData) -> dict[str, Any]:
