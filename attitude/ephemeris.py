@@ -247,7 +247,8 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         """An xarray Dataset, any shape; needs xarray (pip install 'attitude[tables]').
 
         Variables quaternion (body..., time, quaternion_component), angular_velocity [rad/s] (body..., time,
-        axis) where the rate is known, angular_momentum [N m s], position [m] and velocity [m/s] as in
+        axis) where the rate is known, angular_momentum [N m s], position [m], velocity [m/s], covariances and
+        columns of choice (their elements along element, euler_angle) as in
         `to_table`.  Coordinates elapsed [s], elapsed_rest [s], its rounding error, and time,
         datetime64[ns]: TAI, since a datetime64 cannot be at a leap second; there with an epoch, for dates
         that 64-bit nanoseconds hold (1678 to 2261).  Dimensions of a batch are body, body_1, ...; of instants

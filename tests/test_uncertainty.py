@@ -150,7 +150,9 @@ ROWS, COLUMNS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
 def read_columns(path):
     """Numbers by name, by readers that are not ours; vectors as (n, k)."""
     if path.suffix == ".csv":
-        rows = list(csv.DictReader(line for line in path.open() if not line.startswith("#")))
+        rows = list(
+            csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#"))
+        )
         return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
     if path.suffix in (".ecsv", ".fits"):
         table = Table.read(path)
