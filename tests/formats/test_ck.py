@@ -215,13 +215,23 @@ def test_long_spin_is_cut_where_turning_would_lose_digits(tmp_path):
         assert np.abs(matrix - spin.at(t).rotation.as_matrix().T).max() < 1e-12
 
 
-def test_spin_comes_back_as_the_ends_of_its_records(tmp_path):
-    spin = motion(omega=(0.0, 0.0, 0.9))
+@pytest.mark.parametrize(("rate", "count"), [(0.9, 288), (0.003, 2), (-6.0, 1911)])
+def test_spin_comes_back_as_the_ends_of_its_records_and_right_angles_between(rate, count, tmp_path):
+    """Attitudes at the ends alone tell no whole turns: between them readers would see another motion."""
+    spin = motion(omega=(0.0, 0.0, rate))
     path, ephemeris = written(tmp_path, spin.at(np.arange(0.0, 600.0, 100.0)), type=2)
     back = Ephemeris.read(path)
-    assert back.elapsed.tolist() == [0.25, 500.25]
-    assert np.abs(back.quaternion("wxyz") - ephemeris.quaternion("wxyz")[[0, -1]]).max() < 1e-13
-    assert np.abs(back.angular_velocity - ephemeris.angular_velocity[[0, -1]]).max() < 1e-15
+    assert (back.elapsed[0], back.elapsed[-1], len(back)) == (0.25, 500.25, count)
+    assert (
+        np.abs(
+            np.abs((back.quaternion("wxyz")[[0, -1]] * ephemeris.quaternion("wxyz")[[0, -1]]).sum(1)) - 1
+        ).max()
+        < 1e-13
+    )
+    t = np.array([0.1, 123.4, 250.0, 377.7, 499.9])
+    turned = back.resampled(t + 0.25).rotation.inv() * spin.at(t).rotation
+    assert turned.magnitude().max() < 1e-9
+    assert np.abs(back.angular_velocity - ephemeris.angular_velocity[0]).max() < 1e-14
 
 
 # -- segments ----------------------------------------------------------------------------------------

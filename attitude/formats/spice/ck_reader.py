@@ -34,8 +34,9 @@ def parse(
 ) -> EphemerisData:
     """Attitudes of one structure, dated in TT, relative to the ICRF, or to ECLIPJ2000 where all of them are.
 
-    Of type 2, the attitudes at the ends of its intervals.  Where segments overlap, the last of the file
-    counts, as in SPICE; likewise of two records at one instant that ends an interval and begins the next.
+    Of type 2, the attitudes at the ends of its intervals, and between them where one turns by more than a
+    right angle.  Where segments overlap, the last of the file counts, as in SPICE; likewise of two records at
+    one instant that ends an interval and begins the next.
     Angular velocities only where all segments have them.  Where a record begins an interval, an event
     "segment" says so.
 

@@ -20,6 +20,7 @@ from .ck_records import (
 )
 
 MAX_NUMBER = 1e100  # ticks, or rad/s: its square is still finite
+MAX_ROTATION_OF_PART, MAX_PARTS = 0.5 * np.pi, 10**7  # of records of type 2, rad, and their number
 MAX_WINDOW = 24  # records that one polynomial goes through
 # Numbers in a packet of types 5 and 6 by their subtypes, of which 0 and 2 hold derivatives too.
 PACKET_SIZES = (8, 4, 14, 7)
@@ -266,7 +267,32 @@ def _type_2(array: daf.Array, _: int, source: str) -> CkSegment:
         raise FormatError("intervals of a segment that do not follow each other", source)
     if not array.doubles[0] <= start[0] <= stop[-1] <= array.doubles[1]:
         raise FormatError("a segment that covers parts of its records", source)
-    return _interval_ends(table, start, stop)
+    return _interval_ends(*_parts_of_turns(table, start, stop, source))
+
+
+def _parts_of_turns(
+    table: np.ndarray, start: np.ndarray, stop: np.ndarray, source: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Records of type 2 of which none turns by more than a right angle: attitudes tell no whole turns."""
+    rotation = np.sqrt((table[:, 4:7] ** 2).sum(axis=1)) * (stop - start) * table[:, 7]
+    counts = np.maximum(np.ceil(rotation / MAX_ROTATION_OF_PART), 1.0)
+    if not counts.sum() <= MAX_PARTS:
+        raise FormatError(f"records of type 2 that turn by {rotation.sum():.3g} rad", source)
+    if (counts == 1.0).all():
+        return table, start, stop
+    owner = np.repeat(np.arange(len(counts)), counts.astype(np.int64))
+    part = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    width = (stop - start) / counts
+    begins = start[owner] + part * width[owner]
+    ends = np.where(part + 1.0 == counts[owner], stop[owner], start[owner] + (part + 1.0) * width[owner])
+    if not (np.diff(begins) > 0.0).all():
+        raise FormatError("records of type 2 that turn several times a tick", source)
+    q, velocity = rotations.conjugate(table[owner, :4]), table[owner, 4:7]
+    omega = rotations.rotate(rotations.conjugate(q), velocity)
+    turned = rotate_at_constant_rate(q, omega, (begins - start[owner]) * table[owner, 7])
+    parts = table[owner].copy()
+    parts[part > 0, :4] = rotations.conjugate(turned)[part > 0]
+    return parts, begins, ends
 
 
 def _interval_ends(table: np.ndarray, start: np.ndarray, stop: np.ndarray) -> CkSegment:
