@@ -195,6 +195,23 @@ def test_date_of_utc_may_end_in_z_and_be_a_leap_second():
     assert np.abs(elapsed - [1, 2]).max() < 1e-9
 
 
+FORMS = {
+    "2017-001T00:00:30": "2017-01-01T00:00:30",
+    "2017001T000030Z": "2017-01-01T00:00:30",
+    "2016-12-31T18:59:60.5-05:00": "2016-12-31T23:59:60.5",
+    "2017-01-01T05:29:60+0530": "2016-12-31T23:59:60",
+    "2017-01-01T01:00+01": "2017-01-01T00:00:00",
+    "20170101": "2017-01-01",
+}
+
+
+@pytest.mark.parametrize(("text", "date"), FORMS.items())
+def test_dates_of_other_forms_are_the_same_instants(text, date):
+    """A day of the year, no separators, an offset from UTC, by which leap seconds are not lost."""
+    one, other = (run(epoch={"time": each, "scale": "utc"}).epoch for each in (text, date))
+    assert abs((one - other).sec) < 1e-12
+
+
 def test_epoch_and_frame_may_be_left_out():
     ephemeris = run(epoch=GONE, frame=GONE, name=GONE, effects=GONE)
     assert (ephemeris.epoch, ephemeris.frame, ephemeris.name) == (None, "ICRF", "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from typing import Any, BinaryIO
 
 import orjson
@@ -11,18 +12,22 @@ from ..errors import FormatError
 
 MAX_TEXT_BYTES = 1 << 30
 MAX_PIPE_BYTES = 1 << 27  # of a pipe or device, whose size is known only at its end
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+LONE_RETURN = re.compile(rb"\n?\r(?!\n)")  # as CCSDS 504.0-B-2, 6.6.6 allows
 SAMPLE_BYTES = 1 << 12  # of a file's beginning and end, which are searched for zero bytes
 ALTERNATIVES = "csv, ndjson and arrows are read in blocks"
 
 
 def text(stream: BinaryIO, source: str, max_bytes: int = MAX_TEXT_BYTES) -> bytes:
-    """The text from the stream's position to its end.
+    """The text from the stream's position to its end, without a byte order mark of UTF-8.
+
+    Lines end with LF or CRLF; other line ends, CR and LFCR, become LF.
 
     Raises FormatError for more than `max_bytes`, and for zero bytes near either end.
     """
     size = _remaining(stream)
     if size is None:
-        return from_pipe(stream, source, max_bytes)
+        return _plain(from_pipe(stream, source, max_bytes))
     if size > max_bytes:
         raise FormatError(f"more than {max_bytes} bytes; {ALTERNATIVES}", source)
     begin = stream.read(SAMPLE_BYTES)
@@ -31,7 +36,7 @@ def text(stream: BinaryIO, source: str, max_bytes: int = MAX_TEXT_BYTES) -> byte
         stream.seek(-SAMPLE_BYTES, io.SEEK_END)
         _refuse_zeros(stream.read(SAMPLE_BYTES), source, None)
         stream.seek(SAMPLE_BYTES - size, io.SEEK_END)
-    return begin + stream.read(size)
+    return _plain(begin + stream.read(size))
 
 
 def json(stream: BinaryIO, source: str) -> Any:
@@ -40,6 +45,11 @@ def json(stream: BinaryIO, source: str) -> Any:
         return orjson.loads(text(stream, source, MAX_TEXT_BYTES))
     except orjson.JSONDecodeError as error:
         raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
+
+
+def _plain(content: bytes) -> bytes:
+    content = content.removeprefix(BYTE_ORDER_MARK)
+    return content if content.count(b"\r") == content.count(b"\r\n") else LONE_RETURN.sub(b"\n", content)
 
 
 def from_pipe(stream: BinaryIO, source: str, max_bytes: int = MAX_PIPE_BYTES) -> bytes:

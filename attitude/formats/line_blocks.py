@@ -12,9 +12,9 @@ from functools import cached_property
 from typing import BinaryIO
 
 from ..errors import FormatError
+from .bounded_read import BYTE_ORDER_MARK, LONE_RETURN
 
 BLOCK_BYTES = 1 << 22
-LONE_RETURN = re.compile(rb"\n?\r(?!\n)")
 MAX_LINE_BYTES = 1 << 20  # no format has longer lines, and a file of zeros is one line
 
 
@@ -90,7 +90,7 @@ def blocks(stream: BinaryIO, source: str, last_line: bytes | None = None) -> Ite
 def _with_line_feeds(chunk: bytes, stream: BinaryIO, is_first: bool) -> bytes:
     """A chunk whose lines end with LF or CRLF; it takes more of the stream where it ends with CR or LF."""
     if is_first:
-        chunk = chunk.removeprefix(b"\xef\xbb\xbf")
+        chunk = chunk.removeprefix(BYTE_ORDER_MARK)
     if chunk.count(b"\r") == chunk.count(b"\r\n"):
         return chunk
     while chunk.endswith((b"\r", b"\n")) and (more := stream.read(1)):

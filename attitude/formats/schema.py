@@ -276,7 +276,7 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source:
     rest = rest if rest is not None and rest.any() else None
     if rest is not None:
         expected = f"the rounding error of {ELAPSED}: less than a unit of its last place, or a nanosecond"
-        units.refuse_where(np.abs(rest) > np.spacing(np.abs(table[ELAPSED])) + 1e-9, rest, REST, expected)
+        units.refuse_where(np.abs(rest) > 2.3e-16 * np.abs(table[ELAPSED]) + 1e-9, rest, REST, expected)
     times = check_dates(Instants(table[ELAPSED], rest, epoch, scale=scale))
     frame, body = rotations.check_any_frame(meta["frame"]), body_of_record(meta.get("body"))
     batch = shape[: len(shape) - len(instants)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from contextlib import suppress
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any, Literal
 
 import numpy as np
@@ -17,18 +17,42 @@ from ..errors import InputError
 Scale = Literal["utc", "tai", "tt", "tdb", "tcb", "tcg", "ut1"]
 
 ISO_DATE = re.compile(r"\d{4}-\d{2}-\d{2}([T ][\d:.]+)?")
+# Other forms: a day of the year, no separators, a local time with its offset from UTC.
+OTHER_FORM = re.compile(
+    r"(\d{4})(-\d\d-\d\d|-\d{3}|\d{4}|\d{3})"
+    r"(?:[T ](\d\d):?(\d\d)(?::?(\d\d(?:\.\d{1,20})?))?(?:Z|([+-])([01]\d|2[0-3])(?::?([0-5]\d))?)?)?"
+)
 
 
 def parse_time(text: str, scale: str | None, field: str) -> Time:
-    """The Time of an ISO 8601 date; with a trailing Z only where the scale is UTC.
+    """The Time of an ISO 8601 date; with a trailing Z, or an offset such as +01:00, only in UTC.
 
     Raises InputError for other text, and for dates that do not exist.
     """
-    date = text.removesuffix("Z") if scale == "utc" else text
-    if ISO_DATE.fullmatch(date):
-        with suppress(ValueError):
-            return _time(date, scale)
+    with suppress(ValueError, OverflowError):
+        return _time(_calendar_form(text, scale == "utc"), scale)
     raise InputError(field, text, "a date such as 2026-01-01T00:00:00 (ISO 8601)")
+
+
+def _calendar_form(text: str, may_have_zone: bool) -> str:
+    """Date as year, month, day and time of day, in UTC where the text has a zone; ValueError for no date."""
+    plain = text.removesuffix("Z") if may_have_zone else text
+    if ISO_DATE.fullmatch(plain):
+        return plain
+    match = OTHER_FORM.fullmatch(text)
+    if match is None or ((match[6] or text.endswith("Z")) and not may_have_zone):
+        raise ValueError(text)
+    year, days, hour, minute, second, sign, *offset = match.groups()
+    days = days.replace("-", "")
+    day = datetime(int(year), 1, 1) + timedelta(int(days) - 1)
+    if len(days) == 4:
+        day = datetime(int(year), int(days[:2]), int(days[2:]))
+    elif day.year != int(year):
+        raise ValueError(text)
+    ahead = timedelta(hours=int(offset[0] or 0), minutes=int(offset[1] or 0))
+    local = day.replace(hour=int(hour or 0), minute=int(minute or 0))
+    moved = local + ahead if sign == "-" else local - ahead
+    return f"{moved.isoformat(timespec='minutes')}:{second or '00'}"
 
 
 def _time(text: str | list[str], scale: str | None) -> Time:
@@ -54,7 +78,8 @@ def dated(value: Any, scale: str, field: str) -> Time | None:
         return Time(array, scale="utc")
     members = array.reshape(-1).tolist() if array.dtype.kind in "OU" else []
     if members and all(isinstance(member, str) for member in members):
-        scale = "utc" if all(member.endswith("Z") for member in members) else scale
+        is_zoned = all(re.search(r":.*(Z|[+-]\d\d(:?\d\d)?)$", member) for member in members)
+        scale = "utc" if is_zoned else scale
         if array.ndim == 0:
             return parse_time(members[0], scale, field)
         return parse_times(members, scale, field).reshape(array.shape)

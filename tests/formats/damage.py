@@ -37,7 +37,7 @@ from attitude.samples.chunks import Samples
 from attitude.samples.event import Event
 
 EXACT = ("ecsv", "csv", "json", "ndjson", "arrow", "arrows", "parquet", "fits", "npz")
-TEXT = ("ecsv", "csv", "json", "ndjson", "aem", "aem-xml", "stk", "czml")
+TEXT = ("ecsv", "csv", "json", "ndjson", "aem", "aem-xml", "acm", "acm-xml", "stk", "czml")
 LEAP = Time("2016-12-31T23:59:58.123456789", scale="utc")
 T = np.arange(5) / 2
 BODY = RigidBody((1.0, 1.6, 2.1))

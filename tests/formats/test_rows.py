@@ -24,6 +24,7 @@ from attitude.frames import rotations
 from attitude.samples.chunks import Samples
 from attitude.samples.translation import Translation
 from attitude.times.instants import Instants
+from tests.formats.damage import TEXT, originals, read
 
 EPOCH = Time("2016-12-31T23:59:58", scale="utc")
 EXTREMES = [
@@ -383,3 +384,13 @@ def test_errors_are_those_of_the_polynomials(degree):
         q /= np.linalg.norm(q, axis=1)[:, None]
         expected = rotations.angle_between(q, true[2 * i : 2 * i + 2]).max()
         assert error == pytest.approx(float(expected), abs=1e-7 if expected > 3.1 else 1e-9)
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["", "mark"])
+@pytest.mark.parametrize("end", [b"\r\n", b"\r", b"\n\r"], ids=["CRLF", "CR", "LFCR"])
+@pytest.mark.parametrize("format", TEXT)
+def test_line_ends_and_a_byte_order_mark_have_no_meaning(format, end, mark):
+    original = originals(format)[0]
+    back, whole = read(format, mark + original.replace(b"\n", end)), read(format, original)
+    np.testing.assert_array_equal(back.quaternion("wxyz"), whole.quaternion("wxyz"))
+    np.testing.assert_array_equal(back.elapsed, whole.elapsed)

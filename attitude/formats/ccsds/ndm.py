@@ -72,7 +72,7 @@ def read_ndm(stream: BinaryIO, source: str, syntax: Syntax) -> Ndm:
 
 def _read_kvn(content: bytes, source: str, syntax: Syntax) -> Ndm:
     version, lines = "", list[NdmLine]()
-    for number, raw in enumerate(content.removeprefix(b"\xef\xbb\xbf").splitlines(), start=1):
+    for number, raw in enumerate(content.splitlines(), start=1):
         text = raw.decode("latin-1").strip()
         if not text or re.match(r"COMMENT\b", text):
             continue
