@@ -34,7 +34,10 @@ GRAVITATIONAL_PARAMETER = u.m**3 / u.s**2
 CUSTOMARY_UNITS = {
     "rpm": u.cycle / u.min,
     "RPM": u.cycle / u.min,
+    "rps": u.cycle / u.s,
     "rev": u.cycle,
+    "revolution": u.cycle,
+    "turn": u.cycle,
     "lb": u.Unit(0.45359237 * u.kg),
     "lbm": u.Unit(0.45359237 * u.kg),
     "lbf": u.Unit(4.4482216152605 * u.N),
@@ -46,6 +49,8 @@ CUSTOMARY_UNITS = {
     "sec": u.s,
 }
 MAX_UNIT_LENGTH = 100  # astropy takes seconds to parse 200,000 factors
+# How units are typeset: kg·m², slug-ft2, deg s⁻¹.
+TYPESET = str.maketrans("·⋅×⁻⁰¹²³⁴", "   -01234")
 FACTOR = r"([A-Za-z%]+)(?:\^|\*\*)?(-?\d+)?"  # a word and its power
 
 
@@ -120,6 +125,8 @@ def _unit(name: str) -> u.UnitBase:
 
     These are not enabled in astropy itself, where they would be for all code of the process.
     """
+    if isinstance(name, str):
+        name = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", " ", name.translate(TYPESET))
     try:
         return u.Unit(name)
     except ValueError:

@@ -5,7 +5,7 @@ import pytest
 from astropy.time import Time, TimeDelta
 from scipy.spatial.transform import Rotation
 
-from attitude import Ephemeris, FormatError, InputError, Scene
+from attitude import AttitudeWarning, Ephemeris, FormatError, InputError, Scene
 from attitude.formats.ccsds.keywords import INERTIA
 
 from .aem_oracles import orekit_acm
@@ -174,6 +174,18 @@ def test_seconds_of_other_time_systems_are_not_those_of_tai(tmp_path, system, of
     expected = (start + TimeDelta(half_year, format="sec", scale=system.lower())).tai
     assert abs((found.time[1].tai - expected).sec) < 1e-9
     assert abs(found.elapsed[1] - half_year) > off
+
+
+def test_body_that_breaks_the_triangle_inequality_comes_back_with_a_warning(tmp_path):
+    document = DOCUMENT | {"body": {"moments": [3, 5, 9], "unit": "kg m2", "physical": False}}
+    scene = Scene.model_validate(document)
+    scene.run().write(tmp_path / "x.acm")
+    (tmp_path / "x.apm").write_text(scene.to_apm())
+    with pytest.warns(AttitudeWarning, match="greater than the sum of the other two"):
+        assert not Ephemeris.read(tmp_path / "x.acm").body.physical
+    with pytest.warns(AttitudeWarning, match="greater than the sum of the other two"):
+        again = Scene.read(tmp_path / "x.apm", DOCUMENT["times"])
+    np.testing.assert_allclose(again.run().quaternion("wxyz"), scene.run().quaternion("wxyz"), atol=1e-15)
 
 
 ROW = "0.0 0 0 0 1"

@@ -242,4 +242,4 @@ class _AcmReader(BlockReader):
         if line is None or capitals(line) != frame:
             note(f"{self.source}: the inertia is not along the axes {frame}, and not used")
             return None
-        return RigidBody(self.tensor(block))
+        return self.rigid_body(block)

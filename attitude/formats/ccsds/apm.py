@@ -268,7 +268,7 @@ class _Message(BlockReader):
 
     def _inertia(self) -> dict[str, Any]:
         """The body; several blocks must agree."""
-        tensors = []
+        tensors, physical = [], True
         for block in self.blocks:
             if block.name != "INERTIA":
                 continue
@@ -277,9 +277,11 @@ class _Message(BlockReader):
                 reason = f"INERTIA_REF_FRAME = {line.value[:40]}, and attitudes are those of {self.body}"
                 raise self.error(reason, line.number)
             tensors.append(self.tensor(block))
+            physical = self.rigid_body(block).physical
             if tensors[-1] != tensors[0]:
                 raise self.error("two blocks INERTIA that differ", block.number)
-        return {"body": {"tensor": tensors[0], "unit": "kg m2"}} if tensors else {}
+        body = {"body": {"tensor": tensors[0], "unit": "kg m2"}} if tensors else {}
+        return body if physical else {"body": {**body["body"], "physical": False}}
 
     def _manoeuvres(self) -> dict[str, Any]:
         """Torques between their start and stop, in the order of the message."""

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import AttitudeError, InputError
+from ...errors import AttitudeError, InputError, warn
 from ...frames import rotations
+from ...rigid_body.body import RigidBody
 from ...times.instants import Instants
 from ..text_reader import TextReader, finite_number
 from .conventions import euler_axes
@@ -58,6 +59,20 @@ class BlockReader(TextReader):
         """The inertia tensor (3, 3), kg m2; products of inertia are its elements."""
         xx, yy, zz, xy, xz, yz = (self.number(block, name) for name in INERTIA)
         return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+    def rigid_body(self, block: Block) -> RigidBody:
+        """The body of that tensor; of moments that no real body has as they are, with a warning."""
+        tensor = self.tensor(block)
+        try:
+            return RigidBody(tensor)
+        except InputError:
+            try:
+                body = RigidBody(tensor, physical=False)
+            except InputError as error:
+                raise self.error(str(error), block.number) from None
+            reason = "a principal moment greater than the sum of the other two, which no real body has"
+            warn(f"{self.source}: inertia: {reason}, is taken as it is")
+            return body
 
     def frames(self, block: Block) -> tuple[str, str, bool]:
         """External frame, name of the body's, and whether the external one is frame A."""
