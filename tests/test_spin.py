@@ -164,6 +164,17 @@ def test_nutation_of_a_right_angle_has_no_rate_along_a_principal_axis():
         spinning(body=body, **spin).state()
 
 
+@pytest.mark.parametrize(("speed", "nutation", "sign"), [(-1.0, 12.0, "above"), (1.0, 168.0, "below")])
+def test_momentum_is_not_turned_about_for_a_rate_of_the_other_sign(speed, nutation, sign):
+    """It pointed the other way."""
+    spin = {"momentum": {"vector": [0, 0, 1.0]}, "rate": rate(speed), "nutation": deg(nutation)}
+    with pytest.raises(InputError, match=rf"spin\.rate: a rate {sign} 0, as momentum"):
+        spinning(**spin).state()
+    made = spinning(**spin | {"nutation": deg(180.0 - nutation)}).run()
+    momentum = made.angular_momentum[0]
+    np.testing.assert_allclose(momentum / np.linalg.norm(momentum), [0, 0, 1], atol=1e-14)
+
+
 STATE = {
     "attitude": {"euler": [10.0, 20.0, 30.0], "sequence": "ZYX", "unit": "deg"},
     "angular_velocity": {"value": [0.1, -0.2, 0.3], "unit": "deg/s"},

@@ -32,7 +32,7 @@ _ENTRIES = (
     Format("aem", "ccsds.kvn", (".aem",), "text/x-ccsds-aem"),
     Format("aem-xml", "ccsds.xml", (".xml",), "application/xml"),
     Format("acm", "ccsds.acm_kvn", (".acm",), "text/x-ccsds-acm"),
-    Format("acm-xml", "ccsds.acm_xml", (".acm.xml",), "application/xml"),
+    Format("acm-xml", "ccsds.acm_xml", (".acm.xml",), "application/x-ccsds-acm+xml"),
     Format("stk", "stk", (".a",), "text/x-stk-attitude"),
     Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
     Format("ck", "spice.ck", (".bc",), "application/x-spice-ck", True),

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from ..documents.quantities import GravitationalParameter, check_positive
 from ..errors import InputError, warn
@@ -32,6 +32,11 @@ COLUMNS = tuple(
 )
 
 
+def _lines(value: Any) -> Any:
+    """The lines of a text, such as the content of a file; lists as they are."""
+    return [line for line in value.splitlines() if line.strip()] if isinstance(value, str) else value
+
+
 def _plain_lines(lines: list[str]) -> list[str]:
     """Both lines without white space at their ends; a name may come before them."""
     return [line.strip() for line in (lines[1:] if len(lines) == 3 else lines)]
@@ -40,13 +45,15 @@ def _plain_lines(lines: list[str]) -> list[str]:
 class TwoLine(OrbitDefinition):
     """`{"tle": ["1 ...", "2 ..."]}`, both lines of 69 columns.  Needs an epoch.
 
-    White space at the ends of lines is dropped, and a name before them; a line of 68 columns, without its
-    checksum, is taken with a warning.
+    The lines may be one text.  White space at their ends is dropped, and a name before them; a line of 68
+    columns, without its checksum, is taken with a warning.
     Positions by SGP4 (Vallado et al. 2006, package `sgp4`) and from its frame, true equator and mean
     equinox, by precession, nutation and the equation of the equinoxes; interpolated within 1e-9 of r.
     """
 
-    tle: Annotated[list[str], AfterValidator(_plain_lines), Field(min_length=2, max_length=3)]
+    tle: Annotated[
+        list[str], BeforeValidator(_lines), AfterValidator(_plain_lines), Field(min_length=2, max_length=3)
+    ]
     mu: GravitationalParameter | None = None
 
     @model_validator(mode="after")

@@ -70,7 +70,7 @@ def nutating(
     The magnitude of the angular momentum follows from the rate along the axis.
 
     Raises InputError where momentum of this direction has no rate along the axis (a nutation of 90 degrees of
-    a principal axis).
+    a principal axis), or one of the other sign.
     """
     third = body_axis(axis)
     q = _attitude(
@@ -86,6 +86,9 @@ def nutating(
     if abs(along) <= MIN_SHARE * np.sqrt(omega @ omega):
         expected = "a nutation other than 90 deg, at which momentum makes no rate along the axis"
         raise InputError(field, float(spin.rate), expected)
+    if float(spin.rate) * along < 0.0:
+        expected = f"a rate {'above' if along > 0.0 else 'below'} 0, as momentum of this direction has"
+        raise InputError(field, float(spin.rate), f"{expected} at this nutation")
     return q, omega * (float(spin.rate) / along)
 
 

@@ -216,13 +216,18 @@ def test_frames_turn_a_tle_by_what_lies_between_them():
         lambda lines: [line + "\r\n" for line in lines],
         lambda lines: [f" {line}  " for line in lines],
         lambda lines: ["MOLNIYA 2-14              ", *lines],
+        lambda lines: "MOLNIYA 2-14\r\n{}\r\n{}\r\n\r\n".format(*lines),
     ],
-    ids=["line ends", "line ends of Windows", "blanks", "name"],
+    ids=["line ends", "line ends of Windows", "blanks", "name", "text of a file"],
 )
 def test_tle_is_read_with_line_ends_blanks_and_a_name(written):
     lines = TLES["Molniya"]
     t = np.linspace(0, 6000.0, 7)
-    found, plain = (position(tle_path(each, stop=6000.0)[0], t) for each in (written(lines), lines))
+    dated = {"time": (start_of(lines) + TimeDelta(3600.0, format="sec")).isot, "scale": "utc"}
+    found, plain = (
+        position(path({"tle": each}, stop=6000.0, epoch=dated, frame="GCRF"), t)
+        for each in (written(lines), lines)
+    )
     assert np.array_equal(found, plain)
 
 
