@@ -50,7 +50,7 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     text = bounded_read.text(stream, source)
     if b"\n" not in text:  # astropy would take it for the name of a file
-        raise FormatError("not ECSV: a single line without an end", source)
+        raise FormatError("not ECSV that astropy reads: one line without an end", source)
     _refuse_gaps(text, source)
     try:
         begin = HEADER.match(text).end()  # type: ignore[union-attr]  # the match may be empty
