@@ -80,7 +80,7 @@ def test_rotation_to_axes_is_that_of_their_matrix(module):
 
 def test_scenes_offer_what_they_know(visit):
     page = visit.open("envisat")
-    assert options(page, "#track") == ["x", "y", "z", "L", "sun", "earth", "velocity"]
+    assert options(page, "#track") == ["x", "y", "z", "L", "omega", "sun", "earth", "velocity"]
     assert options(page, "#scenery") == ["attitude", "orbit"]
     assert options(page, "#camera") == ["inertial", "body", "orbit"]
     assert pointers(page) == ["sun", "earth", "velocity"]

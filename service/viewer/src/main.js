@@ -2,7 +2,7 @@
 
 import * as api from "./answers/api.js";
 import { columnsOf } from "./answers/columns.js";
-import { answersAbout, answersTo } from "./answers/scene.js";
+import { answersAbout, answersTo, answersWithin } from "./answers/scene.js";
 import { columnsAbout } from "./answers/surroundings.js";
 import { Editor } from "./document/editor.js";
 import { Form } from "./document/form.js";
@@ -63,6 +63,7 @@ function showTime(time) {
 function start() {
   installTheme(repaint);
   listen();
+  if (byId("answers")) return showWithin(JSON.parse(byId("answers").textContent));
   offerCost(() => editor.text);
   return begin();
 }
@@ -75,6 +76,14 @@ async function begin() {
   } catch (error) {
     fail(error);
   }
+}
+
+/** A page that brought its answers with it has no service to ask. */
+function showWithin(answers) {
+  document.documentElement.dataset.standsAlone = "";
+  quantities.names = answers.chosen;
+  show(answersWithin(answers));
+  say("");
 }
 
 async function offerScenes() {
@@ -207,7 +216,7 @@ function show(shown) {
   betweenSamples(course);
   forgetCost();
   player.show(course);
-  windows.show(shown);
+  if (!byId("answers")) windows.show(shown);
 }
 
 function showPlots() {
@@ -218,6 +227,7 @@ function showPlots() {
 async function showChosen() {
   const { shown, reference } = state;
   if (!shown) return;
+  if (byId("answers")) return void showPlots();
   for (const each of [shown, reference].filter((one) => one?.text)) {
     const uncertain = isUncertain(each.text);
     each.columns = { ...each.columns, ...(await columnsOf(each.text, quantities.columns(uncertain))) };

@@ -59,7 +59,7 @@ export async function post(path, text, signal) {
   return (await ask(path, posted(text, signal, "application/json"))).json();
 }
 
-/** The answer about a file of somebody's. */
+/** The answer about a file of the user's. */
 export async function given(path, file) {
   const body = new FormData();
   body.append("file", file);

@@ -19,7 +19,11 @@ export async function columnsOf(text, names, signal) {
 
 async function asked(text, names, signal) {
   const path = `v1/ephemeris?columns=${encodeURIComponent(["elapsed", ...names].join(","))}`;
-  const { columns } = await api.post(path, text, signal);
+  return picked((await api.post(path, text, signal)).columns, names);
+}
+
+/** Columns of an answer by the names that they were asked for by. */
+export function picked(columns, names) {
   const order = inOrder(columns.elapsed_s);
   const entries = names.map((name) => {
     const start = `${name.toLowerCase().replaceAll(":-", ":minus_").replaceAll(":", "_")}_`;

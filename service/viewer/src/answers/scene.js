@@ -1,7 +1,7 @@
 // All that the service answers about one document, or about one file: what every part of the page shows.
 
 import * as api from "./api.js";
-import { columnsOf } from "./columns.js";
+import { columnsOf, picked } from "./columns.js";
 import { Course } from "./course.js";
 import { columnsAbout, Surroundings } from "./surroundings.js";
 
@@ -19,6 +19,13 @@ export async function answersTo(text, chosen, signal) {
   ]);
   const course = new Course(answer);
   return { text, document, plan, course, motion, columns, about: new Surroundings(course, columns, plan) };
+}
+
+/** The same of answers that the page brought with it. */
+export function answersWithin({ document, plan, motion, answer, columns, names }) {
+  const course = new Course(answer);
+  const found = picked(columns, names);
+  return { text: JSON.stringify(document), document, plan, course, motion, columns: found, about: new Surroundings(course, found, plan) };
 }
 
 /** The same of a file in any format that the library reads: attitudes as they stand in it. */

@@ -126,7 +126,8 @@ class JsonEditor extends HTMLElement {
 customElements.define("json-editor", JsonEditor);
 
 export class Editor {
-  /** `onChange` is called when somebody has typed, `onText` whenever the text is another; `schema` answers with the description of a scene, for completion; asked for once, when it is needed. */
+  /** `onChange` is called when the user has typed, `onText` whenever the text has changed;
+   * `schema` answers with the description of a scene, for completion; it is called once, when it is needed. */
   constructor({ onRun, onChange, onText, schema }) {
     this.element = byId("document");
     this.problem = byId("document-problem");
@@ -140,7 +141,7 @@ export class Editor {
     return this.element.value;
   }
 
-  /** Another value of a member, as JSON, as if somebody had typed it. */
+  /** Another value of a member, as JSON, as if it had been typed. */
   put(pointer, value) {
     const change = changeOf(this.text, pointer, value);
     if (change) this.element.change(change);

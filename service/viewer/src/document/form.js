@@ -32,7 +32,8 @@ export class Form {
   show(text) {
     const document = parsed(text);
     if (!document) return;
-    const groups = GROUPS.map((group) => ({ ...group, fields: fieldsIn(document, group) }));
+    const isWhole = document.body !== undefined; // else it builds on a scene or a message, which may have the rest
+    const groups = GROUPS.map((group) => ({ ...group, add: isWhole && group.add, fields: fieldsIn(document, group) }));
     const shape = JSON.stringify(groups);
     if (shape !== this.shape) this.#build(groups);
     this.shape = shape;
@@ -85,7 +86,7 @@ function field({ label, pointer, text, wide }) {
   return make("label", {}, make("span", { "aria-hidden": "true" }, label), input);
 }
 
-/** A number as somebody writes it, as JSON has it: no plus in front, digits on both sides of the point. */
+/** A number as it is typed, in the form of JSON: no plus in front, digits on both sides of the point. */
 const json = (text) => text.trim().replace(/^\+/, "").replace(/^(-?)\./, "$10.").replace(/\.(?=$|[eE])/, "").replace(/^(-?)0+(?=\d)/, "$1");
 
 function parsed(text) {

@@ -10,6 +10,7 @@ import { Arrow, ball, circle, dots, line, Pointer, Stage, Tail } from "./stage3d
 const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 const PAINTS = ["--x", "--y", "--z"];
 const NAMES = ["x", "y", "z"];
+const JUMPING = ["L", "omega"];
 const STILL = [1, 0, 0, 0];
 const MOST_POINTS = 24000;
 const MOST_DASHED = 3000;
@@ -76,7 +77,8 @@ export class BodyView {
   #direction(name, time, now) {
     const axis = NAMES.indexOf(name);
     if (axis >= 0) return rotate(now.quaternion, AXES[axis]);
-    if (name === "L") return now.momentum.map((x) => x / (norm(now.momentum) || 1));
+    if (name === "L") return unit(now.momentum);
+    if (name === "omega") return unit(rotate(now.quaternion, now.omega));
     return this.about.direction(name, time);
   }
 
@@ -121,16 +123,16 @@ export class BodyView {
     stage.scene.add(this.tail.object, this.tip);
   }
 
-  /** The momentum jumps at an event; attitudes do not. */
+  /** Momentum and rate jump at an event; attitudes do not. */
   #stretches() {
     const { course } = this;
-    const times = this.track === "L" ? course.stretches(MOST_POINTS) : [course.smooth(MOST_POINTS)];
+    const times = JUMPING.includes(this.track) ? course.stretches(MOST_POINTS) : [course.smooth(MOST_POINTS)];
     return times.map((stretch) => stretch.map((t) => this.#tip(t))).filter((points) => points.length > 1);
   }
 
   #trackPaint() {
     const axis = NAMES.indexOf(this.track);
-    return axis >= 0 ? PAINTS[axis] : this.track === "L" ? "--momentum" : POINTERS[this.track][1];
+    return axis >= 0 ? PAINTS[axis] : { L: "--momentum", omega: "--rate" }[this.track] ?? POINTERS[this.track][1];
   }
 
   /** The way of the direction over the last turn or so, bold, up to where it is. */
@@ -270,6 +272,11 @@ export class BodyView {
       return [name, pointer];
     });
   }
+}
+
+function unit(vector) {
+  const length = norm(vector) || 1;
+  return vector.map((x) => x / length);
 }
 
 function turn(object, [w, x, y, z]) {

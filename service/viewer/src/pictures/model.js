@@ -1,4 +1,4 @@
-// A body of somebody's own: a model in a .glb file, its coordinates taken for the body's.
+// A model of the body in a .glb file of the user's, whose coordinates are taken for those of the body.
 
 import * as THREE from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";

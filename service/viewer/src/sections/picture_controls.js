@@ -2,7 +2,7 @@
 
 import { byId, make } from "../dom.js";
 
-const TRACKS = { x: "body x", y: "body y", z: "body z", L: "momentum L", sun: "Sun", earth: "nadir", velocity: "velocity" };
+const TRACKS = { x: "body x", y: "body y", z: "body z", L: "momentum L", omega: "rate ω", sun: "Sun", earth: "nadir", velocity: "velocity" };
 const SCENERIES = { attitude: "the attitude", path: "its path", orbit: "its orbit" };
 const CAMERAS = { inertial: "inertial axes", body: "body axes", orbit: "orbit axes" };
 const SOLIDS = { shape: "its shape", plates: "plates", box: "box of equal inertia", model: "my model" };
@@ -30,7 +30,7 @@ export class PictureControls {
   show({ course, about }, solids) {
     const canTravel = course.place && Object.values(solids)[0].metres;
     const { known, hasOrbit } = about;
-    this.#offer("track", TRACKS, ["z", "x", "y", ...(course.bodyKnown ? ["L"] : []), ...known]);
+    this.#offer("track", TRACKS, ["z", "x", "y", ...(course.bodyKnown ? ["L"] : []), "omega", ...known]);
     this.#offer("scenery", SCENERIES, ["attitude", ...(canTravel ? ["path"] : []), ...(hasOrbit ? ["orbit"] : [])]);
     this.#offer("camera", CAMERAS, ["inertial", "body", ...(known.includes("velocity") ? ["orbit"] : [])]);
     this.#offer("solid", SOLIDS, Object.keys(solids));
