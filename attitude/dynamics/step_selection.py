@@ -129,10 +129,6 @@ def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True)
     """The steps that one body needs.
 
     wants_dense : whether instants are so many that they may be read off polynomials
-
-    Raises
-    ------
-    ToleranceError : a body that turns too fast for any steps.
     """
     span = problem.max_abs_seconds
     arc, added = _fastest_arc(problem, body)
@@ -143,10 +139,6 @@ def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True)
     edges = edges_per_turn(problem.torques)
     if edges:
         return _between_edges(problem, rate, edges)
-    if not RADIANS_OF_TRIAL / rate > 0.0:
-        raise ToleranceError(
-            f"effects: the angular rate of this body, {rate:.3g} rad/s, is too high to integrate numerically"
-        )
     return _Trial(problem, body, arc, rate, added).candidate(wants_dense)
 
 

@@ -265,15 +265,16 @@ class Scene(Part):
         epoch = self.epoch.build() if self.epoch is not None else None
         start, stop = self.times.span(epoch)
         body = self.body.build()
-        if self.effects and not (body.moments.min() >= 1.0 / GREATEST and body.moments.max() <= GREATEST):
-            expected = f"moments from {1.0 / GREATEST:g} to {GREATEST:g} kg m2 in a scene with effects"
-            raise InputError("body", body.moments.tolist(), expected)
+        attitude, rate = self.state()
+        if self.effects:
+            _check_magnitudes(body.moments, rate)
         orbit_path = None
         if self.orbit is not None and any(effect.uses_orbit for effect in self.effects):
             orbit_path = _orbit_path(self.orbit, self.inertial_frame, epoch, start, stop)
         initial_state = InitialState(
             body,
-            *self.state(),
+            attitude,
+            rate,
             start,
             stop,
             epoch,
@@ -577,6 +578,16 @@ def _orbit_path(
 ) -> OrbitPath:
     with field_within("orbit"):
         return orbit.path(start, stop, epoch, frame)
+
+
+def _check_magnitudes(moments: np.ndarray, rate: np.ndarray) -> None:
+    """Refuse moments and rates whose products with those of effects would not be finite."""
+    if not (moments.min() >= 1.0 / GREATEST and moments.max() <= GREATEST):
+        expected = f"moments from {1.0 / GREATEST:g} to {GREATEST:g} kg m2 in a scene with effects"
+        raise InputError("body", moments.tolist(), expected)
+    if not np.abs(rate).max() <= GREATEST:
+        expected = f"a rate of at most {GREATEST:g} rad/s in a scene with effects"
+        raise InputError("angular_velocity", rate.tolist(), expected)
 
 
 def _check_drop(drop_below: float) -> None:

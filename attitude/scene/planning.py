@@ -164,7 +164,7 @@ class ScenePlan:
             "tolerance_span_s": self.tolerance_span,
             **({"notes": self.notes} if self.notes else {}),
             **({"orbit": self.orbit} if self.orbit else {}),
-            "targets": self.targets,
+            "targets": list(self.targets),
             "central_body": _plain(self.central_body),
             "considered": [
                 {"solver": solver, "setting": setting, "predicted_error_rad": error, "predicted_s": seconds}
