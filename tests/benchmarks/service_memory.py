@@ -4,7 +4,8 @@
     python -m tests.benchmarks.service_memory documents [WORDS ...]
 
 `formats`: 16 clients at once ask for 1e6 samples, each format in a process of its own.  Told: the peak of the
-process (to be reached: 600 MiB), the longest time from the request to the first byte, and to the last one,
+process (to be reached: 600 MiB), the longest time from the request to the first byte (and what processors
+spent on all sixteen until then, which other work on the machine does not lengthen), and to the last one,
 and the answers by status.
 `documents`: each document of tests/service/hostile.py, and some of up to 4 MiB, one after the other in one
 process.  Told: seconds until no thread computes any more, the processor's seconds, and what the process grew
@@ -77,38 +78,40 @@ def processor_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / 100
 
 
-def asked(address, path, body, told):
-    """Append (status, seconds to the first byte, seconds to the last one, bytes)."""
+def asked(address, path, body, told, pid):
+    """Append (status, seconds to the first byte, of processors too, seconds to the last one, bytes)."""
     connection, begun = http.client.HTTPConnection(*address, timeout=600), time.monotonic()
     connection.request("POST", path, body, {"content-type": "application/json"})
     answer = connection.getresponse()
-    first, size = time.monotonic() - begun, 0
+    first, spent, size = time.monotonic() - begun, processor_seconds(pid), 0
     try:
         while block := answer.read(1 << 16):
             size += len(block)
         outcome = answer.status
     except http.client.HTTPException:
         outcome = "cut"
-    told.append((outcome, first, time.monotonic() - begun, size))
+    told.append((outcome, first, spent, time.monotonic() - begun, size))
     connection.close()
 
 
 def format_under_clients(name, clients, count):
     document = DATED | {"times": MANY | {"count": count}}
     with Running(threads=2, max_seconds=300) as running:
-        before, told, body = status(running.process.pid, "VmRSS"), [], json.dumps(document)
-        arguments = running.address, f"{EPHEMERIS}?format={name}", body, told
+        pid, told, body = running.process.pid, [], json.dumps(document)
+        before, spent_before = status(pid, "VmRSS"), processor_seconds(pid)
+        arguments = running.address, f"{EPHEMERIS}?format={name}", body, told, pid
         threads = [threading.Thread(target=asked, args=arguments) for _ in range(clients)]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-        peak, after = (status(running.process.pid, field) for field in ("VmHWM", "VmRSS"))
+        peak, after = (status(pid, field) for field in ("VmHWM", "VmRSS"))
         statuses = dict(Counter(outcome for outcome, *_ in told))
-        first, last = (max(each[k] for each in told if each[0] == 200) for k in (1, 2))
+        first, spent, last = (max(each[k] for each in told if each[0] == 200) for k in (1, 2, 3))
         size = max(size for *_, size in told) / 1e6
         print(
             f"{name:8} {before:5.0f} -> {peak:5.0f} MiB ({after:5.0f} after)  first byte {first:6.2f} s"
+            f" ({spent - spent_before:5.2f} s of processors)"
             f"  last {last:6.1f} s  {size:5.0f} MB  {statuses}",
             flush=True,
         )
@@ -126,10 +129,10 @@ def documents(words):
             body, told = json.dumps(document), []
             Path(f"/proc/{pid}/clear_refs").write_text("5")  # VmHWM begins anew
             before, spent, begun = status(pid, "VmRSS"), processor_seconds(pid), time.monotonic()
-            asked(running.address, path, body, told)
+            asked(running.address, path, body, told, pid)
             while "attitude_threads_busy 0.0" not in running.get("/metrics")[2].decode():
                 time.sleep(0.02)
-            ((outcome, _, _, size),) = told
+            ((outcome, *_, size),) = told
             print(
                 f"{name:45} {len(body) / 1e6:5.2f} MB  {outcome}  {time.monotonic() - begun:6.2f} s"
                 f"  {processor_seconds(pid) - spent:6.2f} s of processors"
