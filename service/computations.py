@@ -67,7 +67,7 @@ def motion(document: bytes, settings: Settings) -> bytes:
     return motion_summary(scene.motion(), scene.name)
 
 
-def windows(document: bytes, query: WindowsQuery, settings: Settings) -> Computed:
+def windows(document: bytes, query: WindowsQuery, settings: Settings) -> Computed | bytes:
     """The windows of a condition on a scene, as JSON or CSV."""
     parsed = parse_json(document, "document")
     keys = ("scene", "condition")
@@ -88,7 +88,7 @@ def windows(document: bytes, query: WindowsQuery, settings: Settings) -> Compute
         raise InputError("condition", f"{len(found)} windows", expected)
     if query.format == "csv":
         return Computed(iter([found.to_csv().encode()]), True, FORMATS["csv"].media, {})
-    return Computed(iter([orjson.dumps(found.to_dict())]), True, JSON, {})
+    return orjson.dumps(found.to_dict())
 
 
 @contextmanager
@@ -126,21 +126,12 @@ def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:
 
 def fit(document: bytes, settings: Settings) -> bytes:
     """The answer of `attitude fit --json`."""
-    parsed = parse_json(document, "document")
-    sets = parsed.get("observations") if isinstance(parsed, dict) else None
-    columns = (
-        [each.get("columns") for each in sets if isinstance(each, dict)] if isinstance(sets, list) else []
-    )
-    lengths = [
-        len(cells)
-        for each in columns
-        if isinstance(each, dict)
-        for cells in each.values()
-        if isinstance(cells, list)
-    ]
-    check_count("observations", sum(lengths), "samples", settings)
-    hold(sum(lengths))
-    return orjson.dumps(FitDocument.of(parsed).answer())
+    parsed = FitDocument.from_json(document)
+    lists = (cells for each in parsed.observations for cells in each.columns.values())
+    count = sum(len(cells) for cells in lists if isinstance(cells, list))
+    check_count("observations", count, "samples", settings)
+    hold(count)
+    return orjson.dumps(parsed.answer())
 
 
 # -- limits: what is refused for its size -----------------------------------------------------------

@@ -38,7 +38,7 @@ from .schemas import (
     Windows,
     WindowsQuery,
 )
-from .streaming import fixed, json_response, response
+from .streaming import answered, fixed, json_response
 
 Nothing = Annotated[NoQuery, Query()]
 
@@ -54,68 +54,57 @@ async def ephemeris(
     request: Request, query: Annotated[EphemerisQuery, Query()], document: Document
 ) -> Response:
     """Attitude and body rate at a scene's instants, or at those of each of a list of scenes."""
-    compute = request.app.state.compute
     target = negotiated(query.format, request.headers.get("accept", ""))
-    arguments = document, query, target, request, compute.settings
-    return response(await compute.run(computations.ephemeris, *arguments), compute)
+    return await answered(request, computations.ephemeris, document, query, target, request)
 
 
 @router.post("/v1/convert", responses=file_responses(Ephemeris))
 async def convert(request: Request, query: Annotated[ConvertQuery, Query()], files: Files) -> Response:
     """A file of attitudes in another format or frame."""
-    compute = request.app.state.compute
     target = negotiated(query.format, request.headers.get("accept", ""))
-    arguments = files, query, target, compute.settings
-    return response(await compute.run(computations.convert, *arguments), compute)
+    return await answered(request, computations.convert, files, query, target)
 
 
 @router.post("/v1/check", response_model=dict[str, Any])
 async def check(request: Request, query: Annotated[SourceQuery, Query()], files: Files) -> Response:
     """What is off in a file of attitudes: coverage, gaps, spacing, signs, unit length, rates."""
-    state = request.app.state
-    return json_response(await state.compute.run(computations.check, files, query, state.settings))
+    return await answered(request, computations.check, files, query)
 
 
 @router.post("/v1/compare", response_model=dict[str, Any])
 async def compare(request: Request, query: Annotated[CompareQuery, Query()], files: Files) -> Response:
     """How the attitudes of two files, `file` and `other`, differ."""
-    state = request.app.state
-    return json_response(await state.compute.run(computations.compare, files, query, state.settings))
+    return await answered(request, computations.compare, files, query)
 
 
 @router.post("/v1/fit", response_model=dict[str, Any])
 async def fit(request: Request, _: Nothing, document: Document) -> Response:
     """The free motion that fits a document's observations: scene, covariance, residuals, outliers."""
-    state = request.app.state
-    return json_response(await state.compute.run(computations.fit, document, state.settings))
+    return await answered(request, computations.fit, document)
 
 
 @router.post("/v1/plan", response_model=dict[str, Any])
 async def plan(request: Request, query: Annotated[PlanQuery, Query()], document: Document) -> Response:
     """What of a scene would be simulated, what not and why, by which solver, at what cost and error."""
-    state = request.app.state
-    return json_response(await state.compute.run(computations.plan, document, query, state.settings))
+    return await answered(request, computations.plan, document, query)
 
 
 @router.post("/v1/motion", response_model=dict[str, Any])
 async def motion(request: Request, _: Nothing, document: Document) -> Response:
     """Regime, periods, rates and constants of a scene's motion; null for what this motion has not."""
-    state = request.app.state
-    return json_response(await state.compute.run(computations.motion, document, state.settings))
+    return await answered(request, computations.motion, document)
 
 
 @router.post("/v1/windows", responses=json_or_csv(Windows))
 async def windows(request: Request, query: Annotated[WindowsQuery, Query()], document: Document) -> Response:
     """The intervals of a scene in which a condition holds; none that is wider than `width` is missed."""
-    compute = request.app.state.compute
-    return response(await compute.run(computations.windows, document, query, compute.settings), compute)
+    return await answered(request, computations.windows, document, query)
 
 
 @router.post("/v1/cost", response_model=dict[str, Any])
 async def cost(request: Request, query: Annotated[CostQuery, Query()], document: Document) -> Response:
     """What accuracy costs in time on a scene's body and state, measured here within a budget."""
-    state = request.app.state
-    return json_response(await state.compute.run(computations.cost, document, query, state.settings))
+    return await answered(request, computations.cost, document, query)
 
 
 # -- the built-in scenes --------------------------------------------------------------------------

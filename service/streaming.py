@@ -1,6 +1,6 @@
 """Responses: in blocks as they are computed, or whole; tags, and 304 for who has the answer already."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from hashlib import blake2b
 from http import HTTPStatus
 from typing import Any, NamedTuple
@@ -40,8 +40,15 @@ def is_known(tag: str, request: Request) -> bool:
     return tag.removeprefix("W/") in {each.strip().removeprefix("W/") for each in tags}
 
 
-def response(computed: Computed, compute: Compute) -> Response:
-    """In one piece, with its length, or in blocks, each computed when the one before is on its way."""
+async def answered(request: Request, work: Callable[..., Computed | bytes], *arguments: Any) -> Response:
+    """What a call answers that computes, beside the event loop and within the settings' limits.
+
+    In one piece, with its length, or in blocks, each computed when the one before is on its way.
+    """
+    compute: Compute = request.app.state.compute
+    computed = await compute.run(work, *arguments, compute.settings)
+    if isinstance(computed, bytes):
+        return json_response(computed)
     headers = {"vary": "accept, accept-encoding", "attitude-version": attitude.__version__}
     headers |= {"content-type": computed.media, **computed.headers}
     if computed.is_whole:
