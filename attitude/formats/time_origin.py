@@ -52,7 +52,8 @@ def tt_origin(head: EphemerisData) -> TimeOrigin:
     """Return the last whole second of TT that is not after the first instant."""
     first = head.instants.flattened()
     tt = tt_seconds(head.epoch) + Fraction(float(first.seconds[0])) + Fraction(float(first.low[0]))
-    return _origin(tt_time(tt.__floor__()), head)
+    whole = tt.__floor__()
+    return _origin(tt_time(whole), Fraction(whole), head)
 
 
 def utc_origin(head: EphemerisData) -> TimeOrigin:
@@ -60,15 +61,15 @@ def utc_origin(head: EphemerisData) -> TimeOrigin:
     year, month, day, clock = erfa.d2dtf("UTC", 9, *_julian_dates(head.time.utc))
     second = min(int(clock["s"]), 59)
     days = erfa.dtf2d("UTC", year, month, day, clock["h"], clock["m"], second)
-    return _origin(Time(*days, format="jd", scale="utc"), head)
+    time = Time(*days, format="jd", scale="utc")
+    return _origin(time, tt_seconds(time), head)
 
 
 def _julian_dates(time: Time) -> tuple[float, float]:
     return float(np.ravel(time.jd1)[0]), float(np.ravel(time.jd2)[0])
 
 
-def _origin(time: Time, head: EphemerisData) -> TimeOrigin:
-    tt = tt_seconds(time)
+def _origin(time: Time, tt: Fraction, head: EphemerisData) -> TimeOrigin:
     offset = tt_seconds(head.epoch) - tt
     return TimeOrigin(time, tt, *two_part(offset))
 

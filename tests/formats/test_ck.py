@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from astropy.time import Time
+from astropy.time import Time, TimeDelta
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, TorqueFreeMotion
 from attitude.cli import main
@@ -213,6 +213,23 @@ def test_long_spin_is_cut_where_turning_would_lose_digits(tmp_path):
     for t in np.linspace(0.0, 49950.0, 40):
         matrix, _, _ = spice.ckgpav(STRUCTURE, (t + 0.25) * 65536, 0, "J2000")
         assert np.abs(matrix - spin.at(t).rotation.as_matrix().T).max() < 1e-12
+
+
+@pytest.mark.parametrize("scale", ["utc", "tai", "tt", "ut1"])
+def test_every_second_is_dated_as_spice_dates_it(scale, tmp_path):
+    """Seconds that are no fraction of a day in binary: the clock's anchor was one second early for 2 of 5."""
+    chance = np.random.default_rng(1)
+    for year in range(1985, 2026, 5):
+        second = float(chance.integers(86400))
+        epoch = Time(f"{year}-03-04T00:00:00", scale=scale) + TimeDelta(second, format="sec")
+        path, ephemeris = written(tmp_path, motion(epoch=epoch).at(T[:3]))
+        load(path)
+        coverage = spice.ckcov(str(path), STRUCTURE, False, "INTERVAL", 0.0, "TDB")
+        tt = spice.unitim(coverage[0], "TDB", "TDT")
+        expected = (ephemeris.time[0].tt - Time("2000-01-01T12:00:00", scale="tt")).sec
+        assert abs(tt - expected) < 2e-5, epoch.isot  # a tick
+        assert abs((Ephemeris.read(path).time[0].tt - ephemeris.time[0].tt).sec) < 1e-9
+        spice.kclear()
 
 
 @pytest.mark.parametrize(("rate", "count"), [(0.9, 288), (0.003, 2), (-6.0, 1911)])
