@@ -9,8 +9,8 @@ from pydantic import Field
 
 from ..documents.fields import Number
 from ..errors import InputError
-from ..frames.daily_nodes import DAY
 from ..problem.initial_state import InitialState
+from ..times.julian_dates import DAY
 from .earth_atmosphere import EarthAtmosphere, celestial_positions, earth_fixed, geodetic
 
 UNIX_EPOCH = 2440587.5  # Julian date

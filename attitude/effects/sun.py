@@ -11,10 +11,10 @@ from ..documents.fields import Part, Vector
 from ..documents.quantities import unit_vector
 from ..errors import InputError
 from ..frames.celestial import au, sun_from_earth
-from ..frames.daily_nodes import DAY
 from ..frames.earth_fixed import scene_axes
 from ..orbit.piecewise_polynomial import interpolated
 from ..problem.initial_state import PiecewisePolynomial
+from ..times.julian_dates import DAY
 
 if TYPE_CHECKING:
     from astropy.time import Time

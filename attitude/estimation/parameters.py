@@ -13,13 +13,13 @@ from ..errors import InputError, unknown_name
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
+from ..rigid_body.partials import ELEMENTS
 from .observations import SMALL_ANGLE, ObservationSet, cross_matrix
 
 # What may be estimated, in the order of the columns of `motion.partials`; "inertia" stands for "moments", and
 # for "principal_axes" too where the body is a tensor.
 GROUPS = ("attitude", "angular_velocity", "moments", "principal_axes")
 AXES = "xyz"
-TENSOR_ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of `motion.partials`
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +216,7 @@ def _tensor_columns(state: BodyState) -> np.ndarray:
     """(6, 6): elements xx, yy, zz, xy, xz, yz of the tensor by moments, and by turns about the body axes."""
     turned = cross_matrix(np.eye(3)) @ state.tensor
     changes = [*(axis[:, None] * axis for axis in state.axes), *(turned + np.swapaxes(turned, -1, -2))]
-    return np.array([[change[i, j] for change in changes] for i, j in TENSOR_ELEMENTS])
+    return np.array([[change[i, j] for change in changes] for i, j in ELEMENTS])
 
 
 def _exponential(vector: np.ndarray) -> np.ndarray:

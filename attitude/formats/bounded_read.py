@@ -11,6 +11,7 @@ import orjson
 from ..errors import FormatError
 
 MAX_TEXT_BYTES = 1 << 30
+MAX_MESSAGE_BYTES = 1 << 28  # of texts that are read into lines and words at once
 MAX_PIPE_BYTES = 1 << 27  # of a pipe or device, whose size is known only at its end
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 LONE_RETURN = re.compile(rb"\n?\r(?!\n)")  # as CCSDS 504.0-B-2, 6.6.6 allows

@@ -58,6 +58,7 @@ SECOND_NS = 10**9
 DAY = 86_400  # s
 DAY_NS = DAY * SECOND_NS
 MAX_ROUNDING_OF_LENGTH, MAX_OFF_UNIT_IN_FILES = 1e-12, 1e-2  # of quaternions: in doubles, in few digits
+MAX_RATE = 1e306  # rad/s: in deg/s it is still a finite double
 
 
 def metadata(samples: Samples) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from .stk_dates import DATES, ELAPSED, iso_date
 from .stk_text import StkTextReader
 from .text_reader import finite_number
 
-MAX_BYTES = 1 << 28
 KEYWORDS = stk_text.KEYWORDS | {
     "NumberOfEphemerisPoints": r"\d{1,15}",
     "InterpolationMethod": r"(?i:lagrange|hermite|lagrangevop)",
@@ -40,7 +39,7 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
     """Orbit in an STK ephemeris; FormatError with its line for what is wrong."""
     if object_name is not None:
         raise FormatError(f"one object without a name, not {object_name!r}", source)
-    text = bounded_read.text(stream, source, MAX_BYTES).decode("utf-8", errors="replace")
+    text = bounded_read.text(stream, source, bounded_read.MAX_MESSAGE_BYTES).decode("utf-8", errors="replace")
     reader = _Reader(source)
     for number, line in enumerate(text.removeprefix("\ufeff").splitlines(), start=1):
         words = line.split()

@@ -70,8 +70,6 @@ AXES_NAMES = (
     "ICRF and J2000 are read, of the Earth also Inertial, Fixed, TEMEOfDate and, with a CoordinateAxesEpoch, "
     "TEMEOfEpoch and AlignmentAtEpoch"
 )
-MAX_RATE = 1e306  # rad/s: in deg/s it is still a finite double
-MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
 NOT_IN_ROWS = re.compile(rb"[^-+.\deE \t\r\n]")  # a byte that no row of numbers has
 
 
@@ -93,7 +91,7 @@ class StkReader(StkTextReader):
         self.row_kind: RowKind | None = None  # once its keyword was read
         self.dates: list[str] = []  # of the rows, in ISO 8601, where TimeFormat is one of dates
         self.last_time: float | None = None
-        self.count = self.remark_count = self.checked_tables = 0
+        self.count = self.checked_tables = 0
         self.tables: list[np.ndarray] = []
         self.line_numbers: list[np.ndarray] = []  # of the rows of each table
         self.ended = False
@@ -129,7 +127,7 @@ class StkReader(StkTextReader):
         number, self.number = block.number_at(offset), block.number_at(end) - 1
         text = block.text[offset:end]
         table, numbers = text_rows.read_spaced(text, number, "n" * (1 + kind.width))
-        self._add_remarks(text.count(b"\n") - len(numbers))
+        self.add_remarks(self.number, text.count(b"\n") - len(numbers), self.count)
         if isinstance(table, list):
             for line, i in zip(table, numbers, strict=True):
                 self._add_row(line.decode(), i, kind)
@@ -167,7 +165,7 @@ class StkReader(StkTextReader):
         line, offset = block.line(offset)
         text = line.decode("utf-8", errors="replace").removeprefix("\ufeff").strip()
         if not text or text.startswith("#"):
-            self._add_remarks()
+            self.add_remarks(self.number, rows=self.count)
         elif self.ended:
             raise self.error("something after END Attitude", self.number)
         elif self.row_kind and text[0] not in "Ee":
@@ -175,11 +173,6 @@ class StkReader(StkTextReader):
         else:
             self.add_line(text, self.number)
         return offset
-
-    def _add_remarks(self, count: int = 1) -> None:
-        self.remark_count += count
-        if self.remark_count > max(MAX_REMARKS, self.count):
-            raise self.error(f"more than {MAX_REMARKS} comments and empty lines", self.number)
 
     def _add_version(self, text: str, number: int) -> None:
         self.check_version(text, number)
@@ -230,9 +223,9 @@ class StkReader(StkTextReader):
         rate = np.deg2rad(table[:, 1 + width :]) if self.row_kind.has_rate else None
         ephemeris = EphemerisData(rotations.sign_continuous(quaternion), instants, frame, None, rate)
         self._check_instants(ephemeris, numbers)
-        if rate is not None and not np.abs(rate).max() <= MAX_RATE:
-            i = int(np.argmax(~(np.abs(rate) <= MAX_RATE).all(axis=1)))
-            raise self.error(f"a rate of more than {MAX_RATE:g} rad/s", int(numbers[i]))
+        if rate is not None and not np.abs(rate).max() <= schema.MAX_RATE:
+            i = int(np.argmax(~(np.abs(rate) <= schema.MAX_RATE).all(axis=1)))
+            raise self.error(f"a rate of more than {schema.MAX_RATE:g} rad/s", int(numbers[i]))
         return with_method(ephemeris, self._method(), rotations.sign_changes(quaternion))
 
     def _method(self) -> InterpolationMethod:

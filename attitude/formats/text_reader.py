@@ -9,6 +9,7 @@ from typing import Any
 from ..errors import FormatError, InputError
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
 
 
 class TextReader:
@@ -19,6 +20,13 @@ class TextReader:
 
     def __init__(self, source: str):
         self.source = source
+        self.remark_count = 0
+
+    def add_remarks(self, line: int, count: int = 1, rows: int = 0) -> None:
+        """Count comments and empty lines; FormatError for more than MAX_REMARKS, or than the rows so far."""
+        self.remark_count += count
+        if self.remark_count > max(MAX_REMARKS, rows):
+            raise self.error(f"more than {MAX_REMARKS} comments and empty lines", line)
 
     def error(self, reason: str, line: int | None = None) -> FormatError:
         """FormatError that names the file, and the line if one is given."""

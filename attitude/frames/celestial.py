@@ -8,7 +8,8 @@ import erfa
 import numpy as np
 
 from ..times.instants import Instants
-from .daily_nodes import DAY, J2000, Days, interpolated
+from ..times.julian_dates import DAY, J2000
+from .daily_nodes import Days, interpolated
 
 # The Earth's dipole for 2025.0: g10, g11, h11 in T and their reference radius in m (IGRF-14, IAGA 2024).
 G10, G11, H11 = -29350.0e-9, -1410.3e-9, 4545.5e-9

@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..times.instants import Instants
+from ..times.julian_dates import DAY, J2000
 
 NODES_PER_DAY, NEAREST = 8, 6
-DAY = 86400.0  # s
-J2000 = 2451545.0
 
 
 class Days(NamedTuple):

@@ -20,9 +20,10 @@ import numpy as np
 from ..errors import InputError
 from ..times import turn_rates
 from ..times.instants import Instants
+from ..times.julian_dates import DAY, J2000
 from ..times.leap_seconds import dubious_years
 from . import earth_orientation
-from .daily_nodes import DAY, J2000, Days, interpolated
+from .daily_nodes import Days, interpolated
 from .inertial import STILL, FrameRotation, from_gcrf
 from .rotations import TEME_AT_EPOCH, rotate
 

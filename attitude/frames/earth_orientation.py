@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 import erfa
 import numpy as np
 
+from ..times.julian_dates import DAY, J2000, MJD
 from ..times.leap_seconds import dubious_years
-from .daily_nodes import DAY, J2000
 
 ARCSECOND = np.pi / 648000.0
-MJD = 2400000.5
 
 
 class EarthOrientation(NamedTuple):

@@ -8,6 +8,7 @@ import erfa
 import numpy as np
 
 from ..errors import InputError
+from ..times.julian_dates import J2000
 from .rotations import conjugate, from_matrix, product, rotate
 
 # The obliquity that ECLIPJ2000 is defined by, in arcseconds (IAU 1976; NAIF, frames required reading).
@@ -61,7 +62,7 @@ def from_gcrf(frame: str, purpose: str) -> np.ndarray:
     if frame in ("ICRF", "GCRF"):
         return np.eye(3)
     if frame == "EME2000":
-        return np.asarray(erfa.bp06(2451545.0, 0.0)[0])
+        return np.asarray(erfa.bp06(J2000, 0.0)[0])
     if frame == "ECLIPJ2000":
         obliquity = np.deg2rad(OBLIQUITY_J2000 / 3600.0)
         c, s = np.cos(obliquity), np.sin(obliquity)

@@ -19,6 +19,7 @@ from ..frames.rotations import INERTIAL_FRAMES, ORBITAL_FRAMES, TURNING_FRAMES, 
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..samples.transform import rotation_between
 from ..times.instants import Instants, as_instants
+from ..times.julian_dates import DAY, J2000
 from .orbit import AboutABody
 from .state_table import SLACK, Curves, StateTable, best_curves, check_table, curves_path
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from astropy.time import Time
 
 INLINE = ("oem", "stk", "csv")
-J2000 = 2451545.0  # Julian date
-DAY = 86400.0  # s
 SPK_STEP = 60.0  # s, of rows to which the intervals of an SPK's polynomials are compared in length
 
 

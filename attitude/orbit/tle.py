@@ -15,6 +15,7 @@ from ..frames.earth_fixed import scene_axes, teme
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import instants
 from ..times.instants import as_instants
+from ..times.julian_dates import DAY
 from .orbit import OrbitDefinition, earth, parameter_text
 from .polynomial_path import PIECES_PER_REVOLUTION, function_path
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 # SGP4 itself jumps by 1e-10 of r where its iteration for Kepler's equation takes one step more.
 TOLERANCE = 1e-9
-DAY = 86400.0
 LINE_LENGTH = 69  # columns
 # Columns that hold a blank or a decimal point in every TLE, and therefore show a line that has slipped.
 COLUMNS = tuple(

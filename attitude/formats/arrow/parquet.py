@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from astropy import units as u
 from astropy.table import QTable, Table, serialize
 from astropy.table import meta as table_meta
 from astropy.utils.data_info import serialize_context_as
@@ -20,7 +19,7 @@ from ...errors import FormatError, one_line
 from ...samples.chunks import Samples
 from .. import schema
 from ..binary import Sink, refuse_inflated, seekable
-from ..tables.qtable import refuse_unfolding, to_table
+from ..tables.qtable import CELLS, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
@@ -28,11 +27,6 @@ if TYPE_CHECKING:
 ASTROPY_METADATA = "table_meta_yaml"  # the key of astropy's metadata in the Arrow schema's
 SCALARS = {"elapsed": schema.ELAPSED, "elapsed_rest": schema.REST}
 DATES = ("time.jd1", "time.jd2")  # not read: the seconds are exact
-UNITS = {
-    "elapsed": "s",
-    "elapsed_rest": "s",
-    **{name: str(u.Unit(unit)) if unit else None for name, (_, unit) in schema.KNOWN_VECTORS.items()},
-}
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
@@ -105,17 +99,15 @@ def _check(arrow_schema: Any, source: str) -> dict[str, Any]:
     refuse_unfolding(text.decode())
     header = table_meta.get_header_from_yaml(text.decode().split("\n"))
     units = {column["name"]: column.get("unit") for column in header["datatype"]}
-    shapes = dict.fromkeys((*DATES, *SCALARS), ()) | {
-        name: (len(names),) if len(names) > 1 else () for name, (names, _) in schema.KNOWN_VECTORS.items()
-    }
+    cells = CELLS | dict.fromkeys(DATES, ((), None))
     for name, kind in zip(arrow_schema.names, arrow_schema.types, strict=True):
-        if name not in shapes or arrow_schema.names.count(name) > 1:
+        if name not in cells or name == "time" or arrow_schema.names.count(name) > 1:
             raise FormatError(f"column {name!r:.40}, unknown or repeated", source)
-        if not kind.equals(_type(shapes[name])):
-            raise FormatError(f"column {name!r} of {kind}, not {_type(shapes[name])}", source)
-        unit = units.get(name)
-        if name not in DATES and (None if unit is None else str(unit)) != UNITS[name]:
-            raise FormatError(f"column {name!r} in {unit}, not in {UNITS[name]}", source)
+        (shape, expected), unit = cells[name], units.get(name)
+        if not kind.equals(_type(shape)):
+            raise FormatError(f"column {name!r} of {kind}, not {_type(shape)}", source)
+        if name not in DATES and str(unit) != str(expected):
+            raise FormatError(f"column {name!r} in {unit}, not in {expected}", source)
     return dict(header["meta"])
 
 

@@ -15,12 +15,10 @@ import numpy as np
 
 from ...errors import InputError, note
 from ...frames import rotations
-from ..schema import MAX_OFF_UNIT_IN_FILES
+from ..schema import MAX_OFF_UNIT_IN_FILES, MAX_RATE
 from .epochs import RowError
 from .keywords import ANGLES, ANGVEL, ATTITUDE_TYPES, Q_DOT, SPIN, AttitudeType, KeywordBlock, Q, frame_named
 from .spin import attitude_and_rate
-
-MAX_RATE = 1e306  # rad/s: in deg/s it is still a finite double
 
 
 @dataclass(frozen=True)

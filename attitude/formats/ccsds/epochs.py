@@ -15,6 +15,7 @@ import numpy as np
 from astropy.time import Time
 
 from ...times.instants import Instants, as_instants
+from ...times.julian_dates import DAY, MJD
 from ...times.leap_seconds import MJD_ORDINAL, tai_minus_utc
 from ...times.two_part import two_sum
 from ..text_rows import contents
@@ -32,7 +33,6 @@ TIME_SYSTEMS = {
 MAX_DECIMALS = 18
 EPOCH = re.compile(rb"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))T(\d\d):(\d\d):(\d\d)(?:\.(\d+))?(Z?)")
 SECONDS_PER_DAY_SLOT = 86401  # longest day, s: day * slot + second of day increases through leap seconds
-MJD_EPOCH = 2400000.5  # Julian date
 FIRST_LEAP_SECOND_DAY = 41317  # MJD of 1972-01-01
 
 
@@ -248,10 +248,10 @@ def _time(day: np.ndarray, second: np.ndarray, atto: np.ndarray, system: str) ->
     """Return an astropy Time; on a day with a leap second, UTC uses the length of that day."""
     clock = second + (19 if system == "GPS" else 0) + atto / 1e18
     if system == "UTC":
-        year, month, of_month, _ = erfa.jd2cal(MJD_EPOCH, day.astype(np.float64))
+        year, month, of_month, _ = erfa.jd2cal(MJD, day.astype(np.float64))
         minute = np.minimum(second // 60, 1439)
         first, last = erfa.dtf2d(
             "UTC", year, month, of_month, minute // 60, minute % 60, (second - minute * 60) + atto / 1e18
         )
         return Time(first, last, format="jd", scale="utc")
-    return Time(MJD_EPOCH + day, clock / 86400.0, format="jd", scale=TIME_SYSTEMS[system])
+    return Time(MJD + day, clock / DAY, format="jd", scale=TIME_SYSTEMS[system])

@@ -7,41 +7,34 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...errors import AttitudeError, FormatError, InputError, note
+from ...errors import AttitudeError, InputError, note
 from ...frames import rotations
 from ...samples.ephemeris_data import EphemerisData
 from ...samples.event import Event
 from ...samples.interpolation import Interpolation, InterpolationMethod, InterpolationSegment
 from ...times.instants import Instants
 from .. import schema
+from ..text_reader import TextReader
 from .epochs import Timestamps, to_instants
 from .keywords import HEADER, METADATA, VERSIONS, KeywordBlock
 from .segment import Rows, Segment
 
-MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
 
-
-class MessageReader:
+class MessageReader(TextReader):
     """What both syntaxes fill: version, keyword blocks and segments, read in order."""
 
     def __init__(self, source: str, segment: int | None):
-        self.source, self.requested = source, segment
+        super().__init__(source)
+        self.requested = segment
         self.version = ""
-        self.segment_count = self.remark_count = 0
+        self.segment_count = 0
         self.segments: list[Segment] = []
 
     def begin(self, version: str, line: int) -> None:
         """Set the version; FormatError if it is not supported."""
         if version not in VERSIONS:
-            raise FormatError(f"AEM version {version[:20]!r}, not 1.0 or 2.0", self.source, line)
+            raise self.error(f"AEM version {version[:20]!r}, not 1.0 or 2.0", line)
         self.version = version
-
-    def add_remarks(self, line: int, count: int = 1) -> None:
-        """Count comments and empty lines; FormatError if there are too many."""
-        self.remark_count += count
-        if self.remark_count > MAX_REMARKS:
-            reason = f"more than {MAX_REMARKS} comments and empty lines"
-            raise FormatError(reason, self.source, line)
 
     def header(self) -> KeywordBlock:
         """Empty header."""
@@ -63,13 +56,13 @@ class MessageReader:
     def ephemeris(self) -> EphemerisData:
         """Segments, joined; FormatError if they do not belong to one ephemeris."""
         if not self.segments:
-            raise FormatError(f"no segment {self.requested or 1}, of {self.segment_count}", self.source)
+            raise self.error(f"no segment {self.requested or 1}, of {self.segment_count}")
         for before, after in pairwise(self.segments):
             after.check_after(before)
         try:
             return _joined(self.segments)
         except AttitudeError as error:
-            raise FormatError(str(error), self.source) from None
+            raise self.error(str(error)) from None
 
 
 def _joined(segments: list[Segment]) -> EphemerisData:

@@ -14,7 +14,6 @@ from ...errors import FormatError
 from .. import bounded_read
 from .expat_reader import ExpatReader
 
-MAX_BYTES = 1 << 28  # of a message
 MAX_DEPTH = 10  # elements within each other
 UNITS = re.compile(r"(.*?)\s*\[([^][]*)\]")
 
@@ -64,7 +63,7 @@ class Ndm(NamedTuple):
 
 def read_ndm(stream: BinaryIO, source: str, syntax: Syntax) -> Ndm:
     """The lines of a message of this kind; FormatError, with its line, for anything else."""
-    content = bounded_read.text(stream, source, MAX_BYTES)
+    content = bounded_read.text(stream, source, bounded_read.MAX_MESSAGE_BYTES)
     if content.lstrip(b"\xef\xbb\xbf\xff\xfe\0 \t\r\n")[:1] == b"<":
         return _XmlReader(source, syntax).read(content)
     return _read_kvn(content, source, syntax)

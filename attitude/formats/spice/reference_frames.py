@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormatError
+from ...frames.earth_orientation import ARCSECOND
 from ...frames.rotations import off_orthonormal
 
-ARCSECOND = np.pi / 648000.0
 # By their numbers: name, frame that the axes are rotated from, and angles in arcseconds and axes; the matrix
 # to the frame's components is the product of the rotations of axes in this order.
 BUILT_IN = {

@@ -20,25 +20,14 @@ from astropy.table import QTable
 
 from ...errors import FormatError, one_line
 from ...samples.chunks import Samples
-from .. import schema
 from ..binary import refuse_trailing
-from .qtable import from_table, to_table
+from .qtable import CELLS, from_table, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 BLOCK_BYTES = 2880  # headers and data fill whole blocks
 METADATA = "ATTITUDE"
-# The columns: the last dimensions of a cell, and the unit.
-CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
-    "time": ((2,), u.d),
-    "elapsed": ((), u.s),
-    "elapsed_rest": ((), u.s),
-    **{
-        name: ((len(names),) if len(names) > 1 else (), u.Unit(unit) if unit else None)
-        for name, (names, unit) in schema.KNOWN_VECTORS.items()
-    },
-}
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:

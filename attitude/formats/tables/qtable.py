@@ -17,6 +17,18 @@ if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
 
 
+# Columns of a table: the last dimensions of a cell, and the unit.
+CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
+    "time": ((2,), u.d),
+    "elapsed": ((), u.s),
+    "elapsed_rest": ((), u.s),
+    **{
+        name: ((len(names),) if len(names) > 1 else (), u.Unit(unit) if unit else None)
+        for name, (names, unit) in schema.KNOWN_VECTORS.items()
+    },
+}
+
+
 def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> QTable:
     """See `Ephemeris.to_table`; for a chunk, `shape` is that of all samples."""
     if len(ephemeris.instants.shape) != 1:
@@ -71,29 +83,26 @@ def refuse_unfolding(header: str) -> None:
 
 def from_table(table: QTable, source: str) -> EphemerisData:
     """The ephemeris of a table that `to_table` made; FormatError for any other."""
-    known = ("time", "elapsed", "elapsed_rest", *schema.KNOWN_VECTORS)
-    unknown = [name for name in table.colnames if name not in known]
+    unknown = [name for name in table.colnames if name not in CELLS]
     if unknown:
         raise FormatError(f"column {shown(unknown[0])} is unknown", source)
     shape = table.meta.get("shape")
     axis = len(shape) - 1 if isinstance(shape, list) and shape else 0
-    columns = {schema.ELAPSED: _values(table, "elapsed", u.s, (), source)}
+    columns = {schema.ELAPSED: _values(table, "elapsed", source)}
     if "elapsed_rest" in table.colnames:
-        columns[schema.REST] = _values(table, "elapsed_rest", u.s, (), source)
-    for name, (names, unit) in schema.VECTORS.items():
+        columns[schema.REST] = _values(table, "elapsed_rest", source)
+    for name, (names, _) in schema.VECTORS.items():
         if name in table.colnames or names is schema.QUATERNION:
-            vector = _values(table, name, u.Unit(unit) if unit else None, (len(names),), source)
+            vector = _values(table, name, source)
             # (instant, batch, component) to (component, batch, instant)
             components = np.moveaxis(np.moveaxis(vector, 0, min(axis, vector.ndim - 2)), -1, 0)
             columns.update(zip(names, components, strict=True))
     return schema.ephemeris_from(dict(table.meta), columns, source)
 
 
-def _values(
-    table: QTable, name: str, unit: u.UnitBase | None, last: tuple[int, ...], source: str
-) -> np.ndarray:
+def _values(table: QTable, name: str, source: str) -> np.ndarray:
     """The numbers of a column; refuses a missing one, another unit, and another shape."""
-    column = table[name] if name in table.colnames else None
+    column, (last, unit) = table[name] if name in table.colnames else None, CELLS[name]
     if (
         column is None
         or getattr(column, "unit", None) != unit

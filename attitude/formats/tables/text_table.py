@@ -10,8 +10,6 @@ import numpy as np
 from .. import bounded_read
 from ..text_reader import TextReader, finite_number
 
-MAX_BYTES = 1 << 28
-
 
 class TextTable(TextReader):
     """Columns of text by their names.
@@ -42,7 +40,9 @@ class TextTable(TextReader):
     @classmethod
     def read(cls, stream: BinaryIO, source: str) -> Self:
         """The table in a stream; FormatError with the line of what is wrong."""
-        content = bounded_read.text(stream, source, MAX_BYTES).removeprefix(b"\xef\xbb\xbf")
+        content = bounded_read.text(stream, source, bounded_read.MAX_MESSAGE_BYTES).removeprefix(
+            b"\xef\xbb\xbf"
+        )
         return cls(content.decode("utf-8", errors="replace").splitlines(), source)
 
     def column(self, index: int) -> np.ndarray:
