@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plot.style import BLACK, BLUE, CIRCLES, DASHED, GREEN, RED, drawn, time_unit
+from ..plot.style import AXIS_COLOURS, BLACK, CIRCLES, DASHED, drawn, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from .residuals import Residuals
 
 SIZE = 9.0, 2.6  # inches, of a panel
-COLOURS = dict(zip("xyz", (RED, BLUE, GREEN), strict=True))
 CURVE_POINTS = 2000
 
 
@@ -33,7 +32,7 @@ def _draw(motion: TorqueFreeMotion, residuals: Sequence[Residuals], figure: Figu
     panels = np.atleast_1d(figure.subplots(len(residuals), 1, sharex=True))
     for each, panel in zip(residuals, panels, strict=True):
         if each.unit == "rad/s":
-            _rates(motion, each, panel, length)
+            _rates(motion, each, panel, (unit, length))
         else:
             _sizes(each, panel, length)
         if each.is_outlier.any():
@@ -48,7 +47,7 @@ def _sizes(residuals: Residuals, panel: Axes, length: float) -> None:
     time, values = residuals.seconds / length, residuals.vectors * factor
     for i, name in zip(range(values.shape[1]), "xyz", strict=False):
         label = f"body {name}" if values.shape[1] == 3 else "offset"
-        panel.plot(time, values[:, i], color=COLOURS[name], label=label, **CIRCLES)
+        panel.plot(time, values[:, i], color=AXIS_COLOURS[name], label=label, **CIRCLES)
     far = residuals.is_outlier
     panel.plot(
         np.repeat(time[far], values.shape[1]), values[far].ravel(), color=BLACK, marker="x", linestyle="none"
@@ -56,15 +55,15 @@ def _sizes(residuals: Residuals, panel: Axes, length: float) -> None:
     panel.set_title(f"{residuals.name}: observed less computed, {unit}", loc="left")
 
 
-def _rates(motion: TorqueFreeMotion, residuals: Residuals, panel: Axes, length: float) -> None:
+def _rates(motion: TorqueFreeMotion, residuals: Residuals, panel: Axes, time: tuple[str, float]) -> None:
     """Observed rates, without their bias, over the computed ones."""
+    unit, length = time
     curve = np.linspace(residuals.seconds.min(), residuals.seconds.max(), CURVE_POINTS)
     computed = np.degrees(motion.at(curve).angular_velocity) * length
     observed = np.degrees(motion.at(residuals.seconds).angular_velocity + residuals.vectors) * length
-    far, time = residuals.is_outlier, residuals.seconds / length
-    for i, (name, colour) in enumerate(COLOURS.items()):
+    far, seconds = residuals.is_outlier, residuals.seconds / length
+    for i, (name, colour) in enumerate(AXIS_COLOURS.items()):
         panel.plot(curve / length, computed[:, i], color=colour, linestyle=DASHED)
-        panel.plot(time, observed[:, i], color=colour, label=f"body {name}", **CIRCLES)
-        panel.plot(time[far], observed[far, i], color=BLACK, marker="x", linestyle="none")
-    unit = {86400.0: "d", 3600.0: "h", 60.0: "min"}.get(length, "s")
+        panel.plot(seconds, observed[:, i], color=colour, label=f"body {name}", **CIRCLES)
+        panel.plot(seconds[far], observed[far, i], color=BLACK, marker="x", linestyle="none")
     panel.set_title(f"{residuals.name}: observed, and computed (dashed), deg/{unit}", loc="left")

@@ -23,6 +23,7 @@ SETTINGS = {
     "svg.hashsalt": "attitude",  # the same scene makes the same file
 }
 RED, BLUE, GREEN, BLACK = "#d55e00", "#0072b2", "#009e73", "#000000"
+AXIS_COLOURS = dict(zip("xyz", (RED, BLUE, GREEN), strict=True))
 DASHED = (0, (4, 2))
 CIRCLES = {"linestyle": "none", "marker": "o", "markerfacecolor": "none"}
 

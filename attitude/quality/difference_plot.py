@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plot.style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
+from ..plot.style import AXIS_COLOURS, BLACK, DASHED, drawn, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +32,7 @@ def _draw(comparison: EphemerisComparison, figure: Figure) -> None:
     axes = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
     for axis, (title, vectors) in zip(axes, panels, strict=True):
         axis.plot(seconds / length, np.linalg.norm(vectors, axis=1), color=BLACK, label="size")
-        for i, (name, colour) in enumerate(zip("xyz", (RED, BLUE, GREEN), strict=True)):
+        for i, (name, colour) in enumerate(AXIS_COLOURS.items()):
             axis.plot(seconds / length, vectors[:, i], color=colour, linestyle=DASHED, label=f"body {name}")
         axis.set_title(title, loc="left")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=4, frameon=False)
