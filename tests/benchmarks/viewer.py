@@ -120,8 +120,9 @@ def memory(browser: Any, address: str, minutes: float) -> None:
         session.send("HeapProfiler.collectGarbage")
         heap.append(session.send("Runtime.getHeapUsage")["usedSize"] / 2**20)
     third = max(1, len(heap) // 3)
-    first, last = statistics.median(heap[1 : third + 1]), statistics.median(heap[-third:])
-    print(f"{len(heap)} rounds in {minutes:g} min: heap {first:.1f} MiB at first, {last:.1f} at last")
+    thirds = [statistics.median(heap[k : k + third]) for k in (0, third, len(heap) - third)]
+    text = ", ".join(f"{each:.1f}" for each in thirds)
+    print(f"{len(heap)} rounds in {minutes:g} min: heap {text} MiB (medians of its thirds)")
     page.context.close()
 
 
