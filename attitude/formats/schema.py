@@ -13,7 +13,7 @@ import numpy as np
 from astropy.time import Time
 
 from .. import units
-from ..errors import AttitudeError, FormatError, InputError, note, shown
+from ..errors import AttitudeError, FormatError, InputError, note, shown, warn
 from ..frames import rotations
 from ..pointing.columns import UNCERTAINTY, VectorColumn, derived, layout
 from ..pointing.targets import orbit_state
@@ -341,6 +341,21 @@ def unit_rows(
     units.refuse_where(off, length, field, expected)
     rotations.warn_of_lengths(length, f"{source}: {field}")
     return rotations.of_unit_length(q, length, tolerance)
+
+
+def nearest_rotations(matrices: np.ndarray, source: str) -> np.ndarray:
+    """(n, 4) wxyz of the rotations nearest to matrices (n, 3, 3) of a file, v' = M v.
+
+    Warns where one is off by more than 1e-6, as of few digits; InputError beyond 1e-2.
+    """
+    off = rotations.off_orthonormal(matrices)
+    expected = f"a rotation matrix, orthonormal within {MAX_OFF_UNIT_IN_FILES:g}"
+    units.refuse_where(~(off <= MAX_OFF_UNIT_IN_FILES), matrices, "matrix", expected)
+    if off.max() > rotations.UNIT_TOLERANCE:
+        text = f"matrices are orthonormal within {off.max():.2g}; the nearest rotations are taken"
+        warn(f"{source}: {text}")
+    u, _, vh = np.linalg.svd(matrices)
+    return rotations.from_matrix(u @ vh)
 
 
 def _vector(table: Mapping[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:

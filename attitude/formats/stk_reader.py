@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
 
-from ..errors import AttitudeError, InputError, note, warn
+from ..errors import AttitudeError, InputError, note
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
@@ -22,7 +22,7 @@ from ..samples.resampling import with_method
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
 from ..times.leap_seconds import dubious_years
-from ..units import finite_array, refuse_where
+from ..units import finite_array
 from . import line_blocks, schema, stk_dates, stk_text, text_rows, time_origin
 from .stk_dates import DATES, ELAPSED, iso_date
 from .stk_text import StkTextReader
@@ -256,7 +256,7 @@ class StkReader(StkTextReader):
             if form in rotations.ORDERS:
                 return schema.unit_rows(values[:, rotations.ORDERS[form]], self.source)
             if form == "matrix":
-                return self._of_matrices(values.reshape(-1, 3, 3))
+                return schema.nearest_rotations(np.swapaxes(values.reshape(-1, 3, 3), 1, 2), self.source)
         except InputError as error:
             row = error.steps[1] if len(error.steps) > 1 else 0
             raise self.error(str(error), int(numbers[int(row)])) from None
@@ -276,17 +276,6 @@ class StkReader(StkTextReader):
         # About the axes of the reference, which do not turn: the last rotation stands first in the product.
         columns = [3 - int(digit) for digit in reversed(sequence)]
         return rotations.from_euler(axes[::-1], angles[:, columns])
-
-    def _of_matrices(self, matrices: np.ndarray) -> np.ndarray:
-        """Of matrices from reference to body components: the nearest rotations, within 1e-2."""
-        off = rotations.off_orthonormal(matrices)
-        wrong = ~(off <= schema.MAX_OFF_UNIT_IN_FILES)
-        refuse_where(wrong, matrices, "matrix", "a rotation matrix, orthonormal within 0.01")
-        if off.max() > rotations.UNIT_TOLERANCE:
-            text = f"matrices are orthonormal within {off.max():.2g}; the nearest rotations are taken"
-            warn(f"{self.source}: {text}")
-        u, _, vh = np.linalg.svd(matrices)
-        return rotations.from_matrix(np.swapaxes(u @ vh, 1, 2))
 
     def _check_instants(self, ephemeris: EphemerisData, numbers: np.ndarray) -> None:
         """Refuse instants without dates, or that coincide when they are written again."""

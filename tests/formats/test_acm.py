@@ -188,6 +188,16 @@ def test_body_that_breaks_the_triangle_inequality_comes_back_with_a_warning(tmp_
     np.testing.assert_allclose(again.run().quaternion("wxyz"), scene.run().quaternion("wxyz"), atol=1e-15)
 
 
+def test_matrices_of_few_digits_are_the_nearest_rotations(tmp_path):
+    few = " ".join(f"{float(word):.4f}" for word in MATRIX.split())
+    with pytest.warns(AttitudeWarning, match="orthonormal within .*; the nearest rotations are taken"):
+        found = read(tmp_path, HEAD + META + att(f"0.0 {few}", "DCM"))
+    nearest = Rotation.from_matrix(np.array(few.split(), dtype=float).reshape(3, 3)).as_quat(
+        scalar_first=True
+    )
+    np.testing.assert_allclose(np.abs(found.quaternion("wxyz")[0] @ nearest), 1.0, atol=1e-15)
+
+
 ROW = "0.0 0 0 0 1"
 
 
@@ -204,7 +214,7 @@ ROW = "0.0 0 0 0 1"
         (HEAD + META + att(ROW) + att("1.0 0 0 0 1", b="GYRO_1"), "block=k reads one of them"),
         (HEAD + META + att(ROW).replace("ATT_STOP\n", ""), "no ATT_STOP"),
         (HEAD + META.replace("TAI", "MET") + att(ROW), "TIME_SYSTEM = MET"),
-        (HEAD + META + att("0.0 1 0 0 0 1 0 0 0 2", "DCM"), "no rotation"),
+        (HEAD + META + att("0.0 1 0 0 0 1 0 0 0 2", "DCM"), "line 14: matrix.0.: a rotation matrix"),
         (
             HEAD + META + att(ROW + "\n2026-01-01T00:00:01 0 0 0 1"),
             "line 15: a block has finite seconds since EPOCH",

@@ -12,7 +12,7 @@ import numpy as np
 from astropy import units as u
 from astropy.time import TimeDelta
 
-from ...errors import AttitudeError, note
+from ...errors import AttitudeError, InputError, note
 from ...frames import rotations
 from ...rigid_body.body import RigidBody
 from ...samples.ephemeris_data import EphemerisData
@@ -190,11 +190,10 @@ class _AcmReader(BlockReader):
     ) -> tuple[tuple[str, ...], np.ndarray]:
         """The quaternions of matrices from frame A to frame B, listed by columns, in place of these."""
         matrices = numbers[:9].T.reshape(-1, 3, 3)  # their transposes: axes of B to axes of A
-        wrong = ~(rotations.off_orthonormal(matrices) <= schema.MAX_OFF_UNIT_IN_FILES)
-        if wrong.any():
-            row = block.rows[int(np.argmax(wrong))]
-            raise self.error("a matrix that is no rotation, orthonormal within 0.01", row.number)
-        q = rotations.from_matrix(matrices)
+        try:
+            q = schema.nearest_rotations(matrices, self.source)
+        except InputError as error:
+            raise self.error(str(error), block.rows[int(error.steps[-1])].number) from None
         return Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
 
     def _table(self, block: Block, width: int, tzero: TimeZero) -> tuple[Instants, np.ndarray]:
