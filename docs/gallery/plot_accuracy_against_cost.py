@@ -33,10 +33,10 @@ for family, colour in zip(families, colours, strict=True):
                 marker,
                 color=colour,
                 linestyle="-",
-                label=f"{family}, {horizon:g} {report.unit_name}",
+                label=f"{family}, {horizon:g} polhode period{'s' if horizon > 1 else ''}",
             )
 axes.set(
     xlabel="time a sample, ns", ylabel="largest attitude error, rad", title="4179 Toutatis, 2000 samples"
 )
-figure.legend(fontsize=8, ncols=4, loc="outside lower center")
+figure.legend(fontsize=8, ncols=2, loc="outside lower center")
 plt.show()
