@@ -171,6 +171,18 @@ def test_growth_beyond_a_double_is_an_error_that_names_the_separatrix():
         saddle.partials(1e5)
 
 
+@pytest.mark.parametrize("tilt", [1e-120, 1e-145, 1e-150, 1e-180])
+def test_so_near_the_middle_axis_that_digits_are_lost_is_an_error(tilt):
+    """At once the derivatives are those of the axis itself, whatever the tilt."""
+    beside, on = (motion(Body((3.0, 4.0, 6.0), (x, 1.0, x))) for x in (tilt, 0.0))
+    if tilt < 1e-146:
+        with pytest.raises(RegimeError, match="middle moment"):
+            beside.partials([1.0, 5.0])
+    else:
+        expected = on.partials([1.0, 5.0]).matrix
+        assert np.abs(beside.partials([1.0, 5.0]).matrix - expected).max() <= 1e-14 * np.abs(expected).max()
+
+
 def test_unknown_inertia_and_blocks_of_the_other_kind_are_refused():
     m = motion(NAMED["short axis"])
     with pytest.raises(InputError, match=r"inertia.*moments, tensor"):

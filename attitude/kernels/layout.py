@@ -208,6 +208,8 @@ INVARIANTS = np.dtype(
 # How partial derivatives are computed: beside a constant rate, by the functions that make the samples, or by
 # these with the changes for needles spun about themselves (docs/theory.md, section 12).
 CONSTANT_PARTIALS, LONG_ARCS, NEEDLE = range(3)
+# Whether they may leave the range of a double, and so near the middle axis at t = 0 that they do at once.
+MAY_GROW, LOST = 1, 2
 
 # What partial derivatives need besides INVARIANTS.  Axes 1, 2, 3 are those of INVARIANTS; beside a constant
 # rate axis 3 is along the momentum.  Moments are over `size`, time is L t: no unit of time is left.
@@ -215,7 +217,7 @@ PARTIALS = np.dtype(
     [
         ("kind", "i8"),
         ("elements", "i8"),  # how many of the elements 11, 22, 33, 12, 13, 23 are computed
-        ("grows", "i8"),  # whether derivatives may leave the range of a double
+        ("grows", "i8"),  # 0, MAY_GROW, LOST
         ("momentum", "f8"),  # L, rad/s
         ("size", "f8"),  # unit of the moments
         ("axes", "f8", (3, 3)),  # axes 1, 2, 3 in rows, body components

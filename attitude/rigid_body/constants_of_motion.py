@@ -222,7 +222,10 @@ class Batch:
                     records, moments, axes, rates, seconds, low, out, window, of_partials, *space
                 )
                 if window[4]:
-                    text = "partials: beyond the range of a double: on the separatrix they grow exponentially"
+                    text = (
+                        "partials: beyond the range of a double: they grow exponentially on the separatrix, "
+                        "and within 1e-147 of the axis of the middle moment"
+                    )
                     raise RegimeError(text)
 
         run(compute_share, self._shares(seconds.size, threads))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..intrinsics import kernel, routine
-from ..layout import CONSTANT_PARTIALS, LONG_ARCS, THETA
+from ..layout import CONSTANT_PARTIALS, LONG_ARCS, LOST, THETA
 from ..vectors import add_scaled, cross, unit_vector
 from .blocks import BLOCK, PITCH, ROWS
 from .constant_spin import constant_block, rest_block
@@ -46,7 +46,7 @@ def partials(bodies, moments, axes, rates, t, t_low, out, window, *space):
                     if record.kind != LONG_ARCS or abs(t[i]) < shortest:
                         low = 0.0 if t_low is None else t_low[i]
                         one(body, record, (t[i], low), i - first, scratch, inertia_columns)
-            if record.grows and not is_finite(rows, instants[1] - first):
+            if record.grows == LOST or (record.grows and not is_finite(rows, instants[1] - first)):
                 window[4] = 1
             copy_block(rows, instants, place, out)
 

@@ -20,10 +20,10 @@ from ..doubledouble import (
     sub,
 )
 from ..intrinsics import routine
-from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, NEEDLE, THETA
+from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, LOST, MAY_GROW, NEEDLE, THETA
 from ..polhode import component_along, polhode_of
 from ..regime import ascending
-from .integrals import second_kind, theta_now, transformed_now
+from .integrals import MAX_Y, second_kind, theta_now, transformed_now
 
 # A needle spun about itself: greatest I omega over L, and E = exp(-pi eta/K).
 NEEDLE_RATIO, NEEDLE_E = 30.0, 1e-3
@@ -143,7 +143,9 @@ def write_series(body, record):
         record.series[3] = factor * -128.0 * q8 * q**7
     else:
         # exp(4 y), which entries may reach, is beyond a double for y of 177
-        record.grows = 1 if body.per_half_turn == 0.0 or body.half_turn[0] > 200.0 else 0
+        record.grows = MAY_GROW if body.per_half_turn == 0.0 or body.half_turn[0] > 200.0 else 0
+        if abs(body.argument0[0]) > MAX_Y:
+            record.grows = LOST
         record.weight[0] = second_kind(k1 * k1, k)
         record.direction[0, 0] = body.direction[0, 0] / A1
         record.direction[0, 1] = body.direction[0, 1] / A1
@@ -225,7 +227,7 @@ def constant_record(inertia, omega, axes, unit, record):
     record.differences[1], record.differences[2] = a31[0], a32[0]
     record.momentum = mul(I3, speed)[0] * unit
     record.start[2] = record.initial[2] = 1.0
-    record.grows = 1 if a31[0] * a32[0] < 0.0 else 0
+    record.grows = MAY_GROW if a31[0] * a32[0] < 0.0 else 0
     write_turns((a3, a31, a32), (div(ONE, I1), div(ONE, I2)), scale(mul(I3, speed), unit), record)
 
 
