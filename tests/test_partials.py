@@ -189,3 +189,5 @@ def test_unknown_inertia_and_blocks_of_the_other_kind_are_refused():
         m.partials(1.0, "axes")
     with pytest.raises(AttributeError, match="moments"):
         _ = m.partials(1.0).by_tensor
+    with pytest.raises(InputError, match=r"initial: .*\(12, 12\); got 'shape \(6, 6\)'"):
+        m.partials(1.0).covariance(np.eye(6))

@@ -65,6 +65,8 @@ def fit(
     Warns (AttitudeWarning) of outliers, of a chi-square that the standard deviations do not explain, of
     directions that the data do not see, and of minima that cannot be told apart.
     """
+    if body is not None and body.shape:
+        raise InputError("body", f"{body.shape} bodies", "one body")
     template, given = _template(body, start, epoch, frame, observations)
     sets = _sets(observations, template)
     groups = check_groups(estimate, template.body)
@@ -82,7 +84,10 @@ def fit(
         candidates = [template]
     else:
         _refuse_unknown(groups, body)
-        candidates = starts.search(weighted, template, groups, "moments" in groups, kind)
+        # else one attitude that is half a turn off would leave no candidate near the others
+        is_robust = kind.name == "linear" and known and any(isinstance(each, Attitudes) for each in sets)
+        loss_of_search = Loss("cauchy") if is_robust else kind
+        candidates = starts.search(weighted, template, groups, "moments" in groups, loss_of_search)
     least = template.moments.min()
     minima = [minimum(weighted, state, groups, kind, absolute, least) for state in candidates[:MAX_MINIMA]]
     best, *others = sorted(minima, key=lambda each: each.chi_square)
@@ -94,7 +99,7 @@ def fit(
         best = kept if kept.chi_square - best.chi_square < starts.INDISTINCT * best.sigma_scale**2 else best
     others = indistinct(best, others)
     result = replace(fit_of(best, absolute), alternatives=tuple(fit_of(each, absolute) for each in others))
-    _warn_of(result, absolute)
+    _warn_of(result, absolute, kind)
     return result
 
 
@@ -132,11 +137,7 @@ def _template(
 
 
 def _with_body(state: BodyState, body: RigidBody | None) -> BodyState:
-    if body is None:
-        return state
-    if body.shape:
-        raise InputError("body", f"{body.shape} bodies", "one body")
-    return replace(state, moments=body.moments, axes=body.axes)
+    return state if body is None else replace(state, moments=body.moments, axes=body.axes)
 
 
 def _list(observations: Any) -> list[ObservationSet]:
@@ -174,14 +175,15 @@ def _warn(text: str) -> None:
     warnings.warn(text, AttitudeWarning, stacklevel=4)
 
 
-def _warn_of(result: Fit, absolute: bool) -> None:
+def _warn_of(result: Fit, absolute: bool, loss: Loss) -> None:
     """Warn of what makes the answer doubtful."""
     from scipy.special import chdtrc
 
     if result.outliers:
         count = len(result.outliers)
         more = f" and {count - 1} more" if count > 1 else ""
-        _warn(f"outliers: {result.outliers[0]}{more}; a robust loss, such as 'cauchy', is not moved by them")
+        cure = "; a robust loss, such as 'cauchy', is not moved by them" if loss.name == "linear" else ""
+        _warn(f"outliers: {result.outliers[0]}{more}{cure}")
     if absolute and result.degrees_of_freedom > 0:
         inliers = np.concatenate([each.sigmas[~each.is_outlier] for each in result.residuals])
         square = float((inliers**2).sum())

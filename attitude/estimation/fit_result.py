@@ -72,13 +72,13 @@ class Fit:
 
     @property
     def outliers(self) -> tuple[str, ...]:
-        """Observations that no Gaussian scatter explains, in words."""
-        return tuple(
-            f"{each.name}[{i}], {self._instant(each.seconds[i])}: off by {_shown(each.sizes[i], each.unit)}, "
-            f"{each.sigmas[i]:.1f} sigma"
-            for each in self.residuals
-            for i in np.flatnonzero(each.is_outlier)
-        )
+        """Observations that no Gaussian scatter explains, in words, the worst first."""
+        far = [(-each.sigmas[i], n, i) for n, each in enumerate(self.residuals) for i in each.outlier_indices]
+        return tuple(self._outlier(self.residuals[n], i) for _, n, i in sorted(far))
+
+    def _outlier(self, each: Residuals, i: int) -> str:
+        size, instant = _shown(each.sizes[i], each.unit), self._instant(each.seconds[i])
+        return f"{each.name}[{i}], {instant}: off by {size}, {each.sigmas[i]:.1f} sigma"
 
     def _instant(self, seconds: float) -> str:
         if self.motion.epoch is None:

@@ -133,8 +133,8 @@ class Parameters:
     def state(self, x: np.ndarray) -> BodyState:
         """The state that x stands for."""
         reference, values = self.reference, self._values(x)
-        attitude = rotations.product(reference.attitude, _exponential(values["attitude"]))
-        turn = _exponential(values["principal_axes"])
+        attitude = rotations.product(reference.attitude, exponential(values["attitude"]))
+        turn = exponential(values["principal_axes"])
         axes = reference.axes
         if values["principal_axes"].any():
             axes = rotations.rotate(turn, axes)
@@ -219,7 +219,7 @@ def _tensor_columns(state: BodyState) -> np.ndarray:
     return np.array([[change[i, j] for change in changes] for i, j in ELEMENTS])
 
 
-def _exponential(vector: np.ndarray) -> np.ndarray:
+def exponential(vector: np.ndarray) -> np.ndarray:
     """(4,) wxyz of a rotation vector (3,)."""
     half = 0.5 * np.sqrt(vector @ vector)
     return np.array([np.cos(half), *(0.5 * np.sinc(half / np.pi) * vector)])

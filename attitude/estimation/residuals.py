@@ -41,6 +41,11 @@ class Residuals:
         }
 
     @property
+    def outlier_indices(self) -> np.ndarray:
+        """Indices of the outliers."""
+        return np.flatnonzero(self.is_outlier)
+
+    @property
     def rms(self) -> float:
         """Root of the mean square of `sizes`."""
         return float(np.sqrt((self.sizes**2).mean()))

@@ -19,7 +19,7 @@ from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
 from .least_squares import Loss, Problem, since
 from .observations import Attitudes, BodyRates, Directions, ObservationSet
-from .parameters import BodyState
+from .parameters import BodyState, exponential
 
 # Moments over the least, of bodies that no two of the grid are like: from nearly a sphere to a needle.
 RATIOS = ((1.0, 1.1, 1.2), (1.0, 1.3, 2.0), (1.0, 1.7, 2.0), (1.0, 2.2, 2.6), (1.0, 3.2, 3.5))
@@ -85,8 +85,10 @@ def _states(
         (each, times) for each, times in zip(sets, seconds, strict=True) if isinstance(each, Attitudes)
     ]
     for each, times in attitudes:
-        q = each.attitude[np.argmin(np.abs(times - anchor))]
-        yield from ((q, rate) for rate in (rates or _differences(each.attitude, times, anchor)))
+        nearest = np.argsort(np.abs(times - anchor), kind="stable")[:2]
+        for q, t in zip(each.attitude[nearest], times[nearest], strict=True):  # one of which may be off
+            for rate in rates or _differences(each.attitude, times, anchor):
+                yield rotations.product(q, exponential(rate * (anchor - t))), rate
     if not attitudes and any(isinstance(each, Directions) for each in sets):
         yield from _random_states(seconds, rates)
 
@@ -95,7 +97,11 @@ def _differences(attitude: np.ndarray, seconds: np.ndarray, anchor: float) -> It
     """Mean rates between attitudes about the anchor; with whole turns more where these are far apart."""
     distinct, first = np.unique(seconds, return_index=True)
     middle = int(np.searchsorted(distinct, anchor))
-    pairs = [i for i in (middle - 1, middle, middle - 2, middle + 1) if 0 <= i < len(distinct) - 1]
+    pairs = [
+        i
+        for i in (middle - 1, middle, middle - 2, middle + 1, middle - 3, middle + 2)
+        if 0 <= i < len(distinct) - 1
+    ]
     for i in pairs:
         turn = rotations.rotation_vectors(attitude[first[i]], attitude[first[i + 1]])
         interval, angle = distinct[i + 1] - distinct[i], float(np.sqrt(turn @ turn))

@@ -85,7 +85,13 @@ class Partials:
         return self.matrix[..., 6:]
 
     def covariance(self, initial: np.ndarray) -> np.ndarray:
-        """(..., 6, 6): covariance of small rotation and rate, from that of the twelve columns, (12, 12)."""
+        """(..., 6, 6): covariance of small rotation and rate, from that of the twelve columns, (..., 12, 12).
+
+        Raises InputError for another shape.
+        """
+        initial = np.asarray(initial, dtype=float)
+        if initial.shape[-2:] != (12, 12):
+            raise InputError("initial", f"shape {initial.shape}", "the covariance of all columns, (12, 12)")
         return self.matrix @ initial @ np.swapaxes(self.matrix, -1, -2)
 
     def _of(self, inertia: str) -> None:

@@ -39,7 +39,7 @@ class UncertaintyForm(Part):
                 stated[0], "a value", f"no {stated[0]} beside covariance: it would be said twice"
             )
         if self.covariance is None and not stated:
-            raise InputError("uncertainty", {}, f"at least one of {', '.join(NAMES)}, or a covariance")
+            raise InputError("attitude", None, f"at least one of {', '.join(NAMES)}, or a covariance")
         for name in stated:
             value = getattr(self, name).value
             if min(value) < 0.0:
