@@ -133,7 +133,21 @@ def test_spins_are_written_of_bodies_that_spin(syntax):
     text = text_of(spinner.at(T), syntax, attitude_type="SPIN")
     assert_motion(read(text), spinner.at(T))
     nutating = TorqueFreeMotion(RigidBody((2.0, 2.0, 1.0)), GENERIC, (0.2, -0.1, 0.9), EPOCH, order="wxyz")
-    assert_motion(read(text_of(nutating.at(T), syntax, attitude_type="SPIN/NUTATION_MOM")), nutating.at(T))
+    for kind in ("SPIN/NUTATION_MOM", "SPIN/NUTATION"):
+        for turning in (nutating, spinner):
+            assert_motion(read(text_of(turning.at(T), syntax, attitude_type=kind)), turning.at(T))
+    if syntax == "kvn":
+        row = text_of(nutating.at(T), attitude_type="SPIN/NUTATION").split("DATA_START\n")[1].split()
+        momentum = np.array(
+            [0.4, -0.2, 0.9]
+        )  # along the body's axes; of a body of equal moments it turns at L/I
+        size = np.linalg.norm(momentum)
+        expected = [
+            np.rad2deg(np.arccos(0.9 / size)),
+            2.0 * np.pi / (size / 2.0),
+            np.rad2deg(np.arctan2(0.2, 0.4)),
+        ]
+        np.testing.assert_allclose(np.array(row[5:8], dtype=float), expected, rtol=1e-13)
 
 
 def assert_motion(back, written):
@@ -144,8 +158,11 @@ def assert_motion(back, written):
 def test_spin_of_a_body_that_does_not_is_refused():
     with pytest.raises(FormatError, match="of the body's rate is not that of SPIN, which is about z"):
         text_of(motion().at(T), attitude_type="SPIN")
-    with pytest.raises(FormatError, match="of bodies symmetric about z; QUATERNION/ANGVEL holds any rate"):
-        text_of(motion().at(T), attitude_type="SPIN/NUTATION_MOM")
+    for kind in ("SPIN/NUTATION_MOM", "SPIN/NUTATION"):
+        with pytest.raises(
+            FormatError, match="of bodies symmetric about z; QUATERNION/ANGVEL holds any rate"
+        ):
+            text_of(motion().at(T), attitude_type=kind)
     for wrong in ({"attitude_type": "EULER"}, {"attitude_type": "EULER_ANGLE", "rotation_sequence": "ZZX"}):
         with pytest.raises(InputError, match=r"attitude_type: one of|three axes"):
             text_of(motion().at(T), **wrong)

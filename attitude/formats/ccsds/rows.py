@@ -18,7 +18,7 @@ from ..text_reader import finite_number
 from ..text_rows import texts
 from . import spin
 from .epochs import EPOCH, RowError, Timestamps, parse_epochs
-from .keywords import ANGLES, ATTITUDE_TYPES, MOMENTUM, SPIN
+from .keywords import ANGLES, ATTITUDE_TYPES, SPIN
 
 
 class RowWriter:
@@ -57,7 +57,7 @@ class RowWriter:
     def _numbers(self, piece: EphemerisData) -> np.ndarray:
         """(number_count, n) of the rows."""
         if self.kind.attitude is SPIN:
-            return spin.numbers(piece, has_momentum=self.kind.rate is MOMENTUM)
+            return spin.numbers(piece, self.kind.rate)
         columns = np.empty((self.number_count, len(piece)))
         count = len(self.kind.attitude)
         if self.kind.attitude is ANGLES:

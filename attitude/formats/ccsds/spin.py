@@ -24,7 +24,7 @@ from ...errors import FormatError
 from ...frames import rotations
 from ...samples.ephemeris_data import EphemerisData
 from .epochs import RowError
-from .keywords import SPIN
+from .keywords import NUTATION, SPIN
 
 MAX_OTHER_RATE = 1e-9  # of the rate, that rows of a spin leave out
 
@@ -53,15 +53,15 @@ def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np
     return np.ascontiguousarray(q.T), np.ascontiguousarray(rate.T)
 
 
-def numbers(piece: EphemerisData, has_momentum: bool) -> np.ndarray:
-    """(4 or 7, n) numbers of rows SPIN or SPIN/NUTATION_MOM, in deg and deg/s.
+def numbers(piece: EphemerisData, kind: tuple[str, ...]) -> np.ndarray:
+    """(4 or 7, n) numbers of rows SPIN, or with the columns NUTATION or MOMENTUM, in deg, deg/s and s.
 
     Raises FormatError where the body's rate is not the spin that such rows state.
     """
     q, rate = piece.quaternion("wxyz"), piece.angular_velocity
     first, second, angle = rotations.euler_angles(q, "ZXZ").T
     columns = [first - 0.5 * np.pi, 0.5 * np.pi - second, angle]
-    if not has_momentum:
+    if not kind:
         _refuse_other_rates(rate, np.abs(rate[:, :2]).max(axis=1), "SPIN, which is about z")
         return np.rad2deg(np.stack([*columns, rate[:, 2]]))
     momentum = piece.angular_momentum
@@ -70,12 +70,18 @@ def numbers(piece: EphemerisData, has_momentum: bool) -> np.ndarray:
     across = x * x + y * y
     precession = (x * rate[:, 0] + y * rate[:, 1]) / np.where(across > 0.0, across, 1.0)
     off = np.hypot(rate[:, 0] - precession * x, rate[:, 1] - precession * y)
-    _refuse_other_rates(rate, off, "SPIN/NUTATION_MOM, which is of bodies symmetric about z")
+    _refuse_other_rates(rate, off, "SPIN/NUTATION, which is of bodies symmetric about z")
+    columns.append(rate[:, 2] - precession * z)
+    if kind is NUTATION:
+        period = 2.0 * np.pi / np.where(precession > 0.0, precession, np.inf)  # 0 without nutation
+        nutation, phase = np.arctan2(np.sqrt(across), z), np.arctan2(-y, x)
+        nutation = np.where(precession > 0.0, nutation, 0.0)
+        return np.concatenate([np.rad2deg([*columns, nutation]), [period], np.rad2deg([phase])])
     longitude, latitude = (
         np.arctan2(momentum[:, 1], momentum[:, 0]),
         np.arcsin(np.clip(momentum[:, 2], -1.0, 1.0)),
     )
-    return np.rad2deg(np.stack([*columns, rate[:, 2] - precession * z, longitude, latitude, precession]))
+    return np.rad2deg(np.stack([*columns, longitude, latitude, precession]))
 
 
 def _refuse_other_rates(rate: np.ndarray, off: np.ndarray, kind: str) -> None:

@@ -26,6 +26,7 @@ WRITTEN_TYPES = (
     "EULER_ANGLE",
     "EULER_ANGLE/ANGVEL",
     "SPIN",
+    "SPIN/NUTATION",
     "SPIN/NUTATION_MOM",
 )
 
@@ -42,8 +43,9 @@ class AemOptions(MessageOptions):
     object_id : OBJECT_ID
     center_name : CENTER_NAME; None leaves it out
     rates : whether angular velocities are written; None writes those of an ephemeris that has them
-    attitude_type : ATTITUDE_TYPE: QUATERNION, QUATERNION/ANGVEL, EULER_ANGLE, EULER_ANGLE/ANGVEL, SPIN or
-        SPIN/NUTATION_MOM (of bodies symmetric about z); None for quaternions, with rates as `rates` says
+    attitude_type : ATTITUDE_TYPE: QUATERNION, QUATERNION/ANGVEL, EULER_ANGLE, EULER_ANGLE/ANGVEL, SPIN,
+        SPIN/NUTATION or SPIN/NUTATION_MOM (of bodies symmetric about z); None for quaternions, with rates as
+        `rates` says
     rotation_sequence : EULER_ROT_SEQ, the axes of Euler angles in their order
     degree : degree of the Lagrange interpolation that the file states; None for the method and degree that
         the ephemeris's own file states, or else 7
