@@ -9,9 +9,8 @@ from .method import method_name
 MEASURED, ABSENT, FAILED, NOT_RUN = "measured", "absent", "failed", "not run"
 
 LOST = 1.0  # rad; an attitude with a greater error is lost, and longer horizons are not run
-ZERO_ERROR = (
-    1e-17  # rad; in logarithms an error of exactly zero counts as this, far below a double's last place
-)
+# rad; in logarithms an error of exactly zero counts as this, far below a double's last place.
+ZERO_ERROR = 1e-17
 
 
 @dataclass(frozen=True)

@@ -83,11 +83,7 @@ def _intervals(packet: dict[str, Any]) -> list[Any]:
 
 def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
     packets = bounded_read.json(stream, source)
-    if (
-        not isinstance(packets, list)
-        or not all(isinstance(packet, dict) for packet in packets)
-        or not packets
-    ):
+    if not (isinstance(packets, list) and packets and all(isinstance(each, dict) for each in packets)):
         raise FormatError("not CZML, which is a list of packets")
     version = packets[0].get("version")
     if packets[0].get("id") != "document" or not isinstance(version, str):

@@ -62,9 +62,8 @@ def encoded_file(
             blocks = iter([b"".join(blocks)])
         else:
             blocks = coalesced(blocks)
-            for (
-                extreme
-            ) in samples.least_and_greatest():  # what these do not have refused, no instant between them has
+            # what these do not have refused, no instant between them has
+            for extreme in samples.least_and_greatest():
                 for _ in encode(extreme, entry, None, options).blocks:
                     pass
             blocks = chain([next(blocks)], blocks)

@@ -28,10 +28,8 @@ TRIAL_WINDOWS = 64  # windows in which a spacing is tried before it is checked e
 MAX_TRIALS = 30  # spacings tried
 MAX_NOTE_LENGTH = 200  # characters of a comment
 CONTACT_TIME_ERROR = 1e-11  # s: error of the instant of a contact, on either side of which rates differ
-INTERVALS_PER_CHECK = 1 << 13  # intervals at a time
-SIMULATED_INTERVALS_PER_CHECK = (
-    1 << 17
-)  # intervals at a time, of motion that is simulated from its beginning each time
+# Intervals at a time; and of motion that is simulated, each time from its beginning.
+INTERVALS_PER_CHECK, SIMULATED_INTERVALS_PER_CHECK = 1 << 13, 1 << 17
 
 ERROR_MARGIN = 1.07  # of the greatest error over that at the fractions where errors are evaluated
 # rad; greatest rotation between chosen nodes at the greatest rate.  Beyond pi slerp takes the wrong
