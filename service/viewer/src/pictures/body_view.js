@@ -201,7 +201,9 @@ export class BodyView {
     const { world } = this.stage;
     world.add(new THREE.Mesh(new THREE.SphereGeometry(size, 48, 32), skin));
     if (radius) world.add(...graticule(1.002 * size, colour("--hair-strong")));
-    this.stage.name(isEarth ? "Earth" : "central body", new THREE.Vector3(0, 0, 0), "inertial");
+    const below = () => new THREE.Vector3(0, -size - 0.1, 0).applyQuaternion(this.stage.camera.quaternion);
+    this.stage.name(isEarth ? "Earth" : "central body", below, "inertial");
+    this.stage.globe = 0.98 * size;
   }
 
   #orbitPlace(time) {

@@ -11,6 +11,7 @@ const FIELD = 26; // degrees: long lenses keep boxes looking like boxes
 const FIRST = { azimuth: 0.62, elevation: 0.36, zoom: 1 };
 const STEP = 0.12; // rad for a key
 const HIGHEST = 1.55; // rad
+const ORIGIN = new THREE.Vector3();
 
 export class Stage {
   /** Raises where the browser has no WebGL. */
@@ -47,6 +48,7 @@ export class Stage {
     this.named = [];
     this.middle = new THREE.Vector3(...middle);
     this.reach = reach;
+    this.globe = 0; // its radius, where there is one
     const light = new THREE.DirectionalLight(0xffffff, 1.9);
     light.position.set(-0.6, 0.9, 1.4);
     this.eye = new THREE.Group();
@@ -128,6 +130,8 @@ export class Stage {
       if (!place) continue;
       at.copy(place);
       if (place === point) this.world.localToWorld(at);
+      label.hidden = this.#isBehindGlobe(at);
+      if (label.hidden) continue;
       at.project(this.camera);
       const wanted = [(0.5 + 0.5 * at.x) * width, (0.5 - 0.5 * at.y) * height];
       label.room ||= label.offsetWidth;
@@ -135,6 +139,12 @@ export class Stage {
       taken.push([x, y, label.room]);
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
     }
+  }
+
+  /** Whether a globe about the origin stands between the camera and a point. */
+  #isBehindGlobe(point) {
+    const sight = new THREE.Line3(this.camera.position, point);
+    return sight.closestPointToPoint(ORIGIN, true, new THREE.Vector3()).length() < this.globe;
   }
 
   #listen() {
