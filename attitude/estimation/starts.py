@@ -13,7 +13,7 @@ from itertools import permutations
 import numpy as np
 
 from .. import stopping
-from ..errors import InputError
+from ..errors import InputError, ToleranceError
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
@@ -157,10 +157,16 @@ def _improved(
     minima: list[tuple[float, BodyState]] = []
     for state in states:
         problem = Problem(window, state, groups, loss, anchor, PRIOR)
-        x, _ = problem.minimize(np.zeros(len(problem.parameters.names)), None, 1e-6, 20)
+        try:
+            with np.errstate(over="raise"):
+                x, _ = problem.minimize(np.zeros(len(problem.parameters.names)), None, 1e-6, 20)
+        except (ToleranceError, FloatingPointError):
+            continue  # it ran off, to rates or moments beyond any
         at_minimum = problem.parameters.state(x)
         if not any(_same(at_minimum, other) for _, other in minima):
             minima.append((problem.at(x).cost, at_minimum))
+    if not minima:
+        raise InputError("start", None, "a motion to start from: none was found that these observations fit")
     minima.sort(key=lambda each: each[0])
     count = sum(map(len, window))
     return [each for each in minima if each[0] <= 4.0 * minima[0][0] + 4.0 * count]
