@@ -219,7 +219,7 @@ class Batch:
                 of_partials = np.zeros(len(records), layout.PARTIALS)
                 window = np.array([index, first, last, columns, 0])
                 compiled.partials(
-                    records, moments, axes, rates, seconds, low, out, window, of_partials, *space
+                    records, seconds, low, out, window, moments, axes, rates, of_partials, *space
                 )
                 if window[4]:
                     text = (

@@ -14,21 +14,22 @@ from .short_arcs import SHORT, short_arc
 
 
 @kernel
-def partials(bodies, moments, axes, rates, t, t_low, out, window, *space):
+def partials(bodies, t, t_low, out, window, *space):
     """Derivatives of the small rotation and of the body rate.
 
     Parameters
     ----------
-    bodies : (n,) of INVARIANTS; moments, axes, rates : as of `invariants.invariants`, which made them
+    bodies : (n,) of INVARIANTS
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
     out : (6, 12, m, k), written: rows small rotation (rad) and body rate (rad/s), body axes; columns
         initial attitude, initial rate, and three moments and three axis angles, or six elements of the tensor
     window : (5,), row of the first body in `out`, first and last instant; 3 for moments and angles, 6 for
         the tensor; and, written where a derivative is beyond a double, 1
-    space : (n,) of PARTIALS, zeros, written; (10, 8) quadrature of 8 nodes: nodes, weights, integrals up to
-        each; (9, 8), (9, 9) scratch; (ROWS * BLOCK,) zeros, scratch
+    space : moments, axes, rates as of `invariants.invariants`; (n,) of PARTIALS, zeros, written; (10, 8)
+        quadrature of 8 nodes: nodes, weights, integrals up to each; (9, 8), (9, 9) scratch; (ROWS * BLOCK,)
+        zeros, scratch
     """
-    records, scheme, work, columns, rows = space
+    moments, axes, rates, records, scheme, work, columns, rows = space
     scratch = scheme, work, columns, rows
     inertia_columns = window[3]
     for b in range(bodies.shape[0]):
