@@ -31,7 +31,22 @@ from service import create_app
 from service.settings import Settings
 
 COUNT = 100_000
-PATHS = ("/v1/ephemeris", "/v1/ephemeris", "/v1/motion", "/v1/plan")
+PATHS = ("/v1/ephemeris", "/v1/ephemeris", "/v1/motion", "/v1/plan", "/v1/windows", "/v1/fit")
+SUN, SHADOW = {"axis": "z", "to": "sun", "below": {"value": 30, "unit": "deg"}}, {"shadow": "penumbra"}
+CONDITIONS = (
+    SUN,
+    SHADOW,
+    {"and": [SUN, {"not": SHADOW}]},
+    {"axis": [0, 0, 1], "above_plane": "orbit_normal"},
+)
+OBSERVATIONS = {
+    "elapsed [s]": [0.0, 2.0, 4.0, 6.0, 8.0],
+    "q_w": [1.0, 0.5215, -0.4461, -0.9077, -0.4227],
+    "q_x": [0.0, 0.0045, -0.0073, 0.3367, 0.6381],
+    "q_y": [0.0, 0.8338, 0.8255, 0.0143, -0.4336],
+    "q_z": [0.0, 0.1813, 0.3456, 0.2502, -0.4755],
+    "attitude_sigma [deg]": 0.1,
+}
 RAW = (
     "NaN",
     "Infinity",
@@ -75,6 +90,7 @@ def places(node, path=()):
 
 
 def _has_torques(document):
+    document = document.get("scene", document) if isinstance(document, dict) else document
     return isinstance(document, dict) and bool(document.get("effects"))
 
 
@@ -87,6 +103,11 @@ class Spoiler:
         """(path, query, content type, body)"""
         path, choose = self.random.choice(PATHS), self.random.random
         document = json.loads(json.dumps(self.random.choice(self.good)))
+        if path == "/v1/windows":
+            document = {"scene": document, "condition": deepcopy(self.random.choice(CONDITIONS))}
+        elif path == "/v1/fit":
+            document = {name: document[name] for name in ("body", "epoch", "frame") if name in document}
+            document["observations"] = [{"columns": deepcopy(OBSERVATIONS)}]
         raws = {}
         for _ in range(self.random.choice((1, 1, 1, 1, 2, 4))):
             document = self._spoilt(document, raws)
