@@ -16,6 +16,8 @@ from .event import Event
 from .interpolation import Interpolation
 from .provenance import FROM_A_FILE, Plan
 
+MAX_ROUNDING = 1e-9  # s, of dates in files
+
 
 def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisData:
     """One ephemeris of several, in the order of time; where a further one begins, an event "segment" says so.
@@ -23,7 +25,8 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
     names : of the parts, for errors and events
 
     Raises InputError for parts that differ in frame, are of several bodies, have no dates where there are
-    several, or overlap.
+    several, or overlap.  Where one begins as another ends, both attitudes are kept, the first a double
+    earlier.
     """
     if len(parts) == 1:
         return parts[0]
@@ -35,10 +38,14 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
     order = sorted(range(len(parts)), key=lambda i: parts[i].time[:1].tai.jd)
     parts, names = [parts[i] for i in order], [names[i] for i in order]
     moved = [_since(part, parts[0]) for part in parts]
-    for (before, after), name in zip(pairwise(moved), names[1:], strict=True):
+    notes = []
+    for k, ((before, after), name) in enumerate(zip(pairwise(moved), names[1:], strict=True)):
         last, first = float(before.elapsed[-1]), float(after.elapsed[0])
-        if not first > last:
-            raise InputError(name, f"from {first!r} s", f"instants after {last!r} s")
+        if abs(first - last) <= MAX_ROUNDING:
+            moved[k] = _ending_before(before, first)
+            notes.append(f"the epoch at which {name} begins is read twice, the first a double earlier")
+        elif first < last:
+            raise InputError(name, f"from {first!r} s", f"instants not before {last!r} s")
     events = [
         Event(float(part.elapsed[0]), "segment", f"{name} begins")
         for part, name in zip(moved[1:], names[1:], strict=True)
@@ -61,13 +68,21 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
         moved[0].name,
         events=tuple(sorted(events, key=lambda event: event.seconds)),
         interpolation=Interpolation(tuple(segments), is_stated) if segments else None,
-        plan=_joined_plan(parts, names),
+        plan=_joined_plan(parts, names, notes),
     )
 
 
-def _joined_plan(parts: Sequence[EphemerisData], names: Sequence[str]) -> Plan:
-    """Where the parts come from, and the notes of all."""
-    notes = tuple(note for part in parts for note in part.notes)
+def _ending_before(part: EphemerisData, seconds: float) -> EphemerisData:
+    """The ephemeris whose last instant is the double before these seconds, at which another one begins."""
+    instants = part.instants
+    changed, low = instants.seconds.copy(), instants.low.copy()
+    changed[-1], low[-1] = np.nextafter(seconds, -np.inf), 0.0
+    return replace(part, instants=Instants(changed, low, instants.epoch, scale=instants.scale))
+
+
+def _joined_plan(parts: Sequence[EphemerisData], names: Sequence[str], own: Sequence[str]) -> Plan:
+    """Where the parts come from, and the notes of all, and of joining them."""
+    notes = (*(note for part in parts for note in part.notes), *own)
     count = sum(part.attitude[..., 0].size for part in parts)
     return Plan(f"joined of {', '.join(names)}", count, 0.0, 0.0, None, FROM_A_FILE, notes=notes)
 

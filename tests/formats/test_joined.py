@@ -39,10 +39,32 @@ def test_joined_files_are_interpolated_within_each_and_never_across(tmp_path):
         back.resampled(0.5 * (T[14] + T[15]))
 
 
+@pytest.mark.parametrize("ending", [".aem", ".csv", ".bc", ".a", ".acm", ".fits"])
+def test_files_that_share_an_epoch_are_joined_with_both_attitudes(ending, tmp_path):
+    """As ground systems cut them, at midnight for one."""
+    whole, _ = parts(tmp_path)
+    paths = [tmp_path / f"{name}{ending}" for name in "ab"]
+    whole[:21].write(paths[0])
+    whole[20:].write(paths[1])
+    back = Ephemeris.read(paths)
+    shared = float((whole.time[20] - back.epoch).to_value("s"))
+    assert len(back) == 41
+    assert back.elapsed[19:22] == pytest.approx([back.elapsed[19], shared, shared], abs=2e-9)
+    assert (np.diff(back.elapsed) > 0.0).all()
+    assert [event.seconds for event in back.events] == [back.elapsed[21]]
+    assert any("is read twice" in note for note in back.plan.notes)
+    for t in (shared - 0.01, shared, shared + 0.01):
+        assert (
+            back.resampled(t).rotation * whole.resampled(t + (back.epoch - whole.epoch).sec).rotation.inv()
+        ).magnitude() < 1e-3
+    back.write(tmp_path / "c.aem")
+    assert len(Ephemeris.read(tmp_path / "c.aem")) == 41
+
+
 def test_files_that_do_not_follow_each_other_are_refused(tmp_path):
     whole, paths = parts(tmp_path)
     whole[10:20].write(tmp_path / "o.aem")
-    with pytest.raises(InputError, match=r"o\.aem: instants after 2\.0 s"):
+    with pytest.raises(InputError, match=r"o\.aem: instants not before 2\.0 s"):
         Ephemeris.read([paths[0], tmp_path / "o.aem"])
     whole.in_frame("ICRF")[15:].write(tmp_path / "f.aem")
     with pytest.raises(InputError, match="attitudes relative to EME2000, as in"):
