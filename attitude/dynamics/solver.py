@@ -26,8 +26,8 @@ LEAST_DECAY = 1e-15  # below which coefficients are rounding
 LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
-# Steps of every arc: of so many the coarser solution's, one less, are not the halves of one another.
-MIN_STEPS = 3
+# Steps of every arc: of so many the coarser solution's, one less, are not much longer.
+MIN_STEPS = 6
 
 
 class StepSetting(NamedTuple):

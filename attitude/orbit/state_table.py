@@ -214,7 +214,7 @@ def best_curves(table: StateTable, field: str, count: int | None = None) -> Curv
     alone = table._replace(velocities=None)
     tried = _errors(alone, POSITION_WINDOWS, middles)
     if table.velocities is not None:
-        _check_velocities(table, *min(tried, key=lambda one: float(one[0].max()))[:3])
+        _check_velocities(table, *min(tried, key=lambda one: float(one[0].max()))[1:])
         tried += _errors(table, STATE_WINDOWS, middles)
     if count is not None:
         tried = _errors(table, (min(count, len(seconds)), count + 2), middles)
@@ -231,17 +231,18 @@ def best_curves(table: StateTable, field: str, count: int | None = None) -> Curv
     return Curves(curve, better, max(error, rounding), len(seconds))
 
 
-def _check_velocities(table: StateTable, errors: np.ndarray, alone: StateTable, count: int) -> None:
+def _check_velocities(table: StateTable, alone: StateTable, count: int, more: int) -> None:
     """Refuse velocities that are not the derivative of the positions, as far as these have one.
 
     Velocities relative to the rotating Earth are so, and those in another unit.
+
+    count, more : rows of the polynomials that give the derivative, and of those that its error is told by
     """
     assert table.velocities is not None
-    slopes = interpolate_states(alone, count, table.seconds, derivative=1)
-    off, speed = (np.linalg.norm(v, axis=1) for v in (slopes - table.velocities, table.velocities))
-    distance = np.linalg.norm(table.positions, axis=1).max()
-    uncertain = MAX_OVER_MEDIAN * float(errors.max()) * distance / float(np.diff(table.seconds).min())
-    wrong = off > MAX_RELATIVE_VELOCITY * speed + uncertain
+    slopes, others = (interpolate_states(alone, n, table.seconds, derivative=1) for n in (count, more))
+    differences = slopes - table.velocities, table.velocities, slopes - others
+    off, speed, uncertain = (np.linalg.norm(v, axis=1) for v in differences)
+    wrong = off > MAX_RELATIVE_VELOCITY * speed + MAX_OVER_MEDIAN * uncertain
     expected = "the derivative of the positions, in the same inertial axes"
     _refuse_first("velocities.value", wrong, table.velocities, expected)
 

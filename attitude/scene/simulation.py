@@ -60,8 +60,9 @@ ESTIMATE_OF_ARCS = (
     "estimated over the whole span from a second solution, in other arcs and from a momentum that differs by "
     "its rounding (docs/torques.md, section 5)"
 )
-SECONDS_PER_PIECE = 1e-4  # measured: of an orbit that is interpolated from a table, a model or a file
-SECONDS_PER_PIECE_OF_AIR = 5e-4  # measured: of a density by a table or a model, and of the refined one
+# Measured: of an orbit that is interpolated from a table, a model or a file, and of each of its pieces; of
+# each of a density by a table or a model, and of the refined one.
+SECONDS_OF_PIECES, SECONDS_PER_PIECE, SECONDS_PER_PIECE_OF_AIR = 6e-3, 1e-4, 5e-4
 BOUNCING = "closed form between contacts"
 
 
@@ -137,10 +138,11 @@ class SimulationInputs:
         """s, of computing so many samples."""
         if self.exact is None:
             path = self.initial_state.orbit_path
-            pieces = 0 if path is None or path.refined is None else len(path.coefficients)
             profiles = (torque.air(self.initial_state) for torque in self.torques)
             air = sum(len(profile.pieces) for profile in profiles if profile is not None)
-            seconds = self.candidate.seconds + SECONDS_PER_PIECE * pieces + SECONDS_PER_PIECE_OF_AIR * air
+            seconds = self.candidate.seconds + SECONDS_PER_PIECE_OF_AIR * air
+            if path is not None and path.refined is not None:
+                seconds += SECONDS_OF_PIECES + SECONDS_PER_PIECE * len(path.coefficients)
             return seconds + samples * self.candidate.sample_seconds
         return 2e-5 + samples * 9e-9  # of a closed form, measured by tests/benchmarks/test_speed.py
 
