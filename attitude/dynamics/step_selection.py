@@ -40,6 +40,7 @@ MAX_RADIANS, MAX_RADIANS_UNSYMMETRIC = 12.0, 8.0
 MAX_RADIANS_OF_ORBIT = 3.5
 ALONG_ORBIT = {layout.GRAVITY_GRADIENT, layout.MAGNETIC}
 MAX_TRIALS = 16
+SHARE_OF_MIN_STEPS = 0.5  # of the steps that every arc has, those in a trial: the longest are tried too
 MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.4  # from one trial to the next
 # Steps that a trial may be cut into: far more than any torque that can be followed over the span.
 MAX_STEPS_OF_TRIAL = 2e4
@@ -54,7 +55,7 @@ ROUNDING = 3e-15
 ORDER, DENSE_ORDER, ORDER_OF_BREAKS = 20.0, 16.0, 1.0
 # Of the tolerance, what the polynomial within a step may be off by; instants in the trial that it is tried
 # at.
-SHARE_OF_DENSE, INSTANTS_OF_TRIAL = 0.1, 24
+SHARE_OF_DENSE, INSTANTS_OF_TRIAL, INSTANTS_OF_DIFFERENCE = 0.1, 24, 3
 DENSE_ROOM = 1.15  # of the steps of the coarser solution, which is read off polynomials without a trial
 
 # The longest arc between edges of plates, rad; of all the angle, what such arcs turn through.
@@ -210,7 +211,8 @@ class _Trial:
         """(OUTPUTS, m) at the instants, and the work; arguments : those of another orbit."""
         out = np.full((1, OUTPUTS, instants.size), np.nan)
         step, decay = np.array([candidate.step]), np.array([candidate.decay])
-        setting = StepSetting(step, decay, dense, coarsely, min_steps=candidate.min_steps)
+        least = SHARE_OF_MIN_STEPS * candidate.min_steps
+        setting = StepSetting(step, decay, dense, coarsely, min_steps=least)
         at = np.array([instants, np.zeros_like(instants)])
         task = SolverTask(
             self.arguments if arguments is None else arguments,
@@ -275,12 +277,12 @@ class _Trial:
 
     def _step_made(self, candidate: Candidate) -> float:
         """The length of the trial's steps, s."""
-        return min(candidate.step, self.span / candidate.min_steps)
+        return min(candidate.step, self.span / (SHARE_OF_MIN_STEPS * candidate.min_steps))
 
     def _difference(self, candidate: Candidate) -> tuple[float, SolverWork]:
-        """rad, at the end, from a journey in longer steps, and the work of the first."""
-        end = np.array([self.stop])
-        (fine, work), (coarse, also) = (self.run(candidate, end, coarsely=c) for c in (False, True))
+        """rad, from a journey in longer steps, and the work of the first; at one instant they may agree."""
+        at = np.linspace(self.start, self.stop, INSTANTS_OF_DIFFERENCE + 1)[1:]
+        (fine, work), (coarse, also) = (self.run(candidate, at, coarsely=c) for c in (False, True))
         if work.failed[0] or also.failed[0]:
             return np.inf, work
         return difference_of(fine, coarse), work
