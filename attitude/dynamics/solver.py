@@ -24,6 +24,8 @@ LEAST_DECAY = 1e-15  # below which coefficients are rounding
 # Sweeps end when the next would change the attitude by less: rounding of a symmetric body, whose rate is
 # carried; of others this part of what a step may be off by, or rounding, which their rate remembers.
 LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
+# The same part of the coarser solution, over it: what a sweep leaves may by chance be a tenth of that.
+COARSER_SWEEPS = 10.0
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
 # Steps of every arc: of so many the coarser solution's, one less, are not much longer.
@@ -128,7 +130,8 @@ def _records(task: SolverTask) -> np.ndarray:
     records["reach"] = longest * np.broadcast_to(setting.momentum, setting.step.shape)[which]
     decay = setting.decay[which] * (COARSER_DECAY if setting.coarsely else 1.0)
     records["decay"] = np.maximum(decay, LEAST_DECAY)
-    change = np.maximum(SHARE_OF_SWEEPS * decay, LEAST_CHANGE)
+    share = SHARE_OF_SWEEPS * (COARSER_SWEEPS if setting.coarsely else 1.0)
+    change = np.maximum(share * decay, LEAST_CHANGE)
     records["aim"] = np.where(records["symmetric"] != 0, LEAST_CHANGE_SYMMETRIC, change)
     if task.arguments.is_smooth:
         records["decay"] = np.inf
