@@ -83,6 +83,7 @@ TABLES = {
     "each minute, velocities": (steps(60.0), LOW, 3, 6),
     "each 400 s, velocities": (steps(400.0), LOW, 3, 6),
     "each 10 min, velocities": (steps(600.0), LOW, 3, 6),
+    "each 10 min, e = 0.02, velocities": (steps(600.0, 9000.0), (6.9e6, 0.02), 3, 6),
     "each minute, velocities to cm/s": (steps(60.0), LOW, 3, 2),
     "uneven": (UNEVEN, LOW, 3, None),
     "uneven, velocities": (UNEVEN, LOW, 3, 6),
