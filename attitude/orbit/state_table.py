@@ -236,7 +236,7 @@ def _check_velocities(table: StateTable, alone: StateTable, count: int, more: in
 
     Velocities relative to the rotating Earth are so, and those in another unit.
 
-    count, more : rows of the polynomials that give the derivative, and of those by which its error is estimated
+    count, more : rows of the polynomials that give the derivative, and of others, for its error
     """
     assert table.velocities is not None
     slopes, others = (interpolate_states(alone, n, table.seconds, derivative=1) for n in (count, more))
