@@ -22,7 +22,10 @@ from typing import Any
 
 
 class AttitudeError(Exception):
-    """Base of the tree.  `str()` is one line that says what was wrong and what would be right."""
+    """Base class of the errors that this library raises.
+
+    `str()` is one line that says what was wrong and what would be right.
+    """
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickled with all attributes, whatever arguments its class takes, for worker processes."""

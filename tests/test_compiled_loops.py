@@ -43,6 +43,7 @@ BOUNDED = {
     "kernels.solvers.orbit_path": "the degree of a polynomial",
     "kernels.solvers.torque": ROWS,
     "kernels.solvers.plate_sources": ROWS,
+    "kernels.solvers.plate_sources.log_density": "halvings of the pieces, and the degree of a polynomial",
     "kernels.solvers.edge_search": ROWS,
     "kernels.solvers.edge_search._edge_of": "at most 40,000 steps of 5e-5 between -1 and 1: 0.4 ms",
     "kernels.solvers.plate_march._interval": "one pass over the cuts of a span, some ns each",
@@ -51,6 +52,7 @@ BOUNDED = {
     "kernels.statistics": "one pass over a block of bodies, in ensembles only",
     "cost.methods.euler.normalise": CHUNKS,
     "cost.methods.torques": ROWS,
+    "cost.methods.torques.log_density": "one pass over the pieces of a density, 1 ns each, and a degree",
 }
 
 
