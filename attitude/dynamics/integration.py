@@ -290,7 +290,12 @@ def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Cand
     instants = np.array([np.linspace(start, stop, INSTANTS_OF_REHEARSAL), np.zeros(INSTANTS_OF_REHEARSAL)])
     share, before = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**ERROR_GROWTH_EXPONENT, np.inf
     for _ in range(MAX_ATTEMPTS):
-        setting = StepSetting(np.array([candidate.step]), np.array([candidate.decay]), momentum=momentum)
+        setting = StepSetting(
+            np.array([candidate.step]),
+            np.array([candidate.decay]),
+            momentum=momentum,
+            min_steps=candidate.min_steps,
+        )
         compared = compare(part, body, instants, setting)
         (error,), (rounding,) = estimate(compared, np.array([angle]))
         if error <= share or rounding > share or error > 0.5 * before:  # not of steps, but of the orbit

@@ -28,8 +28,9 @@ LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
 COARSER_SWEEPS = 10.0
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
-# Steps of every arc: of so many the coarser solution's, one less, are not much longer.
-MIN_STEPS = 6
+# Steps of every arc: of three, two coarser ones are not the halves of one another; of six, which the library
+# takes, the coarser solution's, one less, are not much longer.
+FEWEST_STEPS, MIN_STEPS = 3, 6
 
 
 class StepSetting(NamedTuple):
@@ -53,7 +54,7 @@ class StepSetting(NamedTuple):
     coarsely: bool = False
     momentum: np.ndarray | float = np.inf
     dense_coarsely: bool = False
-    min_steps: np.ndarray | float = MIN_STEPS
+    min_steps: np.ndarray | float = FEWEST_STEPS
 
 
 class SolverTask(NamedTuple):

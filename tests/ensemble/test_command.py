@@ -209,7 +209,7 @@ def test_interrupted_run_says_how_to_go_on_and_does(answer, tmp_path, monkeypatc
     class Interrupt(tqdm):
         def update(self, n):
             super().update(n)
-            if self.n > 0.5:
+            if self.n > 50.0:  # %
                 raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
