@@ -26,7 +26,7 @@ SAFETY, SAFETY_OF_BREAKS = 3.0, 10.0
 MULTIPLE_OF_ROUNDING = 10.0
 # Of arcs between the edges of plates the second solution is no coarser, but begins with another momentum; by
 # what the bound of the errors at edges is multiplied.
-SAFETY_OF_PLATES, SAFETY_OF_EDGES = 2.0, 10.0
+SAFETY_OF_PLATES, SAFETY_OF_EDGES = 4.0, 10.0
 # Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned, since
 # the rates are doubles; and where the rate is read off the attitude, which remembers every rounding, that
 # angle times the root of the number of steps.
