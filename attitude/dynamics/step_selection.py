@@ -48,8 +48,9 @@ MAX_STEPS_OF_TRIAL = 2e4
 SHARE_OF_TOLERANCE = 0.25
 # The power of time that errors are taken to grow with: cautious, since the order is high.
 ERROR_GROWTH_EXPONENT = 1.5
-# Differences below this are rounding: shorter steps would not make them smaller.
-ROUNDING = 3e-15
+# Differences below these are rounding, which shorter steps would not make smaller: at the end of a trial, and
+# at instants within it, which steps do not meet.
+ROUNDING, ROUNDING_WITHIN = 3e-15, 4e-14
 # The orders that steps are changed by: of the solution, of its polynomial within a step, and where torques
 # break.
 ORDER, DENSE_ORDER, ORDER_OF_BREAKS = 20.0, 16.0, 1.0
@@ -237,7 +238,8 @@ class _Trial:
         aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(now) / safety)
         settled = None
         for _ in range(MAX_TRIALS):
-            difference, work = self._difference(now)
+            difference, at_end, work = self._difference(now)
+            is_rounding = at_end <= ROUNDING and difference <= ROUNDING_WITHIN
             if work.steps[0] > MAX_STEPS_OF_TRIAL:
                 if settled is None:
                     raise ToleranceError(
@@ -249,7 +251,8 @@ class _Trial:
             settled = (difference, now, work) if np.isfinite(difference) else settled
             # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
             is_cut = smooth and work.steps[0] > 1.2 * self.span / self._step_made(now) + 2.0
-            if (difference <= max(aim, ROUNDING) and not is_cut) or not (smooth or now.decay > LEAST_DECAY):
+            is_enough = difference <= aim or is_rounding
+            if (is_enough and not is_cut) or not (smooth or now.decay > LEAST_DECAY):
                 break
             ratio = (0.5 * aim / difference) ** (1.0 / order) if difference > aim else 1.0
             now = now.shortened(min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, ratio)))
@@ -279,13 +282,16 @@ class _Trial:
         """The length of the trial's steps, s."""
         return min(candidate.step, self.span / (SHARE_OF_MIN_STEPS * candidate.min_steps))
 
-    def _difference(self, candidate: Candidate) -> tuple[float, SolverWork]:
-        """rad, from a journey in longer steps, and the work of the first; at one instant they may agree."""
+    def _difference(self, candidate: Candidate) -> tuple[float, float, SolverWork]:
+        """rad, greatest and at the end, from a journey in longer steps, and the work of the first.
+
+        At one instant alone the two may agree by chance.
+        """
         at = np.linspace(self.start, self.stop, INSTANTS_OF_DIFFERENCE + 1)[1:]
         (fine, work), (coarse, also) = (self.run(candidate, at, coarsely=c) for c in (False, True))
         if work.failed[0] or also.failed[0]:
-            return np.inf, work
-        return difference_of(fine, coarse), work
+            return np.inf, np.inf, work
+        return difference_of(fine, coarse), difference_of(fine[:, -1:], coarse[:, -1:]), work
 
     def _difference_of_orbits(self, candidate: Candidate) -> float:
         """rad, at the end, by what the orbit's path is off: its jumps are not followed by shorter steps."""
