@@ -1,20 +1,13 @@
-"""The density of the air: a constant, a table over the altitude, or a model of the Earth's thermosphere."""
+"""What a model of the air's density answers."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ..documents.fields import Part
-from ..documents.files import document_path
-from ..documents.quantities import MassDensity
-from ..errors import InputError, unknown_name
 from ..problem.initial_state import InitialState
-
-# Class of each model, in the module of the model's name.
-_MODELS = {"harris_priester": "HarrisPriester", "nrlmsise00": "Nrlmsise00"}
 
 
 class Atmosphere(Part):
@@ -58,38 +51,3 @@ class Atmosphere(Part):
     def name(self) -> str:
         """The model and its parameters, for plans."""
         raise NotImplementedError
-
-
-def parse(value: Any) -> MassDensity | Atmosphere:
-    """Choose the form of a density by the keys of the document; those made in Python pass through."""
-    if isinstance(value, (MassDensity, Atmosphere)):
-        return value
-    if not isinstance(value, dict):
-        expected = (
-            f"a value and its unit, a table of altitudes and densities, or a model ({', '.join(_MODELS)})"
-        )
-        raise InputError("", value, f'{expected}, as {{"model": "harris_priester"}}')
-    if "model" in value:
-        name = value["model"]
-        if not isinstance(name, str) or name not in _MODELS:
-            raise unknown_name("model", "model of the density", name, _MODELS)
-        return model_class(name).model_validate(value)
-    if {"altitudes", "densities", "file"} & value.keys():
-        if isinstance(value.get("file"), str) and value["file"]:
-            value = value | {"file": document_path(value["file"], "altitudes and densities")}
-        return _table_class().model_validate(value)
-    return MassDensity.model_validate(value)
-
-
-def model_class(name: str) -> type[Atmosphere]:
-    """The class of a known model."""
-    return getattr(import_module(f".{name}", __package__), _MODELS[name])
-
-
-def _table_class() -> type[Atmosphere]:
-    return import_module(".density_table", __package__).DensityTable
-
-
-def classes() -> list[type[Part]]:
-    """The classes of a density."""
-    return [MassDensity, _table_class(), *(model_class(name) for name in _MODELS)]

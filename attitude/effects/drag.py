@@ -14,8 +14,9 @@ from ..errors import InputError
 from ..kernels import layout
 from ..orbit.path_states import position, samples, velocity
 from ..problem.initial_state import DensityProfile, InitialState
-from . import atmosphere, central_body_rotation, density_profile
+from . import central_body_rotation, density_profile
 from .atmosphere import Atmosphere
+from .density_models import density_classes, parse_density
 from .effect import Torque, required_orbit_path, row
 from .plates import DragPlate, Surfaces
 
@@ -27,9 +28,9 @@ class Drag(Torque):
     """`{"type": "drag", "plates": [...], "density": {"value": 1e-12, "unit": "kg/m3"}}`.
 
     `density` everywhere; or that at `reference_altitude` (above the central body's radius, a sphere's),
-    falling by a factor e every `scale_height`; or a table, or a model of the Earth's atmosphere
-    (`atmosphere`), whose altitudes cover those of the orbit.  `corotating`: whether the air rotates with the
-    central body (if left out, it does), at `rotation`, the Earth's if left out.
+    falling by a factor e every `scale_height`; or a table, or a model of the Earth's atmosphere,
+    whose altitudes cover those of the orbit.  `corotating`: whether the air rotates with the central body
+    (if left out, it does), at `rotation`, the Earth's if left out.
     On a plate that faces the flow, along the flow: density v^2 / 2 times area, coefficient and cosine.
     """
 
@@ -37,7 +38,7 @@ class Drag(Torque):
 
     type: Literal["drag"]
     plates: Annotated[list[DragPlate], Field(min_length=1, fail_fast=True)]
-    density: Annotated[Any, Chosen(atmosphere.parse, atmosphere.classes)]
+    density: Annotated[Any, Chosen(parse_density, density_classes)]
     reference_altitude: Length | None = None
     scale_height: Length | None = None
     corotating: bool = True
