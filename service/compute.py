@@ -20,7 +20,7 @@ from typing import Any, ParamSpec, TypeVar
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
-from attitude.errors import AttitudeWarning, InputError
+from attitude.errors import AttitudeError, AttitudeWarning, InputError
 from attitude.stopping import Stop, stoppable
 
 from . import deadline, metrics
@@ -39,6 +39,10 @@ class NoRoomError(Exception):
 
     def __init__(self, samples: int):
         self.samples = samples
+
+
+class CutError(Exception):
+    """What computes the rest of an answer that has begun was refused, or ran out of time."""
 
 
 class Room:
@@ -237,6 +241,8 @@ class Compute:
                 await asyncio.sleep(0)  # it begins before this one is copied into the socket
                 yield block
                 block = await ahead
+        except AttitudeError as error:
+            raise CutError(str(error)) from error
         finally:
             if ahead is not None:
                 ahead.add_done_callback(lambda task: task.cancelled() or task.exception())

@@ -14,7 +14,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from . import metrics
-from .compute import Compute, Job, current
+from .compute import Compute, CutError, Job, current
 from .dependencies import qualities
 from .errors import problem, unexpected
 from .settings import variable
@@ -39,7 +39,8 @@ NO_PAGE_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"
 class Requests:
     """Gives every request its id, its line in the log and its figures, and every answer its headers.
 
-    HEAD is answered as GET is; the server sends no body after it.
+    HEAD is answered as GET is; the server sends no body after it.  An answer that cannot go on is left as it
+    is: the server closes its connection without the last chunk, by which a client knows.
     """
 
     def __init__(self, app: ASGIApp, compute: Compute):
@@ -59,20 +60,23 @@ class Requests:
         job = Job(identity, request, settings.max_seconds, self.compute.room)
         current.set(job)
         answer = Answer(send, job, settings.client_seconds)
-        begun = perf_counter()
+        begun, unfinished = perf_counter(), "gone"
         try:
             await (refused_header(request) or self.app)(scope, receive, answer.send)
         except ClientDisconnect:
             log.info("the client went away before its answer was whole")
+            unfinished = "gone" if job.is_abandoned or not answer.status else "cut"
+        except CutError as error:
+            log.warning("the answer is cut: %s", error)
+            unfinished = "cut"
         except Exception:
-            if answer.status:
-                raise
-            await unexpected(request)(scope, receive, answer.send)
+            refusal, unfinished = unexpected(request), "cut"
+            if not answer.status:
+                await refusal(scope, receive, answer.send)
         finally:
             self.compute.leave(job)
             taken, route = perf_counter() - begun, getattr(scope.get("route"), "path", "none")
-            is_gone = job.is_abandoned or not answer.status
-            outcome = answer.status if answer.is_whole else "gone" if is_gone else "cut"
+            outcome = answer.status if answer.is_whole else unfinished
             metrics.observe(method, route, outcome, taken)
             metrics.samples.inc(job.samples)
             metrics.computing.inc(job.spent())

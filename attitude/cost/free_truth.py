@@ -124,7 +124,8 @@ def true_attitudes(problem: InitialValueProblem, t: np.ndarray, route: str) -> l
 
 
 def load(problem: InitialValueProblem) -> None:
-    """Compile the library's kernels, or load them from disk: once in a process."""
+    """Import the oracle, and compile the library's kernels, or load them from disk: once in a process."""
+    oracle()
     body = RigidBody(problem.tensor if problem.moments is None else problem.moments)
     motion = TorqueFreeMotion(body, problem.attitude, problem.angular_velocity, order="wxyz")
     motion.ephemeris(as_instants([0.0], None), rate=True)

@@ -19,7 +19,8 @@ Each format is a module with
 or, where readers interpolate, `blocks(nodes, ...)`, `interpolant(**options)` and, with other options,
 `other_interpolants(**options)`.  A format that is
 interpolated in a frame of its own has `prepared(samples)`, which transforms the samples to that frame; a
-format with companion files has `companions(nodes, name, **options)`.
+format with companion files has `companions(nodes, name, **options)`.  Where the header takes long to write,
+`rows(samples)` makes the file without it.
 """
 
 from __future__ import annotations

@@ -82,7 +82,7 @@ def test_list_of_scenes_and_refusals_are_parsed(generated):
 def test_cost_is_measured(generated):
     scene = model("Scene").from_dict(Scene.builtin("toutatis").document())
     report = api("cost_v1_cost_post").sync(
-        client=generated, body=scene, budget=2.0, samples=100, method=["ours"]
+        client=generated, body=scene, budget=20.0, samples=100, method=["ours"]
     )
     assert report["kind"] == "attitude-cost/1"
 

@@ -23,8 +23,8 @@ LONG = {"times": {"start": 0, "stop": 1_000, "step": 0.1, "unit": "s"}}
 
 @pytest.fixture(scope="module")
 def running():
-    """One worker; clients may take a second, so that slow ones are tested fast."""
-    with Running(client_seconds=1, threads=1) as running:
+    """One worker; clients may take a second, so that slow ones are tested fast, and answers three."""
+    with Running(client_seconds=1, threads=1, max_seconds=3, max_samples=10_000_000) as running:
         yield running
 
 
@@ -103,6 +103,16 @@ def test_client_that_takes_nothing_keeps_no_place(running, document):
         lines = lines_of(running, "lazy", 10)
     assert "a client took nothing for 1 s (ATTITUDE_CLIENT_SECONDS)" in [line["message"] for line in lines]
     assert [line["status"] for line in lines if line["message"] == "request"] == ["cut"]
+
+
+def test_answer_that_runs_out_of_time_is_cut_as_clients_see_and_without_a_traceback(running, document):
+    times = {"start": 0, "stop": 1e6, "count": 10_000_000, "unit": "s"}
+    with pytest.raises(http.client.IncompleteRead):
+        running.post("/v1/ephemeris", document | {"times": times}, x_request_id="long")
+    warning, request, *_ = lines_of(running, "long")
+    assert (warning["level"], request["status"]) == ("warning", "cut")
+    assert re.fullmatch("the answer is cut: times: .* at most 3 s .* so far'", warning["message"])
+    assert "Traceback" not in json.dumps(running.log)
 
 
 def test_connection_outlives_a_pause_longer_than_clients_may_take_for_a_request(running):

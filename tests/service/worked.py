@@ -72,7 +72,7 @@ SEEN = {
     ],
 }
 QUERIES = {
-    ("/v1/cost", "4179 Toutatis"): {"budget": "2", "samples": "1000", "method": "ours"},
+    ("/v1/cost", "4179 Toutatis"): {"budget": "20", "samples": "1000", "method": "ours"},
     ("/v1/ephemeris", "columns of choice"): {"columns": "time,euler:ZYX,angle:z:earth,angle:-y:sun"},
 }
 

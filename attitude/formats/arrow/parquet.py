@@ -42,12 +42,17 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     with pq.ParquetWriter(
         sink, arrow_schema, version="2.4", use_dictionary=False, compression="none"
     ) as writer:
-        for chunk in samples.chunks():
-            table = _without_mixins(to_table(chunk))
-            arrays = [_array(np.asarray(table[name])) for name in table.colnames]
-            writer.write_batch(pa.record_batch(arrays, schema=arrow_schema))
+        for batch in rows(samples):
+            writer.write_batch(batch)
             yield from sink.take()
     yield from sink.take()
+
+
+def rows(samples: Samples) -> Iterator[pa.RecordBatch]:
+    """The file without its header: the row groups."""
+    for chunk in samples.chunks():
+        table = _without_mixins(to_table(chunk))
+        yield pa.record_batch([_array(np.asarray(table[name])) for name in table.colnames], table.colnames)
 
 
 def _without_mixins(table: QTable) -> Table:

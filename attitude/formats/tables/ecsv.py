@@ -29,11 +29,16 @@ def blocks(samples: Samples) -> Iterator[bytes]:
     to_table(samples.first, samples.shape).write(first, format="ascii.ecsv")
     text = first.getvalue()
     yield text[: text.rindex("\n", 0, -1) + 1].encode()  # without the row of the first instant
+    yield from rows(samples)
+
+
+def rows(samples: Samples) -> Iterator[bytes]:
+    """The file without its header."""
     for chunk in samples.chunks():
-        yield _rows(to_table(chunk))
+        yield _row_text(to_table(chunk))
 
 
-def _rows(table: QTable) -> bytes:
+def _row_text(table: QTable) -> bytes:
     """The rows as text; a cell of several numbers is JSON."""
     cells: list[np.ndarray] = []
     for name in table.colnames:

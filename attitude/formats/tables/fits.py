@@ -33,16 +33,22 @@ METADATA = "ATTITUDE"
 def blocks(samples: Samples) -> Iterator[bytes]:
     """The file of these samples, block by block, in the memory of one chunk."""
     first = to_table(samples.first, samples.shape)
-    kind = _kind({name: _cells(first, name).shape[1:] for name in first.colnames})
+    header = _header(first, samples)
     yield fits.PrimaryHDU().header.tostring().encode("ascii")
-    yield _header(first, samples).tostring().encode("ascii")
+    yield header.tostring().encode("ascii")
+    yield from rows(samples)
+    yield bytes(-samples.count * header["NAXIS1"] % BLOCK_BYTES)
+
+
+def rows(samples: Samples) -> Iterator[bytes]:
+    """The file without its header, and without what fills the last block."""
     for chunk in samples.chunks():
         table = to_table(chunk)
-        rows = np.empty(len(table), kind)
-        for name in table.colnames:
-            rows[name] = _cells(table, name)
-        yield rows.tobytes()
-    yield bytes(-samples.count * kind.itemsize % BLOCK_BYTES)
+        cells = {name: _cells(table, name) for name in table.colnames}
+        records = np.empty(len(table), _kind({name: column.shape[1:] for name, column in cells.items()}))
+        for name, column in cells.items():
+            records[name] = column
+        yield records.tobytes()
 
 
 def _header(first: QTable, samples: Samples) -> fits.Header:
