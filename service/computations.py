@@ -315,7 +315,7 @@ def held_samples(scene: Scene, writing: Writing) -> int:
         return writing.settings.max_samples
     is_simulated = scene.effects or scene.position is not None
     is_read_twice = hasattr(module_of(writing.target), "interpolant")
-    return scene.times.samples if is_simulated or is_read_twice or scene.times.start is None else 0
+    return scene.times.samples if is_simulated or is_read_twice or not scene.times.is_grid else 0
 
 
 def single(scene: Scene, writing: Writing, drop_below: float | None) -> Computed:

@@ -29,6 +29,7 @@ FORMS = {
     "time": EPOCH + TimeDelta(T, format="sec"),
     "grid by count": Grid(-3.0, 7200.0, 23),
     "grid by step": Grid(0.0, 2.2, step=0.1, unit="h"),
+    "grid of dates": Grid(EPOCH + 0.25 * u.s, EPOCH + 2.2 * u.h, step=0.1, unit="h"),
 }
 
 
@@ -96,6 +97,8 @@ def test_what_is_wrong_in_a_chunk_is_said_when_it_is_reached(motion):
         ((0.0, 1.0, None, 0.0), "times.step: a number greater than 0"),
         ((0.0, 1.0, None, 1e-300), r"times.step: a step that makes fewer than 2\*\*53 instants"),
         ((0.0, 1.0, 2, None, "kg"), "times.unit: a unit of time"),
+        ((0.0, "2020-01-01", 2), "times.start: a date where stop is a date, a number where it is a number"),
+        (("2020-01-01", "tomorrow", 2), "times.stop: a date such as"),
     ],
 )
 def test_grid_refuses(arguments, message):

@@ -156,6 +156,7 @@ GRIDS = {
     "count of both ends": (grid(-0.1, 0.1, count=2), [-TENTH, TENTH]),
     "count of one": (grid(7, 7, count=1), [7]),
     "count over no span": (grid(7, 7, count=3), [7, 7, 7]),
+    "from the epoch": (times(stop=1, step=0.5, unit="min"), [0, 30, 60]),
     "minutes": (times(elapsed=[3, 0.1, -2], unit="min"), [180, 60 * TENTH, -120]),
     "days": (times(elapsed=[0.1], unit="d"), [86400 * TENTH]),
     "milliseconds": (times(elapsed=[0.1], unit="ms"), [TENTH / 1000]),
@@ -175,6 +176,33 @@ def test_times_are_exact_in_two_parts(parts, seconds):
 def test_counted_grid_ends_where_it_says(last):
     instants = run(times={"start": 0.1, "stop": last + 0.1, "count": 1001, "unit": "s"}).instants
     assert (instants.seconds[0], instants.seconds[-1]) == (0.1, last + 0.1)
+
+
+BETWEEN_DATES = {
+    "leap second": (
+        {"start": "2016-12-31T23:59:30", "stop": "2017-01-01T00:00:29.5", "step": 30, "unit": "s"},
+        ["2016-12-31T23:59:30", "2016-12-31T23:59:60", "2017-01-01T00:00:29"],
+    ),
+    "hours": (
+        {"start": "2016-12-31T23:00:00.25", "stop": "2017-01-01T00:30:00", "step": 1, "unit": "h"},
+        ["2016-12-31T23:00:00.25", "2016-12-31T23:59:60.25"],
+    ),
+    "count": (
+        {"start": "2016-12-01", "stop": "2016-12-03", "count": 3},
+        ["2016-12-01", "2016-12-02", "2016-12-03"],
+    ),
+    "one date": ({"start": "2020-02-29", "stop": "2020-02-29", "count": 1}, ["2020-02-29"]),
+}
+
+
+@pytest.mark.parametrize(("limits", "dates"), BETWEEN_DATES.values(), ids=BETWEEN_DATES)
+@pytest.mark.parametrize("epoch", ["2016-12-30T12:00:00", "1976-01-01T00:00:00.1"])
+def test_grid_between_dates_is_the_same_as_its_dates_listed(limits, dates, epoch):
+    parts = {"epoch": {"time": epoch, "scale": "utc"}}
+    ephemeris = run(**parts, times={**limits, "scale": "utc"})
+    listed = run(**parts, times={"dates": dates, "scale": "utc"})
+    assert len(ephemeris) == len(listed)
+    assert np.abs((ephemeris.time - listed.time).sec).max() < 1e-10  # astropy's own dates are as exact
 
 
 @pytest.mark.parametrize("scale", ["utc", "tai", "tt", "tdb"])

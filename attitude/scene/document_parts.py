@@ -17,6 +17,7 @@ from ..documents.fields import (
     Matrix,
     Number,
     Part,
+    Text,
     Vector,
     check_beside,
     exactly_one,
@@ -138,13 +139,14 @@ class AngularVelocity(Part):
 
 
 class Times(Part):
-    """Instants: `start`, `stop` and `step` or `count`; or `elapsed` values; or `dates` in a `scale`.
+    """Instants: from `start` to `stop` by `step` or `count`; or `elapsed` values; or `dates` in a `scale`.
 
+    `start` and `stop` are numbers in `unit`, or both dates in `scale`; without `start` it is the epoch.
     The last instant of a stepped grid is the last one not beyond `stop`.
     """
 
-    start: Number | None = None
-    stop: Number | None = None
+    start: Number | Text | None = None
+    stop: Number | Text | None = None
     step: Annotated[Number, Field(gt=0)] | None = None
     count: Annotated[int, Field(ge=1, le=MAX_GRID_INSTANTS, strict=True)] | None = None
     elapsed: list[Number] | None = Field(None, min_length=1, fail_fast=True)
@@ -154,47 +156,48 @@ class Times(Part):
 
     @model_validator(mode="after")
     def _one_form(self) -> Times:
-        form = exactly_one(self, ("start", "elapsed", "dates"))
-        needed = {
-            "start": {"start", "stop", "unit"},
-            "elapsed": {"elapsed", "unit"},
-            "dates": {"dates", "scale"},
+        first = "stop" if self.start is None else "start"
+        form = exactly_one(self, (first, "elapsed", "dates"))
+        needed, optional = {
+            first: ({"stop"}, {"start", "step", "count"}),
+            "elapsed": ({"elapsed", "unit"}, set()),
+            "dates": ({"dates", "scale"}, set()),
         }[form]
-        grid = {"step", "count"} if form == "start" else set()
-        members = dict.fromkeys(sorted(type(self).model_fields.keys() - grid), "a value")
-        check_beside(self, form, needed, members)
-        if form == "start":
+        if form == first:
+            is_dated = isinstance(self.stop, str)
+            needed |= {"start", "scale"} if is_dated else set()
+            needed |= {"unit"} if self.step is not None or not is_dated else set()
             exactly_one(self, ("step", "count"))
-            start, stop = self.start or 0.0, self.stop or 0.0
+        members = dict.fromkeys(sorted(type(self).model_fields.keys() - (optional - needed)), "a value")
+        check_beside(self, form, needed, members)
+        if form == first:
+            start, stop = self._limits
             if stop < start:
-                raise InputError("stop", stop, f"an instant not before start ({start!r})")
+                raise InputError("stop", self.stop, f"an instant not before start ({self.start or 0.0})")
             if self.count == 1 and stop != start:
                 raise InputError("count", 1, "at least 2 where stop is after start")
         return self
 
     @property
+    def is_grid(self) -> bool:
+        """Whether the instants are evenly spaced from `start` to `stop`."""
+        return self.stop is not None
+
+    @property
     def samples(self) -> int:
         """Number of instants, without building them."""
-        if self.elapsed is not None:
-            return len(self.elapsed)
-        if self.dates is not None:
-            return len(self.dates)
-        if self.count is not None:
-            return self.count
-        return self.grid.count
+        given = self.elapsed if self.dates is None else self.dates
+        return self.grid.count if given is None else len(given)
 
     def build(self, epoch: Time | None) -> Instants:
         """All instants, since the epoch."""
+        self._check_epoch(epoch)
+        if self.is_grid:
+            return self.grid.part(0, self.grid.count, epoch)
         if self.dates is not None:
-            if epoch is None:
-                raise InputError(
-                    "times.dates", self.dates[0], "an epoch in the scene, for dates to be counted from"
-                )
             return as_instants(parse_times(self.dates, self.scale), epoch, "times.dates")
         unit = self.unit or ""
         units.parse_unit(unit, units.SECOND, "times.unit")
-        if self.elapsed is None:
-            return self.grid.part(0, self.grid.count, epoch)
         return instants.in_unit(np.array(self.elapsed), unit, "times.elapsed", epoch)
 
     def span(self, epoch: Time | None) -> tuple[float, float]:
@@ -206,18 +209,37 @@ class Times(Part):
         """First and last instant, s since the epoch."""
         instants = self.lazily(epoch)
         if isinstance(instants, Grid):
-            first, last = instants.part(0, 1), instants.part(instants.count - 1, instants.count)
+            first, last = instants.part(0, 1, epoch), instants.part(instants.count - 1, instants.count, epoch)
             return float(first.seconds[0]), float(last.seconds[0])
         return float(instants.seconds.min()), float(instants.seconds.max())
 
     def lazily(self, epoch: Time | None) -> Grid | Instants:
         """The instants for `TorqueFreeMotion.chunks`; those of a grid are made chunk by chunk."""
-        return self.build(epoch) if self.start is None else self.grid
+        self._check_epoch(epoch)
+        return self.grid if self.is_grid else self.build(epoch)
+
+    def _check_epoch(self, epoch: Time | None) -> None:
+        if self.scale is not None and epoch is None:
+            field, date = (
+                ("times.start", self.start) if self.dates is None else ("times.dates", self.dates[0])
+            )
+            raise InputError(field, date, "an epoch in the scene, for dates to be counted from")
+
+    @cached_property
+    def _limits(self) -> tuple[Any, Any]:
+        """`start` and `stop`: numbers, or Times."""
+        start = 0.0 if self.start is None else self.start
+        if isinstance(start, str) != isinstance(self.stop, str):
+            form = "a date" if isinstance(self.stop, str) else "a number"
+            raise InputError("start", start, f"{form}, as stop is one")
+        if not isinstance(start, str):
+            return start, self.stop
+        return parse_time(start, self.scale, "start"), parse_time(str(self.stop), self.scale, "stop")
 
     @cached_property
     def grid(self) -> Grid:
         """The instants from `start` to `stop`."""
-        return Grid(self.start or 0.0, self.stop or 0.0, self.count, self.step, self.unit or "")
+        return Grid(*self._limits, self.count, self.step, self.unit or "s")
 
 
 class Tolerance(Angle):

@@ -23,6 +23,7 @@ from ..errors import InputError, whole_number
 from ..runtime import compiled
 from ..runtime.threads import ranges, run
 from .iso8601 import dated
+from .two_part import two_sum
 
 MIN_INSTANTS_PER_THREAD = 500_000  # fewer are copied before a thread has started
 
@@ -340,28 +341,32 @@ class Grid:
 
     Parameters
     ----------
-    start, stop : float, in `unit`
+    start, stop : float, in `unit` since the epoch; or both dates: Time, datetime, or ISO 8601 text (UTC)
     count : int, how many instants from start to stop, both included; or
     step : float, in `unit`; the last instant is the last one not beyond stop
     unit : str, a unit of time
 
     Raises
     ------
-    InputError : a value that is not finite, or none or both of count and step.
+    InputError : a value that is not finite, none or both of count and step, or a date beside a number.
     """
 
     def __init__(
-        self,
-        start: float,
-        stop: float,
-        count: int | None = None,
-        step: float | None = None,
-        unit: str = "s",
+        self, start: Any, stop: Any, count: int | None = None, step: float | None = None, unit: str = "s"
     ):
         if (count is None) == (step is None):
             raise InputError("times", {"count": count, "step": step}, "one of count and step")
-        self.start, self.stop, self.unit = float(start), float(stop), unit
         self._ratio = _ratio(unit, "times.unit")
+        self._first_date = _date(start, "times.start")
+        last_date = _date(stop, "times.stop")
+        if (self._first_date is None) != (last_date is None):
+            raise InputError(
+                "times.start", start, "a date where stop is a date, a number where it is a number"
+            )
+        if self._first_date is not None:
+            elapsed = float(as_instants(last_date, self._first_date, "times.stop").seconds)
+            start, stop = 0.0, elapsed * self._ratio[1] / self._ratio[0]
+        self.start, self.stop, self.unit = float(start), float(stop), unit
         self.step = 0.0 if step is None else float(step)
         for name in ("start", "stop", "step"):
             if not np.isfinite(getattr(self, name)):
@@ -387,7 +392,17 @@ class Grid:
             raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None
         spacing = np.array([self.start, self.stop, self.count - 1, self.step, *self._ratio], dtype=float)
         compiled.grid(spacing, float(first), seconds, seconds_low)
+        if self._first_date is not None:
+            origin = as_instants(self._first_date, epoch, "times.start")
+            seconds, rounding = two_sum(float(origin.seconds), seconds)
+            seconds, seconds_low = two_sum(seconds, rounding + (seconds_low + float(origin.low)))
         return Instants(seconds, seconds_low if seconds_low.any() else None, epoch).finite("times")
+
+
+def _date(value: Any, field: str) -> Time | None:
+    """The one date that a limit of a grid is; None for a number."""
+    time = value if isinstance(value, Time) else dated(value, "utc", field)
+    return None if time is None else check_epoch(time, field)
 
 
 def in_unit(values: np.ndarray, unit: str, field: str, epoch: Time | None) -> Instants:
