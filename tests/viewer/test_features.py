@@ -162,6 +162,20 @@ def test_body_is_a_box_its_plates_or_a_model_of_ones_own(visit_3d, tmp_path):
     visit_3d.until(lambda: "holds no model" in visit_3d.text("#status"))
 
 
+@pytest.mark.parametrize("name", ["toutatis", "envisat", "drop", "gyrostat", "explorer-1"])
+def test_scene_is_simulated_once_for_all_that_is_shown(name, visit, module):
+    visit.open(name)
+    assert sum("/v1/ephemeris" in url for url in visit.asked) == 1
+    ask = f"""await (async () => {{
+        const text = await (await fetch('/v1/scenes/{name}')).text();
+        const {{ course }} = await m.answersTo(text, []);
+        return [course.ownMomentum, course.place !== null];
+    }})()"""
+    data = Scene.builtin(name).run()
+    held = [data.momentum is not None, data.centre_of_mass is not None]
+    assert module("answers/scene.js", ask, None) == held
+
+
 # -- windows --------------------------------------------------------------------------------------
 
 
@@ -269,6 +283,21 @@ def test_form_writes_into_the_document_and_is_undone(visit):
     page.keyboard.press("Tab")
     assert page.get_attribute("input[data-pointer='/times/stop']", "aria-invalid") == "true"
     assert "Times, stop: a number" in visit.text("#field-problem")
+    assert visit.document() == before
+
+
+def test_form_keeps_the_inertia_tensor_symmetric(visit):
+    page = visit.open("envisat")
+    page.click("#form-details summary")
+    before = visit.document()
+    page.get_by_label("Inertia tensor, xy").fill("398.5")
+    page.keyboard.press("Tab")
+    tensor = json.loads(visit.document())["body"]["tensor"]
+    assert tensor[0][1] == tensor[1][0] == 398.5
+    assert visit.document().replace("398.5", "397.1") == before
+    assert page.get_by_label("Inertia tensor, zz").input_value() == "129112.2"
+    page.locator("#document .cm-content").focus()
+    page.keyboard.press("Control+z")
     assert visit.document() == before
 
 

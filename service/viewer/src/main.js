@@ -39,7 +39,7 @@ const windows = new WindowsSection(shadeWindows, (time) => player.seek(time));
 const readouts = new Readouts(byId("readouts"));
 const controls = new PictureControls((change) => redraw(change));
 const editor = new Editor({ onRun: run, onChange: edited, onText: () => form.show(editor.text), schema: () => api.get("openapi.json") });
-const form = new Form((pointer, value) => editor.put(pointer, value), run);
+const form = new Form((pointers, value) => editor.put(pointers, value), run);
 
 /** A view in 3D; in words where the browser has no WebGL. */
 function viewIn(id, View) {

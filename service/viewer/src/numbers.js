@@ -21,7 +21,8 @@ export function figure(value, digits = 4) {
 
 const minus = (text) => text.replace("-", "−");
 
-function raised(exponent) {
+/** The exponent of a power of ten. */
+export function raised(exponent) {
   return [...String(exponent)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("");
 }
 

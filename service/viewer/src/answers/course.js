@@ -9,7 +9,8 @@ export const MOST_TURN = Math.PI; // rad
 const SPHERE = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
 export class Course {
-  constructor(answer) {
+  /** `isFollowed`: whether positions are those of a centre of mass that moves, not of an orbit. */
+  constructor(answer, isFollowed = true) {
     const columns = answer.columns;
     const order = inOrder(columns.elapsed_s);
     const column = (name) => Float64Array.from(order, (i) => columns[name][i]);
@@ -27,7 +28,7 @@ export class Course {
     this.dates = columns.time ? order.map((i) => columns.time[i]) : null;
     this.q = ["w", "x", "y", "z"].map((letter) => column(`q_${letter}`));
     this.omega = vector(["omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s"]) ?? this.#differences();
-    this.place = vector(["position_x_m", "position_y_m", "position_z_m"]);
+    this.place = isFollowed ? vector(["position_x_m", "position_y_m", "position_z_m"]) : null;
     // given where wheels or a sink hold some of it; else it is inertia times rate
     const given = vector(["momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s"]);
     this.ownMomentum = given !== null;

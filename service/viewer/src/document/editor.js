@@ -142,9 +142,9 @@ export class Editor {
   }
 
   /** Another value of a member, as JSON, as if it had been typed. */
-  put(pointer, value) {
-    const change = changeOf(this.text, pointer, value);
-    if (change) this.element.change(change);
+  put(pointers, value) {
+    const changes = pointers.map((pointer) => changeOf(this.text, pointer, value)).filter(Boolean);
+    if (changes.length) this.element.change(changes);
   }
 
   /** A text of the page's own, not of somebody who types. */

@@ -5,10 +5,16 @@ import { byId, make } from "../dom.js";
 const NUMBER = /^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$/;
 const xyz = (pointer) => ["x", "y", "z"].map((label, i) => ({ label, pointer: `${pointer}/${i}` }));
 const unit = (pointer) => ({ label: "unit", pointer, text: true });
+// an element of a symmetric matrix beside its mirror image, which is written with it
+const element = (label) => {
+  const [i, j] = [...label].map((axis) => "xyz".indexOf(axis));
+  return { label, pointer: `/body/tensor/${i}/${j}`, mirror: i === j ? null : `/body/tensor/${j}/${i}` };
+};
 
 // Groups of fields; of each those are shown that the document has, or may be given (`add` makes what holds them).
 const GROUPS = [
   { legend: "Principal moments", fields: [...["I1", "I2", "I3"].map((label, i) => ({ label, pointer: `/body/moments/${i}` })), unit("/body/unit")] },
+  { legend: "Inertia tensor", fields: [...["xx", "yy", "zz", "xy", "xz", "yz"].map(element), unit("/body/unit")] },
   { legend: "Attitude, quaternion", fields: ["1", "2", "3", "4"].map((label, i) => ({ label, pointer: `/attitude/quaternion/${i}` })) },
   { legend: "Attitude, Euler angles", fields: [...["1", "2", "3"].map((label, i) => ({ label, pointer: `/attitude/euler/${i}` })), unit("/attitude/unit")] },
   { legend: "Body rate", fields: [...xyz("/angular_velocity/value"), unit("/angular_velocity/unit")] },
@@ -17,7 +23,7 @@ const GROUPS = [
 ];
 
 export class Form {
-  /** `onPut` is told a JSON pointer and the JSON of its value. */
+  /** `onPut` is told JSON pointers and the JSON of their value. */
   constructor(onPut, onRun) {
     this.onPut = onPut;
     this.element = byId("fields");
@@ -47,7 +53,7 @@ export class Form {
   #build(groups) {
     const sets = groups.map(({ legend, fields, add }) => {
       if (!fields.length && !add) return null;
-      const inside = fields.length ? fields.map(field) : [this.#adder(add)];
+      const inside = fields.length ? fields.map((each) => field(each, legend)) : [this.#adder(add)];
       return make("fieldset", {}, make("legend", {}, legend), ...inside);
     });
     this.element.replaceChildren(...sets.filter(Boolean), make("p", { id: "field-problem", role: "alert", class: "bad", hidden: "" }));
@@ -55,19 +61,19 @@ export class Form {
 
   #adder(pointer) {
     const button = make("button", { type: "button" }, "Add an epoch");
-    button.addEventListener("click", () => this.onPut(pointer, '{"time": "2026-01-01T00:00:00", "scale": "utc"}'));
+    button.addEventListener("click", () => this.onPut([pointer], '{"time": "2026-01-01T00:00:00", "scale": "utc"}'));
     return button;
   }
 
   #written(input) {
-    const { pointer, text } = input.dataset;
+    const { pointer, mirror, text } = input.dataset;
     const isRight = text ? input.value.trim() !== "" : NUMBER.test(input.value);
     const problem = byId("field-problem");
     problem.hidden = isRight;
     problem.textContent = isRight ? "" : `${input.getAttribute("aria-label")}: a ${text ? "text" : "number"}, not “${input.value}”`;
     if (!isRight) return input.setAttribute("aria-invalid", "true");
     input.removeAttribute("aria-invalid");
-    return this.onPut(pointer, text ? JSON.stringify(input.value.trim()) : json(input.value));
+    return this.onPut([pointer, mirror].filter(Boolean), text ? JSON.stringify(input.value.trim()) : json(input.value));
   }
 }
 
@@ -77,10 +83,9 @@ function fieldsIn(document, { fields }) {
   return found.every(({ label }) => label === "unit") ? [] : found;
 }
 
-function field({ label, pointer, text, wide }) {
-  const group = GROUPS.find(({ fields }) => fields.some((each) => each.pointer === pointer));
+function field({ label, pointer, mirror, text, wide }, legend) {
   const input = make("input", {
-    type: "text", inputmode: text ? null : "decimal", "aria-label": `${group.legend}, ${label}`, "data-pointer": pointer,
+    type: "text", inputmode: text ? null : "decimal", "aria-label": `${legend}, ${label}`, "data-pointer": pointer, "data-mirror": mirror,
     "data-text": text ? "yes" : null, autocomplete: "off", spellcheck: "false", class: wide ? "wide" : null,
   });
   return make("label", {}, make("span", { "aria-hidden": "true" }, label), input);

@@ -2,11 +2,11 @@
 
 import * as api from "../answers/api.js";
 import { byId, make, makeSvg } from "../dom.js";
-import { duration, figure } from "../numbers.js";
+import { duration, figure, raised } from "../numbers.js";
 import { table } from "./plan.js";
 
 const ABSENT = [404, 405, 501];
-const SIZE = { width: 640, height: 380, left: 62, right: 30, top: 14, bottom: 44 };
+const SIZE = { width: 640, height: 380, left: 84, right: 30, top: 14, bottom: 50 };
 const FLOOR = 1e-17; // an exact zero is drawn here
 const MARKS = ["circle", "square", "up", "diamond", "down", "plus", "cross"];
 const KINDS = 8; // colours in the style sheet
@@ -110,15 +110,15 @@ function picture(lines, title) {
   return makeSvg(
     "svg",
     { viewBox: `0 0 ${SIZE.width} ${SIZE.height}`, class: "chart", role: "img", "aria-label": `Attitude error against time a sample, ${title}: ${names}; the figures are in the table` },
-    ...ticks(x).map((tick) => across(tick, x.of(tick))),
-    ...ticks(y).map((tick) => along(tick, y.of(tick))),
+    ...ticks(x).map((power) => across(power, x.of(10 ** power))),
+    ...ticks(y).map((power) => along(power, y.of(10 ** power))),
     label("time, ns a sample", (SIZE.left + SIZE.width - SIZE.right) / 2, SIZE.height - 6),
     label("attitude error, rad", 13, (SIZE.top + SIZE.height - SIZE.bottom) / 2, true),
     ...lines.map((line) => drawnLine(line, x, y)),
   );
 }
 
-/** Powers of ten, with room for marks. */
+/** Between powers of ten, with room for marks. */
 function scale(values, from, to) {
   const low = Math.floor(Math.log10(Math.min(...values)) - 0.15);
   const high = Math.max(low + 1, Math.ceil(Math.log10(Math.max(...values)) + 0.15));
@@ -127,20 +127,18 @@ function scale(values, from, to) {
 
 function ticks({ low, high }) {
   const step = Math.max(1, Math.ceil((high - low) / 9));
-  const found = [];
-  for (let power = low; power <= high; power += step) found.push(10 ** power);
-  return found;
+  return Array.from({ length: Math.floor((high - low) / step) + 1 }, (_, k) => low + k * step);
 }
 
-const power = (tick) => figure(tick, 1).replace(/^1 × /, "");
+const written = (power) => `10${raised(power)}`;
 
-function across(tick, x) {
+function across(power, x) {
   const bottom = SIZE.height - SIZE.bottom;
-  return makeSvg("g", {}, makeSvg("line", { x1: x, x2: x, y1: SIZE.top, y2: bottom, class: "grid" }), label(power(tick), x, bottom + 17));
+  return makeSvg("g", {}, makeSvg("line", { x1: x, x2: x, y1: SIZE.top, y2: bottom, class: "grid" }), label(written(power), x, bottom + 20));
 }
 
-function along(tick, y) {
-  const text = makeSvg("text", { x: SIZE.left - 8, y: y + 4, "text-anchor": "end" }, power(tick));
+function along(power, y) {
+  const text = makeSvg("text", { x: SIZE.left - 8, y: y + 4, "text-anchor": "end" }, written(power));
   return makeSvg("g", {}, makeSvg("line", { x1: SIZE.left, x2: SIZE.width - SIZE.right, y1: y, y2: y, class: "grid" }), text);
 }
 

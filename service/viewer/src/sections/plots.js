@@ -135,7 +135,7 @@ export class Plots {
     playhead.style.transform = `translateX(${x.toFixed(1)}px)`;
   }
 
-  /** Behind the curves: the windows, with a bar on top that is seen however narrow they are. */
+  /** Behind the curves: the windows, as dark as the share of the time they hold; on top a bar of each, seen however narrow. */
   #shades(plot) {
     const { ctx, bbox } = plot;
     ctx.save();
@@ -144,11 +144,10 @@ export class Plots {
       const ends = [start, stop].map((t) => plot.valToPos(t / this.unit.seconds, "x", true));
       const [from, to] = ends.map((x) => Math.max(bbox.left, Math.min(bbox.left + bbox.width, x)));
       if (ends[1] < bbox.left || ends[0] > bbox.left + bbox.width) continue;
-      const width = Math.max(window.devicePixelRatio, to - from);
-      ctx.globalAlpha = 0.22;
-      ctx.fillRect(from, bbox.top, width, bbox.height);
+      ctx.globalAlpha = 0.3;
+      ctx.fillRect(from, bbox.top, to - from, bbox.height);
       ctx.globalAlpha = 1;
-      ctx.fillRect(from, bbox.top - 5 * window.devicePixelRatio, width, 4 * window.devicePixelRatio);
+      ctx.fillRect(from, bbox.top - 5 * window.devicePixelRatio, Math.max(window.devicePixelRatio, to - from), 4 * window.devicePixelRatio);
     }
     ctx.restore();
   }

@@ -2,7 +2,7 @@
 
 import * as api from "../answers/api.js";
 import { byId, make } from "../dom.js";
-import { duration, figure } from "../numbers.js";
+import { duration, figure, unitFor } from "../numbers.js";
 import { table } from "./plan.js";
 import { AXES, TARGETS } from "./quantities.js";
 import { linkTo } from "./saving.js";
@@ -73,19 +73,20 @@ export class WindowsSection {
     const count = windows.length === 1 ? "1 window" : `${windows.length.toLocaleString("en")} windows`;
     const more = windows.length > MOST_ROWS ? ` The first ${MOST_ROWS} are listed; the file holds all.` : "";
     this.#say(windows.length ? `${count}, ${duration(total)} in all: ${share} % of the span.${more}` : "No window: it never holds.");
-    const heads = ["From", "To", "Lasts", "In the picture"];
-    byId("window-list").replaceChildren(windows.length ? table(heads, windows.slice(0, MOST_ROWS).map((each) => this.#row(each))) : "");
+    const unit = unitFor(Math.max(...windows.map((each) => each.duration_s)));
+    const heads = ["From", "To", `Lasts, ${unit.name}`, "In the picture"];
+    byId("window-list").replaceChildren(windows.length ? table(heads, windows.slice(0, MOST_ROWS).map((each) => this.#row(each, unit))) : "");
     byId("window-clear").hidden = false;
     byId("window-file").hidden = !windows.length;
     this.onFound(windows);
   }
 
-  #row(window) {
+  #row(window, unit) {
     const end = (name, cut) => (cut ? "(span) " : "") + (window[name] ? dated(window[name]) : `${figure(window[`${name}_s`], 9)} s`);
     const go = make("button", { type: "button", class: "quiet" }, "Show");
     go.setAttribute("aria-label", `Show ${end("start")}`);
     go.addEventListener("click", () => this.onPick(window.start_s));
-    return [end("start", window.begins_before), end("stop", window.ends_after), duration(window.duration_s, 6), go];
+    return [end("start", window.begins_before), end("stop", window.ends_after), figure(window.duration_s / unit.seconds, 6), go];
   }
 
   async #file() {
