@@ -644,10 +644,10 @@ def test_picture_and_data_of_a_plot_are_saved(visit, button, name, start):
         assert rates == pytest.approx(Scene.builtin("halley").run().angular_velocity, rel=1e-15)
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_on_the_page(visit_as, scheme):
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
+def test_axe_finds_nothing_on_the_page(visit_as, scheme, width):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-    visit = visit_as(color_scheme=scheme)
+    visit = visit_as(color_scheme=scheme, viewport={"width": width, "height": 844})
     page = visit.open("envisat")
     add_plot(page, "angle", "z", "sun")
     page.locator(".panel", has_text="Angle of body z to Sun").locator("canvas").wait_for()
