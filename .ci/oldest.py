@@ -23,7 +23,7 @@ def oldest(requirements):
 
 
 extras = PROJECT["optional-dependencies"]
-names = sys.argv[1:] or [name for name in extras if name not in ("all", "peers", "test")]
+names = sys.argv[1:] or [name for name in extras if name not in ("all", "docs", "peers", "test")]
 print(
     *sorted({*oldest([*PROJECT["dependencies"], *(each for name in names for each in extras[name])])}),
     sep="\n",
