@@ -170,31 +170,6 @@ def test_content_tells_the_syntax_whatever_the_ending(tmp_path):
 
 # -- the literal text ------------------------------------------------------------------------------
 
-TURNED = np.sqrt(0.5) * np.array([1.0, 0.0, 0.0, 1.0])
-
-
-def test_quarter_turn_about_z_has_the_numbers_of_the_standard():
-    """Annex F2.2: the axes of the body are those of the inertial frame turned by +90 deg about Z."""
-    spin = TorqueFreeMotion(
-        RigidBody((1, 2, 3)), TURNED, (0, 0, np.pi / 2), EPOCH.tai, order="wxyz", frame="ICRF"
-    )
-    ephemeris = spin.at([0.0, 1.0])
-    assert np.allclose(ephemeris.rotation[0].apply([1.0, 0.0, 0.0]), [0.0, 1.0, 0.0], atol=1e-15)
-    lines = text_of(ephemeris).splitlines()
-    row = lines[lines.index("DATA_START") + 1].split()
-    assert row[0] == "2017-01-01T00:00:26.123456789"
-    assert row[1:3] == ["0.0", "0.0"]
-    assert row[5:] == ["0.0", "0.0", "90.0"]
-    assert all(re.fullmatch("0.70710678118654[67]\\d", word) for word in row[3:5])
-
-
-def test_generic_attitude_has_the_scalar_last_and_rates_in_degrees():
-    ephemeris = motion(attitude=GENERIC, frame="EME2000").at([0.0, 1.0])
-    lines = text_of(ephemeris).splitlines()
-    numbers = [float(word) for word in lines[lines.index("DATA_START") + 1].split()[1:]]
-    assert np.allclose(numbers[:4], np.array([0.1, -0.3, 0.5, 0.8]) / np.sqrt(0.99), rtol=0, atol=1e-15)
-    assert np.allclose(numbers[4:], [17.188733853924695, -28.64788975654116, 51.56620156177409], rtol=1e-15)
-
 
 WHOLE = """\
 CCSDS_AEM_VERS = 2.0

@@ -88,13 +88,6 @@ def test_spins_are_those_that_orekit_finds(case, rate):
     assert np.abs(back.angular_velocity[0] - rate).max() <= 1e-15
 
 
-def test_spin_axis_is_the_body_z_axis_at_alpha_and_delta():
-    back = spinning("SPIN", "40 25 70 6")
-    alpha, delta = np.deg2rad([40.0, 25.0])
-    axis = [np.cos(alpha) * np.cos(delta), np.sin(alpha) * np.cos(delta), np.sin(delta)]
-    assert np.abs(back.rotation.apply([0.0, 0.0, 1.0])[0] - axis).max() <= 1e-15
-
-
 def test_spin_of_version_1_and_in_xml_is_that_of_version_2():
     plain = spinning("SPIN", "40 25 70 6")
     assert (spinning("SPIN", "40 25 70 6", "1.0").quaternion("wxyz") == plain.quaternion("wxyz")).all()
@@ -336,10 +329,6 @@ def test_segments_of_several_types_over_one_span_are_read_one_by_one():
     following = second.replace("2020-01-01T00:0", "2020-01-01T01:0")
     joined = read(first + following[following.index("META_START") :])
     assert (len(joined), joined.has_rate) == (2, False)
-
-
-def test_object_id_may_be_missing():
-    assert len(read(file(f"{LATER} {LAST}", OBJECT_ID=None))) == 1
 
 
 def combined(*messages):

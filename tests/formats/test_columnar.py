@@ -22,15 +22,11 @@ from attitude import AttitudeError, Ephemeris, FormatError, InputError, Scene
 from attitude.formats import binary, columnar, find, line_blocks, module_of, schema, text_rows
 from attitude.samples import chunks
 from attitude.samples.ephemeris_data import CONVENTION
-from tests.test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, motion
+from tests.test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, metadata, motion
 
 COLUMNAR = ("arrow", "arrows", "parquet", "fits", "npz")
 ASTROPYS = {"parquet": {}, "fits": {"astropy_native": True}, "ecsv": {}}
 each_format = pytest.mark.parametrize("format", COLUMNAR)
-
-
-def metadata(ephemeris):
-    return schema.metadata(chunks.Samples.of(ephemeris))
 
 
 def written(ephemeris, format):
@@ -48,19 +44,6 @@ def nanoseconds(time):
 
 
 # -- what comes back ------------------------------------------------------------------------------
-
-
-@each_format
-@pytest.mark.parametrize("make", [*SINGLE.values(), *EFFECTS.values()], ids=[*SINGLE, *EFFECTS])
-def test_metadata_come_back_whole(make, format):
-    ephemeris = make().run() if isinstance(make(), Scene) else make()
-    assert metadata(read(written(ephemeris, format), format)) == metadata(ephemeris)
-
-
-@pytest.mark.parametrize("format", ["fits", "npz"])
-@pytest.mark.parametrize("make", MANY.values(), ids=MANY)
-def test_metadata_of_many_bodies_come_back_whole(make, format):
-    assert metadata(read(written(make(), format), format)) == metadata(make())
 
 
 @pytest.mark.parametrize("format", ["arrow", "arrows", "parquet", "ndjson"])
@@ -291,11 +274,6 @@ def test_dataset_names_dimensions_components_and_units():
     assert json.loads(dataset.attrs["body"])["moments"] == [1.0, 1.6, 2.1]
 
 
-def test_dataset_of_a_leap_second_is_evenly_spaced():
-    dataset = SINGLE["dates across a leap second"]().to_xarray()
-    assert set(np.diff(dataset["time"]).astype(int)) == {250_000_000}
-
-
 @pytest.mark.parametrize(
     ("make", "dimensions"),
     [
@@ -470,13 +448,6 @@ def test_malformed_parquet_is_refused(change, message, tmp_path):
 
 
 # -- lines of JSON ------------------------------------------------------------------------------
-
-
-def test_names_of_ndjson_may_be_in_any_order(three_lines):
-    rows = three_lines.splitlines()
-    rows[2] = json.dumps(dict(reversed(json.loads(rows[2]).items()))).encode()
-    back = read(b"\n".join(rows) + b"\n", "ndjson")
-    assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
 
 
 def test_ndjson_is_the_same_in_small_blocks(three_lines, monkeypatch):

@@ -7,7 +7,6 @@ Generic: q = 0.08 + 0.8 i - 0.44 j + 0.4 k (squares 0.0064, 0.64, 0.1936, 0.16),
 import json
 import math
 import re
-import struct
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -16,7 +15,6 @@ import pyarrow.parquet
 import pytest
 import spiceypy
 from astropy import units as u
-from astropy.io import fits
 from astropy.table import QTable
 from astropy.time import Time
 
@@ -189,44 +187,6 @@ def test_reader_gives_the_attitude_back(name, case, tmp_path):
     assert np.allclose(back.rotation.as_matrix(), case["matrix"], rtol=0, atol=1e-15)
 
 
-# -- CZML: relative to the Earth-fixed frame -----------------------------------------------------------
-
-# GCRS to ITRS at 2026-01-01T00:01:00 UTC, by astropy's coordinates:
-# cirs_to_itrs_mat(time) @ gcrs_to_cirs_mat(time), astropy 8.0.2 with the tables of 2026-11-02.
-EARTH = (
-    (-0.183585516646524, 0.983003646340138, 0.000435154709166),
-    (-0.983000473267608, -0.183586029786302, 0.002497843662436),
-    (0.002535277753561, 0.000030810634216, 0.999996785703543),
-)
-
-
-@each_case
-def test_czml_is_scalar_last_and_turns_with_the_earth(case, tmp_path):
-    path = tmp_path / "x.czml"
-    ephemeris(case).write(path)
-    packet = json.loads(path.read_text())[1]
-    orientation = packet["orientation"]
-    assert (orientation["epoch"], orientation["unitQuaternion"][5]) == ("2026-01-01T00:00:00Z", 60.0)
-    x, y, z, w = orientation["unitQuaternion"][6:]
-    matrix = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    assert np.allclose(matrix, np.array(EARTH) @ case["matrix"], rtol=0, atol=1e-8)  # tables are revised
-
-
-def test_body_fixed_to_the_earth_is_literal_in_czml(tmp_path):
-    """Turned by +90 degrees about +Z of the Earth-fixed frame: x, y, z, w = 0, 0, 0.7071, 0.7071."""
-    fixed = ephemeris(CASES["turned"]).in_frame("ITRF")
-    held = Ephemeris(np.array([CASES["turned"]["wxyz"]] * 2), fixed.instants, "ITRF", name="X")
-    held.write(tmp_path / "x.czml")
-    packet = json.loads((tmp_path / "x.czml").read_text())[1]
-    assert packet["orientation"]["unitQuaternion"] == pytest.approx(
-        [0, 0, 0, HALF, HALF, 60, 0, 0, HALF, HALF]
-    )
-
-
 # -- other frames, other conventions -------------------------------------------------------------------
 
 
@@ -238,20 +198,6 @@ def test_spice_takes_eme2000_as_the_bias_has_it(tmp_path):
     mas = math.radians(1 / 3.6e6)
     bias = np.array([[0, -14.6, 16.617], [14.6, 0, 6.8192], [-16.617, -6.8192, 0]]) * mas
     assert np.allclose(off, bias.T @ case["matrix"], rtol=0, atol=1e-11)
-
-
-def test_binary_kernel_says_what_it_is(tmp_path):
-    write(tmp_path / "x.bc", CASES["turned"])
-    data = (tmp_path / "x.bc").read_bytes()
-    assert data[:7] == b"DAF/CK "
-    assert struct.unpack("<2i", data[8:16]) == (2, 6)
-
-
-def test_fits_header_is_for_people_too(tmp_path):
-    write(tmp_path / "x.fits", CASES["turned"])
-    header = fits.getheader(tmp_path / "x.fits", 1)
-    assert (header["FRAME"], header["QORDER"]) == ("GCRF", "wxyz")
-    assert "v_inertial = q * v_body * conj(q)" in header["CONVENT"]
 
 
 @pytest.mark.parametrize("name", [name for name in FILES if name not in ("x.bc", "x.npz")])

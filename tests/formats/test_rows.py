@@ -13,14 +13,11 @@ import pytest
 from astropy.time import Time
 from hypothesis import given
 from hypothesis.strategies import floats, lists
-from scipy.interpolate import BarycentricInterpolator
 
 from attitude import Ephemeris, FormatError, RigidBody, TorqueFreeMotion
 from attitude.formats import FORMATS, encode, module_of, schema, text_rows
 from attitude.formats.ccsds import epochs
-from attitude.formats.interpolant import lagrange
 from attitude.formats.tables import ecsv, ndjson
-from attitude.frames import rotations
 from attitude.samples.chunks import Samples
 from attitude.samples.translation import Translation
 from attitude.times.instants import Instants
@@ -366,24 +363,6 @@ def test_dates_beyond_four_digits_are_left_to_astropy(far):
 
 
 # -- interpolation ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("degree", [1, 2, 7, 8, 15])
-def test_errors_are_those_of_the_polynomials(degree):
-    generator = np.random.default_rng(degree)
-    t = np.cumsum(generator.uniform(0.5, 1.5, 40))
-    nodes, true = generator.normal(size=(40, 4)), generator.normal(size=(60, 4))
-    places = np.array([0.3, 0.9])
-    nodes = rotations.sign_continuous(nodes / np.linalg.norm(nodes, axis=1)[:, None])
-    true /= np.linalg.norm(true, axis=1)[:, None]
-    actual = lagrange(degree, "degree").errors(t, nodes, np.arange(5, 35), places, true)
-    for i, error in enumerate(actual):
-        begin = min(max(5 + i - (degree - 1) // 2, 0), 39 - degree)
-        window = slice(begin, begin + degree + 1)
-        q = BarycentricInterpolator(t[window], nodes[window])(t[5 + i] + places * (t[6 + i] - t[5 + i]))
-        q /= np.linalg.norm(q, axis=1)[:, None]
-        expected = rotations.angle_between(q, true[2 * i : 2 * i + 2]).max()
-        assert error == pytest.approx(float(expected), abs=1e-7 if expected > 3.1 else 1e-9)
 
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["", "mark"])

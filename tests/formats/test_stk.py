@@ -18,7 +18,6 @@ BODY = RigidBody((1.0, 1.6, 2.1))
 Q0, OMEGA = (0.1, -0.7, 0.5, 0.5), (0.3, -0.5, 0.9)
 EPOCH = Time("2016-12-31T23:59:50", scale="utc")
 T = np.arange(40) / 4
-HALF = 0.5**0.5
 
 
 def motion(frame="ICRF", epoch=EPOCH):
@@ -44,22 +43,6 @@ def rows(text):
 
 
 # -- written -----------------------------------------------------------------------------------------
-
-
-def quarter_turn():
-    """Body axes turned by 90 degrees about inertial z."""
-    q, rate = np.tile([HALF, 0.0, 0.0, HALF], (2, 1)), np.tile([0.1, 0.2, 0.3], (2, 1))
-    return Ephemeris(q, Instants(np.array([0.0, 1.0]), None, EPOCH), "ICRF", rate=rate)
-
-
-def test_quarter_turn_about_z_is_scalar_last_with_degrees_along_body_axes(tmp_path):
-    text = text_of(tmp_path, quarter_turn(), rates=True)
-    assert text.startswith("stk.v.11.0\n")
-    assert text.endswith("END Attitude\n")
-    first, second = np.array(rows(text), dtype=float)
-    degrees = [5.729577951308232, 11.459155902616464, 17.188733853924695]
-    assert np.allclose(first, [0, 0, 0, HALF, HALF, *degrees], rtol=1e-15, atol=0)
-    assert np.allclose(second, [1, 0, 0, HALF, HALF, *degrees], rtol=1e-15, atol=0)
 
 
 def test_header_says_what_stk_needs(tmp_path):
