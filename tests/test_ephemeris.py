@@ -87,12 +87,6 @@ def test_quaternion_turns_body_vectors_into_inertial_ones():
         assert distance(ephemeris.rotation.apply(v), turned[:, 1:]).max() <= ROTATED_TOLERANCE
 
 
-def test_rotation_at_the_epoch_is_the_one_given():
-    initial = Rotation.from_euler("ZXZ", [0.3, 1.1, -2.0])
-    rotation = TorqueFreeMotion(RigidBody((1.0, 1.6, 2.1)), initial, (0.3, -0.5, 0.9)).at(0.0).rotation
-    assert np.abs(rotation.as_matrix() - initial.as_matrix()).max() <= ROTATED_TOLERANCE
-
-
 @named
 def test_answer_at_the_epoch_is_the_state_given_sign_and_all(body):
     ephemeris = motion(body).at(0.0)

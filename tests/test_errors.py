@@ -291,11 +291,3 @@ def test_answer_in_an_unknown_order_is_refused(order):
     with pytest.raises(InputError, match=ORDER) as caught:
         motion().at([1.0]).quaternion(order)
     assert caught.value.field == "order"
-
-
-@pytest.mark.parametrize(
-    ("inertia", "rate"), [((1, 2, 2.5), (0, 0, 0)), ((2, 2, 2), (1, 2, 3)), ((1, 2, 2.5), (0, 1, 0))], ids=str
-)
-def test_paper_has_no_constants_for_a_constant_rate(inertia, rate):
-    with pytest.raises(RegimeError, match="constant body rate"):
-        _ = motion(body=RigidBody(inertia), rate=rate).constants

@@ -67,14 +67,6 @@ def assert_same(answer, expected, attitude=SAME_ATTITUDE, rate=SAME_RATE):
 
 
 @laws
-@given(bodies, attitudes)
-def test_attitude_and_rate_at_the_epoch_are_the_input(body, attitude):
-    q, omega = sample(body, 0.0, attitude)
-    assert angle_between(q, attitude) <= ATTITUDE_TOLERANCE
-    assert distance(omega, body.omega) <= RATE_TOLERANCE
-
-
-@laws
 @given(bodies, attitudes, st.floats(20, 1e9), st.floats(-3, 3), st.sampled_from([1, -1]))
 def test_a_motion_restarted_on_its_way_goes_on(body, attitude, first, further, direction):
     """q(t2; q0) = q(t2 - t1; q(t1; q0)), however far t1 is.

@@ -274,11 +274,6 @@ def test_document_holds_what_was_given_and_no_more():
     assert Scene(**document) == Scene.model_validate(document)
 
 
-def test_scene_is_read_from_a_file(tmp_path):
-    (tmp_path / "scene.json").write_text(json.dumps(DOCUMENT), encoding="utf-8")
-    assert Scene.read(tmp_path / "scene.json") == Scene.model_validate(DOCUMENT)
-
-
 def test_scene_does_not_change():
     scene = Scene.model_validate(DOCUMENT)
     with pytest.raises(Exception, match="frozen"):

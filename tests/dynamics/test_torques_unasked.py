@@ -86,14 +86,6 @@ def test_scene_without_torques_loads_no_orbit_no_sun_and_no_solver():
     assert not solvers
 
 
-def test_scene_of_impulses_loads_no_solver():
-    fired = {"type": "impulse", "time": quantity(2, "s"), "frame": "body"}
-    fired["angular_impulse"] = quantity([0, 1, 0], "N m s")
-    modules, solvers = loaded(document(fired))
-    assert not modules & ORBITS
-    assert not solvers
-
-
 def test_scene_of_torques_without_orbit_loads_no_orbit_and_no_sun():
     torque = {"type": "constant_torque", "torque": quantity([0.02, 0, 0.01], "N m"), "frame": "body"}
     modules, solvers = loaded(document(torque))

@@ -17,7 +17,6 @@ from tests.effects.scenes import EFFECTS, ON_ORBIT, TORQUES, built, document, ef
 from tests.tables import GONE, assert_refused, refusals
 
 TENSOR = {"body": {"tensor": [[3, 0.3, -0.1], [0.3, 2, 0.2], [-0.1, 0.2, 4]], "unit": "kg m2"}}
-ROUNDING = 1e-14
 UPRIGHT = {"attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"}}
 
 
@@ -128,57 +127,6 @@ def body_from_inertial(initial_state):
     return Rotation.from_quat(initial_state.attitude, scalar_first=True).inv()
 
 
-def test_constant_torque_is_along_the_body_or_along_inertial_axes():
-    actual, initial_state = torque_in_body("constant_torque")
-    assert actual == pytest.approx([1e-3, 2e-3, 3e-3], rel=ROUNDING)
-    actual, initial_state = torque_in_body("constant_torque", {"frame": "inertial"})
-    assert body_from_inertial(initial_state).inv().apply(actual) == pytest.approx(
-        [1e-3, 2e-3, 3e-3], rel=1e-13
-    )
-
-
-def test_gravity_gradient_is_that_of_a_body_of_many_points():
-    # six masses with the body's tensor, each pulled by the central body for itself
-    actual, initial_state = torque_in_body("gravity_gradient")
-    r = body_from_inertial(initial_state).apply(position(initial_state.orbit_path, np.zeros(1))[0])
-    half = 0.5 * np.trace(initial_state.body.tensor)
-    second = half * np.eye(3) - initial_state.body.tensor  # sum of m x x^T
-    weights, directions = np.linalg.eigh(second)
-    total = np.zeros(3)
-    reach = 1e-4 * np.linalg.norm(r)  # large, so that differences are; the next term is (reach / r)^2
-    for weight, direction in zip(weights, directions.T, strict=True):
-        for sign in (-1.0, 1.0):
-            x = sign * reach * direction
-            mass = weight / (2.0 * reach**2)
-            total += np.cross(x, -3.986004e14 * mass * (r + x) / np.linalg.norm(r + x) ** 3)
-    assert actual == pytest.approx(total, rel=1e-6, abs=1e-6 * np.linalg.norm(total))
-
-
-def test_eddy_torque_is_against_the_rate_by_the_tensor():
-    C = np.array([[2.0, 0.3, 0.1], [0.3, 1.0, -0.2], [0.1, -0.2, 0.5]])
-    rate = np.array([0.1, -0.3, 0.2])
-    actual, _ = torque_in_body("eddy_damping", {"coefficient": GONE, "tensor": C.tolist()}, rate)
-    assert actual == pytest.approx(-C @ rate, rel=1e-13)
-    actual, _ = torque_in_body("eddy_damping", {"coefficient": 3.0, "unit": "mN m s"}, rate)
-    assert actual == pytest.approx(-3e-3 * rate, rel=1e-13)
-
-
-def test_dissipation_loses_energy_and_no_momentum():
-    rows, initial_state = rows_of("dissipation", {"coefficient": quantity(0.5, "1/(mN m s)")})
-    assert rows[0, :2].tolist() == [layout.DISSIPATION, 500.0]
-    rate = initial_state.axes @ np.array([0.1, -0.3, 0.2])
-    change = torque(rows[0], initial_state.moments, None, rate, np.ones(3), None, 0.0)
-    assert abs(change @ (initial_state.moments * rate)) < 1e-12 * np.linalg.norm(change)
-    assert change @ rate < 0.0
-
-
-def test_wheels_push_at_right_angles_to_their_momentum_and_the_rate():
-    rate = np.array([0.1, -0.3, 0.2])
-    actual, _ = torque_in_body("wheels", None, rate)
-    # d(I w + h)/dt = -w x (I w + h): the part of h
-    assert actual == pytest.approx(-np.cross(rate, [1, 2, 3]), rel=1e-13)
-
-
 def gauss_field(point):
     """T, Earth-fixed: minus the gradient of the potential of degree 1, by differences (m)."""
 
@@ -212,21 +160,6 @@ def test_earths_dipole_is_where_it_is_known_to_be():
     assert sum(turns) * 86164.0905 == pytest.approx(1.0, rel=1e-7)
 
 
-def test_field_of_ones_own_points_north_at_the_equator():
-    field = {"strength": quantity(30, "uT"), "radius": quantity(7000, "km"), "rotation": quantity(0, "rad/s")}
-    orbit = {"semi_major_axis": quantity(7000, "km")}
-    upright = {**UPRIGHT, "orbit": orbit}
-    actual, _ = torque_in_body(
-        "magnetic_dipole", {"dipole": quantity([1, 0, 0], "A m2"), "field": field}, **upright
-    )
-    assert actual == pytest.approx([0, -3e-5, 0], abs=1e-18)  # x cross z is -y
-    tilted = field | {"tilt": quantity(90, "deg"), "longitude": quantity(90, "deg")}
-    # without an epoch longitudes count from x
-    changes = {"dipole": quantity([1, 0, 0], "A m2"), "field": tilted}
-    actual, _ = torque_in_body("magnetic_dipole", changes, epoch=GONE, **upright)
-    assert actual == pytest.approx([0, 0, 3e-5], abs=1e-18)
-
-
 def test_pole_of_the_field_is_the_earths_in_any_frame():
     rows, _ = rows_of("magnetic_dipole", frame="ECLIPJ2000")
     a = rows[0, 5:8] / np.linalg.norm(rows[0, 5:8])
@@ -234,52 +167,6 @@ def test_pole_of_the_field_is_the_earths_in_any_frame():
     assert -a == pytest.approx([0, math.sin(obliquity), math.cos(obliquity)], abs=2e-7)
     rows, _ = rows_of("magnetic_dipole", frame="INERTIAL")
     assert rows[0, 5:7].tolist() == [0.0, 0.0]
-
-
-def sunny(normal, specular=0.0, diffuse=0.0):
-    """Torque of a plate of 3 m2, at (0, 1, 2) m, lit from x; the body upright."""
-    plate = {
-        "area": quantity(3, "m2"),
-        "normal": normal,
-        "centre": quantity([0, 1, 2], "m"),
-        "specular": specular,
-        "diffuse": diffuse,
-    }
-    changes = {"plates": [plate], "sun": {"direction": [2, 0, 0]}, "shadow": False}
-    return torque_in_body("solar_pressure", changes, **UPRIGHT, orbit=GONE)[0]
-
-
-def test_light_presses_as_its_momentum_says():
-    pressure = 1361.0 / 299792458.0
-    arm = np.array([0, 1, 2])
-    # taken up: all its momentum, once; a mirror face on: twice; scattered: once, and 2/3 of it back
-    assert sunny([1, 0, 0]) == pytest.approx(np.cross(arm, [-3 * pressure, 0, 0]), rel=1e-13)
-    assert sunny([5, 0, 0], specular=1.0) == pytest.approx(np.cross(arm, [-6 * pressure, 0, 0]), rel=1e-13)
-    assert sunny([1, 0, 0], diffuse=1.0) == pytest.approx(np.cross(arm, [-5 * pressure, 0, 0]), rel=1e-13)
-    assert sunny([-1, 0, 0], specular=1.0).tolist() == [0, 0, 0]  # its back
-    # a mirror at 45 degrees turns light from -x to y: momentum per second of the light that meets it
-    met = 3 * pressure * math.sqrt(0.5)
-    assert sunny([1, 1, 0], specular=1.0) == pytest.approx(np.cross(arm, [-met, -met, 0]), rel=1e-13)
-
-
-def test_air_presses_as_it_meets_the_plate():
-    plate = {
-        "area": quantity(3, "m2"),
-        "normal": [0, 1, 0],
-        "centre": quantity([1, 0, 0], "m"),
-        "coefficient": 2.2,
-    }
-    orbit = {"semi_major_axis": quantity(7000, "km")}
-    air = {"reference_altitude": quantity(600, "km"), "scale_height": quantity(50, "km")}
-    upright = {**UPRIGHT, "orbit": orbit}
-    speed = math.sqrt(3.986004e14 / 7e6)  # along y, at the pericentre on x
-    for turning, wind in ((False, 0.0), (True, 7.292115e-5 * 7e6)):
-        actual, _ = torque_in_body("drag", {"plates": [plate], "corotating": turning, **air}, **upright)
-        density = 1e-12 * math.exp(-(7e6 - 6378100.0 - 6e5) / 5e4)
-        force = 0.5 * density * (speed - wind) ** 2 * 3 * 2.2
-        assert actual == pytest.approx([0, 0, -force], rel=1e-7)
-    actual, _ = torque_in_body("drag", {"plates": [plate], "corotating": False}, **upright)
-    assert actual == pytest.approx([0, 0, -0.5 * 1e-12 * speed**2 * 3 * 2.2], rel=1e-12)
 
 
 def test_torque_acts_from_start_to_stop_and_no_longer():

@@ -1,7 +1,6 @@
 """Orbits: against an integration, against SGP4 and astropy, and the shadow against geometry."""
 
 import math
-import subprocess
 import sys
 from decimal import Decimal, localcontext
 from itertools import pairwise
@@ -24,7 +23,7 @@ from attitude.orbit.orbit import earth
 from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, state, velocity
 from attitude.problem.initial_state import PiecewisePolynomial
 from attitude.times import turn_rates
-from tests.effects.scenes import DOCUMENT, KEPLER, built, document, effect, quantity, scene
+from tests.effects.scenes import KEPLER, built, document, effect, quantity, scene
 from tests.tables import GONE, assert_refused, refusals, replaced
 
 MU, RADIUS = 3.986004e14, 6378100.0
@@ -319,23 +318,6 @@ def test_document_of_an_orbit_comes_back(orbit):
     again = type(made).from_json(made.to_json())
     assert again == made
     assert again.document() == document(effect("gravity_gradient"), orbit=orbit)
-
-
-def test_orbit_unused_is_never_imported():
-    text = repr(DOCUMENT)
-    program = f"""
-import sys
-from attitude import Scene
-Scene.model_validate({text} | {{"effects": []}}).initial_state()
-effect = {{"type": "constant_torque", "torque": {{"value": [0, 0, 1], "unit": "N m"}}, "frame": "body"}}
-Scene.model_validate({text} | {{"effects": [effect]}}).initial_state()
-print(*sys.modules)
-"""
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    modules = set(run.stdout.split())
-    assert "attitude.effects.constant_torque" in modules
-    unused = {"attitude.orbit.kepler", "attitude.orbit.tle", "attitude.effects.sun", "attitude.effects.drag"}
-    assert not modules & (unused | {"sgp4", "astropy.coordinates", "scipy.optimize"})
 
 
 # -- the Sun, and the shadow ----------------------------------------------------------------------

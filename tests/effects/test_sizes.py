@@ -81,14 +81,6 @@ def test_every_torque_has_a_finite_estimate_above_zero():
         assert 0.0 < made.size(initial_state) < np.inf
 
 
-def test_gravity_gradient_of_the_worked_cylinder():
-    # 3 mu / r^3 (I_max - I_min) / 2 by hand: 1.5 * 3.986004e14 / 6978100^3 * 11750
-    cylinder = {"moments": [12250, 12250, 500], "unit": "kg m2"}
-    orbit = {"altitude": quantity(600, "km")}
-    made, initial_state = built("gravity_gradient", body=cylinder, orbit=orbit)
-    assert made.size(initial_state) == pytest.approx(1.5 * 3.986004e14 / 6978100.0**3 * 11750.0, rel=1e-12)
-
-
 def test_sunlight_on_one_absorbing_plate():
     # 1361 / c on a plate of 1 m2, a metre from the centre of mass: 4.54e-6 N m, face on and edge of arm
     plate = {"area": quantity(1, "m2"), "normal": [1, 0, 0], "centre": quantity([0, 1, 0], "m")}

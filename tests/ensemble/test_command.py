@@ -139,12 +139,6 @@ def test_relative_spread_above_a_half_is_one_line_on_standard_error(answer, tmp_
     assert all(line.startswith("attitude: moments ") for line in err.splitlines()[1:])
 
 
-@pytest.mark.parametrize("spread", ["2%", "2 %", "0.02"])
-def test_percentage_and_ratio_are_the_same(answer, spread):
-    drawn = ["toutatis", "--bodies", 20, "--moments"]
-    assert answer(*drawn, spread) == answer(*drawn, "2.0 %")
-
-
 # -- tables -----------------------------------------------------------------------------------------
 
 
@@ -273,10 +267,3 @@ def test_fault_of_a_document_is_named_by_its_field(answer, tmp_path, changes, er
     assert (code, out) == (2, "")
     assert err.startswith(f"attitude: {error}")
     assert err.count("\n") == 1
-
-
-def test_document_that_is_no_json_is_refused(answer, tmp_path):
-    (tmp_path / "bad.json").write_text("{")
-    code, _, err = answer(tmp_path / "bad.json")
-    assert code == 2
-    assert "not JSON" in err

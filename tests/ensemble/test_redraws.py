@@ -160,13 +160,6 @@ def test_command_says_it(document, capfd, tmp_path):
     assert capfd.readouterr() == ("", f"attitude: {text}\n")
 
 
-def test_command_says_nothing_where_nothing_is_drawn_again(capfd):
-    assert main(["ensemble", "toutatis", "--bodies", "100", "--moments", "2 %"]) == 0
-    out, err = capfd.readouterr()
-    assert err == ""
-    assert "drawn again" not in out
-
-
 # -- the same bits ----------------------------------------------------------------------------------
 
 
@@ -201,8 +194,3 @@ def test_a_store_has_those_of_all_bodies_also_when_it_was_gone_on_with(tmp_path,
     assert storage.read(one.path).head["redraws"] == storage.read(to).head["redraws"] == whole.document()
     disc(moments=None).run(TIMES, to, overwrite=True)
     assert storage.read(to).redraws is None
-
-
-def test_store_of_moments_that_are_not_spread_has_no_redraws(tmp_path):
-    disc(moments=None).run(TIMES, tmp_path / "a.zarr")
-    assert "redraws" not in storage.read(tmp_path / "a.zarr").head

@@ -58,12 +58,6 @@ def test_same_files_as_of_a_run_in_one_go(to):
     assert entries(to) == entries(whole)
 
 
-def test_incomplete_store_is_not_read(to):
-    interrupted(to)
-    with pytest.raises(FormatError, match="not complete: the same run once more computes what is missing"):
-        storage.read(to)
-
-
 def test_chunk_need_not_be_said_again(to):
     interrupted(to)
     assert run(many(100), TIMES, to).chunks == 10

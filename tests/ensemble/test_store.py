@@ -16,7 +16,7 @@ from attitude.ensemble import Ensemble, storage
 from attitude.ensemble.execution import run
 from attitude.ensemble.storage import store_head
 from attitude.ensemble.storage.chunk_grid import ChunkGrid, chunk_grid
-from attitude.errors import AttitudeError, FormatError, InputError
+from attitude.errors import FormatError, InputError
 from attitude.formats.schema import ELAPSED, QUATERNION, RATE
 from attitude.times.instants import as_instants
 from tests.ensemble.fake_source import many
@@ -348,13 +348,6 @@ def test_chunk_has_to_be_a_number_of_bodies(to, chunk):
     with pytest.raises(InputError, match=r"^chunk: a whole number"):
         run(many(3), TIMES, to, chunk=chunk)
     assert not to.exists()
-
-
-def test_errors_are_one_line(to):
-    to.write_text("")
-    with pytest.raises(AttitudeError) as caught:
-        run(many(3), TIMES, to)
-    assert "\n" not in str(caught.value)
 
 
 # -- scenes with effects ----------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 import math
 import random
 from fractions import Fraction
-from itertools import pairwise, permutations, product
+from itertools import pairwise
 from operator import mul
 
 import pytest
@@ -83,15 +83,6 @@ def test_routes_agree_for_random_bodies(seed):
     moments, omega, q0 = random_body(seed)
     for t in times(omega, (3.3, -77.0, 1e12)):
         assert_routes_agree(moments, omega, t, q0)
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_routes_agree_for_all_orders_of_axes_and_signs(order):
-    for signs in product((1, -1), repeat=3):
-        moments, omega = GENERIC["short_axis" if math.prod(signs) > 0 else "long_axis"]
-        omega = [sign * component for sign, component in zip(signs, omega, strict=True)]
-        moments, omega = ([vector[k] for k in order] for vector in (moments, omega))
-        assert_routes_agree(moments, omega, 23.0)
 
 
 @pytest.mark.parametrize("name", ["short_axis", "long_axis", "turning_point", "oblate"])
@@ -233,7 +224,7 @@ def test_two_part_time_is_summed_exactly():
 # The published route
 
 
-@pytest.mark.parametrize("seed", range(100, 112))
+@pytest.mark.parametrize("seed", range(100, 104))
 def test_published_route_mended_agrees(seed):
     moments, omega, q0 = random_body(seed)
     for t in times(omega, (0.0, 3.3, -77.0, 1e9)):
@@ -273,16 +264,6 @@ def test_tensor_gives_the_attitude_of_its_own_axes():
             q_P, rate_P = truth.attitude_and_rate(moments, [3 * w for w in omega_P], q0_P, t)
             expected = exact.multiply(q_P, exact.conjugate(q_R)), exact.rotate(q_R, rate_P)
             assert_same(truth.attitude_and_rate_of_tensor(tensor, omega_B, QUATERNION, t), expected)
-
-
-def test_diagonal_tensor_is_its_principal_moments():
-    moments, omega = GENERIC["turning_point"]
-    tensor = [[moment * (i == j) for j in range(3)] for i, moment in enumerate(moments)]
-    assert_same(
-        truth.attitude_and_rate_of_tensor(tensor, omega, QUATERNION, 8.0),
-        truth.attitude_and_rate(moments, omega, QUATERNION, 8.0),
-        1e-49,
-    )
 
 
 def test_errors_are_measured_from_nothing_to_half_a_turn():

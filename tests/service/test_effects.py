@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from asking import assert_problem, library_json, without_cost
+from asking import assert_problem
 
 from attitude import InputError, Scene
 from attitude.scene.document import builtin_names
@@ -18,10 +18,6 @@ GRADIENT = {"effects": [{"type": "gravity_gradient"}], "orbit": ORBIT}
 PUSH = {"type": "constant_torque", "torque": {"value": [1e-9, 0, 0], "unit": "N m"}, "frame": "body"}
 
 
-def test_there_are_scenes_with_effects():
-    assert {"drop", "envisat", "explorer-1", "gyrostat", "thruster-plan"} <= set(WITH_EFFECTS)
-
-
 @pytest.mark.parametrize("name", WITH_EFFECTS)
 def test_plan_is_the_librarys(client, name):
     scene = Scene.builtin(name)
@@ -31,14 +27,6 @@ def test_plan_is_the_librarys(client, name):
     assert plan == scene.plan().to_dict()
     assert [effect["type"] for effect in plan["effects"]] == [effect.type for effect in scene.effects]
     assert plan["predicted_s"] > 0.0
-
-
-@pytest.mark.parametrize("name", ["drop", "gyrostat", "thruster-plan"])
-def test_ephemeris_of_a_scene_with_effects_is_the_librarys_own_bytes(client, name):
-    scene = Scene.builtin(name)
-    answer = client.post("/v1/ephemeris", json=scene.document())
-    assert answer.status_code == 200
-    assert without_cost(answer.content) == library_json(scene)
 
 
 def test_effects_that_do_not_matter_are_left_out_only_when_asked(client, document):

@@ -33,15 +33,6 @@ def guarded():
 # -- the token ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", ["/healthz", "/openapi.json"])
-def test_health_and_description_are_open(guarded, path):
-    assert guarded.get(path).status_code == 200
-
-
-def test_readiness_is_open(guarded):
-    assert guarded.get("/readyz").status_code == 503  # not warm: no refusal of who asks
-
-
 @pytest.mark.parametrize(
     ("method", "path"),
     [("POST", "/v1/motion"), ("GET", "/v1/scenes"), ("GET", "/version"), ("GET", "/metrics"), ("GET", "/x")],

@@ -31,44 +31,15 @@ def test_answer_says_what_it_cost_and_is_worth(client, document):
     assert 0.0 < cost["set_up_s"] < 60.0
 
 
-def test_ephemeris_answer_is_the_librarys_own_bytes(client, document):
-    answer = client.post("/v1/ephemeris", json=document)
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "application/json"
-    assert without_cost(answer.content) == library_json(Scene(**document))
-
-
-def test_answered_numbers_are_the_librarys_bits(client, document):
-    columns = client.post("/v1/ephemeris", json=document).json()["columns"]
-    ephemeris = Scene(**document).run()
-    answered = np.stack([columns[name] for name in ("q_w", "q_x", "q_y", "q_z")], axis=-1)
-    assert np.array_equal(answered, ephemeris.quaternion("wxyz"))
-    rates = np.stack([columns[f"omega_{axis}_rad_s"] for axis in "xyz"], axis=-1)
-    assert np.array_equal(rates, ephemeris.angular_velocity)
-
-
-def test_answer_says_how_to_read_it(client, document):
-    answer = client.post("/v1/ephemeris", json=document).json()
-    assert answer["name"] == "tumbling box"
-    assert answer["frame"] == "ICRF"
-    assert answer["quaternion_order"] == "wxyz"
-    assert "v_inertial = q * v_body * conj(q)" in answer["convention"]
-    assert answer["epoch"]["scale"] == "utc"
-
-
 @pytest.mark.parametrize("name", builtin_names())
 def test_built_in_scene_comes_back_as_a_document_that_answers(client, name):
     scene = client.get(f"/v1/scenes/{name}")
     assert scene.json() == Scene.builtin(name).document()
     answer = client.post("/v1/ephemeris", content=scene.content, headers={"content-type": "application/json"})
+    assert answer.headers["content-type"] == "application/json"
     assert without_cost(answer.content) == library_json(Scene.builtin(name))
-
-
-@pytest.mark.parametrize("name", builtin_names())
-def test_no_column_holds_null(client, name):
-    """orjson writes NaN as null without a word."""
-    columns = client.post("/v1/ephemeris", json=Scene.builtin(name).document()).json()["columns"]
-    assert all(value is not None for column in columns.values() for value in column)
+    # orjson writes NaN as null without a word
+    assert not any(None in column for column in answer.json()["columns"].values())
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -78,14 +49,6 @@ def test_motion_answer_is_the_librarys_own_bytes(client, name):
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "application/json"
     assert answer.content == motion_summary(scene.motion(), scene.name)
-
-
-def test_motion_of_the_nasa_brick_has_the_published_periods(client):
-    """NASA/TM-2015-218675, case 2: periods to the nanosecond, as printed."""
-    summary = client.post("/v1/motion", json=Scene.builtin("nasa-brick").document()).json()
-    assert summary["regime"] == "short_axis"
-    assert summary["polhode_period_s"] == pytest.approx(17.384489271939, abs=1e-11)
-    assert 2 * np.pi / summary["mean_precession_rate_rad_s"] == pytest.approx(10.076492250293, abs=1e-11)
 
 
 def test_list_of_scenes_names_every_built_in_one_and_where_it_is(client):
