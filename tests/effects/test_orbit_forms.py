@@ -15,7 +15,6 @@ from sgp4.api import WGS72, Satrec
 from attitude import Scene
 from attitude.frames.rotations import angle_between
 from attitude.orbit import parse_orbit
-from attitude.orbit.kepler import EARTH_J2, EARTH_J2_RADIUS
 from attitude.orbit.path_states import hyperbolic_anomaly, position, velocity
 from tests.effects.scenes import KEPLER, effect, quantity, scene
 from tests.effects.test_orbit import EPOCH, MU, TLES, satellite, start_of
@@ -133,38 +132,6 @@ def test_secular_rates_turn_the_orbit():
     normal = np.cross(position(made, t), velocity(made, t))
     node = np.degrees(np.arctan2(normal[:, 0], -normal[:, 1]))
     assert node[1] - node[0] == pytest.approx(0.9856, rel=3e-3)
-
-
-def test_orbit_with_j2_follows_an_integration_on_average():
-    e, i, a = 0.05, 0.9, 7.5e6
-    document = {
-        "semi_major_axis": quantity(a, "m"),
-        "eccentricity": e,
-        "inclination": quantity(i, "rad"),
-    }
-    r0, v0 = (f(made_path(document, 0.0, 10.0), np.zeros(1))[0] for f in (position, velocity))
-
-    def right(_, y):
-        r = y[:3]
-        d = np.linalg.norm(r)
-        k = 1.5 * EARTH_J2 * MU * EARTH_J2_RADIUS**2 / d**5
-        z = 5.0 * (r[2] / d) ** 2
-        return [*y[3:], *(-MU / d**3 * r - k * r * np.array([1.0 - z, 1.0 - z, 3.0 - z]))]
-
-    day = 86400.0
-    t = np.linspace(0.0, 4 * day, 20001)
-    run = solve_ivp(right, (0.0, 4 * day), [*r0, *v0], method="DOP853", rtol=1e-11, atol=1e-4, t_eval=t)
-    r, v = run.y[:3].T, run.y[3:].T
-    h = np.cross(r, v)
-    node = np.unwrap(np.arctan2(h[:, 0], -h[:, 1]))
-    vector = np.cross(v, h) / MU - r / np.linalg.norm(r, axis=1)[:, None]
-    along = np.stack([np.cos(node), np.sin(node), 0.0 * node], axis=1)
-    across = np.cross(h / np.linalg.norm(h, axis=1)[:, None], along)
-    argument = np.unwrap(np.arctan2((vector * across).sum(axis=1), (vector * along).sum(axis=1)))
-    drift = [np.polyfit(t, angle, 1)[0] for angle in (node, argument)]
-    kepler = parse_orbit({**document, "j2": True})
-    found = kepler.secular_rates(a, math.sqrt(MU / a**3), kepler.central())[1:]
-    assert found == pytest.approx(drift, rel=1e-2)
 
 
 def test_scene_with_j2_runs_and_says_so():

@@ -77,12 +77,6 @@ def test_mean_over_all_directions_is_a_quarter_of_the_area():
     assert 0.5 * weights @ found.illuminated == pytest.approx(AREAS.sum() / 2.0, rel=1e-3)
 
 
-def test_opposite_plates_share_what_faces_a_direction():
-    motion = tumbler(13)
-    found = motion.mean_areas([[1.0, 2.0, 3.0], [-1.0, -2.0, -3.0]], [1.0, 1.0], [0.1, 0.2, 0.9])
-    assert found.illuminated == pytest.approx(1.0, abs=1e-11)
-
-
 def test_along_the_momentum_a_plate_follows_the_polhode():
     motion = tumbler(17)
     t = np.arange(4096) / 4096 * float(motion.polhode_period)
