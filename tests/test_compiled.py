@@ -136,7 +136,7 @@ def test_numba_is_bounded_by_what_was_tested():
 @pytest.fixture
 def sources(tmp_path, monkeypatch):
     """The kernels' sources in a place where they can be changed."""
-    shutil.copytree(signature.SOURCES, tmp_path / "kernels")
+    shutil.copytree(signature.SOURCES, tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(signature, "SOURCES", tmp_path / "kernels")
     modules_of.cache_clear()
     source_digest.cache_clear()

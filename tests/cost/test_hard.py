@@ -28,9 +28,8 @@ def by_family(report, family):
     return [cell for cell in report.cells if cell.family == family]
 
 
-def test_ours_is_exact_on_every_rung_of_every_ladder():
-    for seed in (SEED, 1, 2):
-        cells = hard(ours.methods()[-1:], seed=seed).cells
+def test_ours_is_exact_on_every_rung_of_every_ladder(report):
+    for cells in (by_family(report, "closed form"), hard(ours.methods()[-1:], seed=1).cells):
         assert len(cells) == len(CASES)
         for cell in cells:
             assert cell.status == "measured", cell

@@ -107,44 +107,32 @@ def test_orekits_exceptions_are_arithmetic_errors():
         method.prepare(problem(Body((3.0, 4.0, 6.0), (2.0, 0.7, 1.0))))
 
 
-PROGRAM = """
-{before}
-from attitude.cost.methods import orekit
-orekit.start()
-assert orekit.start() is orekit.start()
-{after}
-"""
-
-
-def end_of_process(before="", after=""):
-    program = PROGRAM.format(before=before, after=after)
+def end_of_process(program):
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     return run.returncode, run.stdout, run.stderr
 
 
 @pytest.mark.usefixtures("java")
 def test_virtual_machine_is_silent_serves_others_and_lets_the_process_end():
-    later = "import orekit_jpype; orekit_jpype.initVM(); from org.orekit.time import AbsoluteDate"
-    assert end_of_process(after=later) == (0, "", "")
-
-
-@pytest.mark.usefixtures("java")
-def test_process_ends_where_a_thread_that_has_ended_started_the_virtual_machine():
-    """As in a service: Java would wait for that thread."""
+    """Started by a thread that has ended, as in a service: Java would wait for that thread."""
     program = """
 import threading
 from attitude.cost.methods import orekit
 starting = threading.Thread(target=orekit.start)
 starting.start()
 starting.join()
+assert orekit.start() is orekit.start()
+import orekit_jpype
+orekit_jpype.initVM()
+from org.orekit.time import AbsoluteDate
 """
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
-    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+    assert end_of_process(program) == (0, "", "")
 
 
 @pytest.mark.usefixtures("java")
 def test_virtual_machine_that_runs_already_is_used_as_it_is():
-    code, printed, complaints = end_of_process(before="import jpype; jpype.startJVM()")
+    program = "import jpype; jpype.startJVM(); from attitude.cost.methods import orekit; orekit.start()"
+    code, printed, complaints = end_of_process(program)
     assert (code, printed) == (0, ""), complaints  # of which its own starter may have chosen to see some
 
 

@@ -192,10 +192,9 @@ def stop_under_load(running, document):
     return code
 
 
-@pytest.mark.parametrize("command", [COMMAND, UVICORN], ids=["attitude serve", "uvicorn"])
-def test_stop_under_load_answers_whole_what_was_accepted(document, command):
+def test_stop_under_load_answers_whole_what_was_accepted(document):
     """The exit is uvicorn's: as if by the signal, which it raises again when all is done."""
-    with Running(command) as running:
+    with Running() as running:
         assert stop_under_load(running, document) in (0, -signal.SIGTERM)
 
 
