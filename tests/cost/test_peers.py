@@ -108,7 +108,7 @@ def test_orekits_exceptions_are_arithmetic_errors():
 
 
 def end_of_process(program):
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=240)
     return run.returncode, run.stdout, run.stderr
 
 
