@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from attitude import Scene, ToleranceError
-from attitude.dynamics.angular_rates import max_angular_rates
 from attitude.effects import UserTorque
 from attitude.problem.spin_bound import reached_spin
 from attitude.scene.simulation import resolve
 from tests.dynamics.at_rest import EFFECTS, differences, random_scene
-from tests.dynamics.motions import matrix
-from tests.dynamics.test_batches import bodies_of
 from tests.dynamics.test_torques_effects import orbit, plate, quantity, scene
 
 EDDIES = {"type": "eddy_damping", "coefficient": 0.05, "unit": "N m s"}
@@ -220,18 +217,3 @@ def test_bound_counts_the_turns_that_a_torque_makes(moments):
     error = 2.0 * np.arcsin(abs(q[0] * half[3] - q[3] * half[0]))
     assert error <= run.plan.error_bound
     assert run.plan.error_bound >= 1e-16 * 2.5e5
-
-
-@pytest.mark.parametrize("frame", ["body", "inertial"])
-def test_fastest_rate_counts_impulses(frame):
-    """Moments (10, 14, 17): L = 3 x + y after the first impulse, none after the second, y + z backwards."""
-    kicks = [impulse(10.0, [3.0, 1.0, 0.0], frame), impulse(20.0, [-3.0, -1.0, 0.0], frame)]
-    kicks.append(impulse(-10.0, [0.0, 1.0, 1.0], frame))
-    kinds = ((10, 14, 17), (9, 9, 3), (17, 10, 14))
-    ways = [resolve(at_rest(EDDIES, *kicks, moments=moments)) for moments in kinds]
-    bodies, way = bodies_of(*(way.initial_state for way in ways)), ways[0]
-    rates = max_angular_rates(way.initial_state, bodies, way.torques, way.kicks)
-    after = np.array([[3.0, 1.0, 0.0], [0.0, 1.0, 1.0]])
-    after = after @ matrix(way.initial_state.attitude) if frame == "inertial" else after
-    expected = [np.linalg.norm(after / np.array(moments), axis=1).max() for moments in kinds]
-    assert rates == pytest.approx(expected, rel=1e-12)

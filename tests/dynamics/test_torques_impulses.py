@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from attitude.scene.simulation import resolve
 from tests.dynamics.motions import angle, matrix
 from tests.dynamics.test_torques_effects import MOMENTS, quantity, scene
 
@@ -36,23 +35,6 @@ def test_momentum_is_the_sum_of_the_firings():
     # read off attitude and rate
     assert np.abs(run.angular_momentum - book).max() < 2e-15 * np.abs(book).max()
     assert [event.seconds for event in run.events] == [4.0, 11.0, 11.0, 23.0]
-
-
-def test_book_of_inertial_firings_is_exact_to_the_bit():
-    """The momentum that the solver carries, with numbers that doubles add without rounding."""
-    from attitude.dynamics.batch_states import Bodies
-    from attitude.dynamics.coasting import coast
-
-    inertial = [(t, H, "inertial") for t, H, _ in FIRINGS]
-    made = scene(plan_of(inertial), rate=RATE, elapsed=[0.0, 30.0], moments=(2.0, 4.0, 3.0))
-    way = resolve(made)
-    body = Bodies.of(way.initial_state)
-    rows = coast(way.initial_state, body, way.kicks, made.times.build(None))[0]
-    L = np.array([2.0, 4.0, 3.0]) * RATE
-    assert (rows[7:, 0] == L).all()
-    for _, H, _ in inertial:
-        L = L + np.array(H)
-    assert (rows[7:, 1] == L).all()
 
 
 def test_force_at_an_arm_gives_its_moment():
