@@ -10,6 +10,7 @@ import numpy as np
 from ..frames import rotations
 from ..problem.torque_model import CachedTorque
 from ..times.instants import Instants
+from .angular_rates import max_angular_rates
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, TorqueProblem
 from .momentum import initial_momenta
@@ -72,15 +73,19 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
     return Solution(rows, work[0], work[1], work[2], symmetric, smooth, plates, edges)
 
 
-def rounding(bodies: Bodies, momenta: np.ndarray) -> np.ndarray:
-    """(n, 3), inertial: a change of momenta across them, the more along an axis the less its moment."""
+def rounding(bodies: Bodies, momenta: np.ndarray, rates: np.ndarray | float = 0.0) -> np.ndarray:
+    """(n, 3), inertial: a change of momenta across them, the more along an axis the less its moment.
+
+    Momenta count for no less than torques and impulses will make of them: (n,) rad/s, the greatest rates.
+    """
     moments, axes = np.asarray(bodies.body.moments), bodies.axes
     first, second, third = np.sqrt(moments.min(axis=1, keepdims=True) / moments).T[:, :, None]
     change = rotations.rotate(
         bodies.attitude, (first * axes[:, 0] + second * axes[:, 1]) + third * axes[:, 2]
     )
-    size = vector_lengths(momenta)[:, None]
-    direction = momenta / np.where(size > 0.0, size, 1.0)
+    own = vector_lengths(momenta)[:, None]
+    direction = momenta / np.where(own > 0.0, own, 1.0)
+    size = np.maximum(own, (rates * moments.min(axis=1))[:, None])
     x, y, z = (change * direction).T[:, :, None]
     turned: np.ndarray = ROUNDING_OF_MOMENTUM * size * (change - ((x + y) + z) * direction)
     return turned
@@ -100,7 +105,8 @@ class _Outwards:
         self._prepared: dict[tuple[int, ...], SolverArguments] = {}
         momenta = initial_momenta(problem.template, bodies, first.torques)
         if setting.coarsely:
-            momenta = momenta + rounding(bodies, momenta)
+            rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
+            momenta = momenta + rounding(bodies, momenta, rates)
         self._states = self._under(first.torques).states(self._attitude, momenta, bodies.rate)
 
     def over(self, arc: Arc, instants: np.ndarray) -> np.ndarray:

@@ -164,13 +164,27 @@ def estimate(compared: Comparison, angle: np.ndarray) -> tuple[np.ndarray, np.nd
     fine, difference = compared.fine, compared.difference
     with np.errstate(invalid="ignore"):
         drift = np.maximum(angle, compared.drift)
-        wandering = np.where(fine.symmetric, 0.0, ROUNDING_OF_RATE * np.sqrt(fine.steps) * drift)
-        of_steps = ROUNDING_OF_STEPS * np.sqrt(fine.steps) * (1.0 + compared.growth)
-        rounding = wandering + ROUNDING_OF_ANGLE * drift + of_steps
+        rounding = rounding_of(drift, fine.steps, fine.symmetric, compared.growth)
         rounding = rounding + SAFETY_OF_EDGES * fine.edges * compared.span
         error = _margin(fine, difference[:, None], rounding[:, None])[:, 0] + rounding
     failed = ~np.isfinite(difference)
     return np.where(failed, np.inf, error), np.where(failed, 0.0, rounding)
+
+
+def rounding_of(
+    angle: np.ndarray | float,
+    steps: np.ndarray | float,
+    carried: np.ndarray | bool,
+    growth: np.ndarray | float = 0.0,
+) -> np.ndarray:
+    """(n,) rad: what solutions share of rounding, (n,) or a number each.
+
+    angle : rad, that rounding is a part of; growth : what impulses may multiply it by
+    carried : whether the momentum along an axis of symmetry is
+    """
+    wandering = np.where(carried, 0.0, ROUNDING_OF_RATE * np.sqrt(steps) * angle)
+    rounding: np.ndarray = wandering + ROUNDING_OF_ANGLE * angle
+    return rounding + ROUNDING_OF_STEPS * np.sqrt(steps) * (1.0 + growth)
 
 
 def _margin(fine: Solution, difference: np.ndarray, rounding: np.ndarray) -> np.ndarray:

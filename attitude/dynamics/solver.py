@@ -24,8 +24,8 @@ LEAST_DECAY = 1e-15  # below which coefficients are rounding
 # Sweeps end when the next would change the attitude by less: rounding of a symmetric body, whose rate is
 # carried; of others this part of what a step may be off by, or rounding, which their rate remembers.
 LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
-# The same part of the coarser solution, over it: what a sweep leaves may by chance be a tenth of that.
-COARSER_SWEEPS = 10.0
+# The same part of the coarser solution, over it: were it the same, what sweeps leave might be too.
+COARSER_SWEEPS = 3.0
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
 # Steps of every arc: of three, two coarser ones are not the halves of one another; of six, which the library
@@ -41,8 +41,9 @@ class StepSetting(NamedTuple):
     step : (n,) s, the longest that is asked for
     decay : (n,), what a step may be off by: sweeps end at a part of it, and a step is halved where torques
         break and its last Legendre coefficients are greater
-    dense : whether instants within a step are read off its polynomial, else reached by the step, shortened
-    coarsely : in fewer steps, for the error's estimate; dense_coarsely : what `dense` is then
+    dense : whether instants within a step are read off its polynomial, else reached by the step, shortened;
+        (n,), or for all bodies
+    coarsely : in fewer steps, for the error's estimate; (n,), or for all; dense_coarsely : what `dense` is then
     momentum : (n,) N m s, for which the step is meant: one of a body that torques have spun up far beyond it
         is halved
     min_steps : (n,), of every arc, however short
@@ -50,8 +51,8 @@ class StepSetting(NamedTuple):
 
     step: np.ndarray
     decay: np.ndarray
-    dense: bool = False
-    coarsely: bool = False
+    dense: bool | np.ndarray = False
+    coarsely: bool | np.ndarray = False
     momentum: np.ndarray | float = np.inf
     dense_coarsely: bool = False
     min_steps: np.ndarray | float = FEWEST_STEPS
@@ -115,7 +116,7 @@ def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
 
 def _records(task: SolverTask) -> np.ndarray:
     """(k,) records of STEPPED: the bodies of a task, with the steps that their settings ask for."""
-    which, setting = task.which, task.setting
+    which, setting, coarsely = task.which, task.setting, task.setting.coarsely
     records = np.zeros(len(which), layout.STEPPED)
     records["index"], records["state"] = which, task.states[which]
     records["body"] = task.arguments.body[which]
@@ -126,12 +127,12 @@ def _records(task: SolverTask) -> np.ndarray:
     least = np.broadcast_to(setting.min_steps, setting.step.shape)[which]
     steps = np.maximum(length / setting.step[which], least) * (1.0 - 1e-12)
     steps = np.ceil(np.minimum(steps, 2.0**62))
-    records["steps"] = (steps / STRIDE + 0.3 if setting.coarsely else steps).astype(np.int64)
+    records["steps"] = np.where(coarsely, steps / STRIDE + 0.3, steps).astype(np.int64)
     longest = SPUN_UP * (max(length, 1e-300) / records["steps"])  # s
     records["reach"] = longest * np.broadcast_to(setting.momentum, setting.step.shape)[which]
-    decay = setting.decay[which] * (COARSER_DECAY if setting.coarsely else 1.0)
+    decay = setting.decay[which] * np.where(coarsely, COARSER_DECAY, 1.0)
     records["decay"] = np.maximum(decay, LEAST_DECAY)
-    share = SHARE_OF_SWEEPS * (COARSER_SWEEPS if setting.coarsely else 1.0)
+    share = SHARE_OF_SWEEPS * np.where(coarsely, COARSER_SWEEPS, 1.0)
     change = np.maximum(share * decay, LEAST_CHANGE)
     records["aim"] = np.where(records["symmetric"] != 0, LEAST_CHANGE_SYMMETRIC, change)
     if task.arguments.is_smooth:

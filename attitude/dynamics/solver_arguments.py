@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,6 +52,12 @@ class SolverArguments:
     def is_smooth(self) -> bool:
         """Whether all torques are, in time."""
         return not self.codes & NOT_SMOOTH
+
+    def repeated(self, times: int) -> SolverArguments:
+        """Those of each body so many times."""
+        fields = (self.body, self.symmetric, self.to_axes, self.effects)
+        body, symmetric, to_axes, effects = (np.repeat(field, times, axis=0) for field in fields)
+        return replace(self, body=body, symmetric=symmetric, to_axes=to_axes, effects=effects)
 
     def states(
         self, attitude: np.ndarray, momentum: np.ndarray, rate: np.ndarray | None = None

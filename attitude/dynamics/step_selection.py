@@ -7,6 +7,7 @@ scene is always solved in the same way: no clock is read.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,13 +20,7 @@ from . import plate_solver, solver
 from .angular_rates import max_angular_rates, rates_after
 from .arcs import Arc, arcs_by_direction
 from .batch_states import Bodies, TorqueProblem
-from .error_estimate import (
-    ROUNDING_OF_ANGLE,
-    ROUNDING_OF_RATE,
-    ROUNDING_OF_STEPS,
-    SAFETY,
-    SAFETY_OF_BREAKS,
-)
+from .error_estimate import MULTIPLE_OF_ROUNDING, SAFETY, SAFETY_OF_BREAKS, rounding_of
 from .momentum import impulse_sums, initial_momenta
 from .plate_arguments import edges_per_turn
 from .solver import LEAST_DECAY, MIN_STEPS, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
@@ -48,9 +43,11 @@ MAX_STEPS_OF_TRIAL = 2e4
 SHARE_OF_TOLERANCE = 0.25
 # The power of time that errors are taken to grow with: cautious, since the order is high.
 ERROR_GROWTH_EXPONENT = 1.5
-# Differences below these are rounding, which shorter steps would not make smaller: at the end of a trial, and
-# at instants within it, which steps do not meet.
-ROUNDING, ROUNDING_WITHIN = 3e-15, 4e-14
+# Differences below this are rounding of attitudes, which shorter steps would not make smaller.
+ROUNDING = 3e-15
+# By so much the difference falls in shorter steps, unless it is rounding that the motion multiplies: by the
+# order it falls to a tenth at the most.
+LEAST_FALL = 0.5
 # The orders that steps are changed by: of the solution, of its polynomial within a step, and where torques
 # break.
 ORDER, DENSE_ORDER, ORDER_OF_BREAKS = 20.0, 16.0, 1.0
@@ -149,7 +146,7 @@ def _between_edges(problem: TorqueProblem, rate: float, edges: int) -> Candidate
     angle = rate * problem.max_abs_seconds
     arcs = angle * (edges / (2.0 * np.pi) + SHARE_OF_LONGEST_ARCS / RADIANS_OF_ARC)
     ns = arcs * (ARC_NS + EDGE_NS * edges)
-    rounding = ROUNDING_OF_ANGLE * angle + ROUNDING_OF_STEPS * np.sqrt(arcs)
+    rounding = float(rounding_of(angle, arcs, carried=True))
     seconds = OVERHEAD_OF_PLATES + 1e-9 * ns
     return Candidate(
         RADIANS_OF_ARC,
@@ -189,12 +186,13 @@ class _Trial:
     def __init__(self, problem: TorqueProblem, body: Bodies, arc: Arc, rate: float, added: np.ndarray):
         self.tolerance, self.rate = problem.tolerance, rate
         self.torques: tuple[CachedTorque, ...] = arc.torques
-        self.arguments = most_symmetric(problem.template, body, arc.torques)
+        one = most_symmetric(problem.template, body, arc.torques)
+        self.arguments = one.repeated(2)
         self.whole = problem.max_abs_seconds
         self.span = min(self.whole, arc.length or self.whole, RADIANS_OF_TRIAL / rate)
         self.start, self.stop = arc.start, arc.start + float(np.copysign(self.span, arc.stop - arc.start))
         momentum = initial_momenta(problem.template, body, arc.torques) + added
-        self.states = self.arguments.states(body.attitude, momentum)
+        self.states = np.repeat(one.states(body.attitude, momentum), 2, axis=0)
         follows_orbit = self.arguments.codes & ALONG_ORBIT
         self.orbit_path = problem.template.orbit_path if follows_orbit else None
         self.refined: SolverArguments | None = None
@@ -205,19 +203,23 @@ class _Trial:
         self,
         candidate: Candidate,
         instants: np.ndarray,
-        dense: bool = False,
-        coarsely: bool = False,
+        coarsely: Sequence[bool],
+        dense: bool | np.ndarray = False,
         arguments: SolverArguments | None = None,
     ) -> tuple[np.ndarray, SolverWork]:
-        """(OUTPUTS, m) at the instants, and the work; arguments : those of another orbit."""
-        out = np.full((1, OUTPUTS, instants.size), np.nan)
-        step, decay = np.array([candidate.step]), np.array([candidate.decay])
+        """(k, OUTPUTS, m) at the instants, of one or two journeys at once, and their work.
+
+        arguments : those of another orbit
+        """
+        k, at = len(coarsely), np.array([instants, np.zeros_like(instants)])
+        out, each = np.full((k, OUTPUTS, instants.size), np.nan), np.ones(k)
         least = SHARE_OF_MIN_STEPS * candidate.min_steps
-        setting = StepSetting(step, decay, dense, coarsely, min_steps=least)
-        at = np.array([instants, np.zeros_like(instants)])
+        setting = StepSetting(
+            candidate.step * each, candidate.decay * each, dense, np.array(coarsely), min_steps=least
+        )
         task = SolverTask(
             self.arguments if arguments is None else arguments,
-            np.array([0]),
+            np.arange(k),
             self.states.copy(),
             self.start,
             self.stop,
@@ -226,8 +228,7 @@ class _Trial:
             out,
             MAX_STEPS_OF_TRIAL,
         )
-        work = take_steps(task, self.torques)
-        return out[0], work
+        return out, take_steps(task, self.torques)
 
     def candidate(self, wants_dense: bool) -> Candidate:
         """Steps in which the difference of two journeys, and its growth, keep a share of the tolerance."""
@@ -236,10 +237,9 @@ class _Trial:
         aim = SHARE_OF_TOLERANCE * self.tolerance / growth**ERROR_GROWTH_EXPONENT / safety
         now = Candidate(self._longest_step(), aim if smooth else max(aim, LEAST_DECAY))
         aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(now) / safety)
-        settled = None
+        settled, most = None, MULTIPLE_OF_ROUNDING * self._rounding(now, self.span)
         for _ in range(MAX_TRIALS):
-            difference, at_end, work = self._difference(now)
-            is_rounding = at_end <= ROUNDING and difference <= ROUNDING_WITHIN
+            difference, work = self._difference(now)
             if work.steps[0] > MAX_STEPS_OF_TRIAL:
                 if settled is None:
                     raise ToleranceError(
@@ -248,28 +248,32 @@ class _Trial:
                     )
                 difference, now, work = settled  # shorter ones are below rounding
                 break
-            settled = (difference, now, work) if np.isfinite(difference) else settled
             # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
             is_cut = smooth and work.steps[0] > 1.2 * self.span / self._step_made(now) + 2.0
-            is_enough = difference <= aim or is_rounding
-            if (is_enough and not is_cut) or not (smooth or now.decay > LEAST_DECAY):
+            if (difference <= max(aim, ROUNDING) and not is_cut) or not (smooth or now.decay > LEAST_DECAY):
                 break
+            if settled and smooth and LEAST_FALL * settled[0] <= difference <= most and settled[0] <= most:
+                difference, now, work = settled
+                break
+            settled = (difference, now, work) if np.isfinite(difference) and not is_cut else settled
             ratio = (0.5 * aim / difference) ** (1.0 / order) if difference > aim else 1.0
             now = now.shortened(min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, ratio)))
             if not smooth:
                 now = replace(now, decay=max(LEAST_DECAY, now.decay * min(0.3, max(1e-3, ratio))))
-        steps = self.whole / now.step
-        wandering = 0.0 if self.arguments.symmetric[0] else ROUNDING_OF_RATE * np.sqrt(steps)
-        rounding = (ROUNDING_OF_ANGLE + wandering) * self.rate * self.whole
+        rounding = self._rounding(now, self.whole)
         dense_step = self._dense_step(now) if wants_dense else 0.0
         return replace(
             now,
-            error=float(safety * difference * growth + rounding + ROUNDING_OF_STEPS * np.sqrt(steps)),
-            rounding=float(rounding),
+            error=safety * difference * growth + rounding,
+            rounding=rounding,
             seconds=self._seconds(work) * growth + OVERHEAD_SECONDS,
             sample_seconds=1e-9 * (DENSE_SAMPLE_NS if dense_step >= now.step else SAMPLE_NS),
             dense_step=dense_step,
         )
+
+    def _rounding(self, candidate: Candidate, span: float) -> float:
+        """rad, over so many seconds."""
+        return float(rounding_of(self.rate * span, span / candidate.step, self.arguments.symmetric[0]))
 
     def _longest_step(self) -> float:
         """The longest steps, s, that are tried: a part of the span, of turns, and of the turn on an orbit."""
@@ -282,23 +286,22 @@ class _Trial:
         """The length of the trial's steps, s."""
         return min(candidate.step, self.span / (SHARE_OF_MIN_STEPS * candidate.min_steps))
 
-    def _difference(self, candidate: Candidate) -> tuple[float, float, SolverWork]:
-        """rad, greatest and at the end, from a journey in longer steps, and the work of the first.
+    def _difference(self, candidate: Candidate) -> tuple[float, SolverWork]:
+        """rad, from a journey in longer steps, and the work of the first.
 
-        At one instant alone the two may agree by chance.
+        Compared at several instants: at one alone the two may agree by chance.
         """
         at = np.linspace(self.start, self.stop, INSTANTS_OF_DIFFERENCE + 1)[1:]
-        (fine, work), (coarse, also) = (self.run(candidate, at, coarsely=c) for c in (False, True))
-        if work.failed[0] or also.failed[0]:
-            return np.inf, np.inf, work
-        return difference_of(fine, coarse), difference_of(fine[:, -1:], coarse[:, -1:]), work
+        out, work = self.run(candidate, at, (False, True))
+        return np.inf if work.failed.any() else difference_of(*out), work
 
     def _difference_of_orbits(self, candidate: Candidate) -> float:
         """rad, at the end, by what the orbit's path is off: its jumps are not followed by shorter steps."""
         if self.refined is None:
             return 0.0
         end = np.array([self.stop])
-        off = difference_of(*(self.run(candidate, end, arguments=a)[0] for a in (None, self.refined)))
+        each = (self.run(candidate, end, (False,), arguments=a)[0][0] for a in (None, self.refined))
+        off = difference_of(*each)
         return off if np.isfinite(off) else 0.0
 
     def _seconds(self, work: SolverWork) -> float:
@@ -310,7 +313,7 @@ class _Trial:
     def _dense_step(self, candidate: Candidate) -> float:
         """The longest steps, s, within which polynomials keep a part of the tolerance."""
         at = np.linspace(self.start, self.stop, INSTANTS_OF_TRIAL + 1)[1:]
-        off = difference_of(self.run(candidate, at)[0], self.run(candidate, at, dense=True)[0])
+        off = difference_of(*self.run(candidate, at, (False, False), np.array([False, True]))[0])
         share = SHARE_OF_DENSE * self.tolerance / (SAFETY * max(off, ROUNDING))
         return self._step_made(candidate) * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / DENSE_ORDER)
 
