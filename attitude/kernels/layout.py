@@ -111,14 +111,12 @@ TURNED, SPUN = 15, 16
 # Changed by the sweeps: momentum and torque along the body's axes, the unknowns, their slopes, the last
 # change; and the Legendre coefficients of the slopes.
 MOMENT, TORQUE, STAGE, SLOPE, CHANGE, COEFFICIENT = 17, 20, 23, 31, 39, 40
-# Sums and differences of four slopes at mirrored nodes.
-SUMS = 48
 # The scheme: nodes, weights; row j of the matrix the weights in the integrals up to each node of the first
 # half, of sums and of differences; weights of node j in the Legendre coefficients.
-AT, WEIGHTS, MATRIX, LEGENDRE = 52, 53, 54, 62
+AT, WEIGHTS, MATRIX, LEGENDRE = 48, 49, 50, 58
 # For each effect: its direction along the axes of the step turned about the momentum, and its strength;
 # before them, those of one effect, where the compiler sees them apart from the other rows.
-DIRECTION, STRENGTH, KNOWN = 78, 81, 82
+DIRECTION, STRENGTH, KNOWN = 74, 77, 78
 KNOWN_ROWS = 4
 # Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the third axis.
 UNKNOWNS = 8

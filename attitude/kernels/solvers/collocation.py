@@ -28,7 +28,6 @@ from ..layout import (
     HALF,
     INVERSES,
     LEGENDRE,
-    MATRIX,
     MOMENT,
     MOMENTUM,
     MOMENTUM_LOW,
@@ -44,7 +43,6 @@ from ..layout import (
     SPUN,
     STAGE,
     STATE,
-    SUMS,
     SUN,
     TIME,
     TIME_LOW,
@@ -57,6 +55,7 @@ from ..phase import ROUND, sine_cosine
 from ..rotation import PER_TURN, product, rotated, rotated_back
 from ..vectors import cross, dot, scaled
 from .dense_output import copied, excesses, later, momentum_of, start_of, time_of, write, write_between
+from .node_vectors import integrate
 from .orbit_path import along_pieces, places_and_speeds
 from .torque import (
     asks_for_rates,
@@ -233,10 +232,10 @@ def _settle(start, h, own, world, work):
     last, ratio = 1.0, 1.0
     for sweep in range(MOST_SWEEPS):
         _forces(start, h, own, world, work)
-        _integrate(4, work)
+        integrate(work, (SLOPE + 4) * NODES, (STAGE + 4) * NODES)
         _turns(start, h, own, work)
         _keep_attitude(work)
-        _integrate(0, work)
+        integrate(work, SLOPE * NODES, STAGE * NODES)
         change = _change(work)
         if not change <= 1e3:  # sweeps go astray: attitudes differ by no more than 2
             return sweep + 1, False
@@ -330,56 +329,6 @@ def _turns(start, h, own, work):
             i,
             (left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]),
         )
-
-
-@inlined
-def _integrate(first, work):
-    """Four unknowns, from `first` on, at the nodes from their changes.
-
-    The integral from the middle of the step to a node is that of the even part of a function, odd in the
-    node, and that of its odd part, even in the node: sums and differences of mirrored nodes, half of all
-    products each.
-    """
-    for i in range(HALF):
-        for row in range(4):
-            f = (SLOPE + first + row) * NODES
-            work[(SUMS + row) * NODES + i] = work[f + i] + work[f + HALF + i]
-            work[(SUMS + row) * NODES + HALF + i] = work[f + i] - work[f + HALF + i]
-    a, da = _eight(work, SUMS * NODES), _eight(work, SUMS * NODES + HALF)
-    b, db = _eight(work, (SUMS + 1) * NODES), _eight(work, (SUMS + 1) * NODES + HALF)
-    c, dc = _eight(work, (SUMS + 2) * NODES), _eight(work, (SUMS + 2) * NODES + HALF)
-    d, dd = _eight(work, (SUMS + 3) * NODES), _eight(work, (SUMS + 3) * NODES + HALF)
-    weights = _eight(work, WEIGHTS * NODES)
-    whole = _sum8(weights, a), _sum8(weights, b), _sum8(weights, c), _sum8(weights, d)
-    for i in range(HALF):
-        odd_a, even_a, odd_b, even_b = 0.0, 0.0, 0.0, 0.0
-        odd_c, even_c, odd_d, even_d = 0.0, 0.0, 0.0, 0.0
-        for j in range(HALF):
-            odd, even = work[(MATRIX + j) * NODES + i], work[(MATRIX + j) * NODES + HALF + i]
-            odd_a, even_a = fma(odd, a[j], odd_a), fma(even, da[j], even_a)
-            odd_b, even_b = fma(odd, b[j], odd_b), fma(even, db[j], even_b)
-            odd_c, even_c = fma(odd, c[j], odd_c), fma(even, dc[j], even_c)
-            odd_d, even_d = fma(odd, d[j], odd_d), fma(even, dd[j], even_d)
-        at = (STAGE + first) * NODES + i
-        work[at], work[at + HALF] = odd_a + even_a, (whole[0] - odd_a) + even_a
-        work[at + NODES], work[at + NODES + HALF] = odd_b + even_b, (whole[1] - odd_b) + even_b
-        at += 2 * NODES
-        work[at], work[at + HALF] = odd_c + even_c, (whole[2] - odd_c) + even_c
-        work[at + NODES], work[at + NODES + HALF] = odd_d + even_d, (whole[3] - odd_d) + even_d
-
-
-@inlined
-def _sum8(a, b):
-    one, two = a[0] * b[0], a[1] * b[1]
-    for j in range(2, HALF, 2):
-        one, two = fma(a[j], b[j], one), fma(a[j + 1], b[j + 1], two)
-    return one + two
-
-
-@inlined
-def _eight(work, at):
-    first = work[at], work[at + 1], work[at + 2], work[at + 3]
-    return first[0], first[1], first[2], first[3], work[at + 4], work[at + 5], work[at + 6], work[at + 7]
 
 
 @inlined

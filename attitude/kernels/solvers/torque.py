@@ -8,7 +8,6 @@ the solver steps, and SI.
 
 import math
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
@@ -50,6 +49,7 @@ from ..layout import (
 from ..phase import phase, sine_cosine
 from ..rotation import product, rotated, rotated_back
 from ..vectors import add_scaled, cross, dot, scaled
+from .node_vectors import copied_known
 
 ASTRONOMICAL_UNIT = 149597870700.0
 
@@ -144,9 +144,7 @@ def known_beforehand(effects, frame, work):
                 speed2 = dot(wind, wind)
                 pressure = 0.5 * density * math.exp((reference - math.sqrt(dot(r, r))) / height) * speed2
                 _know(work, i, scaled(1.0 / math.sqrt(max(speed2, 1e-300)), wind), pressure)
-        at = np.uint64((KNOWN + KNOWN_ROWS * k) * NODES)
-        for i in range(np.uint64(KNOWN_ROWS * NODES)):
-            work[at + i] = work[np.uint64(DIRECTION * NODES) + i]
+        copied_known(work, DIRECTION * NODES, (KNOWN + KNOWN_ROWS * k) * NODES)
 
 
 @inlined
@@ -197,9 +195,7 @@ def torques(effects, body, start, frame, work):
     for k in range(effects.shape[0]):
         row = effects[k]
         code = row[0]
-        at = np.uint64((KNOWN + KNOWN_ROWS * k) * NODES)
-        for i in range(np.uint64(KNOWN_ROWS * NODES)):  # unsigned: no index is tested for being negative
-            work[np.uint64(DIRECTION * NODES) + i] = work[at + i]
+        copied_known(work, (KNOWN + KNOWN_ROWS * k) * NODES, DIRECTION * NODES)
         if code == GRAVITY_GRADIENT:
             moments = three(body, MOMENTS)
             for i in range(NODES):
