@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class StepSetting(NamedTuple):
         break and its last Legendre coefficients are greater
     dense : whether instants within a step are read off its polynomial, else reached by the step, shortened;
         (n,), or for all bodies
-    coarsely : in fewer steps, for the error's estimate; (n,), or for all; dense_coarsely : what `dense` is then
+    coarsely : in fewer steps, for the error's estimate; (n,), or for all; dense_coarsely : `dense` then
     momentum : (n,) N m s, for which the step is meant: one of a body that torques have spun up far beyond it
         is halved
     min_steps : (n,), of every arc, however short
@@ -116,25 +116,28 @@ def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
 
 def _records(task: SolverTask) -> np.ndarray:
     """(k,) records of STEPPED: the bodies of a task, with the steps that their settings ask for."""
-    which, setting, coarsely = task.which, task.setting, task.setting.coarsely
+    which, setting = task.which, task.setting
+
+    def own(value: Any) -> Any:
+        return value[which] if isinstance(value, np.ndarray) else value
+
+    coarsely = own(setting.coarsely)
     records = np.zeros(len(which), layout.STEPPED)
     records["index"], records["state"] = which, task.states[which]
     records["body"] = task.arguments.body[which]
     records["symmetric"] = task.arguments.symmetric[which]
-    records["max_steps"], records["dense"] = task.max_steps, setting.dense
+    records["max_steps"], records["dense"] = task.max_steps, own(setting.dense)
     # none longer than asked for; 0.3 keeps the coarser ones, of few, at 1.17 to 1.5 times the length
     length = abs(task.stop - task.start)
-    least = np.broadcast_to(setting.min_steps, setting.step.shape)[which]
-    steps = np.maximum(length / setting.step[which], least) * (1.0 - 1e-12)
+    steps = np.maximum(length / setting.step[which], own(setting.min_steps)) * (1.0 - 1e-12)
     steps = np.ceil(np.minimum(steps, 2.0**62))
-    records["steps"] = np.where(coarsely, steps / STRIDE + 0.3, steps).astype(np.int64)
-    longest = SPUN_UP * (max(length, 1e-300) / records["steps"])  # s
-    records["reach"] = longest * np.broadcast_to(setting.momentum, setting.step.shape)[which]
-    decay = setting.decay[which] * np.where(coarsely, COARSER_DECAY, 1.0)
-    records["decay"] = np.maximum(decay, LEAST_DECAY)
+    records["steps"] = steps = np.where(coarsely, steps / STRIDE + 0.3, steps).astype(np.int64)
+    records["reach"] = SPUN_UP * (max(length, 1e-300) / steps) * own(setting.momentum)  # s N m s
+    decay = setting.decay[which]
     share = SHARE_OF_SWEEPS * np.where(coarsely, COARSER_SWEEPS, 1.0)
     change = np.maximum(share * decay, LEAST_CHANGE)
     records["aim"] = np.where(records["symmetric"] != 0, LEAST_CHANGE_SYMMETRIC, change)
+    records["decay"] = np.maximum(decay * np.where(coarsely, COARSER_DECAY, 1.0), LEAST_DECAY)
     if task.arguments.is_smooth:
         records["decay"] = np.inf
     return records

@@ -112,7 +112,7 @@ def solver_arguments(
     rows = [_rows_of(template, bodies, torque, axes, order) for torque in torques]
     air = number_pieces(rows, torques, template)
     table = np.concatenate([np.zeros((len(bodies), 0, layout.EFFECT_WIDTH)), *rows], axis=1)
-    absorbed = np.isin(table[0, :, 0], ABSORBED)
+    absorbed = np.array([code in ABSORBED for code in table[0, :, 0].tolist()], np.bool_)
     to_axes = rotations.from_matrix(axes)
     same = np.abs(moments[:, 0] - moments[:, 1]) <= SYMMETRY_TOLERANCE * moments[:, 1]
     moments[same, :2] = 0.5 * (moments[same, 0] + moments[same, 1])[:, None]
@@ -121,7 +121,9 @@ def solver_arguments(
     across = body[:, layout.ROTORS : layout.ROTORS + 2].any(axis=1) | (body[:, layout.ALPHA] != 0.0)
     effects = np.ascontiguousarray(table[:, ~absorbed])
     surroundings = _surroundings(template, torques)
-    if np.isin(effects[0, :, 0], PLATES).any():  # the march keeps no momentum along an axis of symmetry
+    if any(
+        code in PLATES for code in effects[0, :, 0].tolist()
+    ):  # the march keeps no momentum along an axis of symmetry
         plates = plate_arguments(template, torques, body, effects, air)
         return SolverArguments(body, np.zeros_like(same), to_axes, effects, surroundings, plates)
     return SolverArguments(body, same & ~across, to_axes, effects, surroundings)

@@ -191,6 +191,7 @@ class _Trial:
         self.whole = problem.max_abs_seconds
         self.span = min(self.whole, arc.length or self.whole, RADIANS_OF_TRIAL / rate)
         self.start, self.stop = arc.start, arc.start + float(np.copysign(self.span, arc.stop - arc.start))
+        self.compared = np.linspace(self.start, self.stop, INSTANTS_OF_DIFFERENCE + 1)[1:]
         momentum = initial_momenta(problem.template, body, arc.torques) + added
         self.states = np.repeat(one.states(body.attitude, momentum), 2, axis=0)
         follows_orbit = self.arguments.codes & ALONG_ORBIT
@@ -291,8 +292,7 @@ class _Trial:
 
         Compared at several instants: at one alone the two may agree by chance.
         """
-        at = np.linspace(self.start, self.stop, INSTANTS_OF_DIFFERENCE + 1)[1:]
-        out, work = self.run(candidate, at, (False, True))
+        out, work = self.run(candidate, self.compared, (False, True))
         return np.inf if work.failed.any() else difference_of(*out), work
 
     def _difference_of_orbits(self, candidate: Candidate) -> float:

@@ -16,11 +16,13 @@ class Atmosphere(Part):
     TOLERANCE : of the density's logarithm, to which it is interpolated along an orbit
     ROUNDING : of the density's logarithm, with which the second solution is made
     PIECES_PER_REVOLUTION : polynomials, at the least and at the most
+    PIECE_SECONDS : s, what one of them takes to make, measured
     """
 
     TOLERANCE: ClassVar[float] = 3e-12
     ROUNDING: ClassVar[float] = 1e-12
     PIECES_PER_REVOLUTION: ClassVar[tuple[int, int]] = (12, 200)
+    PIECE_SECONDS: ClassVar[float] = 1e-5
 
     def __hash__(self) -> int:
         return id(self)  # profiles are kept for the very object

@@ -48,7 +48,7 @@ def along(atmosphere: Atmosphere, initial_state: InitialState) -> DensityProfile
     pieces[:, layout.AIR_POWERS :] = coefficients
     if initial_state.refined:  # what both have in common
         pieces[:, layout.AIR_POWERS] += atmosphere.ROUNDING
-    return DensityProfile(pieces, cuts)
+    return DensityProfile(pieces, cuts, len(pieces) * atmosphere.PIECE_SECONDS)
 
 
 def evaluate(profile: DensityProfile, t: np.ndarray) -> np.ndarray:

@@ -28,6 +28,7 @@ class EarthAtmosphere(Atmosphere):
     """
 
     RANGE: ClassVar[tuple[float, float]] = (100e3, 1000e3)
+    PIECE_SECONDS: ClassVar[float] = 1.5e-4
 
     def check(self, initial_state: InitialState) -> None:
         """Refuse another central body, a scene without epoch, and a frame that is not known."""

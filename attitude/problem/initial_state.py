@@ -54,10 +54,12 @@ class DensityProfile(NamedTuple):
     ----------
     pieces : (n, AIR_WIDTH), of its logarithm (`kernels.layout`, AIR); the outermost extrapolate
     cuts : (c,) s, ascending, where it or a derivative of it has a jump
+    cost : s, of making it, as a plan predicts it
     """
 
     pieces: np.ndarray
     cuts: np.ndarray
+    cost: float
 
 
 class CentralBody(NamedTuple):
@@ -167,7 +169,8 @@ class InitialState:
     def axes(self) -> np.ndarray:
         """(3, 3), right-handed: rows are the principal axes; axes @ v: components along them."""
         axes = np.asarray(self.body.axes)[list(self.order)]
-        axes[2] = np.cross(axes[0], axes[1])
+        (a, b, c), (x, y, z) = axes[:2].tolist()
+        axes[2] = b * z - c * y, c * x - a * z, a * y - b * x
         axes.flags.writeable = False
         return axes
 

@@ -6,6 +6,7 @@ are, and the bits of a body's result would depend on the batch it is in.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -45,6 +46,12 @@ def own_rows(torque: HasRows, initial_state: InitialState) -> np.ndarray:
 @cache
 def _sphere() -> RigidBody:
     return RigidBody.from_moments((1.0, 1.0, 1.0))
+
+
+@cache
+def _probe(exponent: int) -> RigidBody:
+    """A body without symmetry, times a power of two."""
+    return RigidBody(np.ldexp(PROBE_INERTIA, exponent))
 
 
 def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -90,7 +97,7 @@ def follows_axes(torque: HasRows, initial_state: InitialState) -> bool:
     """
     probe = replace(
         initial_state,
-        body=RigidBody(np.array(PROBE_INERTIA) * float(initial_state.moments.max())),
+        body=_probe(math.frexp(float(initial_state.moments.max()))[1]),
         attitude=np.array(PROBE_ATTITUDE),
         rate=1.7 * np.asarray(initial_state.rate) + 0.1,
         order=(2, 0, 1),

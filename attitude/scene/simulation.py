@@ -60,9 +60,8 @@ ESTIMATE_OF_ARCS = (
     "estimated over the whole span from a second solution, in other arcs and from a momentum that differs by "
     "its rounding (docs/torques.md, section 5)"
 )
-# Measured: of an orbit that is interpolated from a table, a model or a file, and of each of its pieces; of
-# each of a density by a table or a model, and of the refined one.
-SECONDS_OF_PIECES, SECONDS_PER_PIECE, SECONDS_PER_PIECE_OF_AIR = 6e-3, 1e-4, 5e-4
+# Measured: of an orbit that is interpolated from a table, a model or a file, and of each of its pieces.
+SECONDS_OF_PIECES, SECONDS_PER_PIECE = 6e-3, 1e-4
 BOUNCING = "closed form between contacts"
 
 
@@ -139,8 +138,8 @@ class SimulationInputs:
         if self.exact is None:
             path = self.initial_state.orbit_path
             profiles = (torque.air(self.initial_state) for torque in self.torques)
-            air = sum(len(profile.pieces) for profile in profiles if profile is not None)
-            seconds = self.candidate.seconds + SECONDS_PER_PIECE_OF_AIR * air
+            air = sum(profile.cost for profile in profiles if profile is not None)
+            seconds = self.candidate.seconds + air
             if path is not None and path.refined is not None:
                 seconds += SECONDS_OF_PIECES + SECONDS_PER_PIECE * len(path.coefficients)
             return seconds + samples * self.candidate.sample_seconds

@@ -235,7 +235,7 @@ def test_best_answer_is_given_with_its_estimate_and_the_instant_from_which_it_is
 def test_best_answer_of_a_tame_motion_is_known_to_the_rounding_of_two_solutions():
     made = scene(constant([1e-3, 0, 0]), rate=RATE, elapsed=T, tolerance=1e-9)
     best = Scene.model_validate({**made.document(), "tolerance": "best"}).run()
-    # thrice what the turn of the coarser one's momentum makes over 76 rad, 7e-14 at most, and 5e-14 of rounding
+    # thrice what the turn of its momentum makes over 76 rad, 7e-14 at most, and 5e-14 of rounding
     assert best.plan.error_bound < 2.5e-13
     assert angle(best.quaternion("wxyz").T, made.run().quaternion("wxyz").T) < 1e-9
 

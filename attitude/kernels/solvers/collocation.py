@@ -25,7 +25,6 @@ from ..layout import (
     COEFFICIENT,
     COSINE,
     EDDIES,
-    HALF,
     INVERSES,
     LEGENDRE,
     MOMENT,
