@@ -25,7 +25,7 @@ LEAST_DECAY = 1e-15  # below which coefficients are rounding
 # carried; of others this part of what a step may be off by, or rounding, which their rate remembers.
 LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
 # The same part of the coarser solution, over it: were it the same, what sweeps leave might be too.
-COARSER_SWEEPS = 3.0
+COARSER_SWEEPS = 2.0
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
 # Steps of every arc: of three, two coarser ones are not the halves of one another; of six, which the library
