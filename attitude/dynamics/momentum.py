@@ -40,6 +40,7 @@ def initial_momenta(template: InitialState, bodies: Bodies, torques: Sequence[Ca
     return rotations.rotate(bodies.attitude, turned(bodies.body.tensor, rate) + rotors)
 
 
+@once_for_bodies
 def rotors_and_dissipation(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,6 @@ are zero dropped, and time in a unit that makes the rate of order one, because t
 from __future__ import annotations
 
 import math
-import statistics
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -127,15 +126,14 @@ class Answer(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        return statistics.median(self.runs)
+        return min(self.runs)
 
 
 class Point(NamedTuple):
-    """One rung: what was asked, median and least seconds, angle to the truth, rad."""
+    """One rung: what was asked, least seconds, angle to the truth, rad."""
 
     tolerance: float
     seconds: float
-    least: float
     error: float
 
 
@@ -287,12 +285,12 @@ def ladder(peer: Peer, problem: Problem, tolerances: tuple[float, ...], repeats:
     for tolerance in tolerances:
         answer = peer(problem, tolerance, repeats)
         off = error(answer.attitude, TRUTH[problem.name])
-        points.append(Point(tolerance, answer.seconds, min(answer.runs), off))
+        points.append(Point(tolerance, answer.seconds, off))
     return points
 
 
 def seconds_at(points: list[Point], wanted: float) -> float:
-    """Median seconds in which a peer comes within so many rad, between rungs by the logarithms of both.
+    """Seconds in which a peer comes within so many rad, between rungs by the logarithms of both.
 
     Rungs that others beat in time and error are left out. Infinite if no rung comes so near; that of the
     quickest rung if all do.
@@ -318,8 +316,8 @@ def table(problem: Problem) -> None:
         points = ladder(peer, problem, tolerances, 1 if radians > LONG else repeats)
         for point in points:
             print(
-                f"{name:<24} tol {point.tolerance:7.1e} {point.seconds * 1e3:10.2f} ms "
-                f"(least {point.least * 1e3:10.2f})   {point.error:.2e} rad",
+                f"{name:<24} tol {point.tolerance:7.1e} {point.seconds * 1e3:10.2f} ms   "
+                f"{point.error:.2e} rad",
                 flush=True,
             )
         wanted = (1e-6, 1e-8, 1e-9, 1e-10, 1e-11)
