@@ -42,6 +42,7 @@ and in packages what other parts of the library need:
     gyrostat.record        body, rotors, rate, attitude -> constants of the motion
     gyrostat.attitudes     time -> phases -> alpha, beta -> quaternion and body rate
     solvers.orbit_path     position and velocity of the centre of mass on its orbit
+    solvers.node_vectors   half rows of nodes as vectors of the processor: integrals of slopes, copies
     solvers.torque         effects, time, attitude, rate -> torque, at all nodes of a step
     solvers.dense_output   states at instants, also within a step
     solvers.collocation    Gauss's collocation, order 32
