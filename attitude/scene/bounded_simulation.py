@@ -14,6 +14,10 @@ from ..samples.ephemeris_data import EphemerisData
 from ..times.instants import Instants
 from ..windows.bounded_functions import BoundedMotion
 from . import simulation
+from .solved_motion import SolvedMotion
+
+# Of the tolerance, by which attitudes between the solver's may be off; rad, that doubles can tell
+SHARE_OF_TOLERANCE, LEAST_ERROR = 1e-2, 1e-13
 
 
 def bounded(
@@ -38,11 +42,16 @@ def bounded(
             return greatest_free_rate(state.moments, rates)
         return np.asarray(free_spin(state.moments, rates).rate)
 
+    def solve(instants: Instants) -> EphemerisData:
+        return simulation.run(inputs, check, instants)
+
+    limit = max(SHARE_OF_TOLERANCE * inputs.scene.asked_tolerance, LEAST_ERROR)
+    is_solved = inputs.exact is None and inputs.ground is None
     return BoundedMotion(
         state.epoch,
         span[0],
         min([span[1], *rests]),
-        lambda instants: simulation.run(inputs, check, instants),
+        SolvedMotion(solve, [event.seconds for event in events], limit) if is_solved else solve,
         rate,
         driving / float(state.moments.min()),
         size,

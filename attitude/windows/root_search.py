@@ -19,7 +19,7 @@ from ..errors import RegimeError
 from ..times.two_part import two_sum
 
 STEP = 0.5  # of the first intervals, times the bound on the rate: as much as a function changes in them
-MAX_INTERVALS_PER_BLOCK = 1 << 16  # first intervals of a block
+MAX_INTERVALS_PER_BLOCK = 1 << 18  # first intervals of a block
 MAX_OPEN_INTERVALS = 1 << 20  # at one length, which a function that stays at zero passes
 ROOT_TOLERANCE = 1e-10  # s
 ROOT_RELATIVE_TOLERANCE = 4.5e-16  # of offsets from the base: two of their last places
