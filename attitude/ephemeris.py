@@ -106,8 +106,9 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         """
         from astropy.coordinates import SkyCoord
 
-        x, y, z = np.moveaxis(self.in_frame("ICRF").direction(body_axis), -1, 0)
-        return SkyCoord(x=x, y=y, z=z, representation_type="cartesian", frame="icrs")
+        from .pointing import targets
+
+        return SkyCoord(*targets.radec(self, body_axis), unit="rad", frame="icrs")
 
     def angle(self, body_axis: Any, to: Any, unit: Any = "rad") -> np.ndarray:
         """(...,) angles between a body axis and a target.

@@ -11,6 +11,7 @@ from astropy.table import Table
 
 from attitude import Ephemeris, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
 from attitude.frames import rotations
+from attitude.plot import spread
 
 COUNT = 6000  # bodies drawn; a standard deviation of them is off by 1/sqrt(2 COUNT), five times is the limit
 LIMIT = 5.0 / np.sqrt(2.0 * COUNT)
@@ -208,6 +209,27 @@ def test_chosen_columns_are_those_of_the_covariance():
     assert np.allclose(
         table["direction_sigma_minus_x"].value, np.rad2deg(ephemeris.direction_sigma([-1, 0, 0]))
     )
+
+
+@pytest.mark.parametrize("sequence", ["ZYX", "ZXZ", "XYX"])
+def test_sigmas_of_euler_angles_are_those_of_differences(sequence):
+    ephemeris = scene().run()
+    column = ephemeris.with_columns(f"elapsed,euler_sigma:{sequence}").to_table()
+    label = f"euler_sigma_{sequence.lower()}"
+    assert column[label].unit == "deg"
+
+    def angles(data):
+        yield "angles", "deg", data.euler(sequence, "deg")
+
+    expected = spread.sigmas(ephemeris, angles)["angles"]
+    assert np.abs(column[label].value / expected - 1.0).max() < 1e-5  # of the differences
+
+
+def test_undetermined_euler_angles_have_no_sigma():
+    upright = {"quaternion": [1.0, 0.0, 0.0, 0.0], "order": "wxyz"}
+    still = scene(attitude=upright).run()
+    with pytest.raises(RegimeError, match="euler_sigma:ZXZ: where the second angle leaves the others"):
+        still.with_columns("elapsed,euler_sigma:ZXZ").to_table()
 
 
 def test_another_frame_leaves_it_and_an_index_selects_it():

@@ -15,13 +15,12 @@ from ..errors import AttitudeError, FormatError, note
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from ..samples.event import Event
-from ..samples.interpolation import InterpolationMethod
+from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
 from ..samples.resampling import with_interpolation, with_method
 from ..samples.transform import in_frame
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time, parse_times
 from . import bounded_read, schema
-from .interpolant import MAX_DEGREE
 
 SAMPLED_KEYS = {
     "epoch",
@@ -68,12 +67,26 @@ def parse(
 
 def _with_method(ephemeris: EphemerisData, packet: dict[str, Any]) -> EphemerisData:
     """The ephemeris with the polynomials that the packet states; LINEAR is slerp (Cesium's default)."""
-    part = _intervals(packet)[0]
-    algorithm, degree = part.get("interpolationAlgorithm", "LINEAR"), part.get("interpolationDegree", 1)
-    if algorithm not in ("LAGRANGE", "HERMITE") or not isinstance(degree, int):
+    stated = [
+        (part.get("interpolationAlgorithm", "LINEAR"), part.get("interpolationDegree", 1))
+        for part in _intervals(packet)
+    ]
+    (algorithm, degree), others = stated[0], stated[1:]
+    if any(other != stated[0] for other in others):
+        note("intervals state several interpolations: that of the first is taken for all")
+    if algorithm not in ("LINEAR", "LAGRANGE", "HERMITE") or type(degree) is not int:
+        note(
+            f"interpolationAlgorithm {algorithm!r:.40} of degree {degree!r:.40} is taken for LINEAR, which is "
+            "Cesium's where none is stated"
+        )
         return with_method(ephemeris, InterpolationMethod())
+    if algorithm == "LINEAR":
+        return with_method(ephemeris, InterpolationMethod())
+    used = max(1, min(degree, MAX_STATED_DEGREE))
+    if used != degree:
+        note(f"interpolationDegree {degree} is taken for {used}: 1 to {MAX_STATED_DEGREE} are interpolated")
     signed = replace(ephemeris, attitude=rotations.sign_continuous(ephemeris.quaternion("wxyz")))
-    return with_method(signed, InterpolationMethod(algorithm.lower(), max(1, min(degree, MAX_DEGREE))))
+    return with_method(signed, InterpolationMethod(algorithm.lower(), used))
 
 
 def _intervals(packet: dict[str, Any]) -> list[Any]:

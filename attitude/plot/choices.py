@@ -50,7 +50,7 @@ def parse(text: str | Sequence[str]) -> tuple[str, ...]:
 
 def has_own_uncertainty(name: str) -> bool:
     """Whether what is named tells an uncertainty itself."""
-    return name.partition(":")[0] in (*COVARIANCES, "direction_sigma")
+    return name.partition(":")[0] in (*COVARIANCES, "direction_sigma", "euler_sigma")
 
 
 def panels(data: EphemerisData, names: Sequence[str]) -> Iterator[TimelinePanel]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError, suggestion
+from ..errors import InputError, RegimeError, suggestion
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from . import targets
@@ -24,6 +24,7 @@ KINDS = {
     "position": "m, of the centre of mass where it was followed, else of the orbit",
     "velocity": "m/s, likewise",
     "euler:SEQUENCE": "angles of intrinsic rotations, such as euler:ZYX, deg",
+    "radec:AXIS": "right ascension and declination of a body axis, ICRS, deg",
     "direction:AXIS": "unit vector of a body axis along the axes of the frame",
     "direction_to:TARGET": "unit vector to sun, earth, velocity ... along the axes of the frame",
     "angle:AXIS:TARGET": "to sun, earth, velocity, orbit_normal, momentum or magnetic_field, deg",
@@ -32,9 +33,11 @@ KINDS = {
     "attitude_covariance": "of the small rotation about the body axes: xx, yy, zz, xy, xz, yz, rad2",
     "angular_velocity_covariance": "of the components: xx, yy, zz, xy, xz, yz, rad2/s2",
     "direction_sigma:AXIS": "1 sigma of a body axis's direction, where it is greatest, deg",
+    "euler_sigma:SEQUENCE": "1 sigma of each of the Euler angles, deg",
     "spin": "of the angular momentum and about the body's z axis, deg and deg/s",
 }
 AXES = {f"{sign}{axis}": f"{'minus_' if sign == '-' else ''}{axis}" for sign in ("", "-") for axis in "xyz"}
+SEQUENCES = tuple(f"{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c)
 # Elements of what follows from a covariance, and its unit in names and of tables.
 ELEMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 COVARIANCES = {
@@ -43,6 +46,7 @@ COVARIANCES = {
     "attitude_covariance": (ELEMENTS, ("rad2", "rad2")),
     "angular_velocity_covariance": (ELEMENTS, ("rad2_s2", "rad2/s2")),
 }
+LEAST_SINE = 1e-9  # of the second Euler angle, or its cosine: below it the others are undetermined
 SPIN = dict.fromkeys(("ra", "dec", "nutation", "precession", "phase"), "deg") | {"rate": "deg/s"}
 
 
@@ -72,8 +76,8 @@ class VectorColumn(NamedTuple):
 # Every request that there is, by name.
 REQUESTS = (
     *(kind for kind in KINDS if ":" not in kind),
-    *(f"euler:{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c),
-    *(f"{kind}:{axis}" for kind in ("direction", "direction_sigma") for axis in AXES),
+    *(f"{kind}:{sequence}" for kind in ("euler", "euler_sigma") for sequence in SEQUENCES),
+    *(f"{kind}:{axis}" for kind in ("radec", "direction", "direction_sigma") for axis in AXES),
     *(f"direction_to:{target}" for target in targets.TARGETS),
     *(f"angle:{axis}:{target}" for axis in AXES for target in targets.TARGETS),
 )
@@ -101,9 +105,13 @@ def layout(request: str) -> tuple[tuple[str, tuple[str, ...], str], ...]:
     if kind in COVARIANCES:
         elements, (name, unit) = COVARIANCES[kind]
         return ((label, tuple(f"{label}_{element}_{name}" for element in elements), unit),)
+    if kind == "radec":
+        both = (label.replace(kind, name) for name in ("ra", "dec"))
+        return tuple((name, (f"{name}_deg",), "deg") for name in both)
     target = "_".join([label, *parts[1:]])
     one = {
         "euler": (label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),
+        "euler_sigma": (label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),
         "direction": (label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),
         "direction_to": (label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),
         "direction_sigma": (label, (f"{label}_deg",), "deg"),
@@ -120,6 +128,10 @@ def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
     kind, *parts = request.split(":")
     if kind == "euler":
         values = [np.rad2deg(rotations.euler_angles(data.quaternion("wxyz"), parts[0]))]
+    elif kind == "euler_sigma":
+        values = [np.rad2deg(_euler_sigma(data, parts[0]))]
+    elif kind == "radec":
+        values = [np.rad2deg(each)[..., None] for each in targets.radec(data, parts[0])]
     elif kind == "direction":
         values = [targets.direction(data, parts[0])]
     elif kind == "direction_to":
@@ -134,6 +146,28 @@ def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
         values = [np.rad2deg(each)[..., None] for each in spin_state(data)] if kind == "spin" else []
     for description, array in zip(layout(request), values, strict=True):
         yield VectorColumn(*description, array)
+
+
+def _euler_sigma(data: EphemerisData, sequence: str) -> np.ndarray:
+    """(..., 3) rad: 1 sigma of Euler angles, to first order; RegimeError where two of them are undetermined."""
+    covariance, q = data.attitude_covariance, data.quaternion("wxyz")
+    angles = rotations.euler_angles(q, sequence)
+    axes = np.eye(3)[["XYZ".index(letter) for letter in sequence]]
+    # body components of the axes that the angles turn about: the first two stand before other rotations
+    after_first = rotations.product(
+        rotations.conjugate(rotations.from_euler(sequence[0], angles[..., :1])), q
+    )
+    last = rotations.from_euler(sequence[2], angles[..., 2:])
+    columns = [
+        rotations.rotate(rotations.conjugate(turn), axis)
+        for turn, axis in zip((after_first, last), axes, strict=False)
+    ]
+    matrix = np.stack([*columns, np.broadcast_to(axes[2], columns[0].shape)], axis=-1)
+    if (np.abs(np.linalg.det(matrix)) < LEAST_SINE).any():
+        raise RegimeError(f"euler_sigma:{sequence}: where the second angle leaves the others undetermined")
+    by_attitude = np.linalg.inv(matrix)
+    variance = np.einsum("...ij,...jk,...ik->...i", by_attitude, covariance, by_attitude)
+    return np.sqrt(np.maximum(variance, 0.0))
 
 
 def _of_covariance(data: EphemerisData, kind: str) -> np.ndarray:

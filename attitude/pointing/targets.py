@@ -13,7 +13,7 @@ from ..frames import rotations
 from ..frames.celestial import dipole_field, sun_at
 from ..frames.rotations import ORBITAL_FRAMES
 from ..samples.ephemeris_data import EphemerisData
-from ..samples.transform import rotation_between
+from ..samples.transform import in_frame, rotation_between
 from ..times.instants import Instants
 
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -45,6 +45,12 @@ def unit_vector(value: Any, field: str, expected: str) -> np.ndarray:
 def direction(data: EphemerisData, axis: Any) -> np.ndarray:
     """(..., 3) unit vectors of a body axis along the axes of the ephemeris's frame."""
     return rotations.rotate(data.quaternion("wxyz"), body_axis(axis))
+
+
+def radec(data: EphemerisData, axis: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Right ascension, from 0 to a turn, and declination of a body axis in the ICRS, (...,) rad each."""
+    x, y, z = np.moveaxis(direction(in_frame(data, "ICRF"), axis), -1, 0)
+    return np.arctan2(y, x) % (2.0 * np.pi), np.arctan2(z, np.hypot(x, y))
 
 
 def target(data: EphemerisData, to: Any) -> np.ndarray:

@@ -87,7 +87,8 @@ def message_of(scene: Described, options: ApmOptions) -> str:
     """The APM of a scene: its state at the epoch, its inertia, and its constant torques as manoeuvres.
 
     Raises FormatError for what no APM holds: a scene without epoch, a torque without start and stop, an
-    impulse.  Other effects are named in a comment: they act from outside, and are no manoeuvres.
+    impulse without `impulse_duration`.  Other effects are named in a comment: they act from outside, and are
+    no manoeuvres.
     """
     initial_state = scene.initial_state()
     if initial_state.epoch is None:
@@ -96,8 +97,8 @@ def message_of(scene: Described, options: ApmOptions) -> str:
     manoeuvres, others = [], []
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, Impulse):
-            cure = "a constant_torque from a start to a stop, or an ACM, which has the momentum after it"
-            raise FormatError(f"effects[{i}]: an APM has torques over a duration and no impulse; {cure}")
+            manoeuvres += _firings(f"effects[{i}]", effect, initial_state, axes, options.impulse_duration)
+            continue
         if not isinstance(effect, ConstantTorque):
             others.append(effect.type)
             continue
@@ -108,6 +109,8 @@ def message_of(scene: Described, options: ApmOptions) -> str:
         torque = effect.torque.si if is_in_body else axes @ effect.torque.si
         manoeuvres.append(Manoeuvre(start, stop - start, torque, is_in_body))
     comments = (f"Effects that are no manoeuvres: {', '.join(others)}",) if others else ()
+    if any(isinstance(effect, Impulse) for effect in scene.effects):
+        comments += (f"Impulses are torques over {options.impulse_duration} s from their instants on",)
     return apm_text(
         ApmState(
             scene.name,
@@ -122,6 +125,27 @@ def message_of(scene: Described, options: ApmOptions) -> str:
         ),
         options,
     )
+
+
+def _firings(
+    field: str, effect: Impulse, initial_state: InitialState, axes: np.ndarray, duration: float | None
+) -> list[Manoeuvre]:
+    """Impulses as torques of the same angular impulse over a duration, s, from their instants on."""
+    if duration is None:
+        cure = (
+            "impulse_duration=1 (s; --set impulse_duration=1) writes each as the torque that gives its angular "
+            "impulse in that time, and an ACM (.acm) has the momentum after it"
+        )
+        raise FormatError(f"{field}: an APM has torques over a duration and no impulse; {cure}")
+    return [
+        Manoeuvre(
+            kick.seconds,
+            duration,
+            (axes @ kick.angular if kick.inertial else kick.angular) / duration,
+            not kick.inertial,
+        )
+        for kick in effect.applied(initial_state)
+    ]
 
 
 def _message_frame(initial_state: InitialState) -> tuple[str, np.ndarray]:

@@ -42,7 +42,7 @@ class SolvedMotion:
         self, solve: Callable[[Instants], EphemerisData], breaks: Sequence[float], limit: float
     ) -> None:
         self._solve, self._breaks, self._limit = solve, np.unique(np.asarray(breaks, dtype=float)), limit
-        self._nodes: Nodes | None = None
+        self._nodes: SolutionNodes | None = None
 
     def __call__(self, instants: Instants) -> EphemerisData:
         """The ephemeris at these instants."""
@@ -72,7 +72,7 @@ class SolvedMotion:
         rate = np.linalg.norm(rows[: seconds.size, 4:7], axis=1)
         if (np.maximum(rate[1:], rate[:-1]) * np.diff(seconds) <= MAX_TURN).all():
             is_break = np.isin(seconds[1:], starts)
-            nodes = Nodes(solved[:1], seconds, rows[: seconds.size], starts, is_break)
+            nodes = SolutionNodes(solved[:1], seconds, rows[: seconds.size], starts, is_break)
             self._nodes = self._refined(nodes, rows[seconds.size :][~is_break])
         return solved[:count]
 
@@ -93,7 +93,7 @@ class SolvedMotion:
             parts.append(np.concatenate([both[0], seconds[inside], both[1]]))
         return np.concatenate(parts), starts
 
-    def _refined(self, nodes: Nodes, halfway: np.ndarray) -> Nodes:
+    def _refined(self, nodes: SolutionNodes, halfway: np.ndarray) -> SolutionNodes:
         """More nodes where the interpolation is off.
 
         halfway : the solver's rows (m, 10) in the middle of every interval that is not known to be exact
@@ -114,7 +114,7 @@ class SolvedMotion:
 
 
 @dataclass(frozen=True)
-class Nodes:
+class SolutionNodes:
     """What the solver found at nodes.
 
     Attributes
@@ -140,7 +140,7 @@ class Nodes:
         """(m,) indices of the intervals in which instants are."""
         return np.clip(np.searchsorted(self.seconds, seconds, side="right") - 1, 0, self.seconds.size - 2)
 
-    def with_rows(self, at: np.ndarray, seconds: np.ndarray, rows: np.ndarray) -> Nodes:
+    def with_rows(self, at: np.ndarray, seconds: np.ndarray, rows: np.ndarray) -> SolutionNodes:
         """With more nodes, each inside the interval before the node at an index, which is not exact."""
         return replace(
             self,

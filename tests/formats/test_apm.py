@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from attitude import Ephemeris, FormatError, InputError, Scene
 from attitude.cli.command import main
+from attitude.frames import rotations
 
 from .aem_oracles import orekit_apm
 from .apm_texts import ANGVEL, EULER, FIRST_VERSION, INERTIA, QUAT, SPIN, SPINNER, block, head, manoeuvre
@@ -238,22 +239,39 @@ def test_what_a_message_leaves_out_the_document_must_have():
         scene(head() + QUAT + INERTIA)
 
 
+IMPULSE = {
+    "type": "impulse",
+    "time": {"value": 2, "unit": "s"},
+    "frame": "body",
+    "angular_impulse": {"value": [0, 3, 1], "unit": "N m s"},
+}
+
+
+@pytest.mark.parametrize("frame", ["body", "inertial"])
+def test_impulses_are_written_as_torques_of_their_angular_impulse(frame):
+    """The shorter the duration, the nearer the motion is to that after the impulse."""
+    pushed = scene(SPINNER, effects=[IMPULSE | {"frame": frame}])
+    off = []
+    for duration in (0.1, 0.01):
+        text = pushed.to_apm(impulse_duration=duration)
+        assert f"COMMENT Impulses are torques over {duration} s from their instants on" in text
+        written = scene(text).run()
+        (torque,) = scene(text).effects
+        assert np.allclose(np.array(torque.torque.si) * duration, [0, 3, 1], rtol=1e-14)
+        off.append(rotations.angle_between(written.attitude[-1], pushed.run().attitude[-1]))
+    assert off[1] < 0.12 * off[0] < 1e-4
+
+
+@pytest.mark.parametrize("duration", [0.0, -1, "x", np.nan, [1.0]])
+def test_durations_of_impulses_are_above_zero(duration):
+    with pytest.raises(InputError, match="impulse_duration"):
+        scene(SPINNER, effects=[IMPULSE]).to_apm(impulse_duration=duration)
+
+
 @pytest.mark.parametrize(
     ("members", "said"),
     [
-        (
-            {
-                "effects": [
-                    {
-                        "type": "impulse",
-                        "time": {"value": 1, "unit": "s"},
-                        "frame": "body",
-                        "angular_impulse": {"value": [0, 0, 1], "unit": "N m s"},
-                    }
-                ]
-            },
-            "no impulse; a constant_torque from a start to a stop, or an ACM",
-        ),
+        ({"effects": [IMPULSE]}, r"no impulse; impulse_duration=1 \(s; --set .*, and an ACM"),
         (
             {
                 "effects": [

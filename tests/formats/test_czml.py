@@ -506,3 +506,32 @@ def test_too_long_a_file_is_refused(monkeypatch):
     monkeypatch.setattr(bounded_read, "MAX_TEXT_BYTES", 100)
     with pytest.raises(FormatError, match="more than 100 bytes"):
         read(QUARTER)
+
+
+STATED = {
+    "a degree beyond": ([("LAGRANGE", 40)], "interpolationDegree 40 is taken for 31"),
+    "no degree": ([("HERMITE", 0)], "interpolationDegree 0 is taken for 1"),
+    "an unknown algorithm": ([("SPLINE", 3)], "'SPLINE' of degree 3 is taken for LINEAR"),
+    "a degree that is none": ([("LAGRANGE", "5")], "of degree '5' is taken for LINEAR"),
+    "several": ([("LAGRANGE", 5), ("LINEAR", 1)], "intervals state several interpolations"),
+}
+
+
+@pytest.mark.parametrize(("stated", "said"), STATED.values(), ids=STATED)
+def test_what_cannot_be_interpolated_as_stated_is_noted(stated, said, tmp_path):
+    day = "2026-03-20T12:0{0}:00Z/2026-03-20T12:0{1}:00Z"
+    parts = [
+        {
+            "epoch": "2026-03-20T12:00:00Z",
+            "interval": day.format(i, i + 1),
+            "interpolationAlgorithm": algorithm,
+            "interpolationDegree": degree,
+            "unitQuaternion": [60 * i, 0, 0, 0, 1, 60 * i + 30, 0, 0, 0.6, 0.8],
+        }
+        for i, (algorithm, degree) in enumerate(stated)
+    ]
+    packet = {"id": "a", "orientation": parts if len(parts) > 1 else parts[0]}
+    path = tmp_path / "a.czml"
+    path.write_text(json.dumps([{"id": "document", "version": "1.0"}, packet]))
+    (note,) = Ephemeris.read(path).plan.notes
+    assert said in note

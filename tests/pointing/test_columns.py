@@ -12,7 +12,7 @@ from attitude.cli import main
 from attitude.pointing import targets
 from tests.pointing.test_pointing import motion, orbiting
 
-REQUEST = "time,quaternion,euler:ZYX,direction:-x,direction_to:sun,angle:z:sun,spin,position"
+REQUEST = "time,quaternion,euler:ZYX,radec:-x,direction:-x,direction_to:sun,angle:z:sun,spin,position"
 T = np.linspace(0.0, 100.0, 11)
 
 
@@ -20,6 +20,8 @@ def expected(data):
     spin = data.spin()
     return {
         "euler_zyx_2_deg": data.euler("ZYX", "deg")[:, 1],
+        "ra_minus_x_deg": data.sky_coord("-x").ra.deg,
+        "dec_minus_x_deg": data.sky_coord("-x").dec.deg,
         "direction_minus_x_y": data.direction("-x")[:, 1],
         "direction_to_sun_z": targets.target(data, "sun")[:, 2],
         "angle_z_sun_deg": data.angle("z", "sun", "deg"),

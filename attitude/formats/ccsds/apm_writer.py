@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from astropy.time import Time
 
+from ... import units
 from ...errors import FormatError, InputError
 from .. import schema
 from .epochs import TIME_SYSTEMS
@@ -74,16 +75,23 @@ class ApmOptions(MessageOptions):
     object_name : OBJECT_NAME; None for the name of the scene
     object_id, originator, body_frame : OBJECT_ID, ORIGINATOR, the name of the body's axes
     center_name, message_id : CENTER_NAME, MESSAGE_ID; None leaves them out
+    impulse_duration : s, over which impulses are written as torques; None refuses them
     creation_date : CREATION_DATE, UTC; None for now
     """
 
     syntax: str = "kvn"
     object_id: str = "UNKNOWN"
     center_name: str | None = None
+    impulse_duration: float | None = None
 
     def __post_init__(self) -> None:
         if self.syntax not in ("kvn", "xml"):
             raise InputError("syntax", self.syntax, "kvn or xml")
+        if self.impulse_duration is not None:
+            seconds = units.finite_array(self.impulse_duration, "impulse_duration")
+            if seconds.shape or not seconds > 0.0:
+                raise InputError("impulse_duration", self.impulse_duration, "a time above 0, s")
+            object.__setattr__(self, "impulse_duration", float(seconds))
         super().__post_init__()
 
 
