@@ -77,7 +77,7 @@ class SolvedMotion:
         return solved[:count]
 
     def _chosen(self, seconds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) s, ascending, of nodes, more of them at the ends of stretches; and (k,) s, where these begin."""
+        """(n,) s of nodes, ascending, more of them at ends of stretches; and (k,) s, where these begin."""
         start, stop = seconds[0], seconds[-1]
         starts = np.append(start, self._breaks[(self._breaks > start) & (self._breaks < stop)])
         # the last node of a stretch has the state before what happens at the break
