@@ -76,8 +76,8 @@ def _with_method(ephemeris: EphemerisData, packet: dict[str, Any]) -> EphemerisD
         note("intervals state several interpolations: that of the first is taken for all")
     if algorithm not in ("LINEAR", "LAGRANGE", "HERMITE") or type(degree) is not int:
         note(
-            f"interpolationAlgorithm {algorithm!r:.40} of degree {degree!r:.40} is taken for LINEAR, which is "
-            "Cesium's where none is stated"
+            f"interpolationAlgorithm {algorithm!r:.40} of degree {degree!r:.40} is taken for LINEAR, which "
+            "is Cesium's where none is stated"
         )
         return with_method(ephemeris, InterpolationMethod())
     if algorithm == "LINEAR":

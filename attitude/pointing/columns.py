@@ -149,7 +149,7 @@ def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
 
 
 def _euler_sigma(data: EphemerisData, sequence: str) -> np.ndarray:
-    """(..., 3) rad: 1 sigma of Euler angles, to first order; RegimeError where two of them are undetermined."""
+    """(..., 3) rad: 1 sigma of Euler angles, to first order; RegimeError where two are undetermined."""
     covariance, q = data.attitude_covariance, data.quaternion("wxyz")
     angles = rotations.euler_angles(q, sequence)
     axes = np.eye(3)[["XYZ".index(letter) for letter in sequence]]

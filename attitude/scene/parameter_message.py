@@ -108,9 +108,9 @@ def message_of(scene: Described, options: ApmOptions) -> str:
         is_in_body = effect.frame == "body"
         torque = effect.torque.si if is_in_body else axes @ effect.torque.si
         manoeuvres.append(Manoeuvre(start, stop - start, torque, is_in_body))
-    comments = (f"Effects that are no manoeuvres: {', '.join(others)}",) if others else ()
+    comments = [f"Effects that are no manoeuvres: {', '.join(others)}"] if others else []
     if any(isinstance(effect, Impulse) for effect in scene.effects):
-        comments += (f"Impulses are torques over {options.impulse_duration} s from their instants on",)
+        comments.append(f"Impulses are torques over {options.impulse_duration} s from their instants on")
     return apm_text(
         ApmState(
             scene.name,
@@ -133,8 +133,8 @@ def _firings(
     """Impulses as torques of the same angular impulse over a duration, s, from their instants on."""
     if duration is None:
         cure = (
-            "impulse_duration=1 (s; --set impulse_duration=1) writes each as the torque that gives its angular "
-            "impulse in that time, and an ACM (.acm) has the momentum after it"
+            "impulse_duration=1 (s; --set impulse_duration=1) writes each as the torque that gives its "
+            "angular impulse in that time, and an ACM (.acm) has the momentum after it"
         )
         raise FormatError(f"{field}: an APM has torques over a duration and no impulse; {cure}")
     return [
