@@ -18,26 +18,24 @@ from attitude.documents.fields import parse_json
 from attitude.documents.files import files_in
 from attitude.ephemeris import Ephemeris
 from attitude.errors import AttitudeError, InputError, unknown_name
-from attitude.estimation.fit_document import FitDocument, body_in_words
-from attitude.estimation.gaps import fill_as_asked
+from attitude.estimation.conversion import Conversion
+from attitude.estimation.fit_document import FitDocument
 from attitude.formats import module_of, read_stream
 from attitude.formats.encoding import BLOCK_BYTES, EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS, Format
 from attitude.formats.tables import json as columns_as_json
 from attitude.frames.rotations import check_any_frame
 from attitude.pointing.columns import parse
-from attitude.quality.check import CheckReport, Finding
-from attitude.quality.check import check as check_ephemeris
+from attitude.quality.check import check_report
 from attitude.quality.compare import compare as compare_ephemerides
 from attitude.samples.chunks import Samples
 from attitude.samples.ephemeris_data import EphemerisData
-from attitude.samples.requested_instants import requested
 from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
 from attitude.windows import parse_condition
 
 from .compute import check_wanted, current, hold
-from .dependencies import Upload, format_of
+from .dependencies import Upload, format_of, negotiated
 from .errors import refusal, unexpected
 from .schemas import (
     CompareQuery,
@@ -45,6 +43,7 @@ from .schemas import (
     CostQuery,
     EphemerisQuery,
     FileQuery,
+    NoQuery,
     PlanQuery,
     SourceQuery,
     WindowsQuery,
@@ -52,24 +51,35 @@ from .schemas import (
 from .settings import Settings, variable
 from .streaming import JSON, Computed, is_known, tag_of
 
+# Each computation takes the request, its document or its files, and its query; what it says first is what
+# the route's description says.
+
+
+def settings_of(request: Request) -> Settings:
+    settings: Settings = request.app.state.settings
+    return settings
+
+
 MAX_COST_SAMPLES = 100_000
 MAX_WINDOWS = 100_000  # of an answer, some 200 bytes each
 
 
-def plan(document: bytes, query: PlanQuery, settings: Settings) -> bytes:
-    scene = scene_within(parse_json(document, "document"), settings)
+def plan(request: Request, document: bytes, query: PlanQuery) -> bytes:
+    """What of a scene would be simulated, what not and why, by which solver, at what cost and error."""
+    scene = scene_within(parse_json(document, "document"), settings_of(request))
     with no_field("drop_below"):
         return orjson.dumps(scene.plan(query.drop_below).to_dict())
 
 
-def motion(document: bytes, settings: Settings) -> bytes:
-    scene = scene_within(parse_json(document, "document"), settings)
+def motion(request: Request, document: bytes, _: NoQuery) -> bytes:
+    """Regime, periods, rates and constants of a scene's motion; null for what this motion has not."""
+    scene = scene_within(parse_json(document, "document"), settings_of(request))
     return motion_summary(scene.motion(), scene.name)
 
 
-def windows(document: bytes, query: WindowsQuery, settings: Settings) -> Computed | bytes:
-    """The windows of a condition on a scene, as JSON or CSV."""
-    parsed = parse_json(document, "document")
+def windows(request: Request, document: bytes, query: WindowsQuery) -> Computed | bytes:
+    """The intervals of a scene in which a condition holds; none that is wider than `width` is missed."""
+    settings, parsed = settings_of(request), parse_json(document, "document")
     keys = ("scene", "condition")
     if not isinstance(parsed, dict):
         raise InputError("document", parsed, "a JSON object with scene and condition", steps=())
@@ -101,8 +111,9 @@ def within(name: str) -> Iterator[None]:
         raise
 
 
-def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:
-    """The report as JSON.  Raises HTTPException 501 where this installation cannot tell what is true."""
+def cost(request: Request, document: bytes, query: CostQuery) -> bytes:
+    """What accuracy costs in time on a scene's body and state, measured here within a budget."""
+    settings = settings_of(request)
     budget = query.budget or min(5.0, settings.max_seconds)
     if budget > settings.max_seconds:
         limit = f"at most {settings.max_seconds} s ({variable('max_seconds')})"
@@ -124,12 +135,12 @@ def cost(document: bytes, query: CostQuery, settings: Settings) -> bytes:
         return measure(scene, budget, query.method or None, samples, seed=query.seed).to_json().encode()
 
 
-def fit(document: bytes, settings: Settings) -> bytes:
-    """The answer of `attitude fit --json`."""
+def fit(request: Request, document: bytes, _: NoQuery) -> bytes:
+    """The free motion that fits a document's observations: scene, covariance, residuals, outliers."""
     parsed = FitDocument.from_json(document)
     lists = (cells for each in parsed.observations for cells in each.columns.values())
     count = sum(len(cells) for cells in lists if isinstance(cells, list))
-    check_count("observations", count, "samples", settings)
+    check_count("observations", count, "samples", settings_of(request))
     hold(count)
     return orjson.dumps(parsed.answer())
 
@@ -236,34 +247,28 @@ def computed(file: EncodedFile, **headers: str) -> Computed:
     return Computed(file.blocks, file.is_whole, file.media, {"content-disposition": disposition, **headers})
 
 
-def convert(files: dict[str, Upload], query: ConvertQuery, target: Format, settings: Settings) -> Computed:
-    """A file in another format or frame, or at other instants."""
+def convert(request: Request, files: dict[str, Upload], query: ConvertQuery) -> Computed:
+    """A file of attitudes in another format or frame."""
+    settings, target = settings_of(request), negotiated(query.format, request.headers.get("accept", ""))
     writing = Writing.of(query, target, settings, format_of(files["file"], query.source))
     data = Ephemeris.of(read(files, "file", settings, query.source, writing.reading))
-    data = data if query.ut1 is None else replace(data, ut1=query.ut1)
-    data = data.in_frame(query.frame) if query.frame else data
-    is_resampled = query.times is not None or query.step is not None
+    asked = query.frame, query.ut1, query.times, query.step, query.by, query.inertia
     with no_field():
-        body = None if query.inertia is None else body_in_words(query.inertia, FitDocument.from_json)
-        names = "by", "inertia", "times or step"
-        data = Ephemeris.of(fill_as_asked(data, query.by, body, is_resampled, names)[0])
-        instants = requested(data, query.times, query.step, max_instants=settings.max_samples)
-        data = data if instants is None else data.resampled(instants)
+        data, _ = Conversion(*asked).apply(data, FitDocument.from_json, settings.max_samples)
     samples = counted(Samples.of(replace(data, columns=writing.columns), check_wanted))
     return computed(writing.file(samples, target))
 
 
-def check(files: dict[str, Upload], query: SourceQuery, settings: Settings) -> bytes:
-    """The report of `attitude check`; what the reader warned of is in it too."""
-    findings = check_ephemeris(read(files, "file", settings, query.source))
-    job = current.get()
-    warned = [Finding("reading", True, text) for text in (job.warnings if job else ())]
-    return orjson.dumps(CheckReport(files["file"].name, (*warned, *findings)).to_dict())
+def check(request: Request, files: dict[str, Upload], query: SourceQuery) -> bytes:
+    """What is off in a file of attitudes: coverage, gaps, spacing, signs, unit length, rates."""
+    data, job = read(files, "file", settings_of(request), query.source), current.get()
+    warned = job.warnings if job is not None else []
+    return orjson.dumps(check_report(data, files["file"].name, warned).to_dict())
 
 
-def compare(files: dict[str, Upload], query: CompareQuery, settings: Settings) -> bytes:
-    """The report of `attitude compare`."""
-    first, second = (read(files, name, settings) for name in ("file", "other"))
+def compare(request: Request, files: dict[str, Upload], query: CompareQuery) -> bytes:
+    """How the attitudes of two files, `file` and `other`, differ."""
+    first, second = (read(files, name, settings_of(request)) for name in ("file", "other"))
     with no_field("frame", "epoch", "instants"):
         return orjson.dumps(compare_ephemerides(first, second, query.frame).to_dict())
 
@@ -290,10 +295,9 @@ def read(
     return data
 
 
-def ephemeris(
-    document: bytes, query: EphemerisQuery, target: Format, request: Request, settings: Settings
-) -> Computed:
-    """Of one scene, or of each of a list; the answer begun, or its tag alone, where the client has it."""
+def ephemeris(request: Request, document: bytes, query: EphemerisQuery) -> Computed:
+    """Attitude and body rate at a scene's instants, or at those of each of a list of scenes."""
+    settings, target = settings_of(request), negotiated(query.format, request.headers.get("accept", ""))
     parsed = parse_json(document, "document")
     tag = tag_of(document, target.name, repr(sorted(request.query_params.multi_items())))
     if is_known(tag, request):

@@ -16,8 +16,10 @@ from attitude.formats.registry import FORMATS
 
 from .errors import PROBLEM
 
+Responses = dict[int | str, dict[str, Any]]
+
 # One entry for every refusal: FastAPI would otherwise promise validation errors of its own shape.
-REFUSALS: dict[int | str, dict[str, Any]] = {
+REFUSALS: Responses = {
     "default": {
         "description": "A refusal, with what would be right",
         "content": {PROBLEM: {"schema": {"$ref": "#/components/schemas/Problem"}}},
@@ -25,17 +27,15 @@ REFUSALS: dict[int | str, dict[str, Any]] = {
 }
 
 
-UNCHANGED: dict[int | str, dict[str, Any]] = {
-    304: {"description": "The client has this answer: its tag is in If-None-Match"}
-}
+UNCHANGED: Responses = {304: {"description": "The client has this answer: its tag is in If-None-Match"}}
 
 
-def tagged(model: Any) -> dict[int | str, dict[str, Any]]:
+def tagged(model: Any) -> Responses:
     """The responses of a route whose answer has a tag."""
     return {200: {"model": model}, **UNCHANGED}
 
 
-def file_responses(model: Any) -> dict[int | str, dict[str, Any]]:
+def file_responses(model: Any) -> Responses:
     """Of a route that answers in every format: JSON as any answer, the others as files."""
     media = [each.media for each in FORMATS.values() if each.name != "json"] + ["application/zip"]
     file = {"schema": {"type": "string", "format": "binary"}}
@@ -44,7 +44,7 @@ def file_responses(model: Any) -> dict[int | str, dict[str, Any]]:
     return {200: {"model": model, "description": description, "content": content}}
 
 
-def json_or_csv(model: Any) -> dict[int | str, dict[str, Any]]:
+def json_or_csv(model: Any) -> Responses:
     """Of a route that answers as JSON or as CSV."""
     content = {FORMATS["csv"].media: {"schema": {"type": "string"}}}
     return {200: {"model": model, "description": "As JSON, or as CSV", "content": content}}

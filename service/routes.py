@@ -19,15 +19,20 @@ from starlette.responses import Response
 import attitude
 from attitude.errors import unknown_name
 from attitude.formats.registry import FORMATS
+from attitude.quality.check import CheckAnswer
+from attitude.quality.compare import ComparisonAnswer
 from attitude.scene.document import Scene, builtin_names
+from attitude.scene.motion_summary import MotionAnswer
+from attitude.scene.planning import PlanAnswer
 
 from . import computations, metrics
-from .dependencies import Document, Files, negotiated, once
+from .dependencies import Document, Files, once
 from .errors import problem
-from .openapi import REFUSALS, UNCHANGED, file_responses, json_or_csv, tagged
+from .openapi import REFUSALS, UNCHANGED, Responses, file_responses, json_or_csv, tagged
 from .schemas import (
     CompareQuery,
     ConvertQuery,
+    Cost,
     CostQuery,
     Ephemerides,
     Ephemeris,
@@ -49,62 +54,40 @@ open_router = APIRouter(responses=REFUSALS)  # of what is answered without a tok
 # -- computing: beside the event loop -------------------------------------------------------------
 
 
-@router.post("/v1/ephemeris", responses=file_responses(Ephemeris | Ephemerides) | UNCHANGED)
-async def ephemeris(
-    request: Request, query: Annotated[EphemerisQuery, Query()], document: Document
-) -> Response:
-    """Attitude and body rate at a scene's instants, or at those of each of a list of scenes."""
-    target = negotiated(query.format, request.headers.get("accept", ""))
-    return await answered(request, computations.ephemeris, document, query, target, request)
+COMPUTATIONS: dict[str, tuple[Any, Any, Any, Responses]] = {
+    "/v1/ephemeris": (
+        computations.ephemeris,
+        Document,
+        EphemerisQuery,
+        file_responses(Ephemeris | Ephemerides) | UNCHANGED,
+    ),
+    "/v1/convert": (computations.convert, Files, ConvertQuery, file_responses(Ephemeris)),
+    "/v1/check": (computations.check, Files, SourceQuery, {200: {"model": CheckAnswer}}),
+    "/v1/compare": (computations.compare, Files, CompareQuery, {200: {"model": ComparisonAnswer}}),
+    "/v1/fit": (computations.fit, Document, NoQuery, {200: {"model": dict[str, Any]}}),
+    "/v1/plan": (computations.plan, Document, PlanQuery, {200: {"model": PlanAnswer}}),
+    "/v1/motion": (computations.motion, Document, NoQuery, {200: {"model": MotionAnswer}}),
+    "/v1/windows": (computations.windows, Document, WindowsQuery, json_or_csv(Windows)),
+    "/v1/cost": (computations.cost, Document, CostQuery, {200: {"model": Cost}}),
+}
 
 
-@router.post("/v1/convert", responses=file_responses(Ephemeris))
-async def convert(request: Request, query: Annotated[ConvertQuery, Query()], files: Files) -> Response:
-    """A file of attitudes in another format or frame."""
-    target = negotiated(query.format, request.headers.get("accept", ""))
-    return await answered(request, computations.convert, files, query, target)
+def computing(work: Any, kind_of_source: Any, kind_of_query: Any) -> Any:
+    """An endpoint that computes: a document, or files, and a query in, one library call, the answer out."""
+
+    async def endpoint(
+        request: Request,
+        query: Annotated[kind_of_query, Query()],
+        source: kind_of_source,
+    ) -> Response:
+        return await answered(work, request, source, query)
+
+    endpoint.__name__, endpoint.__doc__ = work.__name__, work.__doc__
+    return endpoint
 
 
-@router.post("/v1/check", response_model=dict[str, Any])
-async def check(request: Request, query: Annotated[SourceQuery, Query()], files: Files) -> Response:
-    """What is off in a file of attitudes: coverage, gaps, spacing, signs, unit length, rates."""
-    return await answered(request, computations.check, files, query)
-
-
-@router.post("/v1/compare", response_model=dict[str, Any])
-async def compare(request: Request, query: Annotated[CompareQuery, Query()], files: Files) -> Response:
-    """How the attitudes of two files, `file` and `other`, differ."""
-    return await answered(request, computations.compare, files, query)
-
-
-@router.post("/v1/fit", response_model=dict[str, Any])
-async def fit(request: Request, _: Nothing, document: Document) -> Response:
-    """The free motion that fits a document's observations: scene, covariance, residuals, outliers."""
-    return await answered(request, computations.fit, document)
-
-
-@router.post("/v1/plan", response_model=dict[str, Any])
-async def plan(request: Request, query: Annotated[PlanQuery, Query()], document: Document) -> Response:
-    """What of a scene would be simulated, what not and why, by which solver, at what cost and error."""
-    return await answered(request, computations.plan, document, query)
-
-
-@router.post("/v1/motion", response_model=dict[str, Any])
-async def motion(request: Request, _: Nothing, document: Document) -> Response:
-    """Regime, periods, rates and constants of a scene's motion; null for what this motion has not."""
-    return await answered(request, computations.motion, document)
-
-
-@router.post("/v1/windows", responses=json_or_csv(Windows))
-async def windows(request: Request, query: Annotated[WindowsQuery, Query()], document: Document) -> Response:
-    """The intervals of a scene in which a condition holds; none that is wider than `width` is missed."""
-    return await answered(request, computations.windows, document, query)
-
-
-@router.post("/v1/cost", response_model=dict[str, Any])
-async def cost(request: Request, query: Annotated[CostQuery, Query()], document: Document) -> Response:
-    """What accuracy costs in time on a scene's body and state, measured here within a budget."""
-    return await answered(request, computations.cost, document, query)
+for path, (work, source, query, responses) in COMPUTATIONS.items():
+    router.add_api_route(path, computing(work, source, query), methods=["POST"], responses=responses)
 
 
 # -- the built-in scenes --------------------------------------------------------------------------

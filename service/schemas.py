@@ -6,6 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
+from attitude.cost import Cell
+from attitude.cost.report import Growth
 from attitude.errors import InputError, unknown
 from attitude.formats import module_of, option_names
 from attitude.formats.encoding import parse_options
@@ -154,6 +156,41 @@ class Windows(BaseModel):
     width_s: float = Field(description="windows, and gaps between them, that are narrower may be missed")
     total_s: float
     windows: list[dict[str, Any]]
+
+
+class HorizonUnit(BaseModel):
+    """The unit of the horizons."""
+
+    name: str
+    s: float
+
+
+class HorizonTruth(BaseModel):
+    """What a horizon's attitudes are compared with."""
+
+    horizon: float
+    instants: int
+    route: str
+
+
+class Cost(BaseModel):
+    """What accuracy costs; the last two members under torques only."""
+
+    kind: Literal["attitude-cost/1"]
+    name: str
+    regime: str
+    unit: HorizonUnit
+    samples: int
+    budget_s: float
+    seed: int
+    compilation_s: float
+    machine: dict[str, str | int]
+    versions: dict[str, str]
+    truth: list[HorizonTruth]
+    cells: list[Cell]
+    growth: list[Growth]
+    effects: list[str] = []
+    truth_off_rad: float = 0.0
 
 
 class Ephemeris(BaseModel):

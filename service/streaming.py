@@ -40,13 +40,15 @@ def is_known(tag: str, request: Request) -> bool:
     return tag.removeprefix("W/") in {each.strip().removeprefix("W/") for each in tags}
 
 
-async def answered(request: Request, work: Callable[..., Computed | bytes], *arguments: Any) -> Response:
+async def answered(
+    work: Callable[[Request, Any, Any], Computed | bytes], request: Request, source: Any, query: Any
+) -> Response:
     """What a call answers that computes, beside the event loop and within the settings' limits.
 
     In one piece, with its length, or in blocks, each computed when the one before is on its way.
     """
     compute: Compute = request.app.state.compute
-    computed = await compute.run(work, *arguments, compute.settings)
+    computed = await compute.run(work, request, source, query)
     if isinstance(computed, bytes):
         return json_response(computed)
     headers = {"vary": "accept, accept-encoding", "attitude-version": attitude.__version__}

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from . import arguments, console
 from .run import report_interpolation
-
-if TYPE_CHECKING:
-    from ..ephemeris import Ephemeris
 
 DESCRIPTION = (
     "Read a file in any of the formats, and write its ephemeris in another format or frame, at its own "
@@ -54,42 +49,22 @@ def execute(options: Namespace) -> None:
     """Read and write."""
     from .. import formats
     from ..ephemeris import Ephemeris
-    from ..samples.requested_instants import requested
+    from ..estimation.conversion import Conversion
+    from ..estimation.fit_document import FitDocument
 
     source = formats.find_source(options.files[0], options.source_format)
     target, writing, reading = arguments.output_format(options, source)
     console.announce_compilation(options)
     ephemeris = Ephemeris.read(options.files, options.source_format, **reading)
-    if options.ut1 is not None:
-        ephemeris = replace(ephemeris, ut1=options.ut1)
-    ephemeris = ephemeris if options.frame is None else ephemeris.in_frame(options.frame)
-    ephemeris = _without_gaps(ephemeris, options)
-    chosen = requested(ephemeris, options.times, options.step, "--")
-    ephemeris = ephemeris if chosen is None else ephemeris.resampled(chosen)
-    if chosen is not None and ephemeris.plan is not None:
+    asked = (options.frame, options.ut1, options.times, options.step, options.by, options.body)
+    ephemeris, gaps = Conversion(*asked, prefix="--", name_of_inertia="body").apply(
+        ephemeris, lambda name: FitDocument.from_json(*arguments.document_text(name))
+    )
+    for gap in gaps:
+        console.remark(options, str(gap))
+    if (options.times or options.step) is not None and ephemeris.plan is not None:
         console.remark(options, ephemeris.plan.solver)
     ephemeris = ephemeris if options.columns is None else ephemeris.with_columns(options.columns)
     with console.progress_bar(options) as progress:
         written = formats.write(ephemeris, options.output, target.name, progress, **writing)
     report_interpolation(written, options)
-
-
-def _without_gaps(ephemeris: Ephemeris, options: Namespace) -> Ephemeris:
-    """The ephemeris that follows free rotation in its gaps, each of which is reported, with --by dynamics."""
-    from ..ephemeris import Ephemeris
-    from ..estimation.fit_document import FitDocument, body_in_words
-    from ..estimation.gaps import fill_as_asked
-
-    if options.by is None and options.body is None:
-        return ephemeris
-
-    def read(name: str) -> FitDocument:
-        return FitDocument.from_json(*arguments.document_text(name))
-
-    body = None if options.body is None else body_in_words(options.body, read)
-    is_resampled = options.times is not None or options.step is not None
-    names = "--by", "--body", "--times or --step"
-    filled, gaps = fill_as_asked(ephemeris, options.by, body, is_resampled, names)
-    for gap in gaps:
-        console.remark(options, str(gap))
-    return Ephemeris.of(filled)

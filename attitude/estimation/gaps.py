@@ -93,32 +93,6 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
     return replace(data, resample=resample, events=(*data.events, *events)), gaps
 
 
-def fill_as_asked(
-    data: EphemerisData,
-    by: str | None,
-    body: RigidBody | None,
-    is_resampled: bool,
-    names: tuple[str, str, str] = ("by", "body", "times or step"),
-) -> tuple[EphemerisData, tuple[FilledGap, ...]]:
-    """As `fill_gaps`, where a user asks for it by options; without `by` the ephemeris stays as it is.
-
-    body : by default that of the ephemeris
-    is_resampled : whether options name instants too
-    names : of the options, in errors
-    """
-    name_of_by, name_of_body, name_of_instants = names
-    if by is None:
-        if body is not None:
-            raise InputError(name_of_body, "a body", f"{name_of_by} dynamics beside it")
-        return data, ()
-    if not is_resampled:
-        raise InputError(name_of_by, by, f"{name_of_instants} beside it")
-    body = data.body if body is None else body
-    if body is None:
-        raise InputError(name_of_body, None, "the body's inertia, which the file does not hold")
-    return fill_gaps(data, body)
-
-
 def _gap_indices(data: EphemerisData) -> np.ndarray:
     """Of the attitudes before gaps."""
     seconds = data.elapsed

@@ -30,7 +30,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from time import perf_counter
@@ -208,7 +208,8 @@ def check_options(entry: Format, options: Mapping[str, Any], function: str = "bl
             raise InputError(name, value, expected)
 
 
-def option_names(function: Callable[..., Any]) -> list[str]:
+@cache
+def option_names(function: Callable[..., Any]) -> tuple[str, ...]:
     """The options of a format's writer (`blocks`) or reader (`parse`)."""
     arguments = ("samples", "nodes", "name", "stream", "source")  # of every format
-    return [name for name in inspect.signature(function).parameters if name not in arguments]
+    return tuple(name for name in inspect.signature(function).parameters if name not in arguments)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from pydantic import ConfigDict
+from typing_extensions import TypedDict
 
 from .. import formats
 from ..errors import AttitudeWarning, RegimeError
@@ -42,6 +44,23 @@ class Finding:
     values: dict[str, Any] = field(default_factory=dict)
 
 
+class FindingAnswer(TypedDict):
+    """A `Finding` as plain data, with its numbers beside these."""
+
+    __pydantic_config__ = ConfigDict(extra="allow")  # type: ignore[misc]  # numbers, by names with units
+    subject: str
+    off: bool
+    text: str
+
+
+class CheckAnswer(TypedDict):
+    """A `CheckReport` as plain data."""
+
+    source: str
+    good: bool
+    findings: list[FindingAnswer]
+
+
 @dataclass(frozen=True)
 class CheckReport:
     """What `check` found in a file, subject by subject."""
@@ -60,10 +79,11 @@ class CheckReport:
         verdict = "nothing is off" if self.is_good else f"{faults} of {len(lines)} are off, marked with !"
         return "\n".join([f"{self.source}: {verdict}", *lines])
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> CheckAnswer:
         """The report as plain data."""
         findings = [
-            {"subject": f.subject, "off": f.is_fault, "text": f.text, **f.values} for f in self.findings
+            cast("FindingAnswer", {"subject": f.subject, "off": f.is_fault, "text": f.text, **f.values})
+            for f in self.findings
         ]
         return {"source": self.source, "good": self.is_good, "findings": findings}
 
@@ -84,9 +104,22 @@ def check_file(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         data = formats.read(path, format, **options)
-    faults = {str(entry.message) for entry in caught if issubclass(entry.category, AttitudeWarning)}
-    findings = [Finding("reading", text in faults, text) for text in data.notes]
-    return CheckReport(str(path), (*findings, *check(data, max_interpolation_error)))
+    warned = {str(entry.message) for entry in caught if issubclass(entry.category, AttitudeWarning)}
+    return check_report(data, str(path), warned, max_interpolation_error)
+
+
+def check_report(
+    data: EphemerisData,
+    source: str,
+    warned: Collection[str],
+    max_interpolation_error: float = MAX_INTERPOLATION_ERROR,
+) -> CheckReport:
+    """What `check` finds in an ephemeris that was read, and what its reader noted.
+
+    warned : texts that the reader warned of
+    """
+    reading = [Finding("reading", text in warned, text) for text in data.notes]
+    return CheckReport(source, (*reading, *check(data, max_interpolation_error)))
 
 
 def check(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import NotRequired
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from ..errors import InputError, RegimeError
 from ..frames import rotations
@@ -14,6 +15,27 @@ from ..samples.transform import in_frame
 from ..times.instants import Instants, as_instants
 
 SAME_INSTANT = 1e-9  # s
+
+
+class DifferenceAnswer(TypedDict):
+    """Sizes of differences: the greatest, when, and the root of the mean square; and along body axes."""
+
+    greatest: float
+    at_s: float
+    rms: float
+    rms_axes: list[float]
+    greatest_axes: list[float]
+
+
+class ComparisonAnswer(TypedDict):
+    """An `EphemerisComparison` as plain data; without rates where one ephemeris has none."""
+
+    instants: int
+    left_out: int
+    frame: str
+    note: str
+    angle_rad: DifferenceAnswer
+    rate_rad_s: NotRequired[DifferenceAnswer]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +62,10 @@ class EphemerisComparison:
         """(n,) rad between the attitudes."""
         return np.asarray(np.linalg.norm(self.rotation, axis=-1))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> ComparisonAnswer:
         """Greatest and rms differences, where they are, and per axis, as plain data."""
-        angle = self.angle
-        table = {
-            "instants": angle.size,
+        table: ComparisonAnswer = {
+            "instants": len(self.rotation),
             "left_out": self.left_out,
             "frame": self.frame,
             "note": self.note,
@@ -60,9 +81,9 @@ class EphemerisComparison:
             f"; {self.left_out} instants of the first are not covered by the second" if self.left_out else ""
         )
         lines = [f"{table['instants']} instants, in {self.frame} ({self.note}){out}"]
-        for name, unit, key in (("angle", "rad", "angle_rad"), ("rate", "rad/s", "rate_rad_s")):
-            if key in table:
-                entry = table[key]
+        entries = {("angle", "rad"): table["angle_rad"], ("rate", "rad/s"): table.get("rate_rad_s")}
+        for (name, unit), entry in entries.items():
+            if entry is not None:
                 axes = ", ".join(
                     f"{axis} {value:.3e}" for axis, value in zip("xyz", entry["rms_axes"], strict=True)
                 )
@@ -71,7 +92,7 @@ class EphemerisComparison:
         return "\n".join(lines)
 
 
-def _summary(vectors: np.ndarray, instants: Instants) -> dict[str, Any]:
+def _summary(vectors: np.ndarray, instants: Instants) -> DifferenceAnswer:
     size = np.linalg.norm(vectors, axis=-1)
     worst = int(np.argmax(size))
     return {

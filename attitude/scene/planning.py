@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NotRequired, Protocol
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from ..frames.rotations import TURNING_FRAMES
 from ..problem.initial_state import CentralBody, InitialState, Spin
@@ -91,6 +92,20 @@ class EffectPlan:
     seconds_to_tolerance: float | None = None
     influence: float | None = None
 
+    def to_dict(self) -> EffectAnswer:
+        """As plain data; units in the names."""
+        return {
+            "field": self.field,
+            "type": self.type,
+            "simulated": self.simulated,
+            "acts_on": self.acts_on,
+            "reason": self.reason,
+            "torque_N_m": self.torque,
+            "relative_torque": self.relative_torque,
+            "to_tolerance_s": self.seconds_to_tolerance,
+            "influence_rad": self.influence,
+        }
+
     @property
     def size(self) -> str:
         """The size of its torque, for people."""
@@ -102,6 +117,58 @@ class EffectPlan:
         if self.influence is not None:
             text += f", at most {self.influence:.1e} rad over the span"
         return text
+
+
+class EffectAnswer(TypedDict):
+    """An `EffectPlan` as plain data; units in the names."""
+
+    field: str
+    type: str
+    simulated: bool
+    acts_on: str
+    reason: str
+    torque_N_m: float | None
+    relative_torque: float | None
+    to_tolerance_s: float | None
+    influence_rad: float | None
+
+
+class CandidateAnswer(TypedDict):
+    """A solver that was considered, with its step (s) or tolerance."""
+
+    solver: str
+    setting: float
+    predicted_error_rad: float
+    predicted_s: float
+
+
+class CentralBodyAnswer(TypedDict):
+    """What the orbit is about."""
+
+    is_earth: bool
+    mu_m3_s2: float
+    radius_m: float | None
+
+
+class PlanAnswer(TypedDict):
+    """A `ScenePlan` as plain data; units in the names."""
+
+    name: str
+    simulates: str
+    effects: list[EffectAnswer]
+    solver: str
+    order: int | None
+    step_s: float | None
+    samples: int
+    tolerance_rad: float
+    predicted_error_rad: float
+    predicted_s: float
+    tolerance_span_s: list[float] | None
+    notes: NotRequired[list[str]]
+    orbit: NotRequired[str]
+    targets: list[str]
+    central_body: CentralBodyAnswer | None
+    considered: list[CandidateAnswer]
 
 
 @dataclass(frozen=True)
@@ -142,18 +209,12 @@ class ScenePlan:
     targets: tuple[str, ...] = ()
     central_body: CentralBody | None = None
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> PlanAnswer:
         """As plain data; units in the names."""
-        names = {
-            "torque": "torque_N_m",
-            "seconds_to_tolerance": "to_tolerance_s",
-            "influence": "influence_rad",
-        }
-        effects = [asdict(effect).items() for effect in self.effects]
-        return {
+        answer: PlanAnswer = {
             "name": self.name,
             "simulates": self.simulates,
-            "effects": [{names.get(key, key): value for key, value in items} for items in effects],
+            "effects": [effect.to_dict() for effect in self.effects],
             "solver": self.solver,
             "order": self.order,
             "step_s": self.step,
@@ -161,9 +222,7 @@ class ScenePlan:
             "tolerance_rad": self.tolerance,
             "predicted_error_rad": self.predicted_error,
             "predicted_s": self.predicted_seconds,
-            "tolerance_span_s": self.tolerance_span,
-            **({"notes": self.notes} if self.notes else {}),
-            **({"orbit": self.orbit} if self.orbit else {}),
+            "tolerance_span_s": None if self.tolerance_span is None else list(self.tolerance_span),
             "targets": list(self.targets),
             "central_body": _plain(self.central_body),
             "considered": [
@@ -171,6 +230,11 @@ class ScenePlan:
                 for solver, setting, error, seconds in self.candidates
             ],
         }
+        if self.notes:
+            answer["notes"] = list(self.notes)
+        if self.orbit:
+            answer["orbit"] = self.orbit
+        return answer
 
     def _repr_html_(self) -> str:
         """A table, for notebooks."""
@@ -222,7 +286,7 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.1e} s"
 
 
-def _plain(central: CentralBody | None) -> dict[str, Any] | None:
+def _plain(central: CentralBody | None) -> CentralBodyAnswer | None:
     """Plain data; units in the names."""
     if central is None:
         return None

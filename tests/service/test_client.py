@@ -67,8 +67,11 @@ def test_scenes_are_posted_and_their_answers_parsed(generated, name):
     )
     assert chosen.chosen_columns == ["elapsed", "direction:z"]
     assert len(chosen.columns["direction_z_x"]) == ephemeris.shape[0]
-    assert api("plan_v1_plan_post").sync(client=generated, body=scene)["solver"]
-    assert "regime" in api("motion_v1_motion_post").sync(client=generated, body=scene)
+    plan = api("plan_v1_plan_post").sync(client=generated, body=scene)
+    assert [each.type_ for each in plan.effects] == [each["type"] for each in document.get("effects", [])]
+    assert all(each.predicted_s > 0 for each in plan.considered)
+    motion = api("motion_v1_motion_post").sync(client=generated, body=scene)
+    assert motion.kinetic_energy_j == Scene.builtin(name).motion().kinetic_energy
 
 
 def test_list_of_scenes_and_refusals_are_parsed(generated):
@@ -84,7 +87,8 @@ def test_cost_is_measured(generated):
     report = api("cost_v1_cost_post").sync(
         client=generated, body=scene, budget=20.0, samples=100, method=["ours"]
     )
-    assert report["kind"] == "attitude-cost/1"
+    assert report.kind == "attitude-cost/1"
+    assert all(each.attitude_error_rad < 4e-15 for each in report.cells)
 
 
 @pytest.fixture
@@ -116,12 +120,12 @@ def test_file_is_checked_in_a_form_and_as_a_body(generated, tracked):
         check(client=generated, body=model("CheckV1CheckPostFilesBody")(file=file("csv"))),
         check(client=generated, body=file("csv"), source=source.CSV),
     ]
-    assert reports[0]["findings"] == reports[1]["findings"] != []
+    assert reports[0].findings == reports[1].findings != []
 
 
 def test_two_files_are_compared(generated, tracked):
     samples, file = tracked
     body = model("CompareV1ComparePostBody")(file=file("csv"), other=file("npz"))
     report = api("compare_v1_compare_post").sync(client=generated, body=body, frame="ICRF")
-    assert report["instants"] == samples.count
-    assert report["rate_rad_s"]["greatest"] == 0.0
+    assert report.instants == samples.count
+    assert report.rate_rad_s.greatest == 0.0

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 
 import numpy as np
 import pytest
 from asking import assert_problem
+from starlette.testclient import TestClient
 
-from attitude import InputError, RigidBody, TorqueFreeMotion
+from attitude import RigidBody, TorqueFreeMotion
 from attitude.estimation.fit_document import FitDocument
-from service import computations
+from service import create_app
 from service.compute import collect_warnings
 from service.settings import Settings
 
@@ -52,8 +52,9 @@ def test_documents_that_cannot_be_fitted_are_refused(client, observed, change, p
 
 
 def test_cells_of_observations_are_limited(observed):
-    with pytest.raises(InputError, match=r"observations: at most 74 samples \(ATTITUDE_MAX_SAMPLES\)"):
-        computations.fit(json.dumps(observed).encode(), Settings(max_samples=74))
+    small = TestClient(create_app(Settings(max_samples=74)))
+    detail = assert_problem(small.post("/v1/fit", json=observed), 422)["detail"]
+    assert "observations: at most 74 samples (ATTITUDE_MAX_SAMPLES)" in detail
 
 
 def test_warnings_of_a_fit_are_in_the_header(client, observed):

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
+from jsonschema import Draft202012Validator
 from worked import answered, examples, examples_of, routes
 
 from attitude import Scene
+from attitude.scene.document import builtin_names
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +96,30 @@ def assert_alike(found, expected, tolerance):
         assert math.isclose(found, expected, **tolerance)
     else:
         assert found == expected
+
+
+STATES = {  # moments and rates whose constants are infinite, or not there
+    "separatrix": ([3, 5, 6], [1, 1, 1]),
+    "symmetric": ([1, 1, 1.5], [1, 0, 1]),
+    "rest": ([3, 5, 6], [0, 0, 0]),
+}
+
+
+def free(moments, rate):
+    unit = {"body": {"moments": moments, "unit": "kg m2"}}
+    return {"scene": "toutatis", "angular_velocity": {"value": rate, "unit": "rad/s"}} | unit
+
+
+@pytest.mark.parametrize("path", ["/v1/plan", "/v1/motion"])
+@pytest.mark.parametrize(
+    "asked", [*({"scene": name} for name in builtin_names()), *(free(*each) for each in STATES.values())]
+)
+def test_answers_are_as_described_and_say_nothing_else(client, description, path, asked):
+    schema = description["paths"][path]["post"]["responses"]["200"]["content"]["application/json"]["schema"]
+    answer = client.post(path, json=asked).json()
+    Draft202012Validator({"components": description["components"], **schema}).validate(answer)
+    model = description["components"]["schemas"][schema["$ref"].rpartition("/")[2]]
+    assert set(answer) <= set(model["properties"])
 
 
 def test_every_route_promises_problems_and_nothing_else(description):

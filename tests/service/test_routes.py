@@ -80,7 +80,7 @@ def test_health_is_answered_while_a_computation_is_under_way(client, document, m
         assert go_on.wait(60)
         return Computed(iter([b"{}"]), True, "application/json", {})
 
-    monkeypatch.setattr(computations, "ephemeris", slow)
+    monkeypatch.setattr(computations, "single", slow)
     with ThreadPoolExecutor(1) as pool:
         computation = pool.submit(client.post, "/v1/ephemeris", json=document)
         assert begun.wait(60)

@@ -50,7 +50,7 @@ def test_seconds_used_up_before_the_second_block_cut_the_answer_and_are_no_error
         job.max_seconds = 0  # as if the first block had taken all
         return streaming.Computed(iter([b"first,\n" * 200, b"second\n"]), False, "text/csv", {})
 
-    monkeypatch.setattr(computations, "ephemeris", spent)
+    monkeypatch.setattr(computations, "single", spent)
     answer = large_client.post("/v1/ephemeris", json=document, headers={"accept-encoding": encoding})
     assert answer.status_code == 200
     assert "second" not in answer.text
