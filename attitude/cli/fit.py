@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from pathlib import Path
 
 from ..errors import unknown_name
@@ -37,6 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--only", metavar="KINDS", help=f"of these observations, such as {','.join(KINDS[:2])}"
     )
+    parser.add_argument("--bias", action="store_true", help="estimate constant biases of rates and ranges")
     parser.add_argument("--estimate", metavar="LIST", help="by default attitude,angular_velocity,inertia")
     parser.add_argument("--loss", metavar="NAME", help="linear, soft_l1, huber, cauchy or arctan")
     parser.add_argument(
@@ -46,11 +48,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("-o", "--output", metavar="FILE", help="write the scene that was estimated")
     parser.add_argument("--json", action="store_true", help="the answer as JSON")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
     parser.add_argument("--plot", metavar="FILE", help="draw residuals and rates to FILE.svg or FILE.png")
 
 
 def execute(options: Namespace) -> None:
     """Print the answer."""
+    from ..estimation import BodyRates, RangeOffsets
     from ..estimation.fit_document import FitDocument, read_observations
     from ..runtime import output_paths
 
@@ -79,7 +83,13 @@ def execute(options: Namespace) -> None:
             if kind not in KINDS:
                 raise unknown_name("--only", "kind", kind, KINDS)
         sets = [each for each in sets if each.KIND in kinds]
-    result = document.fit(sets)
+    if options.bias:
+        sets = [
+            replace(each, has_bias=True) if isinstance(each, (BodyRates, RangeOffsets)) else each
+            for each in sets
+        ]
+    with console.progress_bar(options) as progress:
+        result = document.fit(sets, progress)
     scene = document.scene(result)
     answer = {**result.to_dict(), "scene": scene.document()}
     print(json.dumps(answer, indent=2) if options.json else result)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from astropy.time import Time
 
-from ..errors import AttitudeWarning, InputError
+from ..errors import AttitudeWarning, InputError, ToleranceError
 from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
 from ..samples.ephemeris_data import EphemerisData
@@ -19,12 +20,14 @@ from ..times.instants import Instants
 from . import starts
 from .fit_result import Fit
 from .least_squares import Loss
-from .minimum import fit_of, indistinct, minimum
+from .minimum import Minimum, fit_of, indistinct, minimum
 from .observability import ALWAYS_UNSEEN
 from .observations import Attitudes, ObservationSet
 from .parameters import BodyState, check_groups
 
 IMPLAUSIBLE = 1e-6  # probability below which chi-square is not what the standard deviations say
+SPURIOUS = 18.0  # of chi-square: what a search over inertia makes of noise, in one of three hundred sets
+SEARCH = 0.6  # of the progress, of the search for a start
 MAX_MINIMA = 4  # candidates that are followed to their minimum with all observations
 DEFAULT_MOMENTS = (1.0, 1.3, 2.0)  # ratios, of a body of which nothing is known
 
@@ -65,9 +68,91 @@ def fit(
     Warns (AttitudeWarning) of outliers, of a chi-square that the standard deviations do not explain, of
     directions that the data do not see, and of minima that cannot be told apart.
     """
+    return prepare(observations, body, start, estimate, loss, absolute_sigma, epoch, frame).solve()
+
+
+@dataclass(frozen=True, eq=False)
+class FitInputs:
+    """What `fit` is given, checked.
+
+    sets : in the frame of the answer, with `Instants`; their standard deviations provisional where `known` is
+        False
+    template : epoch, frame, inertia of the answer, which is known where `has_body`; its state is a start
+        where `has_start`
+    groups : what is estimated; absolute : whether the covariance is that of the standard deviations
+    """
+
+    sets: tuple[ObservationSet, ...]
+    template: BodyState
+    has_start: bool
+    has_body: bool
+    groups: tuple[str, ...]
+    loss: Loss
+    known: bool
+    absolute: bool
+
+    def solve(self, progress: Callable[[float], None] | None = None) -> Fit:
+        """The fit, with its warnings; `progress` is called with the fraction that is done."""
+        report = progress or (lambda _: None)
+        states, grid = [self.template], "moments" in self.groups
+        if not self.has_start:
+            # least squares would follow a few attitudes that are half a turn off
+            loss = Loss("cauchy") if self.loss.name == "linear" else self.loss
+            search = partial(starts.search, self.sets, self.template, self.groups, grid, loss)
+            candidates = search(lambda fraction: report(SEARCH * fraction))[:MAX_MINIMA]
+            states = [each.state for each in candidates]
+            if self.known and max(each.met for each in candidates) < 0.5:
+                _warn(
+                    "no free motion was found that half of the observations agree with: torques, standard "
+                    "deviations that are too small, attitudes that are not from body to frame, or another "
+                    "order of their components"
+                )
+        minima: list[Minimum] = []
+        for i, state in enumerate(states):
+            report(SEARCH + (1.0 - SEARCH) * i / len(states))
+            minima += self._minimum(state)
+        if not minima:
+            expected = "those of a free motion: least squares run off to rates or moments beyond any"
+            raise InputError("observations", None, expected)
+        best, *others = sorted(minima, key=lambda each: each.cost)
+        if not self.has_start and ((self.has_body and grid) or not best.observability.is_seen.all()):
+            # what is not seen of the inertia, or not for certain, stays that of `body`
+            limit = SPURIOUS if self.has_body else starts.INDISTINCT
+            own = replace(best.state, moments=self.template.moments, axes=self.template.axes)
+            for kept in self._minimum(own):
+                if kept.cost - best.cost < limit * best.sigma_scale**2:
+                    best, others = kept, [best, *others]
+        others = indistinct(best, others)
+        alternatives = tuple(fit_of(each, self.absolute) for each in others)
+        result = replace(fit_of(best, self.absolute), alternatives=alternatives)
+        _warn_of(result, self.absolute, self.loss)
+        report(1.0)
+        return result
+
+    def _minimum(self, state: BodyState) -> list[Minimum]:
+        """The minimum near a state; none where the search runs off, to rates or moments beyond any."""
+        least = float(self.template.moments.min())
+        try:
+            with np.errstate(over="raise"):
+                return [minimum(self.sets, state, self.groups, self.loss, self.absolute, least)]
+        except (FloatingPointError, ToleranceError):
+            return []
+
+
+def prepare(
+    observations: Any,
+    body: RigidBody | None,
+    start: Any,
+    estimate: Sequence[str],
+    loss: str | Loss,
+    absolute_sigma: bool | None,
+    epoch: Time | None,
+    frame: str | None,
+) -> FitInputs:
+    """The inputs of a fit; parameters, errors and warnings are those of `fit`."""
     if body is not None and body.shape:
         raise InputError("body", f"{body.shape} bodies", "one body")
-    template, given = _template(body, start, epoch, frame, observations)
+    template, has_start = _template(body, start, epoch, frame, observations)
     sets = _sets(observations, template)
     groups = check_groups(estimate, template.body)
     known = sets[0].sigma is not None
@@ -79,37 +164,13 @@ def fit(
     absolute = known if absolute_sigma is None else absolute_sigma
     if absolute and not known:
         raise InputError("absolute_sigma", True, "standard deviations of the observations beside it")
-    weighted = [each if known else replace(each, sigma=each.unknown_sigma) for each in sets]
-    if given:
-        candidates = [template]
-    else:
-        _refuse_unknown(groups, body)
-        # else one attitude that is half a turn off would leave no candidate near the others
-        is_robust = kind.name == "linear" and known and any(isinstance(each, Attitudes) for each in sets)
-        loss_of_search = Loss("cauchy") if is_robust else kind
-        candidates = starts.search(weighted, template, groups, "moments" in groups, loss_of_search)
-    least = template.moments.min()
-    minima = [minimum(weighted, state, groups, kind, absolute, least) for state in candidates[:MAX_MINIMA]]
-    best, *others = sorted(minima, key=lambda each: each.chi_square)
-    if not (
-        given or best.observability.is_seen.all()
-    ):  # what is not seen of the inertia stays that of `body`
-        own = replace(best.state, moments=template.moments, axes=template.axes)
-        kept = minimum(weighted, own, groups, kind, absolute, least)
-        best = kept if kept.chi_square - best.chi_square < starts.INDISTINCT * best.sigma_scale**2 else best
-    others = indistinct(best, others)
-    result = replace(fit_of(best, absolute), alternatives=tuple(fit_of(each, absolute) for each in others))
-    _warn_of(result, absolute, kind)
-    return result
-
-
-def _refuse_unknown(groups: tuple[str, ...], body: RigidBody | None) -> None:
-    """Without a start, what is not estimated has no value, but for the inertia of a body."""
-    for group in ("attitude", "angular_velocity"):
+    for group in () if has_start else ("attitude", "angular_velocity"):
         if group not in groups:
             raise InputError("start", None, f"a motion, whose {group} is kept where it is not estimated")
-    if body is None and "moments" not in groups:
+    if not has_start and body is None and "moments" not in groups:
         raise InputError("body", None, "the inertia, where it is not estimated")
+    weighted = tuple(each if known else replace(each, sigma=each.unknown_sigma) for each in sets)
+    return FitInputs(weighted, template, has_start, body is not None, groups, kind, known, absolute)
 
 
 def _template(
@@ -172,7 +233,7 @@ def _sets(observations: Any, template: BodyState) -> list[ObservationSet]:
 
 
 def _warn(text: str) -> None:
-    warnings.warn(text, AttitudeWarning, stacklevel=4)
+    warnings.warn(text, AttitudeWarning, stacklevel=5)
 
 
 def _warn_of(result: Fit, absolute: bool, loss: Loss) -> None:

@@ -18,7 +18,7 @@ from ..rigid_body.body import RigidBody
 from ..scene.document import Scene, builtin_text
 from ..scene.document_parts import AngularVelocity, Attitude, Body, Epoch, Times
 from ..scene.spin_form import SpinForm
-from .fit import fit
+from .fit import prepare
 from .fit_result import Fit
 from .observation_table import Table, read_table
 from .observations import Attitudes, BodyRates, ObservationSet
@@ -124,15 +124,17 @@ class FitDocument(Part):
         members = self.model_dump(exclude=own | {"uncertainty"}, exclude_unset=True, by_alias=True)
         return Scene.model_validate({"times": {"elapsed": [0.0], "unit": "s"}} | members)
 
-    def fit(self, observations: Sequence[ObservationSet] = ()) -> Fit:
-        """The fit of the document's observations and of these."""
+    def fit(
+        self, observations: Sequence[ObservationSet] = (), progress: Callable[[float], None] | None = None
+    ) -> Fit:
+        """The fit of the document's observations and of these; `progress` as of `FitInputs.solve`."""
         sets = list(observations)
         for i, each in enumerate(self.observations):
             with field_within(f"observations[{i}].columns"):
                 sets += each.build(self.frame or "ICRF")
         if not sets:
             raise InputError("observations", None, "at least one observation")
-        return fit(
+        inputs = prepare(
             sets,
             None if self.body is None else self.body.build(),
             self.start(),
@@ -142,6 +144,7 @@ class FitDocument(Part):
             None if self.epoch is None else self.epoch.build(),
             self.frame,
         )
+        return inputs.solve(progress)
 
     def answer(self, observations: Sequence[ObservationSet] = ()) -> dict[str, Any]:
         """The fit as plain data, with the scene of `scene`."""

@@ -38,6 +38,7 @@ class FilledGap:
     motion : its instants are counted from `start`
     seams : (2,) rad, between the motion and the attitudes at both ends; sigma : rad, scatter of one attitude
     excess : how much worse, in standard deviations of chi-square, one motion fits both sides than two
+    is_ambiguous : whether another motion fits as well, as where attitudes are half a turn apart or more
     """
 
     start: float
@@ -46,6 +47,7 @@ class FilledGap:
     seams: np.ndarray
     sigma: float
     excess: float
+    is_ambiguous: bool = False
 
     @property
     def is_consistent(self) -> bool:
@@ -57,6 +59,8 @@ class FilledGap:
         text = (
             f"gap from {self.start:.9g} to {self.stop:.9g} s by free rotation; off by {ends} deg at its ends"
         )
+        if self.is_ambiguous:
+            return f"{text}; another motion fits as well: turns between attitudes may have been missed"
         if self.is_consistent:
             return text
         return f"{text}, sigma {np.degrees(self.sigma):.3g} deg: its sides are not of one free motion"
@@ -70,9 +74,9 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
 
     body : its inertia, of which the scale does not matter
 
-    Raises InputError for fewer than three attitudes beside a gap, RegimeError for an ephemeris that cannot be
-    interpolated.  Warns (AttitudeWarning) of gaps whose sides are not of one
-    free motion, and where there are none.
+    Raises InputError for fewer than three attitudes on either side of a gap, RegimeError for an ephemeris
+    that cannot be interpolated.  Warns (AttitudeWarning) of gaps whose sides are not of one free motion, of
+    those that more than one motion fits, and where there are none.
     """
     if data.resample is None or len(data.shape) != 1:
         raise RegimeError("by dynamics: attitudes of one body whose instants increase are needed")
@@ -86,7 +90,7 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
             "no gaps: every instant is interpolated as the file states", AttitudeWarning, stacklevel=2
         )
     for gap in gaps:
-        if not gap.is_consistent:
+        if gap.is_ambiguous or not gap.is_consistent:
             warnings.warn(str(gap), AttitudeWarning, stacklevel=2)
     events = tuple(Event(gap.start, "gap", str(gap)) for gap in gaps)
     resample = GapInterpolator(data, gaps)
@@ -105,39 +109,57 @@ def _gap_indices(data: EphemerisData) -> np.ndarray:
 
 def _filled(before: EphemerisData, after: EphemerisData, body: RigidBody) -> FilledGap:
     stopping.check()
-    for side in (before, after):
-        if len(side) < MIN_SIDE:
-            where = f"{len(side)} attitudes beside the gap at {float(before.elapsed[-1]):.9g} s"
-            raise InputError("by", where, f"at least {MIN_SIDE}, to fit a motion to")
-    origin = float(before.elapsed[-1])
+    origin, counts = float(before.elapsed[-1]), (len(before), len(after))
+    if max(counts) < MIN_SIDE:
+        where = f"{counts[0]} and {counts[1]} attitudes beside the gap at {origin:.9g} s"
+        raise InputError("by", where, f"at least {MIN_SIDE} on one side, to fit a motion to")
     sets = [
         Attitudes(side.elapsed - origin, attitude=side.quaternion("wxyz"), order="wxyz", frame=side.frame)
         for side in (before, after)
     ]
-    sides = [_fit(each, body, None) for each in sets]
-    both = Attitudes(
-        np.concatenate([each.times for each in sets]),
-        attitude=np.concatenate([each.attitude for each in sets]),
-        order="wxyz",
-        frame=before.frame,
-    )
-    joint = min((_fit(both, body, side.motion) for side in sides), key=lambda each: each.chi_square)
-    numbers = 3 * len(both)
-    apart = sum(side.chi_square for side in sides) + numbers * (FLOOR / sets[0].unknown_sigma) ** 2
-    variance = apart / (numbers - 12)
-    residuals = joint.residuals[0].sizes
-    excess = ((joint.chi_square - apart) / variance - 6.0) / np.sqrt(12.0)
-    sigma = float(np.sqrt(variance)) * sets[0].unknown_sigma
-    stop = float(after.elapsed[0])
-    return FilledGap(
-        origin, stop, joint.motion, residuals[[len(before) - 1, len(before)]], sigma, float(excess)
-    )
-
-
-def _fit(observed: Attitudes, body: RigidBody, start: TorqueFreeMotion | None) -> Fit:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AttitudeWarning)
-        return fit(observed, body if start is None else None, start, STATE)
+        sides = [
+            _of_side(data, observed, body)
+            for data, observed in zip((before, after), sets, strict=True)
+            if len(data) >= MIN_SIDE
+        ]
+        both = replace(
+            sets[0],
+            times=np.concatenate([each.times for each in sets]),
+            attitude=np.concatenate([each.attitude for each in sets]),
+        )
+        fits = [fit(both, start=side.motion, estimate=STATE) for side in sides]
+    joint = min(fits, key=lambda each: each.chi_square)
+    apart = sum(side.chi_square for side in sides) + 3 * len(both) * (FLOOR / both.unknown_sigma) ** 2
+    variance = apart / sum(max(3 * count - 6, 0) for count in counts)
+    degrees = float(min(6, 3 * min(counts)))  # that two motions have more than one
+    excess = ((joint.chi_square - apart) / variance - degrees) / np.sqrt(2.0 * degrees)
+    return FilledGap(
+        origin,
+        float(after.elapsed[0]),
+        joint.motion,
+        joint.residuals[0].sizes[[counts[0] - 1, counts[0]]],
+        float(np.sqrt(variance)) * both.unknown_sigma,
+        float(excess),
+        any(side.alternatives for side in sides),
+    )
+
+
+def _of_side(data: EphemerisData, observed: Attitudes, body: RigidBody) -> Fit:
+    """The motion of one side; rates of the file tell how many turns there are between attitudes."""
+    searched = fit(observed, body, None, STATE)
+    if not data.has_rate:
+        return searched
+    seconds, rates = observed.times, data.angular_velocity
+    at = int(np.argmin(np.abs(seconds)))
+    there = TorqueFreeMotion(body, data.attitude[at], rates[at], None, "wxyz", data.frame).at(-seconds[at])
+    start = TorqueFreeMotion(body, there.rotation, there.angular_velocity, frame=data.frame)
+    fits = [searched, *searched.alternatives, fit(observed, start=start, estimate=STATE)]
+    limit = 2.0 * min(each.chi_square for each in fits) + len(seconds) * (FLOOR / observed.unknown_sigma) ** 2
+    likely = [each for each in fits if each.chi_square <= limit]
+    off = [float(np.abs(each.motion.at(seconds).angular_velocity - rates).sum()) for each in likely]
+    return replace(likely[int(np.argmin(off))], alternatives=())
 
 
 @dataclass(frozen=True)

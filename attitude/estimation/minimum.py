@@ -19,6 +19,8 @@ from .residuals import Residuals
 from .starts import INDISTINCT
 
 FALSE_ALARM = 0.01  # probability that any of the observations of a right model is called an outlier
+# Of deviations where none are known (0.01 rad, a hundredth of rates): scatter that is of rounding.
+LEAST_SCALE = 1e-9
 
 
 class Minimum(NamedTuple):
@@ -34,6 +36,11 @@ class Minimum(NamedTuple):
     def chi_square(self) -> float:
         """Weighted sum of squares, whatever the loss."""
         return self.problem.at(self.x).chi_square
+
+    @property
+    def cost(self) -> float:
+        """The sum of the losses, which is least here."""
+        return self.problem.at(self.x).cost
 
     @property
     def state(self) -> BodyState:
@@ -130,9 +137,9 @@ def _residuals(
 
 
 def indistinct(best: Minimum, others: Iterable[Minimum]) -> list[Minimum]:
-    """Other minima whose chi-square is not larger than chance explains."""
-    limit = INDISTINCT * best.sigma_scale**2
-    near = [each for each in others if each.chi_square - best.chi_square < limit]
+    """Other minima whose cost is not larger than chance explains."""
+    limit = INDISTINCT * max(best.sigma_scale, LEAST_SCALE) ** 2
+    near = [each for each in others if each.cost - best.cost < limit]
     distinct: list[Minimum] = []
     for each in near:
         if all(one.separation(each) > limit for one in (best, *distinct)):

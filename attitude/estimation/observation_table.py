@@ -6,8 +6,10 @@
     body_x, body_y, body_z, inertial_x, inertial_y, inertial_z   direction_sigma [deg]
     range_offset [m], point_x [m], ..., sight_x, ...             range_sigma [m]
 
-A row whose cells of one kind are all empty has no observation of that kind.  In a CSV file a comment line
-"# name [unit]: value" is a column of one value, "# frame: ECLIPJ2000" the frame.
+Units may also be in parentheses, or at the end as in the tables that this library writes: "omega_x (deg/s)",
+"omega_x_deg_s", "time_utc".  A row whose cells of one kind are all empty has no observation of that kind.  In
+a CSV file a comment line "# name [unit]: value" is a column of one value, "# frame: ECLIPJ2000" the frame,
+"# bias: true" asks for constant biases of rates and ranges.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ from .observations import Attitudes, BodyRates, Directions, ObservationSet, Rang
 
 CELLS_PER_CHECK = 1000
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
-HEADER = re.compile(r"\s*([A-Za-z0-9_]+)\s*(?:\[(.+)\])?\s*")
+HEADER = re.compile(r"\s*(\w+)\s*(?:\[(.+)\]|\((.+)\))?\s*")
+COMMENT = re.compile(r"#\s*(\w+(?:\s*(?:\[[^\]]+\]|\([^)]+\)))?)\s*:\s*(\S+)\s*")
 
 
 class Kind(NamedTuple):
@@ -70,6 +73,23 @@ UNITS = {
 }
 WITHOUT_UNIT = ("time", *QUATERNION, *DIRECTION.columns, *_xyz("sight"))
 EULER = re.compile(r"euler_([XYZ]{3})_([123])")
+SIGMAS = {Attitudes: ATTITUDE_SIGMA, **{kind.made: kind.sigma for kind in (RATE, DIRECTION, RANGE)}}
+NAMES = "|".join(sorted((*UNITS, *WITHOUT_UNIT), key=len, reverse=True))
+WITH_SUFFIX = re.compile(rf"({NAMES}|euler_[xyz]{{3}}_[123])_([a-z]+(?:_[a-z]+)?)")
+EXAMPLES = {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}
+
+
+def parse_header(header: str) -> tuple[str, str | None]:
+    """Name of a column and its unit, or scale; a header that is none is a name without."""
+    match = HEADER.fullmatch(header)
+    if match is None:
+        return header, None
+    name, unit = match[1].lower(), match[2] or match[3]
+    if unit is None and (suffixed := WITH_SUFFIX.fullmatch(name)):
+        name, unit = suffixed[1], suffixed[2].replace("_", "/")
+    if name.startswith("euler_"):
+        name = name[:6] + name[6:].upper()
+    return name, unit
 
 
 class Table:
@@ -92,8 +112,9 @@ class Table:
             raise InputError("time", None, 'a column "time [utc]", or of another scale, or "elapsed [s]"')
 
     def _add(self, header: str, values: Any) -> None:
-        match = HEADER.fullmatch(header)
-        name, unit = (match[1], match[2]) if match else (header, None)
+        name, unit = parse_header(header)
+        if name in self.columns or (name in ("time", "elapsed") and self.times is not None):
+            raise InputError(header, name, "each quantity once, and either dates or elapsed times")
         if name == "time":
             self.times = self._dates(header, unit, values)
             return
@@ -105,13 +126,14 @@ class Table:
         if (like is None) != (unit is None):
             expected = "no unit"
             if like is not None:
-                examples = {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}
-                expected = f'its unit in brackets, such as "{name} [{examples[like]}]"'
+                expected = f'its unit in brackets, such as "{name} [{EXAMPLES[like]}]"'
             raise InputError(header, unit, expected)
         if is_euler:
             rotations.check_sequence(is_euler[1], header)
-        factor = 1.0 if like is None else units.parse_unit(unit, like, header)
-        numbers = _numbers(values, header) * factor
+        numbers = _numbers(values, header)
+        if name in SIGMAS.values():
+            units.refuse_where(numbers <= 0.0, numbers, header, "greater than 0")
+        numbers *= 1.0 if like is None or unit is None else units.parse_unit(unit, like, header)
         numbers = np.broadcast_to(numbers, (self.count,)) if numbers.ndim == 0 else numbers
         if name == "elapsed":
             units.refuse_where(~np.isfinite(numbers), numbers, header, "a time in every row")
@@ -157,7 +179,7 @@ class Table:
         if values is None:
             return None
         attitude = rotations.from_euler(sequence, values) if euler else values
-        return Attitudes(self.times[rows], sigma, self._name(Attitudes), self.frame, attitude, "wxyz")
+        return self._set(Attitudes, names, rows, sigma, attitude=attitude, order="wxyz")
 
     def _of_kind(self, kind: Kind) -> ObservationSet | None:
         rows, values, sigma = self._part(kind.columns, kind.sigma)
@@ -166,10 +188,27 @@ class Table:
         members: dict[str, Any] = {name: values[:, part] for name, part in kind.members.items()}
         if kind is not DIRECTION:
             members["has_bias"] = self.has_bias
-        return kind.made(self.times[rows], sigma, self._name(kind.made), self.frame, **members)
+        return self._set(kind.made, kind.columns, rows, sigma, **members)
 
-    def _name(self, made: type[ObservationSet]) -> str:
-        return f"{self.label} {made.KIND}".strip()
+    def _set(
+        self,
+        made: type[ObservationSet],
+        names: tuple[str, ...],
+        rows: np.ndarray,
+        sigma: np.ndarray | None,
+        **members: Any,
+    ) -> ObservationSet:
+        """The observations of these rows; errors name row and columns of the table."""
+        name = f"{self.label} {made.KIND}".strip()
+        try:
+            return made(self.times[rows], sigma, name, self.frame, **members)
+        except InputError as error:
+            index = re.search(r"\[(\d+)\]", error.field)
+            if index is None:
+                raise
+            row = int(np.flatnonzero(rows)[int(index[1])])
+            column = SIGMAS[made] if error.field.startswith(f"{name}.sigma") else ", ".join(names)
+            raise InputError(f"{column}[{row}]", error.value, error.expected) from None
 
     def _part(
         self, names: Sequence[str], sigma_name: str
@@ -192,6 +231,8 @@ class Table:
                 rows & np.isnan(values[:, i]), values[:, i], name, f"a number, as in {present[0]}"
             )
         sigma = self.columns.get(sigma_name)
+        if sigma is not None:
+            units.refuse_where(rows & np.isnan(sigma), sigma, sigma_name, f"a number beside {present[0]}")
         return rows, values[rows], None if sigma is None else sigma[rows]
 
 
@@ -216,35 +257,35 @@ def _numbers(values: Any, header: str) -> np.ndarray:
 def read_table(path: str | Path, frame: str | None = None) -> list[ObservationSet]:
     """The observations of a CSV file; `frame` of the values where the file names none (ICRF by default).
 
-    Raises FormatError where it cannot be read, InputError that names column and row.
+    Raises FormatError where it cannot be read, InputError that names line and column.
     """
     with file_errors(path):
         text = Path(path).read_text(encoding="utf-8-sig")
-    columns: dict[str, Any] = {}
     lines = text.splitlines()
-    numbers = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
-    for line in lines:
-        if match := re.fullmatch(r"#\s*([A-Za-z0-9_]+(?:\s*\[[^\]]+\])?)\s*:\s*(\S+)\s*", line):
-            columns[match[1]] = match[2]
-    frame = columns.pop("frame", frame or "ICRF")
-    columns = {name: value for name, value in columns.items() if _is_column(name)}
-    rows = list(csv.reader(lines[i] for i in numbers))
-    if len(rows) < 2:
+    comments: dict[str, str] = {match[1]: match[2] for line in lines if (match := COMMENT.fullmatch(line))}
+    known = (*UNITS, *WITHOUT_UNIT)  # other comments are of no account
+    columns: dict[str, Any] = {
+        name: each for name, each in comments.items() if parse_header(name)[0] in known
+    }
+    numbers = [i + 1 for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
+    if len(numbers) < 2:
         raise FormatError("no observations: a line of column names, then a line for each instant", str(path))
+    delimiter = next((each for each in ",;\t" if each in lines[numbers[0] - 1]), ",")
+    rows = list(csv.reader((lines[number - 1] for number in numbers), delimiter=delimiter))
     for row, number in zip(rows, numbers, strict=True):
         if len(row) != len(rows[0]):
-            raise FormatError(f"{len(row)} cells, but {len(rows[0])} columns", str(path), number + 1)
+            raise FormatError(f"{len(row)} cells, but {len(rows[0])} columns", str(path), number)
     for name, values in zip(rows[0], zip(*rows[1:], strict=True), strict=True):
         if name in columns:
-            raise FormatError(f"the column {name!r} twice", str(path), numbers[0] + 1)
+            raise FormatError(f"the column {name!r} twice", str(path), numbers[0])
         columns[name] = values
+    bias = comments.get("bias", "false").lower()
+    if bias not in ("true", "false"):
+        raise FormatError(f"bias: {bias!r} is neither true nor false", str(path))
     try:
-        return Table(columns, rotations.check_frame(frame, "frame")).sets()
+        frame = rotations.check_frame(comments.get("frame", frame or "ICRF"), "frame")
+        return Table(columns, frame, "", bias == "true").sets()
     except InputError as error:
-        raise InputError(f"{path}: {error.field}", error.value, error.expected, ()) from None
-
-
-def _is_column(header: str) -> bool:
-    """Whether a comment names a column; any other comment is of no account."""
-    name = HEADER.fullmatch(header)
-    return name is not None and (name[1] in UNITS or name[1] in WITHOUT_UNIT)
+        index = re.search(r"\[(\d+)\]$", error.field)
+        line = f", line {numbers[1 + int(index[1])]}" if index else ""
+        raise InputError(f"{path}{line}: {error.field}", error.value, error.expected, ()) from None

@@ -219,10 +219,10 @@ def _tensor_columns(state: BodyState) -> np.ndarray:
     return np.array([[change[i, j] for change in changes] for i, j in ELEMENTS])
 
 
-def exponential(vector: np.ndarray) -> np.ndarray:
-    """(4,) wxyz of a rotation vector (3,)."""
-    half = 0.5 * np.sqrt(vector @ vector)
-    return np.array([np.cos(half), *(0.5 * np.sinc(half / np.pi) * vector)])
+def exponential(vectors: np.ndarray) -> np.ndarray:
+    """(..., 4) wxyz of rotation vectors (..., 3)."""
+    half = 0.5 * np.sqrt((vectors**2).sum(axis=-1, keepdims=True))
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vectors], axis=-1)
 
 
 def _right_jacobian(vector: np.ndarray) -> np.ndarray:

@@ -1,14 +1,17 @@
 """Where the search begins when no start is given: states from the observations, on a grid of inertia.
 
 A motion is first fitted to a few observations about an anchor, then to more and more of them: over long
-spans the sum of squares has a minimum for every number of turns that might have been missed.
+spans the sum of squares has a minimum for every number of turns that might have been missed.  Any of the few
+may be wrong, so that candidates are made of all of them, and judged by all.  Where most observations disagree
+with what was found, there are other anchors.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,38 +33,88 @@ LARGE_TURN = 2.0  # rad between neighbours, beyond which a whole turn may have b
 RANDOM_STATES = 1000
 INDISTINCT = 9.0  # difference of chi-square up to which minima cannot be told apart: three sigma
 SAME = 1e-4  # relative difference of two candidates that are one
+FAR = 0.001  # probability that chance explains an observation that a candidate does not meet
+
+
+class Candidate(NamedTuple):
+    """A minimum: the cost of the observations it was fitted to, the part of them that it meets, the state."""
+
+    cost: float
+    met: float
+    state: BodyState
+
+
+class States(NamedTuple):
+    """Attitudes (n, 4) and rates (n, 3) that there may be at an anchor; (n,) which of them are of a kind."""
+
+    attitude: np.ndarray
+    rate: np.ndarray
+    kind: np.ndarray
 
 
 def search(
-    sets: Sequence[ObservationSet], template: BodyState, groups: tuple[str, ...], grid: bool, loss: Loss
-) -> list[BodyState]:
+    sets: Sequence[ObservationSet],
+    template: BodyState,
+    groups: tuple[str, ...],
+    grid: bool,
+    loss: Loss,
+    progress: Callable[[float], None],
+) -> list[Candidate]:
     """States at the epoch, the best first, from which the least squares may start.
 
+    sets : whose times are `Instants`
     template : epoch, frame and inertia; grid : whether other inertia is tried too
+    progress : called with the fraction that is done
     """
-    seconds = [each.instants(template.epoch).seconds for each in sets]
-    timed = max(range(len(sets)), key=lambda i: (isinstance(sets[i], Attitudes), len(sets[i])))
-    anchor = float(seconds[timed][np.argmin(np.abs(seconds[timed]))])
+    timed = max(sets, key=lambda each: (isinstance(each, Attitudes), len(each)))
+    seconds = np.sort(timed.times.seconds)
     bodies = [template, *(_grid(template) if grid else ())]
-    states = [replace(body, attitude=q, rate=w) for q, w in _states(sets, seconds, anchor) for body in bodies]
-    if not states:
-        raise InputError("start", None, "a motion to start from: these observations are too few to find one")
-    most = max(map(len, sets))
-    size, kept = FIRST_WINDOW, KEPT_AT_FIRST
-    while True:
-        window = [_window(each, times, anchor, size) for each, times in zip(sets, seconds, strict=True)]
-        minima = _improved(_best(window, states, anchor, kept), window, groups, loss, anchor)
-        states, lowest = [state for _, state in minima], minima[0][0]
-        if size >= most:
+    candidates: list[Candidate] = []
+    indices = dict.fromkeys((int(np.argmin(np.abs(seconds))), len(seconds) // 2, len(seconds) - 1, 0))
+    for done, index in enumerate(indices):
+        progress(done / len(indices))
+        anchor = float(seconds[index])
+        for each in _search_about(anchor, sets, bodies, groups, loss):
+            moved = each._replace(state=_moved(each.state, -anchor))
+            if not any(_same(moved.state, other.state) for other in candidates):
+                candidates.append(moved)
+        if any(each.met > 0.5 for each in candidates):
             break
-        size, kept = size * GROWTH, KEPT
-    limit = lowest + INDISTINCT * max(1.0, lowest / sum(len(each) * each.DEGREES for each in window))
-    return [_moved(state, -anchor) for cost, state in minima if cost <= limit]
+    if not candidates:
+        raise InputError("start", None, "a motion to start from: none was found that these observations fit")
+    candidates.sort(key=lambda each: each.cost)
+    lowest, count = candidates[0].cost, sum(min(len(each), MAX_IN_WINDOW) * each.DEGREES for each in sets)
+    limit = lowest + INDISTINCT * max(1.0, lowest / count)
+    return [each for each in candidates if each.cost <= limit]
 
 
-def _window(each: ObservationSet, seconds: np.ndarray, anchor: float, size: int) -> ObservationSet:
+def _search_about(
+    anchor: float,
+    sets: Sequence[ObservationSet],
+    bodies: Sequence[BodyState],
+    groups: tuple[str, ...],
+    loss: Loss,
+) -> list[Candidate]:
+    """Minima near an anchor, the lowest first, with their states there."""
+    size, window = FIRST_WINDOW, [_window(each, anchor, FIRST_WINDOW) for each in sets]
+    states = _first_states(window, bodies, anchor)
+    while True:
+        minima = _improved(states, window, groups, loss, anchor)
+        if size >= max(map(len, sets)) or not minima:
+            return minima
+        size *= GROWTH
+        window = [_window(each, anchor, size) for each in sets]
+        found = [each.state for each in minima]
+        attitudes, rates = (
+            np.array([getattr(each, name) for each in found]) for name in ("attitude", "rate")
+        )
+        cost = _costs(window, np.array([each.tensor for each in found]), attitudes, rates, anchor)
+        states = [found[i] for i in np.argsort(cost, kind="stable")[:KEPT]]
+
+
+def _window(each: ObservationSet, anchor: float, size: int) -> ObservationSet:
     """The nearest so many observations to the anchor, thinned to MAX_IN_WINDOW."""
-    nearest = np.argsort(np.abs(seconds - anchor), kind="stable")[:size]
+    nearest = np.sort(np.argsort(np.abs(each.times.seconds - anchor), kind="stable")[:size])
     return each[nearest[:: -(-len(nearest) // MAX_IN_WINDOW)]]
 
 
@@ -72,89 +125,108 @@ def _grid(template: BodyState) -> Iterator[BodyState]:
             yield replace(template, moments=scale * np.array(order))
 
 
-def _states(
-    sets: Sequence[ObservationSet], seconds: Sequence[np.ndarray], anchor: float
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Attitudes and rates that there may be at the anchor."""
-    rates = [
-        each.rate[np.argmin(np.abs(times - anchor))]
-        for each, times in zip(sets, seconds, strict=True)
-        if isinstance(each, BodyRates)
-    ]
-    attitudes = [
-        (each, times) for each, times in zip(sets, seconds, strict=True) if isinstance(each, Attitudes)
-    ]
-    for each, times in attitudes:
-        nearest = np.argsort(np.abs(times - anchor), kind="stable")[:2]
-        for q, t in zip(each.attitude[nearest], times[nearest], strict=True):  # one of which may be off
-            for rate in rates or _differences(each.attitude, times, anchor):
-                yield rotations.product(q, exponential(rate * (anchor - t))), rate
-    if not attitudes and any(isinstance(each, Directions) for each in sets):
-        yield from _random_states(seconds, rates)
-
-
-def _differences(attitude: np.ndarray, seconds: np.ndarray, anchor: float) -> Iterator[np.ndarray]:
-    """Mean rates between attitudes about the anchor; with whole turns more where these are far apart."""
-    distinct, first = np.unique(seconds, return_index=True)
-    middle = int(np.searchsorted(distinct, anchor))
-    pairs = [
-        i
-        for i in (middle - 1, middle, middle - 2, middle + 1, middle - 3, middle + 2)
-        if 0 <= i < len(distinct) - 1
-    ]
-    for i in pairs:
-        turn = rotations.rotation_vectors(attitude[first[i]], attitude[first[i + 1]])
-        interval, angle = distinct[i + 1] - distinct[i], float(np.sqrt(turn @ turn))
-        yield turn / interval
-        if angle > LARGE_TURN:
-            for turns in (-1, 1):
-                yield turn * (1.0 + turns * 2.0 * np.pi / angle) / interval
-
-
-def _random_states(
-    seconds: Sequence[np.ndarray], rates: Sequence[np.ndarray]
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Attitudes at random, and rates up to half a turn between neighbours where none was observed."""
-    random = np.random.default_rng(0)
-    gaps = np.diff(np.unique(np.concatenate(seconds)))
-    limit = np.pi / np.median(gaps) if gaps.size else 0.0
-    for _ in range(RANDOM_STATES):
-        q, w = random.normal(size=4), random.normal(size=3)
-        size = limit * random.random() / np.sqrt(w @ w)
-        yield q / np.sqrt(q @ q), rates[0] if rates else w * size
-
-
-def _best(
-    window: Sequence[ObservationSet], states: Sequence[BodyState], anchor: float, count: int
+def _first_states(
+    window: Sequence[ObservationSet], bodies: Sequence[BodyState], anchor: float
 ) -> list[BodyState]:
-    """The candidates with the least sums of squares; all motions are computed in one batch."""
-    if len(states) == 1:
-        return list(states)
-    tensors = np.array([state.tensor for state in states])
-    attitudes, rates = (np.array([getattr(state, name) for state in states]) for name in ("attitude", "rate"))
-    body = RigidBody(tensors, physical=False)
-    motions = TorqueFreeMotion(body, attitudes, rates, None, "wxyz", states[0].frame)
-    cost = np.zeros(len(states))
+    """The states that most observations agree with: the best of each body and kind, and the best of these."""
+    states = _states(window, anchor)
+    if not len(states.kind):
+        raise InputError(
+            "start", None, "a motion to start from: attitudes at two instants, or rates, at least"
+        )
+    tensors = np.array([body.tensor for body in bodies])
+    cost = _costs(window, tensors[:, None], states.attitude, states.rate, anchor)
+    order = np.argsort(cost, axis=None, kind="stable")
+    body, state = np.unravel_index(order, cost.shape)
+    _, first = np.unique(np.stack([body, states.kind[state]]), axis=1, return_index=True)
+    return [
+        replace(bodies[body[i]], attitude=states.attitude[state[i]], rate=states.rate[state[i]])
+        for i in np.sort(first)[:KEPT_AT_FIRST]
+    ]
+
+
+def _states(window: Sequence[ObservationSet], anchor: float) -> States:
+    """From every attitude of the window, by every rate observed in it, or that two attitudes make."""
+    attitudes = [each for each in window if isinstance(each, Attitudes)]
+    rates = [each.rate for each in window if isinstance(each, BodyRates)]
+    if not attitudes:
+        return _random_states(window, rates)
+    kinds = [np.zeros(len(each), dtype=int) for each in rates]
+    if not rates:
+        rates, kinds = zip(*map(_differences, attitudes), strict=True)
+    rate, kind = np.concatenate(rates), np.concatenate(kinds)
+    q = np.concatenate([each.attitude for each in attitudes])
+    earlier = anchor - np.concatenate([each.times.seconds for each in attitudes])
+    moved = rotations.product(q[:, None], exponential(earlier[:, None, None] * rate))
+    return States(moved.reshape(-1, 4), np.tile(rate, (len(q), 1)), np.tile(kind, len(q)))
+
+
+def _differences(each: Attitudes) -> tuple[np.ndarray, np.ndarray]:
+    """Mean rates (n, 3) between any two attitudes; between neighbours far apart also with a whole turn more.
+
+    The kind, (n,), is the number of turns.
+    """
+    seconds, first = np.unique(each.times.seconds, return_index=True)
+    i, j = np.triu_indices(len(seconds), 1)
+    interval = (seconds[j] - seconds[i])[:, None]
+    turn = rotations.rotation_vectors(each.attitude[first[i]], each.attitude[first[j]])
+    angle = np.linalg.norm(turn, axis=1, keepdims=True)
+    far = (j == i + 1) & (angle[:, 0] > LARGE_TURN)
+    whole = 2.0 * np.pi * turn[far] / angle[far]
+    turns = np.concatenate(
+        [turn / interval, (turn[far] - whole) / interval[far], (turn[far] + whole) / interval[far]]
+    )
+    return turns, np.repeat([0, -1, 1], [len(turn), len(whole), len(whole)])
+
+
+def _random_states(window: Sequence[ObservationSet], rates: Sequence[np.ndarray]) -> States:
+    """Attitudes at random, with rates up to half a turn between neighbours where none was observed."""
+    if not any(isinstance(each, Directions) for each in window):
+        raise InputError("start", None, "a motion to start from: these observations are too few to find one")
+    random = np.random.default_rng(0)
+    gaps = np.diff(np.unique(np.concatenate([each.times.seconds for each in window])))
+    limit = np.pi / np.median(gaps) if gaps.size else 0.0
+    q, w = random.normal(size=(RANDOM_STATES, 4)), random.normal(size=(RANDOM_STATES, 3))
+    w *= limit * random.random((RANDOM_STATES, 1)) / np.linalg.norm(w, axis=1, keepdims=True)
+    if rates:
+        observed = np.concatenate(rates)
+        w = observed[np.arange(RANDOM_STATES) % len(observed)]
+    return States(q / np.linalg.norm(q, axis=1, keepdims=True), w, np.arange(RANDOM_STATES))
+
+
+def _costs(
+    window: Sequence[ObservationSet],
+    tensors: np.ndarray,
+    attitude: np.ndarray,
+    rate: np.ndarray,
+    anchor: float,
+) -> np.ndarray:
+    """(...), logarithmic, of motions whose inertia (..., 3, 3), attitudes and rates broadcast."""
+    motions = TorqueFreeMotion(RigidBody(tensors, physical=False), attitude, rate, order="wxyz")
+    cost = np.zeros(motions.shape)
     for each in window:
-        ephemeris = motions.ephemeris(since(each.instants(states[0].epoch), anchor), rate=True)
-        for i in range(len(states)):
-            stopping.check()
-            residuals = each.residuals(
-                ephemeris.attitude[i], ephemeris.computed_rate[i], np.zeros(each.biases)
-            )
-            cost[i] += np.log1p(((residuals * each.weights) ** 2).sum(axis=1)).sum()
-    return [states[i] for i in np.argsort(cost, kind="stable")[:count]]
+        stopping.check()
+        ephemeris = motions.ephemeris(since(each.times, anchor), rate=True)
+        repeated = each[np.tile(np.arange(len(each)), cost.size)]
+        residuals = repeated.residuals(
+            ephemeris.attitude.reshape(-1, 4), ephemeris.computed_rate.reshape(-1, 3), np.zeros(each.biases)
+        )
+        square = ((residuals * repeated.weights) ** 2).sum(axis=1)
+        cost += np.log1p(square).reshape(*cost.shape, len(each)).sum(axis=-1)
+    return cost
 
 
 def _improved(
-    states: Iterable[BodyState],
+    states: Sequence[BodyState],
     window: Sequence[ObservationSet],
     groups: tuple[str, ...],
     loss: Loss,
     anchor: float,
-) -> list[tuple[float, BodyState]]:
+) -> list[Candidate]:
     """The minima near these states, the lowest first, each once; none that is far above the lowest."""
-    minima: list[tuple[float, BodyState]] = []
+    from scipy.special import chdtri
+
+    minima: list[Candidate] = []
     for state in states:
         problem = Problem(window, state, groups, loss, anchor, PRIOR)
         try:
@@ -162,14 +234,14 @@ def _improved(
                 x, _ = problem.minimize(np.zeros(len(problem.parameters.names)), None, 1e-6, 20)
         except (ToleranceError, FloatingPointError):
             continue  # it ran off, to rates or moments beyond any
-        at_minimum = problem.parameters.state(x)
-        if not any(_same(at_minimum, other) for _, other in minima):
-            minima.append((problem.at(x).cost, at_minimum))
-    if not minima:
-        raise InputError("start", None, "a motion to start from: none was found that these observations fit")
-    minima.sort(key=lambda each: each[0])
+        at_minimum, linear = problem.parameters.state(x), problem.at(x)
+        if not any(_same(at_minimum, other.state) for other in minima):
+            squares = zip(window, linear.squares, strict=True)
+            is_met = np.concatenate([square <= chdtri(each.DEGREES, FAR) for each, square in squares])
+            minima.append(Candidate(linear.cost, float(is_met.mean()), at_minimum))
+    minima.sort(key=lambda each: each.cost)
     count = sum(map(len, window))
-    return [each for each in minima if each[0] <= 4.0 * minima[0][0] + 4.0 * count]
+    return [each for each in minima if each.cost <= 4.0 * minima[0].cost + 4.0 * count]
 
 
 def _same(one: BodyState, other: BodyState) -> bool:

@@ -351,12 +351,72 @@ def test_one_attitude_far_off_is_named_first_wherever_it_is(random, index, turn)
     assert result.outliers[0].startswith(f"attitudes[{index}],")
 
 
+A_FIFTH = np.random.default_rng(3).choice(40, 8, replace=False)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "is_one_rotation"),
+    [
+        (range(2), False),
+        (range(3), False),
+        (range(5), False),
+        ((0, 1, 38, 39), False),
+        (range(19, 22), False),
+        (A_FIFTH, False),
+        (range(8), True),
+        (range(32, 40), True),
+    ],
+    ids=["two", "three", "five", "both ends", "middle", "a fifth", "eight alike", "eight last alike"],
+)
+def test_attitudes_far_off_do_not_mislead_the_search(random, wrong, is_one_rotation):
+    """Of the first eight, from which the search begins, up to five are wrong; or all, alike."""
+    truth = simulated.motion()
+    sets, wrong = simulated.attitudes(truth, random)[:40], np.array(list(wrong))
+    turns, q = Rotation.random(len(wrong), random).as_quat(scalar_first=True), sets.attitude.copy()
+    q[wrong] = (
+        rotations.product(turns[:1], q[wrong]) if is_one_rotation else rotations.product(q[wrong], turns)
+    )
+    far = replace(sets, attitude=q)
+    robust = quiet_fit(far, RigidBody((10.0, 12.0, 18.0)), loss="cauchy")
+    assert np.abs(pulls(robust, truth)).max() < 5.0
+    assert np.flatnonzero(robust.residuals[0].is_outlier).tolist() == sorted(wrong)
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["known sigma", "unknown sigma"])
+def test_two_first_attitudes_far_off_are_named_first_by_least_squares_too(random, known):
+    sets = simulated.attitudes(simulated.motion(), random)[:40]
+    q = sets.attitude.copy()
+    q[:2] = rotations.product(q[:2], Rotation.random(2, random).as_quat(scalar_first=True))
+    result = quiet_fit(replace(sets, attitude=q, sigma=sets.sigma if known else None), RigidBody(MOMENTS))
+    assert {each.split(",")[0] for each in result.outliers[:2]} == {"attitudes[0]", "attitudes[1]"}
+
+
 def test_half_a_turn_off_is_an_outlier(random):
     half_turn = observed(lambda q, _: q.__setitem__(7, q[7][[1, 0, 3, 2]] * [-1, 1, 1, -1]))()
     with pytest.warns(AttitudeWarning, match=r"outliers: attitudes\[7\], 70 s: off by 1[78]\d"):
         result = fit(half_turn, RigidBody(MOMENTS), loss="cauchy")
     assert np.flatnonzero(result.residuals[0].is_outlier).tolist() == [7]
     assert np.abs(pulls(result, simulated.motion())).max() < 0.5
+
+
+@pytest.mark.parametrize(
+    "change", [lambda q: q[:, [1, 2, 3, 0]], rotations.conjugate], ids=["xyzw", "inverse"]
+)
+def test_attitudes_of_another_convention_fit_no_motion(random, change):
+    sets = simulated.attitudes(simulated.motion(), random)[:40]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        fit(replace(sets, attitude=change(sets.attitude)), RigidBody(MOMENTS))
+    said = [str(each.message) for each in caught]
+    assert any("not from body to frame, or another order of their components" in text for text in said)
+    assert not any("overflow" in text for text in said)
+
+
+@pytest.mark.parametrize("seconds", [[3.0], [3.0, 3.0, 3.0]])
+def test_attitudes_at_one_instant_are_too_few(seconds):
+    q = simulated.motion().at(np.array(seconds)).rotation
+    with pytest.raises(InputError, match="attitudes at two instants, or rates, at least"):
+        quiet_fit(Attitudes(seconds, SIGMA, attitude=q), RigidBody(MOMENTS))
 
 
 def test_instants_that_go_back_are_named_and_do_not_matter():
@@ -554,6 +614,68 @@ def test_tables_that_are_wrong_are_refused(tmp_path, text, message):
     assert type(caught.value).__name__ in ("InputError", "FormatError")
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time [utc],omega_x [deg/s],omega_y [deg/s],omega_z [deg/s],omega_sigma [deg/s]",
+        "time (UTC), omega_x (deg/s), omega_y (deg/s), omega_z (deg/s), omega_sigma (deg/s)",
+        "time_utc,omega_x_deg_s,omega_y_deg_s,omega_z_deg_s,omega_sigma_deg_s",
+        "Time [UTC];Omega_X [deg/s];Omega_Y [deg/s];Omega_Z [deg/s];Omega_Sigma [deg/s]",
+    ],
+)
+def test_units_of_columns_in_brackets_or_as_in_tables_of_the_library(tmp_path, header):
+    row = "2026-01-01T00:00:05,1,2,3,0.1".replace(",", ";" if ";" in header else ",")
+    (tmp_path / "table.csv").write_text(f"{header}\n{row}\n")
+    (rates,) = read_observations(tmp_path / "table.csv")
+    assert rates.times.isot.tolist() == ["2026-01-01T00:00:05.000"]
+    assert rates.rate == pytest.approx(np.array([[1.0, 2.0, 3.0]]) * DEG)
+    assert rates.sigma == pytest.approx(0.1 * DEG)
+    assert not rates.has_bias
+
+
+ROWS = "\n0,1,0,0,0,1\n\n1,,,,,\n2,1,0,0,0,1\n"
+SIGHTS = "elapsed_s,range_offset_mm,point_x_m,point_y_m,point_z_m,sight_x,sight_y,sight_z,range_sigma_mm"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (ROWS.replace("2,1,0", "2,1,5"), r"line 5: q_w, q_x, q_y, q_z\[2\]: a unit quaternion"),
+        (ROWS.replace("0,1\n\n", "0,-1\n\n"), r"line 2: attitude_sigma_deg\[0\]: greater than 0; got -1.0"),
+        (ROWS[:-2] + "\n", r"line 5: attitude_sigma\[2\]: a number beside q_w; got nan"),
+        (ROWS.replace("2,1,0", ",1,0"), r"line 5: elapsed_s\[2\]: a time in every row"),
+    ],
+)
+def test_errors_of_tables_name_the_line(tmp_path, text, message):
+    (tmp_path / "table.csv").write_text("elapsed_s,q_w,q_x,q_y,q_z,attitude_sigma_deg" + text)
+    with pytest.raises(InputError, match=message):
+        read_observations(tmp_path / "table.csv")
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("elapsed_s,q_w,q_x,q_y,q_z,Q_W", "Q_W: each quantity once"),
+        ("time [utc],elapsed_s,q_x,q_y,q_z,q_w", "elapsed_s: each quantity once, and either dates"),
+        ("elapsed_s,qw,qx,qy,qz,attitude_sigma_deg", "did you mean 'q_w'"),
+    ],
+)
+def test_headers_of_tables_that_are_wrong_are_refused(tmp_path, header, message):
+    (tmp_path / "table.csv").write_text(header + "\n2026-01-01T00:00:00,1,0,0,0,1\n")
+    text = (tmp_path / "table.csv").read_text()
+    if not header.startswith("time"):
+        (tmp_path / "table.csv").write_text(text.replace("2026-01-01T00:00:00", "0"))
+    with pytest.raises(InputError, match=message):
+        read_observations(tmp_path / "table.csv")
+
+
+def test_table_asks_for_a_bias_of_its_ranges(tmp_path):
+    (tmp_path / "table.csv").write_text(f"# bias: true\n{SIGHTS}\n0,5,1,0,0,1,0,0,2\n")
+    (ranges,) = read_observations(tmp_path / "table.csv")
+    assert ranges.has_bias
+    assert (ranges.offset, ranges.sigma) == (pytest.approx([0.005]), pytest.approx([0.002]))
+
+
 def test_rows_without_a_kind_have_none_of_it(tmp_path):
     text = (
         "elapsed [min],q_w,q_x,q_y,q_z,omega_x [deg/s],omega_y [deg/s],omega_z [deg/s],omega_sigma [deg/s]\n"
@@ -612,3 +734,33 @@ def test_command_refuses_in_one_line(options, message, capsys):
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("quiet", [(), ("-q",)], ids=["", "quiet"])
+@pytest.mark.parametrize("terminal", [True, False])
+def test_progress_is_shown_on_a_terminal_only(capsys, monkeypatch, terminal, quiet):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: terminal)
+    paths = [str(EXAMPLES / name) for name in ("toutatis-fit.json", "toutatis-radar.csv")]
+    options = ["--only", "attitudes", "--relative-sigma", *quiet]
+    assert main(["fit", paths[0], "--observations", paths[1], *options]) == 0
+    assert ("left" in capsys.readouterr().err) == (terminal and not quiet)
+
+
+def test_command_estimates_the_biases_that_it_is_asked_for(tmp_path, capsys, random):
+    truth, bias = simulated.motion(), np.array([1e-3, 2e-3, -1e-3])
+    q, rate = truth.at(SECONDS).quaternion("wxyz"), simulated.rates(truth, random, bias=bias).rate
+    np.savetxt(
+        tmp_path / "table.csv",
+        np.column_stack([SECONDS, q, rate]),
+        delimiter=",",
+        comments="",
+        header="# attitude_sigma [deg]: 0.1\n# omega_sigma [rad/s]: 1e-4\n"
+        "elapsed_s,q_w,q_x,q_y,q_z,omega_x_rad_s,omega_y_rad_s,omega_z_rad_s",
+    )
+    (tmp_path / "body.json").write_text('{"body": {"moments": [10, 13, 17], "unit": "kg m2"}}')
+    paths = [str(tmp_path / "body.json"), "--observations", str(tmp_path / "table.csv")]
+    assert main(["fit", *paths, "--bias", "--json"]) == 0
+    parameters = json.loads(capsys.readouterr().out)["parameters"]
+    for axis, value in zip("xyz", bias, strict=True):
+        estimated = parameters[f"rates bias.{axis}"]
+        assert abs(estimated["value"] - value) < 4.0 * estimated["sigma"]

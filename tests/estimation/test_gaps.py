@@ -1,5 +1,7 @@
 """Gaps filled by dynamics: exact between, within sigma at the ends, or a warning."""
 
+import warnings
+
 import numpy as np
 import pytest
 from astropy.time import Time
@@ -96,10 +98,43 @@ def test_ephemeris_without_gaps_stays(tmp_path):
     assert (filled.resampled([3.0]).quaternion("wxyz") == data.resampled([3.0]).quaternion("wxyz")).all()
 
 
-def test_few_attitudes_beside_a_gap_are_refused(tmp_path):
-    data = gappy(tmp_path / "gappy.csv", gap=(2.0, 300.0))
-    with pytest.raises(InputError, match=r"2 attitudes beside the gap at 2 s"):
+@pytest.mark.parametrize("gap", [(0.0, 300.0), (2.0, 300.0), (200.0, 598.0)], ids=["one", "two", "last"])
+@pytest.mark.parametrize("manoeuvre", [0.0, 1e-3])
+def test_few_attitudes_on_one_side_are_met_or_named(tmp_path, gap, manoeuvre):
+    data = gappy(tmp_path / "gappy.csv", np.random.default_rng(1), manoeuvre, gap)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        filled, (found,) = fill_gaps(data, RigidBody(MOMENTS))
+    assert found.is_consistent == (manoeuvre == 0.0)
+    assert bool(caught) == (manoeuvre != 0.0)
+    if not manoeuvre:
+        assert off(filled, np.arange(gap[0] + 1.0, gap[1])).max() < 10.0 * SIGMA
+
+
+def test_few_attitudes_on_both_sides_are_refused(tmp_path):
+    data = gappy(tmp_path / "gappy.csv", gap=(2.0, 594.0))[[0, 1, 2, 3]]
+    with pytest.raises(InputError, match=r"2 and 2 attitudes beside the gap at 2 s"):
         fill_gaps(data, RigidBody(MOMENTS))
+
+
+@pytest.mark.parametrize("has_rate", [True, False])
+def test_turns_that_attitudes_may_have_missed_are_named_unless_rates_tell_them(tmp_path, has_rate):
+    """3.4 rad between neighbours, or 2.9 the other way; the gap is of whole steps."""
+    truth = simulated.motion(rate=(0.0, 0.0, 1.7))
+    seconds = SECONDS[(GAP[0] >= SECONDS) | (GAP[1] <= SECONDS)]
+    rate = truth.at(seconds).angular_velocity if has_rate else None
+    q = rotations.sign_continuous(truth.at(seconds).quaternion("wxyz"))
+    Ephemeris(q, Instants(seconds, None, EPOCH), "ICRF", rate=rate).write(tmp_path / "gappy.aem")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        filled, (gap,) = fill_gaps(Ephemeris.read(tmp_path / "gappy.aem"), RigidBody(MOMENTS))
+    said = [str(each.message) for each in caught]
+    assert any("another motion fits as well: turns" in text for text in said) == (not has_rate)
+    assert gap.is_ambiguous == (not has_rate)
+    if has_rate:
+        inside = np.arange(GAP[0] + 1.0, GAP[1])
+        expected = truth.at(inside).quaternion("wxyz")
+        assert rotations.angle_between(filled.resampled(inside).quaternion("wxyz"), expected).max() < 1e-7
 
 
 def test_instants_that_do_not_increase_are_refused(tmp_path):
