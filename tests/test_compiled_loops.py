@@ -36,7 +36,6 @@ BOUNDED = {
     "kernels.gyrostat.record": "one pass over bodies, of which a request has one",
     "kernels.interpolation": "one pass over at most 2**18 intervals, 16 nodes and 128 fractions: 0.2 s",
     "kernels.partials": "one pass over instants, 0.2 us each, and over at most twelve columns",
-    "kernels.partials.integrals.second_kind": "the mean of doubles converges in 12 turns",
     "kernels.contact": POINTS,
     "kernels.solvers.collocation": FIXED,
     "kernels.solvers.collocation._march": "halvings of a step, of which there are no more than MOST_HALVINGS",

@@ -14,7 +14,6 @@ from astropy.time import Time
 from ..errors import AttitudeWarning, InputError, ToleranceError
 from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
-from ..samples.ephemeris_data import EphemerisData
 from ..scene.document import Scene
 from ..times.instants import Instants
 from . import starts
@@ -22,7 +21,7 @@ from .fit_result import Fit
 from .least_squares import Loss
 from .minimum import Minimum, fit_of, indistinct, minimum
 from .observability import ALWAYS_UNSEEN
-from .observations import Attitudes, ObservationSet
+from .observations import ObservationSet, observation_sets
 from .parameters import BodyState, check_groups
 
 IMPLAUSIBLE = 1e-6  # probability below which chi-square is not what the standard deviations say
@@ -152,8 +151,9 @@ def prepare(
     """The inputs of a fit; parameters, errors and warnings are those of `fit`."""
     if body is not None and body.shape:
         raise InputError("body", f"{body.shape} bodies", "one body")
-    template, has_start = _template(body, start, epoch, frame, observations)
-    sets = _sets(observations, template)
+    given = observation_sets(observations)
+    template, has_start = _template(body, start, epoch, frame, given)
+    sets = _with_instants(given, template)
     groups = check_groups(estimate, template.body)
     known = sets[0].sigma is not None
     if any((each.sigma is not None) != known for each in sets):
@@ -174,7 +174,11 @@ def prepare(
 
 
 def _template(
-    body: RigidBody | None, start: Any, epoch: Time | None, frame: str | None, observations: Any
+    body: RigidBody | None,
+    start: Any,
+    epoch: Time | None,
+    frame: str | None,
+    sets: Sequence[ObservationSet],
 ) -> tuple[BodyState, bool]:
     """Epoch, frame and inertia of the answer, with the state of `start`; and whether there is one."""
     if isinstance(start, Scene):
@@ -183,42 +187,23 @@ def _template(
         start = start.motion()
     if start is not None and not isinstance(start, TorqueFreeMotion):
         raise InputError("start", start, "a TorqueFreeMotion or a Scene")
-    first = _list(observations)[0]
+    first = sets[0]
     if start is None:
         if epoch is None and isinstance(first.times, Time):
-            epoch = min(each.times.min() for each in _list(observations) if isinstance(each.times, Time))
+            epoch = min(each.times.min() for each in sets if isinstance(each.times, Time))
         rest = RigidBody(DEFAULT_MOMENTS) if body is None else body
         start = TorqueFreeMotion(rest, (1.0, 0.0, 0.0, 0.0), np.zeros(3), epoch, "wxyz", frame or first.frame)
-        return _with_body(BodyState.of(start), body), False
+        return BodyState.of(start).with_inertia(body), False
     at = start.at(0.0 if epoch is None else epoch)
     at = at if frame is None else at.in_frame(frame)
     state = BodyState.of(start)
     state = replace(state, attitude=at.quaternion("wxyz"), rate=at.angular_velocity, frame=at.frame)
-    return _with_body(replace(state, epoch=start.epoch if epoch is None else epoch), body), True
+    return replace(state, epoch=start.epoch if epoch is None else epoch).with_inertia(body), True
 
 
-def _with_body(state: BodyState, body: RigidBody | None) -> BodyState:
-    return state if body is None else replace(state, moments=body.moments, axes=body.axes)
-
-
-def _list(observations: Any) -> list[ObservationSet]:
-    given = (
-        [observations] if isinstance(observations, (ObservationSet, EphemerisData)) else list(observations)
-    )
-    sets = [Attitudes.of(each) if isinstance(each, EphemerisData) else each for each in given]
-    for i, each in enumerate(sets):
-        if not isinstance(each, ObservationSet):
-            raise InputError(
-                f"observations[{i}]", each, "Attitudes, BodyRates, Directions, RangeOffsets, or an Ephemeris"
-            )
-    if not sets:
-        raise InputError("observations", observations, "at least one set")
-    return sets
-
-
-def _sets(observations: Any, template: BodyState) -> list[ObservationSet]:
+def _with_instants(given: Sequence[ObservationSet], template: BodyState) -> list[ObservationSet]:
     """In the frame of the answer; what is odd about their instants is warned of."""
-    sets = [each.in_frame(template.frame) for each in _list(observations)]
+    sets = [each.in_frame(template.frame) for each in given]
     for i, each in enumerate(sets):
         instants = each.instants(template.epoch)
         sets[i] = replace(each, times=Instants(instants.seconds, instants.seconds_low, template.epoch))

@@ -74,16 +74,14 @@ class Fit:
     def outliers(self) -> tuple[str, ...]:
         """Observations that no Gaussian scatter explains, in words, the worst first."""
         far = [(-each.sigmas[i], n, i) for n, each in enumerate(self.residuals) for i in each.outlier_indices]
-        return tuple(self._outlier(self.residuals[n], i) for _, n, i in sorted(far))
-
-    def _outlier(self, each: Residuals, i: int) -> str:
-        size, instant = _shown(each.sizes[i], each.unit), self._instant(each.seconds[i])
-        return f"{each.name}[{i}], {instant}: off by {size}, {each.sigmas[i]:.1f} sigma"
-
-    def _instant(self, seconds: float) -> str:
-        if self.motion.epoch is None:
-            return f"{seconds:.9g} s"
-        return str(self.motion.at([seconds]).time.isot[0])
+        lines = []
+        for _, n, i in sorted(far):
+            each = self.residuals[n]
+            seconds, size = each.seconds[i], _shown(each.sizes[i], each.unit)
+            has_epoch = self.motion.epoch is not None
+            instant = self.motion.at([seconds]).time.isot[0] if has_epoch else f"{seconds:.9g} s"
+            lines.append(f"{each.name}[{i}], {instant}: off by {size}, {each.sigmas[i]:.1f} sigma")
+        return tuple(lines)
 
     @property
     def initial_covariance(self) -> np.ndarray:
@@ -95,12 +93,6 @@ class Fit:
         covariance = np.zeros((12, 12))
         covariance[np.ix_(rows, rows)] = self.covariance[: len(rows), : len(rows)]
         return covariance
-
-    @property
-    def _is_certain_enough(self) -> bool:
-        """Whether scenes take the covariance: moments of at least four times their standard deviation."""
-        sigma = np.sqrt(np.diagonal(self.initial_covariance))
-        return bool(sigma.any() and (4.0 * sigma[6:9] <= self.motion.body.moments).all())
 
     @cached_property
     def scene(self) -> Scene:
@@ -131,8 +123,10 @@ class Fit:
             "angular_velocity": {"value": at_epoch.angular_velocity.tolist(), "unit": "rad/s"},
             "times": times,
         }
-        if self._is_certain_enough:
-            document["uncertainty"] = {"covariance": self.initial_covariance.tolist()}
+        covariance = self.initial_covariance
+        sigma_of_moments = np.sqrt(np.diagonal(covariance)[6:9])
+        if covariance.any() and (4.0 * sigma_of_moments <= motion.body.moments).all():
+            document["uncertainty"] = {"covariance": covariance.tolist()}
         if epoch is not None:
             isot = epoch.copy()
             isot.precision = 9

@@ -73,7 +73,10 @@ UNITS = {
 }
 WITHOUT_UNIT = ("time", *QUATERNION, *DIRECTION.columns, *_xyz("sight"))
 EULER = re.compile(r"euler_([XYZ]{3})_([123])")
-SIGMAS = {Attitudes: ATTITUDE_SIGMA, **{kind.made: kind.sigma for kind in (RATE, DIRECTION, RANGE)}}
+SIGMAS: dict[type[ObservationSet], str] = {
+    Attitudes: ATTITUDE_SIGMA,
+    **{kind.made: kind.sigma for kind in (RATE, DIRECTION, RANGE)},
+}
 NAMES = "|".join(sorted((*UNITS, *WITHOUT_UNIT), key=len, reverse=True))
 WITH_SUFFIX = re.compile(rf"({NAMES}|euler_[xyz]{{3}}_[123])_([a-z]+(?:_[a-z]+)?)")
 EXAMPLES = {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}

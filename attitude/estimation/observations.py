@@ -46,6 +46,7 @@ class ObservationSet:
     DEGREES: ClassVar[int]  # of freedom of one observation
     COMPONENTS: ClassVar[int] = 3
     VALUES: ClassVar[tuple[str, ...]]  # the fields that have a value for each observation
+    INERTIAL: ClassVar[tuple[str, ...]] = ()  # the fields that are vectors along the axes of the frame
     SIGMA_PER_AXIS: ClassVar[bool] = False  # whether standard deviations may differ by body axes
 
     def __post_init__(self) -> None:
@@ -101,14 +102,11 @@ class ObservationSet:
         """The same observations along the axes of another inertial frame."""
         if frame == self.frame:
             return self
-        turn = rotation_to(frame, self.frame, None, Instants(np.zeros(1), None, None), "tables")
-        quaternion = np.array([1.0, 0.0, 0.0, 0.0]) if turn is None else turn.quaternion.reshape(4)
-        return replace(self._turned(quaternion), frame=frame)
-
-    def _turned(self, quaternion: np.ndarray) -> Self:
-        """The same, with inertial components q v conj(q)."""
-        del quaternion
-        return self
+        turn = turn_of_frame(self.frame, frame)
+        vectors: dict[str, Any] = {
+            name: rotations.rotate(turn, getattr(self, name)) for name in self.INERTIAL
+        }
+        return replace(self, frame=frame, **vectors)
 
     @cached_property
     def weights(self) -> np.ndarray:
@@ -185,8 +183,12 @@ class Attitudes(ObservationSet):
         times = data.elapsed if data.epoch is None else data.time
         return cls(times, sigma, label, data.frame, data.quaternion("wxyz"), "wxyz")
 
-    def _turned(self, quaternion: np.ndarray) -> Self:
-        return replace(self, attitude=rotations.product(quaternion, self.attitude))
+    def in_frame(self, frame: str) -> Self:
+        """The same attitudes, relative to another inertial frame."""
+        if frame == self.frame:
+            return self
+        attitude = rotations.product(turn_of_frame(self.frame, frame), self.attitude)
+        return replace(self, attitude=attitude, frame=frame)
 
     def residuals(self, attitude: np.ndarray, rate: np.ndarray | None, bias: np.ndarray) -> np.ndarray:
         """Rotation vectors from the computed attitudes to the observed ones, along body axes."""
@@ -229,10 +231,6 @@ class BodyRates(ObservationSet):
         super().__post_init__()
         object.__setattr__(self, "rate", _vectors(self.rate, len(self), f"{self.name}.rate", units.RATE))
 
-    def in_frame(self, frame: str) -> Self:
-        """The same: body components are of no frame."""
-        return replace(self, frame=frame)
-
     @property
     def unknown_sigma(self) -> float:
         """A hundredth of the largest rate."""
@@ -268,14 +266,12 @@ class Directions(ObservationSet):
     KIND = "directions"
     DEGREES = 2
     VALUES = ("body", "inertial")
+    INERTIAL = ("inertial",)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in self.VALUES:
             object.__setattr__(self, name, _directions(getattr(self, name), len(self), f"{self.name}.{name}"))
-
-    def _turned(self, quaternion: np.ndarray) -> Self:
-        return replace(self, inertial=rotations.rotate(quaternion, self.inertial))
 
     def residuals(self, attitude: np.ndarray, rate: np.ndarray | None, bias: np.ndarray) -> np.ndarray:
         """The chord from the computed direction to the observed one, along body axes."""
@@ -316,6 +312,7 @@ class RangeOffsets(ObservationSet):
     DEGREES = 1
     COMPONENTS = 1
     VALUES = ("offset", "point", "line_of_sight")
+    INERTIAL = ("line_of_sight",)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -337,9 +334,6 @@ class RangeOffsets(ObservationSet):
         del rate
         return float(np.linalg.norm(self.point, axis=1).max()) or 1.0
 
-    def _turned(self, quaternion: np.ndarray) -> Self:
-        return replace(self, line_of_sight=rotations.rotate(quaternion, self.line_of_sight))
-
     def residuals(self, attitude: np.ndarray, rate: np.ndarray | None, bias: np.ndarray) -> np.ndarray:
         """Observed offset less bias less s . R p."""
         del rate
@@ -352,6 +346,28 @@ class RangeOffsets(ObservationSet):
         del residuals
         sight = rotations.rotate(rotations.conjugate(attitude), self.line_of_sight)
         return -np.cross(self.point, sight)[:, None, :]
+
+
+def turn_of_frame(frame: str, other: str) -> np.ndarray:
+    """(4,) wxyz that takes components along the axes of an inertial frame to those along another's."""
+    turn = rotation_to(other, frame, None, Instants(np.zeros(1), None, None), "tables")
+    return np.array([1.0, 0.0, 0.0, 0.0]) if turn is None else turn.quaternion.reshape(4)
+
+
+def observation_sets(observations: Any) -> list[ObservationSet]:
+    """One set or ephemeris, or a list of these, as sets; InputError for what is none, and for none."""
+    is_one = isinstance(observations, (ObservationSet, EphemerisData))
+    sets = [
+        Attitudes.of(each) if isinstance(each, EphemerisData) else each
+        for each in ([observations] if is_one else observations)
+    ]
+    for i, each in enumerate(sets):
+        if not isinstance(each, ObservationSet):
+            expected = "Attitudes, BodyRates, Directions, RangeOffsets, or an Ephemeris"
+            raise InputError(f"observations[{i}]", each, expected)
+    if not sets:
+        raise InputError("observations", observations, "at least one set")
+    return sets
 
 
 def cross_matrix(vectors: np.ndarray) -> np.ndarray:

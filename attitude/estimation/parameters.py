@@ -69,6 +69,32 @@ class BodyState:
         """(3, 3), kg m2."""
         return (self.axes.T * self.moments) @ self.axes
 
+    @property
+    def tensor_columns(self) -> np.ndarray:
+        """(6, 6): elements xx, yy, zz, xy, xz, yz of the tensor by moments and turns about body axes."""
+        turned = cross_matrix(np.eye(3)) @ self.tensor
+        changes = [*(axis[:, None] * axis for axis in self.axes), *(turned + np.swapaxes(turned, -1, -2))]
+        return np.array([[change[i, j] for change in changes] for i, j in ELEMENTS])
+
+    def with_inertia(self, body: RigidBody | None) -> BodyState:
+        """The state with the inertia of a body, if there is one."""
+        return self if body is None else replace(self, moments=body.moments, axes=body.axes)
+
+    def is_near(self, other: BodyState, tolerance: float) -> bool:
+        """Whether both are one state, whatever the scale of inertia; tolerance in rad, and relative."""
+        size = np.sqrt(self.rate @ self.rate)
+        shapes = [each.tensor / each.moments.sum() for each in (self, other)]
+        return bool(
+            rotations.angle_between(self.attitude, other.attitude) < tolerance
+            and np.abs(self.rate - other.rate).max() <= tolerance * size
+            and np.abs(shapes[0] - shapes[1]).max() < tolerance
+        )
+
+    def after(self, seconds: float) -> BodyState:
+        """The state so much later, of the same motion, with this epoch."""
+        motion = replace(self, epoch=None).motion().at(seconds)
+        return replace(self, attitude=motion.quaternion("wxyz"), rate=motion.angular_velocity)
+
     def rescaled(self, least_moment: float) -> BodyState:
         """The same motion by another scale of inertia; its principal axes in the order of `RigidBody`."""
         body = self.body
@@ -157,19 +183,17 @@ class Parameters:
         order = np.argmax(np.abs(cosines), axis=1)  # axes have neither an order nor a sense
         axes = state.axes[order] * np.sign(cosines[range(3), order])[:, None]
         turn = rotations.from_matrix(axes.T @ reference.axes)
+        ratios = state.moments[order] / reference.moments
         values = {
             "attitude": rotations.rotation_vectors(reference.attitude, state.attitude),
             "angular_velocity": state.rate - reference.rate,
             "principal_axes": rotations.rotation_vectors(np.array([1.0, 0.0, 0.0, 0.0]), turn),
-            "moments": self._ratios(state.moments[order]) - self._ratios(reference.moments),
+            "moments": np.log(ratios[self.free] / ratios[self.kept]),
         }
         x = np.zeros(len(self.names))
         for group, columns in self.columns.items():
             x[columns] = values[group]
         return x / self.unit_array
-
-    def _ratios(self, moments: np.ndarray) -> np.ndarray:
-        return np.log(moments[self.free] / moments[self.kept])
 
     def physical(self, x: np.ndarray) -> Quantities:
         """What is estimated, three numbers of each group, at x.
@@ -194,7 +218,7 @@ class Parameters:
         """(12, p): the columns of `motion.partials` by x, inertia as in `inertia_form`."""
         matrix, state = self._chart(x), self.state(x)
         if state.inertia_form == "tensor":
-            matrix[6:] = _tensor_columns(state) @ matrix[6:]
+            matrix[6:] = state.tensor_columns @ matrix[6:]
         return matrix
 
     def _chart(self, x: np.ndarray) -> np.ndarray:
@@ -210,13 +234,6 @@ class Parameters:
             first = 3 * GROUPS.index(group)
             matrix[first : first + 3, columns] = blocks[group]
         return matrix * self.unit_array
-
-
-def _tensor_columns(state: BodyState) -> np.ndarray:
-    """(6, 6): elements xx, yy, zz, xy, xz, yz of the tensor by moments, and by turns about the body axes."""
-    turned = cross_matrix(np.eye(3)) @ state.tensor
-    changes = [*(axis[:, None] * axis for axis in state.axes), *(turned + np.swapaxes(turned, -1, -2))]
-    return np.array([[change[i, j] for change in changes] for i, j in ELEMENTS])
 
 
 def exponential(vectors: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ with what was found, there are other anchors.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import NamedTuple
@@ -68,15 +68,17 @@ def search(
     """
     timed = max(sets, key=lambda each: (isinstance(each, Attitudes), len(each)))
     seconds = np.sort(timed.times.seconds)
-    bodies = [template, *(_grid(template) if grid else ())]
+    ratios = [order for each in RATIOS for order in permutations(each)] if grid else []
+    least = template.moments.min()
+    bodies = [template, *(replace(template, moments=least * np.array(each)) for each in ratios)]
     candidates: list[Candidate] = []
     indices = dict.fromkeys((int(np.argmin(np.abs(seconds))), len(seconds) // 2, len(seconds) - 1, 0))
     for done, index in enumerate(indices):
         progress(done / len(indices))
         anchor = float(seconds[index])
         for each in _search_about(anchor, sets, bodies, groups, loss):
-            moved = each._replace(state=_moved(each.state, -anchor))
-            if not any(_same(moved.state, other.state) for other in candidates):
+            moved = each._replace(state=each.state.after(-anchor))
+            if not any(moved.state.is_near(other.state, SAME) for other in candidates):
                 candidates.append(moved)
         if any(each.met > 0.5 for each in candidates):
             break
@@ -116,13 +118,6 @@ def _window(each: ObservationSet, anchor: float, size: int) -> ObservationSet:
     """The nearest so many observations to the anchor, thinned to MAX_IN_WINDOW."""
     nearest = np.sort(np.argsort(np.abs(each.times.seconds - anchor), kind="stable")[:size])
     return each[nearest[:: -(-len(nearest) // MAX_IN_WINDOW)]]
-
-
-def _grid(template: BodyState) -> Iterator[BodyState]:
-    scale = template.moments.min()
-    for ratios in RATIOS:
-        for order in permutations(ratios):
-            yield replace(template, moments=scale * np.array(order))
 
 
 def _first_states(
@@ -235,26 +230,10 @@ def _improved(
         except (ToleranceError, FloatingPointError):
             continue  # it ran off, to rates or moments beyond any
         at_minimum, linear = problem.parameters.state(x), problem.at(x)
-        if not any(_same(at_minimum, other.state) for other in minima):
+        if not any(at_minimum.is_near(other.state, SAME) for other in minima):
             squares = zip(window, linear.squares, strict=True)
             is_met = np.concatenate([square <= chdtri(each.DEGREES, FAR) for each, square in squares])
             minima.append(Candidate(linear.cost, float(is_met.mean()), at_minimum))
     minima.sort(key=lambda each: each.cost)
     count = sum(map(len, window))
     return [each for each in minima if each.cost <= 4.0 * minima[0].cost + 4.0 * count]
-
-
-def _same(one: BodyState, other: BodyState) -> bool:
-    """Whether two states are one motion, whatever the scale of inertia and the order of its axes."""
-    size = np.sqrt(one.rate @ one.rate)
-    return bool(
-        rotations.angle_between(one.attitude, other.attitude) < SAME
-        and np.abs(one.rate - other.rate).max() <= SAME * size
-        and np.abs(one.tensor / np.trace(one.tensor) - other.tensor / np.trace(other.tensor)).max() < SAME
-    )
-
-
-def _moved(state: BodyState, seconds: float) -> BodyState:
-    """The state so much later, of the same motion."""
-    motion = replace(state, epoch=None).motion().at(seconds)
-    return replace(state, attitude=motion.quaternion("wxyz"), rate=motion.angular_velocity)

@@ -20,26 +20,12 @@ from ..cayley_klein import (
     transformed_pair,
 )
 from ..doubledouble import two_sum
-from ..intrinsics import fma, inlined, routine
+from ..intrinsics import fma, inlined
 from ..phase import argument, phase, sine_cosine
 from ..vectors import first_three
 
 # Beyond this what grows as exp(4 y) would leave the range of a double: it is evaluated here, and multiplied.
 MAX_Y = 170.0
-
-
-@routine
-def second_kind(m, complementary):
-    """D/K = (1 - E/K)/m by the AGM from 1 and k1; m may be zero."""
-    a, g = 0.5 * (1.0 + complementary), math.sqrt(complementary)
-    over_m, weight = 0.5 / (1.0 + complementary), 1.0
-    c = m * over_m
-    total = 0.5 + c * over_m
-    while c > 1e-17:
-        a, g = 0.5 * (a + g), math.sqrt(a * g)
-        over_m, c, weight = over_m * c / (4.0 * a), c * c / (4.0 * a), 2.0 * weight
-        total += weight * c * over_m
-    return total
 
 
 @inlined

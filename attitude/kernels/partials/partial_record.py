@@ -15,15 +15,14 @@ from ..doubledouble import (
     power_of_two_near,
     scale,
     sqrt,
-    square,
     store,
     sub,
 )
 from ..intrinsics import routine
 from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, LOST, MAY_GROW, NEEDLE, THETA
-from ..polhode import component_along, polhode_of
+from ..polhode import component_along
 from ..regime import ascending
-from .integrals import MAX_Y, second_kind, theta_now, transformed_now
+from .integrals import MAX_Y, theta_now, transformed_now
 
 # A needle spun about itself: greatest I omega over L, and E = exp(-pi eta/K).
 NEEDLE_RATIO, NEEDLE_E = 30.0, 1e-3
@@ -59,25 +58,24 @@ def partial_record(state, body, inertia_columns, record):
         constant_record(inertia, omega, axes, unit, record)
     else:
         polhode_record(inertia, omega, axes, body, unit, record)
-    write_mix(axes, inertia_columns, record)
+    if body.regime == CONSTANT_RATE or inertia_columns == 6:
+        write_mix(axes, inertia_columns, record)
 
 
 @routine
 def write_mix(axes, columns, record):
     """Elements 11, 22, 33, 12, 13, 23 along axes 1, 2, 3 of a unit of each column of inertia."""
-    for k in range(columns):
-        for e in range(6):
-            i, j = element(e)
-            if columns == 3:  # a principal moment
-                left = along(record.axes[i], axes[k])
-                right = along(record.axes[j], axes[k])
-                # the axes are the principal ones, but beside a constant rate
-                record.mix[k, e] = left * right if record.kind == CONSTANT_PARTIALS else round(left * right)
+    P = record.axes
+    for e in range(6):
+        i, j = element(e)
+        for k in range(columns):
+            if (
+                columns == 3
+            ):  # a principal moment, whose axis is one of the record's but beside a constant rate
+                record.mix[k, e] = along(P[i], axes[k]) * along(P[j], axes[k])
             else:
                 m, n = element(k)
-                record.mix[k, e] = record.axes[i, m] * record.axes[j, n]
-                if m != n:
-                    record.mix[k, e] += record.axes[i, n] * record.axes[j, m]
+                record.mix[k, e] = P[i, m] * P[j, n] + (P[i, n] * P[j, m] if m != n else 0.0)
 
 
 @routine
@@ -99,44 +97,49 @@ def polhode_record(inertia, omega, axes, body, unit, record):
     """Of a motion whose rate is not constant."""
     lo, mid, hi = ascending(inertia)
     first, third = (hi, lo) if body.regime == LONG_AXIS else (lo, hi)
-    polhode, signs = polhode_of(inertia, omega, first, mid, third, ZERO)
-    s, A3 = polhode.s, body.amplitude[2]
-    a21, a31, a32 = -s * square(polhode.r21)[0], -s * square(polhode.r31)[0], -s * square(polhode.r32)[0]
-    record.differences[0], record.differences[1], record.differences[2] = a21, a31, a32
     order = (first, mid, third)
+    I1, I2, I3 = inertia[first], inertia[mid], inertia[third]
+    a1, a2, a3 = 1.0 / I1[0], 1.0 / I2[0], 1.0 / I3[0]
+    record.inverse[0], record.inverse[1], record.inverse[2] = a1, a2, a3
+    # what is subtracted has two parts; for all else one is enough
+    a21, a31, a32 = sub(I1, I2)[0] * a1 * a2, sub(I1, I3)[0] * a1 * a3, sub(I2, I3)[0] * a2 * a3
+    record.differences[0], record.differences[1], record.differences[2] = a21, a31, a32
+    L1, L2, L3 = I1[0] * omega[first][0], I2[0] * omega[mid][0], I3[0] * omega[third][0]
+    L = math.hypot(math.hypot(L1, L2), L3)
+    sign1, sign3 = -1.0 if L1 < 0.0 else 1.0, -1.0 if L3 < 0.0 else 1.0
+    sign2 = sign1 * sign3 * (1.0 if (mid - first) % 3 == 1 else -1.0)
+    signs = (sign1, sign2, sign3)
     for i in range(3):
-        record.inverse[i] = div(ONE, inertia[order[i]])[0]
+        record.mix[order[i], i] = 1.0  # of principal moments
         for j in range(3):
             record.axes[i, j] = signs[i] * axes[order[i], j, 0]
-    record.momentum = mul(polhode.spin_rates[0], inertia[first])[0] * unit
-    record.start[0] = div(polhode.gamma[0], polhode.A1)[0]
-    record.start[1] = div(polhode.gamma[1], polhode.A1)[0]
-    record.start[2] = polhode.gamma[2][0]
-    for i in range(3):
-        record.initial[i] = polhode.gamma[i][0]
+    record.momentum = L * unit
+    gamma = (abs(L1) / L, sign2 * L2 / L, abs(L3) / L)
+    record.initial[0], record.initial[1], record.initial[2] = gamma
+    A1, A3 = body.amplitude[0], body.amplitude[2]
+    record.start[0], record.start[1], record.start[2] = gamma[0] / A1, gamma[1] / A1, gamma[2]
     k1 = body.complementary_modulus
     record.b2 = -a32 * (k1 * A3) * (k1 * A3)
-    record.u_rate = A3 * polhode.r31[0] * polhode.r32[0]
+    record.u_rate = A3 * math.sqrt(abs(a31)) * math.sqrt(abs(a32))
     write_series(body, record)
     write_start(body, record)
-    write_needle(polhode, body, record)
+    write_needle(-math.copysign(1.0, a31), body, record)
 
 
 @routine
 def write_series(body, record):
     """Coefficients of gamma over A1 and of the zeta function."""
     A1, A2, A3 = body.amplitude[0], body.amplitude[1], body.amplitude[2]
-    k, k1, q = body.modulus, body.complementary_modulus, body.nome
+    q = body.nome
     for j in range(5):
         record.direction[0, j] = body.direction[0, j] / A1
         record.direction[1, j] = body.direction[1, j] / A1
         record.direction[2, j], record.direction[3, j] = body.direction[2, j], body.direction[3, j]
     record.quotient = math.copysign(A1 / A2 * A3, body.direction[1, 0])
     if body.route == THETA:
-        record.weight[0] = second_kind(k * k, k1)
+        record.weight[0] = second_kind(q, body.K)
         q3, q8 = q**3, q**8
-        q_over_m = over_parameter(q)
-        factor = 0.5 * math.pi / body.K * q_over_m
+        factor = 0.5 * math.pi / body.K * over_parameter(q)
         record.series[0] = factor * (4.0 - 12.0 * q8)
         record.series[1] = factor * (64.0 * q8 * q**7 - 16.0 * q3)
         record.series[2] = factor * 48.0 * q8
@@ -146,13 +149,23 @@ def write_series(body, record):
         record.grows = MAY_GROW if body.per_half_turn == 0.0 or body.half_turn[0] > 200.0 else 0
         if abs(body.argument0[0]) > MAX_Y:
             record.grows = LOST
-        record.weight[0] = second_kind(k1 * k1, k)
+        record.weight[0] = second_kind(q * q, body.K_prime)
         record.direction[0, 0] = body.direction[0, 0] / A1
         record.direction[0, 1] = body.direction[0, 1] / A1
         record.direction[0, 2] = body.direction[0, 2]
         record.series[0] = q * q
         record.series[1] = 4.0 * over_parameter(q * q)
     record.weight[1] = 1.0 - record.weight[0]
+
+
+@routine
+def second_kind(q, K):
+    """D/K = (1 - E/K)/m = (pi/2K)^2 theta4''(0)/(m theta4(0)) of a nome; q may be zero."""
+    q3, q8 = q**3, q**8
+    above = 8.0 * (1.0 - 4.0 * q3 + 9.0 * q8 - 16.0 * q8 * q3 * q3 * q)
+    below = 1.0 - 2.0 * q * (1.0 - q3 + q8 - q8 * q3 * q3 * q)
+    ratio = 0.5 * math.pi / K
+    return ratio * ratio * over_parameter(q) * above / below
 
 
 @routine
@@ -177,7 +190,7 @@ def write_start(body, record):
 
 
 @routine
-def write_needle(polhode, body, record):
+def write_needle(s, body, record):
     """Whether it is a needle spun about itself; turns of its axis about the momentum: 2 lambda + s v'."""
     record.kind = LONG_ARCS
     if body.route != THETA:
@@ -192,7 +205,7 @@ def write_needle(polhode, body, record):
     if speed / least > NEEDLE_RATIO and E < NEEDLE_E:
         record.kind = NEEDLE
         record.nomes[0], record.nomes[1] = E, body.nome / E if E > 0.0 else 0.0
-        turn = scale(pair(body.argument), polhode.s)
+        turn = scale(pair(body.argument), s)
         store(record.turns[0], add(scale(pair(body.precession), 2.0), turn))
 
 
