@@ -36,7 +36,7 @@ SAME = 1e-4  # relative difference of two candidates that are one
 FAR = 0.001  # probability that chance explains an observation that a candidate does not meet
 
 
-class Candidate(NamedTuple):
+class StartCandidate(NamedTuple):
     """A minimum: the cost of the observations it was fitted to, the part of them that it meets, the state."""
 
     cost: float
@@ -44,7 +44,7 @@ class Candidate(NamedTuple):
     state: BodyState
 
 
-class States(NamedTuple):
+class StartStates(NamedTuple):
     """Attitudes (n, 4) and rates (n, 3) that there may be at an anchor; (n,) which of them are of a kind."""
 
     attitude: np.ndarray
@@ -59,7 +59,7 @@ def search(
     grid: bool,
     loss: Loss,
     progress: Callable[[float], None],
-) -> list[Candidate]:
+) -> list[StartCandidate]:
     """States at the epoch, the best first, from which the least squares may start.
 
     sets : whose times are `Instants`
@@ -71,7 +71,7 @@ def search(
     ratios = [order for each in RATIOS for order in permutations(each)] if grid else []
     least = template.moments.min()
     bodies = [template, *(replace(template, moments=least * np.array(each)) for each in ratios)]
-    candidates: list[Candidate] = []
+    candidates: list[StartCandidate] = []
     indices = dict.fromkeys((int(np.argmin(np.abs(seconds))), len(seconds) // 2, len(seconds) - 1, 0))
     for done, index in enumerate(indices):
         progress(done / len(indices))
@@ -96,7 +96,7 @@ def _search_about(
     bodies: Sequence[BodyState],
     groups: tuple[str, ...],
     loss: Loss,
-) -> list[Candidate]:
+) -> list[StartCandidate]:
     """Minima near an anchor, the lowest first, with their states there."""
     size, window = FIRST_WINDOW, [_window(each, anchor, FIRST_WINDOW) for each in sets]
     states = _first_states(window, bodies, anchor)
@@ -140,7 +140,7 @@ def _first_states(
     ]
 
 
-def _states(window: Sequence[ObservationSet], anchor: float) -> States:
+def _states(window: Sequence[ObservationSet], anchor: float) -> StartStates:
     """From every attitude of the window, by every rate observed in it, or that two attitudes make."""
     attitudes = [each for each in window if isinstance(each, Attitudes)]
     rates = [each.rate for each in window if isinstance(each, BodyRates)]
@@ -153,7 +153,7 @@ def _states(window: Sequence[ObservationSet], anchor: float) -> States:
     q = np.concatenate([each.attitude for each in attitudes])
     earlier = anchor - np.concatenate([each.times.seconds for each in attitudes])
     moved = rotations.product(q[:, None], exponential(earlier[:, None, None] * rate))
-    return States(moved.reshape(-1, 4), np.tile(rate, (len(q), 1)), np.tile(kind, len(q)))
+    return StartStates(moved.reshape(-1, 4), np.tile(rate, (len(q), 1)), np.tile(kind, len(q)))
 
 
 def _differences(each: Attitudes) -> tuple[np.ndarray, np.ndarray]:
@@ -174,7 +174,7 @@ def _differences(each: Attitudes) -> tuple[np.ndarray, np.ndarray]:
     return turns, np.repeat([0, -1, 1], [len(turn), len(whole), len(whole)])
 
 
-def _random_states(window: Sequence[ObservationSet], rates: Sequence[np.ndarray]) -> States:
+def _random_states(window: Sequence[ObservationSet], rates: Sequence[np.ndarray]) -> StartStates:
     """Attitudes at random, with rates up to half a turn between neighbours where none was observed."""
     if not any(isinstance(each, Directions) for each in window):
         raise InputError("start", None, "a motion to start from: these observations are too few to find one")
@@ -186,7 +186,7 @@ def _random_states(window: Sequence[ObservationSet], rates: Sequence[np.ndarray]
     if rates:
         observed = np.concatenate(rates)
         w = observed[np.arange(RANDOM_STATES) % len(observed)]
-    return States(q / np.linalg.norm(q, axis=1, keepdims=True), w, np.arange(RANDOM_STATES))
+    return StartStates(q / np.linalg.norm(q, axis=1, keepdims=True), w, np.arange(RANDOM_STATES))
 
 
 def _costs(
@@ -217,11 +217,11 @@ def _improved(
     groups: tuple[str, ...],
     loss: Loss,
     anchor: float,
-) -> list[Candidate]:
+) -> list[StartCandidate]:
     """The minima near these states, the lowest first, each once; none that is far above the lowest."""
     from scipy.special import chdtri
 
-    minima: list[Candidate] = []
+    minima: list[StartCandidate] = []
     for state in states:
         problem = Problem(window, state, groups, loss, anchor, PRIOR)
         try:
@@ -233,7 +233,7 @@ def _improved(
         if not any(at_minimum.is_near(other.state, SAME) for other in minima):
             squares = zip(window, linear.squares, strict=True)
             is_met = np.concatenate([square <= chdtri(each.DEGREES, FAR) for each, square in squares])
-            minima.append(Candidate(linear.cost, float(is_met.mean()), at_minimum))
+            minima.append(StartCandidate(linear.cost, float(is_met.mean()), at_minimum))
     minima.sort(key=lambda each: each.cost)
     count = sum(map(len, window))
     return [each for each in minima if each.cost <= 4.0 * minima[0].cost + 4.0 * count]
