@@ -189,9 +189,9 @@ TENSOR = Body(((2.0, 0.3, -0.2), (0.3, 2.5, 0.1), (-0.2, 0.1, 1.5)), (0.4, -0.9,
 NEEDLE = Body((1e-3, 1.0, 1.0005), (3.0, 0.4, -0.8))
 CONSERVING = {name: NAMED[name] for name in NAMED if name != "rest"} | {"tensor": TENSOR, "needle": NEEDLE}
 
-SAMPLES, SPAN = 1_000_000, 1e9
+SAMPLES, SPAN = 200_000, 1e9
 SPREAD = 4e-15
-# A least-squares slope times the span: white noise of 2.5e-16 a sample would leave 9e-19.
+# A least-squares slope times the span: white noise of 2.5e-16 a sample would leave 2e-18.
 TREND = 1e-17
 
 

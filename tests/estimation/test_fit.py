@@ -340,8 +340,8 @@ def test_sign_of_a_quaternion_does_not_matter():
     )
 
 
-@pytest.mark.parametrize("index", [0, 1, 7, 39])
-@pytest.mark.parametrize("turn", [[np.pi, 0.0, 0.0], [0.0, 0.0, np.pi], [0.0, 2.0, 0.0]])
+@pytest.mark.parametrize("index", [0, 7, 39])
+@pytest.mark.parametrize("turn", [[np.pi, 0.0, 0.0], [0.0, 2.0, 0.0]])
 def test_one_attitude_far_off_is_named_first_wherever_it_is(random, index, turn):
     """Least squares are moved by it, but no start is needed for it to be found, nor a robust loss."""
     sets = simulated.attitudes(simulated.motion(), random)[:40]
