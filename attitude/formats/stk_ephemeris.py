@@ -17,7 +17,7 @@ from .stk_text import StkTextReader
 from .text_reader import finite_number
 
 KEYWORDS = stk_text.KEYWORDS | {
-    "NumberOfEphemerisPoints": r"\d{1,15}",
+    "NumberOfEphemerisPoints": r"\d{1,15}(?:\.0*)?(?:[eE]\+?\d{1,2})?",
     "InterpolationMethod": r"(?i:lagrange|hermite|lagrangevop)",
     "CoordinateSystem": r".+",
     "CoordinateSystemEpoch": r".+",
@@ -107,7 +107,7 @@ class _Reader(StkTextReader):
         if not self.rows:
             raise self.error("no rows")
         stated, line = self.keywords.get("NumberOfEphemerisPoints", (None, 0))
-        if stated is not None and int(stated) != len(self.rows):
+        if stated is not None and float(stated) != len(self.rows):
             raise self.error(f"{len(self.rows)} rows, and NumberOfEphemerisPoints is {stated}", line)
         unit = self._distance_unit()
         table = np.array([self._numbers(row) for row in self.rows])

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from astropy.time import Time
 
 KEYWORDS = stk_text.KEYWORDS | {
-    "NumberOfAttitudePoints": r"\d{1,15}(?:\.0*)?",
+    "NumberOfAttitudePoints": r"\d{1,15}(?:\.0*)?(?:[eE]\+?\d{1,2})?",
     "CoordinateAxes": r".+",
     "CoordinateAxesEpoch": r".+",
     "Sequence": r"[123]{3}",

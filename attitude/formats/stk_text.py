@@ -9,7 +9,7 @@ from ..errors import suggestion
 from .stk_dates import DATES, ELAPSED
 from .text_reader import TextReader
 
-VERSION_FORM = r"stk\.v\.\d+\.\d+"
+VERSION_FORM = r"stk\.v\.\d+\.\d+(?:\.\d+)*"
 # Keywords and the form of their values, which are checked even where they are not used.
 KEYWORDS = {
     "ScenarioEpoch": r".+",

@@ -33,6 +33,8 @@ TURNING_FRAMES = {
     "LVLH": "along the orbit: z to the nadir, y against the orbital momentum",
 }
 ORBITAL_FRAMES = ("QSW", "LVLH")
+# Other names that these axes go by, for errors.
+OTHER_NAMES = {"RSW": "QSW", "RTN": "QSW", "RIC": "QSW", "J2000": "EME2000", "ECEF": "ITRF"}
 # The inertial axes along which the motion of a scene in TEME is computed: those that TEME has at its epoch.
 TEME_AT_EPOCH = "TEME at the epoch"
 # Where UT1 and the pole come from, for ITRF: the tables that come with astropy, or UTC and no polar motion.
@@ -50,7 +52,8 @@ def check_frame(frame: str, field: str = "frame", also: tuple[str, ...] = ()) ->
     """The frame; InputError unless it is an inertial one, or one of `also`."""
     if not isinstance(frame, str) or frame not in (*INERTIAL_FRAMES, *also):
         is_turning = isinstance(frame, str) and frame in TURNING_FRAMES
-        meant = "" if is_turning else suggestion(frame, INERTIAL_FRAMES)
+        other = OTHER_NAMES.get(frame.upper(), frame) if isinstance(frame, str) else frame
+        meant = "" if is_turning else suggestion(other, INERTIAL_FRAMES)
         more = "".join(f", or {name}" for name in also if name != TEME_AT_EPOCH)
         raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}{more}{meant}")
     return frame
@@ -60,7 +63,8 @@ def check_any_frame(frame: str, field: str = "frame") -> str:
     """The frame; InputError unless it is an inertial or a rotating one."""
     frames = INERTIAL_FRAMES | TURNING_FRAMES
     if not isinstance(frame, str) or frame not in frames:
-        raise InputError(field, frame, f"a frame, one of {', '.join(frames)}{suggestion(frame, frames)}")
+        meant = OTHER_NAMES.get(str(frame).upper(), frame)
+        raise InputError(field, frame, f"a frame, one of {', '.join(frames)}{suggestion(meant, frames)}")
     return frame
 
 

@@ -32,14 +32,20 @@ COLUMNS = tuple(
 )
 
 
+TWO_LINES = "the two lines of a TLE, as a list or one text, with or without a name before them"
+
+
 def _lines(value: Any) -> Any:
-    """The lines of a text, such as the content of a file; lists as they are."""
-    return [line for line in value.splitlines() if line.strip()] if isinstance(value, str) else value
+    """The lines of a text, such as the content of a file; lists of lines as they are."""
+    lines = [line for line in value.splitlines() if line.strip()] if isinstance(value, str) else value
+    if not isinstance(lines, list) or len(lines) not in (2, 3):
+        raise InputError("", f"{len(lines)} lines" if isinstance(lines, list) else value, TWO_LINES)
+    return lines
 
 
 def _plain_lines(lines: list[str]) -> list[str]:
     """Both lines without white space at their ends; a name may come before them."""
-    return [line.strip() for line in (lines[1:] if len(lines) == 3 else lines)]
+    return [line.strip("\ufeff").strip() for line in lines[-2:]]
 
 
 class TwoLine(OrbitDefinition):
@@ -52,7 +58,7 @@ class TwoLine(OrbitDefinition):
     """
 
     tle: Annotated[
-        list[str], BeforeValidator(_lines), AfterValidator(_plain_lines), Field(min_length=2, max_length=3)
+        list[str], Field(min_length=2, max_length=3), BeforeValidator(_lines), AfterValidator(_plain_lines)
     ]
     mu: GravitationalParameter | None = None
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import units
-from ..errors import InputError, RegimeError
+from ..errors import InputError, RegimeError, suggestion
 from ..frames import rotations
 from ..frames.celestial import dipole_field, sun_at
 from ..frames.rotations import ORBITAL_FRAMES
@@ -74,7 +74,8 @@ def target_vector(data: EphemerisData, to: Any) -> np.ndarray:
     """
     if isinstance(to, str):
         if to not in TARGETS:
-            raise InputError("to", to, f"one of {', '.join(TARGETS)}, a direction, a body axis or a position")
+            known = f"one of {', '.join(TARGETS)}, a direction, a body axis or a position"
+            raise InputError("to", to, known + suggestion(to, TARGETS))
         return TARGETS[to](data)
     if isinstance(to, dict) and set(to) == {"body_axis"}:
         return direction(data, to["body_axis"])

@@ -16,7 +16,7 @@ from pydantic import Field, PlainValidator, ValidationError, WithJsonSchema, mod
 from .. import units
 from ..documents.fields import Part, exactly_one, input_error
 from ..documents.quantities import Angle, LengthVector
-from ..errors import InputError
+from ..errors import InputError, suggestion
 from ..pointing import targets
 
 MAX_CONDITIONS = 100  # within one, at any level
@@ -86,6 +86,7 @@ def _parse_target(value: Any) -> Any:
     if isinstance(value, dict):
         return (BodyAxisTarget if "body_axis" in value else PositionTarget).model_validate(value)
     expected = f"one of {', '.join(targets.TARGETS)}, three numbers, a body_axis or a position"
+    expected += suggestion(value, targets.TARGETS)
     if isinstance(value, list):
         targets.unit_vector(value, "", expected)
     elif value not in targets.TARGETS:

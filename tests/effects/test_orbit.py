@@ -213,11 +213,12 @@ def test_frames_turn_a_tle_by_what_lies_between_them():
     [
         lambda lines: [line + "\n" for line in lines],
         lambda lines: [line + "\r\n" for line in lines],
+        lambda lines: "\ufeff{}\n{}".format(*lines),
         lambda lines: [f" {line}  " for line in lines],
         lambda lines: ["MOLNIYA 2-14              ", *lines],
         lambda lines: "MOLNIYA 2-14\r\n{}\r\n{}\r\n\r\n".format(*lines),
     ],
-    ids=["line ends", "line ends of Windows", "blanks", "name", "text of a file"],
+    ids=["line ends", "line ends of Windows", "byte-order mark", "blanks", "name", "text of a file"],
 )
 def test_tle_is_read_with_line_ends_blanks_and_a_name(written):
     lines = TLES["Molniya"]

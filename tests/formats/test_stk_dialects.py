@@ -42,6 +42,8 @@ def file(keyword, rows, **keywords):
 DIALECTS = {
     "as it is": PLAIN,
     "count as a decimal": PLAIN.replace("Points 2", "Points 2.000000"),
+    "count in exponents": PLAIN.replace("Points 2", "Points 2e+00"),
+    "version of three parts": PLAIN.replace("stk.v.11.0", "stk.v.12.10.0"),
     "hour of one digit": PLAIN.replace(" 00:00:00.000", " 0:00:00.000"),
     "clock of one digit each": PLAIN.replace(" 00:00:00.000", " 0:0:0.000"),
     "name of the month in capitals": PLAIN.replace("1 Jan 2025", "01 JAN 2025"),
