@@ -38,8 +38,9 @@ TWO_LINES = "the two lines of a TLE, as a list or one text, with or without a na
 def _lines(value: Any) -> Any:
     """The lines of a text, such as the content of a file; lists of lines as they are."""
     lines = [line for line in value.splitlines() if line.strip()] if isinstance(value, str) else value
-    if not isinstance(lines, list) or len(lines) not in (2, 3):
-        raise InputError("", f"{len(lines)} lines" if isinstance(lines, list) else value, TWO_LINES)
+    if not isinstance(lines, (list, tuple)) or len(lines) not in (2, 3):
+        count = f"{len(lines)} lines" if isinstance(lines, (list, tuple)) else value
+        raise InputError("", count, TWO_LINES)
     return lines
 
 
