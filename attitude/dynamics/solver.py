@@ -101,10 +101,9 @@ def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     work = np.zeros(rows * NODES)
     work[: scheme().size] = scheme()
     span, flag = np.array([task.start, task.stop]), stopping.current().flag
+    orbit = arguments.surroundings[:2]
     try:
-        compiled.collocate(
-            records, span, task.instants, task.out, work, flag, arguments.effects, *arguments.surroundings
-        )
+        compiled.collocate(records, span, task.instants, task.out, work, flag, arguments.effects, *orbit)
         stopping.current().check()
     finally:
         for torque in torques:

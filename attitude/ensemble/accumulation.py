@@ -125,7 +125,7 @@ class MomentAccumulation:
                 for first in range(*block, size):
                     bodies = records[first : min(first + size, block[1])]
                     out = np.empty((4, len(bodies), len(high)))
-                    compiled.sample(bodies, high, low, out, None, None, 0, 0, len(high))
+                    compiled.sample(bodies, high, low, out, None, 0, 0, len(high))
                     yield number, out
 
         return samples

@@ -13,11 +13,11 @@ import math
 
 import numpy as np
 
-from .doubledouble import LN2, TURN, two_product, two_sum
-from .intrinsics import bits_of, double_of, fma, kernel, routine
+from .doubledouble import LN2, TURN, pair, two_product, two_sum
+from .intrinsics import bits_of, double_of, fma, inlined, kernel, routine
 from .layout import THETA
 from .phase import ROUND, argument, phase, sine_cosine
-from .vectors import dot, first_three
+from .vectors import dot, first_three, rows_of
 
 
 @routine
@@ -73,16 +73,21 @@ def quartic(p0, p1, p2, p3, p4, w):
 
 
 @routine
-def compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
-    """Turn by the precession and normalise: the quaternion q_MP, in the order w, x, y, z."""
-    norm2 = fma(alpha_re, alpha_re, alpha_im * alpha_im) + fma(beta_re, beta_re, beta_im * beta_im)
-    inverse = inverse_root(norm2)
-    sine, cosine = sine * inverse, cosine * inverse
+def turned(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
+    """Turn alpha and beta by the phase that they share: in the order w, x, y, z."""
     w = fma(alpha_re, cosine, -alpha_im * sine)
     z = fma(alpha_re, sine, alpha_im * cosine)
     x = fma(beta_re, cosine, -beta_im * sine)
     y = fma(beta_re, sine, beta_im * cosine)
     return w, x, y, z
+
+
+@routine
+def compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
+    """Turn by the precession and normalise: the quaternion q_MP, in the order w, x, y, z."""
+    norm2 = fma(alpha_re, alpha_re, alpha_im * alpha_im) + fma(beta_re, beta_re, beta_im * beta_im)
+    inverse = inverse_root(norm2)
+    return turned(alpha_re, alpha_im, beta_re, beta_im, sine * inverse, cosine * inverse)
 
 
 @routine
@@ -165,53 +170,40 @@ def since_half_turn(y, rest, half_turn, half_turn_lo, per_half_turn):
 
 
 @routine
-def _low(rate, plain):
-    """The second part of a rate; None for phases in plain doubles."""
-    if plain is None:
-        return rate[1]
-    return None
-
-
-@routine
-def _half_turn(body):
+def half_turn_of(body):
     """Length of a half turn in y (two parts) and its inverse; zeros on the separatrix, which has none."""
     if body.per_half_turn == 0.0:
         return 0.0, 0.0, 0.0
     return body.half_turn[0], body.half_turn[1], body.per_half_turn
 
 
-@routine
-def _series(body):
+@inlined
+def series_of(body):
+    """Coefficients of alpha and beta."""
     return four(body.alpha_re), four(body.alpha_im), four(body.beta_re), four(body.beta_im)
 
 
 @routine
 def _outputs(body):
     """The frame matrix for quaternions and the matrix for rates, by rows."""
-    F, W = body.frame, body.rate
-    return (four(F[0]), four(F[1]), four(F[2]), four(F[3])), (
-        first_three(W[0]),
-        first_three(W[1]),
-        first_three(W[2]),
-    )
+    F = body.frame
+    return (four(F[0]), four(F[1]), four(F[2]), four(F[3])), rows_of(body.rate)
 
 
 @routine
-def sample_theta(body, window, t, t_low, quaternions, rates, plain):
+def sample_theta(body, window, t, t_low, quaternions, rates):
     """Samples of one body by theta functions; window : its row in the outputs, first and last instant."""
     b, first, last = window
-    lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
-    v_hi, v_lo = body.argument[0], _low(body.argument, plain)
-    v0, v0_lo = body.argument0[0], body.argument0[1]
-    series, g = _series(body), body.direction
+    precession, v_rate, v0 = pair(body.precession), pair(body.argument), pair(body.argument0)
+    series, g = series_of(body), body.direction
     direction = five(g[0]), five(g[1]), five(g[2]), five(g[3])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
-        s, c = sine_cosine(*argument(v_hi, v_lo, t[i], low, v0, v0_lo))
+        s, c = sine_cosine(*argument(v_rate, t[i], low, v0))
         w = fma(c, c, -s * s)
         if quaternions is not None:
-            turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
+            turns, rest = phase(precession, t[i], low)
             q = frame_times(frame, compose(*theta_pair(s, c, w, series), *sine_cosine(turns, rest)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
@@ -222,26 +214,24 @@ def sample_theta(body, window, t, t_low, quaternions, rates, plain):
 
 
 @routine
-def sample_transformed(body, window, t, t_low, quaternions, rates, plain):
+def sample_transformed(body, window, t, t_low, quaternions, rates):
     """Samples of one body by the transformed series; window as in `sample_theta`."""
     b, first, last = window
-    lambda_hi, lambda_lo = body.precession[0], _low(body.precession, plain)
-    y_hi, y_lo = body.argument[0], _low(body.argument, plain)
-    y0, y0_lo = body.argument0[0], body.argument0[1]
-    slip, Q, half_turn = body.slip, body.nome, _half_turn(body)
-    series, factor = _series(body), first_three(body.direction[0])
+    precession, y_rate, y0 = pair(body.precession), pair(body.argument), pair(body.argument0)
+    slip, Q, half_turn = body.slip, body.nome, half_turn_of(body)
+    series, factor = series_of(body), first_three(body.direction[0])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
-        y, rest = argument(y_hi, y_lo, t[i], low, y0, y0_lo)
+        y, rest = argument(y_rate, t[i], low, y0)
         y, signs, _n = since_half_turn(y, rest, *half_turn)
         e, inverse = exp_pair(-2.0 * abs(y))
         powers = e, Q * inverse, Q * e
         if quaternions is not None:
-            turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
+            turns, rest = phase(precession, t[i], low)
             turns, joined = two_sum(turns, slip * y)
-            pair = transformed_pair(powers, signs, series)
-            q = frame_times(frame, compose(*pair, *sine_cosine(turns, rest + joined)))
+            both = transformed_pair(powers, signs, series)
+            q = frame_times(frame, compose(*both, *sine_cosine(turns, rest + joined)))
             for j in range(4):
                 quaternions[j, b, i] = q[j]
         if rates is not None:
@@ -251,7 +241,7 @@ def sample_transformed(body, window, t, t_low, quaternions, rates, plain):
 
 
 @kernel
-def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):  # noqa: PLR0913, PLR0917 (an entry point takes arrays one by one)
+def sample(bodies, t, t_low, quaternions, rates, place, first, last):
     """Attitudes and body rates of each body at each instant, or of a part of them.
 
     Parameters
@@ -260,17 +250,14 @@ def sample(bodies, t, t_low, quaternions, rates, plain, place, first, last):  # 
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
     quaternions : (4, m, k), written: w, x, y, z, body to inertial; or None
     rates : (3, m, k), written: rad/s, body frame; or None
-    plain : None, or anything else for phases in plain doubles (compared by attitude.cost)
     place : row of the first body in the outputs; the others follow
     first, last : indices of the instants, the last one excluded
-
-    Nine arguments, since it is called often with small work: packing them would take longer.
     """
     for b in range(bodies.shape[0]):
         if bodies[b].route == THETA:
-            sample_theta(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
+            sample_theta(bodies[b], (place + b, first, last), t, t_low, quaternions, rates)
         else:
-            sample_transformed(bodies[b], (place + b, first, last), t, t_low, quaternions, rates, plain)
+            sample_transformed(bodies[b], (place + b, first, last), t, t_low, quaternions, rates)
 
 
 @kernel
@@ -281,21 +268,21 @@ def azimuth(bodies, sense, t, angles):
     """
     for b in range(bodies.shape[0]):
         body = bodies[b]
-        series, half_turn = _series(body), _half_turn(body)
+        series, half_turn = series_of(body), half_turn_of(body)
+        precession, rate, start = pair(body.precession), pair(body.argument), pair(body.argument0)
         for i in range(t.shape[0]):
-            turns, low = phase(body.precession[0], body.precession[1], t[i], None)
-            start, start_lo = body.argument0[0], body.argument0[1]
-            x, rest = argument(body.argument[0], body.argument[1], t[i], None, start, start_lo)
+            turns, low = phase(precession, t[i], None)
+            x, rest = argument(rate, t[i], None, start)
             if body.route == THETA:
                 s, c = sine_cosine(x, rest)
-                pair = theta_pair(s, c, fma(c, c, -s * s), series)
+                both = theta_pair(s, c, fma(c, c, -s * s), series)
                 # beta differs from exp(i s v) by less than half a turn: v counts the turns
-                lead = math.atan2(pair[3] * c - pair[2] * s * sense[b], pair[2] * c + pair[3] * s * sense[b])
+                lead = math.atan2(both[3] * c - both[2] * s * sense[b], both[2] * c + both[3] * s * sense[b])
                 lead += sense[b] * TURN[0] * (x + rest)
             else:
                 y, (sign, _flip, _parity), n = since_half_turn(x, rest, *half_turn)
                 e, inverse = exp_pair(-2.0 * abs(y))
                 powers = e, body.nome * inverse, body.nome * e
-                pair = transformed_pair(powers, (sign, sign, 1.0), series)
-                lead = math.atan2(pair[3], pair[2]) + sense[b] * n * math.pi + 2.0 * TURN[0] * body.slip * y
-            angles[b, i] = 2.0 * TURN[0] * (turns + low) + math.atan2(pair[1], pair[0]) + lead
+                both = transformed_pair(powers, (sign, sign, 1.0), series)
+                lead = math.atan2(both[3], both[2]) + sense[b] * n * math.pi + 2.0 * TURN[0] * body.slip * y
+            angles[b, i] = 2.0 * TURN[0] * (turns + low) + math.atan2(both[1], both[0]) + lead

@@ -75,6 +75,18 @@ def neg(a):
 
 
 @inlined
+def less(a, b):
+    """a < b."""
+    return (a[0] < b[0]) | ((a[0] == b[0]) & (a[1] < b[1]))
+
+
+@inlined
+def absolute(a):
+    """The magnitude of a."""
+    return a if a[0] >= 0.0 else neg(a)
+
+
+@inlined
 def scale(a, power_of_two):
     """Exact: the factor is a power of two."""
     return a[0] * power_of_two, a[1] * power_of_two

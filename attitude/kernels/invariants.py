@@ -13,6 +13,7 @@ from .doubledouble import (
     PER_TURN,
     PI,
     ZERO,
+    absolute,
     exp,
     hypot,
     mul,
@@ -31,7 +32,7 @@ from .doubledouble import quick_sub as sub
 from .elliptic import carlson_rf, quarter_period
 from .intrinsics import kernel, routine
 from .layout import CONSTANT_RATE, THETA, TRANSFORMED
-from .polhode import component_along, polhode_of
+from .polhode import components_along, polhode_of, scaled_moments
 from .principal import over_powers_of_two, rate_is_constant
 from .regime import ascending, decide_regime, root_of_D, root_of_D_of_tensor
 from .theta_coefficients import (
@@ -67,9 +68,7 @@ def invariants(tensors, moments, axes, rates, attitudes, out, *space):
     space : `layout.workspace()`
     """
     for b in range(out.shape[0]):
-        attitude = quaternion.normalised(
-            ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
-        )
+        attitude = quaternion.normalised(quaternion.of_doubles(attitudes[b]))
         polhode_motion(tensors[b], moments[b], axes[b], rates[b], attitude, space, out[b])
 
 
@@ -110,16 +109,8 @@ def polhode_motion(tensor, moments, axes, rate, attitude, space, out):
         constant_rate_motion(rate, attitude, out)
         return
     # only ratios of moments reach the attitude: the greatest is brought to [1, 2)
-    inertia = (
-        scale(pair(moments[0]), 1.0 / size),
-        scale(pair(moments[1]), 1.0 / size),
-        scale(pair(moments[2]), 1.0 / size),
-    )
-    omega = (
-        component_along(axes[0], rate, 1.0 / unit),
-        component_along(axes[1], rate, 1.0 / unit),
-        component_along(axes[2], rate, 1.0 / unit),
-    )
+    inertia = scaled_moments(moments, 1.0 / size)
+    omega = components_along(axes, rate, 1.0 / unit)
     lo, mid, hi = ascending(inertia)
     diagonal = tensor[0, 1] == 0.0 and tensor[0, 2] == 0.0 and tensor[1, 2] == 0.0
     root_D, sign_D = root_of_D(inertia, omega, lo, mid, hi, space)
@@ -305,8 +296,7 @@ def transformed_series(polhode, K, K_prime, u0, out):
 @routine
 def transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip):
     """alpha and beta at t = 0, with the turn by slip*y0 that the samples make too (eq. 25)."""
-    size = y0 if y0[0] >= 0.0 else neg(y0)
-    sign = 1.0 if y0[0] >= 0.0 else -1.0
+    size, sign = absolute(y0), 1.0 if y0[0] >= 0.0 else -1.0
     e = exp(scale(size, -2.0))
     z = div(Q, e) if Q[0] > 0.0 else ZERO
     z_far = mul(Q, e)

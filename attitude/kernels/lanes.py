@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import quaternion
-from .doubledouble import ONE, PER_TURN, PI, TURN, ZERO, mul, scale, sqrt, square, two_part
+from .doubledouble import ONE, PER_TURN, PI, TURN, ZERO, less, mul, scale, sqrt, square, two_part
 from .doubledouble import quick_add as add
 from .doubledouble import quick_div as div
 from .doubledouble import quick_sub as sub
@@ -158,12 +158,6 @@ def power_of_two_below(x, y, z):
     x = x if x > z else z
     power = double_of(bits_of(x) & 0x7FF0000000000000)
     return power if power > 0.0 else 1.0
-
-
-@inlined
-def less(a, b):
-    """a < b, of pairs."""
-    return (a[0] < b[0]) | ((a[0] == b[0]) & (a[1] < b[1]))
 
 
 @inlined
@@ -378,11 +372,13 @@ def put_frame(rows, i, unit, path, axes, start):
     R2 = axis(path.indices[1], path.signs[1], axes)
     R3 = axis(path.indices[2], path.signs[2], axes)
     (w, z), (x, y) = start
-    attitude = (
-        (at(rows, LANE_ATTITUDE, i), 0.0),
-        (at(rows, LANE_ATTITUDE + 1, i), 0.0),
-        (at(rows, LANE_ATTITUDE + 2, i), 0.0),
-        (at(rows, LANE_ATTITUDE + 3, i), 0.0),
+    attitude = quaternion.of_doubles(
+        (
+            at(rows, LANE_ATTITUDE, i),
+            at(rows, LANE_ATTITUDE + 1, i),
+            at(rows, LANE_ATTITUDE + 2, i),
+            at(rows, LANE_ATTITUDE + 3, i),
+        )
     )
     q_PB = quaternion.from_rotation_matrix((R1, R2, R3))
     frame = frame_matrix(q_PB, (w, x, y, z), quaternion.normalised(attitude))

@@ -13,25 +13,21 @@ ROUND = 1.5 * 2.0**52
 
 
 @inlined
-def phase(rate_hi, rate_lo, t, t_low):
-    """rate * time in two parts, the first product exact; in one part if rate_lo is None."""
-    if rate_lo is None:
-        return rate_hi * t, 0.0
-    hi = rate_hi * t
-    lo = fma(rate_lo, t, fma(rate_hi, t, -hi))
+def phase(rate, t, t_low):
+    """rate * time in two parts, the first product exact."""
+    hi = rate[0] * t
+    lo = fma(rate[1], t, fma(rate[0], t, -hi))
     if t_low is None:
         return hi, lo
-    return hi, fma(rate_hi, t_low, lo)
+    return hi, fma(rate[0], t_low, lo)
 
 
 @inlined
-def argument(rate_hi, rate_lo, t, t_low, start, start_lo):
+def argument(rate, t, t_low, start):
     """start + rate * time in two parts."""
-    x, rest = phase(rate_hi, rate_lo, t, t_low)
-    if rate_lo is None:
-        return x + start, 0.0
-    x, joined = two_sum(x, start)
-    return x, rest + (joined + start_lo)
+    x, rest = phase(rate, t, t_low)
+    x, joined = two_sum(x, start[0])
+    return x, rest + (joined + start[1])
 
 
 @inlined

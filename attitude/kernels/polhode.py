@@ -5,7 +5,7 @@ Squares that could leave the range of a double are avoided: the formulas are in 
 
 from typing import NamedTuple
 
-from .doubledouble import ONE, add, div, hypot, mul, neg, pair, scale, sqrt, square, sub
+from .doubledouble import ONE, absolute, add, div, hypot, mul, pair, scale, sqrt, square, sub
 from .intrinsics import routine
 
 
@@ -36,12 +36,29 @@ def component_along(axis, rate, factor):
 
 
 @routine
+def components_along(axes, rate, factor):
+    """Components of factor * rate along three two-part axes (3, 3, 2)."""
+    return (
+        component_along(axes[0], rate, factor),
+        component_along(axes[1], rate, factor),
+        component_along(axes[2], rate, factor),
+    )
+
+
+@routine
+def scaled_moments(moments, power_of_two):
+    """Three two-part moments (3, 2), times a power of two."""
+    return (
+        scale(pair(moments[0]), power_of_two),
+        scale(pair(moments[1]), power_of_two),
+        scale(pair(moments[2]), power_of_two),
+    )
+
+
+@routine
 def root_of_difference(I_i, I_j):
     """sqrt(abs(1/I_j - 1/I_i)) from the difference of the moments."""
-    difference = sub(I_i, I_j)
-    if difference[0] < 0.0:
-        difference = neg(difference)
-    return div(sqrt(difference), mul(sqrt(I_i), sqrt(I_j)))
+    return div(sqrt(absolute(sub(I_i, I_j))), mul(sqrt(I_i), sqrt(I_j)))
 
 
 @routine

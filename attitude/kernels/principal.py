@@ -3,6 +3,7 @@
 from .doubledouble import (
     ONE,
     ZERO,
+    absolute,
     add,
     div,
     mul,
@@ -84,8 +85,7 @@ def jacobi_angle(a, b, off):
         t = div(off, difference)
     else:
         theta = div(difference, scale(off, 2.0))
-        magnitude = theta if theta[0] >= 0.0 else neg(theta)
-        t = div(ONE, add(magnitude, sqrt(add(square(theta), ONE))))
+        t = div(ONE, add(absolute(theta), sqrt(add(square(theta), ONE))))
         t = t if theta[0] >= 0.0 else neg(t)
     c = div(ONE, sqrt(add(square(t), ONE)))
     return t, c, mul(t, c)

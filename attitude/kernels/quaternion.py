@@ -16,6 +16,12 @@ from .intrinsics import fma, inlined
 
 
 @inlined
+def of_doubles(q):
+    """Four doubles as a quaternion of pairs."""
+    return (q[0], 0.0), (q[1], 0.0), (q[2], 0.0), (q[3], 0.0)
+
+
+@inlined
 def product(p, q):
     """Hamilton product p * q."""
     w = sub(sub(mul(p[0], q[0]), mul(p[1], q[1])), add(mul(p[2], q[2]), mul(p[3], q[3])))

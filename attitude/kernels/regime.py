@@ -5,7 +5,7 @@ digits of all later flips: its terms are summed without rounding, in one form fo
 another for a full tensor.
 """
 
-from .doubledouble import ZERO, add, power_of_two_near, scale, sqrt, store, sub
+from .doubledouble import ZERO, add, less, power_of_two_near, scale, sqrt, store, sub
 from .expansion import add_product, two_part_value
 from .intrinsics import routine
 from .layout import LONG_AXIS, SEPARATRIX, SHORT_AXIS
@@ -18,19 +18,14 @@ def decide_regime(sign_D):
 
 
 @routine
-def _less(a, b):
-    return a[0] < b[0] or (a[0] == b[0] and a[1] < b[1])
-
-
-@routine
 def ascending(inertia):
     """Indices of the least, middle and greatest moment; equal moments keep their order."""
     lo, mid, hi = 0, 1, 2
-    if _less(inertia[mid], inertia[lo]):
+    if less(inertia[mid], inertia[lo]):
         lo, mid = mid, lo
-    if _less(inertia[hi], inertia[mid]):
+    if less(inertia[hi], inertia[mid]):
         mid, hi = hi, mid
-        if _less(inertia[mid], inertia[lo]):
+        if less(inertia[mid], inertia[lo]):
             lo, mid = mid, lo
     return lo, mid, hi
 

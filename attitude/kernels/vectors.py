@@ -11,6 +11,12 @@ def first_three(array):
     return array[0], array[1], array[2]
 
 
+@routine
+def rows_of(matrix):
+    """A (3, 3) array as three rows."""
+    return first_three(matrix[0]), first_three(matrix[1]), first_three(matrix[2])
+
+
 @inlined
 def unit_vector(i):
     """Of axis i, from 0."""

@@ -7,7 +7,7 @@ does not grow with the number of bodies.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from copy import copy
 from functools import cache, cached_property
 from time import perf_counter
@@ -40,21 +40,14 @@ RATES = f"zero, or a rate from {MIN_RATE} to {MAX_RATE} rad/s"
 BodyStates = tuple[np.ndarray | None, np.ndarray, np.ndarray | None, np.ndarray, np.ndarray]
 
 
-def with_tensors(states: BodyStates) -> tuple[np.ndarray, ...]:
-    """The same, with tensors and axes also where principal moments were given."""
+def with_tensors(states: Sequence[Any]) -> tuple[np.ndarray, ...]:
+    """BodyStates, with tensors and axes also where principal moments were given."""
     tensors, moments, axes, rates, attitudes = states
     if tensors is None or axes is None:
         tensors = moments[:, :, :1] * np.eye(3)
         axes = np.zeros((*tensors.shape, 2))
         axes[..., 0] = np.eye(3)
     return tensors, moments, axes, rates, attitudes
-
-
-def _some(states: BodyStates, index: np.ndarray) -> BodyStates:
-    tensors, moments, axes, rates, attitudes = states
-    if tensors is None or axes is None:
-        return None, moments[index], None, rates[index], attitudes[index]
-    return tensors[index], moments[index], axes[index], rates[index], attitudes[index]
 
 
 class Batch:
@@ -75,8 +68,6 @@ class Batch:
     InputError : a rate that no body so thin can have; for a batch whose records are not cached, when
         they are computed.
     """
-
-    plain_phases: int | None = None  # 1 for phases in plain doubles: what exact ones cost (attitude.cost)
 
     def __init__(self, body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]):
         self.body = body
@@ -154,7 +145,7 @@ class Batch:
             for index, records in self.blocks(first_body, last_body):
                 fastest = max_phase_rate(records) if self._max_phase_rate is None else self._max_phase_rate
                 refuse_too_far(fastest, instants.max_abs_seconds)
-                self._sample_records(records, (seconds, low), (q, w), index, (first, last))
+                self._sample_records(records, seconds, low, q, w, index, first, last)
 
         run(sample_share, self._shares(seconds.size, threads))
         axes = (*range(1, len(shape) + 1), 0)
@@ -265,21 +256,15 @@ class Batch:
         if others[0]:
             index = others[1 : 1 + others[0]]
             records = np.zeros(len(index), layout.INVARIANTS)
-            compiled.invariants(*with_tensors(_some(states, index)), records, *layout.workspace())
+            some = [None if array is None else array[index] for array in states]
+            compiled.invariants(*with_tensors(some), records, *layout.workspace())
             self._refuse_out_of_range(records, first + index)
             out[index], forms[index] = records, form_of(records["regime"], records["route"])
         return out
 
-    def _sample_records(
-        self,
-        records: np.ndarray,
-        seconds: tuple[np.ndarray, np.ndarray | None],
-        outputs: tuple[np.ndarray | None, np.ndarray | None],
-        index: int,
-        part: tuple[int, int],
-    ) -> None:
-        """Write quaternions and rates at a part of the instants; `index`: first body's row in the outputs."""
-        compiled.sample(records, *seconds, *outputs, self.plain_phases, index, *part)
+    def _sample_records(self, *arguments: Any) -> None:
+        """Write quaternions and rates; arguments as of `cayley_klein.sample`."""
+        compiled.sample(*arguments)
 
     def _refuse_out_of_range(self, records: np.ndarray, indices: np.ndarray) -> None:
         """Raise InputError for the first of these records, by flat indices, that is not finite."""

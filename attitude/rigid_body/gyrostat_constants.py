@@ -71,15 +71,8 @@ class GyrostatBatch(Batch):
         self._refuse_lost(out, first)
         return out
 
-    def _sample_records(
-        self,
-        records: np.ndarray,
-        seconds: tuple[np.ndarray, np.ndarray | None],
-        outputs: tuple[np.ndarray | None, np.ndarray | None],
-        index: int,
-        part: tuple[int, int],
-    ) -> None:
-        compiled.sample_gyrostats(records, *seconds, *outputs, index, *part)
+    def _sample_records(self, *arguments: Any) -> None:
+        compiled.sample_gyrostats(*arguments)
 
     def _refuse_lost(self, records: np.ndarray, first: int) -> None:
         numbers = ("precession", "argument", "argument0", "frame", "to_rate", *("alpha_re", "beta_im"))

@@ -17,9 +17,6 @@ from ..errors import AttitudeError
 from . import compiled, kernel_cache, prebuilt
 from .signature import Signature
 
-# attitude.cost's "phases in doubles": the cost and the benefit of the second parts of phases.
-MEASURED = Signature("cayley_klein", "sample", "r1.d1.n.d3.d3.i.i.i.i")
-
 
 def build(library: Path, processor: str, groups: list[list[Signature]]) -> None:
     """Builds a shared library of these kernels for a processor, with a compiler process for each group."""
@@ -44,8 +41,8 @@ def link(objects: list[Path], library: Path) -> None:
 
 
 def signatures() -> list[list[Signature]]:
-    """The signatures that the library calls, in their groups, and one that is only measured."""
-    return [*(group for wing in compiled.WINGS for group in wing), [MEASURED]]
+    """The signatures that the library calls, in their groups."""
+    return [group for wing in compiled.WINGS for group in wing]
 
 
 def main() -> None:

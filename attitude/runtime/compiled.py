@@ -98,7 +98,7 @@ SAMPLES = ("d1.d3.n", "n.d3.n", "d1.n.d3", "n.n.d3", "d1.d3.d3", "n.d3.d3")  # t
 
 invariants = Kernel("invariants.invariants", "d3.d3.d4.d2.d2.r1.d1.d2.d2.d2")
 theta_invariants = Kernel("lanes.theta_invariants", *(f"d3.{axes}.d2.d2.d2.i1.d1" for axes in ("n", "d4")))
-sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.n.i.i.i" for outputs in SAMPLES))
+sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.i.i.i" for outputs in SAMPLES))
 partials = Kernel(
     "partials.assembly.partials",
     *(f"r1.d1.{low}.d4.i1.d3.d4.d2.p1.d2.d2.d2.d1" for low in ("d1", "n")),
@@ -114,7 +114,7 @@ nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
 momentum_times = Kernel("clock.momentum_times", "d1.d1.d1.d1.d1.d1")
-collocate = Kernel("solvers.collocation.collocate", "s1.d1.d2.d3.d1.d1.d3.d1.d3.d1.d3")
+collocate = Kernel("solvers.collocation.collocate", "s1.d1.d2.d3.d1.d1.d3.d1.d3")
 march = Kernel("solvers.plate_march.march", "m1.d1.d2.d3.d1.d1.d3.d3.d3.d3.d2.d2.d1.d2.d1.d3.d1.d3.d2")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.d1.d3.d3.d2")
 interpolate = Kernel("interpolation.interpolate", "d1.d2.i1.i.d1.d2.d2.d1")

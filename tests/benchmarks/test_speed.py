@@ -84,7 +84,7 @@ def test_loop_against_filling_the_same_memory(benchmark, omega):
     ((_, records),) = motion._batch.blocks(0, 1)
 
     def loop():
-        compiled.sample(records, t, None, out, None, None, 0, 0, count)
+        compiled.sample(records, t, None, out, None, 0, 0, count)
 
     loop()
     assert np.array_equal(out[:, 0].T, motion.at(t).quaternion("wxyz"))

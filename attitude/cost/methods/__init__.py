@@ -22,7 +22,6 @@ from . import fixed_step, heyoka, library_solvers, orekit, ours, published, scip
 
 FAMILIES: dict[str, Callable[[], list[Method]]] = {
     "ours": ours.methods,
-    "plain": ours.plain,
     "published": published.methods,
     "rk4": fixed_step.methods,
     "dop853": scipy_integrators.dop853,

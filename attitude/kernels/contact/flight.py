@@ -125,7 +125,7 @@ def _motion(ground, record, start, time, scratch):
     """R (three rows), body rate, position and velocity, `time` into a flight."""
     q, w = scratch.quaternion, scratch.rate
     scratch.time[0] = time
-    sample(record, scratch.time, None, q, w, None, 0, 0, 1)
+    sample(record, scratch.time, None, q, w, 0, 0, 1)
     rows = rotation((q[0, 0, 0], q[1, 0, 0], q[2, 0, 0], q[3, 0, 0]))
     velocity = first_three(start[12:15])
     mean = add_scaled(velocity, 0.5 * time, ground.gravity)

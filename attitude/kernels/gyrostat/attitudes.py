@@ -9,23 +9,23 @@ import math
 
 import numpy as np
 
-from ..cayley_klein import cubic, exp_pair, five, four, frame_times, inverse_root, quartic
-from ..doubledouble import fast_two_sum, two_product, two_sum
+from ..cayley_klein import (
+    exp_pair,
+    five,
+    four,
+    frame_times,
+    inverse_root,
+    quartic,
+    series_of,
+    theta_pair,
+    turned,
+)
+from ..doubledouble import fast_two_sum, pair, two_product, two_sum
 from ..intrinsics import bits_of, fma, kernel, routine
 from ..layout import CIRCLING_SERIES, SWINGING_SERIES
 from ..phase import ROUND, argument, phase, sine_cosine
 from ..rotation import rotated_back
-from ..vectors import dot, first_three
-
-
-@routine
-def turned(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
-    """Turn by the common phase, in the order w, x, y, z; not normalised."""
-    w = fma(alpha_re, cosine, -alpha_im * sine)
-    z = fma(alpha_re, sine, alpha_im * cosine)
-    x = fma(beta_re, cosine, -beta_im * sine)
-    y = fma(beta_re, sine, beta_im * cosine)
-    return w, x, y, z
+from ..vectors import dot, first_three, rows_of
 
 
 @routine
@@ -47,24 +47,14 @@ def _rate(q, momentum, to_rate, rotor_rate):
 @routine
 def outputs(body):
     """The rows of the frame matrix; what the rate is made of."""
-    F, W = body.frame, body.to_rate
+    F = body.frame
     frame = four(F[0]), four(F[1]), four(F[2]), four(F[3])
-    to_rate = first_three(W[0]), first_three(W[1]), first_three(W[2])
-    return frame, (first_three(body.momentum), to_rate, first_three(body.rotor_rate))
+    return frame, (first_three(body.momentum), rows_of(body.to_rate), first_three(body.rotor_rate))
 
 
 @routine
 def _series(body):
     return five(body.alpha_re), five(body.alpha_im), five(body.beta_re), five(body.beta_im)
-
-
-@routine
-def circling_pair(s, c, w, series):
-    """alpha from theta4 and beta from theta1 of v - i h, as polynomials in w = cos 2v."""
-    ar, ai, br, bi = series
-    alpha_im = 2.0 * s * c * fma(w, fma(w, ai[2], ai[1]), ai[0])
-    beta_re = s * cubic(br[0], br[1], br[2], br[3], w)
-    return cubic(ar[0], ar[1], ar[2], ar[3], w), alpha_im, beta_re, c * cubic(bi[0], bi[1], bi[2], bi[3], w)
 
 
 @routine
@@ -78,17 +68,15 @@ def swinging_pair(s, c, w, series):
 def sample_series(body, window, t, t_low, quaternions, rates, swinging):
     """Samples of one body by theta functions; window : its row in the outputs, first and last instant."""
     b, first, last = window
-    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
-    v_hi, v_lo = body.argument[0], body.argument[1]
-    v0, v0_lo = body.argument0[0], body.argument0[1]
-    series, (frame, to_rate) = _series(body), outputs(body)
+    precession, v_rate, v0 = pair(body.precession), pair(body.argument), pair(body.argument0)
+    series, (frame, to_rate) = series_of(body) if swinging is None else _series(body), outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
-        s, c = sine_cosine(*argument(v_hi, v_lo, t[i], low, v0, v0_lo))
+        s, c = sine_cosine(*argument(v_rate, t[i], low, v0))
         w = fma(c, c, -s * s)
-        turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
-        pair = circling_pair(s, c, w, series) if swinging is None else swinging_pair(s, c, w, series)
-        q = _normalised(frame_times(frame, turned(*pair, *sine_cosine(turns, rest))))
+        turns, rest = phase(precession, t[i], low)
+        both = theta_pair(s, c, w, series) if swinging is None else swinging_pair(s, c, w, series)
+        q = _normalised(frame_times(frame, turned(*both, *sine_cosine(turns, rest))))
         if quaternions is not None:
             for j in range(4):
                 quaternions[j, b, i] = q[j]
@@ -141,9 +129,7 @@ def since_step(y, rest, step, step_low, per_step):
 def sample_transformed(body, window, t, t_low, quaternions, rates):
     """Samples of one body by the transformed series; window as in `sample_series`."""
     b, first, last = window
-    lambda_hi, lambda_lo = body.precession[0], body.precession[1]
-    y_hi, y_lo = body.argument[0], body.argument[1]
-    y0, y0_lo = body.argument0[0], body.argument0[1]
+    precession, y_rate, y0 = pair(body.precession), pair(body.argument), pair(body.argument0)
     slip, turns_per_step, first_step = body.slip, body.turns_per_step, body.first_step
     endless = body.per_step == 0.0
     step, step_low = (0.0, 0.0) if endless else (body.step[0], body.step[1])
@@ -152,12 +138,12 @@ def sample_transformed(body, window, t, t_low, quaternions, rates):
     series, (frame, to_rate) = _series(body), outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]
-        y, y_rest, n = since_step(*argument(y_hi, y_lo, t[i], low, y0, y0_lo), step, step_low, per_step)
+        y, y_rest, n = since_step(*argument(y_rate, t[i], low, y0), step, step_low, per_step)
         n += first_step
-        turns, rest = phase(lambda_hi, lambda_lo, t[i], low)
+        turns, rest = phase(precession, t[i], low)
         turns, joined = two_sum(turns, fma(slip, y, turns_per_step * float(n & 3)))
-        pair = transformed_pair(y, y_rest, n, flags, series)
-        q = _normalised(frame_times(frame, turned(*pair, *sine_cosine(turns, rest + joined))))
+        both = transformed_pair(y, y_rest, n, flags, series)
+        q = _normalised(frame_times(frame, turned(*both, *sine_cosine(turns, rest + joined))))
         if quaternions is not None:
             for j in range(4):
                 quaternions[j, b, i] = q[j]

@@ -6,7 +6,7 @@ from ..doubledouble import ONE, ZERO, add, div, hypot, mul, neg, two_product
 from ..expansion import append, append_pair, append_product, clear, value
 from ..intrinsics import routine
 from ..regime import ascending
-from .boost import SMALLEST_K, boosted
+from .boost import SMALLEST_K, boosted, dot
 from .conserved import A12, A13, A23, M1, M2, M3, PART, PRINCIPAL, PRODUCT, TOTAL, Conserved, K, conserved
 
 # The other two axes before a given one, right-handed.
@@ -44,12 +44,6 @@ def momenta(tensor, rate, h, R, diagonal, rows):
     for i in range(3):
         _set(rows[PRINCIPAL + i], dot(R[i], body))
     return dot(R[0], rotors), dot(R[1], rotors), dot(R[2], rotors)
-
-
-@routine
-def dot(x, y):
-    """Scalar product of three pairs with three."""
-    return add(add(mul(x[0], y[0]), mul(x[1], y[1])), mul(x[2], y[2]))
 
 
 @routine

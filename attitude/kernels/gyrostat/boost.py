@@ -42,14 +42,15 @@ class Gap(NamedTuple):
 
 
 @routine
-def _dot3(x, y):
+def dot(x, y):
+    """Scalar product of three pairs with three."""
     return add(add(mul(x[0], y[0]), mul(x[1], y[1])), mul(x[2], y[2]))
 
 
 @routine
 def lorentz(x, y):
     """x.Q_A.y."""
-    return sub(_dot3(x, y), mul(x[3], y[3]))
+    return sub(dot(x, y), mul(x[3], y[3]))
 
 
 @routine
@@ -196,7 +197,7 @@ def completing(x, y, z):
 def quadric(a, k, c, x, y):
     """x.Q_B.y."""
     total = add(add(mul(a[0], mul(x[0], y[0])), mul(a[1], mul(x[1], y[1]))), mul(a[2], mul(x[2], y[2])))
-    return sub(sub(total, add(mul(_dot3(k, x), y[3]), mul(_dot3(k, y), x[3]))), mul(c, mul(x[3], y[3])))
+    return sub(sub(total, add(mul(dot(k, x), y[3]), mul(dot(k, y), x[3]))), mul(c, mul(x[3], y[3])))
 
 
 @routine
@@ -214,8 +215,8 @@ def boosted(inertia, k, gamma):
     )
     greatest = max(abs(a[lo][0]), abs(a[hi][0]), abs(k[0][0]), abs(k[1][0]), abs(k[2][0]))
     c = sub(
-        _dot3((mul(a[0], gamma[0]), mul(a[1], gamma[1]), mul(a[2], gamma[2])), gamma),
-        scale(_dot3(k, gamma), 2.0),
+        dot((mul(a[0], gamma[0]), mul(a[1], gamma[1]), mul(a[2], gamma[2])), gamma),
+        scale(dot(k, gamma), 2.0),
     )
     smallest = 1e-3 * SMALLEST_K * SMALLEST_K * greatest
     if k[lo][0] == 0.0:
@@ -272,5 +273,5 @@ def _transformed_problem(a, k, c, gamma, first, second, shift):
 @routine
 def axis(E, E0, w):
     """An axis of the problem along those of the body: the rotation in the Lorentz transformation."""
-    turn = sub(_dot3(w, E), E[3])
+    turn = sub(dot(w, E), E[3])
     return add(E[0], mul(E0[0], turn)), add(E[1], mul(E0[1], turn)), add(E[2], mul(E0[2], turn))

@@ -6,7 +6,7 @@ stays on one side of it.  Every number is formed without cancellation from the c
 
 from typing import NamedTuple
 
-from ..doubledouble import ONE, ZERO, add, div, hypot, mul, neg, scale, sqrt, square, sub
+from ..doubledouble import ONE, ZERO, absolute, add, div, hypot, less, mul, neg, scale, sqrt, square, sub
 from ..elliptic import carlson_rf
 from ..intrinsics import routine
 from .conserved import exchanged, flipped, turned
@@ -35,17 +35,6 @@ class Path(NamedTuple):
     rho: tuple  # |alpha| and |beta| there
     tau: tuple
     axes: tuple  # rows: the axes of the path along those of the body; entries 0, 1 or -1
-
-
-@routine
-def absolute(a):
-    """Magnitude of a pair."""
-    return a if a[0] >= 0.0 else neg(a)
-
-
-@routine
-def _less(a, b):
-    return a[0] < b[0] or (a[0] == b[0] and a[1] < b[1])
 
 
 @routine
@@ -82,11 +71,11 @@ def _labelled_extreme(c, R):
         c, R = exchanged(c), _exchange_rows(R)
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     outside = s * c.upper[0] >= 0.0 and s * c.lower[0] >= 0.0
-    if s * c.upper[0] < 0.0 or (outside and _less(absolute(c.upper), absolute(c.lower))):
+    if s * c.upper[0] < 0.0 or (outside and less(absolute(c.upper), absolute(c.lower))):
         c, R = flipped(c), _flip_rows(R)
     if s * c.lower[0] < 0.0:
         return c, CIRCLING, R
-    if c.disc1[0] >= 0.0 and _less(absolute(mul(c.k, c.a12)), mul(absolute(c.a23), sqrt(c.disc2))):
+    if c.disc1[0] >= 0.0 and less(absolute(mul(c.k, c.a12)), mul(absolute(c.a23), sqrt(c.disc2))):
         if c.b1[0] * c.a23[0] < 0.0:
             c, R = flipped(c), _flip_rows(R)
         return c, CIRCLING, R
@@ -95,7 +84,7 @@ def _labelled_extreme(c, R):
 
 @routine
 def _labelled_middle(c, R):
-    if _less(absolute(c.upper), absolute(c.lower)):
+    if less(absolute(c.upper), absolute(c.lower)):
         c, R = flipped(c), _flip_rows(R)
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     if s * c.upper[0] >= 0.0 and s * c.lower[0] >= 0.0:
@@ -261,6 +250,6 @@ def swinging_path(c, axes):
     sign = 1.0 if s * c.gamma[1][0] >= 0.0 else -1.0
     return Path(
         SWINGING, s, M, N, nu, mu, scale(mul(c.L, sqrt(mul(a12, a13))), 0.5), pole, ZERO, start,
-        _less(G2x1, G1x2), sign, rate_at_upper_end(c, upper_above),
+        less(G2x1, G1x2), sign, rate_at_upper_end(c, upper_above),
         sqrt(scale(upper_below, 0.5)), sqrt(scale(upper_above, 0.5)), axes,
     )  # fmt: skip

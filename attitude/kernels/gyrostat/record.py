@@ -8,6 +8,7 @@ from ..doubledouble import (
     PER_TURN,
     PI,
     ZERO,
+    absolute,
     add,
     div,
     exp,
@@ -34,10 +35,11 @@ from ..layout import (
     TRANSFORMED_SERIES,
     TWO_TURNS,
 )
+from ..polhode import scaled_moments
 from ..principal import over_powers_of_two, rate_is_constant
 from .base import base_problem, matrix_product, momenta
 from .coefficients import Coefficients, coefficients, polynomial
-from .path import CIRCLING, absolute, circling_path, labelled, swinging_path
+from .path import CIRCLING, circling_path, labelled, swinging_path
 
 NO_TERMS = (ZERO, ZERO, ZERO, ZERO, ZERO)
 
@@ -54,9 +56,7 @@ def gyrostats(tensors, moments, axes, rates, attitudes, rotors, out, *space):
     space : (layout.EXACT_SUM_ROWS, layout.EXACT_SUM_LENGTH), scratch; `layout.workspace()`
     """
     for b in range(out.shape[0]):
-        attitude = quaternion.normalised(
-            ((attitudes[b, 0], 0.0), (attitudes[b, 1], 0.0), (attitudes[b, 2], 0.0), (attitudes[b, 3], 0.0))
-        )
+        attitude = quaternion.normalised(quaternion.of_doubles(attitudes[b]))
         _record(tensors[b], moments[b], axes[b], (rates[b], rotors[b]), attitude, out[b], space)
 
 
@@ -73,11 +73,7 @@ def _record(tensor, moments, axes, motion, attitude, out, space):
     if rate_is_constant(scaled_tensor, scaled_rate, h, (parts, work, factors, numbers)):
         constant_rate(rate, attitude, out)
         return
-    inertia = (
-        scale(pair(moments[0]), 1.0 / size),
-        scale(pair(moments[1]), 1.0 / size),
-        scale(pair(moments[2]), 1.0 / size),
-    )
+    inertia = scaled_moments(moments, 1.0 / size)
     R = _rows(axes)
     along = momenta(scaled_tensor, scaled_rate, h, R, diagonal, rows)
     base = base_problem(inertia, along, rows)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..cayley_klein import five, four
+from ..doubledouble import pair
 from ..intrinsics import inlined, routine
 from ..vectors import add_scaled, cross, dot, first_three, scaled
 
@@ -69,19 +70,13 @@ class Column(NamedTuple):
 
 
 @inlined
-def two(x):
-    """The first two numbers of an array."""
-    return x[0], x[1]
-
-
-@inlined
 def copies(body, record):
     """The fields of both records."""
     own = BodyInLoop(
-        two(body.precession),
-        two(body.argument),
-        two(body.argument0),
-        two(body.half_turn),
+        pair(body.precession),
+        pair(body.argument),
+        pair(body.argument0),
+        pair(body.half_turn),
         body.per_half_turn,
         body.slip,
         body.nome,
@@ -103,10 +98,10 @@ def copies(body, record):
         record.u_rate,
         four(record.quaternion),
         (five(g[0]), five(g[1]), five(g[2]), five(g[3])),
-        two(record.weight),
+        pair(record.weight),
         four(record.series),
         record.quotient,
-        two(record.integral0),
+        pair(record.integral0),
     )
 
 
@@ -118,12 +113,6 @@ def to_body_axes(P, v):
         P[0][1] * v[0] + P[1][1] * v[1] + P[2][1] * v[2],
         P[0][2] * v[0] + P[1][2] * v[1] + P[2][2] * v[2],
     )
-
-
-@routine
-def rows_of(matrix):
-    """A (3, 3) array as three rows."""
-    return first_three(matrix[0]), first_three(matrix[1]), first_three(matrix[2])
 
 
 @routine

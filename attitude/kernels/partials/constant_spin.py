@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from ..doubledouble import two_sum
+from ..doubledouble import pair, two_sum
 from ..intrinsics import inlined, routine
 from ..phase import phase, sine_cosine
-from ..vectors import first_three, scaled
-from .blocks import PITCH, ROWS, put, put_attitude_columns, put_axis_columns, rows_of, to_body_axes, two
+from ..vectors import first_three, rows_of, scaled
+from .blocks import PITCH, ROWS, put, put_attitude_columns, put_axis_columns, to_body_axes
 
 
 @routine
@@ -20,7 +20,7 @@ def constant_block(record, t, t_low, window, rows, oscillates, tensor):
     """
     P, L, J = rows_of(record.axes), record.momentum, first_three(record.inverse)
     differences, root = first_three(record.differences), record.u_rate
-    turns = two(record.turns[0]), two(record.turns[1])
+    turns = pair(record.turns[0]), pair(record.turns[1])
     w0 = scaled(L * J[2], P[2])
     x, y, z = initial_rate(record, P, 0), initial_rate(record, P, 1), initial_rate(record, P, 2)
     inertia = inertia_change(record, 0), inertia_change(record, 1), inertia_change(record, 2)
@@ -115,8 +115,8 @@ def turn_about(axis, angle):
 def growing(turns, differences, root, tau, instant):
     """As `oscillating`, where A = [[0, a31], [-a32, 0]] does not turn: tau, or sinh(root tau)/root."""
     _a21, a31, a32 = differences
-    sine, cosine = sine_cosine(*phase(turns[0], turns[1], *instant))
-    half = sine_cosine(*phase(0.5 * turns[0], 0.5 * turns[1], *instant))[0]
+    sine, cosine = sine_cosine(*phase(turns, *instant))
+    half = sine_cosine(*phase((0.5 * turns[0], 0.5 * turns[1]), *instant))[0]
     x = root * tau
     first = math.sinh(x) / root if root > 0.0 else tau
     second = 2.0 * (math.sinh(0.5 * x) / root) ** 2 if root > 0.0 else 0.5 * tau * tau
@@ -133,8 +133,8 @@ def oscillating(turns, differences, root, instant):
     the others of row 1 and row 2; two integrals.
     """
     (half_sum, half_difference), (a21, a31, a32) = turns, differences
-    p, p_low = phase(*half_sum, *instant)
-    d, d_low = phase(*half_difference, *instant)
+    p, p_low = phase(half_sum, *instant)
+    d, d_low = phase(half_difference, *instant)
     sine_p, cosine_p = sine_cosine(p, p_low)
     sine_d = sine_cosine(d, d_low)[0]
     x, low = two_sum(p, -d)

@@ -12,14 +12,16 @@ from ..cayley_klein import (
     exp_pair,
     five,
     four,
+    half_turn_of,
     quartic,
+    series_of,
     since_half_turn,
     theta_direction,
     theta_pair,
     transformed_direction,
     transformed_pair,
 )
-from ..doubledouble import two_sum
+from ..doubledouble import pair, two_sum
 from ..intrinsics import fma, inlined
 from ..phase import argument, phase, sine_cosine
 from ..vectors import first_three
@@ -29,18 +31,12 @@ MAX_Y = 170.0
 
 
 @inlined
-def series_of(body):
-    """Coefficients of alpha and beta."""
-    return four(body.alpha_re), four(body.alpha_im), four(body.beta_re), four(body.beta_im)
-
-
-@inlined
 def theta_now(body, record, t, t_low):
     """q_MP, (gamma1/A1, gamma2/A1, gamma3), and (Z, S, half turns, growth) at t by theta functions."""
-    x, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
+    x, rest = argument(pair(body.argument), t, t_low, pair(body.argument0))
     s, c = sine_cosine(x, rest)
     w = fma(c, c, -s * s)
-    turns, low = phase(body.precession[0], body.precession[1], t, t_low)
+    turns, low = phase(pair(body.precession), t, t_low)
     q = compose(*theta_pair(s, c, w, series_of(body)), *sine_cosine(turns, low))
     g = record.direction
     gamma = theta_direction(s, c, w, (five(g[0]), five(g[1]), five(g[2]), five(g[3])))
@@ -62,12 +58,9 @@ def theta_integrals(body, record, u, now):
 @inlined
 def transformed_now(body, record, t, t_low):
     """q_MP, (gamma1/A1, gamma2/A1, gamma3), and (T2, T3, half turns, growth) at t after the transform."""
-    y, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
-    turn, turn_lo, per_turn = body.half_turn[0], body.half_turn[1], body.per_half_turn
-    if per_turn == 0.0:
-        turn, turn_lo = 0.0, 0.0
-    y, signs, n = since_half_turn(y, rest, turn, turn_lo, per_turn)
-    turns, low = phase(body.precession[0], body.precession[1], t, t_low)
+    y, rest = argument(pair(body.argument), t, t_low, pair(body.argument0))
+    y, signs, n = since_half_turn(y, rest, *half_turn_of(body))
+    turns, low = phase(pair(body.precession), t, t_low)
     turns, joined = two_sum(turns, body.slip * y)
     growth = exp_pair(-2.0 * max(abs(y) - MAX_Y, 0.0))[1]
     size, Q = min(abs(y), MAX_Y), body.nome

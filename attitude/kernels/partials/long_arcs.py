@@ -5,7 +5,7 @@ Vectors over or times A1: g/A1, gamma'/A1, A1 chi, A1 X, A1 F, eps/A1, so that n
 
 import math
 
-from ..doubledouble import two_sum
+from ..doubledouble import pair, two_sum
 from ..intrinsics import fma, inlined, routine
 from ..layout import NEEDLE, THETA
 from ..phase import argument, phase, sine_cosine
@@ -215,7 +215,7 @@ def long_arc(body, record, t, t_low, columns):
 @routine
 def azimuth_turn(body, record, t, t_low):
     """Sine, and 1 - cosine, of the angle by which axis 3 has turned about the momentum since t = 0."""
-    turns, low = phase(record.turns[0, 0], record.turns[0, 1], t, t_low)
+    turns, low = phase(pair(record.turns[0]), t, t_low)
     lead = (swing(body, record, t, t_low) - swing(body, record, 0.0, 0.0)) / (2.0 * math.pi)
     turns, joined = two_sum(turns, math.copysign(1.0, record.quotient) * lead)
     low += joined
@@ -226,7 +226,7 @@ def azimuth_turn(body, record, t, t_low):
 @routine
 def swing(body, record, t, t_low):
     """arg(1 - E e^-2iv - q E' e^2iv + ...), the part of the azimuth that is periodic, rad."""
-    x, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
+    x, rest = argument(pair(body.argument), t, t_low, pair(body.argument0))
     s, c = sine_cosine(x, rest)
     sine, cosine = 2.0 * s * c, fma(c, c, -s * s)
     q, E, E_prime = body.nome, record.nomes[0], record.nomes[1]

@@ -7,7 +7,7 @@ once: small rotations of C n, g, gamma, chi, and rates of J gamma, J gamma', J X
 import numpy as np
 
 from ..intrinsics import inlined, routine
-from ..vectors import add_scaled, dot, scaled
+from ..vectors import add_scaled, dot, rows_of, scaled
 from .blocks import (
     copies,
     inertia_column,
@@ -15,7 +15,6 @@ from .blocks import (
     put_attitude_columns,
     put_axis_columns,
     rate_column,
-    rows_of,
     to_body_axes,
 )
 from .integrals import theta_integrals, theta_now, transformed_integrals, transformed_now

@@ -20,7 +20,7 @@ from ..doubledouble import (
 )
 from ..intrinsics import routine
 from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, LOST, MAY_GROW, NEEDLE, THETA
-from ..polhode import component_along
+from ..polhode import components_along, scaled_moments
 from ..regime import ascending
 from .integrals import MAX_Y, theta_now, transformed_now
 
@@ -42,16 +42,8 @@ def partial_record(state, body, inertia_columns, record):
     moments, axes, rates = state
     size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
     unit = power_of_two_near(max(abs(rates[0]), abs(rates[1]), abs(rates[2])))
-    inertia = (
-        scale(pair(moments[0]), 1.0 / size),
-        scale(pair(moments[1]), 1.0 / size),
-        scale(pair(moments[2]), 1.0 / size),
-    )
-    omega = (
-        component_along(axes[0], rates, 1.0 / unit),
-        component_along(axes[1], rates, 1.0 / unit),
-        component_along(axes[2], rates, 1.0 / unit),
-    )
+    inertia = scaled_moments(moments, 1.0 / size)
+    omega = components_along(axes, rates, 1.0 / unit)
     record.size = size
     record.elements = inertia_columns  # along axes 1, 2, 3: the moments alone need no others
     if body.regime == CONSTANT_RATE:

@@ -7,10 +7,12 @@ Over abs(u) < 1/2 the differences of the closed form cancel; they are integrals 
 from ..cayley_klein import (
     exp_pair,
     five,
+    half_turn_of,
     since_half_turn,
     theta_direction,
     transformed_direction,
 )
+from ..doubledouble import pair
 from ..intrinsics import fma, routine
 from ..layout import NEEDLE, THETA
 from ..phase import argument, sine_cosine
@@ -38,15 +40,12 @@ HAT, CHANGE, SLOPE = 0, 3, 6
 @routine
 def direction_at(body, record, t, t_low):
     """(gamma1/A1, gamma2/A1, gamma3) at t."""
-    x, rest = argument(body.argument[0], body.argument[1], t, t_low, body.argument0[0], body.argument0[1])
+    x, rest = argument(pair(body.argument), t, t_low, pair(body.argument0))
     g = record.direction
     if body.route == THETA:
         s, c = sine_cosine(x, rest)
         return theta_direction(s, c, fma(c, c, -s * s), (five(g[0]), five(g[1]), five(g[2]), five(g[3])))
-    turn, turn_lo, per_turn = body.half_turn[0], body.half_turn[1], body.per_half_turn
-    if per_turn == 0.0:
-        turn, turn_lo = 0.0, 0.0
-    y, signs, _n = since_half_turn(x, rest, turn, turn_lo, per_turn)
+    y, signs, _n = since_half_turn(x, rest, *half_turn_of(body))
     e, inverse = exp_pair(-2.0 * abs(y))
     return transformed_direction((e, body.nome * inverse, body.nome * e), signs, body.nome, first_three(g[0]))
 

@@ -42,7 +42,6 @@ from ..layout import (
     SPUN,
     STAGE,
     STATE,
-    SUN,
     TIME,
     TIME_LOW,
     TORQUE,
@@ -55,7 +54,7 @@ from ..rotation import PER_TURN, product, rotated, rotated_back
 from ..vectors import cross, dot, scaled
 from .dense_output import copied, excesses, later, momentum_of, start_of, time_of, write, write_between
 from .node_vectors import integrate
-from .orbit_path import along_pieces, places_and_speeds
+from .orbit_path import places_and_speeds
 from .torque import (
     asks_for_rates,
     departed,
@@ -91,14 +90,13 @@ def collocate(bodies, span, instants, out, work, halted, *world):
     out : (n, 10, m), written at the index of each body: attitude, rate, momentum
     work : ((KNOWN + KNOWN_ROWS * rows) * NODES,), with the scheme in its rows
     halted : (1,), set to another number than 0 by another thread to end it: nothing more is written
-    world : effects (n, rows, EFFECT_WIDTH), orbit, pieces, sun (start, length, whether there is one),
-        sun_pieces
+    world : effects (n, rows, EFFECT_WIDTH), without plates; orbit, pieces
     """
     for i in range(bodies.shape[0]):
         record = bodies[i]
-        effects, orbit, pieces, sun, sun_pieces = world
+        effects, orbit, pieces = world
         own = record.body, record.symmetric != 0, record.aim
-        arguments = own, (effects[record.index], orbit, pieces, sun, sun_pieces), work, record.counts
+        arguments = own, (effects[record.index], orbit, pieces), work, record.counts
         _march(record, span, arguments, instants, out[record.index], halted)
         if halted[0] != 0.0:
             return
@@ -193,7 +191,7 @@ def step(state, t, t_low, h, own, world, work, counts):
 @inlined
 def _along_nodes(state, time, h, start, world, work):
     """What is known of the nodes beforehand: times, the two constant turns, directions of the effects."""
-    effects, orbit, pieces, sun, sun_pieces = world
+    effects, orbit, pieces = world
     _, size, _, across, frame, spin = start
     turning, spinning = size * across * PER_TURN, spin * PER_TURN
     spun, spun_low = state[SPIN], state[SPIN_LOW]
@@ -210,11 +208,6 @@ def _along_nodes(state, time, h, start, world, work):
         work[COSINE * NODES + i], work[SINE * NODES + i] = cosine, sine
     if orbit[0] != NO_ORBIT:
         places_and_speeds(orbit, pieces, frame, work, NODES)
-    if sun[2] != 0.0:
-        for i in range(NODES):
-            now, now_low = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
-            place, _ = along_pieces(sun_pieces, sun[0], sun[1], now, now_low)
-            put_three(work, SUN, i, rotated_back(frame, place))
     known_beforehand(effects, frame, work)
 
 

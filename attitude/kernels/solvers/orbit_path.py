@@ -38,7 +38,7 @@ def _two_body(orbit, frame, work, nodes):
     Q = rotated_back(frame, (orbit[10], orbit[11], orbit[12]))
     for i in range(nodes):
         now, now_low = work[TIME * nodes + i], work[TIME_LOW * nodes + i]
-        turns, rest = argument(orbit[4], orbit[5], now, now_low, orbit[3], 0.0)
+        turns, rest = argument((orbit[4], orbit[5]), now, now_low, (orbit[3], 0.0))
         sine, cosine = sine_cosine(turns, rest)
         M = ((turns - ((turns + ROUND) - ROUND)) + rest) * TURN
         work[PLACE * nodes + i], work[(PLACE + 1) * nodes + i] = cosine, sine

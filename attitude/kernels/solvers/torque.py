@@ -1,7 +1,7 @@
 """The torques of a scene's effects at all nodes of a step; rows of numbers as `layout` has them.
 
-What depends on the time alone (directions of the centre of the Earth, of the wind, of the Sun and of the
-field, and how strong each is) is computed once a step, along axes that turn with the step
+What depends on the time alone (directions of the centre of the Earth and of the field, and how
+strong each is) is computed once a step, along axes that turn with the step
 (`known_beforehand`); what depends on the attitude in every sweep (`torques`).  All along the body's axes that
 the solver steps, and SI.
 """
@@ -18,7 +18,6 @@ from ..layout import (
     CONSTANT_INERTIAL,
     COSINE,
     DIRECTION,
-    DRAG_PLATE,
     EDDIES,
     GRAVITY_GRADIENT,
     INVERSES,
@@ -31,14 +30,11 @@ from ..layout import (
     PLACE,
     ROTORS,
     SINE,
-    SOLAR_PLATE,
-    SPEED,
     SPIN_COSINE,
     SPIN_SINE,
     SPUN,
     STAGE,
     STRENGTH,
-    SUN,
     TIME,
     TIME_LOW,
     TO_AXES,
@@ -106,7 +102,7 @@ def departed(work, i, start):
 
 @routine
 def known_beforehand(effects, frame, work):
-    """Direction and strength of every effect at the nodes, from places, speeds and Sun in the workspace.
+    """Direction and strength of every effect at the nodes, from the places in the workspace.
 
     frame : quaternion from the axes of the step to inertial ones
     """
@@ -130,20 +126,6 @@ def known_beforehand(effects, frame, work):
             for i in range(NODES):
                 t = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
                 _know(work, i, dipole_field(strength, axis, pace, t, three_at(work, PLACE, i)), 1.0)
-        elif code == SOLAR_PLATE:
-            pressure = row[10] * ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT
-            for i in range(NODES):
-                to_sun = add_scaled(three_at(work, SUN, i), -1.0, three_at(work, PLACE, i))
-                inverse2 = 1.0 / dot(to_sun, to_sun)
-                _know(work, i, scaled(math.sqrt(inverse2), to_sun), pressure * inverse2)
-        elif code == DRAG_PLATE:
-            turning, density, reference, height = rotated_back(frame, three(row, 11)), row[8], row[9], row[10]
-            for i in range(NODES):
-                r = three_at(work, PLACE, i)
-                wind = add_scaled(three_at(work, SPEED, i), -1.0, cross(turning, r))
-                speed2 = dot(wind, wind)
-                pressure = 0.5 * density * math.exp((reference - math.sqrt(dot(r, r))) / height) * speed2
-                _know(work, i, scaled(1.0 / math.sqrt(max(speed2, 1e-300)), wind), pressure)
         copied_known(work, DIRECTION * NODES, (KNOWN + KNOWN_ROWS * k) * NODES)
 
 
@@ -161,7 +143,7 @@ def dipole_field(strength, axis, pace, t, r):
 
     axis : a, b, c of d = a + b cos + c sin; pace : turns/s in two parts; t in two parts
     """
-    turns, rest = phase(pace[0], pace[1], t[0], t[1])
+    turns, rest = phase(pace, t[0], t[1])
     sine, cosine = sine_cosine(turns, rest)
     d = add_scaled(add_scaled(axis[0], cosine, axis[1]), sine, axis[2])
     distance2 = dot(r, r)
@@ -211,17 +193,6 @@ def torques(effects, body, start, frame, work):
             own = three(row, 1)
             for i in range(NODES):
                 _add(work, i, cross(own, _seen(work, i, start)))
-        elif code == SOLAR_PLATE:
-            n, centre, plate = three(row, 1), three(row, 4), three(row, 7)
-            for i in range(NODES):
-                force = sunlight(work[STRENGTH * NODES + i], plate, n, _seen(work, i, start))
-                _add(work, i, cross(centre, force))
-        elif code == DRAG_PLATE:
-            n, centre, area = three(row, 1), three(row, 4), row[7]
-            for i in range(NODES):
-                ahead, pressure = _seen(work, i, start), work[STRENGTH * NODES + i]
-                force = scaled(-pressure * area * max(dot(n, ahead), 0.0), ahead)
-                _add(work, i, cross(centre, force))
         elif code == USER:
             constants, address = (three(body, INVERSES), three(body, ROTORS)), row[1]
             to_axes = body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
@@ -261,19 +232,6 @@ def gravity_gradient(strength, moments, e):
     y = strength * (moments[0] - moments[2]) * e[2] * e[0]
     z = strength * (moments[1] - moments[0]) * e[0] * e[1]
     return x, y, z
-
-
-@inlined
-def sunlight(pressure, plate, n, s):
-    """Force of sunlight on a plate: what is absorbed, mirrored and scattered.
-
-    F = -P A cos [(1 - specular) s + 2 (specular cos + diffuse / 3) n] on the lit side.
-    Source: Wertz, Spacecraft Attitude Determination and Control (1978), section 17.2.2.
-    """
-    area, specular, diffuse = plate
-    cosine = max(dot(n, s), 0.0)
-    along_n = 2.0 * fma(specular, cosine, diffuse / 3.0)
-    return scaled(-pressure * area * cosine, add_scaled(scaled(1.0 - specular, s), along_n, n))
 
 
 @inlined
