@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .method import method_name
+from .records import Records
 
 MEASURED, ABSENT, FAILED, NOT_RUN = "measured", "absent", "failed", "not run"
 
@@ -52,17 +53,16 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class CostData:
-    """The results of one measurement, and its circumstances.
+class CostData(Records):
+    """The results of one measurement.
 
     Attributes
     ----------
     name, regime : of the scene and its motion
     unit_s, unit_name : unit of the horizons
-    samples, horizons, budget_s, seed : as requested
+    samples, horizons : as requested
     truths : for each horizon the number of instants of truth, and its route
     compilation_s : s, time before the measurement in which the library's kernels were compiled or loaded
-    machine, versions : of processor and system; of Python and packages
     cells : one for each horizon and method; by horizon, then in the order of the methods
     effects : the torques, by type; none of a free body
     truth_off_rad : rad, estimated error of the truth itself, where it was computed in doubles
@@ -75,14 +75,15 @@ class CostData:
     samples: int
     horizons: tuple[float, ...]
     truths: tuple[tuple[int, str], ...]
-    budget_s: float
-    seed: int
     compilation_s: float
-    machine: dict[str, str | int]
-    versions: dict[str, str]
     cells: tuple[Cell, ...]
     effects: tuple[str, ...] = ()
     truth_off_rad: float = 0.0
+
+    @property
+    def records(self) -> tuple[Cell, ...]:
+        """The cells."""
+        return self.cells
 
     def at(self, horizon: float) -> list[Cell]:
         """Cells of one horizon."""

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from . import records
 from .cell import ABSENT, FAILED, MEASURED, NOT_RUN
 from .free_truth import Truth, true_attitudes
 from .hard_cases import Case, cases
 from .machine import machine, versions
 from .method import AbsentError, Method, method_name, quiet
 from .methods import select_methods
+from .records import Records
 
 KIND = "attitude-hard/1"
 COMPARED = ("ours", "published", "dop853", "heyoka", "orekit")
@@ -56,32 +56,29 @@ class HardCell:
 
 
 @dataclass(frozen=True)
-class HardReport:
+class HardReport(Records):
     """The results of `hard`.
 
     Attributes
     ----------
-    seed, budget_s : as requested
-    machine, versions : of processor and system; of Python and packages
     cells : one for each case and method; ladder by ladder, with decreasing distance; methods in their order
     """
 
-    seed: int
-    budget_s: float
-    machine: dict[str, str | int]
-    versions: dict[str, str]
     cells: tuple[HardCell, ...]
+
+    @property
+    def records(self) -> tuple[HardCell, ...]:
+        """The cells."""
+        return self.cells
 
     # -- for readers ------------------------------------------------------------------------
 
     def header(self) -> list[str]:
         """The circumstances of the measurement, one line each."""
-        packages = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         return [
             "largest attitude error [rad] by distance from the hard case; truth: fifty digits, theta route",
-            f"{self.machine['processor']}, {self.machine['cores']} cores, {self.machine['system']}; "
-            f"seed {self.seed}, budget {self.budget_s:g} s",
-            packages,
+            f"{self.processor}; seed {self.seed}, budget {self.budget_s:g} s",
+            self.packages,
         ]
 
     def table(self) -> str:
@@ -125,14 +122,6 @@ class HardReport:
             "versions": self.versions,
             "cells": [asdict(cell) for cell in self.cells],
         }
-
-    def to_json(self) -> str:
-        """`document` as JSON text."""
-        return records.to_json(self.document())
-
-    def to_csv(self) -> str:
-        """Circumstances in comment lines, then one line for each cell; empty where nothing was measured."""
-        return records.to_csv(self.header(), HardCell, self.cells)
 
 
 def scientific(value: float) -> str:
@@ -194,7 +183,7 @@ def hard(
             for trial in trials:
                 left = budget - sum(other.spent for other in trials if other.method.steps)
                 cells.append(trial.cell(case, truth, left))
-    return HardReport(seed, budget, machine(), versions(), tuple(cells))
+    return HardReport(budget, seed, machine(), versions(), tuple(cells))
 
 
 class Trial:

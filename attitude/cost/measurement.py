@@ -14,7 +14,7 @@ import statistics
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -81,7 +81,11 @@ def measure(
     if samples is None:  # fewer under torques, where each sample is a step, and steps are compared
         samples = SAMPLES if free else SAMPLES_UNDER_TORQUES
     _check(budget, samples, HORIZONS if horizons is None else horizons, seed)
-    selected = _methods(methods, problem)
+    families = FAMILIES if free else UNDER_TORQUES
+    requested = list(families if methods is None else methods)
+    names = [method for method in requested if isinstance(method, str)]
+    selected = select_methods(names, families) if names else []
+    selected += [method for method in requested if isinstance(method, Method)]
     before = perf_counter()
     reference = free_truth if free else torque_truth
     reference.load(problem)
@@ -95,8 +99,9 @@ def measure(
     schedule = Schedule(problem, tuple(horizons), grids, (truths, quantities), started, budget, say)
     cells = schedule.run(selected)
     if schedule.cheapest is not None and not any(cell.status == MEASURED for cell in cells):
-        needed = perf_counter() - started + schedule.cheapest
-        raise InputError("budget", budget, f"at least {_rounded_up(1.2 * needed):g} s for this scene")
+        needed = 1.2 * (perf_counter() - started + schedule.cheapest)
+        unit = 10.0 ** (math.floor(math.log10(needed)) - 1)  # rounded up to two digits
+        raise InputError("budget", budget, f"at least {math.ceil(needed / unit) * unit:g} s for this scene")
     return Report(
         name="" if isinstance(scene, TorqueFreeMotion) else scene.name,
         regime=(scene if isinstance(scene, TorqueFreeMotion) else scene.motion()).regime,
@@ -146,22 +151,12 @@ def _horizons(
     return requested
 
 
-def _methods(methods: Iterable[str | Method] | None, problem: InitialValueProblem) -> list[Method]:
-    families = FAMILIES if problem.environment is None else UNDER_TORQUES
-    if methods is None:
-        return select_methods(None, families)
-    requested = list(methods)
-    names = [method for method in requested if isinstance(method, str)]
-    named = select_methods(names, families) if names else []
-    return named + [method for method in requested if isinstance(method, Method)]
-
-
 @dataclass(order=True)
 class PendingCell:
     """A method that works on the problem so far, and its next horizon."""
 
     predicted_s: float
-    number: int  # decides between equals, in the order of the select_methods
+    number: int  # decides between equals, in the order of the methods
     method: Method = field(compare=False)
     solve: Solve = field(compare=False)
     setup_s: float = field(compare=False)
@@ -212,8 +207,6 @@ class Schedule:
         """Rest of the budget, s."""
         return self.started + self.budget - perf_counter()
 
-    # -- the trial --------------------------------------------------------------------------
-
     def _try(self, number: int, method: Method) -> None:
         """Warm a method up and predict its first cell; where that fails, its cells say why."""
         if self.queue and self.left < 0.5 * self.budget:  # reserved for the methods already tried
@@ -231,10 +224,8 @@ class Schedule:
         except Exception as error:  # any exception of a method is its failure
             self._fill(number, method, 0, FAILED, _one_line(error))
         else:
-            predicted = call * self.grids[0].size / count
-            heapq.heappush(
-                self.queue, PendingCell(predicted, number, method, solve, setup, first_prepare + first_call)
-            )
+            predicted, first_use = call * self.grids[0].size / count, first_prepare + first_call
+            heapq.heappush(self.queue, PendingCell(predicted, number, method, solve, setup, first_use))
 
     def _prepared_and_called(self, method: Method, t: np.ndarray) -> tuple[Solve, float, float]:
         with quiet():
@@ -246,27 +237,31 @@ class Schedule:
         _require_finite(samples, t)
         return solve, between - before, after - between
 
-    # -- one cell ---------------------------------------------------------------------------
-
     def _measure(self, pending: PendingCell) -> None:
-        horizon = counted(self.horizons[pending.horizon], self.problem.unit_name)
+        """Measure the next cell of a method, and predict the one after it."""
+        method, j, t = pending.method, pending.horizon, self.grids[pending.horizon]
         wait = f"about {pending.predicted_s:.2g} s; {self.left:.0f} s left"
-        self._announce(f"{pending.method.name}, {horizon}: {wait}", pending.predicted_s)
-        method, j = pending.method, pending.horizon
+        horizon = counted(self.horizons[j], self.problem.unit_name)
+        self._announce(f"{method.name}, {horizon}: {wait}", pending.predicted_s)
+        seconds = pending.predicted_s
         try:
-            seconds, repeats, samples = self._timed(pending.solve, self.grids[j])
-            _require_finite(samples, self.grids[j])
-            cell = self._cell(pending, seconds, repeats, samples)
+            seconds, repeats, samples = self._timed(pending.solve, t)
+            _require_finite(samples, t)
+            energy, momentum = self.quantities[j].errors(*samples)
+            cell = self._record(
+                pending.number, method, j, MEASURED,
+                attitude_error_rad=self.truths[j].error(samples[0]), energy_error=energy,
+                momentum_error=momentum, ns_per_sample=seconds / t.size * 1e9, repeats=repeats,
+                setup_s=pending.setup_s, first_use_s=pending.first_use_s,
+            )  # fmt: skip
         except Exception as error:
-            cell = Cell(method.family, method.setting, self.horizons[j], FAILED, _one_line(error))
             seconds = pending.predicted_s
-        self.cells[pending.number, j] = cell
+            cell = self._record(pending.number, method, j, FAILED, _one_line(error))
         if method.steps and (lost := _lost(cell)):  # longer horizons would fail in the same way
             self._fill(pending.number, method, j + 1, NOT_RUN, lost)
         elif j + 1 < len(self.horizons):
-            pending.horizon = j + 1
-            longer = self.horizons[j + 1] / self.horizons[j]
-            pending.predicted_s = seconds * longer if method.steps else seconds
+            longer = self.horizons[j + 1] / self.horizons[j] if method.steps else 1.0
+            pending.horizon, pending.predicted_s = j + 1, seconds * longer
             heapq.heappush(self.queue, pending)
 
     def _timed(self, solve: Solve, t: np.ndarray) -> tuple[float, int, Samples]:
@@ -283,39 +278,26 @@ class Schedule:
         runs = calls[1:] or calls
         return statistics.median(runs), len(runs), samples
 
-    def _cell(self, pending: PendingCell, seconds: float, repeats: int, samples: Samples) -> Cell:
-        energy, momentum = self.quantities[pending.horizon].errors(*samples)
-        return Cell(
-            pending.method.family,
-            pending.method.setting,
-            self.horizons[pending.horizon],
-            MEASURED,
-            attitude_error_rad=self.truths[pending.horizon].error(samples[0]),
-            energy_error=energy,
-            momentum_error=momentum,
-            ns_per_sample=seconds / len(samples[0]) * 1e9,
-            repeats=repeats,
-            setup_s=pending.setup_s,
-            first_use_s=pending.first_use_s,
-        )
-
-    # -- what is not measured ---------------------------------------------------------------
-
     def _give_up(self, pending: PendingCell) -> None:
         """Record this horizon and all longer ones as not run, with their predicted times."""
-        predicted, method = pending.predicted_s, pending.method
+        predicted, method, first = pending.predicted_s, pending.method, pending.horizon
         self.cheapest = min(predicted, self.cheapest or math.inf)
-        for j in range(pending.horizon, len(self.horizons)):
-            horizon = self.horizons[j]
-            longer = horizon / self.horizons[pending.horizon] if method.steps else 1.0
-            self.cells[pending.number, j] = Cell(
-                method.family, method.setting, horizon, NOT_RUN, "beyond the budget", predicted * longer
-            )
+        for j in range(first, len(self.horizons)):
+            longer = self.horizons[j] / self.horizons[first] if method.steps else 1.0
+            beyond = "beyond the budget"
+            self._record(pending.number, method, j, NOT_RUN, beyond, predicted_s=predicted * longer)
 
     def _fill(self, number: int, method: Method, first: int, status: str, detail: str) -> None:
         """Record the same status for all horizons from `first` on."""
         for j in range(first, len(self.horizons)):
-            self.cells[number, j] = Cell(method.family, method.setting, self.horizons[j], status, detail)
+            self._record(number, method, j, status, detail)
+
+    def _record(
+        self, number: int, method: Method, j: int, status: str, detail: str = "", **numbers: Any
+    ) -> Cell:
+        cell = Cell(method.family, method.setting, self.horizons[j], status, detail, **numbers)
+        self.cells[number, j] = cell
+        return cell
 
     def _announce(self, text: str, seconds: float = 0.0) -> None:
         """Report progress, at most once a second or before a long cell; raise where a stop is requested."""
@@ -353,9 +335,3 @@ def _one_line(error: Exception) -> str:
     if text and (isinstance(error, AttitudeError) or type(error) is ArithmeticError):
         return text
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
-
-
-def _rounded_up(seconds: float) -> float:
-    """Rounded up to two digits."""
-    unit = 10.0 ** (math.floor(math.log10(seconds)) - 1)
-    return math.ceil(seconds / unit) * unit

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from . import records
 from .cell import ABSENT, LOST, MEASURED, ZERO_ERROR, Cell, CostData
 from .initial_value_problem import counted
 from .method import method_name
@@ -70,9 +69,8 @@ class Report(CostData):
             f"horizons in {self.unit_name} ({self.unit_s:.9g} s), {self.samples} samples each",
             f"attitude: {largest} against {attitude}",
             f"energy, momentum (inertial vector){' of the body' if self.effects else ''}: {other}",
-            f"{self.machine['processor']}, {self.machine['cores']} cores, {self.machine['system']}; "
-            f"budget {self.budget_s:g} s",
-            ", ".join(f"{name} {version}" for name, version in self.versions.items()),
+            f"{self.processor}; budget {self.budget_s:g} s",
+            self.packages,
         ]
 
     def table(self) -> str:
@@ -137,14 +135,6 @@ class Report(CostData):
             "cells": [asdict(cell) for cell in self.cells],
             "growth": [asdict(growth) for growth in self.growth()],
         } | (under_torques if self.effects else {})
-
-    def to_json(self) -> str:
-        """`document` as JSON text."""
-        return records.to_json(self.document())
-
-    def to_csv(self) -> str:
-        """Circumstances in comment lines, then one line for each cell; empty where nothing was measured."""
-        return records.to_csv(self.header(), Cell, self.cells)
 
     def picture(self, format: str) -> bytes:  # noqa: A002 (public name)
         """The picture of `plot` as the bytes of an "svg" or "png" file."""

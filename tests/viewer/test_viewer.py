@@ -284,7 +284,7 @@ def report() -> Report:
     machine: dict[str, str | int] = {"processor": "a processor", "cores": 2, "system": "a system"}
     truths = ((20, "theta"),)
     return Report(
-        "box", "short_axis", 3.0, "period", 500, (10.0,), truths, 5.0, 0, 0.0, machine, {"python": "3"}, cells
+        5.0, 0, machine, {"python": "3"}, "box", "short_axis", 3.0, "period", 500, (10.0,), truths, 0.0, cells
     )  # fmt: skip
 
 
