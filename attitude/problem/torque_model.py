@@ -13,7 +13,7 @@ from .initial_state import DensityProfile, InitialState, Passages, PiecewisePoly
 
 class CachedTorque:
     """A torque whose intervals, passages through the shadow, Sun vector, density and size (if it is the same
-    for all bodies) are computed once.
+    for all bodies) are computed once, for the state that it is made with.
 
     Finding every passage through the shadow in a year takes longer than integrating the body over that year.
     """
@@ -22,6 +22,13 @@ class CachedTorque:
         self.type: str = torque.type
         self.effect = torque
         self._initial_state = initial_state
+        self._results: dict[str, Any] = {}
+
+    def _once(self, name: str) -> Any:
+        """What a method of the effect returned when it was first asked."""
+        if name not in self._results:
+            self._results[name] = getattr(self.effect, name)(self._initial_state)
+        return self._results[name]
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """Return the rows of the effect, (k, EFFECT_WIDTH)."""
@@ -29,49 +36,30 @@ class CachedTorque:
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """Return the cached intervals, s."""
-        return self._intervals
+        return self._once("intervals")
 
     def passages(self, initial_state: InitialState) -> Passages | None:
         """Return the cached passages through the shadow."""
-        return self._passages
+        return self._once("passages")
 
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial | None:
         """Return the cached vector to the Sun, m."""
-        return self._sun
+        return self._once("sun")
 
     def air(self, initial_state: InitialState) -> DensityProfile | None:
         """Return the cached density along the orbit."""
-        return self._air
+        return self._once("air")
 
     def size(self, initial_state: InitialState) -> float:
         """Upper bound, N m: of this body if the torque depends on the body, else the cached one."""
-        return float(self.effect.size(initial_state)) if hasattr(self.effect, "sizes") else self._size
-
-    @cached_property
-    def _intervals(self) -> list[tuple[float, float]] | None:
-        return self.effect.intervals(self._initial_state)
-
-    @cached_property
-    def _passages(self) -> Passages | None:
-        return self.effect.passages(self._initial_state)
-
-    @cached_property
-    def _sun(self) -> PiecewisePolynomial | None:
-        return self.effect.sun(self._initial_state)
-
-    @cached_property
-    def _air(self) -> DensityProfile | None:
-        return self.effect.air(self._initial_state)
-
-    @cached_property
-    def _size(self) -> float:
-        return float(self.effect.size(self._initial_state))
+        own = hasattr(self.effect, "sizes")
+        return float(self.effect.size(initial_state) if own else self._once("size"))
 
     def sizes(self, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """(n,), N m: upper bounds for bodies with moments (n, 3) and bounds of their spin, (n,)."""
         if hasattr(self.effect, "sizes"):
             return self.effect.sizes(self._initial_state, moments, spin)
-        return np.full(len(moments), self._size)
+        return np.full(len(moments), float(self._once("size")))
 
     @cached_property
     def own_rows(self) -> np.ndarray:

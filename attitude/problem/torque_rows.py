@@ -10,25 +10,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
 from ..kernels import layout
 from ..rigid_body.body import RigidBody
-from .initial_state import DensityProfile, InitialState
+from .initial_state import InitialState
 
 # A body and an attitude without any symmetry, to find out on what the rows of a torque depend.
 PROBE_INERTIA = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
 PROBE_ATTITUDE = (0.5, -0.5, 0.1, 0.7)
 ROTATION_TOLERANCE = 1e-12  # of the components of a rotated vector, relative to the greatest
-
-
-class HasRows(Protocol):
-    """A torque, as far as its rows go."""
-
-    def rows(self, initial_state: InitialState) -> np.ndarray:
-        """Return the rows that kernels take, (k, EFFECT_WIDTH)."""
 
 
 def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -38,9 +31,10 @@ def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return product
 
 
-def own_rows(torque: HasRows, initial_state: InitialState) -> np.ndarray:
-    """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
-    return torque.rows(replace(initial_state, body=_sphere(), order=(0, 1, 2)))
+def own_rows(torque: Any, initial_state: InitialState) -> np.ndarray:
+    """(k, EFFECT_WIDTH): of a torque, along the axes of the body's own frame."""
+    rows: np.ndarray = torque.rows(replace(initial_state, body=_sphere(), order=(0, 1, 2)))
+    return rows
 
 
 @cache
@@ -67,15 +61,8 @@ def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return out
 
 
-class HasAir(Protocol):
-    """A torque, as far as its density goes."""
-
-    def air(self, initial_state: InitialState) -> DensityProfile | None:
-        """Return the density along the orbit, where it is a function of time."""
-
-
 def number_pieces(
-    rows: Sequence[np.ndarray], torques: Sequence[HasAir], initial_state: InitialState
+    rows: Sequence[np.ndarray], torques: Sequence[Any], initial_state: InitialState
 ) -> np.ndarray:
     """(m, AIR_WIDTH): the pieces of the densities of all torques, whose places are written into the rows.
 
@@ -90,7 +77,7 @@ def number_pieces(
     return np.concatenate(pieces)
 
 
-def follows_axes(torque: HasRows, initial_state: InitialState) -> bool:
+def follows_axes(torque: Any, initial_state: InitialState) -> bool:
     """Whether the rows depend on the body through its axes only, as those of all documented effects do.
 
     Compared for two bodies and states: the given one, and one without symmetry.

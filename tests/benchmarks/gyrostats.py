@@ -16,10 +16,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from attitude.dynamics.exact_motion import ExactMotion
-from attitude.oracle.gyrostat_motion import GyrostatMotion
 from attitude.oracle.truth import attitude_error
 from attitude.rigid_body.body import RigidBody
 from attitude.times.instants import Instants
+from tests.oracles.gyrostat_motion import GyrostatMotion
 
 KINDS = ("axis", "plane", "any", "tensor")
 ATTITUDE = (1.0, 0.0, 0.0, 0.0)

@@ -6,13 +6,13 @@ import pytest
 from attitude.dynamics.exact_motion import ExactMotion
 from attitude.errors import RegimeError
 from attitude.kernels import layout
-from attitude.oracle.gyrostat_motion import GyrostatMotion
 from attitude.oracle.torque_motion import TorqueMotion
 from attitude.oracle.truth import attitude_error, component_error, rate_error
 from attitude.rigid_body.body import RigidBody
 from attitude.times.instants import Instants
 from tests.dynamics.motions import matrix
 from tests.dynamics.test_torques_effects import quantity, scene
+from tests.oracles.gyrostat_motion import GyrostatMotion
 
 PROMISED = 4e-15  # rad; measured: 1.3e-15
 RATE = (0.3, -0.5, 0.4)

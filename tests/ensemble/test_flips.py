@@ -6,10 +6,10 @@ import pytest
 from attitude import InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.ensemble import Ensemble
 from attitude.ensemble.flips import flips, flips_of_gyrostats
-from attitude.oracle.gyrostat_motion import GyrostatMotion
 from attitude.rigid_body.gyrostat_constants import GyrostatBatch
 from attitude.times.instants import as_instants
 from tests.dynamics.test_gyrostat import ATTITUDE, MOTIONS, SEPARATRICES, body_of
+from tests.oracles.gyrostat_motion import GyrostatMotion
 
 RNG = np.random.default_rng(11)
 MOMENTS = [[1.0, 2.0, 3.0], [3.0, 1.0, 2.5], [2.0, 3.0, 1.2]]

@@ -6,12 +6,10 @@ turned by a constant rotation about the inertial momentum, M = q(T) conj(q(0)), 
 
 from mpmath import mp, mpf
 
-from .exact import conjugate, elapsed, multiply, normalised, real
-from .torque_motion import TorqueMotion
+from attitude.oracle.exact import conjugate, elapsed, multiply, normalised, real
+from attitude.oracle.torque_motion import TorqueMotion
 
-STEPS_PER_UNIT = (
-    8  # instants at which the return of the momentum is looked for, each time unit of the fastest rate
-)
+STEPS_PER_UNIT = 8  # instants, in a time unit of the fastest rate, at which the momentum may have returned
 MAX_INSTANTS = 4_000
 
 
