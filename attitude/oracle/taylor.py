@@ -12,20 +12,14 @@ A rotation about the momentum at the rate L a_mid is taken out of q exactly,
 so that a nearly spherical body needs no more steps than any other. gamma has a period T, after which
 p(T) = exp(gamma(0) angle / 2); hence p(t + n T) = p(T)^n p(t), for any n, and its sign is the continuous one.
 
-Numbers are integers scaled by 2^bits; time is in units of 1 / (L (a_max - a_min)): no rate exceeds one.
+Numbers are the integers of `series`; time is in units of 1 / (L (a_max - a_min)): no rate exceeds one.
 """
 
 from functools import lru_cache
 from math import ceil, log
-from operator import mul
 from typing import NamedTuple
 
 from mpmath import mp, mpf
-
-try:
-    from gmpy2 import mpz
-except ImportError:
-    mpz = int
 
 from .exact import (
     circulation,
@@ -39,6 +33,7 @@ from .exact import (
     real,
     reals,
 )
+from .series import Tape
 
 GUARD_DIGITS = 28
 MAX_STEP = 2.0
@@ -100,45 +95,22 @@ class TaylorMotion:
                 self.inverse = [real(component) for component in a]
                 self.gamma_rates = [real((a[(k + 2) % 3] - a[(k + 1) % 3]) / spread) for k in range(3)]
                 self.p_rates = [real((component - a[self.mid_axis]) / spread) for component in a]
+                self.tape = Tape(self.bits, self.order)
+                self._record_equations()
+
+    def _record_equations(self):
+        tape = self.tape
+        gamma = [tape.state(component) for component in self.gamma0]
+        a, b, c, d = p = [tape.state(component) for component in (1, 0, 0, 0)]
+        for k in range(3):
+            (product,) = tape.bilinear([gamma[(k + 1) % 3]], [[gamma[(k + 2) % 3]]])
+            tape.rate(gamma[k], tape.combination([(self.gamma_rates[k], product)]))
+        w = [tape.combination([(rate / 2, g)]) for rate, g in zip(self.p_rates, gamma, strict=True)]
+        rows = [[(-1, b), (-1, c), (-1, d)], [a, (-1, d), c], [d, a, (-1, b)], [(-1, c), b, a]]
+        for component, product in zip(p, tape.bilinear(w, rows), strict=True):
+            tape.rate(component, product)
 
     # Steps
-
-    def fixed(self, value):
-        """mpf to integer scaled by 2^bits."""
-        return mpz(int(mp.nint(mp.ldexp(value, self.bits))))
-
-    def real(self, integer):
-        """Integer scaled by 2^bits to mpf."""
-        return mp.ldexp(mpf(int(integer)), -self.bits)
-
-    def initial_state(self):
-        """gamma and p at t = 0, as integers."""
-        one = mpz(1) << self.bits
-        return [self.fixed(component) for component in self.gamma0] + [one, mpz(0), mpz(0), mpz(0)]
-
-    def series(self, state, scale):
-        """Taylor coefficients of (gamma, p) in (t - start) / scale, as integers scaled by 2^bits."""
-        bits, x, y = self.bits, (self.mid_axis + 1) % 3, (self.mid_axis + 2) % 3
-        k1, k2, k3 = (self.fixed(rate * scale) for rate in self.gamma_rates)
-        wx, wy = self.fixed(self.p_rates[x] * scale / 2), self.fixed(self.p_rates[y] * scale / 2)
-        g1, g2, g3, p0, *p123 = ([component] for component in state)
-        gammas, (px, py, pm) = (g1, g2, g3), (p123[x], p123[y], p123[self.mid_axis])
-        g2_back, g3_back, wx_back, wy_back = [g2[0]], [g3[0]], [], []
-        for n in range(1, self.order + 1):
-            # a convolution is a product of one list with the other one backwards
-            wx_back.insert(0, (wx * gammas[x][-1]) >> bits)
-            wy_back.insert(0, (wy * gammas[y][-1]) >> bits)
-            next1 = (k1 * (_dot(g2, g3_back) >> bits) >> bits) // n
-            next2 = (k2 * (_dot(g1, g3_back) >> bits) >> bits) // n
-            next3 = (k3 * (_dot(g1, g2_back) >> bits) >> bits) // n
-            next0 = ((-_dot(px, wx_back) - _dot(py, wy_back)) >> bits) // n
-            nextx = ((_dot(p0, wx_back) - _dot(pm, wy_back)) >> bits) // n
-            nexty = ((_dot(p0, wy_back) + _dot(pm, wx_back)) >> bits) // n
-            nextm = ((_dot(px, wy_back) - _dot(py, wx_back)) >> bits) // n
-            g1.append(next1), g2.append(next2), g3.append(next3)
-            g2_back.insert(0, next2), g3_back.insert(0, next3)
-            p0.append(next0), px.append(nextx), py.append(nexty), pm.append(nextm)
-        return [g1, g2, g3, p0, *p123]
 
     def next_step(self, direction):
         """Append a step forward (1) or backward (-1), as long as its own coefficients allow."""
@@ -150,9 +122,9 @@ class TaylorMotion:
             start, state = last.start + last.scale * last.length, self.evaluate(last, last.length)
             trial = 1.5 * abs(last.scale) * last.length
         else:
-            start, state, trial = mpf(0), self.initial_state(), mpf(1)
-        scale = direction * min(trial, self.longest_step(state))
-        series = self.series(state, scale)
+            start, state, trial = mpf(0), self.tape.start, mpf(1)
+        series, scale = self.tape.expand(state, direction * min(trial, self.longest_step(state)))
+        series = [list(component) for component in series]  # the tape's own, which it fills again
         tail = max(abs(coefficient) for component in series for coefficient in component[-2:])
         # |c_N| length^N stays below one unit of the last place
         length = min(mpf(1), mpf(2) ** (-mpf(int(tail).bit_length()) / self.order))
@@ -163,7 +135,7 @@ class TaylorMotion:
 
         No rate exceeds one, so a motion that starts at sine rho from the middle axis stays log(1/rho).
         """
-        off = [self.real(abs(state[k])) for k in range(3) if k != self.mid_axis]
+        off = [self.tape.real(abs(state[k])) for k in range(3) if k != self.mid_axis]
         return MAX_STEP - mp.log(max(*off, mpf(2) ** -self.bits))
 
     def evaluate(self, step, argument):
@@ -172,7 +144,7 @@ class TaylorMotion:
 
     def horner(self, series, argument):
         """The sum of a series, as an integer."""
-        x, value = self.fixed(argument), mpz(0)
+        x, value = self.tape.fixed(argument), 0
         for coefficient in reversed(series):
             value = (value * x >> self.bits) + coefficient
         return value
@@ -197,7 +169,7 @@ class TaylorMotion:
             with mp.workprec(self.bits + 64):
                 first, second = self._crossings()
                 period = 2 * (second - first)
-                gamma = [self.real(component) for component in self.state(period)[:3]]
+                gamma = [self.tape.real(component) for component in self.state(period)[:3]]
                 closure = max(abs(now - then) for now, then in zip(gamma, self.gamma0, strict=True))
                 if closure > mpf(10) ** -(self.digits + 10):
                     raise ArithmeticError(f"the momentum misses its start by {mp.nstr(closure, 5)}")
@@ -247,7 +219,7 @@ class TaylorMotion:
         times = [step.start for step in self.steps[1] if step.start < period] + [period]
         total, previous = mpf(0), None
         for time in times:
-            r = multiply(start, [self.real(component) for component in self.state(time)[3:]])
+            r = multiply(start, [self.tape.real(component) for component in self.state(time)[3:]])
             argument = mp.atan2(sum(a * b for a, b in zip(r[1:], axis, strict=True)), r[0])
             if previous is not None:
                 total += (argument - previous + mp.pi) % (2 * mp.pi) - mp.pi
@@ -271,7 +243,7 @@ class TaylorMotion:
                 time, turn = time - cycles * period, turn + cycles * angle
             elif self.regime == "separatrix" and abs(time) > SEPARATRIX_DIGITS * mp.ln10:
                 raise ArithmeticError(f"on the separatrix {mp.nstr(time, 5)} rate units are too many")
-            state = [self.real(component) for component in self.state(time)]
+            state = [self.tape.real(component) for component in self.state(time)]
             attitude = multiply(half_turn(self.gamma0, turn / 2), state[3:])
             rate = tuple(self.L * a * gamma for a, gamma in zip(self.inverse, state[:3], strict=True))
             return multiply(normalised(q0), attitude), rate
@@ -300,10 +272,6 @@ class TaylorMotion:
                 # gamma goes round the axis of least moment positively, so the body spins about it negatively
                 further = 1 if self.moments[axis] == max(self.moments) else -1
             return 2 * mp.pi * self.polhode_period() / (self.turn_per_period() + further * 2 * mp.pi)
-
-
-def _dot(forward, backward):
-    return sum(map(mul, forward, backward))
 
 
 def _character(moments, omega):
