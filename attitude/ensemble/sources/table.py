@@ -190,7 +190,9 @@ class Tabled:
             rows.append(first + np.flatnonzero(bad))
             good = rotations.off_unit(columns.quaternion[~bad])[0]
             lengths = [good.min(initial=lengths[0]), good.max(initial=lengths[1])]
-            listed += sorted(fields, key=lambda field: field.row)[: MAX_LISTED - len(listed)]
+            listed += sorted(fields, key=lambda bad: (bad.row, list(WIDTHS).index(bad.field)))[
+                : MAX_LISTED - len(listed)
+            ]
         rotations.warn_of_lengths(np.array(lengths), "table.quaternion")
         return LeftOut(np.concatenate(rows) if rows else (), tuple(listed))
 
@@ -231,55 +233,32 @@ def _shaped(field: str, array: np.ndarray) -> np.ndarray:
 
 def _faults(columns: Columns) -> Iterator[tuple[str, np.ndarray, np.ndarray, str]]:
     """(field, bad rows (n,), values by row, what would be right), for a row's first fault in each field."""
-    for field, checks in (
-        ("moments", _of_moments(columns.moments)),
-        ("tensor", _of_tensor(columns.tensor)),
-        ("quaternion", _of_quaternion(columns.quaternion)),
-        ("angular_velocity", _of_rate(columns.angular_velocity)),
-    ):
-        bad = np.zeros(len(columns.quaternion), np.bool_)
-        for wrong, values, expected in checks:
-            yield field, wrong & ~bad, values, expected
-            bad |= wrong
+    bad = {field: np.zeros(len(columns.quaternion), np.bool_) for field in WIDTHS}
+    for field, wrong, values, expected in _checks(columns):
+        rows = wrong.reshape(len(wrong), -1).any(axis=1)
+        yield field, rows & ~bad[field], values, expected
+        bad[field] |= rows
 
 
-Checks = Iterator[tuple[np.ndarray, np.ndarray, str]]
-
-
-def _any(wrong: np.ndarray) -> np.ndarray:
-    """(n,): rows of which any element is wrong."""
-    return np.asarray(wrong.reshape(len(wrong), -1).any(axis=1))
-
-
-def _of_moments(moments: np.ndarray | None) -> Checks:
-    if moments is not None:
-        yield _any(~np.isfinite(moments)), moments, "finite numbers"
-        with np.errstate(over="ignore", invalid="ignore"):
-            for wrong, expected in unphysical(moments):
-                yield _any(wrong), moments, expected
-
-
-def _of_tensor(tensor: np.ndarray | None) -> Checks:
-    if tensor is not None:
-        missing = _any(~np.isfinite(tensor))
-        yield missing, tensor, "finite numbers"
-        sound = np.where(missing[:, None, None], np.eye(3), tensor)
-        wrong = _any(asymmetry(sound) > MAX_ROUNDING)
-        yield wrong, tensor, "a symmetric tensor"
-        sound = np.where(wrong[:, None, None], np.eye(3), 0.5 * sound + 0.5 * np.swapaxes(sound, 1, 2))
+def _checks(columns: Columns) -> Iterator[tuple[str, np.ndarray, np.ndarray, str]]:
+    """(field, what is wrong (n, ...), values by row, what would be right), of all that is checked."""
+    for field in WIDTHS:
+        if (values := getattr(columns, field)) is not None:
+            yield field, ~np.isfinite(values), values, "finite numbers"
+    with np.errstate(over="ignore", invalid="ignore"):
+        if columns.moments is not None:
+            for wrong, expected in unphysical(columns.moments):
+                yield "moments", wrong, columns.moments, expected
+        length, off = off_unit(columns.quaternion)
+        yield "quaternion", off, length, UNIT
+        yield "angular_velocity", beyond_rates(columns.angular_velocity), columns.angular_velocity, RATES
+    if (tensor := columns.tensor) is not None:
+        missing = (~np.isfinite(tensor)).any(axis=(1, 2), keepdims=True)
+        sound = np.where(missing, np.eye(3), tensor)
+        skew = asymmetry(sound) > MAX_ROUNDING
+        yield "tensor", skew, tensor, "a symmetric tensor"
+        skew = np.asarray(skew.any(axis=(1, 2), keepdims=True))
+        sound = np.where(skew, np.eye(3), 0.5 * sound + 0.5 * np.swapaxes(sound, 1, 2))
         moments = principal_moments(sound)
         for wrong, expected in unphysical(moments):
-            yield _any(wrong), moments, expected
-
-
-def _of_quaternion(quaternion: np.ndarray) -> Checks:
-    yield _any(~np.isfinite(quaternion)), quaternion, "finite numbers"
-    with np.errstate(invalid="ignore"):
-        length, off = off_unit(quaternion)
-    yield off, length, UNIT
-
-
-def _of_rate(rate: np.ndarray) -> Checks:
-    yield _any(~np.isfinite(rate)), rate, "finite numbers"
-    with np.errstate(invalid="ignore"):
-        yield beyond_rates(rate), rate, RATES
+            yield "tensor", wrong, moments, expected
