@@ -11,12 +11,12 @@ from ..errors import InputError
 from ..frames.earth_fixed import celestial_pole, itrf, scene_axes, since_j2000
 from ..frames.rotations import rotate
 from ..orbit.path_states import position
+from ..pointing.surface_points import WGS84
 from ..problem.initial_state import InitialState
 from ..times.instants import Instants
 from .atmosphere import Atmosphere
 from .effect import required_orbit_path
 
-WGS84 = 1  # number of erfa
 PURPOSE = "the density of the Earth's atmosphere"
 
 

@@ -11,12 +11,12 @@ from ..frames.celestial import shadow_heights
 from ..kernels.solvers.plate_layout import CONICAL, CYLINDRICAL, DARK, FULL_STRENGTH, PARTIAL
 from ..orbit.path_states import evaluate, position, samples, velocity
 from ..problem.initial_state import OrbitPath, Passages, PiecewisePolynomial
+from ..windows.root_search import ROOT_RELATIVE_TOLERANCE
 
 # The height over the shadow has one minimum in each sampling step, or few.
 SAMPLES_PER_REVOLUTION = 360
 SAMPLES_PER_BLOCK = 200_000
 ROOT_TOLERANCE = 1e-12  # s
-ROOT_RELATIVE_TOLERANCE = 4.5e-16  # of t: two of its last places, below which no interval can be halved
 # Within a penumbra the light begins and ends like the power 3/2 of time: arcs end at its middle, and at 1/4,
 # 1/8, ... 1/64 of it from either end (the error of each level is in docs/torques.md, section 5).
 PENUMBRA_LEVELS = 6

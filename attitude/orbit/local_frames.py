@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..errors import RegimeError
@@ -11,7 +13,6 @@ from ..kernels import layout
 from ..problem.initial_state import OrbitPath
 from ..times import turn_rates
 from .path_states import (
-    TAU,
     as_polynomial,
     eccentric_anomaly,
     evaluate,
@@ -42,7 +43,7 @@ def qsw_of_ellipse(path: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRot
     perifocal = from_matrix(np.stack([P, Q, np.cross(P, Q)], axis=-1))
     half_turns = 0.5 * start + turn_rates.fraction_of_turn(t, 0.5 * high, 0.5 * low) + 0.5 * high * rest
     whole = np.round(2.0 * half_turns)
-    E = eccentric_anomaly(TAU * (2.0 * half_turns - whole), e)
+    E = eccentric_anomaly(math.tau * (2.0 * half_turns - whole), e)
     half = np.arctan2(np.sqrt(1.0 + e) * np.sin(0.5 * E), np.sqrt(1.0 - e) * np.cos(0.5 * E)) + np.pi * whole
     zero = np.zeros_like(half)
     axes = product(perifocal, np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1))

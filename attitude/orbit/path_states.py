@@ -11,8 +11,6 @@ from ..problem.initial_state import OrbitPath, PiecewisePolynomial
 from ..samples.ephemeris_data import OrbitLimits
 from ..times import turn_rates
 
-TAU = 2.0 * np.pi
-
 
 def position(path: OrbitPath, t: np.ndarray) -> np.ndarray:
     """(n, 3) m, inertial, from the central body; t (n,) s since the epoch."""
@@ -118,8 +116,8 @@ def normals(path: OrbitPath) -> np.ndarray:
 def samples(path: OrbitPath) -> np.ndarray:
     """(n,) s: instants dense enough to find maxima along the orbit: 720 a revolution, 9 an interval."""
     if path.numbers[0] == layout.KEPLER:
-        E = TAU * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
-        mean = (E - path.numbers[2] * np.sin(E)) / TAU
+        E = math.tau * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
+        mean = (E - path.numbers[2] * np.sin(E)) / math.tau
         return (mean - path.numbers[3]) * path.period
     polynomial = as_polynomial(path)
     return polynomial.start + polynomial.length * np.arange(8 * len(polynomial.coefficients) + 1) / 8.0
@@ -143,7 +141,7 @@ def state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
     a, e, start, high, low, rate = path.numbers[1:7]
     P, Q = path.numbers[7:10], path.numbers[10:13]
     turn = start + turn_rates.fraction_of_turn(t, high, low)
-    E = eccentric_anomaly(TAU * (turn - np.round(turn)), e)
+    E = eccentric_anomaly(math.tau * (turn - np.round(turn)), e)
     minor = np.sqrt((1.0 - e) * (1.0 + e))
     if derivative == 0:
         x, y = a * (np.cos(E) - e), a * minor * np.sin(E)
