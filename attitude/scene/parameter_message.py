@@ -55,7 +55,8 @@ def _members(value: Any) -> dict[str, Any]:
             with open(source, "rb") as stream:
                 return scene_members(stream, source)
     except FormatError as error:
-        raise InputError("apm", source, str(error)) from None
+        held = f"a text of {len(value)} characters" if isinstance(value, str) else source
+        raise InputError("apm", held, str(error)) from None
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         if isinstance(error, InputError):
             raise

@@ -262,6 +262,24 @@ def test_impulses_are_written_as_torques_of_their_angular_impulse(frame):
     assert off[1] < 0.12 * off[0] < 1e-4
 
 
+def test_units_may_have_blanks_around_them():
+    spaced = ANGVEL.replace("[deg/s]", "[ deg/s ]")
+    rates = [scene(head() + QUAT + text + INERTIA).state()[1] for text in (spaced, ANGVEL)]
+    assert np.array_equal(*rates)
+
+
+def test_unknown_keyword_names_the_one_that_was_meant():
+    with pytest.raises(
+        InputError, match="'MAN_TOR_XX' is no keyword of a block MAN; did you mean 'MAN_TOR_X'"
+    ):
+        scene(SPINNER.replace("MAN_TOR_X =", "MAN_TOR_XX ="))
+
+
+def test_message_that_is_refused_is_named_by_its_length():
+    with pytest.raises(InputError, match=r"^apm: apm, line 1: not an APM.*; got 'a text of 2 characters'$"):
+        scene("no")
+
+
 @pytest.mark.parametrize("duration", [0.0, -1, "x", np.nan, [1.0]])
 def test_durations_of_impulses_are_above_zero(duration):
     with pytest.raises(InputError, match="impulse_duration"):

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from ...errors import AttitudeError, note
+from ...errors import AttitudeError, note, suggestion
 from ...frames import rotations
 from ...frames.inertial import from_gcrf
 from .. import schema
@@ -139,7 +139,10 @@ class _Message(BlockReader):
         fields = self.open.fields if self.open else self.fields
         if line.keyword not in known:
             where = f"a block {self.open.name}" if self.open else "the header and metadata"
-            raise self.error(f"{line.keyword[:40]!r} is no keyword of {where}", line.number)
+            raise self.error(
+                f"{line.keyword[:40]!r} is no keyword of {where}{suggestion(line.keyword, known)}",
+                line.number,
+            )
         if line.keyword in fields:
             raise self.error(f"{line.keyword} twice", line.number)
         fields[line.keyword] = line

@@ -51,7 +51,8 @@ class BlockReader(TextReader):
         if np.isnan(value):
             raise self.error(f"{name} is {line.value[:40]!r}, not a finite number", line.number)
         unit = ALL_UNITS.get(name, "")
-        if line.units and line.units.replace("**", "^").lower() != unit.replace("**", "^").lower():
+        stated = line.units.strip().replace("**", "^").lower()
+        if stated and stated != unit.replace("**", "^").lower():
             raise self.error(f"{name} in {line.units[:20]}, not {unit or 'without units'}", line.number)
         return value
 

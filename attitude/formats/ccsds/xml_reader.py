@@ -165,7 +165,7 @@ class XmlReader(ExpatReader):
             self._start_part(name)
             return
         units = attributes.get("units") if attributes else None
-        if units is not None and units != UNITS.get(name):
+        if units is not None and units.strip() != UNITS.get(name):
             raise self.error(f"{name} in {units[:20]!r}, not {UNITS.get(name, 'without units')!r}")
         if name in self.state:
             raise self.error(f"{name} twice in an attitudeState")
