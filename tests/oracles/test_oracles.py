@@ -262,6 +262,20 @@ def test_errors_are_measured_from_nothing_to_half_a_turn():
     assert truth.rate_error((0, 0, 0), (0, 0, 0)) == 0
 
 
+def test_nasa_tumbling_brick():
+    """NASA/TM-2015-218675, case 2, at 30 s."""
+    moments = (0.001894220, 0.006211019, 0.007194665)
+    omega = [math.radians(rate) for rate in (10, 20, 30)]
+    quaternion = (-0.8811471853104235, 0.4701825277666925, 0.01172825232487118, 0.04868753947208377)
+    rate = (12.61839077591422, -17.39747476161139, 31.11958888694434)
+    for route in truth.ROUTES:
+        got, got_rate = truth.attitude_and_rate(moments, omega, (1, 0, 0, 0), 30, route=route)
+        assert truth.component_error(got, quaternion) < 1e-15
+        assert truth.rate_error(got_rate, [math.radians(component) for component in rate]) < 1e-15
+    assert float(truth.polhode_period(moments, omega)) == pytest.approx(17.384489271939, abs=1e-12)
+    assert float(truth.precession_period(moments, omega)) == pytest.approx(10.076492250293, abs=1e-12)
+
+
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("name", ["short_axis", "long_axis", "toutatis"])
 def test_precession_period_is_that_of_the_azimuth_of_each_axis(name, axis):
