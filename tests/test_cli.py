@@ -5,6 +5,7 @@ import io
 import json
 import os
 import re
+import shutil
 import stat
 import subprocess
 import sys
@@ -154,6 +155,20 @@ def test_long_run_shows_its_progress_on_a_terminal(answer, monkeypatch, tmp_path
     assert "|" not in answer("run", "toutatis", "-o", tmp_path / "out.csv")[2]
     monkeypatch.undo()
     assert "|" not in answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)[2]
+
+
+def test_search_for_windows_shows_its_progress_on_a_terminal(answer, tmp_path):
+    asked = ("windows", "envisat", "--axis", "-y", "--to", "sun", "--below", "12", "deg")
+    _, _, err = answer(*asked, "-o", tmp_path / "out.csv", terminal=True)
+    assert "\r  0% |" in err
+    assert "%/s, " in err
+    assert "|" not in answer(*asked)[2]
+    fractions = []
+    near = {"axis": "z", "to": "sun", "below": {"value": 60, "unit": "deg"}}
+    Scene.builtin("envisat").crossings({"and": [near, {"shadow": "umbra"}]}, progress=fractions.append)
+    assert sorted(set(fractions)) == fractions
+    assert fractions[0] == 0.0
+    assert 0.3 < fractions[-2] <= 1.0
 
 
 def test_time_left_of_a_resumed_run_counts_from_where_it_resumed(capsys, monkeypatch):
@@ -638,18 +653,27 @@ def test_help_explains_one_command(arguments, capsys):
     assert "--what LIST" in capsys.readouterr().out
 
 
-def test_bash_completes_commands_and_options(tmp_path):
+@pytest.mark.parametrize(
+    ("shell", "ask"),
+    [
+        (
+            "bash",
+            "COMP_WORDS=(attitude plot {}); COMP_CWORD=2; _shtab_attitude '' {}; echo ${{COMPREPLY[@]}}",
+        ),
+        ("fish", "complete -C 'attitude plot {}' | cut -f1"),
+    ],
+)
+def test_shell_completes_options_and_files(shell, ask, tmp_path, capsys):
     pytest.importorskip("shtab")
-    script = subprocess.run(
-        [sys.executable, "-m", "attitude.cli", "completion", "bash"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    (tmp_path / "complete.bash").write_text(script.stdout)
-    words = "COMP_WORDS=(attitude plot --wh); COMP_CWORD=2"
-    ask = f"source {tmp_path}/complete.bash; {words}; _shtab_attitude; echo ${{COMPREPLY[@]}}"
-    assert subprocess.run(["bash", "-c", ask], capture_output=True, text=True).stdout.split() == ["--what"]
+    if shutil.which(shell) is None:
+        pytest.skip(f"no {shell} here")
+    assert main(["completion", shell]) == 0
+    (tmp_path / "script").write_text(capsys.readouterr().out)
+    (tmp_path / "my.aem").touch()
+    for word, whole in {"--wh": "--what", "my": "my.aem"}.items():
+        command = [shell, "-c", f"source ./script; {ask.format(word)}"]
+        run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+        assert run.stdout.split() == [whole]
 
 
 def test_file_of_attitudes_is_plotted_as_its_scene(tmp_path, monkeypatch):

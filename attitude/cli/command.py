@@ -37,6 +37,7 @@ COMMANDS = {
     "completion": ("", "print what makes a shell complete commands and options"),
     "help": ("", "explain a command"),
 }
+FILES = ("FILE", "SCENE", "DOCUMENT", "DIRECTORY", "A", "B")  # arguments that a shell completes by files
 SIGNED_OPTIONS = ("--axis", "--to", "--above-plane")  # whose values may begin with "-"
 # Flags of `attitude serve`: settings of the service by their names, which judges their values itself.
 SERVING = {
@@ -63,8 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] in ([], ["help"]):
         arguments = [*arguments[1:2], "--help"]
-    options = parser(*arguments[:1]).parse_args(list(_joined(arguments)))
     try:
+        options = parser(*arguments[:1]).parse_args(list(_joined(arguments)))
         with warnings_on_one_line():
             code = options.execute(options)
             sys.stdout.flush()
@@ -106,14 +107,18 @@ class _Parser(argparse.ArgumentParser):
 
     def words(self) -> Iterator[str]:
         """Its options, the choices of its arguments, and those of its commands."""
-        for action in self._actions:
-            choices = action.choices if isinstance(action.choices, Mapping) else {}
+        for action in self.actions():
             yield from (*action.option_strings, *map(str, action.choices or ()))
-            for command in choices.values():
-                yield from command.words()
+
+    def actions(self) -> Iterator[argparse.Action]:
+        """Its options and arguments, and those of its commands."""
+        for action in self._actions:
+            yield action
+            for command in action.choices.values() if isinstance(action.choices, Mapping) else ():
+                yield from command.actions()
 
 
-def parser(*commands: str) -> argparse.ArgumentParser:
+def parser(*commands: str) -> _Parser:
     """The parser of the command line, with the arguments of these commands."""
     whole = _Parser(prog="attitude", description="Exact attitude ephemerides of freely rotating bodies.")
     whole.add_argument("-V", "--version", action="version", version=f"attitude {__version__}")
@@ -127,7 +132,7 @@ def parser(*commands: str) -> argparse.ArgumentParser:
             of_command.set_defaults(execute=_scenes)
         elif name == "completion":
             of_command.add_argument(
-                "shell", choices=("bash", "zsh", "tcsh"), help="source what is printed, or save it"
+                "shell", choices=("bash", "zsh", "fish", "tcsh"), help="source what is printed, or save it"
             )
             of_command.set_defaults(execute=_completion)
         elif name == "help":
@@ -144,7 +149,7 @@ def parser(*commands: str) -> argparse.ArgumentParser:
     return whole
 
 
-def complete_parser() -> argparse.ArgumentParser:
+def complete_parser() -> _Parser:
     """The parser with the arguments of all commands, for the reference and for shells that complete words."""
     return parser(*COMMANDS)
 
@@ -169,7 +174,11 @@ def _completion(options: argparse.Namespace) -> None:
         import shtab
     except ModuleNotFoundError as error:
         raise AttitudeError(f"completion needs {error.name}: pip install 'attitude[completion]'") from None
-    print(shtab.complete(complete_parser(), options.shell))
+    whole = complete_parser()
+    for action in whole.actions():
+        if action.metavar in FILES:
+            action.complete = shtab.FILE  # type: ignore[attr-defined]
+    print(shtab.complete(whole, options.shell))
 
 
 def _serve(options: argparse.Namespace) -> None:

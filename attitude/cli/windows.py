@@ -46,7 +46,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--set", metavar="tolerance=TOL", action="append", default=[], help=arguments.TOLERANCE
     )
-    parser.add_argument("-q", "--quiet", action="store_true", help="nothing but the windows")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress: nothing but the windows")
 
 
 def execute(options: Namespace) -> None:
@@ -64,7 +64,9 @@ def execute(options: Namespace) -> None:
         raise InputError("--set", options.set[0], "tolerance=TOL")
     scene = arguments.read_scene(options.scene, tolerance)
     console.announce_compilation(options)
-    windows = scene.crossings(condition, None if options.width is None else _seconds(options.width))
+    width = None if options.width is None else _seconds(options.width)
+    with console.progress_bar(options) as progress:
+        windows = scene.crossings(condition, width, progress=progress)
     text = {"table": windows.text, "csv": windows.to_csv, "json": windows.to_json}[written]()
     output_paths.write(options.output, text.encode() + (b"\n" if written == "json" else b""))
     if picture is not None:

@@ -390,11 +390,13 @@ class Scene(Part):
         width: float | None = None,
         drop_below: float | None = None,
         check: Callable[[float], None] | None = None,
+        progress: Progress | None = None,
     ) -> Windows:
         """The intervals in which a condition holds, from the first of the document's instants to the last.
 
         condition, width : as of `TorqueFreeMotion.crossings`; of an orbit too, such as `in_shadow()`
         drop_below, check : as in `run`; under torques the crossings are those of the solver's motion
+        progress : called with the fraction that is done
 
         Raises InputError and RegimeError as `TorqueFreeMotion.crossings`.
         """
@@ -413,7 +415,7 @@ class Scene(Part):
             motion = bounded_simulation.bounded(simulation.resolve(self, drop_below), (start, stop), check)
         orbit = self.ephemeris_orbit()
         surrounded = replace(motion, at=lambda instants: self.with_surroundings(motion.at(instants), orbit))
-        return find_windows(surrounded, parsed, width, self.name)
+        return find_windows(surrounded, parsed, width, self.name, progress)
 
     def samples(
         self,

@@ -8,7 +8,8 @@ missed are two crossings closer to each other than that width.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple, Protocol
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from .. import stopping
 from ..errors import RegimeError
+from ..samples.chunks import Progress
 from ..times.two_part import two_sum
 
 STEP = 0.5  # of the first intervals, times the bound on the rate: as much as a function changes in them
@@ -23,6 +25,7 @@ MAX_INTERVALS_PER_BLOCK = 1 << 18  # first intervals of a block
 MAX_OPEN_INTERVALS = 1 << 20  # at one length, which a function that stays at zero passes
 ROOT_TOLERANCE = 1e-10  # s
 ROOT_RELATIVE_TOLERANCE = 4.5e-16  # of offsets from the base: two of their last places
+ROOT_STEPS = 20  # of the refinement, about: for an estimate of the progress
 INVALID_BRACKET = -1  # status of scipy's find_root
 
 
@@ -89,7 +92,12 @@ class Intervals(NamedTuple):
 
 
 def crossings(
-    function: BoundedFunction, start: float, stop: float, width: float, cuts: Sequence[float] = ()
+    function: BoundedFunction,
+    start: float,
+    stop: float,
+    width: float,
+    cuts: Sequence[float] = (),
+    progress: Progress | None = None,
 ) -> Crossings:
     """The sign changes of a function from start to stop, s since the epoch.
 
@@ -97,6 +105,7 @@ def crossings(
     ----------
     width : s; two crossings closer to each other than this may be missed
     cuts : s, instants where the rate of change jumps, so that no bound holds across them
+    progress : called with the fraction of the span that is searched
 
     Raises
     ------
@@ -108,8 +117,16 @@ def crossings(
     for i, (begin, end) in enumerate(pairwise(pieces)):
         reached, state = begin, starts.state[i]
         while reached < end:
-            intervals, reached, state = _first_intervals(function, reached, end, state)
-            found.append(_refined(function, _brackets(function, intervals, width)))
+            intervals, after, state = _first_intervals(function, reached, end, state)
+            halvings = max(0.0, math.log2(intervals.duration.max() / width))
+            brackets = []
+            for k, narrow in enumerate(_brackets(function, intervals, width)):
+                brackets.append(narrow)
+                if progress is not None:
+                    done = min(1.0, k / (halvings + ROOT_STEPS))
+                    progress((reached - start + done * (after - reached)) / (stop - start))
+            found.append(_refined(function, _in_order(brackets)))
+            reached = after
     seconds, low = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return Crossings(bool(starts.values[0] < 0.0), seconds, low)
 
@@ -137,9 +154,8 @@ def _first_intervals(
     return intervals, float(nodes[-1]), sample.state[-1]
 
 
-def _brackets(function: BoundedFunction, intervals: Intervals, width: float) -> Intervals:
-    """The intervals, none longer than `width`, in which the function changes its sign."""
-    brackets = []
+def _brackets(function: BoundedFunction, intervals: Intervals, width: float) -> Iterator[Intervals]:
+    """The intervals, none longer than `width`, in which the function changes its sign: after each halving."""
     while intervals.base.size:
         stopping.check()
         reach = function.max_rate(intervals.state, intervals.duration) * intervals.duration
@@ -147,7 +163,7 @@ def _brackets(function: BoundedFunction, intervals: Intervals, width: float) -> 
         intervals = intervals.part(~beyond | intervals.changes_sign)
         rounding = ROOT_RELATIVE_TOLERANCE * intervals.right  # below it nothing can be halved
         narrow = intervals.duration <= np.maximum(width, rounding)
-        brackets.append(intervals.part(narrow & intervals.changes_sign))
+        yield intervals.part(narrow & intervals.changes_sign)
         intervals = intervals.part(~narrow)
         if intervals.base.size > MAX_OPEN_INTERVALS:
             raise RegimeError(
@@ -155,6 +171,9 @@ def _brackets(function: BoundedFunction, intervals: Intervals, width: float) -> 
                 "no crossings can be found; another threshold, or a greater width, is needed"
             )
         intervals = _halved(function, intervals)
+
+
+def _in_order(brackets: list[Intervals]) -> Intervals:
     merged = Intervals(*(np.concatenate(parts) for parts in zip(*brackets, strict=True)))
     return merged.part(np.lexsort((merged.left, merged.base)))
 

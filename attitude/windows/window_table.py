@@ -13,6 +13,7 @@ import numpy as np
 from astropy.time import Time
 
 from ..errors import InputError
+from ..samples.chunks import Progress
 from ..times.instants import Instants, as_instants
 from .bounded_functions import BoundedMotion, bounded_function
 from .condition import Condition
@@ -157,13 +158,20 @@ def span_of(start: Any, stop: Any, epoch: Time | None) -> tuple[float, float]:
     return float(ends[0]), float(ends[1])
 
 
-def find_windows(motion: BoundedMotion, condition: Condition, width: float | None, name: str = "") -> Windows:
+def find_windows(
+    motion: BoundedMotion,
+    condition: Condition,
+    width: float | None,
+    name: str = "",
+    progress: Progress | None = None,
+) -> Windows:
     """The intervals of a motion's span in which a condition holds.
 
     Parameters
     ----------
     width : s; windows and gaps that are narrower may be missed; by default 1e-6 of a turn at the greatest
         rate that the body reaches from its state at the start
+    progress : called with the fraction that is done
 
     Raises
     ------
@@ -177,10 +185,12 @@ def find_windows(motion: BoundedMotion, condition: Condition, width: float | Non
         width = DEFAULT_WIDTH * 2.0 * np.pi / rate if rate > 0.0 else DEFAULT_WIDTH
     if not 0.0 < width < np.inf:
         raise InputError("width", width, "a time above 0, s")
-    found = {
-        each: crossings(bounded_function(motion, each), motion.start, motion.stop, width, motion.cuts)
-        for each in dict.fromkeys(condition.elementary())
-    }
+    elementary = list(dict.fromkeys(condition.elementary()))
+    found = {}
+    for k, each in enumerate(elementary):
+        part = None if progress is None else lambda done, k=k: progress((k + done) / len(elementary))
+        function = bounded_function(motion, each)
+        found[each] = crossings(function, motion.start, motion.stop, width, motion.cuts, part)
     changes = _merged([(each.seconds, each.seconds_low) for each in found.values()], motion)
     states = {
         key: each.starts_negative ^ (_count(changes, each.seconds, each.seconds_low) % 2 == 1)
