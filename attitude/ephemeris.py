@@ -178,15 +178,15 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
 
         from .samples.html_table import html_table
 
-        epoch, elapsed = self.epoch, self.instants.seconds
+        elapsed = self.instants.seconds
         rows = {
             "name": self.name or None,
             "shape": self.shape,
             "frame": f"body to {self.frame}",
-            "epoch": epoch and f"{epoch.isot} {epoch.scale}",
+            "epoch": self.epoch,
             "span, s": f"{elapsed.min():.9g} to {elapsed.max():.9g}" if elapsed.size else None,
             "solver": self.plan and self.plan.solver,
-            "error bound, rad": self.plan and self.plan.error_bound,
+            "error, rad": self.plan and f"{self.plan.error_bound:.2g} ({self.plan.bound_source})",
             "events": len(self.events) or None,
         }
         drawable = len(self.shape) == 1 and len(self) > 1 and find_spec("matplotlib") is not None

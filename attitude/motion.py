@@ -383,14 +383,14 @@ class TorqueFreeMotion:
 
     def _repr_html_(self) -> str:
         """A table, for notebooks."""
-        rows: dict[str, Any] = {"frame": self.frame, "epoch": self.epoch and self.epoch.isot}
+        rows: dict[str, Any] = {"frame": self.frame, "epoch": self.epoch}
         if self.shape:
             return html_table("Torque-free motion", {"bodies": self.shape} | rows)
         least, greatest = np.rad2deg(self.nutation_range)
         rows |= {
             "regime": str(self.regime).replace("_", " "),
             "polhode period, s": float(self.polhode_period),
-            "angular momentum, kg m2 rad/s": float(np.sqrt((self.angular_momentum**2).sum())),
+            "angular momentum, N m s": float(np.sqrt((self.angular_momentum**2).sum())),
             "kinetic energy, J": float(self.kinetic_energy),
             "nutation, deg": f"{least:.6g} to {greatest:.6g}",
         }

@@ -658,7 +658,7 @@ def test_help_explains_one_command(arguments, capsys):
     [
         (
             "bash",
-            "COMP_WORDS=(attitude plot {}); COMP_CWORD=2; _shtab_attitude '' {}; echo ${{COMPREPLY[@]}}",
+            "COMP_WORDS=(attitude plot {0}); COMP_CWORD=2; _shtab_attitude '' {0}; echo ${{COMPREPLY[@]}}",
         ),
         ("fish", "complete -C 'attitude plot {}' | cut -f1"),
     ],

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from astropy.time import Time
 
-from attitude import FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
+from attitude import FormatError, InputError, RigidBody, Scene, TorqueFreeMotion, fit
+from attitude.ensemble import Ensemble
+from attitude.estimation import Attitudes
 
 ISO = "2024-03-01T12:00:00"
 EPOCH = Time(ISO, scale="utc")
@@ -125,6 +127,17 @@ def test_notebooks_show_tables_and_a_picture():
             RigidBody([[1, 2, 2.5], [1, 2, 2]]), [1, 0, 0, 0], [0, 0, 1], order="wxyz"
         )._repr_html_()
     )
+
+
+def test_notebooks_show_fits_and_ensembles_briefly():
+    seconds = np.arange(0.0, 60.0, 5.0)
+    observed = Attitudes.of(motion().at(seconds), 1e-4)
+    found = fit(observed, RigidBody([1.0, 1.6, 2.1]), estimate=["attitude", "angular_velocity"])
+    assert f"{found.sigma[0]:.2e}" in found._repr_html_()
+    assert len(repr(found)) < 300
+    bodies = Ensemble.sample(Scene.builtin("toutatis"), n=1234, seed=1, moments="2 %")
+    assert "1234" in bodies._repr_html_()
+    assert len(repr(motion().partials([0.0, 1.0]))) < 100
 
 
 def test_names_are_escaped():

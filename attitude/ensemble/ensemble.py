@@ -14,6 +14,7 @@ from astropy.time import Time
 
 from ..errors import InputError, RegimeError, suggestion, whole_number
 from ..kernels.layout import BODIES_PER_BLOCK, REGIMES, ROW_STRIDE
+from ..samples.html_table import html_table
 from ..scene.document import Scene
 from ..times import instants
 from ..times.instants import Instants
@@ -358,16 +359,31 @@ class Ensemble:
             return np.tile([1.0, 0.0, 0.0, 0.0], (instants.seconds.size, 1))
         return np.ascontiguousarray(motion.quaternion[0])
 
+    def _repr_html_(self) -> str:
+        """A table, for notebooks."""
+        rows = {
+            "bodies": self.size,
+            "motion": self._motion(),
+            "frame": self.frame,
+            "epoch": self.epoch,
+            "note": self._note().removeprefix("; ") or None,
+        }
+        return html_table("Ensemble", rows)
+
     def __repr__(self) -> str:
+        return f"<Ensemble: {self.size} bodies, {self._motion()}, {self.frame}{self._note()}>"
+
+    def _motion(self) -> str:
         count = len(self.scene.effects) if self.scene else 0
-        effects = "free" if is_free(self.scene) else f"with {count} effects"
-        try:  # redraws of at most a million bodies, so that a repr takes no time
+        return "free" if is_free(self.scene) else f"with {count} effects"
+
+    def _note(self) -> str:
+        """Redraws, of at most a million bodies, so that it takes no time; or why there are none."""
+        try:
             text = note(self.redraws(0, min(self.size, BODIES_PER_TASK)))
-            if text and self.size > BODIES_PER_TASK:
-                text = f"; of the first {BODIES_PER_TASK}{text}"
         except InputError as error:
-            text = f"; {error}"
-        return f"<Ensemble: {self.size} bodies, {effects}, {self.frame}{text}>"
+            return f"; {error}"
+        return f"; of the first {BODIES_PER_TASK}{text}" if text and self.size > BODIES_PER_TASK else text
 
 
 def _leaves_out(lost_bodies: Any) -> bool:

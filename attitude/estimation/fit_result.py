@@ -12,6 +12,7 @@ import numpy as np
 
 from ..motion import TorqueFreeMotion
 from ..runtime import output_paths
+from ..samples.html_table import html_table
 from ..scene.document import Scene
 from .observability import Observability
 from .parameters import GROUPS
@@ -159,15 +160,26 @@ class Fit:
 
         output_paths.write(path, plot.picture(self.motion, self.residuals, output_paths.check_picture(path)))
 
+    def __repr__(self) -> str:
+        sets = ", ".join(f"{len(each.sizes)} {each.name}" for each in self.residuals)
+        return f"<Fit: {', '.join(self.groups)} from {sets}; {self._scatter()}>"
+
+    def _repr_html_(self) -> str:
+        """A table, for notebooks."""
+        rows: dict[str, Any] = {"scatter": self._scatter()}
+        rows |= {name: f"{value:.9e} ± {sigma:.2e}" for name, value, sigma in self._rows()}
+        rows |= dict(self._sets())
+        rows["outliers"] = len(self.outliers) or None
+        rows["not seen"] = ", ".join(self.observability.unseen) or None
+        return html_table("Fit", rows)
+
     def __str__(self) -> str:
         lines = [
-            f"chi-square {self.chi_square:.6g} of {self.degrees_of_freedom} degrees of freedom"
+            self._scatter()
             + ("" if self.sigma_scale == 1.0 else f"; standard deviations times {self.sigma_scale:.3g}")
         ]
         lines += [f"{name:<22} {value: .9e} +- {sigma:.2e}" for name, value, sigma in self._rows()]
-        lines += [
-            f"{each.name}: {len(each.sizes)}, rms {_shown(each.rms, each.unit)}" for each in self.residuals
-        ]
+        lines += [f"{name}: {text}" for name, text in self._sets()]
         outliers = self.outliers
         lines += [f"outlier: {text}" for text in outliers[:MAX_OUTLIERS_SHOWN]]
         lines += [f"and {len(outliers) - MAX_OUTLIERS_SHOWN} outliers more"] * (
@@ -179,6 +191,13 @@ class Fit:
             for other in self.alternatives
         ]
         return "\n".join(lines)
+
+    def _sets(self) -> Iterable[tuple[str, str]]:
+        for each in self.residuals:
+            yield each.name, f"{len(each.sizes)}, rms {_shown(each.rms, each.unit)}"
+
+    def _scatter(self) -> str:
+        return f"chi-square {self.chi_square:.6g} of {self.degrees_of_freedom} degrees of freedom"
 
     def _rows(self) -> Iterable[tuple[str, float, float]]:
         return zip(self.names, self.values.tolist(), self.sigma.tolist(), strict=True)

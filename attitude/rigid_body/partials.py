@@ -46,6 +46,9 @@ class Partials:
     matrix: np.ndarray
     inertia: str = "moments"
 
+    def __repr__(self) -> str:
+        return f"<Partials: {self.matrix.shape}, inertia by its {self.inertia}>"
+
     @property
     def attitude(self) -> np.ndarray:
         """(..., 3, 12): of the small rotation, rad."""

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+from astropy.time import Time
+
 
 def html_table(title: str, rows: Mapping[str, Any], png: bytes = b"") -> str:
     """A table with a title and a row for each value that is not None; below, a picture."""
@@ -24,5 +26,7 @@ def html_table(title: str, rows: Mapping[str, Any], png: bytes = b"") -> str:
 
 
 def shown(value: Any) -> str:
-    """A value in one line: numbers to nine digits."""
+    """A value in one line: numbers to nine digits, instants with their time scale."""
+    if isinstance(value, Time):
+        return f"{value.isot} {value.scale}"
     return f"{value:.9g}" if isinstance(value, float) else " ".join(str(value).split())
