@@ -2,10 +2,9 @@
 A box thrown up that meets the ground
 =====================================
 
-The note from which this project grew compares, in its only figure, a body's rotation with gravity,
-without, and by the closed form. Gravity does not turn a free body: all three agree until a corner meets
-the ground; afterwards the two simulations agree with each other, and the closed form goes on as if there
-were none.
+Gravity does not turn a free body: until a corner meets the ground, the simulated attitude is that of the
+closed form. At the contact the momentum jumps, and the closed form goes on as if there were no ground.
+`attitude plot drop` draws the same, with a fall without gravity beside it.
 """
 
 import matplotlib.pyplot as plt

@@ -16,7 +16,7 @@ from attitude.ensemble import Ensemble
 bodies = Ensemble.sample(
     Scene.builtin("toutatis"), n=10_000, seed=7, moments="2 %", angular_velocity="0.1 deg/d", attitude="1 deg"
 )
-days = np.linspace(0.0, 40.0, 81)
+days = np.linspace(0.0, 40.0, 401)
 statistics = bodies.statistics(days * 86400.0)
 
 figure, axes = plt.subplots(figsize=(8.0, 4.0), layout="constrained")
