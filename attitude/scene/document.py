@@ -10,6 +10,7 @@ from copy import copy
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from importlib import resources
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -28,7 +29,7 @@ from ..documents.files import files_in
 from ..documents.quantities import GREATEST, LengthVector, SpeedVector
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import InputError, file_errors, noted, unknown_name, warn
+from ..errors import AttitudeError, InputError, file_errors, noted, unknown_name, warn
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -215,6 +216,22 @@ class Scene(Part):
             "orbit": self.orbit and type(self.orbit).__name__,
         }
         return html_table(self.name or "Scene", rows)
+
+    def view(self, columns: str = "") -> Any:
+        """The viewer's page of this scene: shown by a notebook, written to a file by its `write(path)`.
+
+        columns : that are plotted besides, as "angle:z:sun,euler:ZYX" (docs/pointing.md)
+
+        Raises AttitudeError without `attitude[service]`, whose viewer it is; InputError and RegimeError for a
+        column that there is not, or that the scene cannot have.
+        """
+        try:
+            (show,) = {point.load() for point in entry_points(group="attitude.viewer")}
+        except (ModuleNotFoundError, ValueError):
+            raise AttitudeError(
+                "view: the viewer comes with the service: pip install 'attitude[service]'"
+            ) from None
+        return show(self, columns)
 
     def to_json(self) -> str:
         """The document as JSON text; `from_json` of it is this scene."""

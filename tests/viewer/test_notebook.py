@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import tomllib
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from attitude import InputError, RegimeError, Scene
+from attitude import AttitudeError, InputError, RegimeError, Scene
+from attitude.scene import document
 from service.notebook import view
 from tests.viewer.test_viewer import values
 
+ROOT = Path(__file__).parents[2]
 COLUMNS = "angle:-y:sun,euler:ZYX"
 
 
@@ -72,6 +78,18 @@ def test_columns_that_a_scene_cannot_have_are_refused():
         view("toutatis", "angle:z:sum")
     with pytest.raises(RegimeError, match="orbit"):
         view("toutatis", "angle:z:earth")
+
+
+def test_scene_is_viewed_by_what_the_package_names(monkeypatch):
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
+    ((name, place),) = groups["attitude.viewer"].items()
+    point = EntryPoint(name, place, "attitude.viewer")
+    monkeypatch.setattr(document, "entry_points", lambda group: {"attitude.viewer": [point]}[group])
+    scene = Scene.builtin("envisat")
+    assert "angle_z_sun_deg" in scene.view("angle:z:sun").text
+    monkeypatch.setattr(document, "entry_points", lambda group: [])
+    with pytest.raises(AttitudeError, match=r"pip install 'attitude\[service\]'"):
+        scene.view()
 
 
 def test_page_is_described_briefly():
