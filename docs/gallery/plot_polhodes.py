@@ -55,7 +55,8 @@ for k, name in enumerate(("least", "intermediate", "greatest")):
     unit = np.eye(3)[k]
     axes.plot(*np.stack([unit, 1.15 * unit]).T, color="0.3")
     behind = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
-    axes.text(*(1.35 * unit), f"{name} moment", color="0.3", ha="center", bbox=behind)
+    side = "left" if name == "intermediate" else "center"
+    axes.text(*(1.3 * unit), f"{name}\nmoment", color="0.3", ha=side, va="center", bbox=behind)
 axes.set_aspect("equal")
 axes.set_axis_off()
 axes.view_init(32, 40)
