@@ -114,7 +114,8 @@ class FitInputs:
             expected = "those of a free motion: least squares run off to rates or moments beyond any"
             raise InputError("observations", None, expected)
         best, *others = sorted(minima, key=lambda each: each.cost)
-        if not self.has_start and ((self.has_body and grid) or not best.observability.is_seen.all()):
+        is_certain = best.observability.is_seen.all() and not indistinct(best, others)
+        if not self.has_start and not is_certain:
             # what is not seen of the inertia, or not for certain, stays that of `body`
             limit = SPURIOUS if self.has_body else starts.INDISTINCT
             own = replace(best.state, moments=self.template.moments, axes=self.template.axes)

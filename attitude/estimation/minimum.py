@@ -130,7 +130,7 @@ def _residuals(
     vectors = each.residuals(ephemeris.attitude, rate, bias)
     square = ((vectors * each.weights) ** 2).sum(axis=1)
     count = sum(map(len, problem.sets))
-    typical = 1.0 if absolute else float(np.median(square)) / chdtri(each.DEGREES, 0.5)
+    typical = 1.0 if absolute else max(float(np.median(square)) / chdtri(each.DEGREES, 0.5), LEAST_SCALE**2)
     is_outlier = square > chdtri(each.DEGREES, FALSE_ALARM / count) * typical
     sigmas = np.sqrt(square / typical)
     return Residuals(each.name, each.UNIT, instants.seconds, vectors, each.sizes(vectors), sigmas, is_outlier)

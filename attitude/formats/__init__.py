@@ -44,7 +44,7 @@ from ..runtime.atomic_files import write_whole as write_whole
 from ..samples.chunks import Progress, Samples
 from ..samples.joining import joined
 from ..samples.provenance import FROM_A_FILE, Plan
-from ..samples.resampling import with_interpolation
+from ..samples.resampling import in_own_frame, with_interpolation
 from . import interpolation_nodes
 from .interpolation_nodes import Written
 from .registry import BY_ENDING, FORMATS, READ_ONLY
@@ -141,8 +141,10 @@ def read(
     if not list(path):
         raise InputError("path", path, "a file, or several")
     parts = [_read_one(each, format, options) for each in path]
-    whole = joined([replace(part, resample=None) for part in parts], list(map(str, path)))
-    return with_interpolation(whole)
+    if len(parts) == 1:
+        return parts[0]
+    own = [replace(part, resample=None, interpolation=in_own_frame(part)) for part in parts]
+    return with_interpolation(joined(own, list(map(str, path))))
 
 
 def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> EphemerisData:  # noqa: A002

@@ -33,6 +33,19 @@ def with_interpolation(data: EphemerisData) -> EphemerisData:
     return replace(data, interpolation=interpolation, resample=Interpolator(template, interpolation))
 
 
+def in_own_frame(data: EphemerisData) -> Interpolation | None:
+    """The interpolation of a file, of attitudes in the frame of the ephemeris, which may be another."""
+    interpolation = data.interpolation
+    if interpolation is None or isinstance(data.resample, Interpolator):
+        return interpolation
+    edges = np.cumsum([0, *(len(segment.attitude) for segment in interpolation.segments)])
+    segments = tuple(
+        segment._replace(attitude=data.attitude[first:last], rate=None)
+        for segment, (first, last) in zip(interpolation.segments, pairwise(edges.tolist()), strict=True)
+    )
+    return replace(interpolation, segments=segments)
+
+
 def with_method(data: EphemerisData, method: InterpolationMethod, sign_changes: int = 0) -> EphemerisData:
     """The ephemeris of a file that states this method; `sign_changes` as in `Interpolation`."""
     return replace(data, interpolation=Interpolation(segments_at_events(data, method), True, sign_changes))

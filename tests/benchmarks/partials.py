@@ -1,7 +1,7 @@
 """Partial derivatives against differences of the oracle: worst errors over many bodies, and their cost.
 
 python -m tests.benchmarks.partials             random bodies and ladders, errors
-python -m tests.benchmarks.partials --cost      cost of an instant and of the set-up, beside samples
+python -m tests.benchmarks.partials --cost      cost of an instant and of the set-up
 """
 
 import argparse
@@ -11,7 +11,12 @@ import time
 
 import numpy as np
 from mpmath import mp, mpf
+from scipy.spatial.transform import Rotation
 
+from attitude import RigidBody
+from attitude.kernels import layout
+from attitude.rigid_body.constants_of_motion import Batch, quadrature, with_tensors
+from attitude.runtime import compiled
 from attitude.times.instants import Instants
 
 from ..bodies import ATTITUDE, Body, motion, speed
@@ -139,6 +144,50 @@ def cost(instants=4000, rounds=15):
         )
 
 
+def set_up_cost(count=4096, rounds=31):
+    """ns a body of a batch: its constants of motion, and what partial derivatives need besides."""
+    rng = np.random.default_rng(0)
+    moments = np.sort(rng.uniform(1.0, 2.0, (count, 3)), axis=1)
+    turns, rates = Rotation.random(count, rng), rng.normal(size=(count, 3)) * 0.05
+    attitudes, axes = turns.as_quat(scalar_first=True), turns.as_matrix()
+    tensors = axes @ (moments[:, :, None] * np.swapaxes(axes, 1, 2))
+    space, out = (
+        (quadrature(), np.empty((9, 8)), np.zeros((9, 9)), np.zeros(72 * 64)),
+        np.empty((6, 12, count, 1)),
+    )
+    for name, inertia in (("moments", moments), ("tensor", tensors)):
+        body, constants, records = RigidBody(inertia), [], []
+        for _ in range(rounds):
+            begun = time.process_time_ns()
+            batch = Batch(body, attitudes, rates, (count,))
+            constants.append((time.process_time_ns() - begun) / count)
+            columns = 3 if name == "moments" else 6
+            _, *states, _ = with_tensors(batch._states(0, count))
+            of_partials, window = np.ones(count, layout.PARTIALS), np.array([0, 0, 0, columns, 0])
+            of_partials.fill(np.zeros((), layout.PARTIALS))
+            begun = time.process_time_ns()
+            compiled.partials(batch._cached, np.zeros(1), None, out, window, *states, of_partials, *space)
+            records.append((time.process_time_ns() - begun) / count)
+        of_constants, of_records = np.median(constants), np.median(records)
+        print(f"{name}: set-up of a body {of_constants:.0f} ns, of its partials {of_records:.0f} ns")
+
+
+def store_cost(instants=100_000, rounds=9):
+    """ns an instant of all columns, and of filling as many numbers of a new array."""
+    batch, at = motion(Body((1.0, 1.6, 2.1), (0.3, -0.5, 0.9)))._batch, np.linspace(10.0, 1e5, instants)
+    columns, fills = [], []
+    for _ in range(rounds):
+        begun = time.process_time_ns()
+        batch.partials(Instants(at, None, None))
+        middle = time.process_time_ns()
+        np.empty((72, instants)).fill(1.0)
+        fills.append((time.process_time_ns() - middle) / instants)
+        columns.append((middle - begun) / instants)
+    print(
+        f"{instants} instants: {np.median(columns):.0f} ns; as many numbers filled: {np.median(fills):.0f} ns"
+    )
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--cost", action="store_true")
@@ -146,4 +195,9 @@ if __name__ == "__main__":
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--step", type=int, default=70)
     options = parser.parse_args()
-    cost() if options.cost else campaign(options.count, options.seed, options.step)
+    if options.cost:
+        cost()
+        set_up_cost()
+        store_cost()
+    else:
+        campaign(options.count, options.seed, options.step)

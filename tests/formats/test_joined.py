@@ -39,6 +39,21 @@ def test_joined_files_are_interpolated_within_each_and_never_across(tmp_path):
         back.resampled(0.5 * (T[14] + T[15]))
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_files_in_a_rotating_frame_are_interpolated_in_the_frame_they_are_read_into(count, tmp_path):
+    """CZML, whose attitudes are relative to the Earth-fixed frame."""
+    whole, paths = parts(tmp_path, "czml")
+    back = Ephemeris.read(paths[:count])
+    asked = back.resampled(back.elapsed).rotation * back.rotation.inv()
+    assert asked.magnitude().max() < 1e-14
+    between = whole.resampled(T[:14] + 0.5 * np.diff(T[:15])).in_frame(back.frame).rotation
+    shift = (whole.epoch - back.epoch).to_value("s")
+    interpolated = back.resampled(T[:14] + 0.5 * np.diff(T[:15]) + shift).rotation
+    alone = Ephemeris.read(paths[0]).resampled(T[:14] + 0.5 * np.diff(T[:15]) + shift).rotation
+    assert (interpolated * alone.inv()).magnitude().max() < 1e-6
+    assert (interpolated * between.inv()).magnitude().max() < 0.1
+
+
 @pytest.mark.parametrize("ending", [".aem", ".csv", ".bc", ".a", ".acm", ".fits"])
 def test_files_that_share_an_epoch_are_joined_with_both_attitudes(ending, tmp_path):
     """As ground systems cut them, at midnight for one."""

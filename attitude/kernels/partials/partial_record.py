@@ -129,9 +129,10 @@ def write_series(body, record):
         record.direction[2, j], record.direction[3, j] = body.direction[2, j], body.direction[3, j]
     record.quotient = math.copysign(A1 / A2 * A3, body.direction[1, 0])
     if body.route == THETA:
-        record.weight[0] = second_kind(q, body.K)
+        q_over_m = over_parameter(q)
+        record.weight[0] = second_kind(q, q_over_m, body.K)
         q3, q8 = q**3, q**8
-        factor = 0.5 * math.pi / body.K * over_parameter(q)
+        factor = 0.5 * math.pi / body.K * q_over_m
         record.series[0] = factor * (4.0 - 12.0 * q8)
         record.series[1] = factor * (64.0 * q8 * q**7 - 16.0 * q3)
         record.series[2] = factor * 48.0 * q8
@@ -141,23 +142,24 @@ def write_series(body, record):
         record.grows = MAY_GROW if body.per_half_turn == 0.0 or body.half_turn[0] > 200.0 else 0
         if abs(body.argument0[0]) > MAX_Y:
             record.grows = LOST
-        record.weight[0] = second_kind(q * q, body.K_prime)
+        p_over_m1 = over_parameter(q * q)
+        record.weight[0] = second_kind(q * q, p_over_m1, body.K_prime)
         record.direction[0, 0] = body.direction[0, 0] / A1
         record.direction[0, 1] = body.direction[0, 1] / A1
         record.direction[0, 2] = body.direction[0, 2]
         record.series[0] = q * q
-        record.series[1] = 4.0 * over_parameter(q * q)
+        record.series[1] = 4.0 * p_over_m1
     record.weight[1] = 1.0 - record.weight[0]
 
 
 @routine
-def second_kind(q, K):
-    """D/K = (1 - E/K)/m = (pi/2K)^2 theta4''(0)/(m theta4(0)) of a nome; q may be zero."""
+def second_kind(q, q_over_m, K):
+    """D/K = (1 - E/K)/m = (pi/2K)^2 theta4''(0)/(m theta4(0)) of a nome, which may be zero."""
     q3, q8 = q**3, q**8
     above = 8.0 * (1.0 - 4.0 * q3 + 9.0 * q8 - 16.0 * q8 * q3 * q3 * q)
     below = 1.0 - 2.0 * q * (1.0 - q3 + q8 - q8 * q3 * q3 * q)
     ratio = 0.5 * math.pi / K
-    return ratio * ratio * over_parameter(q) * above / below
+    return ratio * ratio * q_over_m * above / below
 
 
 @routine
@@ -187,14 +189,14 @@ def write_needle(s, body, record):
     record.kind = LONG_ARCS
     if body.route != THETA:
         return
-    E = math.exp(-math.pi * body.eta / body.K)
     least = min(record.inverse[0], record.inverse[1], record.inverse[2])
     speed = math.sqrt(
         (record.inverse[0] * record.start[0] * body.amplitude[0]) ** 2
         + (record.inverse[1] * record.start[1] * body.amplitude[0]) ** 2
         + (record.inverse[2] * record.start[2]) ** 2
     )
-    if speed / least > NEEDLE_RATIO and E < NEEDLE_E:
+    E = math.exp(-math.pi * body.eta / body.K) if speed > NEEDLE_RATIO * least else 1.0
+    if E < NEEDLE_E:
         record.kind = NEEDLE
         record.nomes[0], record.nomes[1] = E, body.nome / E if E > 0.0 else 0.0
         turn = scale(pair(body.argument), s)
