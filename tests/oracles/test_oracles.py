@@ -252,6 +252,16 @@ def test_tensor_gives_the_attitude_of_its_own_axes():
             assert_same(truth.attitude_and_rate_of_tensor(tensor, omega_B, QUATERNION, t), expected)
 
 
+def test_diagonal_tensor_is_its_principal_moments():
+    moments, omega = GENERIC["turning_point"]
+    tensor = [[moment * (i == j) for j in range(3)] for i, moment in enumerate(moments)]
+    assert_same(
+        truth.attitude_and_rate_of_tensor(tensor, omega, QUATERNION, 8.0),
+        truth.attitude_and_rate(moments, omega, QUATERNION, 8.0),
+        1e-49,
+    )
+
+
 def test_errors_are_measured_from_nothing_to_half_a_turn():
     with mp.workdps(60):
         tiny = mpf(10) ** -30
