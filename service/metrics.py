@@ -5,11 +5,21 @@ With several workers its multi-process mode adds them up, in the folder that PRO
 
 import os
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from prometheus_client import REGISTRY, CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 from prometheus_client.multiprocess import MultiProcessCollector, mark_process_dead
 
+from attitude.errors import InputError
+
 DIRECTORY = "PROMETHEUS_MULTIPROC_DIR"  # read by prometheus_client when it is imported
+if folder := os.environ.get(DIRECTORY):  # where its files are made together with the figures below
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
+    except OSError as error:
+        reason = f"a folder that can be written to ({error.strerror})"
+        raise InputError(DIRECTORY, folder, reason) from None
 # What a refusal is counted under: the reasons are few, so that their series are too.
 REASONS = {400: "format", 401: "token", 404: "path", 405: "method", 406: "accept", 408: "slow"}
 REASONS |= {413: "size", 415: "content_type", 422: "value", 431: "headers", 503: "busy"}

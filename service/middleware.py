@@ -23,6 +23,7 @@ log = logging.getLogger(__name__)
 
 MAX_HEADER_BYTES = 8192
 MAX_WARNINGS_BYTES, MAX_WARNING_CHARACTERS = 3000, 480  # of which JSON escapes one by six bytes at most
+STOPS = "the service stops before this is computed; try again"
 EVERY_ANSWER = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
@@ -66,6 +67,12 @@ class Requests:
         except ClientDisconnect:
             log.info("the client went away before its answer was whole")
             unfinished = "gone" if job.is_abandoned or not answer.status else "cut"
+        except asyncio.CancelledError:  # by the server, whose grace is over
+            log.warning("the service stops before the answer is whole")
+            unfinished = "cut"
+            if not answer.status:
+                stops = problem(HTTPStatus.SERVICE_UNAVAILABLE, STOPS, headers={"retry-after": "1"})
+                await stops(scope, receive, answer.send)
         except CutError as error:
             log.warning("the answer is cut: %s", error)
             unfinished = "cut"

@@ -8,11 +8,14 @@ import json
 import os
 import re
 import signal
+import subprocess
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from asking import wait_until_ready
+from hostile import HOSTILE
 from running import COMMAND, UVICORN, Running, everything
 
 from attitude.cli import command
@@ -173,6 +176,14 @@ def ask_in_turn(running, document, answers, until):
             return
 
 
+def test_named_folder_of_figures_is_made_or_refused_in_one_line():
+    named = os.environ | {"PROMETHEUS_MULTIPROC_DIR": "/proc/none/figures"}
+    ended = subprocess.run(COMMAND, env=named, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("attitude: PROMETHEUS_MULTIPROC_DIR: a folder that can be written to")
+    assert ended.stderr.count("\n") == 1
+
+
 def stop_under_load(running, document):
     """SIGTERM while four clients ask."""
     answers, until = [], time.monotonic() + 60
@@ -196,6 +207,18 @@ def test_stop_under_load_answers_whole_what_was_accepted(document):
     """The exit is uvicorn's: as if by the signal, which it raises again when all is done."""
     with Running() as running:
         assert stop_under_load(running, document) in (0, -signal.SIGTERM)
+
+
+def test_what_cannot_be_computed_before_the_stop_is_told_to_come_back():
+    path, endless = HOSTILE["a million instants of bounces"]
+    with Running(threads=1, max_seconds=1) as running, ThreadPoolExecutor(6) as clients:
+        asked = [clients.submit(running.post, path, endless) for _ in range(6)]
+        wait_until_ready(lambda: b"attitude_requests_in_flight 6.0" in running.get("/metrics")[2])
+        running.stop()
+        answers = [each.result() for each in asked]
+        assert {status for status, *_ in answers} == {422, 503}
+        assert any(b"the service stops" in body and "retry-after" in headers for _, headers, body in answers)
+        assert "Traceback" not in json.dumps(running.log)
 
 
 def test_interrupt_from_a_keyboard_stops_at_once():
@@ -234,7 +257,7 @@ def ready_lines(running):
     "command", [COMMAND, (*UVICORN, "--workers", "2")], ids=["attitude serve", "uvicorn"]
 )
 def test_workers_share_port_and_figures_and_are_replaced_and_stopped(document, command, tmp_path):
-    figures = {} if command is COMMAND else {"PROMETHEUS_MULTIPROC_DIR": str(tmp_path)}
+    figures = {} if command is COMMAND else {"PROMETHEUS_MULTIPROC_DIR": str(tmp_path / "made")}
     with Running(command, figures, workers=2, threads=1) as running:
         wait_until_ready(lambda: len(ready_lines(running)) == 2)
         for _ in range(20):
