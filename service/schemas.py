@@ -6,8 +6,6 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
-from attitude.cost import Cell
-from attitude.cost.report import Growth
 from attitude.errors import InputError, unknown
 from attitude.formats import module_of, option_names
 from attitude.formats.encoding import parse_options
@@ -173,6 +171,33 @@ class HorizonTruth(BaseModel):
     route: str
 
 
+class CostCell(BaseModel):
+    """One method over one horizon, as `attitude.cost.Cell`; null where nothing was measured."""
+
+    family: str
+    setting: str
+    horizon: float
+    status: Literal["measured", "absent", "failed", "not run"]
+    detail: str
+    predicted_s: float | None
+    attitude_error_rad: float | None
+    energy_error: float | None
+    momentum_error: float | None
+    ns_per_sample: float | None
+    repeats: int | None
+    setup_s: float | None
+    first_use_s: float | None
+
+
+class CostGrowth(BaseModel):
+    """Exponents of a method's error and cost as powers of the horizon, as `attitude.cost.report.Growth`."""
+
+    family: str
+    setting: str
+    error: float | None
+    cost: float | None
+
+
 class Cost(BaseModel):
     """What accuracy costs; the last two members under torques only."""
 
@@ -187,8 +212,8 @@ class Cost(BaseModel):
     machine: dict[str, str | int]
     versions: dict[str, str]
     truth: list[HorizonTruth]
-    cells: list[Cell]
-    growth: list[Growth]
+    cells: list[CostCell]
+    growth: list[CostGrowth]
     effects: list[str] = []
     truth_off_rad: float = 0.0
 

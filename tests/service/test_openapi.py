@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
+from typing import get_type_hints
 
 import pytest
 from jsonschema import Draft202012Validator
 from worked import answered, examples, examples_of, routes
 
 from attitude import Scene
+from attitude.cost import Cell
+from attitude.cost.report import Growth
 from attitude.scene.document import builtin_names
+from service.schemas import CostCell, CostGrowth
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +125,14 @@ def test_answers_are_as_described_and_say_nothing_else(client, description, path
     Draft202012Validator({"components": description["components"], **schema}).validate(answer)
     model = description["components"]["schemas"][schema["$ref"].rpartition("/")[2]]
     assert set(answer) <= set(model["properties"])
+
+
+def test_cost_is_described_as_the_library_makes_it():
+    """The service does not import what measures before it is asked to: that takes 50 MiB."""
+    for described, made in ((CostCell, Cell), (CostGrowth, Growth)):
+        kinds = {name: field.annotation for name, field in described.model_fields.items() if name != "status"}
+        assert [*described.model_fields] == [field.name for field in fields(made)]
+        assert kinds.items() <= get_type_hints(made).items()
 
 
 def test_every_route_promises_problems_and_nothing_else(description):
