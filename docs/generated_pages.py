@@ -115,7 +115,8 @@ def members(schema: Schema, kinds: Kinds) -> str:
     for name, member in schema["properties"].items():
         default = member.get("default")
         need = "required" if name in required else "" if default in (None, "") else f"`{json.dumps(default)}`"
-        kind = "list of [effects](#effects)" if name == "effects" else kinds.text(member)
+        is_any_effect = name == "effects" and "oneOf" in member.get("items", {})
+        kind = "list of [effects](#effects)" if is_any_effect else kinds.text(member)
         rows.append([f"`{name}`", kind, need, member.get("description", "")])
     return table(["member", "kind", "default", "meaning"], rows)
 
