@@ -211,3 +211,15 @@ def test_guides_are_listed_by_the_questions_that_they_answer():
     }
     assert listed == titles
     assert len(titles) >= 15
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if Path(page).parent.name == "guides"])
+def test_guides_answer_in_five_lines(page):
+    """Imports are not counted."""
+    code = re.search(r"```(python|js)\n(.*?)```", PAGES[page], flags=re.DOTALL)
+    if Path(page).name == "index.md":
+        assert code is None
+        return
+    lines = code[2].splitlines()
+    lines = [line for line in lines if line.startswith((">>>", "..."))] if code[1] == "python" else lines
+    assert 0 < sum(not re.match(r">>> (from|import) ", line) for line in lines) <= 5
