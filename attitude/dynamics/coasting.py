@@ -13,7 +13,7 @@ from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse
 from ..rigid_body.body import RigidBody
 from ..times.instants import Instants
-from .arc_integration import rounding, two_part
+from .arc_integration import ROUNDING_OF_MOMENTUM, rounding, two_part
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, named
 from .error_estimate import angles, compared_instants
@@ -96,7 +96,10 @@ def _coast(
             for impulse in arc.impulses:
                 momentum = momentum + sign * inertial_components(impulse, q)
             if arc.impulses:
-                felt = momentum + rounding(Bodies(body, q, w), momentum) if disturbed else momentum
+                felt = momentum
+                if disturbed:  # what rotors have of the momentum is taken off again, but not its rounding
+                    off = ROUNDING_OF_MOMENTUM * rotations.rotate(q, exact.rotors)
+                    felt = momentum + rounding(Bodies(body, q, w), momentum) + off
                 w = exact.rate(body, rotations.rotate(rotations.conjugate(q), felt))
             motion, here = exact.of(body, q, w), within[index]
             since = _since(arc.start, np.append(seconds[here], arc.stop), np.append(low[here], 0.0))

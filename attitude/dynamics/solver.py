@@ -24,8 +24,8 @@ LEAST_DECAY = 1e-15  # below which coefficients are rounding
 # Sweeps end when the next would change the attitude by less: rounding of a symmetric body, whose rate is
 # carried; of others this part of what a step may be off by, or rounding, which their rate remembers.
 LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
-# The same part of the coarser solution, over it: were it the same, what sweeps leave might be too.
-COARSER_SWEEPS = 2.0
+# The same part of the coarser solution, over it: what sweeps leave may by chance be a tenth of that.
+COARSER_SWEEPS = 10.0
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
 # Steps of every arc: of three, two coarser ones are not the halves of one another; of six, which the library
