@@ -150,3 +150,74 @@ def test_span_of_few_steps_is_refined_until_there_are_more_of_them(stop):
     exact = Scene.model_validate({**document, "tolerance": {"value": 1e-12, "unit": "rad"}})
     q, p = (each.quaternion("xyzw")[0] for each in (found, exact.run()))
     assert (Rotation.from_quat(q) * Rotation.from_quat(p).inv()).magnitude() < found.plan.error_bound <= 1e-9
+
+
+# Two scenes in which both solutions began with the same rounding, of nothing and of rotors: the body, the
+# span, the impulse and the other effects, and the attitude at the far end by Taylor series in 80-bit numbers.
+FROM_REST = {
+    "under gravity gradient": (
+        [240.5687676462961, 360.85315146944413, 481.1375352925922],
+        [-0.38134465641601584, -0.7388418069964076, -0.007178605700345994, -0.5555515321528987],
+        (-36823.49542792791, -6534.865918862946),
+        [-2.8560534787234086e-06, -2.745877659122237e-06, 2.7609214888580737e-06],
+        [
+            {
+                "type": "constant_torque",
+                "torque": quantity(
+                    [2.4535557999528013e-09, 2.1121965869198992e-09, -3.5830521311522776e-09], "N m"
+                ),
+                "frame": "body",
+            },
+            {"type": "gravity_gradient"},
+        ],
+        [0.5683053254365426, -0.7926456916272302, -0.2207547819661428, -0.0030316438339800375],
+    ),
+    "with rotors": (
+        [2.4141418857203694, 1.4484851314322216, 2.4141418857203694],
+        [-0.0430537855055506, 0.7953664023179023, 0.4314388856953469, -0.4235553630016697],
+        (-35350.5246124776, -920.8365232992073),
+        [0.00021423294693321908, -0.000620975580221616, -7.568231265392077e-06],
+        [
+            {
+                "type": "wheels",
+                "momentum": quantity(
+                    [0.011432610094920002, -0.006079435121920006, 0.01306472713826869], "N m s"
+                ),
+            }
+        ],
+        [0.05559523143237876, -0.7986781579020502, -0.2909588908273516, 0.523798906242353],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FROM_REST)
+def test_estimate_of_a_body_at_rest_sees_the_rounding_of_what_turns_it(name):
+    body, attitude, (start, time), angular, effects, expected = FROM_REST[name]
+    kick = {
+        "type": "impulse",
+        "time": quantity(time, "s"),
+        "frame": "inertial",
+        "angular_impulse": quantity(angular, "N m s"),
+    }
+    document = {
+        "body": {"moments": body, "unit": "kg m2"},
+        "frame": "INERTIAL",
+        "attitude": {"quaternion": attitude, "order": "wxyz"},
+        "angular_velocity": quantity([0.0, 0.0, 0.0], "rad/s"),
+        "times": {"start": start, "stop": 0.0, "count": 41, "unit": "s"},
+        "effects": [*effects, kick],
+        "orbit": {
+            "semi_major_axis": quantity(8351877.160132577, "m"),
+            "eccentricity": 0.0,
+            "inclination": quantity(2.7065114350214903, "rad"),
+            "raan": quantity(-2.7254117640435243, "rad"),
+            "argument_of_pericentre": quantity(1.911862152783776, "rad"),
+            "mean_anomaly": quantity(-2.553733663802584, "rad"),
+            "mu": quantity(3.986004418e14, "m3/s2"),
+            "radius": quantity(6378137.0, "m"),
+        },
+        "tolerance": quantity(1.9034234882537907e-11, "rad"),
+    }
+    run = Scene.model_validate(document).run()
+    error = angle(run.quaternion("wxyz").T[:, :1], np.array(expected)[:, None])
+    assert 1e-14 < error < run.plan.error_bound < 1e-9

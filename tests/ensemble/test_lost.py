@@ -28,6 +28,14 @@ def test_body_that_cannot_be_integrated_stops_an_ensemble_by_its_name():
         hopeless().statistics()
 
 
+def test_steps_are_not_shortened_for_what_is_rounding():
+    """A few radians each, at a tolerance below what rounding grows to: formerly 0.2 rad."""
+    ensemble = hopeless()
+    candidate = solver_choice(ensemble.scene, ensemble.source, ensemble.instants()).candidate
+    turned = np.abs(np.asarray(ensemble.states().angular_velocity)).max() * candidate.step
+    assert 1.0 < turned < 8.0
+
+
 def test_bodies_that_cannot_be_integrated_are_left_out_and_listed():
     ensemble = hopeless()
     actual = ensemble.statistics(lost_bodies="leave out")
