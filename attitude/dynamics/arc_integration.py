@@ -73,10 +73,14 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
     return Solution(rows, work[0], work[1], work[2], symmetric, smooth, plates, edges)
 
 
-def rounding(bodies: Bodies, momenta: np.ndarray, rates: np.ndarray | float = 0.0) -> np.ndarray:
+def rounding(
+    bodies: Bodies, momenta: np.ndarray, rates: np.ndarray | float = 0.0, aside: bool = False
+) -> np.ndarray:
     """(n, 3), inertial: a change of momenta across them, the more along an axis the less its moment.
 
     Momenta count for no less than torques and impulses will make of them: (n,) rad/s, the greatest rates.
+
+    aside : across both the momentum and that change instead
     """
     moments, axes = np.asarray(bodies.body.moments), bodies.axes
     first, second, third = np.sqrt(moments.min(axis=1, keepdims=True) / moments).T[:, :, None]
@@ -88,7 +92,7 @@ def rounding(bodies: Bodies, momenta: np.ndarray, rates: np.ndarray | float = 0.
     size = np.maximum(own, (rates * moments.min(axis=1))[:, None])
     x, y, z = (change * direction).T[:, :, None]
     turned: np.ndarray = ROUNDING_OF_MOMENTUM * size * (change - ((x + y) + z) * direction)
-    return turned
+    return np.cross(direction, turned) if aside else turned
 
 
 class _Outwards:

@@ -21,7 +21,7 @@ from .exact_motion import FREE_ROTATION, ExactMotion
 from .momentum import inertial_components
 from .solver import OUTPUTS
 
-# By what the difference is multiplied that a rounding at every impulse makes: it may have any direction.
+# By what the difference is multiplied that a rounding at every impulse makes.
 SAFETY_OF_IMPULSES = 6.0
 
 
@@ -31,13 +31,14 @@ def coast(
     impulses: Sequence[AppliedImpulse],
     instants: Instants,
     motion: ExactMotion = FREE_ROTATION,
-    disturbed: bool = False,
+    disturbed: int = 0,
 ) -> np.ndarray:
     """(n, OUTPUTS, m): attitude, rate and momentum of each body at the instants.
 
     Where no torque acts, the momentum is the sum of that at the epoch and of the impulses.
 
-    disturbed : by a rounding at every impulse, for what the motion makes of it
+    disturbed : by a rounding at every impulse, for what the motion makes of it, in one direction (1) or
+        another (2)
 
     Raises
     ------
@@ -66,11 +67,11 @@ def growth_of_rounding(
     if not impulses:
         return np.zeros(len(bodies))
     at = two_part(instants)[:, compared_instants(instants.seconds.size)]
-    exact, other = (
+    exact, *others = (
         coast(template, bodies, impulses, Instants(at[0], at[1], None), motion, disturbed)[:, :4]
-        for disturbed in (False, True)
+        for disturbed in (0, 1, 2)
     )
-    return SAFETY_OF_IMPULSES * angles(exact, other).max(axis=1)
+    return SAFETY_OF_IMPULSES * np.hypot(*(angles(exact, other).max(axis=1) for other in others))
 
 
 def _coast(
@@ -80,7 +81,7 @@ def _coast(
     rate: np.ndarray,
     paths: Sequence[list[Arc]],
     at: np.ndarray,
-    disturbed: bool = False,
+    disturbed: int = 0,
 ) -> np.ndarray:
     """(..., OUTPUTS, m), of bodies (...)."""
     seconds, low = at
@@ -99,7 +100,8 @@ def _coast(
                 felt = momentum
                 if disturbed:  # what rotors have of the momentum is taken off again, but not its rounding
                     off = ROUNDING_OF_MOMENTUM * rotations.rotate(q, exact.rotors)
-                    felt = momentum + rounding(Bodies(body, q, w), momentum) + off
+                    bodies = Bodies(body, q, w)
+                    felt = momentum + rounding(bodies, momentum, aside=disturbed > 1) + off
                 w = exact.rate(body, rotations.rotate(rotations.conjugate(q), felt))
             motion, here = exact.of(body, q, w), within[index]
             since = _since(arc.start, np.append(seconds[here], arc.stop), np.append(low[here], 0.0))

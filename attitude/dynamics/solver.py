@@ -23,9 +23,10 @@ COARSER_DECAY = 10.0  # the same of what a step may be off by
 LEAST_DECAY = 1e-15  # below which coefficients are rounding
 # Sweeps end when the next would change the attitude by less: rounding of a symmetric body, whose rate is
 # carried; of others this part of what a step may be off by, or rounding, which their rate remembers.
-LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-6, 1e-19
-# The same part of the coarser solution, over it: what sweeps leave may by chance be a tenth of that.
-COARSER_SWEEPS = 10.0
+LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-5, 1e-19
+# Sweeps that the finer solution makes besides: what the coarser one's leave is in their difference then, and
+# not by chance the same in both.
+SWEEPS_AFTER = 1
 SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
 MAX_STEPS = 1e8
 # Steps of every arc: of three, two coarser ones are not the halves of one another; of six, which the library
@@ -133,9 +134,10 @@ def _records(task: SolverTask) -> np.ndarray:
     records["steps"] = steps = np.where(coarsely, steps / STRIDE + 0.3, steps).astype(np.int64)
     records["reach"] = SPUN_UP * (max(length, 1e-300) / steps) * own(setting.momentum)  # s N m s
     decay = setting.decay[which]
-    share = SHARE_OF_SWEEPS * np.where(coarsely, COARSER_SWEEPS, 1.0)
-    change = np.maximum(share * decay, LEAST_CHANGE)
-    records["aim"] = np.where(records["symmetric"] != 0, LEAST_CHANGE_SYMMETRIC, change)
+    change = np.maximum(SHARE_OF_SWEEPS * decay, LEAST_CHANGE)
+    symmetric = records["symmetric"] != 0
+    records["aim"] = np.where(symmetric, LEAST_CHANGE_SYMMETRIC, change)
+    records["after"] = np.where(symmetric | coarsely, 0, SWEEPS_AFTER)
     records["decay"] = np.maximum(decay * np.where(coarsely, COARSER_DECAY, 1.0), LEAST_DECAY)
     if task.arguments.is_smooth:
         records["decay"] = np.inf

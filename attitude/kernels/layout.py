@@ -81,8 +81,8 @@ STATE = 18
 # Steps : equal ones, so many; halved where they are too long, by `decay` (relative size of the last Legendre
 # coefficients of a step; infinite: any) and `reach` (length times momentum; infinite: any), no more than
 # max_steps pieces.  Dense : whether instants within a step are read off its polynomial.  Aim : of the
-# attitude's departure, what the last sweep of a step may leave.  Counts : sweeps, failures, pieces; scratch :
-# of two states.
+# attitude's departure, what the last sweep of a step may leave; after : sweeps made beyond it.
+# Counts : sweeps, failures, pieces; scratch : of two states.
 STEPPED = np.dtype(
     [
         ("index", "i8"),
@@ -94,6 +94,7 @@ STEPPED = np.dtype(
         ("max_steps", "f8"),
         ("dense", "i8"),
         ("aim", "f8"),
+        ("after", "i8"),
         ("reach", "f8"),
         ("counts", "f8", 3),
         ("scratch", "f8", 2 * STATE),

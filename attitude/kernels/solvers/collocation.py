@@ -95,7 +95,7 @@ def collocate(bodies, span, instants, out, work, halted, *world):
     for i in range(bodies.shape[0]):
         record = bodies[i]
         effects, orbit, pieces = world
-        own = record.body, record.symmetric != 0, record.aim
+        own = record.body, record.symmetric != 0, record.aim, record.after
         arguments = own, (effects[record.index], orbit, pieces), work, record.counts
         _march(record, span, arguments, instants, out[record.index], halted)
         if halted[0] != 0.0:
@@ -216,12 +216,13 @@ def _settle(start, h, own, world, work):
     """(sweeps, whether the stages stand still): to rounding, so that no step remembers a guess.
 
     In a sweep (Gauss and Seidel's) the torque at the stages gives the momentum, and that the attitude; after
-    the last the torque once more, for the momentum at the end of the step.
+    the last the torque once more, for the momentum at the end of the step.  Some more may be asked for
+    after the stages stand still to the aim.
     """
     for row in range(STAGE * NODES, (STAGE + UNKNOWNS) * NODES):
         work[row] = 0.0
-    aim = own[2]
-    last, ratio = 1.0, 1.0
+    aim, after = own[2], own[3]
+    last, ratio, settled = 1.0, 1.0, False
     for sweep in range(MOST_SWEEPS):
         _forces(start, h, own, world, work)
         integrate(work, (SLOPE + 4) * NODES, (STAGE + 4) * NODES)
@@ -233,9 +234,11 @@ def _settle(start, h, own, world, work):
             return sweep + 1, False
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
         gain = max(ratio, change / last)
-        if change * gain <= aim or (change >= 0.5 * last and change < 1e-13):
+        settled = settled or change * gain <= aim
+        if (settled and after == 0) or (change >= 0.5 * last and change < 1e-13):
             _forces(start, h, own, world, work)
             return sweep + 1, True
+        after -= 1 if settled else 0
         last, ratio = max(change, 1e-300), change / last
     return MOST_SWEEPS, False
 
