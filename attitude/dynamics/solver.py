@@ -137,7 +137,7 @@ def _records(task: SolverTask) -> np.ndarray:
     change = np.maximum(SHARE_OF_SWEEPS * decay, LEAST_CHANGE)
     symmetric = records["symmetric"] != 0
     records["aim"] = np.where(symmetric, LEAST_CHANGE_SYMMETRIC, change)
-    records["after"] = np.where(symmetric | coarsely, 0, SWEEPS_AFTER)
+    records["after"] = np.where(symmetric | coarsely | (change <= LEAST_CHANGE), 0, SWEEPS_AFTER)
     records["decay"] = np.maximum(decay * np.where(coarsely, COARSER_DECAY, 1.0), LEAST_DECAY)
     if task.arguments.is_smooth:
         records["decay"] = np.inf
