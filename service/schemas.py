@@ -7,7 +7,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
 from attitude.errors import InputError, unknown
-from attitude.formats import module_of, option_names
+from attitude.formats import options_of
 from attitude.formats.encoding import parse_options
 from attitude.formats.registry import FORMATS, READ_ONLY, Format
 from attitude.pointing.columns import KINDS
@@ -78,8 +78,8 @@ class FileQuery(BaseModel):
     def options(self, target: Format, source: Format | None = None) -> tuple[dict[str, Any], dict[str, Any]]:
         """Options of the format that is written, and of the one that is read; InputError for any other."""
         options = self.model_extra or {}
-        of_writer = option_names(module_of(target).blocks)
-        of_reader = option_names(module_of(source).parse) if source else []
+        of_writer = options_of(target)
+        of_reader = options_of(source, reading=True) if source else {}
         known = sorted({*of_writer, *of_reader} - {"sclk", "fk"})  # which are paths
         for name, text in options.items():
             if name not in known:

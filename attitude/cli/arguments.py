@@ -201,8 +201,8 @@ def output_format(
     if options.ut1 is not None:
         check_ut1(options.ut1, "--set ut1")
     if source is not None:
-        of_writer = formats.option_names(formats.module_of(target).blocks)
-        of_reader = formats.option_names(formats.module_of(source).parse)
+        of_writer = formats.options_of(target)
+        of_reader = formats.options_of(source, reading=True)
         reading = {name: texts.pop(name) for name in of_reader if name in texts and name not in of_writer}
         if options.ut1 is not None and "ut1" in of_reader:
             reading["ut1"] = options.ut1

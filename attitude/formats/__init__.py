@@ -13,14 +13,15 @@ time_origin           instants as seconds since a whole second
 
 Each format is a module with
 
-    blocks(samples, **options) -> Iterator[bytes]          the file, at the memory of one chunk
+    blocks(samples) -> Iterator[bytes]                     the file, at the memory of one chunk
     parse(stream, source, **options) -> EphemerisData      and back
 
-or, where readers interpolate, `blocks(nodes, ...)`, `interpolant(**options)` and, with other options,
-`other_interpolants(**options)`.  A format that is
-interpolated in a frame of its own has `prepared(samples)`, which transforms the samples to that frame; a
-format with companion files has `companions(nodes, name, **options)`.  Where the header takes long to write,
-`rows(samples)` makes the file without it.
+A writer with options has a dataclass `Options` of them, which refuses invalid ones and is its second
+argument; one of several syntaxes takes `Format.syntax` as `syntax`.  Where readers interpolate, it takes
+nodes in place of samples, and the module has `interpolant(options)` and, with other options,
+`other_interpolants(options)`.  A format that is interpolated in a frame of its own has `prepared(samples,
+options)`, which transforms the samples to that frame; a format with companion files has `companions(nodes,
+name, options)`.  Where the header takes long to write, `rows(samples)` makes the file without it.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
@@ -104,30 +105,31 @@ def encode(
     max_nodes: int = interpolation_nodes.MOST_NODES,
 ) -> Encoded:
     """The ephemeris in a format; refuses what the format cannot hold before the first block is computed."""
-    module, options = module_of(entry), options or {}
+    module = module_of(entry)
     if samples.count == 0 or not all(samples.shape):
         raise FormatError("an ephemeris of no instants is not written")
     if not is_utf8(samples.first.name):
         raise FormatError(f"the name {samples.first.name!a} contains an unpaired surrogate; not valid UTF-8")
-    if options:
-        check_options(entry, options)
+    check_options(entry, options or {})
+    arguments = [module.Options(**(options or {}))] if hasattr(module, "Options") else []
+    blocks = partial(module.blocks, syntax=entry.syntax) if entry.syntax else module.blocks
     if hasattr(module, "interpolant"):
         if samples.first.columns:
             raise InputError("columns", samples.first.columns, f"none for {entry.name}, which is no table")
         if hasattr(module, "prepared"):
-            samples = module.prepared(samples, **options)
-        others = module.other_interpolants(**options) if interpolation_error is not None else {}
+            samples = module.prepared(samples, *arguments)
+        others = module.other_interpolants(*arguments) if interpolation_error is not None else {}
         nodes = interpolation_nodes.chosen(
-            samples, module.interpolant(**options), interpolation_error, max_nodes, others
+            samples, module.interpolant(*arguments), interpolation_error, max_nodes, others
         )
-        encoded = Encoded(module.blocks(nodes, **options), nodes.written)
+        encoded = Encoded(blocks(nodes, *arguments), nodes.written)
         if entry.has_companions:
-            encoded = encoded._replace(companions=partial(module.companions, nodes, **options))
+            encoded = encoded._replace(companions=lambda name: module.companions(nodes, name, *arguments))
         return encoded
     if interpolation_error is not None:
         expected = f"none for {entry.name}, which holds every attitude"
         raise InputError("interpolation_error", interpolation_error, expected)
-    return Encoded(module.blocks(samples, **options), Written(math.prod(samples.shape)))
+    return Encoded(blocks(samples, *arguments), Written(math.prod(samples.shape)))
 
 
 def read(
@@ -155,7 +157,7 @@ def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> 
 
 def read_stream(stream: BinaryIO, entry: Format, source: str, **options: Any) -> EphemerisData:
     """The ephemeris in an open file; `source` is its name in errors."""
-    check_options(entry, options, "parse")
+    check_options(entry, options, reading=True)
     begun = perf_counter()
     try:
         with noted() as notes:
@@ -201,9 +203,9 @@ def module_of(entry: Format) -> ModuleType:
     return import_module(f".{entry.module}", __name__)
 
 
-def check_options(entry: Format, options: Mapping[str, Any], function: str = "blocks") -> None:
-    """Raises InputError for an option that the format's writer, or its reader ("parse"), does not have."""
-    names = option_names(getattr(module_of(entry), function))
+def check_options(entry: Format, options: Mapping[str, Any], reading: bool = False) -> None:
+    """Raises InputError for an option that the format's writer, or its reader, does not have."""
+    names = options_of(entry, reading) if options else {}
     for name, value in options.items():
         if name not in names:
             expected = f"for {entry.name} an option of {', '.join(names) or 'none'}{suggestion(name, names)}"
@@ -211,7 +213,14 @@ def check_options(entry: Format, options: Mapping[str, Any], function: str = "bl
 
 
 @cache
-def option_names(function: Callable[..., Any]) -> tuple[str, ...]:
-    """The options of a format's writer (`blocks`) or reader (`parse`)."""
-    arguments = ("samples", "nodes", "name", "stream", "source")  # of every format
-    return tuple(name for name in inspect.signature(function).parameters if name not in arguments)
+def options_of(entry: Format, reading: bool = False) -> dict[str, str]:
+    """Annotations of the options of a format's writer, or of its reader, by their names."""
+    module = module_of(entry)
+    if reading:
+        parameters = inspect.signature(module.parse).parameters.values()
+        return {each.name: str(each.annotation) for each in parameters if each.kind is each.KEYWORD_ONLY}
+    return (
+        {field.name: str(field.type) for field in fields(module.Options)}
+        if hasattr(module, "Options")
+        else {}
+    )

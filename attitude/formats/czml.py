@@ -11,6 +11,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -43,35 +44,9 @@ UT1_DESCRIPTIONS = {
 }
 
 
-def interpolant(**_: Any) -> Interpolant:
-    """Slerp, which is what Cesium's LINEAR does with a quaternion."""
-    return Interpolant("slerp")
-
-
-def other_interpolants(**_: Any) -> dict[str, Interpolant]:
-    """None: this writer has no option for them."""
-    return {}
-
-
-def prepared(samples: Samples, *, ut1: str | None = None, **_: Any) -> Samples:
-    """Transform samples to the Earth-fixed frame, in which Cesium interpolates."""
-    if ut1 is not None:
-        rotations.check_ut1(ut1)
-    return Samples(
-        samples.count, lambda first, last: _earth_fixed(samples.chunk(first, last), ut1), samples.progress
-    )
-
-
-def blocks(
-    nodes: Nodes,
-    *,
-    id: str | None = None,  # noqa: A002 (public name)
-    position: Any = None,
-    box: Any = (3.0, 2.0, 1.0),
-    model: str | None = None,
-    ut1: str | None = None,  # noqa: ARG001 (`prepared` uses it)
-) -> Iterator[bytes]:
-    """Packet of the document, and packet of the body.
+@dataclass(frozen=True)
+class CzmlOptions:
+    """Options of the writer; InputError for an invalid one.
 
     id : of the body's packet; by default the ephemeris's name
     position : (x, y, z), m, Earth-fixed, at which the body is drawn; by default along the scene's orbit about
@@ -80,8 +55,41 @@ def blocks(
     model : URI of a glTF model that is drawn instead of the box
     ut1 : "utc" to take UTC for UT1, beyond the tables that come with astropy
     """
-    fixed = None if position is None else _three_numbers(position, "position")
-    size = None if box is None or model is not None else _three_numbers(box, "box")
+
+    id: str | None = None
+    position: Any = None
+    box: Any = (3.0, 2.0, 1.0)
+    model: str | None = None
+    ut1: str | None = None
+
+
+Options = CzmlOptions
+
+
+def interpolant(_: CzmlOptions) -> Interpolant:
+    """Slerp, which is what Cesium's LINEAR does with a quaternion."""
+    return Interpolant("slerp")
+
+
+def other_interpolants(_: CzmlOptions) -> dict[str, Interpolant]:
+    """None: this writer has no option for them."""
+    return {}
+
+
+def prepared(samples: Samples, options: CzmlOptions) -> Samples:
+    """Transform samples to the Earth-fixed frame, in which Cesium interpolates."""
+    if options.ut1 is not None:
+        rotations.check_ut1(options.ut1)
+    return Samples(
+        samples.count, lambda a, b: _earth_fixed(samples.chunk(a, b), options.ut1), samples.progress
+    )
+
+
+def blocks(nodes: Nodes, options: CzmlOptions) -> Iterator[bytes]:
+    """Packet of the document, and packet of the body."""
+    fixed = None if options.position is None else _three_numbers(options.position, "position")
+    has_box = options.box is not None and options.model is None
+    size = _three_numbers(options.box, "box") if has_box else None
     head, tail = nodes.segments[0].first, nodes.segments[-1].last
     if head.epoch is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
@@ -89,12 +97,12 @@ def blocks(
     name = head.name or "attitude"
     yield b"[" + orjson.dumps(_document(head, tail, span, name)) + b","
     description = DESCRIPTION.format(ut1=UT1_DESCRIPTIONS[head.ut1])
-    packet: dict[str, Any] = {"id": id or name, "name": name, "availability": span}
+    packet: dict[str, Any] = {"id": options.id or name, "name": name, "availability": span}
     packet["description"] = (
         "<p>" + html.escape(f"{'. '.join([description, nodes.remark, *nodes.notes])}.") + "</p>"
     )
-    if model is not None:
-        packet["model"] = {"gltf": model, "minimumPixelSize": 64}
+    if options.model is not None:
+        packet["model"] = {"gltf": options.model, "minimumPixelSize": 64}
     if size is not None:
         packet["box"] = {
             "dimensions": {"cartesian": size},

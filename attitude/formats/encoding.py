@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import re
 import zipfile
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import FormatError, InputError
 from ..samples.chunks import CHUNK_INSTANTS, Samples
-from . import Encoded, check_options, encode, interpolation_nodes, module_of
+from . import Encoded, check_options, encode, interpolation_nodes, options_of
 from .binary import Sink
 from .registry import FORMATS, Format
 from .tables import json as columnar_json
@@ -111,19 +111,10 @@ def parse_options(texts: Mapping[str, str], entry: Format, reading: bool = False
     Text stays text where the option is annotated as text; otherwise text that is JSON (a number, true, null)
     becomes its value.  Raises InputError for an option that the format does not have.
     """
-    if not texts:
-        return {}
-    function = "parse" if reading else "blocks"
-    check_options(entry, texts, function)
-    parameters = inspect.signature(getattr(module_of(entry), function)).parameters
-    return {
-        name: text if str(parameters[name].annotation).startswith("str") else _value(text)
-        for name, text in texts.items()
-    }
-
-
-def _value(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        return text
+    check_options(entry, texts, reading)
+    kinds, options = options_of(entry, reading) if texts else {}, dict[str, Any](texts)
+    for name, text in texts.items():
+        if not kinds[name].startswith("str"):
+            with suppress(ValueError, RecursionError):
+                options[name] = json.loads(text)
+    return options

@@ -10,6 +10,7 @@ class Format(NamedTuple):
 
     module : of `attitude.formats`
     has_companions : whether its readers need other files besides
+    syntax : which, where the module writes several
     """
 
     name: str
@@ -17,6 +18,7 @@ class Format(NamedTuple):
     endings: tuple[str, ...]
     media: str
     has_companions: bool = False
+    syntax: str = ""
 
 
 _ENTRIES = (
@@ -29,10 +31,10 @@ _ENTRIES = (
     Format("parquet", "arrow.parquet", (".parquet",), "application/vnd.apache.parquet"),
     Format("fits", "tables.fits", (".fits",), "application/fits"),
     Format("npz", "npz", (".npz",), "application/x-npz"),
-    Format("aem", "ccsds.kvn", (".aem",), "text/x-ccsds-aem"),
-    Format("aem-xml", "ccsds.xml", (".xml",), "application/xml"),
-    Format("acm", "ccsds.acm_kvn", (".acm",), "text/x-ccsds-acm"),
-    Format("acm-xml", "ccsds.acm_xml", (".acm.xml",), "application/x-ccsds-acm+xml"),
+    Format("aem", "ccsds.aem", (".aem",), "text/x-ccsds-aem", syntax="kvn"),
+    Format("aem-xml", "ccsds.aem", (".xml",), "application/xml", syntax="xml"),
+    Format("acm", "ccsds.acm_writer", (".acm",), "text/x-ccsds-acm", syntax="kvn"),
+    Format("acm-xml", "ccsds.acm_writer", (".acm.xml",), "application/x-ccsds-acm+xml", syntax="xml"),
     Format("stk", "stk", (".a",), "text/x-stk-attitude"),
     Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
     Format("ck", "spice.ck", (".bc",), "application/x-spice-ck", True),

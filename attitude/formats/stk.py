@@ -12,7 +12,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,6 @@ from .stk_dates import utcg
 from .stk_reader import parse as parse
 from .stk_text import VERSION_FORM
 from .time_origin import TimeOrigin
-from .writer_options import takes_options
 
 # STK's names of the axes; attitudes in any other frame are rotated into the ICRF.
 AXES = {"ICRF": "ICRF", "GCRF": "ICRF", "EME2000": "J2000", "ITRF": "Fixed", "TEME": "TEMEOfDate"}
@@ -52,55 +50,52 @@ class StkOptions:
     interpolation_order: int | None = None
 
     def __post_init__(self) -> None:
-        interpolant(interpolation_order=self.interpolation_order)
+        interpolant(self)
         if not re.fullmatch(VERSION_FORM, self.version):
             raise InputError("version", self.version, "a version of STK, such as stk.v.11.0")
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", self.central_body):
             raise InputError("central_body", self.central_body, "the name of one of STK's central bodies")
 
 
-def interpolant(*, interpolation_order: int | None = None, **_: Any) -> Interpolant:
+Options = StkOptions
+
+
+def interpolant(options: StkOptions) -> Interpolant:
     """Lagrange polynomials of the order that the file asks STK for."""
-    order = 1 if interpolation_order is None else interpolation_order
+    order = 1 if options.interpolation_order is None else options.interpolation_order
     return lagrange(order, "interpolation_order")._replace(crosses=True)
 
 
-def other_interpolants(**options: Any) -> dict[str, Interpolant]:
+def other_interpolants(options: StkOptions) -> dict[str, Interpolant]:
     """Polynomials of higher orders, by the option of each."""
-    return higher_degrees(interpolant(**options), "interpolation_order")
+    return higher_degrees(interpolant(options), "interpolation_order")
 
 
-@takes_options(StkOptions)
-def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
-    """File, with the options of `StkOptions`."""
+def blocks(nodes: Nodes, options: StkOptions) -> Iterator[bytes]:
+    """The file."""
     head = time_origin.checked_head(nodes, "An STK attitude file")
-    checked = StkOptions(**options)
-    if checked.interpolation_order is None:
-        checked = replace(checked, interpolation_order=_stated_order(nodes, head))
-    if checked.rates and not head.has_rate:
-        raise InputError("rates", checked.rates, "False for an ephemeris that holds attitudes only")
-    assert checked.interpolation_order is not None
-    if checked.interpolation_order > 1 and len(nodes.segments) > 1:
+    order = options.interpolation_order
+    if order is None:  # as the ephemeris's own file states; 1 where rates jump
+        stated = head.stated_method
+        is_stated = stated is not None and stated.kind == "lagrange" and len(nodes.segments) == 1
+        order = stated.degree if stated is not None and is_stated else 1
+    if options.rates and not head.has_rate:
+        raise InputError("rates", options.rates, "False for an ephemeris that holds attitudes only")
+    if order > 1 and len(nodes.segments) > 1:
         raise FormatError(
             "STK attitude files have no segments: where rates jump, interpolation_order is 1 and no other"
         )
     turn = None
     if head.frame not in AXES:
         turn = rotations.from_matrix(from_gcrf(head.frame, "an STK attitude file (or ITRF or TEME)").T)
-    elif head.frame in rotations.TURNING_FRAMES and checked.central_body != "Earth":
-        raise InputError("central_body", checked.central_body, f"Earth, to whose axes {head.frame} belongs")
+    elif head.frame in rotations.TURNING_FRAMES and options.central_body != "Earth":
+        raise InputError("central_body", options.central_body, f"Earth, to whose axes {head.frame} belongs")
     origin = time_origin.utc_origin(head)
     shared = _shared_instants(nodes, origin)
-    header = _header(nodes, origin, nodes.written.nodes - sum(shared), checked)
-    return chain([header], _rows(nodes, origin, shared, checked.rates, turn), [b"END Attitude\n"])
-
-
-def _stated_order(nodes: Nodes, head: EphemerisData) -> int:
-    """The order of Lagrange's polynomials that the ephemeris's own file states; 1 where rates jump."""
-    stated = head.stated_method
-    if stated is None or stated.kind != "lagrange" or len(nodes.segments) > 1:
-        return 1
-    return stated.degree
+    header = _header(
+        nodes, origin, nodes.written.nodes - sum(shared), replace(options, interpolation_order=order)
+    )
+    return chain([header], _rows(nodes, origin, shared, options.rates, turn), [b"END Attitude\n"])
 
 
 def _shared_instants(nodes: Nodes, origin: TimeOrigin) -> list[bool]:

@@ -23,11 +23,11 @@ from astropy.time import Time
 
 from attitude import Ephemeris, RigidBody, TorqueFreeMotion
 from attitude.formats import interpolation_nodes
-from attitude.formats.ccsds import kvn, xml
+from attitude.formats.ccsds import aem
 from attitude.samples.chunks import Samples
 
 COUNT, REPEATS = 100_000, 5
-MODULES = {"kvn": kvn, "xml": xml}
+SYNTAXES = ("kvn", "xml")
 LEAST_RATE = 500_000  # records a second
 LEAST_RATES = {"read xml": 50_000}  # what expat and Python's calls from it leave
 LEAST_RATIO = 5.0
@@ -47,7 +47,7 @@ written = time.perf_counter()
 path.write_text(text)
 print(read - start, written - read)
 """
-both = pytest.mark.parametrize("syntax", MODULES)
+both = pytest.mark.parametrize("syntax", SYNTAXES)
 
 
 @pytest.fixture(scope="module")
@@ -66,14 +66,13 @@ def ephemeris(motion):
 
 
 def written(ephemeris, syntax):
-    module = MODULES[syntax]
-    return b"".join(
-        module.blocks(interpolation_nodes.chosen(Samples.of(ephemeris), module.interpolant(), None))
-    )
+    options = aem.AemOptions()
+    nodes = interpolation_nodes.chosen(Samples.of(ephemeris), aem.interpolant(options), None)
+    return b"".join(aem.blocks(nodes, options, syntax))
 
 
 def read(content, syntax):
-    back = MODULES[syntax].parse(io.BytesIO(content), "")
+    back = aem.parse(io.BytesIO(content), "")
     return back.quaternion("xyzw"), back.angular_velocity, back.elapsed
 
 

@@ -1,7 +1,5 @@
 """CCSDS AEM: what other readers find in our files, we in theirs, and what is refused."""
 
-import dataclasses
-import inspect
 import io
 import re
 from itertools import pairwise
@@ -13,9 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from attitude import Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.formats import interpolation_nodes
-from attitude.formats.ccsds import kvn as kvn_format
-from attitude.formats.ccsds import xml as xml_format
-from attitude.formats.ccsds.writer import AemOptions
+from attitude.formats.ccsds import aem as aem_format
+from attitude.formats.ccsds.aem import AemOptions
 from attitude.samples.chunks import Samples
 from attitude.samples.event import Event
 from attitude.times.instants import as_instants
@@ -26,9 +23,8 @@ from tests.formats.test_malformed import Endless
 from tests.formats.texts import aem as file
 from tests.tables import table
 
-MODULES = {"kvn": kvn_format, "xml": xml_format}
 FORMATS = {"kvn": "aem", "xml": "aem-xml"}
-both = pytest.mark.parametrize("syntax", MODULES)
+both = pytest.mark.parametrize("syntax", FORMATS)
 EPOCH = Time("2016-12-31T23:59:50.123456789", scale="utc")
 T = np.arange(40) / 7  # across the leap second
 NANOSECOND = 0.51e-9  # s; half of the last decimal that is written, and what astropy loses on the way
@@ -42,13 +38,13 @@ def motion(epoch=EPOCH, attitude=ATTITUDE, frame="GCRF"):
 
 
 def text_of(ephemeris, syntax="kvn", **options):
-    module = MODULES[syntax]
-    nodes = interpolation_nodes.chosen(Samples.of(ephemeris), module.interpolant(**options), None)
-    return b"".join(module.blocks(nodes, **options)).decode()
+    written = AemOptions(**options)
+    nodes = interpolation_nodes.chosen(Samples.of(ephemeris), aem_format.interpolant(written), None)
+    return b"".join(aem_format.blocks(nodes, written, syntax)).decode()
 
 
-def read(text, module=kvn_format, **options):
-    return module.parse(io.BytesIO(text.encode() if isinstance(text, str) else text), "given", **options)
+def read(text, **options):
+    return aem_format.parse(io.BytesIO(text.encode() if isinstance(text, str) else text), "given", **options)
 
 
 def rebuilt(ephemeris, **changes):
@@ -155,11 +151,10 @@ def test_impulses_begin_segments_and_segments_are_cut_again(syntax):
         assert_same(read(text, segment=k), written[first:last])
 
 
-def test_both_names_read_both_syntaxes():
-    texts = [text_of(motion().at(T), syntax) for syntax in MODULES]
-    for module in MODULES.values():
-        for text in texts:
-            assert_same(read(text, module), motion().at(T))
+def test_both_syntaxes_are_read():
+    texts = [text_of(motion().at(T), syntax) for syntax in FORMATS]
+    for text in texts:
+        assert_same(read(text), motion().at(T))
 
 
 def test_content_tells_the_syntax_whatever_the_ending(tmp_path):
@@ -523,7 +518,7 @@ def test_xml_in_other_forms_is_read_as_well():
     }
     for name, variant in variants.items():
         assert variant != text, name
-        back = read(variant, xml_format)
+        back = read(variant)
         assert_same(back, written)
         assert_same_rate(back, written)
 
@@ -590,7 +585,7 @@ def test_malformed_file_is_refused_by_file_and_line(changes, message, line):
 def test_error_late_in_a_large_file_names_its_line(monkeypatch):
     monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", 5000)
     monkeypatch.setattr("attitude.formats.ccsds.xml_reader.CHUNK_BYTES", 5000)
-    for syntax in MODULES:
+    for syntax in FORMATS:
         lines = text_of(motion().at(np.arange(500) / 7), syntax).splitlines()
         wrong = max(i for i, line in enumerate(lines) if "2017-01-01T00:01:00.4" in line)
         lines[wrong] = lines[wrong].replace("2017", "2016")
@@ -607,13 +602,13 @@ def test_error_late_in_a_large_file_names_its_line(monkeypatch):
 def test_endless_garbage_is_refused_at_once(beginning, pattern):
     endless = Endless(beginning.encode(), pattern)
     with pytest.raises(FormatError):
-        kvn_format.parse(endless, "given")
+        aem_format.parse(endless, "given")
     assert endless.byte_count <= 1 << 25
 
 
 def test_endless_empty_lines_are_refused_at_once():
     with pytest.raises(FormatError, match="nearly empty lines, one after another"):
-        kvn_format.parse(Endless(b"CCSDS_AEM_VERS = 2.0\n", b"\n"), "given")
+        aem_format.parse(Endless(b"CCSDS_AEM_VERS = 2.0\n", b"\n"), "given")
 
 
 # -- what is not written ---------------------------------------------------------------------------
@@ -676,11 +671,8 @@ def test_option_that_a_file_cannot_hold_is_named(options, syntax, tmp_path):
 
 
 @both
-def test_writer_shows_its_options_as_keyword_arguments(syntax):
-    parameters = inspect.signature(MODULES[syntax].blocks).parameters
-    assert list(parameters) == ["nodes", *(field.name for field in dataclasses.fields(AemOptions))]
-    assert parameters["degree"].kind is inspect.Parameter.KEYWORD_ONLY
-    assert parameters["object_id"].default == "UNKNOWN"
+def test_options_that_the_writer_does_not_have_are_refused(syntax):
+    assert AemOptions().object_id == "UNKNOWN"
     with pytest.raises(InputError, match=r"subject: for .* an option of object_name, originator, "):
         motion().at(T).write("-", FORMATS[syntax], subject="X")
 
@@ -697,8 +689,9 @@ def test_name_that_a_line_cannot_hold_is_refused():
 
 
 def test_degree_is_written_and_decides_the_nodes():
-    assert kvn_format.interpolant(degree=3, object_id="X") == interpolation_nodes.Interpolant("lagrange", 3)
-    assert xml_format.interpolant() == interpolation_nodes.Interpolant("lagrange", 7)
+    options = AemOptions(degree=3, object_id="X"), AemOptions()
+    degrees = [aem_format.interpolant(each) for each in options]
+    assert degrees == [interpolation_nodes.Interpolant("lagrange", degree) for degree in (3, 7)]
     assert "INTERPOLATION_DEGREE = 3\n" in text_of(motion().at(T), degree=3)
     cut = rebuilt(motion().at(T), events=(Event(T[2], "impulse", ""), Event(T[3], "contact", "")))
     assert re.findall("DEGREE = (.*)", text_of(cut)) == ["1", "7"]

@@ -792,4 +792,8 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 
 def test_readers_are_told_that_they_turn_evenly():
-    assert ck.interpolant() == ck.interpolant(type=2) == interpolation_nodes.Interpolant("slerp")
+    assert (
+        ck.CkOptions().interpolant
+        == ck.CkOptions(type=2).interpolant
+        == interpolation_nodes.Interpolant("slerp")
+    )

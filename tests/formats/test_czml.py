@@ -45,8 +45,9 @@ def earth_fixed(quaternion, seconds, epoch=EPOCH, name=""):
 
 
 def text_of(ephemeris, **options):
-    nodes = interpolation_nodes.chosen(chunks.Samples.of(ephemeris), czml.interpolant(**options), None)
-    return b"".join(czml.blocks(nodes, **options)).decode()
+    written = czml.CzmlOptions(**options)
+    nodes = interpolation_nodes.chosen(chunks.Samples.of(ephemeris), czml.interpolant(written), None)
+    return b"".join(czml.blocks(nodes, written)).decode()
 
 
 def packets(ephemeris, **options):
@@ -225,10 +226,10 @@ def test_pieces_make_no_difference(monkeypatch):
 def test_samples_prepared_in_the_earth_fixed_frame_give_the_same_file():
     """For who judges interpolation where Cesium does it."""
     given = orbiting().run()
-    fixed = czml.prepared(chunks.Samples.of(given))
+    fixed = czml.prepared(chunks.Samples.of(given), czml.CzmlOptions())
     assert fixed.first.frame == "ITRF"
-    chosen = interpolation_nodes.chosen(fixed, czml.interpolant(), None)
-    assert b"".join(czml.blocks(chosen)).decode() == text_of(given)
+    chosen = interpolation_nodes.chosen(fixed, czml.interpolant(czml.CzmlOptions()), None)
+    assert b"".join(czml.blocks(chosen, czml.CzmlOptions())).decode() == text_of(given)
     assert fixed.ephemeris().resampled([3.0]).frame == "ITRF"
 
 

@@ -80,8 +80,10 @@ def test_options_are_written_as_they_stand(tmp_path):
     assert text.startswith("stk.v.12.2\n")
     assert keywords(text)["CentralBody"] == "Sun"
     assert keywords(text)["InterpolationOrder"] == "7"
-    assert stk.interpolant(**options) == interpolation_nodes.Interpolant("lagrange", 7, crosses=True)
-    assert stk.interpolant() == interpolation_nodes.Interpolant("lagrange", 1, crosses=True)
+    assert stk.interpolant(stk.StkOptions(**options)) == interpolation_nodes.Interpolant(
+        "lagrange", 7, crosses=True
+    )
+    assert stk.interpolant(stk.StkOptions()) == interpolation_nodes.Interpolant("lagrange", 1, crosses=True)
 
 
 def test_comments_say_convention_and_error_in_ascii(tmp_path):
@@ -140,11 +142,13 @@ def in_segments(*groups, jump=False):
         if jump and i:
             part = Ephemeris(motion().at(T + 1)[list(group)].quaternion("wxyz").copy(), part.instants, "ICRF")
         segments.append(chunks.Samples.of(part))
-    return interpolation_nodes.Nodes(tuple(segments), stk.interpolant(), None)
+    return interpolation_nodes.Nodes(tuple(segments), stk.interpolant(stk.StkOptions()), None)
 
 
 def test_an_instant_that_two_segments_share_stands_once(tmp_path):
-    (tmp_path / "a.a").write_bytes(b"".join(stk.blocks(in_segments(range(11), range(10, 20), [19, 25]))))
+    (tmp_path / "a.a").write_bytes(
+        b"".join(stk.blocks(in_segments(range(11), range(10, 20), [19, 25]), stk.StkOptions()))
+    )
     text = (tmp_path / "a.a").read_text()
     assert [float(row[0]) for row in rows(text)] == T[[*range(20), 25]].tolist()
     assert keywords(text)["NumberOfAttitudePoints"] == "21"
@@ -154,7 +158,7 @@ def test_an_instant_that_two_segments_share_stands_once(tmp_path):
 
 def test_two_attitudes_at_one_instant_are_refused():
     with pytest.raises(FormatError, match="STK takes an instant once"):
-        b"".join(stk.blocks(in_segments(range(11), range(10, 20), jump=True)))
+        b"".join(stk.blocks(in_segments(range(11), range(10, 20), jump=True), stk.StkOptions()))
 
 
 def test_impulses_are_comments_and_allow_no_higher_order(tmp_path):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from astropy import units as u
 from astropy.time import Time
 
 from ... import units
@@ -13,16 +14,7 @@ from ...errors import FormatError, InputError
 from .. import schema
 from .epochs import TIME_SYSTEMS
 from .keywords import ANGVEL, INERTIA, TORQUE, Q
-from .message_options import (
-    VERSION,
-    MessageOptions,
-    Pairs,
-    element_lines,
-    inertia_elements,
-    kvn_lines,
-    registered_name,
-    xml_head,
-)
+from .message_text import MessageOptions, MessageText, Pairs, inertia_elements, numbers, registered_name
 
 ELEMENTS = {
     "QUAT": "quaternionState",
@@ -103,19 +95,23 @@ def apm_text(state: ApmState, options: ApmOptions) -> str:
         raise FormatError(f"no TIME_SYSTEM of an APM is the scale {state.epoch.scale!r}")
     center = [("CENTER_NAME", options.center_name)] if options.center_name else []
     metadata = [("OBJECT_NAME", name), ("OBJECT_ID", options.object_id), *center, ("TIME_SYSTEM", system)]
-    comments = [("COMMENT", text) for text in _comments(state, options)]
-    data = [*comments, ("EPOCH", _date(state.epoch, 0.0))]
-    blocks = _blocks(state, options)
-    return (_kvn if options.syntax == "kvn" else _xml)(options.header(), metadata, data, blocks)
-
-
-def _comments(state: ApmState, options: ApmOptions) -> list[str]:
-    body, frame = options.body_frame, state.frame
-    return [
-        f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}",
+    comments = [
+        f"Q1 Q2 Q3 QC, scalar last, turn axes of {state.frame} into those of {options.body_frame}",
         "Products of inertia are elements of the tensor, -integral of x y dm",
         *(ascii(text)[1:-1][:200] for text in state.comments),
     ]
+    data = [*(("COMMENT", comment) for comment in comments), ("EPOCH", _date(state.epoch, 0.0))]
+    text = MessageText("apm", options.syntax == "xml")
+    before, between, after = text.segment
+    parts = [text.head(options.header()), before, text.lines(metadata), between, text.lines(data)]
+    for block, pairs in _blocks(state, options):
+        q = [pair for pair in pairs if text.is_xml and pair[0] in Q]  # in an element of their own
+        parts += [text.begin(block, ELEMENTS[block]), text.lines([pair for pair in pairs if pair not in q])]
+        parts += [
+            f"<quaternion>\n{text.lines(q)}</quaternion>\n" if q else "",
+            text.end(block, ELEMENTS[block]),
+        ]
+    return "".join([*parts, after, text.tail])
 
 
 def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, Pairs]]:
@@ -130,10 +126,10 @@ def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, Pairs]]:
         raise FormatError("a rate that overflows a double in deg/s")
     inertia = zip(INERTIA, inertia_elements(state.tensor), strict=True)
     blocks = [
-        ("QUAT", [*frames, *zip(Q, _numbers([*xyz, w]), strict=True)]),
+        ("QUAT", [*frames, *zip(Q, numbers([*xyz, w]), strict=True)]),
         (
             "ANGVEL",
-            [*frames, ("ANGVEL_FRAME", options.body_frame), *zip(ANGVEL, _numbers(rate), strict=True)],
+            [*frames, ("ANGVEL_FRAME", options.body_frame), *zip(ANGVEL, numbers(rate), strict=True)],
         ),
         ("INERTIA", [("INERTIA_REF_FRAME", options.body_frame), *inertia]),
     ]
@@ -141,43 +137,13 @@ def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, Pairs]]:
         axes = options.body_frame if torque.is_body else state.inertial_frame
         pairs: Pairs = [
             ("MAN_EPOCH_START", _date(state.epoch, torque.start)),
-            ("MAN_DURATION", _numbers([torque.duration])[0]),
+            ("MAN_DURATION", numbers([torque.duration])[0]),
             ("MAN_REF_FRAME", axes),
-            *zip(TORQUE, _numbers(torque.torque), strict=True),
+            *zip(TORQUE, numbers(torque.torque), strict=True),
         ]
         blocks.append(("MAN", pairs))
     return blocks
 
 
-def _numbers(values: object) -> list[str]:
-    """The fewest digits that restore the bits; without -0, which the standard has not."""
-    return [repr(float(value) + 0.0) for value in np.ravel(np.asarray(values, dtype=float))]
-
-
 def _date(epoch: Time, seconds: float) -> str:
-    from astropy import units as u
-
     return str(schema.iso_text(epoch + seconds * u.s if seconds else epoch).item().decode())
-
-
-def _kvn(header: Pairs, metadata: Pairs, data: Pairs, blocks: list[tuple[str, Pairs]]) -> str:
-    text = "\n".join(kvn_lines(pairs) for pairs in ([("CCSDS_APM_VERS", VERSION), *header], metadata, data))
-    return text + "".join(f"\n{name}_START\n{kvn_lines(pairs)}{name}_STOP\n" for name, pairs in blocks)
-
-
-def _xml(header: Pairs, metadata: Pairs, data: Pairs, blocks: list[tuple[str, Pairs]]) -> str:
-    parts = "".join(
-        f"<{ELEMENTS[name]}>\n{_block_elements(pairs)}</{ELEMENTS[name]}>\n" for name, pairs in blocks
-    )
-    return (
-        f"{xml_head('apm', header)}<segment>\n"
-        f"<metadata>\n{element_lines(metadata)}</metadata>\n<data>\n{element_lines(data)}{parts}</data>\n"
-        "</segment>\n</body>\n</apm>\n"
-    )
-
-
-def _block_elements(pairs: Pairs) -> str:
-    """Elements of a block; the components of a quaternion are in one of their own."""
-    q = [pair for pair in pairs if pair[0] in Q]
-    others = element_lines([pair for pair in pairs if pair not in q])
-    return others + (f"<quaternion>\n{element_lines(q)}</quaternion>\n" if q else "")

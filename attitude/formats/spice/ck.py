@@ -17,41 +17,38 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from ...errors import FormatError
 from .. import schema, time_origin
 from ..interpolant import Interpolant, hermite
 from ..interpolation_nodes import Nodes
-from ..writer_options import takes_options
 from . import text_kernels
 from .ck_reader import parse as parse
 from .ck_writer import POLYNOMIALS, CkOptions, CkTarget, write_blocks
 from .cspice import import_spiceypy
 
+Options = CkOptions
 
-def interpolant(**options: Any) -> Interpolant:
+
+def interpolant(options: CkOptions) -> Interpolant:
     """Constant rate from record to record in types 2 and 3, Hermite's polynomials in types 5 and 6."""
-    return CkOptions(**options).interpolant
+    return options.interpolant
 
 
-def other_interpolants(**options: Any) -> dict[str, Interpolant]:
+def other_interpolants(options: CkOptions) -> dict[str, Interpolant]:
     """Hermite's polynomials of type 5 of several degrees, by the options of each."""
-    written = CkOptions(**options)
-    degrees = [degree for degree in (7, 15) if written.type not in POLYNOMIALS or degree > written.degree]
+    degrees = [degree for degree in (7, 15) if options.type not in POLYNOMIALS or degree > options.degree]
     return {f"type=5, degree={degree}": hermite(degree, "degree") for degree in degrees}
 
 
-@takes_options(CkOptions)
-def blocks(nodes: Nodes, **options: Any) -> Iterator[bytes]:
-    """CK, with the options of `CkOptions`."""
-    target = CkTarget.of(nodes, CkOptions(**options))
-    return write_blocks(nodes, target, import_spiceypy())
+def blocks(nodes: Nodes, options: CkOptions) -> Iterator[bytes]:
+    """The CK."""
+    return write_blocks(nodes, CkTarget.of(nodes, options), import_spiceypy())
 
 
-def companions(nodes: Nodes, name: str, **options: Any) -> dict[str, bytes]:
+def companions(nodes: Nodes, name: str, options: CkOptions) -> dict[str, bytes]:
     """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm) for a CK of this name."""
-    target = CkTarget.of(nodes, CkOptions(**options))
+    target = CkTarget.of(nodes, options)
     origin = time_origin.tt_origin(nodes.segments[0].first)
     anchor = schema.iso_text(origin.time).item().decode()
     body = target.frame.removesuffix("_BODY")

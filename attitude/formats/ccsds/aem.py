@@ -1,9 +1,10 @@
-"""Writing an AEM (CCSDS 504.0-B-2) in either syntax: keywords and their values, and comments."""
+"""CCSDS attitude ephemeris message (AEM), 504.0-B-2, in KVN and XML: written."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 from ...errors import FormatError, InputError, suggestion
 from ...frames.inertial import OBLIQUITY_J2000
@@ -12,8 +13,9 @@ from ...samples.chunks import Samples
 from ..interpolant import Interpolant, higher_degrees, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS
-from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, frame_named
-from .message_options import MessageOptions, Pairs, registered_name, writes_rates
+from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, UNITS, Q, frame_named
+from .message_text import MessageOptions, MessageText, Pairs, registered_name, writes_rates
+from .reader import parse as parse
 from .rows import RowWriter, epoch_texts
 
 UNREGISTERED_FRAMES = {
@@ -67,48 +69,85 @@ class AemOptions(MessageOptions):
             known = f"one of {', '.join(WRITTEN_TYPES)}{suggestion(self.attitude_type, WRITTEN_TYPES)}"
             raise InputError("attitude_type", self.attitude_type, known)
         check_sequence(self.rotation_sequence)
-        interpolant(degree=self.degree)
+        interpolant(self)
 
 
-def interpolant(*, degree: int | None = None, **_: Any) -> Interpolant:
+Options = AemOptions
+
+
+def interpolant(options: AemOptions) -> Interpolant:
     """How readers interpolate: the file tells them to use Lagrange polynomials of this degree."""
-    return lagrange(7 if degree is None else degree, "degree")
+    return lagrange(7 if options.degree is None else options.degree, "degree")
 
 
-def other_interpolants(*, attitude_type: str | None = None, **options: Any) -> dict[str, Interpolant]:
+def other_interpolants(options: AemOptions) -> dict[str, Interpolant]:
     """How readers interpolate with higher degrees, by the option of each; angles they do not interpolate."""
-    if attitude_type is not None and attitude_type[0] != "Q":
-        return {}
-    return higher_degrees(interpolant(**options), "degree")
+    has_quaternions = (options.attitude_type or "Q")[0] == "Q"
+    return higher_degrees(interpolant(options), "degree") if has_quaternions else {}
 
 
-class AemWriter:
-    """The content of a file, without its syntax.
+def blocks(nodes: Nodes, options: AemOptions, syntax: str) -> Iterator[bytes]:
+    """The file, in "kvn" or "xml"."""
+    head = nodes.segments[0].first
+    frame = check_any_frame(head.frame)
+    scale = head.instants.scale
+    if head.epoch is None or scale is None:
+        raise FormatError("an AEM has dates, and this ephemeris has no epoch to count them from")
+    time_system = scale.upper()
+    if time_system not in TIME_SYSTEMS:
+        raise FormatError(f"no TIME_SYSTEM of an AEM is the scale {scale!r}")
+    quaternions = "QUATERNION/ANGVEL" if writes_rates(options.rates, head) else "QUATERNION"
+    attitude_type = options.attitude_type or quaternions
+    kind = ATTITUDE_TYPES[attitude_type]
+    if (kind.rate or kind.attitude is SPIN) and not head.has_rate:
+        raise InputError("attitude_type", attitude_type, "QUATERNION or EULER_ANGLE: there are no rates")
+    name = options.name_of(head.name)
+    return AemContent(nodes, options, frame, time_system, attitude_type, name).blocks(syntax == "xml")
 
-    attitude_type : ATTITUDE_TYPE
-    rows : writes the rows of a segment
-    """
 
-    def __init__(self, nodes: Nodes, options: AemOptions):
-        self.nodes, self.options = nodes, options
-        head = nodes.segments[0].first
-        self.frame = check_any_frame(head.frame)
-        scale = head.instants.scale
-        if head.epoch is None or scale is None:
-            raise FormatError("an AEM has dates, and this ephemeris has no epoch to count them from")
-        self.time_system = scale.upper()
-        if self.time_system not in TIME_SYSTEMS:
-            raise FormatError(f"no TIME_SYSTEM of an AEM is the scale {scale!r}")
-        quaternions = "QUATERNION/ANGVEL" if writes_rates(options.rates, head) else "QUATERNION"
-        self.attitude_type = options.attitude_type or quaternions
+class AemContent(NamedTuple):
+    """What a file holds, in either syntax."""
+
+    nodes: Nodes
+    options: AemOptions
+    frame: str
+    time_system: str
+    attitude_type: str
+    object_name: str
+
+    @property
+    def has_rate(self) -> bool:
+        """Whether rows have an angular velocity beside the attitude."""
+        return ATTITUDE_TYPES[self.attitude_type].rate is ANGVEL
+
+    def blocks(self, is_xml: bool) -> Iterator[bytes]:
+        """The file."""
+        text = MessageText("aem", is_xml)
+        comments = [("COMMENT", line) for line in self.comments()]
+        yield text.head(comments + self.options.header()).encode()
+        rows = RowWriter(self.nodes.segments, self.attitude_type, self.options.rotation_sequence)
+        separators = self.state_template().split(b"%s")
+        if not is_xml:
+            separators = [b"", *[b" "] * rows.number_count, b"\n"]
+        before, between, after = text.segment
+        for segment in self.nodes.segments:
+            metadata = text.lines(self.metadata(segment, rows.last_epoch(segment).decode()))
+            yield f"{before}{metadata}{between}".encode()
+            yield from rows.write(segment, separators)
+            yield after.encode()
+        yield text.tail.encode()
+
+    def state_template(self) -> bytes:
+        """An attitudeState of XML, with %s for its epoch and each of its numbers."""
         kind = ATTITUDE_TYPES[self.attitude_type]
-        if (kind.rate or kind.attitude is SPIN) and not head.has_rate:
-            raise InputError(
-                "attitude_type", self.attitude_type, "QUATERNION or EULER_ANGLE: there are no rates"
-            )
-        self.has_rate = kind.rate is ANGVEL
-        self.rows = RowWriter(nodes.segments, self.attitude_type, options.rotation_sequence)
-        self.object_name = options.name_of(head.name)
+        content = "<EPOCH>%s</EPOCH>\n"
+        for element, names in (("quaternion", kind.attitude), ("angVel", kind.rate)):
+            units = [f' units="{UNITS[name]}"' if name in UNITS else "" for name in names]
+            values = "".join(f"<{name}{unit}>%s</{name}>\n" for name, unit in zip(names, units, strict=True))
+            is_group = kind.attitude is Q and names
+            content += f"<{element}>\n{values}</{element}>\n" if is_group else values
+        state = kind.elements[0]
+        return f"<attitudeState>\n<{state}>\n{content}</{state}>\n</attitudeState>\n".encode()
 
     def comments(self) -> list[str]:
         """Convention in words, and the interpolation error."""
@@ -129,10 +168,9 @@ class AemWriter:
         remarks = [self.nodes.remark] if self.attitude_type[0] == "Q" else []
         return [*lines, *remarks, *self.nodes.notes]
 
-    def metadata(self, segment: Samples) -> Pairs:
-        """Keywords of a segment and their values, in the order of table 4-3."""
+    def metadata(self, segment: Samples, stop: str) -> Pairs:
+        """Keywords of a segment that ends at this date, and their values, in the order of table 4-3."""
         options = self.options
-        start, stop = epoch_texts(segment.first)[0].decode(), self.rows.last_epoch(segment).decode()
         center = [("CENTER_NAME", options.center_name)] if options.center_name else []
         rate = [("ANGVEL_FRAME", options.body_frame)] if self.has_rate else []
         return [
@@ -142,24 +180,22 @@ class AemWriter:
             ("REF_FRAME_A", registered_name(self.frame)),
             ("REF_FRAME_B", options.body_frame),
             ("TIME_SYSTEM", self.time_system),
-            ("START_TIME", start),
+            ("START_TIME", epoch_texts(segment.first)[0].decode()),
             ("STOP_TIME", stop),
             ("ATTITUDE_TYPE", self.attitude_type),
             *([("EULER_ROT_SEQ", options.rotation_sequence)] if self.attitude_type[0] == "E" else []),
             *rate,
-            *self._method(segment),
+            *(self.method(segment) if self.attitude_type[0] == "Q" else []),
         ]
 
-    def _method(self, segment: Samples) -> Pairs:
+    def method(self, segment: Samples) -> Pairs:
         """The interpolation that the file states, with no more nodes than the segment has.
 
         None of angles, which start anew after a turn.
         """
-        if self.attitude_type[0] != "Q":
-            return []
         stated = segment.first.stated_method if self.options.degree is None else None
         if stated is None or stated.kind == "slerp":
-            name, degree = "LAGRANGE", interpolant(degree=self.options.degree).degree
+            name, degree = "LAGRANGE", interpolant(self.options).degree
         else:
             name, degree = stated.kind.upper(), stated.degree
         degree = min(degree, segment.count * (2 if name == "HERMITE" else 1) - 1)

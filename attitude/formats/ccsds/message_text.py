@@ -1,9 +1,10 @@
-"""What the writers of AEM, APM and ACM share: options, the header, and lines of keywords."""
+"""What the writers of AEM, APM and ACM share: options, and the parts of a message in KVN and XML."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from datetime import UTC, datetime
+from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -13,8 +14,59 @@ from .epochs import RowError, parse_epoch
 from .keywords import VALUE, is_value
 
 VERSION = "2.0"
-SCHEMA = "https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-4.0.0-master-4.0.xsd"
 Pairs = list[tuple[str, str]]
+# What stands before the metadata of a segment, between them and the data, and after these, in KVN.
+KVN_SEGMENTS = {
+    "aem": ("\nMETA_START\n", "META_STOP\n\nDATA_START\n", "DATA_STOP\n"),
+    "acm": ("\nMETA_START\n", "META_STOP\n", ""),
+    "apm": ("\n", "\n", ""),
+}
+
+
+@dataclass(frozen=True)
+class MessageText:
+    """The parts of a message, "aem", "acm" or "apm", in KVN or XML (504.0-B-2, sections 6 and 7)."""
+
+    kind: str
+    is_xml: bool
+
+    def head(self, header: Pairs) -> str:
+        """The beginning of the message, with its header."""
+        version = f"CCSDS_{self.kind.upper()}_VERS"
+        if not self.is_xml:
+            return self.lines([(version, VERSION), *header])
+        schema = "https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-4.0.0-master-4.0.xsd"
+        return (
+            '<?xml version="1.0" encoding="UTF-8"?>\n'
+            f'<{self.kind} xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" '
+            f'xsi:noNamespaceSchemaLocation="{schema}" id="{version}" version="{VERSION}">\n'
+            f"<header>\n{self.lines(header)}</header>\n<body>\n"
+        )
+
+    @property
+    def tail(self) -> str:
+        """The end of the message."""
+        return f"</body>\n</{self.kind}>\n" if self.is_xml else ""
+
+    @property
+    def segment(self) -> tuple[str, str, str]:
+        """What stands before the metadata of a segment, between them and the data, and after these."""
+        xml = "<segment>\n<metadata>\n", "</metadata>\n<data>\n", "</data>\n</segment>\n"
+        return xml if self.is_xml else KVN_SEGMENTS[self.kind]
+
+    def lines(self, pairs: Pairs) -> str:
+        """Keywords and their values, or comments, a line each."""
+        if self.is_xml:
+            return "".join(f"<{name}>{escape(value)}</{name}>\n" for name, value in pairs)
+        return "".join(f"{name}{' ' if name == 'COMMENT' else ' = '}{value}\n" for name, value in pairs)
+
+    def begin(self, name: str, element: str) -> str:
+        """The beginning of a block: its name in KVN, and the element that it is in XML."""
+        return f"<{element}>\n" if self.is_xml else f"\n{name}_START\n"
+
+    def end(self, name: str, element: str) -> str:
+        """The end of a block."""
+        return f"</{element}>\n" if self.is_xml else f"{name}_STOP\n"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,32 +129,11 @@ def registered_name(frame: str) -> str:
     return {"LVLH": "LVLH_ROTATING", "QSW": "RSW_ROTATING"}.get(frame, frame)
 
 
+def numbers(values: object) -> list[str]:
+    """Text with the fewest digits that restore the bits; without -0, which the standard has not."""
+    return [repr(float(value) + 0.0) for value in np.ravel(np.asarray(values, dtype=float))]
+
+
 def inertia_elements(tensor: np.ndarray) -> list[str]:
     """Text of the six elements of an inertia tensor, in the order of `keywords.INERTIA`."""
-    return [repr(float(element) + 0.0) for element in tensor[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]]
-
-
-def kvn_lines(pairs: Pairs) -> str:
-    """Lines in KVN: a keyword and its value, a comment, or a word without a value."""
-    return "".join(
-        f"{name} {value}\n" if name == "COMMENT" else f"{name} = {value}\n" if value else f"{name}\n"
-        for name, value in pairs
-    )
-
-
-def element_lines(pairs: Pairs) -> str:
-    """Elements of keywords and values in XML, a line each."""
-    return "".join(
-        f"<{name}>{value.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')}</{name}>\n"
-        for name, value in pairs
-    )
-
-
-def xml_head(message: str, header: Pairs) -> str:
-    """The beginning of a message in XML, with its header."""
-    return (
-        '<?xml version="1.0" encoding="UTF-8"?>\n'
-        f'<{message} xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" '
-        f'xsi:noNamespaceSchemaLocation="{SCHEMA}" id="CCSDS_{message.upper()}_VERS" version="{VERSION}">\n'
-        f"<header>\n{element_lines(header)}</header>\n<body>\n"
-    )
+    return numbers(tensor[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)])
