@@ -120,6 +120,18 @@ def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
         raise InputError(field, name, f"a unit of {kind}, such as {examples}{meant}") from None
 
 
+def positive_quantity(text: str, like: tuple[u.UnitBase, str], field: str, expected: str) -> float:
+    """SI units, above 0, of a number and a unit such as "10 min"; without a unit in that of `like`."""
+    match = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z/]*)\s*", text)
+    try:
+        value = float(match[1]) * parse_unit(match[2] or like[1], like[0], field) if match else 0.0
+    except ValueError:  # of InputError too: the unit is none
+        value = 0.0
+    if not 0.0 < value < np.inf:
+        raise InputError(field, text, expected)
+    return value
+
+
 def _unit(name: str) -> u.UnitBase:
     """Unit of a name of astropy's, or of factors among which are CUSTOMARY_UNITS.
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import os
-import re
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, Namespace, _ArgumentGroup
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,82 +18,58 @@ if TYPE_CHECKING:
 SCENE = 'a scene document (JSON file, "-" for standard input), an APM (.apm) or built-in name'
 DURATION = 'a time above 0, such as "10 s" or "1 h" (without a unit: s)'
 ANGLE = 'an angle above 0, such as "1e-6 rad" or "0.1 deg" (without a unit: rad)'
-RATE = 'an angular velocity above 0, such as "0.01 deg/s" (without a unit: rad/s)'
 DROP_BELOW = f"leave out torques that over the span would turn the body by less than TOL, {ANGLE}"
 TOLERANCE = f'tolerance=TOL, of torques, in place of the document\'s: {ANGLE}, or "best"'
-# Not read off the formats: a parser should not load them.
-FORMATS = (
-    "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, acm, acm-xml, stk, czml "
-    "or ck; by default from FILE's ending, else csv"
-)
+# Arguments that several commands have, as `add` takes them.
+SET = "--set NAME=VALUE ..."
+QUIET = {"-q --quiet": "no progress on standard error"}
+TIMES = {
+    "--stop T": f"instants from the epoch to T, {DURATION}",
+    "--step DT": f"every DT, {DURATION}; with --stop",
+}
+COLUMNS = {
+    "--columns LIST": "what a table holds, such as time,euler:ZYX,direction:z,angle:z:sun (docs/formats.md)"
+}
+OUTPUT = {
+    "-o --output FILE": 'where to ("-", the default: standard output)',
+    # not read off the formats: a parser should not load them
+    "-f --format F": "ecsv, csv, json, ndjson, arrow, arrows, parquet, fits, npz, aem, aem-xml, acm, "
+    "acm-xml, stk, czml or ck; by default from FILE's ending, else csv",
+    "--frame FRAME": "attitudes relative to it, instead of the one given",
+    SET: "an option of the format, such as object_id=1998-067A; of convert also one of the format that is "
+    "read, such as clock_id=-82; ut1=utc takes UTC for UT1 in ITRF; of run also tolerance=best or "
+    "tolerance=1e-12; repeatable",
+    "-q --quiet": "no progress and no summary on standard error",
+}
 
 
-def add_output(parser: ArgumentParser) -> None:
-    """Where an ephemeris goes, and in which format."""
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", default="-", help='where to ("-", the default: standard output)'
-    )
-    parser.add_argument("-f", "--format", metavar="F", help=FORMATS)
-    parser.add_argument("--frame", metavar="FRAME", help="attitudes relative to it, instead of the one given")
-    parser.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="an option of the format, such as object_id=1998-067A; of convert also one of the format "
-        "that is read, such as clock_id=-82; ut1=utc takes UTC for UT1 in ITRF; of run also "
-        "tolerance=best or tolerance=1e-12; repeatable",
-    )
-    parser.add_argument(
-        "-q", "--quiet", action="store_true", help="no progress and no summary on standard error"
-    )
+def add(
+    parser: ArgumentParser | _ArgumentGroup,
+    table: Mapping[str, str],
+    special: Mapping[str, Mapping[str, Any]] | None = None,
+) -> None:
+    """Add the arguments of a table: what they are and what they mean.
 
-
-def add_columns(parser: ArgumentParser) -> None:
-    """What the columns of a table hold."""
-    parser.add_argument(
-        "--columns",
-        metavar="LIST",
-        help="what a table holds, such as time,euler:ZYX,direction:z,angle:z:sun (docs/formats.md)",
-    )
+    table : by the flags of an option and the name of its value ("-o --output FILE"; without a value it is a
+        switch, and "..." says that it is repeatable), or the name of a positional
+        argument and how it is shown
+    special : other settings of argparse, by the last of the flags or the name
+    """
+    for words, meaning in table.items():
+        flags = [word for word in words.split() if word.startswith("-")]
+        names = [word for word in words.split() if word not in (*flags, "...")]
+        settings: dict[str, Any] = {"help": meaning}
+        settings |= {"metavar": names[-1]} if names else {"action": "store_true"}
+        settings |= {"action": "append", "default": []} if words.endswith("...") else {}
+        names = flags or names[:1]
+        parser.add_argument(*names, **settings | dict((special or {}).get(names[-1], {})))
 
 
 def angle(text: str | None, field: str) -> float | None:
     """rad; None for no text."""
     from .. import units
 
-    return _quantity(text, field, (units.ANGLE, "rad"), ANGLE)
-
-
-def rate(text: str | None, field: str) -> float | None:
-    """rad/s; None for no text."""
-    from .. import units
-
-    return _quantity(text, field, (units.RATE, "rad/s"), RATE)
-
-
-def _quantity(text: str | None, field: str, unit: tuple[Any, str], expected: str) -> float | None:
-    """In SI units; `unit`: of what kind, and which where the text has none."""
-    from .. import units
-
-    if text is None:
-        return None
-    match = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z/]*)\s*", text)
-    try:
-        if match is None:
-            raise ValueError
-        value = float(match[1]) * units.parse_unit(match[2] or unit[1], unit[0], field)
-    except ValueError:  # of InputError too: the unit is none
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise InputError(field, text, expected)
-    return value
-
-
-def add_times(parser: ArgumentParser) -> None:
-    """Instants in place of those of the scene; an APM has none of its own."""
-    parser.add_argument("--stop", metavar="T", help=f"instants from the epoch to T, {DURATION}")
-    parser.add_argument("--step", metavar="DT", help=f"every DT, {DURATION}; with --stop")
+    return None if text is None else units.positive_quantity(text, (units.ANGLE, "rad"), field, ANGLE)
 
 
 def times(options: Namespace) -> dict[str, Any] | None:
@@ -107,8 +82,8 @@ def times(options: Namespace) -> dict[str, Any] | None:
         if getattr(options, name) is None:
             raise InputError(f"--{name}", None, f"{DURATION}, beside the other one of --stop and --step")
     stop, step = (
-        _quantity(text, field, (units.SECOND, "s"), DURATION)
-        for text, field in ((options.stop, "--stop"), (options.step, "--step"))
+        units.positive_quantity(getattr(options, name), (units.SECOND, "s"), f"--{name}", DURATION)
+        for name in ("stop", "step")
     )
     return {"start": 0.0, "stop": stop, "step": step, "unit": "s"}
 

@@ -15,24 +15,16 @@ DESCRIPTION = (
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude check`."""
-    parser.add_argument("file", metavar="FILE", help="a file of attitudes")
-    parser.add_argument(
-        "--from", dest="source_format", metavar="F", help="its format; by default from its ending"
-    )
-    parser.add_argument(
-        "--interpolation-error",
-        metavar="TOL",
-        default="1e-3 rad",
-        help=f"an estimated error of its interpolation above TOL is off: {arguments.ANGLE}; 1e-3 by default",
-    )
-    parser.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="an option of the format's reader; repeatable",
-    )
-    parser.add_argument("--json", action="store_true", help="the report as JSON")
+    table = {
+        "file FILE": "a file of attitudes",
+        "--from F": "its format; by default from its ending",
+        "--interpolation-error TOL": "an estimated error of its interpolation above TOL is off: "
+        f"{arguments.ANGLE}; 1e-3 by default",
+        arguments.SET: "an option of the format's reader; repeatable",
+        "--json": "the report as JSON",
+    }
+    defaults = {"--from": {"dest": "source_format"}, "--interpolation-error": {"default": "1e-3 rad"}}
+    arguments.add(parser, table, defaults)
 
 
 def execute(options: Namespace) -> int:

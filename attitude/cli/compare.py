@@ -15,12 +15,15 @@ DESCRIPTION = (
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude compare`."""
-    parser.add_argument("first", metavar="A", help="a file of attitudes")
-    parser.add_argument("second", metavar="B", help="another, of any format")
-    parser.add_argument("--frame", metavar="FRAME", help="compare in this frame; by default in that of A")
-    parser.add_argument("--tolerance", metavar="TOL", help=f"exit code 1 above it: {arguments.ANGLE}")
-    parser.add_argument("--json", action="store_true", help="the differences as JSON")
-    parser.add_argument("--plot", metavar="FILE", help="draw them in time to FILE.svg or FILE.png")
+    table = {
+        "first A": "a file of attitudes",
+        "second B": "another, of any format",
+        "--frame FRAME": "compare in this frame; by default in that of A",
+        "--tolerance TOL": f"exit code 1 above it: {arguments.ANGLE}",
+        "--json": "the differences as JSON",
+        "--plot FILE": "draw them in time to FILE.svg or FILE.png",
+    }
+    arguments.add(parser, table)
 
 
 def execute(options: Namespace) -> int:

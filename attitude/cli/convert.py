@@ -15,34 +15,26 @@ DESCRIPTION = (
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude convert`."""
-    parser.add_argument(
-        "files",
-        nargs="+",
-        metavar="FILE",
-        help="a file of attitudes; several that follow each other are joined",
-    )
-    parser.add_argument(
-        "--from", dest="source_format", metavar="F", help="its format; by default from its ending"
-    )
-    arguments.add_output(parser)
-    arguments.add_columns(parser)
-    chosen = parser.add_mutually_exclusive_group()
-    chosen.add_argument(
-        "--times",
-        metavar="T,...",
-        help="these instants: dates (ISO 8601, in the file's time scale) or seconds since its epoch",
-    )
-    chosen.add_argument(
-        "--step", metavar="DT", help='every DT from the first instant to the last, such as "10 s" or "1 min"'
-    )
-    parser.add_argument(
-        "--by",
-        choices=["dynamics"],
-        help="in gaps, free rotation fitted to both sides, for a body whose inertia is in the file or --body",
-    )
-    parser.add_argument(
-        "--body", metavar="BODY", help="three moments, such as 10,13,17 (their ratios matter), or a document"
-    )
+    table = {
+        "files FILE": "a file of attitudes; several that follow each other are joined",
+        "--from F": "its format; by default from its ending",
+        **arguments.OUTPUT,
+        **arguments.COLUMNS,
+    }
+    special = {"files": {"nargs": "+"}, "--from": {"dest": "source_format"}, "--output": {"default": "-"}}
+    arguments.add(parser, table, special)
+    chosen = {
+        "--times T,...": "these instants: dates (ISO 8601, in the file's time scale) or seconds since "
+        "its epoch",
+        "--step DT": 'every DT from the first instant to the last, such as "10 s" or "1 min"',
+    }
+    arguments.add(parser.add_mutually_exclusive_group(), chosen)
+    filling = {
+        "--by": "in gaps, free rotation fitted to both sides, for a body whose inertia is in the file or "
+        "--body",
+        "--body BODY": "three moments, such as 10,13,17 (their ratios matter), or a document",
+    }
+    arguments.add(parser, filling, {"--by": {"action": "store", "choices": ["dynamics"]}})
 
 
 def execute(options: Namespace) -> None:

@@ -19,28 +19,42 @@ REPORTS = {"json": "to_json", "csv": "to_csv", "markdown": "markdown"}
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude cost`."""
-    parser.add_argument("scene", metavar="SCENE", nargs="?", help=arguments.SCENE)
-    parser.add_argument("--hard", action="store_true", help="the hard ladders, instead of a scene")
-    parser.add_argument("--budget", type=float, metavar="S", help="seconds for all of it (60)")
-    parser.add_argument(
-        "--samples", type=int, metavar="N", help="instants of each horizon (100000, under torques 101)"
-    )
-    parser.add_argument("--method", action="append", metavar="NAME", help="only this family; repeatable")
-    parser.add_argument("--seed", type=int, metavar="N", help="of the instants compared with the truth (0)")
-    for name in REPORTS:
-        parser.add_argument(f"--{name}", metavar="FILE", help=f'as {name} too ("-": instead of the table)')
-    parser.add_argument("--plot", metavar="FILE", help="as a picture too: FILE.svg or FILE.png")
-    parser.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
+    table = {
+        "scene SCENE": arguments.SCENE,
+        "--hard": "the hard ladders, instead of a scene",
+        "--budget S": "seconds for all of it (60)",
+        "--samples N": "instants of each horizon (100000, under torques 101)",
+        "--method NAME": "only this family; repeatable",
+        "--seed N": "of the instants compared with the truth (0)",
+        **{f"--{name} FILE": f'as {name} too ("-": instead of the table)' for name in REPORTS},
+        "--plot FILE": "as a picture too: FILE.svg or FILE.png",
+        **arguments.QUIET,
+    }
+    kinds: dict[str, dict[str, Any]] = {
+        "--budget": {"type": float},
+        "--samples": {"type": int},
+        "--seed": {"type": int},
+    }
+    arguments.add(parser, table, kinds | {"scene": {"nargs": "?"}, "--method": {"action": "append"}})
 
 
 def execute(options: Namespace) -> None:
     """Measure, and write the report."""
+    from .. import cost
     from ..runtime import output_paths
 
     files = {name: path for name in REPORTS if (path := getattr(options, name)) is not None}
     _check(options, list(files.values()))
     console.announce_compilation(options)
-    report = _measured(options)
+    settings: dict[str, Any] = {"methods": options.method, "say": partial(console.remark, options)}
+    for name in ("budget", "samples", "seed"):
+        if getattr(options, name) is not None:
+            settings[name] = getattr(options, name)
+    report: Any
+    if options.hard:
+        report = cost.hard(**settings)
+    else:
+        report = cost.measure(arguments.read_scene(options.scene), **settings)
     for name, path in files.items():
         output_paths.write(path, getattr(report, REPORTS[name])().encode())
     if options.plot is not None:
@@ -64,16 +78,3 @@ def _check(options: Namespace, paths: list[str]) -> None:
         output_paths.check(path)
     if options.plot is not None:
         output_paths.check_picture(options.plot)
-
-
-def _measured(options: Namespace) -> Any:
-    """The Report of a scene, or the HardReport."""
-    from .. import cost
-
-    settings: dict[str, Any] = {"methods": options.method, "say": partial(console.remark, options)}
-    for name in ("budget", "samples", "seed"):
-        if getattr(options, name) is not None:
-            settings[name] = getattr(options, name)
-    if options.hard:
-        return cost.hard(**settings)
-    return cost.measure(arguments.read_scene(options.scene), **settings)

@@ -14,46 +14,35 @@ DESCRIPTION = (
     "Fit the free rotation of a body to observations of it: print the estimate with its standard deviations, "
     "outliers, and what the data do not see; write the scene, to go on from with `attitude run`."
 )
+RATE = 'an angular velocity above 0, such as "0.01 deg/s" (without a unit: rad/s)'
 KINDS = ("attitudes", "rates", "directions", "ranges")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude fit`."""
-    parser.add_argument(
-        "document",
-        metavar="DOCUMENT",
-        help="a scene document, or a built-in scene; attitude and rate, where it has them, are the start",
-    )
-    parser.add_argument(
-        "--observations",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="a table (CSV with units in the names of columns), or attitudes in any format; repeatable",
-    )
-    parser.add_argument("--sigma", metavar="ANGLE", help=f"of attitudes of an ephemeris: {arguments.ANGLE}")
-    parser.add_argument(
-        "--rate-sigma", metavar="RATE", help=f"with which its rates are used too: {arguments.RATE}"
-    )
-    parser.add_argument(
-        "--only", metavar="KINDS", help=f"of these observations, such as {','.join(KINDS[:2])}"
-    )
-    parser.add_argument("--bias", action="store_true", help="estimate constant biases of rates and ranges")
-    parser.add_argument("--estimate", metavar="LIST", help="by default attitude,angular_velocity,inertia")
-    parser.add_argument("--loss", metavar="NAME", help="linear, soft_l1, huber, cauchy or arctan")
-    parser.add_argument(
-        "--relative-sigma",
-        action="store_true",
-        help="scale the covariance by the reduced chi-square, as where sigma is only relative",
-    )
-    parser.add_argument("-o", "--output", metavar="FILE", help="write the scene that was estimated")
-    parser.add_argument("--json", action="store_true", help="the answer as JSON")
-    parser.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
-    parser.add_argument("--plot", metavar="FILE", help="draw residuals and rates to FILE.svg or FILE.png")
+    table = {
+        "document DOCUMENT": "a scene document, or a built-in scene; attitude and rate, where it has them, "
+        "are the start",
+        "--observations FILE ...": "a table (CSV with units in the names of columns), or attitudes in any "
+        "format; repeatable",
+        "--sigma ANGLE": f"of attitudes of an ephemeris: {arguments.ANGLE}",
+        "--rate-sigma RATE": f"with which its rates are used too: {RATE}",
+        "--only KINDS": f"of these observations, such as {','.join(KINDS[:2])}",
+        "--bias": "estimate constant biases of rates and ranges",
+        "--estimate LIST": "by default attitude,angular_velocity,inertia",
+        "--loss NAME": "linear, soft_l1, huber, cauchy or arctan",
+        "--relative-sigma": "scale the covariance by the reduced chi-square, as where sigma is only relative",
+        "-o --output FILE": "write the scene that was estimated",
+        "--json": "the answer as JSON",
+        **arguments.QUIET,
+        "--plot FILE": "draw residuals and rates to FILE.svg or FILE.png",
+    }
+    arguments.add(parser, table)
 
 
 def execute(options: Namespace) -> None:
     """Print the answer."""
+    from .. import units
     from ..estimation import BodyRates, RangeOffsets
     from ..estimation.fit_document import FitDocument, read_observations
     from ..runtime import output_paths
@@ -70,7 +59,9 @@ def execute(options: Namespace) -> None:
     changes = {name: value for name, value in changes.items() if value is not None}
     document = FitDocument(**{**document.model_dump(exclude_unset=True, by_alias=True), **changes})
     sigma = arguments.angle(options.sigma, "--sigma")
-    rate_sigma = arguments.rate(options.rate_sigma, "--rate-sigma")
+    rate_sigma = None
+    if options.rate_sigma is not None:
+        rate_sigma = units.positive_quantity(options.rate_sigma, (units.RATE, "rad/s"), "--rate-sigma", RATE)
     sets = [
         each
         for path in options.observations

@@ -15,13 +15,14 @@ DESCRIPTION = (
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude plan`."""
-    parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
-    parser.add_argument("--drop-below", metavar="TOL", help=arguments.DROP_BELOW)
-    parser.add_argument(
-        "--set", metavar="tolerance=TOL", action="append", default=[], help=arguments.TOLERANCE
-    )
-    arguments.add_times(parser)
-    parser.add_argument("--json", action="store_true", help="as JSON, units in the names")
+    table = {
+        "scene SCENE": arguments.SCENE,
+        "--drop-below TOL": arguments.DROP_BELOW,
+        "--set tolerance=TOL ...": arguments.TOLERANCE,
+        **arguments.TIMES,
+        "--json": "as JSON, units in the names",
+    }
+    arguments.add(parser, table)
 
 
 def execute(options: Namespace) -> None:

@@ -11,21 +11,18 @@ DESCRIPTION = (
     "Draw the components of the attitude and of the body rate in time, with what happened marked; of a fall "
     "to the ground, the attitude with gravity, without, and by the closed form; or what --what names."
 )
-WHAT = (
-    "what is drawn, such as euler:ZYX,angle:z:sun,rates,polhode: the columns of `attitude run --columns`, "
-    "rates, euler, angles, momentum, energy, polhode, momentum-sphere, ground-track"
-)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude plot`."""
-    parser.add_argument(
-        "scene", metavar="SCENE", help=f"{arguments.SCENE}, or a file of attitudes in any format that is read"
-    )
-    parser.add_argument("--what", metavar="LIST", help=WHAT)
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", help="FILE.svg, .png or .pdf; by default the scene's name and .svg"
-    )
+    table = {
+        "scene SCENE": f"{arguments.SCENE}, or a file of attitudes in any format that is read",
+        "--what LIST": "what is drawn, such as euler:ZYX,angle:z:sun,rates,polhode: the columns of "
+        "`attitude run --columns`, rates, euler, angles, momentum, energy, polhode, momentum-sphere, "
+        "ground-track",
+        "-o --output FILE": "FILE.svg, .png or .pdf; by default the scene's name and .svg",
+    }
+    arguments.add(parser, table)
 
 
 def execute(options: Namespace) -> None:

@@ -12,24 +12,22 @@ from . import arguments, console
 if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
     from ..samples.ephemeris_data import EphemerisData
-    from ..scene.document import Scene
 
 DESCRIPTION = "Simulate a scene and write its ephemeris."
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude run`."""
-    parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
-    arguments.add_output(parser)
-    arguments.add_columns(parser)
-    arguments.add_times(parser)
-    parser.add_argument(
-        "--interpolation-error",
-        metavar="TOL",
-        help="choose the instants, for formats that are interpolated, so that this stays within TOL, "
-        + arguments.ANGLE,
-    )
-    parser.add_argument("--drop-below", metavar="TOL", help=arguments.DROP_BELOW)
+    table = {
+        "scene SCENE": arguments.SCENE,
+        **arguments.OUTPUT,
+        **arguments.COLUMNS,
+        **arguments.TIMES,
+        "--interpolation-error TOL": "choose the instants, for formats that are interpolated, so that this "
+        f"stays within TOL, {arguments.ANGLE}",
+        "--drop-below TOL": arguments.DROP_BELOW,
+    }
+    arguments.add(parser, table, {"--output": {"default": "-"}})
 
 
 def execute(options: Namespace) -> None:
@@ -50,7 +48,11 @@ def execute(options: Namespace) -> None:
         scene = scene.model_copy(update={"ut1": options.ut1})
     console.announce_compilation(options)
     if console.is_watched(options):
-        _describe(scene, options)
+        console.warn(f"{scene.name or options.scene}: {scene.times.samples} samples")
+        if not scene.effects:
+            motion = scene.motion()
+            regime = motion.regime.replace("_", " ")
+            console.warn(f"{regime} regime, polhode period {motion.polhode_period:.9g} s")
     with console.progress_bar(options) as progress:
         samples = scene.samples(progress, drop_below, options.frame, columns=columns)
         if scene.effects:
@@ -62,28 +64,15 @@ def execute(options: Namespace) -> None:
 def _write_apm(options: Namespace) -> None:
     """The state of the scene at its epoch, its inertia and its torques: nothing is computed."""
     from ..runtime.atomic_files import write_whole
+    from ..scene.parameter_message import ApmOptions
 
     choices = dict(text.partition("=")[::2] for text in options.set)
     scene = arguments.read_scene(options.scene, None, arguments.times(options))
-    write_whole([_apm(scene, choices).encode()], options.output)
-
-
-def _apm(scene: Scene, choices: dict[str, str]) -> str:
-    from ..scene.parameter_message import ApmOptions
-
     known = [field.name for field in fields(ApmOptions)]
     for name, value in choices.items():
         if name not in known:
             raise InputError(f"--set {name}", value, f"an option of an APM, one of {', '.join(known)}")
-    return scene.to_apm(**choices)
-
-
-def _describe(scene: Scene, options: Namespace) -> None:
-    console.warn(f"{scene.name or options.scene}: {scene.times.samples} samples")
-    if not scene.effects:
-        motion = scene.motion()
-        regime = motion.regime.replace("_", " ")
-        console.warn(f"{regime} regime, polhode period {motion.polhode_period:.9g} s")
+    write_whole([scene.to_apm(**choices).encode()], options.output)
 
 
 def _report_effects(head: EphemerisData, options: Namespace) -> None:

@@ -16,37 +16,31 @@ DESCRIPTION = (
     "far from it, on one side of a plane, the body in shadow; or a condition of JSON, with and, or, not.  "
     "None that is wider than --width is missed."
 )
-TARGET = "sun, earth, velocity, orbit_normal, momentum, magnetic_field, or three numbers with commas"
 FORMATS = ("table", "csv", "json")
 DIRECT = ("axis", "to", "below", "above", "above_plane", "shadow")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Those of `attitude windows`."""
-    parser.add_argument("scene", metavar="SCENE", help=arguments.SCENE)
-    parser.add_argument("--axis", metavar="AXIS", help="x, y, z, -x, -y, -z, or three numbers with commas")
-    parser.add_argument("--to", metavar="TARGET", help=f"what the axis's angle is measured to: {TARGET}")
-    parser.add_argument("--below", metavar="ANGLE", nargs="+", help="the angle is below it, such as 10 deg")
-    parser.add_argument("--above", metavar="ANGLE", nargs="+", help="the angle is above it, such as 90 deg")
-    parser.add_argument(
-        "--above-plane", metavar="TARGET", help="the axis is on that side of the plane of this normal"
-    )
-    parser.add_argument("--shadow", metavar="KIND", help="the body is in the umbra, penumbra or cylinder")
-    parser.add_argument(
-        "--condition", metavar="JSON", help="a condition as docs/pointing.md has it, or a file of one"
-    )
-    parser.add_argument(
-        "--width", metavar="S", help="what may be missed is narrower; 1e-6 of a turn if left out"
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", default="-", help="FILE.csv, FILE.json; else a table"
-    )
-    parser.add_argument("-f", "--format", metavar="F", help=f"one of {', '.join(FORMATS)}")
-    parser.add_argument("--plot", metavar="FILE", help="draw the windows in time: FILE.svg or FILE.png")
-    parser.add_argument(
-        "--set", metavar="tolerance=TOL", action="append", default=[], help=arguments.TOLERANCE
-    )
-    parser.add_argument("-q", "--quiet", action="store_true", help="no progress: nothing but the windows")
+    table = {
+        "scene SCENE": arguments.SCENE,
+        "--axis AXIS": "x, y, z, -x, -y, -z, or three numbers with commas",
+        "--to TARGET": "what the axis's angle is measured to: sun, earth, velocity, orbit_normal, momentum, "
+        "magnetic_field, or three numbers with commas",
+        "--below ANGLE": "the angle is below it, such as 10 deg",
+        "--above ANGLE": "the angle is above it, such as 90 deg",
+        "--above-plane TARGET": "the axis is on that side of the plane of this normal",
+        "--shadow KIND": "the body is in the umbra, penumbra or cylinder",
+        "--condition JSON": "a condition as docs/pointing.md has it, or a file of one",
+        "--width S": "what may be missed is narrower; 1e-6 of a turn if left out",
+        "-o --output FILE": "FILE.csv, FILE.json; else a table",
+        "-f --format F": f"one of {', '.join(FORMATS)}",
+        "--plot FILE": "draw the windows in time: FILE.svg or FILE.png",
+        "--set tolerance=TOL ...": arguments.TOLERANCE,
+        "-q --quiet": "no progress: nothing but the windows",
+    }
+    several = {"--below": {"nargs": "+"}, "--above": {"nargs": "+"}, "--output": {"default": "-"}}
+    arguments.add(parser, table, several)
 
 
 def execute(options: Namespace) -> None:
@@ -55,7 +49,10 @@ def execute(options: Namespace) -> None:
     from ..windows.condition import parse_condition
 
     condition = parse_condition(_document(options))
-    written = _format(options)
+    ending = os.path.splitext(options.output)[1].removeprefix(".").lower()
+    written = options.format or (ending if ending in FORMATS else "table")
+    if written not in FORMATS:
+        raise InputError("--format", written, f"one of {', '.join(FORMATS)}")
     picture = None if options.plot is None else output_paths.check_picture(options.plot)
     if options.output != output_paths.STANDARD_STREAM:
         output_paths.check(options.output)
@@ -63,8 +60,11 @@ def execute(options: Namespace) -> None:
     if options.set:
         raise InputError("--set", options.set[0], "tolerance=TOL")
     scene = arguments.read_scene(options.scene, tolerance)
+    try:
+        width = None if options.width is None else float(options.width)
+    except ValueError:
+        raise InputError("--width", options.width, "a number above 0, s") from None
     console.announce_compilation(options)
-    width = None if options.width is None else _seconds(options.width)
     with console.progress_bar(options) as progress:
         windows = scene.crossings(condition, width, progress=progress)
     text = {"table": windows.text, "csv": windows.to_csv, "json": windows.to_json}[written]()
@@ -122,19 +122,3 @@ def _angle(text: str, field: str) -> dict[str, Any]:
     if match is None or value is None:
         raise InputError(field, text, 'an angle, such as "10 deg" (without a unit: rad)')
     return {"value": value, "unit": match[2] or "rad"}
-
-
-def _seconds(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError("--width", text, "a number above 0, s") from None
-
-
-def _format(options: Namespace) -> str:
-    """The format that is named, or that of the file's ending."""
-    ending = os.path.splitext(options.output)[1].removeprefix(".").lower()
-    name = options.format or (ending if ending in FORMATS else "table")
-    if name not in FORMATS:
-        raise InputError("--format", name, f"one of {', '.join(FORMATS)}")
-    return str(name)

@@ -5,7 +5,7 @@ Each class is one kind of quantity; its `si` is what the document says in SI uni
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from astropy import units as u
@@ -23,12 +23,18 @@ GREATEST = 1e50
 
 
 class Measured(Part):
-    """A value beside a unit that converts to `LIKE`."""
+    """A value beside a unit that converts to `LIKE`, such as the example of the class."""
 
     LIKE: ClassVar[u.UnitBase]
 
     value: Any
     unit: str
+
+    def __init_subclass__(cls, like: u.UnitBase | None = None, example: str = "", **options: Any):
+        super().__init_subclass__(**options)
+        if like is not None:
+            cls.LIKE = like
+            cls.__annotations__["unit"] = Annotated[str, Field(examples=[example])]
 
     @model_validator(mode="after")
     def _check_size(self) -> Measured:
@@ -67,148 +73,84 @@ class VectorQuantity(Measured):
         return np.array(self.value) * self.factor
 
 
-def _unit(*examples: str) -> Any:
-    return Field(examples=list(examples))
-
-
-class Angle(Quantity):
+class Angle(Quantity, like=units.ANGLE, example="deg"):
     """An angle."""
 
-    LIKE = units.ANGLE
-    unit: str = _unit("deg")
 
-
-class Rate(Quantity):
+class Rate(Quantity, like=units.RATE, example="rad/s"):
     """An angular velocity about one axis."""
 
-    LIKE = units.RATE
-    unit: str = _unit("rad/s")
 
-
-class TimeInterval(Quantity):
+class TimeInterval(Quantity, like=units.SECOND, example="s"):
     """A length of time."""
 
-    LIKE = units.SECOND
-    unit: str = _unit("s")
 
-
-class Length(Quantity):
+class Length(Quantity, like=units.LENGTH, example="km"):
     """A length."""
 
-    LIKE = units.LENGTH
-    unit: str = _unit("km")
 
-
-class LengthVector(VectorQuantity):
+class LengthVector(VectorQuantity, like=units.LENGTH, example="m"):
     """A position or a displacement."""
 
-    LIKE = units.LENGTH
-    unit: str = _unit("m")
 
-
-class SpeedVector(VectorQuantity):
+class SpeedVector(VectorQuantity, like=units.SPEED, example="m/s"):
     """A velocity."""
 
-    LIKE = units.SPEED
-    unit: str = _unit("m/s")
 
-
-class AngleVector(VectorQuantity):
+class AngleVector(VectorQuantity, like=units.ANGLE, example="deg"):
     """Angles about three axes."""
 
-    LIKE = units.ANGLE
-    unit: str = _unit("deg")
 
-
-class RateVector(VectorQuantity):
+class RateVector(VectorQuantity, like=units.RATE, example="deg/s"):
     """Angular velocities about three axes."""
 
-    LIKE = units.RATE
-    unit: str = _unit("deg/s")
 
-
-class MomentVector(VectorQuantity):
+class MomentVector(VectorQuantity, like=units.MOMENT, example="kg m2"):
     """Three principal moments."""
 
-    LIKE = units.MOMENT
-    unit: str = _unit("kg m2")
 
-
-class AccelerationVector(VectorQuantity):
+class AccelerationVector(VectorQuantity, like=units.ACCELERATION, example="m/s2"):
     """An acceleration."""
 
-    LIKE = units.ACCELERATION
-    unit: str = _unit("m/s2")
 
-
-class Mass(Quantity):
+class Mass(Quantity, like=units.MASS, example="kg"):
     """A mass."""
 
-    LIKE = units.MASS
-    unit: str = _unit("kg")
 
-
-class Area(Quantity):
+class Area(Quantity, like=units.AREA, example="m2"):
     """An area."""
 
-    LIKE = units.AREA
-    unit: str = _unit("m2")
 
-
-class TorqueVector(VectorQuantity):
+class TorqueVector(VectorQuantity, like=units.TORQUE, example="N m"):
     """A torque."""
 
-    LIKE = units.TORQUE
-    unit: str = _unit("N m")
 
-
-class ImpulseVector(VectorQuantity):
+class ImpulseVector(VectorQuantity, like=units.IMPULSE, example="N s"):
     """An impulse."""
 
-    LIKE = units.IMPULSE
-    unit: str = _unit("N s")
 
-
-class AngularImpulseVector(VectorQuantity):
+class AngularImpulseVector(VectorQuantity, like=units.ANGULAR_IMPULSE, example="N m s"):
     """An angular impulse, or an angular momentum."""
 
-    LIKE = units.ANGULAR_IMPULSE
-    unit: str = _unit("N m s")
 
-
-class DissipationCoefficient(Quantity):
+class DissipationCoefficient(Quantity, like=units.PER_ANGULAR_IMPULSE, example="1/(N m s)"):
     """The rate of dissipation over the momentum."""
 
-    LIKE = units.PER_ANGULAR_IMPULSE
-    unit: str = _unit("1/(N m s)")
 
-
-class DipoleVector(VectorQuantity):
+class DipoleVector(VectorQuantity, like=units.DIPOLE, example="A m2"):
     """A magnetic dipole moment."""
 
-    LIKE = units.DIPOLE
-    unit: str = _unit("A m2")
 
-
-class FieldStrength(Quantity):
+class FieldStrength(Quantity, like=units.FIELD, example="T"):
     """A magnetic flux density."""
 
-    LIKE = units.FIELD
-    unit: str = _unit("T")
 
-
-class MassDensity(Quantity):
+class MassDensity(Quantity, like=units.DENSITY, example="kg/m3"):
     """A density of mass."""
 
-    LIKE = units.DENSITY
-    unit: str = _unit("kg/m3")
 
-
-class GravitationalParameter(Quantity):
+class GravitationalParameter(Quantity, like=units.GRAVITATIONAL_PARAMETER, example="km3/s2"):
     """GM of a central body."""
-
-    LIKE = units.GRAVITATIONAL_PARAMETER
-    unit: str = _unit("km3/s2")
 
 
 class Instant(Part):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,6 @@ from ..times.iso8601 import parse_times
 from .ephemeris_data import EphemerisData
 
 MAX_INSTANTS = 100_000_000
-TIMES = "dates, or seconds since the epoch, separated by commas"
-STEP = 'a time above 0, such as "10 s" or "1 min" (without a unit: s)'
 
 
 def requested(
@@ -30,7 +27,15 @@ def requested(
     """
     if times is not None:
         return _listed(times, data, f"{prefix}times")
-    return None if step is None else _stepped(step, data, f"{prefix}step", max_instants)
+    if step is None:
+        return None
+    expected = 'a time above 0, such as "10 s" or "1 min" (without a unit: s)'
+    seconds = units.positive_quantity(step, (units.SECOND, "s"), f"{prefix}step", expected)
+    first, last = float(data.elapsed[0]), float(data.elapsed[-1])
+    count = np.floor((last - first) / seconds * (1.0 + 1e-12)) + 1.0
+    if not count <= max_instants:
+        raise InputError(f"{prefix}step", step, f"a step that makes at most {max_instants} instants")
+    return first + seconds * np.arange(int(count))
 
 
 def _listed(text: str, data: EphemerisData, field: str) -> Any:
@@ -43,19 +48,5 @@ def _listed(text: str, data: EphemerisData, field: str) -> Any:
     try:
         return parse_times(words, data.instants.scale)
     except InputError as error:
-        raise InputError(field, error.value, TIMES) from None
-
-
-def _stepped(text: str, data: EphemerisData, field: str, max_instants: int) -> np.ndarray:
-    match = re.fullmatch(r"\s*([-+.\deE]+)\s*([a-zA-Z]*)\s*", text)
-    try:
-        step = float(match[1]) * units.parse_unit(match[2] or "s", units.SECOND, field) if match else 0.0
-    except ValueError:  # of InputError too: the unit is none
-        step = 0.0
-    if not 0.0 < step < np.inf:
-        raise InputError(field, text, STEP)
-    first, last = float(data.elapsed[0]), float(data.elapsed[-1])
-    count = np.floor((last - first) / step * (1.0 + 1e-12)) + 1.0
-    if not count <= max_instants:
-        raise InputError(field, text, f"a step that makes at most {max_instants} instants")
-    return first + step * np.arange(int(count))
+        expected = "dates, or seconds since the epoch, separated by commas"
+        raise InputError(field, error.value, expected) from None

@@ -9,7 +9,7 @@ import os
 import re
 import tempfile
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -103,12 +103,21 @@ class CkTarget(NamedTuple):
     name: str
     degree: int
 
+    @property
+    def segment_name(self) -> str:
+        """As much of the name as a segment's can have."""
+        return self.name[:MAX_SEGMENT_LENGTH].rstrip()
+
     @classmethod
     def of(cls, nodes: Nodes, options: CkOptions) -> CkTarget:
         """Target of an ephemeris; refuses what a CK cannot hold."""
         head = time_origin.checked_head(nodes, "A CK")
-        name = _ascii(head.name) or f"OBJECT {abs(options.naif_id)}"
-        frame = _frame_name(name) if options.frame_name is None else options.frame_name
+        plain = unicodedata.normalize("NFKD", head.name).encode("ascii", "ignore").decode()  # no accents
+        plain = " ".join("".join(c if c.isprintable() else " " for c in plain).split())
+        name, frame = plain or f"OBJECT {abs(options.naif_id)}", options.frame_name
+        if frame is None:
+            stem = re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_") or "OBJECT"
+            frame = stem[: MAX_FRAME_LENGTH - len("_BODY")].rstrip("_") + "_BODY"
         if not isinstance(frame, str) or not re.fullmatch(rf"[A-Z0-9_]{{1,{MAX_FRAME_LENGTH}}}", frame):
             raise InputError(
                 "frame_name", frame, f"capitals, digits and _, at most {MAX_FRAME_LENGTH} of them"
@@ -120,17 +129,6 @@ class CkTarget(NamedTuple):
             )
         rates, numbers = options.rates and head.has_rate, (options.naif_id, options.structure, options.type)
         return cls(*numbers, rates, reference, turn, frame, name, options.degree)
-
-
-def _ascii(text: str) -> str:
-    """Letters without their accents, on one line."""
-    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
-    return " ".join("".join(c if c.isprintable() else " " for c in plain).split())
-
-
-def _frame_name(name: str) -> str:
-    stem = re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_") or "OBJECT"
-    return stem[: MAX_FRAME_LENGTH - len("_BODY")].rstrip("_") + "_BODY"
 
 
 def _reference(frame: str, reference: str | None) -> tuple[str, np.ndarray | None]:
@@ -207,22 +205,36 @@ def _write_segment(
     handle: int, segment: Samples, following: float, target: CkTarget, origin: TimeOrigin, spice: Any
 ) -> None:
     """Write a segment; all of its ticks are before the one at which the following segment begins."""
-    if target.type == 3:
-        for records in _batches(segment, following, target, origin):
-            with calling(spice):
-                _write_type_3(handle, records, target, spice)
-        return
     if target.type == 5:
-        whole = _whole(segment, following, target, origin)
-        with calling(spice):
-            _write_type_5(handle, whole, target, spice)
-        return
-    if segment.count < 2:
+        batches: Iterable[CkRecords] = [_whole(segment, following, target, origin)]
+    elif target.type == 3:
+        batches = _batches(segment, following, target, origin)
+    elif segment.count < 2:
         raise FormatError("type 2 holds intervals, and a segment of one instant has none; type 3 holds it")
-    constant = _is_constant(segment)
-    for records in _batches(segment, following, target, origin, (1, 2)):
+    else:
+        batches = _batches(segment, following, target, origin, (1, 2))
+    is_constant = target.type == 2 and _is_constant(segment)
+    for records in batches:
+        ticks, name = records.ticks, target.segment_name
+        span = (ticks[0], ticks[-1], target.structure, target.reference)
+        rate = 1.0 / text_kernels.TICKS
         with calling(spice):
-            _write_type_2(handle, records, constant, target, spice)
+            if target.type == 3:
+                c_matrices = np.ascontiguousarray(rotations.conjugate(records.quaternion))
+                has_rate, velocity = records.velocity is not None, records.velocity
+                velocity = np.zeros((len(ticks), 3)) if velocity is None else np.ascontiguousarray(velocity)
+                table = ticks, c_matrices, velocity
+                spice.ckw03(handle, *span, has_rate, name, len(ticks), *table, 1, ticks[:1])
+            elif target.type == 5:  # subtype 0
+                packets = _packets(records)
+                degree, table_5 = target.degree, (ticks, packets, rate, 1, ticks[:1])
+                spice.ckw05(handle, 0, degree, *span, target.rates, name, *table_5)
+            else:
+                begins, stops, velocity = _intervals(records, is_constant)
+                c_matrices = np.ascontiguousarray(rotations.conjugate(begins.quaternion))
+                count, rates = len(stops), np.full(len(stops), rate)
+                table = begins.ticks, stops, c_matrices
+                spice.ckw02(handle, *span, name, count, *table, np.ascontiguousarray(velocity), rates)
 
 
 def _whole(segment: Samples, following: float, target: CkTarget, origin: TimeOrigin) -> CkRecords:
@@ -271,26 +283,6 @@ def _records(piece: EphemerisData, following: float, target: CkTarget, origin: T
     return CkRecords(ticks, q, velocity)
 
 
-def _write_type_3(handle: int, records: CkRecords, target: CkTarget, spice: Any) -> None:
-    ticks, n = records.ticks, len(records.ticks)
-    velocity = np.zeros((n, 3)) if records.velocity is None else records.velocity
-    spice.ckw03(
-        handle,
-        ticks[0],
-        ticks[-1],
-        target.structure,
-        target.reference,
-        records.velocity is not None,
-        target.name[:MAX_SEGMENT_LENGTH].rstrip(),
-        n,
-        ticks,
-        np.ascontiguousarray(rotations.conjugate(records.quaternion)),
-        np.ascontiguousarray(velocity),
-        1,
-        ticks[:1],
-    )
-
-
 def _packets(records: CkRecords) -> np.ndarray:
     """(n, 8): quaternions and their derivatives, dq/dt = Omega q / 2 with inertial components of Omega."""
     assert records.velocity is not None
@@ -306,89 +298,39 @@ def _write_type_6(handle: int, parts: list[CkRecords], target: CkTarget, spice: 
     By CKW06 of Fortran's interface, which CSPICE and spiceypy do not wrap: all arguments are passed by
     reference, and the lengths of texts follow them.
     """
-    bounds = [*(part.ticks[0] for part in parts), parts[-1].ticks[-1]]
-    reference, name = target.reference.encode(), target.name[:MAX_SEGMENT_LENGTH].rstrip().encode()
+
+    def passed(values: Any) -> Any:
+        array = np.array(values).reshape(-1)
+        return np.ctypeslib.as_ctypes(array.astype(float if array.dtype.kind == "f" else np.int32))
+
+    count, bounds = len(parts), [*(part.ticks[0] for part in parts), parts[-1].ticks[-1]]
+    reference, name = target.reference.encode(), target.segment_name.encode()
+    segment = map(passed, (target.rates, bounds[0], bounds[-1]))
+    mini_segments: tuple[Any, ...] = (
+        *(count, [len(part.ticks) for part in parts], [0] * count, [target.degree] * count),
+        np.concatenate([_packets(part) for part in parts]),
+        [1.0 / text_kernels.TICKS] * count,
+        *(np.concatenate([part.ticks for part in parts]), bounds, True),
+    )
     spice.utils.libspicehelper.libspice.ckw06_(
-        _integers(handle),
-        _integers(target.structure),
-        reference,
-        _integers(target.rates),
-        _doubles(bounds[0]),
-        _doubles(bounds[-1]),
-        name,
-        _integers(len(parts)),
-        _integers([len(part.ticks) for part in parts]),
-        _integers([0] * len(parts)),
-        _integers([target.degree] * len(parts)),
-        _doubles(np.concatenate([_packets(part) for part in parts])),
-        _doubles([1.0 / text_kernels.TICKS] * len(parts)),
-        _doubles(np.concatenate([part.ticks for part in parts])),
-        _doubles(bounds),
-        _integers(True),
-        len(reference),
-        len(name),
+        *(passed(handle), passed(target.structure), reference, *segment, name),
+        *(*map(passed, mini_segments), len(reference), len(name)),
     )
     spice.spiceypy.check_for_spice_error(None)
 
 
-def _integers(values: Any) -> Any:
-    return np.ctypeslib.as_ctypes(np.array(values, dtype=np.int32).reshape(-1))
+def _intervals(records: CkRecords, is_constant: bool) -> tuple[CkRecords, np.ndarray, np.ndarray]:
+    """Records at which intervals of type 2 begin, the ticks at which they stop, and their rates (n, 3).
 
-
-def _doubles(values: Any) -> Any:
-    return np.ctypeslib.as_ctypes(np.array(values, dtype=float).reshape(-1))
-
-
-def _write_type_5(handle: int, records: CkRecords, target: CkTarget, spice: Any) -> None:
-    """Subtype 0."""
-    ticks = records.ticks
-    spice.ckw05(
-        handle,
-        0,
-        target.degree,
-        ticks[0],
-        ticks[-1],
-        target.structure,
-        target.reference,
-        target.rates,
-        target.name[:MAX_SEGMENT_LENGTH].rstrip(),
-        ticks,
-        _packets(records),
-        1.0 / text_kernels.TICKS,
-        1,
-        ticks[:1],
-    )
-
-
-def _write_type_2(handle: int, records: CkRecords, constant: bool, target: CkTarget, spice: Any) -> None:
-    if constant and records.velocity is not None:
-        edges = _constant_rate_edges(records.ticks, records.velocity)
-        begins, velocity = records.part(edges[:-1]), records.velocity[edges[:-1]]
-    else:
-        edges = np.arange(len(records.ticks))
-        begins, velocity = records.part(slice(-1)), _interval_rates(records)
-    spice.ckw02(
-        handle,
-        records.ticks[0],
-        records.ticks[-1],
-        target.structure,
-        target.reference,
-        target.name[:MAX_SEGMENT_LENGTH].rstrip(),
-        len(begins.ticks),
-        begins.ticks,
-        records.ticks[edges[1:]],
-        np.ascontiguousarray(rotations.conjugate(begins.quaternion)),
-        np.ascontiguousarray(velocity),
-        np.full(len(begins.ticks), 1.0 / text_kernels.TICKS),
-    )
-
-
-def _constant_rate_edges(ticks: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Array of indices at which records begin, `MAX_ROTATION` apart at most, and at which the last ends."""
-    speed = float(np.sqrt((velocity[0] ** 2).sum()))
-    angle = speed * (ticks - ticks[0]) / text_kernels.TICKS
+    At one rate from the first to the last, each covers `MAX_ROTATION` at most.
+    """
+    if not is_constant or records.velocity is None:
+        return records.part(slice(-1)), records.ticks[1:], _interval_rates(records)
+    speed = float(np.sqrt((records.velocity[0] ** 2).sum()))
+    angle = speed * (records.ticks - records.ticks[0]) / text_kernels.TICKS
     begins = np.flatnonzero(np.diff(np.floor(angle[:-1] / MAX_ROTATION), prepend=-1.0))
-    return np.append(begins, len(ticks) - 1)
+    edges = np.append(begins, len(records.ticks) - 1)
+    return records.part(edges[:-1]), records.ticks[edges[1:]], records.velocity[edges[:-1]]
 
 
 def _interval_rates(records: CkRecords) -> np.ndarray:
