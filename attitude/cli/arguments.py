@@ -60,7 +60,7 @@ def add(
         names = [word for word in words.split() if word not in (*flags, "...")]
         settings: dict[str, Any] = {"help": meaning}
         settings |= {"metavar": names[-1]} if names else {"action": "store_true"}
-        settings |= {"action": "append", "default": []} if words.endswith("...") else {}
+        settings |= {"action": "append", "default": []} if words.endswith(" ...") else {}
         names = flags or names[:1]
         parser.add_argument(*names, **settings | dict((special or {}).get(names[-1], {})))
 
