@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import FormatError, InputError
 from ..samples.chunks import CHUNK_INSTANTS, Samples
-from . import Encoded, check_options, encode, interpolation_nodes, options_of
+from . import Encoded, check_options, encode, interpolation_nodes, module_of, options_of
 from .binary import Sink
 from .registry import FORMATS, Format
 from .tables import json as columnar_json
