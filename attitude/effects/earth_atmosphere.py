@@ -8,7 +8,7 @@ import erfa
 import numpy as np
 
 from ..errors import InputError
-from ..frames.earth_fixed import celestial_pole, itrf, scene_axes, since_j2000
+from ..frames.earth_fixed import WGS84, celestial_pole, itrf, scene_axes, since_j2000
 from ..frames.rotations import rotate
 from ..orbit.path_states import position
 from ..pointing.surface_points import WGS84

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 from astropy.time import TimeDelta
 
 from ..errors import FormatError
-from ..times.iso8601 import parse_times
+from ..times.iso8601 import MONTHS, parse_times
 from . import schema
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
-MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 # Formats of times since the scenario's epoch: seconds in one of their units.
 ELAPSED = {"epsec": 1.0, "epmin": 60.0, "ephr": 3600.0, "epday": 86400.0}
 # Formats of dates: the time scale, and by how many seconds it is ahead of the format's.

@@ -6,13 +6,12 @@ from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
-from ..errors import AttitudeError, FormatError, note
+from ..errors import FormatError, note
 from ..samples.interpolation import MAX_STATED_DEGREE
-from ..times.instants import Instants, as_instants
-from ..times.iso8601 import parse_time
-from . import bounded_read, stk_dates, stk_text
+from ..times.instants import Instants
+from . import bounded_read, stk_text
 from .orbits import OrbitMethod, OrbitRows, OrbitSegment
-from .stk_dates import DATES, ELAPSED, iso_date
+from .stk_dates import DATES, iso_date
 from .stk_text import StkTextReader
 from .text_reader import finite_number
 
@@ -80,17 +79,12 @@ class _Reader(StkTextReader):
             self.boundaries.append(self._number(words[0], number))
         elif self.stage == "rows" and lowered[0] not in KEYWORD_NAMES and lowered[0][0] not in "be":
             self.rows.append(_Row(words, number))
+        elif not lowered[0].startswith("ephemeris"):
+            self.add_keyword(words[0], " ".join(words[1:]), number)
+        elif lowered[0] not in WIDTHS or self.width:
+            raise self.error(f"{words[0][:80]!r}: {ROW_NAMES}", number)
         else:
-            self._add_keyword(words, number)
-
-    def _add_keyword(self, words: list[str], number: int) -> None:
-        lowered = words[0].lower()
-        if lowered.startswith("ephemeris"):
-            if lowered not in WIDTHS or self.width:
-                raise self.error(f"{words[0][:80]!r}: {ROW_NAMES}", number)
-            self.width, self.stage = WIDTHS[lowered], "rows"
-            return
-        self.add_keyword(words[0], " ".join(words[1:]), number)
+            self.width, self.stage = WIDTHS[lowered[0]], "rows"
 
     def _number(self, word: str, number: int) -> float:
         value = finite_number(word)
@@ -109,16 +103,25 @@ class _Reader(StkTextReader):
         stated, line = self.keywords.get("NumberOfEphemerisPoints", (None, 0))
         if stated is not None and float(stated) != len(self.rows):
             raise self.error(f"{len(self.rows)} rows, and NumberOfEphemerisPoints is {stated}", line)
-        unit = self._distance_unit()
-        table = np.array([self._numbers(row) for row in self.rows])
+        name, line = self.keywords.get("DistanceUnit", ("Meters", 0))
+        units = {"meters": 1.0, "meter": 1.0, "kilometers": 1e3, "kilometer": 1e3}
+        if name.lower() not in units:
+            raise self.error(f"DistanceUnit {name[:40]!r} is not Meters or Kilometers", line)
+        table = np.empty((len(self.rows), 1 + self.width))
+        for i, (texts, number) in enumerate(self.rows):
+            has_date = self.time_format in DATES and len(texts) > self.width
+            words = ["0", *texts[-self.width :]] if has_date else texts
+            if len(words) != 1 + self.width:
+                raise self.error(f"{len(words)} numbers where {1 + self.width} belong", number)
+            table[i] = [self._number(word, number) for word in words]
         instants = self._instants(table)
         frame, center = self._frame()
         edges = self._edges(instants)
         segments = tuple(
             OrbitSegment(
                 instants[first:last],
-                unit * table[first:last, 1:4],
-                unit * table[first:last, 4:7] if self.width > 3 else None,
+                units[name.lower()] * table[first:last, 1:4],
+                units[name.lower()] * table[first:last, 4:7] if self.width > 3 else None,
                 self._method(),
                 (float(instants.seconds[first]), float(instants.seconds[last - 1])),
             )
@@ -126,38 +129,15 @@ class _Reader(StkTextReader):
         )
         return OrbitRows(segments, frame, center, self.source)
 
-    def _numbers(self, row: _Row) -> list[float]:
-        """Time, 0 where it is a date, and coordinates of a row."""
-        words = row.words
-        if self.time_format in DATES:
-            words = ["0", *words[len(words) - self.width :]] if len(words) > self.width else words
-        if len(words) != 1 + self.width:
-            raise self.error(f"{len(words)} numbers where {1 + self.width} belong", row.number)
-        return [self._number(word, row.number) for word in words]
-
-    def _date(self, text: str, number: int) -> str:
-        try:
-            return iso_date(text)
-        except ValueError:
-            raise self.error(f"{text[:80]!r} is no date", number) from None
-
     def _instants(self, table: np.ndarray) -> Instants:
-        name = self.time_format
-        try:
-            if name in DATES:
-                dates = [self._date(" ".join(row.words[: -self.width]), row.number) for row in self.rows]
-                times = stk_dates.times(dates, name)
-                instants = as_instants(times, times[0])
-            else:
-                if "ScenarioEpoch" not in self.keywords:
-                    raise self.error("no ScenarioEpoch: the instants have no dates")
-                text, number = self.keywords["ScenarioEpoch"]
-                epoch = parse_time(self._date(text, number), "utc", "ScenarioEpoch")
-                instants = Instants(table[:, 0] * ELAPSED[name], None, epoch)
-        except FormatError:
-            raise
-        except AttitudeError as error:
-            raise self.error(str(error)) from None
+        dates = []
+        for row in self.rows if self.time_format in DATES else ():
+            text = " ".join(row.words[: -self.width])
+            try:
+                dates.append(iso_date(text))
+            except ValueError:
+                raise self.error(f"{text[:80]!r} is no date", row.number) from None
+        instants = self.instants(table[:, 0], dates, [row.number for row in self.rows])
         steps = np.diff(instants.seconds)
         if self.boundaries:  # at which a row may stand twice
             steps = np.where(np.isin(instants.seconds[1:], self.boundaries), np.abs(steps) + 1.0, steps)
@@ -178,13 +158,6 @@ class _Reader(StkTextReader):
                 edges.append((first, int(at[0]) + 1))
                 first = int(at[-1])
         return [*edges, (first, len(seconds))]
-
-    def _distance_unit(self) -> float:
-        name, number = self.keywords.get("DistanceUnit", ("Meters", 0))
-        units = {"meters": 1.0, "meter": 1.0, "kilometers": 1e3, "kilometer": 1e3}
-        if name.lower() not in units:
-            raise self.error(f"DistanceUnit {name[:40]!r} is not Meters or Kilometers", number)
-        return units[name.lower()]
 
     def _method(self) -> OrbitMethod:
         name, number = self.keywords.get("InterpolationMethod", ("Lagrange", 0))

@@ -7,9 +7,8 @@ axes of the reference, in the order of Sequence (help.agi.com, Attitude File For
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -19,16 +18,12 @@ from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
 from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
 from ..samples.resampling import with_method
-from ..times.instants import Instants, as_instants
-from ..times.iso8601 import parse_time
+from ..times.instants import Instants
 from ..times.leap_seconds import dubious_years
 from ..units import finite_array
 from . import line_blocks, schema, stk_dates, stk_text, text_rows, time_origin
 from .stk_dates import DATES, ELAPSED, iso_date
 from .stk_text import StkTextReader
-
-if TYPE_CHECKING:
-    from astropy.time import Time
 
 KEYWORDS = stk_text.KEYWORDS | {
     "NumberOfAttitudePoints": r"\d{1,15}(?:\.0*)?(?:[eE]\+?\d{1,2})?",
@@ -86,7 +81,7 @@ class StkReader(StkTextReader):
 
     def __init__(self, source: str):
         super().__init__(source, KEYWORDS, ROW_NAMES)
-        self.add_line: Callable[[str, int], None] = self._add_version
+        self.stage = "version"  # what the next line is, or "end"
         self.number = 0  # of the last line
         self.row_kind: RowKind | None = None  # once its keyword was read
         self.dates: list[str] = []  # of the rows, in ISO 8601, where TimeFormat is one of dates
@@ -94,13 +89,12 @@ class StkReader(StkTextReader):
         self.count = self.checked_tables = 0
         self.tables: list[np.ndarray] = []
         self.line_numbers: list[np.ndarray] = []  # of the rows of each table
-        self.ended = False
 
     def add_block(self, block: line_blocks.LineBlock) -> None:
         """Take the next lines of the file."""
         offset, self.number = 0, block.number - 1
         while offset < block.size:
-            if self.row_kind and not self.ended and self.time_format in ELAPSED:
+            if self.row_kind and self.stage == "rows" and self.time_format in ELAPSED:
                 offset = self._add_rows(block, offset, self.row_kind)
             if offset < block.size:
                 offset = self._add_line(block, offset)
@@ -166,47 +160,42 @@ class StkReader(StkTextReader):
         text = line.decode("utf-8", errors="replace").removeprefix("\ufeff").strip()
         if not text or text.startswith("#"):
             self.add_remarks(self.number, rows=self.count)
-        elif self.ended:
+        elif self.stage == "end":
             raise self.error("something after END Attitude", self.number)
         elif self.row_kind and text[0] not in "Ee":
             self._add_row(text, self.number, self.row_kind)
         else:
-            self.add_line(text, self.number)
+            self._add_word(text, self.number)
         return offset
 
-    def _add_version(self, text: str, number: int) -> None:
-        self.check_version(text, number)
-        self.add_line = self._begin
-
-    def _begin(self, text: str, number: int) -> None:
-        if text.lower().split() != ["begin", "attitude"]:
-            raise self.error(f"BEGIN Attitude belongs here, not {text[:80]!r}", number)
-        self.add_line = self._add_keyword
-
-    def _add_keyword(self, text: str, number: int) -> None:
-        word, *values = text.split(maxsplit=1)
-        if word.lower().startswith("attitudetime"):
-            self._begin_rows(word, values, number)
-            return
-        self.add_keyword(word, " ".join(values), number)
-
-    def _begin_rows(self, word: str, values: list[str], number: int) -> None:
-        if word.lower() not in ROWS:
+    def _add_word(self, text: str, number: int) -> None:
+        """Take a line that is no row: the version, BEGIN, keywords, what begins the rows, END."""
+        lowered, (word, *values) = text.lower().split(), text.split(maxsplit=1)
+        if self.stage == "version":
+            self.check_version(text, number)
+            self.stage = "begin"
+        elif self.stage == "begin":
+            if lowered != ["begin", "attitude"]:
+                raise self.error(f"BEGIN Attitude belongs here, not {text[:80]!r}", number)
+            self.stage = "keywords"
+        elif self.stage == "rows":
+            if lowered != ["end", "attitude"]:
+                raise self.error(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
+            self.stage = "end"
+        elif not lowered[0].startswith("attitudetime"):
+            self.add_keyword(word, " ".join(values), number)
+        elif lowered[0] not in ROWS:
             raise self.error(f"{word[:80]!r} is not read; {ROW_NAMES}", number)
-        if values:
+        elif values:
             raise self.error(f"{values[0][:80]!r} after {word}", number)
-        self.row_kind, self.add_line = ROWS[word.lower()], self._end
-
-    def _end(self, text: str, number: int) -> None:
-        if text.lower().split() != ["end", "attitude"]:
-            raise self.error(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
-        self.ended = True
+        else:
+            self.row_kind, self.stage = ROWS[lowered[0]], "rows"
 
     # -- the ephemeris --------------------------------------------------------------------------
 
     def ephemeris(self) -> EphemerisData:
         """Return what was read; FormatError if it is truncated, or no ephemeris."""
-        if not self.ended:
+        if self.stage != "end":
             raise self.error("ends before END Attitude", self.number or None)
         if not self.tables or self.row_kind is None:
             raise self.error("no attitudes", self.number)
@@ -214,7 +203,9 @@ class StkReader(StkTextReader):
         stated, line = self.keywords.get("NumberOfAttitudePoints", (None, 0))
         if stated is not None and float(stated) != len(table):
             raise self.error(f"{len(table)} attitudes, and NumberOfAttitudePoints is {stated}", line)
-        instants = self._instants(table[:, 0], numbers)
+        instants = self.instants(table[:, 0], self.dates, numbers)
+        if self.time_format in DATES:
+            self._check_order(np.asarray(instants.seconds), numbers, None)
         frame, turn = self._frame()
         width = NUMBERS[self.row_kind.form]
         quaternion = self._quaternion(table[:, 1 : 1 + width], numbers, self.row_kind.form)
@@ -235,20 +226,6 @@ class StkReader(StkTextReader):
         if int(order) > MAX_STATED_DEGREE:
             raise self.error(f"InterpolationOrder {order}: at most {MAX_STATED_DEGREE} is read", number)
         return InterpolationMethod(name.lower(), max(1, int(order)))
-
-    def _instants(self, elapsed: np.ndarray, numbers: np.ndarray) -> Instants:
-        """Instants of the rows, since the scenario's epoch or the date of the first row."""
-        if self.time_format in ELAPSED:
-            return Instants(elapsed * ELAPSED[self.time_format], None, self._epoch())
-        try:
-            dates = stk_dates.times(self.dates, self.time_format)
-        except InputError as error:
-            row = error.steps[-1] if error.steps else 0
-            line = int(numbers[row]) if isinstance(row, int) else None
-            raise self.error(str(error), line) from None
-        instants = as_instants(dates, dates[0])
-        self._check_order(np.asarray(instants.seconds), numbers, None)
-        return instants
 
     def _quaternion(self, values: np.ndarray, numbers: np.ndarray, form: str) -> np.ndarray:
         """(n, 4) wxyz of the rows' numbers; transformation from the reference axes to the body's."""
@@ -295,19 +272,6 @@ class StkReader(StkTextReader):
             i = int(wrong[0])
             raise self.error(f"{float(seconds[i])!r} s is not after {float(before[i])!r} s", int(numbers[i]))
 
-    def _epoch(self) -> Time:
-        if "ScenarioEpoch" not in self.keywords:
-            raise self.error("no ScenarioEpoch: the instants have no dates")
-        return self._date("ScenarioEpoch")
-
-    def _date(self, keyword: str) -> Time:
-        text, number = self.keywords[keyword]
-        try:
-            return parse_time(iso_date(text), "utc", keyword)
-        except (AttitudeError, ValueError):
-            expected = "a date in UTC such as 1 Jul 2007 12:00:00.000"
-            raise self.error(f"{keyword} {text[:80]!r} is not {expected}", number) from None
-
     def _frame(self) -> tuple[str, np.ndarray | None]:
         """Frame of the axes, and the rotation to it from axes that were frozen at an epoch."""
         body, _ = self.keywords.get("CentralBody", ("Earth", 0))
@@ -317,20 +281,16 @@ class StkReader(StkTextReader):
         axes, frames = name.lower(), dict(stk_text.AXES)
         if body.lower() == "earth":
             frames |= stk_text.EARTH_AXES
+            if axes in AXES_OF_EPOCH and "CoordinateAxesEpoch" not in self.keywords:
+                raise self.error(f"CoordinateAxes {name}: no CoordinateAxesEpoch", number)
             if axes in AXES_OF_EPOCH:
-                return "GCRF", self._axes_of_epoch(axes, name, number)
+                instants = Instants(np.zeros(1), None, self.date("CoordinateAxesEpoch"))
+                try:
+                    return "GCRF", AXES_OF_EPOCH[axes](instants).back().quaternion[0]
+                except InputError as error:
+                    raise self.error(f"CoordinateAxesEpoch: {error}", number) from None
         elif body.lower() == "sun":
             frames["inertial"] = "ICRF"
         if axes not in frames:
             raise self.error(f"CoordinateAxes {name[:80]!r} of {body[:40]}; {AXES_NAMES}", number)
         return frames[axes], None
-
-    def _axes_of_epoch(self, axes: str, name: str, number: int) -> np.ndarray:
-        """(4,): the rotation to GCRF from these axes at the CoordinateAxesEpoch."""
-        if "CoordinateAxesEpoch" not in self.keywords:
-            raise self.error(f"CoordinateAxes {name}: no CoordinateAxesEpoch", number)
-        instants = Instants(np.zeros(1), None, self._date("CoordinateAxesEpoch"))
-        try:
-            return AXES_OF_EPOCH[axes](instants).back().quaternion[0]
-        except InputError as error:
-            raise self.error(f"CoordinateAxesEpoch: {error}", number) from None

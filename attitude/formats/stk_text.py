@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from ..errors import suggestion
-from .stk_dates import DATES, ELAPSED
+import numpy as np
+
+from ..errors import AttitudeError, InputError, suggestion
+from ..times.instants import Instants, as_instants
+from ..times.iso8601 import parse_time
+from . import stk_dates
+from .stk_dates import DATES, ELAPSED, iso_date
 from .text_reader import TextReader
+
+if TYPE_CHECKING:
+    from astropy.time import Time
 
 VERSION_FORM = r"stk\.v\.\d+\.\d+(?:\.\d+)*"
 # Keywords and the form of their values, which are checked even where they are not used.
@@ -61,3 +70,31 @@ class StkTextReader(TextReader):
     def time_format(self) -> str:
         """The format of times, in small letters: one of ELAPSED or DATES."""
         return self.keywords.get("TimeFormat", ("epsec", 0))[0].lower()
+
+    def date(self, keyword: str) -> Time:
+        """The date that a keyword states."""
+        text, number = self.keywords[keyword]
+        try:
+            return parse_time(iso_date(text), "utc", keyword)
+        except (AttitudeError, ValueError):
+            expected = "a date in UTC such as 1 Jul 2007 12:00:00.000"
+            raise self.error(f"{keyword} {text[:80]!r} is not {expected}", number) from None
+
+    def instants(
+        self, elapsed: np.ndarray, dates: list[str], numbers: Sequence[int] | np.ndarray
+    ) -> Instants:
+        """Instants of the rows, since the scenario's epoch or the date of the first row.
+
+        elapsed : (n,), in the unit of the format of times; dates : of the rows, if that is one of DATES
+        numbers : of their lines
+        """
+        if self.time_format in ELAPSED:
+            if "ScenarioEpoch" not in self.keywords:
+                raise self.error("no ScenarioEpoch: the instants have no dates")
+            return Instants(elapsed * ELAPSED[self.time_format], None, self.date("ScenarioEpoch"))
+        try:
+            times = stk_dates.times(dates, self.time_format)
+        except InputError as error:
+            row = error.steps[-1] if error.steps else 0
+            raise self.error(str(error), int(numbers[row]) if isinstance(row, int) else None) from None
+        return as_instants(times, times[0])

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 TAU = 2.0 * math.pi
 CENTURY = 36525.0  # days
+WGS84 = 1  # number of this ellipsoid in erfa
 # The Earth rotation angle (IERS Conventions 2010, eq. 5.15): turns at J2000.0, and turns per day less one.
 ANGLE_AT_J2000 = 0.7790572732640
 EXCESS_TURNS = Decimal("0.00273781191135448")

@@ -51,10 +51,11 @@ def check_order(order: str | None, field: str = "order") -> str:
 def check_frame(frame: str, field: str = "frame", also: tuple[str, ...] = ()) -> str:
     """The frame; InputError unless it is an inertial one, or one of `also`."""
     if not isinstance(frame, str) or frame not in (*INERTIAL_FRAMES, *also):
+        named = [name for name in also if name != TEME_AT_EPOCH]
         is_turning = isinstance(frame, str) and frame in TURNING_FRAMES
         other = OTHER_NAMES.get(frame.upper(), frame) if isinstance(frame, str) else frame
-        meant = "" if is_turning else suggestion(other, INERTIAL_FRAMES)
-        more = "".join(f", or {name}" for name in also if name != TEME_AT_EPOCH)
+        meant = "" if is_turning else suggestion(other, (*INERTIAL_FRAMES, *named))
+        more = "".join(f", or {name}" for name in named)
         raise InputError(field, frame, f"an inertial frame, one of {', '.join(INERTIAL_FRAMES)}{more}{meant}")
     return frame
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -38,14 +38,14 @@ KINDS = {
 }
 AXES = {f"{sign}{axis}": f"{'minus_' if sign == '-' else ''}{axis}" for sign in ("", "-") for axis in "xyz"}
 SEQUENCES = tuple(f"{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c)
-# Elements of what follows from a covariance, and its unit in names and of tables.
-ELEMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
-COVARIANCES = {
-    "attitude_sigma": ("xyz", ("deg", "deg")),
-    "angular_velocity_sigma": ("xyz", ("rad_s", "rad/s")),
-    "attitude_covariance": (ELEMENTS, ("rad2", "rad2")),
-    "angular_velocity_covariance": (ELEMENTS, ("rad2_s2", "rad2/s2")),
-}
+ELEMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")  # of a covariance, and where they are in it
+INDICES = (..., (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
+COVARIANCES = (
+    "attitude_sigma",
+    "angular_velocity_sigma",
+    "attitude_covariance",
+    "angular_velocity_covariance",
+)
 LEAST_SINE = 1e-9  # of the second Euler angle, or its cosine: below it the others are undetermined
 SPIN = dict.fromkeys(("ra", "dec", "nutation", "precession", "phase"), "deg") | {"rate": "deg/s"}
 
@@ -95,60 +95,24 @@ def parse(text: str | Sequence[str]) -> tuple[str, ...]:
     return tuple(requests)
 
 
-def layout(request: str) -> tuple[tuple[str, tuple[str, ...], str], ...]:
-    """Label, names and unit of each of a request's `VectorColumn`s, none of one that is not `derived`."""
-    kind, *parts = request.split(":")
-    label = f"{kind}_{AXES.get(parts[0], parts[0].lower())}" if parts else kind
-    if kind == "spin":
-        names = {name: f"spin_{name}_{unit.replace('/', '_')}" for name, unit in SPIN.items()}
-        return tuple((f"spin_{name}", (names[name],), unit) for name, unit in SPIN.items())
-    if kind in COVARIANCES:
-        elements, (name, unit) = COVARIANCES[kind]
-        return ((label, tuple(f"{label}_{element}_{name}" for element in elements), unit),)
-    if kind == "radec":
-        both = (label.replace(kind, name) for name in ("ra", "dec"))
-        return tuple((name, (f"{name}_deg",), "deg") for name in both)
-    target = "_".join([label, *parts[1:]])
-    one = {
-        "euler": (label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),
-        "euler_sigma": (label, tuple(f"{label}_{i}_deg" for i in (1, 2, 3)), "deg"),
-        "direction": (label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),
-        "direction_to": (label, tuple(f"{label}_{axis}" for axis in "xyz"), ""),
-        "direction_sigma": (label, (f"{label}_deg",), "deg"),
-        "angle": (target, (f"{target}_deg",), "deg"),
-    }
-    return (one[kind],) if kind in one else ()
+class Derived(NamedTuple):
+    """Columns that an ephemeris does not hold itself.
 
-
-def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
-    """The columns of a request that the ephemeris does not hold itself.
-
-    Raises RegimeError or InputError where it lacks what they need: an orbit, dates, inertia ...
+    endings : of their names, after the label
+    unit : of all; values : (..., k), of the ephemeris and of what the request names
     """
-    kind, *parts = request.split(":")
-    if kind == "euler":
-        values = [np.rad2deg(rotations.euler_angles(data.quaternion("wxyz"), parts[0]))]
-    elif kind == "euler_sigma":
-        values = [np.rad2deg(_euler_sigma(data, parts[0]))]
-    elif kind == "radec":
-        values = [np.rad2deg(each)[..., None] for each in targets.radec(data, parts[0])]
-    elif kind == "direction":
-        values = [targets.direction(data, parts[0])]
-    elif kind == "direction_to":
-        values = [targets.target(data, parts[0])]
-    elif kind == "direction_sigma":
-        values = [np.rad2deg(data.direction_sigma(targets.body_axis(parts[0], "axis")))[..., None]]
-    elif kind in COVARIANCES:
-        values = [_of_covariance(data, kind)]
-    elif kind == "angle":
-        values = [np.rad2deg(targets.angle(data, *parts))[..., None]]
-    else:
-        values = [np.rad2deg(each)[..., None] for each in spin_state(data)] if kind == "spin" else []
-    for description, array in zip(layout(request), values, strict=True):
-        yield VectorColumn(*description, array)
+
+    endings: tuple[str, ...]
+    unit: str
+    values: Callable[..., np.ndarray]
 
 
-def _euler_sigma(data: EphemerisData, sequence: str) -> np.ndarray:
+def sigma(covariance: np.ndarray) -> np.ndarray:
+    """Standard deviations (..., k) of a covariance (..., k, k)."""
+    return np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+
+
+def euler_sigma(data: EphemerisData, sequence: str) -> np.ndarray:
     """(..., 3) rad: 1 sigma of Euler angles, to first order; RegimeError where two are undetermined."""
     covariance, q = data.attitude_covariance, data.quaternion("wxyz")
     angles = rotations.euler_angles(q, sequence)
@@ -170,10 +134,74 @@ def _euler_sigma(data: EphemerisData, sequence: str) -> np.ndarray:
     return np.sqrt(np.maximum(variance, 0.0))
 
 
-def _of_covariance(data: EphemerisData, kind: str) -> np.ndarray:
-    """Standard deviations (..., 3), or elements (..., 6), of the attitude's or the rate's covariance."""
-    covariance = data.attitude_covariance if kind.startswith("attitude") else data.rate_covariance
-    if kind.endswith("covariance"):
-        return covariance[..., (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
-    sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
-    return np.rad2deg(sigma) if kind == "attitude_sigma" else sigma
+DERIVED = {
+    "euler": Derived(
+        ("_1_deg", "_2_deg", "_3_deg"),
+        "deg",
+        lambda data, sequence: np.rad2deg(rotations.euler_angles(data.quaternion("wxyz"), sequence)),
+    ),
+    "euler_sigma": Derived(
+        ("_1_deg", "_2_deg", "_3_deg"),
+        "deg",
+        lambda data, sequence: np.rad2deg(euler_sigma(data, sequence)),
+    ),
+    "direction": Derived(("_x", "_y", "_z"), "", targets.direction),
+    "direction_to": Derived(("_x", "_y", "_z"), "", targets.target),
+    "direction_sigma": Derived(
+        ("_deg",),
+        "deg",
+        lambda data, axis: np.rad2deg(data.direction_sigma(targets.body_axis(axis, "axis")))[..., None],
+    ),
+    "angle": Derived(
+        ("_deg",), "deg", lambda data, axis, to: np.rad2deg(targets.angle(data, axis, to))[..., None]
+    ),
+    "attitude_sigma": Derived(
+        ("_x_deg", "_y_deg", "_z_deg"), "deg", lambda data: np.rad2deg(sigma(data.attitude_covariance))
+    ),
+    "angular_velocity_sigma": Derived(
+        ("_x_rad_s", "_y_rad_s", "_z_rad_s"), "rad/s", lambda data: sigma(data.rate_covariance)
+    ),
+    "attitude_covariance": Derived(
+        tuple(f"_{element}_rad2" for element in ELEMENTS),
+        "rad2",
+        lambda data: data.attitude_covariance[INDICES],
+    ),
+    "angular_velocity_covariance": Derived(
+        tuple(f"_{element}_rad2_s2" for element in ELEMENTS),
+        "rad2/s2",
+        lambda data: data.rate_covariance[INDICES],
+    ),
+}
+
+
+def layout(request: str) -> tuple[tuple[str, tuple[str, ...], str], ...]:
+    """Label, names and unit of each of a request's `VectorColumn`s, none of one that is not `derived`."""
+    kind, *parts = request.split(":")
+    if kind == "spin":
+        names = {name: f"spin_{name}_{unit.replace('/', '_')}" for name, unit in SPIN.items()}
+        return tuple((f"spin_{name}", (names[name],), unit) for name, unit in SPIN.items())
+    label = "_".join([kind, *(AXES.get(part, part.lower()) for part in parts)])
+    if kind == "radec":
+        both = (label.replace(kind, name) for name in ("ra", "dec"))
+        return tuple((name, (f"{name}_deg",), "deg") for name in both)
+    if kind not in DERIVED:
+        return ()
+    derived_columns = DERIVED[kind]
+    names_of = tuple(label + ending for ending in derived_columns.endings)
+    return ((label, names_of, derived_columns.unit),)
+
+
+def derived(data: EphemerisData, request: str) -> Iterator[VectorColumn]:
+    """The columns of a request that the ephemeris does not hold itself.
+
+    Raises RegimeError or InputError where it lacks what they need: an orbit, dates, inertia ...
+    """
+    kind, *parts = request.split(":")
+    if kind == "spin":
+        values = [np.rad2deg(each)[..., None] for each in spin_state(data)]
+    elif kind == "radec":
+        values = [np.rad2deg(each)[..., None] for each in targets.radec(data, parts[0])]
+    else:
+        values = [DERIVED[kind].values(data, *parts)] if kind in DERIVED else []
+    for description, array in zip(layout(request), values, strict=True):
+        yield VectorColumn(*description, array)

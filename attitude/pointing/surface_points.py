@@ -8,11 +8,10 @@ import erfa
 import numpy as np
 
 from ..frames import rotations
+from ..frames.earth_fixed import WGS84
 from ..samples.ephemeris_data import EphemerisData
 from ..samples.transform import in_frame
 from .targets import direction, position, target
-
-WGS84 = 1  # number of erfa
 
 
 class GroundPoints(NamedTuple):

@@ -36,7 +36,6 @@ from ..orbit import AnyOrbit
 from ..orbit.ephemeris_orbit import EphemerisOrbit
 from ..orbit.orbit import OrbitDefinition
 from ..problem.initial_state import InitialState, OrbitPath
-from ..rigid_body.partials import Partials
 from ..samples.chunks import Progress, Samples
 from ..samples.html_table import html_table
 from ..samples.transform import Data, in_frame, rotation_to
@@ -62,7 +61,6 @@ if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
     from ..windows.window_table import Windows
     from .planning import ScenePlan
-    from .simulation import SimulationInputs
 
 MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
 # Fields that determine the motion; and those besides, where it is stated relative to a frame that turns.
@@ -120,9 +118,8 @@ class Scene(Part):
         if self.relative_to is not None:
             rotations.check_any_frame(self.relative_to, "relative_to")
         if self.orbit is not None:
-            epoch = self.epoch.build() if self.epoch is not None else None
             with field_within("orbit"):
-                self.orbit.check_span(*self.times.span(epoch), epoch)
+                self.orbit.check_span(*self.times.span(self.epoch_time), self.epoch_time)
         if self.effects or self.position is not None or self.velocity is not None:
             consistency.check(self)
         return self
@@ -207,7 +204,7 @@ class Scene(Part):
 
     def _repr_html_(self) -> str:
         """A table, for notebooks."""
-        start, stop = self.times.limits(self.epoch.build() if self.epoch is not None else None)
+        start, stop = self.times.limits(self.epoch_time)
         rows = {
             "epoch": self.epoch and f"{self.epoch.time} {self.epoch.scale}",
             "frame": self.frame,
@@ -258,6 +255,11 @@ class Scene(Part):
         return self.model_dump(exclude_unset=True, by_alias=True)
 
     @property
+    def epoch_time(self) -> Time | None:
+        """The epoch, the caller's own copy."""
+        return None if self.epoch is None else self.epoch.build()
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """How values were taken, when the document was read, that are not as they should be."""
         return self._notes
@@ -279,7 +281,7 @@ class Scene(Part):
 
         Raises InputError with the field's path for what contradicts another part of the scene.
         """
-        epoch = self.epoch.build() if self.epoch is not None else None
+        epoch = self.epoch_time
         start, stop = self.times.span(epoch)
         body = self.body.build()
         attitude, rate = self.state()
@@ -323,8 +325,7 @@ class Scene(Part):
         reference = self.relative_to or self.frame
         if reference == self.inertial_frame:
             return q, omega
-        epoch = self.epoch.build() if self.epoch is not None else None
-        at_epoch = Instants(np.zeros(1), None, epoch)
+        at_epoch = Instants(np.zeros(1), None, self.epoch_time)
         with field_within("relative_to"):
             turn = rotation_to(reference, self.inertial_frame, self.ephemeris_orbit(), at_epoch, self.ut1)
         if turn is None:
@@ -346,7 +347,7 @@ class Scene(Part):
         if state.is_known:
             for text in motion.notes:
                 warn(text)
-        motion.epoch = self.epoch.build() if self.epoch is not None else None  # the cached one has none
+        motion.epoch = self.epoch_time  # the cached one has none
         return motion
 
     @property
@@ -390,12 +391,12 @@ class Scene(Part):
         if drop_below is not None:
             _check_drop(drop_below)
         if not self.is_plain:
-            from . import simulation
+            from . import perturbed_bodies, simulation
 
             inputs = simulation.resolve(self, drop_below)
             ephemeris = simulation.run(inputs, check)
             if ephemeris.sensitivity is None:
-                ephemeris = replace(ephemeris, sensitivity=partial(_perturbed_partials, inputs))
+                ephemeris = replace(ephemeris, sensitivity=partial(perturbed_bodies.partials, inputs))
         else:
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
@@ -421,7 +422,7 @@ class Scene(Part):
         from ..windows.window_table import find_windows
 
         parsed = parse_condition(condition)
-        start, stop = self.times.limits(self.epoch.build() if self.epoch is not None else None)
+        start, stop = self.times.limits(self.epoch_time)
         if not stop > start:
             raise InputError("times", f"{start} to {stop} s", "instants that span a time, for windows in it")
         if self.is_plain:
@@ -519,7 +520,10 @@ class Scene(Part):
     def with_surroundings(self, ephemeris: Data, orbit: EphemerisOrbit | None) -> Data:
         """The ephemeris with its orbit, the source of UT1, and its uncertainty."""
         if self.uncertainty is not None:
-            ephemeris = self._with_uncertainty(ephemeris)
+            uncertainty, plan = self.checked_uncertainty, ephemeris.plan
+            if plan is not None and uncertainty.note is not None:
+                plan = replace(plan, notes=(*plan.notes, uncertainty.note))
+            ephemeris = replace(ephemeris, uncertainty=uncertainty, plan=plan)
         if orbit is None and self.ut1 == "tables":
             return ephemeris
         plan = ephemeris.plan
@@ -527,17 +531,10 @@ class Scene(Part):
             plan = replace(plan, notes=(*self._notes, *plan.notes))
         return replace(ephemeris, orbit=orbit, ut1=self.ut1, plan=plan)
 
-    def _with_uncertainty(self, ephemeris: Data) -> Data:
-        uncertainty = self.checked_uncertainty
-        plan = ephemeris.plan
-        if plan is not None and uncertainty.note is not None:
-            plan = replace(plan, notes=(*plan.notes, uncertainty.note))
-        return replace(ephemeris, uncertainty=uncertainty, plan=plan)
-
     @cached_property
     def checked_uncertainty(self) -> Uncertainty:
         """The uncertainty of body and state, with how far the first order in it holds; computed once."""
-        from . import simulation
+        from . import perturbed_bodies, simulation
         from .linearity import instants_of, linear_until
 
         assert self.uncertainty is not None
@@ -549,25 +546,15 @@ class Scene(Part):
         if self.is_plain:
             partials = self.motion()._batch.partials(instants)
         else:
-            partials = _perturbed_partials(inputs, instants)
+            partials = perturbed_bodies.partials(inputs, instants)
         return Uncertainty(initial, linear_until(inputs, partials, instants, initial))
 
     def ephemeris_orbit(self) -> EphemerisOrbit | None:
         """The orbit, for frames that follow it; computed when such a frame is requested."""
         if self.orbit is None:
             return None
-        epoch = self.epoch.build() if self.epoch is not None else None
-        return EphemerisOrbit(
-            partial(_orbit_path, self.orbit, self.inertial_frame, epoch),
-            partial(self.times.span, epoch),
-            self.inertial_frame,
-        )
-
-
-def _perturbed_partials(inputs: SimulationInputs, instants: Instants, inertia: str = "moments") -> Partials:
-    from .perturbed_bodies import partials
-
-    return partials(inputs, instants, inertia)
+        path = partial(_orbit_path, self.orbit, self.inertial_frame, self.epoch_time)
+        return EphemerisOrbit(path, partial(self.times.span, self.epoch_time), self.inertial_frame)
 
 
 class _State(bytes):

@@ -16,6 +16,7 @@ from ..errors import InputError
 
 Scale = Literal["utc", "tai", "tt", "tdb", "tcb", "tcg", "ut1"]
 
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 ISO_DATE = re.compile(r"\d{4}-\d{2}-\d{2}([T ][\d:.]+)?")
 # Other forms: a day of the year, no separators, a local time with its offset from UTC.
 OTHER_FORM = re.compile(

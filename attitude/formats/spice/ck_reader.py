@@ -16,9 +16,10 @@ from ...samples.interpolation import Interpolation, InterpolationMethod
 from ...samples.resampling import segments_at_events
 from ...times.instants import Instants
 from .. import schema, time_origin
-from . import daf, reference_frames, sclk, text_kernels
+from . import daf, reference_frames, text_kernels
 from .ck_records import check_id
 from .ck_segments import CkSegment, CkSeries, joined, ranked, segments
+from .sclk import clock_from
 
 FRAMES = {1: "ICRF", 17: "ECLIPJ2000"}  # by SPICE's numbers: those whose attitudes are not turned
 
@@ -50,7 +51,11 @@ def parse(
         check_id(clock_id, "clock_id")
     frames = {} if fk is None else text_kernels.variables(_kernel_text(fk, "fk", source), str(fk))
     arrays = daf.arrays(daf.content(stream, b"DAF/CK", source), 2, 6, source)
-    structure = _structure(arrays, structure_id, source)
+    structures = sorted({array.integers[0] for array in arrays})
+    structure = structures[0] if structure_id is None and len(structures) == 1 else structure_id
+    if structure not in structures or structure is None:
+        names = ", ".join(map(str, structures[:20])) or "none"
+        raise FormatError(f"structure_id is one of {names}; got {structure_id}", source)
     arrays = [array for array in arrays if array.integers[0] == structure]
     frame = FRAMES.get(arrays[0].integers[1], "ICRF")
     if any(array.integers[1] != arrays[0].integers[1] for array in arrays):
@@ -61,7 +66,13 @@ def parse(
     if not parts:
         raise FormatError("segments that cover none of their records", source)
     series = joined(ranked(parts))
-    clock = _clock(sclk, structure, _clock_number(structure, clock_id, frames), source)
+    stated = frames.get(f"CK_{structure}_SCLK", [None])[0]
+    if clock_id is None and isinstance(stated, float) and stated == int(stated):
+        clock_id = int(stated)
+    path = Path(source).with_suffix(".tsc") if sclk is None else Path(sclk)
+    noun = "a CK counts the ticks of a clock, and its SCLK kernel"
+    text = _kernel_text(path, noun, source, "; sclk= names another")
+    clock = clock_from(text, str(path), structure, source, clock_id)
     anchor, seconds, rest = clock.tt(series.records.ticks, source)
     instants = Instants(seconds, rest if rest.any() else None, time_origin.tt_time(anchor))
     return _ephemeris(series, instants, frame, arrays[0].name, source)
@@ -74,14 +85,6 @@ def _kernel_text(path: str | Path, noun: str, source: str, cure: str = "") -> st
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", error)
         raise FormatError(f"{noun} {path} cannot be read ({reason}){cure}", source) from None
-
-
-def _clock_number(structure: int, clock_id: int | None, frames: dict[str, list[Any]]) -> int | None:
-    """Number of the clock's spacecraft that was requested, or that the frame kernel states; or None."""
-    stated = frames.get(f"CK_{structure}_SCLK", [None])[0]
-    if clock_id is None and isinstance(stated, float) and stated == int(stated):
-        return int(stated)
-    return clock_id
 
 
 def _in_frame(
@@ -97,23 +100,6 @@ def _in_frame(
         velocity = None if velocity is None else rotations.rotate(turn, velocity)
         turned.append(part._replace(records=part.records._replace(quaternion=q, velocity=velocity)))
     return turned
-
-
-def _structure(arrays: list[daf.Array], requested: int | None, source: str) -> int:
-    structures = sorted({array.integers[0] for array in arrays})
-    if requested is None and len(structures) == 1:
-        return structures[0]
-    if requested not in structures or requested is None:
-        names = ", ".join(map(str, structures[:20])) or "none"
-        raise FormatError(f"structure_id is one of {names}; got {requested}", source)
-    return requested
-
-
-def _clock(kernel: str | Path | None, structure: int, clock_id: int | None, source: str) -> sclk.Clock:
-    path = Path(source).with_suffix(".tsc") if kernel is None else Path(kernel)
-    noun = "a CK counts the ticks of a clock, and its SCLK kernel"
-    text = _kernel_text(path, noun, source, "; sclk= names another")
-    return sclk.clock_from(text, str(path), structure, source, clock_id)
 
 
 def _ephemeris(series: CkSeries, instants: Instants, frame: str, name: str, source: str) -> EphemerisData:
@@ -133,15 +119,11 @@ def _ephemeris(series: CkSeries, instants: Instants, frame: str, name: str, sour
     seconds, _ = time_origin.tt_origin(ephemeris[:1]).seconds(instants)
     if not (np.diff(seconds) > 0.0).all() or not seconds[-1] < text_kernels.SECONDS:
         raise FormatError("instants that coincide, or span too many years, for one clock", source)
-    return replace(ephemeris, interpolation=_interpolation(ephemeris, series))
-
-
-def _interpolation(ephemeris: EphemerisData, series: CkSeries) -> Interpolation | None:
-    """How the segments are interpolated, each in its way; None where all are of type 1, which states none."""
-    if not any(series.methods):
-        return None
+    if not any(series.methods):  # all are of type 1, which states none
+        return ephemeris
     parts = segments_at_events(ephemeris, InterpolationMethod())
     first = np.searchsorted(ephemeris.elapsed, [part.start for part in parts])
-    methods = [series.methods[series.owner[i]] for i in first]
+    methods = [series.methods[series.owner[i]] for i in first]  # of each its own
     pairs = zip(parts, methods, strict=True)
-    return Interpolation(tuple(p._replace(method=m) if m else p for p, m in pairs), True)
+    whole = Interpolation(tuple(p._replace(method=m) if m else p for p, m in pairs), True)
+    return replace(ephemeris, interpolation=whole)

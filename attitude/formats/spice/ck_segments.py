@@ -72,12 +72,9 @@ def _type_1(array: daf.Array, width: int, source: str) -> CkSegment:
     """Segment of records, their ticks, each hundredth of these, and their count."""
     count = _count(array.values[-1], source)
     ends = _layout(array, [count * width, count, (count - 1) // 100, 1], source)
-    table = array.values[: ends[0]].reshape(count, width)
-    begins = np.zeros(count, dtype=bool)
-    begins[0] = True
-    records = CkRecords(
-        array.values[ends[0] : ends[1]], rotations.conjugate(table[:, :4]), _velocity(table, 4)
-    )
+    table, ticks = array.values[: ends[0]].reshape(count, width), array.values[ends[0] : ends[1]]
+    begins = np.arange(count) == 0
+    records = CkRecords(ticks, rotations.conjugate(table[:, :4]), _velocity(table, 4))
     return _covered(CkSegment(records, begins, False, None, 0), array, source)
 
 
@@ -177,9 +174,7 @@ def _mini_segment(values: np.ndarray, has_rates: bool, source: str) -> CkSegment
     if ends[-1] != values.size:
         raise FormatError("a mini-segment whose size does not match its counts", source)
     ticks = values[ends[0] : ends[1]]
-    _check_ticks(ticks, source)
-    begins = np.zeros(count, dtype=bool)
-    begins[0] = True
+    begins = _interval_begins(ticks, ticks[:1], source)
     packets = Packets(values[: ends[0]].reshape(count, size), ticks, begins, subtype, window, float(rate))
     return packets.segment(has_rates, source)
 

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import FormatError
+from ...times.iso8601 import MONTHS
 from ...times.two_part import two_sum
-from .text_kernels import MONTHS, variables
+from .text_kernels import variables
 
 # Constants of TDB - TT, the same in every leap-second kernel.
 K, EB, M0, M1 = 1.657e-3, 1.671e-2, 6.239996, 1.99096871e-7
@@ -90,30 +91,23 @@ def clock_from(text: str, source: str, structure: int, ck: str, clock_id: int | 
     spacecraft = int(structure / 1000) if clock_id is None else clock_id
     ending = str(-spacecraft)
     if ending not in endings:
-        missing = _missing_clock(structure, spacecraft, clock_id)
-        raise FormatError(f"{missing}; {_clocks(endings, source)}", ck)
+        missing = (
+            f"no SCLK_DATA_TYPE_{-spacecraft}, the clock of structure {structure} on spacecraft {spacecraft}"
+        )
+        if clock_id is not None:
+            missing = f"no SCLK_DATA_TYPE_{-clock_id}, which clock_id={clock_id} names"
+        elif spacecraft == 0:
+            missing = f"the number of structure {structure} does not tell its spacecraft"
+        numbers = [-int(each) for each in endings if re.fullmatch(r"-?\d{1,10}", each)]
+        clocks = ", ".join(f"clock {-number} of spacecraft {number}" for number in numbers[:10]) or "no clock"
+        cure = f"; clock_id={numbers[0]} takes that clock" if numbers else ""
+        raise FormatError(f"{missing}; {source} has {clocks}{cure}", ck)
     values = {name: kernel.get(f"{name}_{ending}") for name in CLOCK_VARIABLES}
     try:
         return _clock(values)
     except (TypeError, ValueError, IndexError, OverflowError) as error:
         reason = f": {error.args[0]}" if error.args and str(error.args[0]) in CLOCK_VARIABLES else ""
         raise FormatError(f"clock {ending} is not of type 1, in TT or TDB{reason}", source) from None
-
-
-def _missing_clock(structure: int, spacecraft: int, clock_id: int | None) -> str:
-    """Which clock is missing."""
-    if clock_id is not None:
-        return f"no SCLK_DATA_TYPE_{-clock_id}, which clock_id={clock_id} names"
-    if spacecraft == 0:
-        return f"the number of structure {structure} does not tell its spacecraft"
-    return f"no SCLK_DATA_TYPE_{-spacecraft}, the clock of structure {structure} on spacecraft {spacecraft}"
-
-
-def _clocks(endings: list[str], source: str) -> str:
-    """Which clocks are there, of variables with these endings, and the clock_id that takes the first."""
-    numbers = [-int(ending) for ending in endings if re.fullmatch(r"-?\d{1,10}", ending)]
-    clocks = ", ".join(f"clock {-number} of spacecraft {number}" for number in numbers[:10]) or "no clock"
-    return f"{source} has {clocks}" + (f"; clock_id={numbers[0]} takes that clock" if numbers else "")
 
 
 def _clock(values: dict[str, list[Any] | None]) -> Clock:
@@ -150,7 +144,7 @@ def seconds(text: str) -> float:
         month, day, year = first, second, third
     else:
         year, month, day = first, second, third
-    number = int(month) if month.isdigit() else MONTHS.index(month[:3].upper()) + 1
+    number = int(month) if month.isdigit() else MONTHS.index(month[:3].capitalize()) + 1
     days = date(int(year), number, int(day)).toordinal() - date(2000, 1, 1).toordinal()
     hour, minute = int(clock[0] or 0), int(clock[1] or 0)
     return float(Fraction(days * 86400 - 43200 + hour * 3600 + minute * 60) + Fraction(clock[2] or 0))

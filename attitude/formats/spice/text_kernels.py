@@ -11,10 +11,10 @@ from typing import Any
 import erfa
 
 from ...errors import FormatError
+from ...times.iso8601 import MONTHS
 
 TICKS = 65536  # in a second of our clocks
 SECONDS = 2**36  # of our clocks, 2178 years: their ticks are whole doubles to the end
-MONTHS = ("JAN", "FEB", "MAR", "APR", "MAY", "JUN", "JUL", "AUG", "SEP", "OCT", "NOV", "DEC")
 MAX_STRING_LENGTH = 70  # characters of a string in a kernel; longer ones are continued
 
 LEAP_SECONDS = """KPL/LSK
@@ -93,7 +93,7 @@ KERNELS_TO_LOAD = (
 def leap_seconds() -> str:
     """Leap-second kernel (LSK) of all steps of TAI - UTC of whole seconds in erfa."""
     steps = [step for step in erfa.leap_seconds.get().tolist() if step[0] >= 1972]
-    leaps = (f"{round(offset)}, @{year}-{MONTHS[month - 1]}-1" for year, month, offset in steps)
+    leaps = (f"{round(offset)}, @{year}-{MONTHS[month - 1].upper()}-1" for year, month, offset in steps)
     return LEAP_SECONDS.format(leaps=("\n" + " " * 21).join(leaps))
 
 
