@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
@@ -97,7 +96,9 @@ def read_orbit(
         raise FormatError(f"no format of orbits; format is one of {known}, or the ending of {endings}", path)
     with file_errors(path):
         if name == "spk":
-            curve: OrbitCurve = _module(name).read_orbit(path, object_name)
+            curve: OrbitCurve = import_module(f".{ORBIT_MODULES[name]}", __package__).read_orbit(
+                path, object_name
+            )
             return curve
         with open(path, "rb") as stream:
             return parse_orbit(stream, path, name, object_name)
@@ -111,14 +112,12 @@ def parse_orbit(
 ) -> OrbitRows:
     """The orbit in an open file of a format of rows; `source` is its name in errors."""
     with np.errstate(over="ignore"):
-        orbit: OrbitRows = _module(format).parse_orbit(stream, source, object_name)
+        orbit: OrbitRows = import_module(f".{ORBIT_MODULES[format]}", __package__).parse_orbit(
+            stream, source, object_name
+        )
     for segment in orbit.segments:
         for values, unit in zip(segment[:3], ("s", "m", "m/s"), strict=True):
             numbers = values.seconds if isinstance(values, Instants) else values
             if numbers is not None and not np.abs(numbers).max() <= MAX_NUMBER:
                 raise FormatError(f"a number of more than {MAX_NUMBER:g} {unit}", source)
     return orbit
-
-
-def _module(format: str) -> ModuleType:  # noqa: A002
-    return import_module(f".{ORBIT_MODULES[format]}", __package__)

@@ -156,49 +156,36 @@ def vectors(ephemeris: EphemerisData, names: Collection[str] | None = None) -> I
 
     Raises InputError or RegimeError where what is asked for is not known of this ephemeris.
     """
-    own = {column.label: column for column in _own_vectors(ephemeris)}
+    held = {
+        "quaternion": ephemeris.attitude,
+        "angular_velocity": None if ephemeris.rate is None else ephemeris.computed_rate,
+        "angular_momentum": ephemeris.momentum,
+        **(ephemeris.centre_of_mass._asdict() if ephemeris.centre_of_mass is not None else {}),
+    }
+    own = {
+        label: VectorColumn(label, *VECTORS[label], held[label])
+        for label in VECTORS
+        if held.get(label) is not None
+    }
     if not ephemeris.columns:
         yield from own.values()
         is_uncertain = ephemeris.uncertainty is not None and ephemeris.frame not in rotations.TURNING_FRAMES
         for request in UNCERTAINTY if is_uncertain else ():
             yield from derived(ephemeris, request)
     for request in ephemeris.columns:
+        described = (VECTORS[request],) if request in VECTORS else (each[1:] for each in layout(request))
         if request in own:
             yield own[request]
-        elif names is not None and not _has_any(request, names):
+        elif names is not None and not any(name in names for columns, _ in described for name in columns):
             continue
-        elif request in VECTORS:
-            yield VectorColumn(request, *VECTORS[request], _computed(ephemeris, request))
+        elif request in ("position", "velocity"):  # of its orbit
+            vector = orbit_state(ephemeris)[request == "velocity"]
+            vectors_of = np.broadcast_to(vector, (*ephemeris.shape, 3))
+            yield VectorColumn(request, *VECTORS[request], vectors_of)
+        elif request in VECTORS:  # of rate and inertia
+            yield VectorColumn(request, *VECTORS[request], np.asarray(getattr(ephemeris, request)))
         else:
             yield from derived(ephemeris, request)
-
-
-def _has_any(request: str, names: Collection[str]) -> bool:
-    """Whether some of these columns are of a request that is computed."""
-    described = (VECTORS[request],) if request in VECTORS else (each[1:] for each in layout(request))
-    return any(name in names for own, _ in described for name in own)
-
-
-def _own_vectors(ephemeris: EphemerisData) -> Iterator[VectorColumn]:
-    values = {
-        "quaternion": ephemeris.attitude,
-        "angular_velocity": None if ephemeris.rate is None else ephemeris.computed_rate,
-        "angular_momentum": ephemeris.momentum,
-    }
-    if ephemeris.centre_of_mass is not None:
-        values |= ephemeris.centre_of_mass._asdict()
-    for label, (names, unit) in VECTORS.items():
-        vector = values.get(label)
-        if vector is not None:
-            yield VectorColumn(label, names, unit, vector)
-
-
-def _computed(ephemeris: EphemerisData, label: str) -> np.ndarray:
-    """What the ephemeris does not hold as such: of its orbit, or of rate and inertia."""
-    if label in ("position", "velocity"):
-        vector = dict(zip(("position", "velocity"), orbit_state(ephemeris), strict=True))[label]
-        return np.broadcast_to(vector, (*ephemeris.shape, 3))
-    return np.asarray(getattr(ephemeris, label))
 
 
 def ephemeris_from(
@@ -288,18 +275,14 @@ def _ephemeris(meta: Mapping[str, Any], table: Mapping[str, np.ndarray], source:
     name = meta.get("name", "")
     if not isinstance(name, str) or not is_utf8(name):
         raise ValueError(f"name {shown(name)}")
-    for text in _checked_notes(meta.get("notes", [])):
+    notes = meta.get("notes", [])
+    if not isinstance(notes, list) or not all(isinstance(text, str) and is_utf8(text) for text in notes):
+        raise ValueError(f"notes {shown(notes)}")
+    for text in notes:
         note(text)
     ut1 = rotations.check_ut1(meta.get("ut1", "tables"))
     read = EphemerisData(quaternion, times, frame, body, rate, name, None, translation, events, momentum)
     return read if ut1 == "tables" else replace(read, ut1=ut1)
-
-
-def _checked_notes(notes: Any) -> list[str]:
-    """How the input of the ephemeris was taken, as its file says."""
-    if not isinstance(notes, list) or not all(isinstance(text, str) and is_utf8(text) for text in notes):
-        raise ValueError(f"notes {shown(notes)}")
-    return notes
 
 
 def is_utf8(text: str) -> bool:

@@ -18,7 +18,6 @@ import numpy as np
 from ..errors import FormatError, InputError
 from ..frames import rotations
 from ..frames.inertial import from_gcrf
-from ..samples.chunks import Samples
 from ..samples.ephemeris_data import EphemerisData, convention
 from . import schema, text_rows, time_origin
 from .interpolant import Interpolant, higher_degrees, lagrange
@@ -124,8 +123,12 @@ def _header(nodes: Nodes, origin: TimeOrigin, count: int, options: StkOptions) -
         f"attitude was relative to {head.frame}",
         nodes.remark,
         *nodes.notes,
-        *(_jump_comment(before, after) for before, after in pairwise(nodes.segments)),
     ]
+    for before, after in pairwise(nodes.segments):
+        last, first = float(before.last.elapsed[0]), float(after.first.elapsed[0])
+        comments.append(
+            f"the rate jumps after {last!r} s of elapsed time; STK interpolates from there to {first!r} s"
+        )
     keywords = {
         "NumberOfAttitudePoints": count,
         "ScenarioEpoch": utcg(origin.time),
@@ -139,11 +142,6 @@ def _header(nodes: Nodes, origin: TimeOrigin, count: int, options: StkOptions) -
     text += [f"{name:<24}{value}" for name, value in keywords.items()]
     text += ["", "AttitudeTimeQuatAngVels" if options.rates else "AttitudeTimeQuaternions", ""]
     return "\n".join(text).encode("ascii")
-
-
-def _jump_comment(before: Samples, after: Samples) -> str:
-    last, first = float(before.last.elapsed[0]), float(after.first.elapsed[0])
-    return f"the rate jumps after {last!r} s of elapsed time; STK interpolates from there to {first!r} s"
 
 
 def _rows(

@@ -70,7 +70,12 @@ def _prepare(figure: Figure, data: EphemerisData) -> Any:
     box = [space.plot([], [], [], color="0.35", linewidth=1.2)[0] for _ in EDGES]
     axes = [space.plot([], [], [], color=colour, linewidth=2.0)[0] for colour in (RED, GREEN, BLUE)]
     corners = CORNERS * _half_sides(data)
-    dot = _draw_polhode(figure, data)
+    dot: Any = None  # that moves along the path of the angular velocity in the body
+    if data.has_rate:
+        panel: Any = figure.add_subplot(1, 2, 2, projection="3d")
+        panel.plot(*data.angular_velocity.T, color="0.75", linewidth=0.8)
+        panel.set_title("angular velocity in the body, rad/s")
+        dot = panel.plot([], [], [], "o", color=BLACK, markersize=5)[0]
     unit, size = time_unit(data.elapsed)
     rotations = data.rotation
 
@@ -86,16 +91,6 @@ def _prepare(figure: Figure, data: EphemerisData) -> Any:
         return [*box, *axes]
 
     return update
-
-
-def _draw_polhode(figure: Figure, data: EphemerisData) -> Any:
-    """The path of the angular velocity in the body; return the mark that moves along it, if there is one."""
-    if not data.has_rate:
-        return None
-    panel: Any = figure.add_subplot(1, 2, 2, projection="3d")
-    panel.plot(*data.angular_velocity.T, color="0.75", linewidth=0.8)
-    panel.set_title("angular velocity in the body, rad/s")
-    return panel.plot([], [], [], "o", color=BLACK, markersize=5)[0]
 
 
 def _half_sides(data: EphemerisData) -> np.ndarray:

@@ -70,12 +70,10 @@ def panels(data: EphemerisData, names: Sequence[str]) -> Iterator[TimelinePanel]
 def _columns(data: EphemerisData, request: str) -> Iterator[TimelinePanel]:
     for column in schema.vectors(replace(data, columns=(request,))):
         title = column.label.replace("_", " ") + (f", {column.unit}" if column.unit else "")
-        yield TimelinePanel(title, tuple(_line(name, column.label) for name in column.names), column.values)
-
-
-def _line(name: str, label: str) -> str:
-    """The name of a line without what its panel's title says: "euler_zyx_1_deg" is "1"."""
-    return name.removeprefix(f"{label}_").removesuffix("_deg").removesuffix("_rad_s") or name
+        # of a line without what the title says: "euler_zyx_1_deg" is "1"
+        short = [name.removeprefix(f"{column.label}_").removesuffix("_deg") for name in column.names]
+        lines = (one.removesuffix("_rad_s") or name for one, name in zip(short, column.names, strict=True))
+        yield TimelinePanel(title, tuple(lines), column.values)
 
 
 def _known_angles(data: EphemerisData) -> Iterator[TimelinePanel]:

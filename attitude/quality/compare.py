@@ -126,7 +126,10 @@ def compare(first: EphemerisData, second: EphemerisData, frame: str | None = Non
         first = in_frame(first, frame)
     second = in_frame(second, first.frame)
     instants = first.instants if second.epoch is None else as_instants(first.time, second.epoch)
-    instants = _snapped(instants, second)
+    index, same = _nearest(second, instants.seconds)  # of those that it has up to rounding, its own
+    own = second.instants[index]
+    seconds, low = np.where(same, own.seconds, instants.seconds), np.where(same, own.low, instants.low)
+    instants = Instants(seconds, low, instants.epoch, scale=instants.scale)
     covered, note = _covered(second, instants)
     if not covered.any():
         raise InputError("instants", "none in common", "ephemerides that overlap in time")
@@ -168,11 +171,3 @@ def _nearest(data: EphemerisData, seconds: np.ndarray) -> tuple[np.ndarray, np.n
     closer = np.abs(own[order[before]] - seconds) < np.abs(own[order[after]] - seconds)
     index = order[np.where(closer, before, after)]
     return index, np.abs(own[index] - seconds) <= SAME_INSTANT
-
-
-def _snapped(instants: Instants, data: EphemerisData) -> Instants:
-    """The instants; of those that an ephemeris has up to rounding, its own."""
-    index, same = _nearest(data, instants.seconds)
-    own = data.instants[index]
-    seconds = np.where(same, own.seconds, instants.seconds)
-    return Instants(seconds, np.where(same, own.low, instants.low), instants.epoch, scale=instants.scale)

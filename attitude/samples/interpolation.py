@@ -102,10 +102,11 @@ def interpolate(segment: InterpolationSegment, instants: Instants) -> tuple[np.n
     origin = nodes.seconds[0]
     t, at = _since(nodes, origin), _since(instants, origin)
     if t.size == 1:
-        return _repeat(segment.attitude, at.size), None if segment.rate is None else _repeat(
-            segment.rate, at.size
-        )
-    count = _node_count(segment)
+        q, rate = np.repeat(segment.attitude[..., :1, :], at.size, axis=-2), segment.rate
+        return q, None if rate is None else np.repeat(rate[..., :1, :], at.size, axis=-2)
+    kind, degree, _ = segment.method
+    has_derivatives = kind == "hermite" and segment.rate is not None
+    count = max(2, (degree + 1) // 2 if has_derivatives else degree + 1)  # of the nodes of one polynomial
     interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
     if segment.method.shrinks:
         return _in_shrinking_windows(segment, t, at, interval, count // 2)
@@ -150,17 +151,6 @@ def _since(instants: Instants, origin: float) -> np.ndarray:
     low = instants.seconds_low
     seconds = instants.seconds - origin
     return seconds if low is None else seconds + low
-
-
-def _repeat(values: np.ndarray, count: int) -> np.ndarray:
-    return np.repeat(values[..., :1, :], count, axis=-2)
-
-
-def _node_count(segment: InterpolationSegment) -> int:
-    """Nodes of one polynomial."""
-    kind, degree, _ = segment.method
-    has_derivatives = kind == "hermite" and segment.rate is not None
-    return max(2, (degree + 1) // 2 if has_derivatives else degree + 1)
 
 
 def lagrange_basis(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

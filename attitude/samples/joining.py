@@ -42,7 +42,11 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
     for k, ((before, after), name) in enumerate(zip(pairwise(moved), names[1:], strict=True)):
         last, first = float(before.elapsed[-1]), float(after.elapsed[0])
         if abs(first - last) <= MAX_ROUNDING:
-            moved[k] = _ending_before(before, first)
+            instants = before.instants  # of which the last is the double before
+            seconds, rest = instants.seconds.copy(), instants.low.copy()
+            seconds[-1], rest[-1] = np.nextafter(first, -np.inf), 0.0
+            changed = Instants(seconds, rest, instants.epoch, scale=instants.scale)
+            moved[k] = replace(before, instants=changed)
             notes.append(f"the epoch at which {name} begins is read twice, the first a double earlier")
         elif first < last:
             raise InputError(name, f"from {first!r} s", f"instants not before {last!r} s")
@@ -54,7 +58,8 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
     segments = [segment for part in moved if part.interpolation for segment in part.interpolation.segments]
     is_stated = any(part.interpolation.is_stated for part in moved if part.interpolation)
     origin = moved[0].instants
-    low = None
+    low, count = None, sum(part.attitude[..., 0].size for part in parts)
+    notes = [*(note for part in parts for note in part.notes), *notes]
     if any(part.instants.seconds_low is not None for part in moved):
         low = np.concatenate([part.instants.low for part in moved])
     return EphemerisData(
@@ -68,23 +73,8 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
         moved[0].name,
         events=tuple(sorted(events, key=lambda event: event.seconds)),
         interpolation=Interpolation(tuple(segments), is_stated) if segments else None,
-        plan=_joined_plan(parts, names, notes),
+        plan=Plan(f"joined of {', '.join(names)}", count, 0.0, 0.0, None, FROM_A_FILE, notes=tuple(notes)),
     )
-
-
-def _ending_before(part: EphemerisData, seconds: float) -> EphemerisData:
-    """The ephemeris whose last instant is the double before these seconds, at which another one begins."""
-    instants = part.instants
-    changed, low = instants.seconds.copy(), instants.low.copy()
-    changed[-1], low[-1] = np.nextafter(seconds, -np.inf), 0.0
-    return replace(part, instants=Instants(changed, low, instants.epoch, scale=instants.scale))
-
-
-def _joined_plan(parts: Sequence[EphemerisData], names: Sequence[str], own: Sequence[str]) -> Plan:
-    """Where the parts come from, and the notes of all, and of joining them."""
-    notes = (*(note for part in parts for note in part.notes), *own)
-    count = sum(part.attitude[..., 0].size for part in parts)
-    return Plan(f"joined of {', '.join(names)}", count, 0.0, 0.0, None, FROM_A_FILE, notes=notes)
 
 
 def _since(part: EphemerisData, first: EphemerisData) -> EphemerisData:

@@ -26,7 +26,18 @@ def requested(
     prefix : of the names `times` and `step` in errors, such as "--"
     """
     if times is not None:
-        return _listed(times, data, f"{prefix}times")
+        words = [word.strip() for word in times.split(",")]
+        try:
+            return np.array([float(word) for word in words])
+        except ValueError:
+            if data.epoch is None:
+                expected = "seconds: this ephemeris has no dates"
+                raise InputError(f"{prefix}times", times, expected) from None
+        try:
+            return parse_times(words, data.instants.scale)
+        except InputError as error:
+            expected = "dates, or seconds since the epoch, separated by commas"
+            raise InputError(f"{prefix}times", error.value, expected) from None
     if step is None:
         return None
     expected = 'a time above 0, such as "10 s" or "1 min" (without a unit: s)'
@@ -36,17 +47,3 @@ def requested(
     if not count <= max_instants:
         raise InputError(f"{prefix}step", step, f"a step that makes at most {max_instants} instants")
     return first + seconds * np.arange(int(count))
-
-
-def _listed(text: str, data: EphemerisData, field: str) -> Any:
-    words = [word.strip() for word in text.split(",")]
-    try:
-        return np.array([float(word) for word in words])
-    except ValueError:
-        if data.epoch is None:
-            raise InputError(field, text, "seconds: this ephemeris has no dates") from None
-    try:
-        return parse_times(words, data.instants.scale)
-    except InputError as error:
-        expected = "dates, or seconds since the epoch, separated by commas"
-        raise InputError(field, error.value, expected) from None

@@ -35,7 +35,12 @@ def in_frame(ephemeris: Data, frame: str, ut1: str | None = None) -> Data:
         return ephemeris
     if ut1 is not None:
         ephemeris = replace(ephemeris, ut1=rotations.check_ut1(ut1))
-    rotation = _rotation(ephemeris, frame)
+    if ephemeris.frame in ORBITAL_FRAMES:
+        raise RegimeError(
+            f"in_frame: there is no rotation from {ephemeris.frame} to other frames; transform the original "
+            "ephemeris"
+        )
+    rotation = rotation_to(frame, ephemeris.frame, ephemeris.orbit, ephemeris.instants, ephemeris.ut1)
     resample = ephemeris.resample
     if resample is not None:
         resample = partial(_resample_in_frame, resample, ephemeris.orbit, ephemeris.ut1, frame)
@@ -75,19 +80,6 @@ def _resample_in_frame(
 
 
 # -- rotation between frames --------------------------------------------------------------------
-
-
-def _rotation(ephemeris: EphemerisData, frame: str) -> FrameRotation | None:
-    """From the ephemeris's frame to another; None where only the name changes.
-
-    To an orbital frame, by way of the frame of its orbit.
-    """
-    if ephemeris.frame in ORBITAL_FRAMES:
-        raise RegimeError(
-            f"in_frame: there is no rotation from {ephemeris.frame} to other frames; transform the original "
-            "ephemeris"
-        )
-    return rotation_to(frame, ephemeris.frame, ephemeris.orbit, ephemeris.instants, ephemeris.ut1)
 
 
 def rotation_to(

@@ -6,9 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..problem.initial_state import InitialState
 from ..problem.spin_bound import SPIN_DEPENDENT, free_spin, greatest_free_rate
-from ..problem.torque_model import CachedTorque
 from ..problem.torque_rows import own_rows
 from ..samples.ephemeris_data import EphemerisData
 from ..times.instants import Instants
@@ -32,8 +30,10 @@ def bounded(
     events = simulation.run(inputs, check, Instants(np.array(span), None, state.epoch)).events
     rests = [event.seconds for event in events if event.kind == "rest"]
     size = sum(float(torque.size(state)) for torque in inputs.torques)
-    driving = sum(
-        float(torque.size(state)) for torque in inputs.torques if not _only_follows_spin(torque, state)
+    driving = sum(  # of those that do work on the body, rather than none, or take energy from it
+        float(torque.size(state))
+        for torque in inputs.torques
+        if not {int(code) for code in own_rows(torque, state)[:, 0]} <= SPIN_DEPENDENT
     )
 
     def rate(data: EphemerisData) -> np.ndarray:
@@ -57,8 +57,3 @@ def bounded(
         size,
         tuple(event.seconds for event in events if event.kind in ("impulse", "contact")),  # the rate jumps
     )
-
-
-def _only_follows_spin(torque: CachedTorque, state: InitialState) -> bool:
-    """Whether a torque does no work on the body, or takes energy from it."""
-    return {int(code) for code in own_rows(torque, state)[:, 0]} <= SPIN_DEPENDENT

@@ -266,12 +266,16 @@ def with_ut1(time: Time, scale: str | None = None) -> Time:
     if isinstance(table, iers.IERS_Auto):  # not the user's own
         table = _bundled_ut1_table()
     if time.scale != "ut1":
-        return _with_delta_ut1(time, _delta_ut1(table, time.utc.jd1, time.utc.jd2))
-    delta = _delta_ut1(table, time.jd1, time.jd2)
-    if hasattr(time, "_delta_ut1_utc"):  # set by the user, or by an earlier conversion
-        return time
-    # looked up by UT1 it may be a second off beside a leap second: once more, by UTC, as astropy does
-    return _with_delta_ut1(time, _delta_ut1(table, *erfa.ut1utc(time.jd1, time.jd2, delta)))
+        delta = _delta_ut1(table, time.utc.jd1, time.utc.jd2)
+    else:
+        delta = _delta_ut1(table, time.jd1, time.jd2)
+        if hasattr(time, "_delta_ut1_utc"):  # set by the user, or by an earlier conversion
+            return time
+        # looked up by UT1 it may be a second off beside a leap second: once more, by UTC, as astropy does
+        delta = _delta_ut1(table, *erfa.ut1utc(time.jd1, time.jd2, delta))
+    time = time.copy()
+    time.delta_ut1_utc = delta
+    return time
 
 
 def _delta_ut1(table: Any, jd1: Any, jd2: Any) -> Any:
@@ -282,12 +286,6 @@ def _delta_ut1(table: Any, jd1: Any, jd2: Any) -> Any:
     if np.any((status == iers.TIME_BEFORE_IERS_RANGE) | (status == iers.TIME_BEYOND_IERS_RANGE)):
         raise ValueError("UT1 - UTC is not in the tables for it")
     return delta.to_value("s")
-
-
-def _with_delta_ut1(time: Time, delta: Any) -> Time:
-    time = time.copy()
-    time.delta_ut1_utc = delta
-    return time
 
 
 @cache

@@ -122,7 +122,10 @@ class Windows:
     def text(self) -> str:
         """As a table for people."""
         columns = {name: values for name, values in self.columns().items() if not name.startswith(("b", "e"))}
-        cells = [[_shown(value) for value in column] for column in columns.values()]
+        cells = [
+            [f"{value:.{SECOND_DECIMALS}f}" if isinstance(value, float) else str(value) for value in column]
+            for column in columns.values()
+        ]
         widths = [
             max(map(len, (name, *column)), default=0) for name, column in zip(columns, cells, strict=True)
         ]
@@ -133,10 +136,6 @@ class Windows:
         total, span = float(self.duration.sum()), self.span[1] - self.span[0]
         table.append(f"{len(self)} windows, {total:.9g} s of {span:.9g} s")
         return "\n".join(table) + "\n"
-
-
-def _shown(value: Any) -> str:
-    return f"{value:.{SECOND_DECIMALS}f}" if isinstance(value, float) else str(value)
 
 
 def _iso(instants: Instants) -> list[str]:

@@ -127,7 +127,9 @@ class _AcmReader(BlockReader):
         attitudes = attitudes if number is None else attitudes[number - 1 : number]
         if not attitudes:
             raise self.error("no attitudes: no block ATT")
-        tzero = self._time_zero(meta)
+        system, line = self.needed(meta, "TIME_SYSTEM"), self.needed(meta, "EPOCH_TZERO")
+        zero, scale = self.instants(system, [line]), system.value.upper()
+        tzero = TimeZero(scale, parse_epochs([line.value.encode()], scale), zero)
         parts = [self._part(block, tzero) for block in attitudes]
         for before, after, block in zip(parts, parts[1:], attitudes[1:], strict=False):
             if after.ends != before.ends or not after.seconds[0] >= before.seconds[-1]:
@@ -155,12 +157,6 @@ class _AcmReader(BlockReader):
         q = rotations.sign_continuous(q)
         return EphemerisData(q, instants, parts[0].ends[0], body, rate, name.value, events=events)
 
-    def _time_zero(self, meta: Block) -> TimeZero:
-        system, line = self.needed(meta, "TIME_SYSTEM"), self.needed(meta, "EPOCH_TZERO")
-        instants = self.instants(system, [line])
-        name = system.value.upper()
-        return TimeZero(name, parse_epochs([line.value.encode()], name), instants)
-
     def _part(self, block: Block, tzero: TimeZero) -> AcmPart:
         """Attitudes of a block, in this library's convention."""
         kind, rate_line = self.needed(block, "ATT_TYPE"), block.fields.get("RATE_TYPE")
@@ -175,26 +171,22 @@ class _AcmReader(BlockReader):
         used = attitude + (() if rate_kind == "GYRO_BIAS" else rates)
         numbers = table[:, : len(used)].T
         if attitude is DCM:
-            used, numbers = self._of_matrices(block, used, numbers)
+            matrices = numbers[:9].T.reshape(-1, 3, 3)  # their transposes: axes of B to axes of A
+            try:
+                q = schema.nearest_rotations(matrices, self.source)
+            except InputError as error:
+                raise self.error(str(error), block.rows[int(error.steps[-1])].number) from None
+            used, numbers = Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
         axes = self.euler_axes(block) if attitude is ANGLES else ""
         try:
-            q, rate = RowConvention(used, frame, is_a, True, axes).convert(np.ascontiguousarray(numbers))
+            turned, rate = RowConvention(used, frame, is_a, True, axes).convert(np.ascontiguousarray(numbers))
         except RowError as error:
             raise self.error(error.reason, block.rows[error.index].number) from None
         low = instants.seconds_low
         low = np.zeros(instants.shape) if low is None else low
-        return AcmPart(instants.seconds.copy(), low, q.T, None if rate is None else rate.T, (frame, body))
-
-    def _of_matrices(
-        self, block: Block, used: tuple[str, ...], numbers: np.ndarray
-    ) -> tuple[tuple[str, ...], np.ndarray]:
-        """The quaternions of matrices from frame A to frame B, listed by columns, in place of these."""
-        matrices = numbers[:9].T.reshape(-1, 3, 3)  # their transposes: axes of B to axes of A
-        try:
-            q = schema.nearest_rotations(matrices, self.source)
-        except InputError as error:
-            raise self.error(str(error), block.rows[int(error.steps[-1])].number) from None
-        return Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
+        return AcmPart(
+            instants.seconds.copy(), low, turned.T, None if rate is None else rate.T, (frame, body)
+        )
 
     def _table(self, block: Block, width: int, tzero: TimeZero) -> tuple[Instants, np.ndarray]:
         """Ascending instants, and (n, width) finite numbers."""

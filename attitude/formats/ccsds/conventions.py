@@ -17,7 +17,7 @@ from ...errors import InputError, note
 from ...frames import rotations
 from ..schema import MAX_OFF_UNIT_IN_FILES, MAX_RATE
 from .epochs import RowError
-from .keywords import ANGLES, ANGVEL, ATTITUDE_TYPES, Q_DOT, SPIN, AttitudeType, KeywordBlock, Q, frame_named
+from .keywords import ANGLES, ANGVEL, ATTITUDE_TYPES, Q_DOT, SPIN, KeywordBlock, Q, frame_named
 from .spin import attitude_and_rate
 
 
@@ -51,7 +51,11 @@ class RowConvention:
             q, derivative = self._euler(columns)
         else:
             q = np.stack([columns[name] for name in ("QC", "Q1", "Q2", "Q3")])
-            _check_unit(q)
+            length, off = rotations.off_unit(q.T, MAX_OFF_UNIT_IN_FILES)
+            if off.any():
+                i = int(np.argmax(off))
+                expected = f"a unit quaternion, within {MAX_OFF_UNIT_IN_FILES:g} of length 1"
+                raise RowError(i, f"quaternion: {expected}; got length {length[i]:.9g}")
             dots = [columns[name] for name in ("QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT") if name in columns]
             derivative = np.stack(dots) if dots else None
         if not self.is_inertial_to_body:
@@ -63,17 +67,13 @@ class RowConvention:
                 return q, _check_rate(rotations.body_rate(q.T, derivative.T).T)
         if "ANGVEL_X" not in columns:
             return q, None
+        # the file has the rate of the frame turned to, relative to the one turned from
         rate = np.deg2rad(np.stack([columns[name] for name in ANGVEL]))
-        return q, self._body_rate(q, rate)
-
-    def _body_rate(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Body components: the file has the rate of the frame turned to, relative to the one turned from."""
-        if not self.is_inertial_to_body:
-            rate = -rate
-        if self.has_body_rates:
-            return _check_rate(rate)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return _check_rate(rotations.rotate(rotations.conjugate(q.T), rate.T).T)
+        rate = rate if self.is_inertial_to_body else -rate
+        if not self.has_body_rates:
+            with np.errstate(over="ignore", invalid="ignore"):
+                rate = rotations.rotate(rotations.conjugate(q.T), rate.T).T
+        return q, _check_rate(rate)
 
     def _euler(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:
         """Quaternion q_1 * q_2 * q_3, intrinsic, and its derivative if the angles have one (product rule)."""
@@ -91,14 +91,6 @@ class RowConvention:
                 derivative = before + turning
             q = rotations.product(q, turn)
         return np.ascontiguousarray(q.T), None if derivative is None else np.ascontiguousarray(derivative.T)
-
-
-def _check_unit(q: np.ndarray) -> None:
-    length, off = rotations.off_unit(q.T, MAX_OFF_UNIT_IN_FILES)
-    if off.any():
-        i = int(np.argmax(off))
-        expected = f"a unit quaternion, within {MAX_OFF_UNIT_IN_FILES:g} of length 1"
-        raise RowError(i, f"quaternion: {expected}; got length {length[i]:.9g}")
 
 
 def _check_rate(rate: np.ndarray) -> np.ndarray:
@@ -122,7 +114,12 @@ def row_convention(fields: KeywordBlock) -> RowConvention:
         has_body_rates = _rate_frame(fields) != ("REF_FRAME_A" if is_frame_a else "REF_FRAME_B")
     columns = kind.attitude + kind.rate
     if fields.version == "1.0" and kind.attitude is Q:
-        columns = _version_1_columns(fields, kind)
+        position = fields.get("QUATERNION_TYPE")
+        if position not in ("FIRST", "LAST"):
+            raise fields.error("QUATERNION_TYPE", "FIRST or LAST belongs here, the position of QC")
+        if position == "FIRST":
+            rate = (kind.rate[3], *kind.rate[:3]) if kind.rate is Q_DOT else kind.rate
+            columns = ("QC", "Q1", "Q2", "Q3", *rate)
     axes = ""
     if kind.attitude is ANGLES:
         try:
@@ -168,17 +165,6 @@ def _rate_frame(fields: KeywordBlock) -> str:
         ):
             return frame
     raise fields.error(name, "REF_FRAME_A or REF_FRAME_B belongs here, for the components of the rate")
-
-
-def _version_1_columns(fields: KeywordBlock, kind: AttitudeType) -> tuple[str, ...]:
-    """QC comes first or last."""
-    position = fields.get("QUATERNION_TYPE")
-    if position not in ("FIRST", "LAST"):
-        raise fields.error("QUATERNION_TYPE", "FIRST or LAST belongs here, the position of QC")
-    if position == "LAST":
-        return kind.attitude + kind.rate
-    rate = (kind.rate[3], *kind.rate[:3]) if kind.rate is Q_DOT else kind.rate
-    return ("QC", "Q1", "Q2", "Q3", *rate)
 
 
 def euler_axes(sequence: str | None) -> str:

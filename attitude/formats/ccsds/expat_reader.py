@@ -57,18 +57,15 @@ class ExpatReader(TextReader, ABC):
         for first in range(0, max(1, len(data)), PIECE_BYTES):
             stopping.check()
             piece = data[first : first + PIECE_BYTES]
-            self._parse_piece(piece, is_final and first + PIECE_BYTES >= len(data))
+            try:
+                self.parser.Parse(piece, is_final and first + PIECE_BYTES >= len(data))
+            except expat.ExpatError as error:
+                raise self.error(f"not XML: {expat.ErrorString(error.code)}", error.lineno) from None
+            except (LookupError, ValueError) as error:  # an encoding that Python has not
+                raise self.error(f"not XML: {error}") from None
             self.parsed_bytes += len(piece)
             if self.parsed_bytes - max(0, self.parser.CurrentByteIndex) > MAX_TEXT_BYTES:
                 raise self.error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
-
-    def _parse_piece(self, piece: bytes, is_final: bool) -> None:
-        try:
-            self.parser.Parse(piece, is_final)
-        except expat.ExpatError as error:
-            raise self.error(f"not XML: {expat.ErrorString(error.code)}", error.lineno) from None
-        except (LookupError, ValueError) as error:  # an encoding that Python has not
-            raise self.error(f"not XML: {error}") from None
 
     def take_text(self) -> str:
         """The text since the last element began or ended, without blanks at its ends."""

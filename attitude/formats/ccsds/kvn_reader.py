@@ -60,17 +60,14 @@ class KvnReader(TextReader):
             else:
                 self.number += 1
                 line, offset = block.line(offset)
-                self._add_text(line.strip(), self.number)
-
-    def _add_text(self, line: bytes, number: int) -> None:
-        words = line.split(maxsplit=1)
-        # Comments may be anywhere after the first line, and in any character set.
-        if not words or (words[0] == b"COMMENT" and self.add_line != self._add_version):
-            self.message.add_remarks(number)
-            return
-        if not line.isascii():
-            raise self.error("characters that are not ASCII", number)
-        self.add_line(line.decode("ascii"), number)
+                words = line.split(maxsplit=1)
+                # Comments may be anywhere after the first line, and in any character set.
+                if not words or (words[0] == b"COMMENT" and self.add_line != self._add_version):
+                    self.message.add_remarks(self.number)
+                elif not line.isascii():
+                    raise self.error("characters that are not ASCII", self.number)
+                else:
+                    self.add_line(line.strip().decode("ascii"), self.number)
 
     # -- the parts of a message, in their order --------------------------------------------------
 

@@ -26,7 +26,10 @@ def read_orbit(path: str, object_name: str | None = None) -> OrbitCurve:
             handle, descriptor, _ = spice.spksfs(body, 0.5 * (intervals[0][0] + intervals[0][1]), 41)[:3]
             center = int(spice.spkuds(descriptor)[1])
         del handle
-        name = spice.bodc2n(center) if _has_name(center, spice) else str(center)
+        try:
+            name = spice.bodc2n(center)
+        except spice.SpiceyError:  # it has none
+            name = str(center)
     return OrbitCurve(partial(_positions, path, body, center), intervals, name.upper(), path)
 
 
@@ -55,14 +58,6 @@ def _body(bodies: list[int], name: str | None, path: str, spice: Any) -> int:
     if number not in bodies:
         raise FormatError(f"no object {name!r}, but {listed}", path)
     return number
-
-
-def _has_name(number: int, spice: Any) -> bool:
-    try:
-        spice.bodc2n(number)
-    except spice.SpiceyError:
-        return False
-    return True
 
 
 def _positions(path: str, body: int, center: int, seconds: np.ndarray) -> np.ndarray:
