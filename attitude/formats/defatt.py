@@ -75,7 +75,11 @@ class DefattReader(TextReader):
         if self.ended:
             raise self.error("something after DATA_STOP", number)
         if text == "DATA_START":
-            self._check_header(number)
+            if self.fields.get("CCSDS_AEM_VERS") != "1.0":
+                raise self.error("not a DEFATT file, which begins with CCSDS_AEM_VERS = 1.0", number)
+            for name, value in STATED.items():
+                if self.fields.get(name) != value:
+                    raise self.error(f"{name} is {self.fields.get(name)!r}, not {value!r}", number)
             self.in_rows = True
             return
         match = KEYWORD.fullmatch(text)
@@ -84,13 +88,6 @@ class DefattReader(TextReader):
         if match[1] in self.fields:
             raise self.error(f"{match[1]} twice", number)
         self.fields[match[1]] = match[2].strip()
-
-    def _check_header(self, number: int) -> None:
-        if self.fields.get("CCSDS_AEM_VERS") != "1.0":
-            raise self.error("not a DEFATT file, which begins with CCSDS_AEM_VERS = 1.0", number)
-        for name, value in STATED.items():
-            if self.fields.get(name) != value:
-                raise self.error(f"{name} is {self.fields.get(name)!r}, not {value!r}", number)
 
     def _add_rows(self, text: bytes, first: int) -> None:
         """Take rows, among which may be comments and empty lines."""
@@ -105,7 +102,12 @@ class DefattReader(TextReader):
         numbers = np.array([i for _, i in kept])
         table = text_rows.read(b"".join(b" ".join(words) + b"\n" for words, _ in kept), ROW)
         if table is None:
-            raise self.error(*self._bad_row(kept))
+            for words, i in kept:
+                for word in words[2:9]:
+                    shown = word[:40].decode(errors="replace")
+                    if np.isnan(finite_number(shown)):
+                        raise self.error(f"{shown!r} is no finite number", i)
+            raise self.error("values that are not separated by blanks", kept[0][1])
         try:
             self.stamps.append(parse_epochs(table.texts[0], "UTC"))
         except RowError as error:
@@ -114,15 +116,6 @@ class DefattReader(TextReader):
         self.unconverged += sum(flag != b"CNV" for flag in table.texts[1].to_pylist())
         self.tables.append(table.columns)
         self.numbers.append(numbers)
-
-    def _bad_row(self, kept: list[tuple[list[bytes], int]]) -> tuple[str, int]:
-        """What is wrong with the first row that has a number which is none, and its line."""
-        for words, number in kept:
-            for word in words[2:9]:
-                text = word[:40].decode(errors="replace")
-                if np.isnan(finite_number(text)):
-                    return f"{text!r} is no finite number", number
-        return "values that are not separated by blanks", kept[0][1]
 
     def ephemeris(self) -> EphemerisData:
         """Return what was read; FormatError if it is truncated, or no ephemeris."""

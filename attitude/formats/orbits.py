@@ -10,19 +10,8 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from ..errors import FormatError, file_errors, suggestion
+from ..samples.interpolation import InterpolationMethod
 from ..times.instants import Instants
-
-
-class OrbitMethod(NamedTuple):
-    """How a file states that its rows are interpolated: "lagrange" or "hermite", of a degree."""
-
-    kind: str
-    degree: int
-
-    @property
-    def row_count(self) -> int:
-        """Rows that a polynomial goes through; Hermite's also through their velocities."""
-        return (self.degree + 2) // 2 if self.kind == "hermite" else self.degree + 1
 
 
 class OrbitSegment(NamedTuple):
@@ -40,7 +29,7 @@ class OrbitSegment(NamedTuple):
     instants: Instants
     positions: np.ndarray
     velocities: np.ndarray | None
-    method: OrbitMethod | None
+    method: InterpolationMethod | None
     useable: tuple[float, float]
 
 

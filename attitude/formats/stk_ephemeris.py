@@ -7,10 +7,10 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from ..errors import FormatError, note
-from ..samples.interpolation import MAX_STATED_DEGREE
+from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
 from ..times.instants import Instants
 from . import bounded_read, stk_text
-from .orbits import OrbitMethod, OrbitRows, OrbitSegment
+from .orbits import OrbitRows, OrbitSegment
 from .stk_dates import DATES, iso_date
 from .stk_text import StkTextReader
 from .text_reader import finite_number
@@ -159,7 +159,7 @@ class _Reader(StkTextReader):
                 first = int(at[-1])
         return [*edges, (first, len(seconds))]
 
-    def _method(self) -> OrbitMethod:
+    def _method(self) -> InterpolationMethod:
         name, number = self.keywords.get("InterpolationMethod", ("Lagrange", 0))
         if name.lower() == "lagrangevop":
             raise self.error("InterpolationMethod LagrangeVOP is not read", number)
@@ -173,7 +173,7 @@ class _Reader(StkTextReader):
             note(f"{self.source}: no InterpolationOrder, taken as {DEFAULT_ORDER}")
         if order > MAX_STATED_DEGREE:
             raise self.error(f"interpolation of degree {order}: at most {MAX_STATED_DEGREE} is read", number)
-        return OrbitMethod(name.lower(), max(order, 1))
+        return InterpolationMethod(name.lower(), max(order, 1))
 
     def _frame(self) -> tuple[str, str]:
         body, _ = self.keywords.get("CentralBody", ("Earth", 0))

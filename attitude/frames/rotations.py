@@ -160,6 +160,12 @@ def euler_angles(q: np.ndarray, sequence: str) -> np.ndarray:
         return np.asarray(Rotation.from_quat(q, scalar_first=True).as_euler(sequence))
 
 
+def unit_direction(longitude: Any, latitude: Any) -> np.ndarray:
+    """(..., 3): unit vectors of a right ascension and a declination, rad."""
+    c = np.cos(latitude)
+    return np.stack([c * np.cos(longitude), c * np.sin(longitude), np.sin(latitude)], axis=-1)
+
+
 def off_orthonormal(matrices: np.ndarray) -> np.ndarray:
     """(...), of matrices M (..., 3, 3): the largest element of M M^T - 1; infinite of a reflection."""
     with np.errstate(over="ignore", invalid="ignore"):

@@ -169,7 +169,7 @@ class OrbitFile(AboutABody):
 
     def _curves(self, table: StateTable, segment: OrbitSegment, start: float, stop: float) -> Curves:
         stopping.check()
-        count = None if segment.method is None else segment.method.row_count
+        count = None if segment.method is None else segment.method.node_count
         step = float(np.diff(table.seconds).max())
         part = table.part(start - step, stop + step, max(14, count or 0))
         return best_curves(part, self._form, count)

@@ -79,8 +79,7 @@ def nutating(
         (float(spin.precession), float(spin.nutation), float(spin.phase)),
         third,
     )
-    c = np.cos(spin.dec)
-    momentum = np.array([c * np.cos(spin.ra), c * np.sin(spin.ra), np.sin(spin.dec)])
+    momentum = rotations.unit_direction(spin.ra, spin.dec)
     omega = np.linalg.solve(tensor, rotations.rotate(rotations.conjugate(q), momentum))
     along = float(omega @ third)
     if abs(along) <= MIN_SHARE * np.sqrt(omega @ omega):

@@ -14,7 +14,6 @@ from ..frames.celestial import dipole_field, sun_at
 from ..frames.rotations import ORBITAL_FRAMES
 from ..samples.ephemeris_data import EphemerisData
 from ..samples.transform import in_frame, rotation_between
-from ..times.instants import Instants
 
 AXES = {"x": 0, "y": 1, "z": 2}
 AXIS = '"x", "y", "z", "-x", "-y", "-z", or a vector of three numbers along the body axes'
@@ -112,7 +111,7 @@ def orbit_state(data: EphemerisData) -> tuple[np.ndarray, np.ndarray]:
     """Position (..., 3), m, and inertial velocity, m/s, of the orbit, along the axes of the frame."""
     if data.orbit is None:
         raise RegimeError("orbit: this ephemeris is of no scene that has an orbit")
-    vectors = data.orbit.state(_flat(data.instants))
+    vectors = data.orbit.state(data.instants.flattened())
     return _in_frame(data, vectors[0], data.orbit.frame), _in_frame(data, vectors[1], data.orbit.frame)
 
 
@@ -135,7 +134,7 @@ def sun_from_centre(data: EphemerisData) -> np.ndarray:
         raise RegimeError(
             "sun: the central body of this orbit is not the Earth, so the Sun's place is unknown"
         )
-    return _in_frame(data, sun_at(_flat(data.instants)), "GCRF")
+    return _in_frame(data, sun_at(data.instants.flattened()), "GCRF")
 
 
 def orbit_normal(data: EphemerisData) -> np.ndarray:
@@ -166,12 +165,6 @@ TARGETS: dict[str, Callable[[EphemerisData], np.ndarray]] = {
     "momentum": momentum,
     "magnetic_field": magnetic_field,
 }
-
-
-def _flat(instants: Instants) -> Instants:
-    low = instants.seconds_low
-    flat_low = None if low is None else low.reshape(-1)
-    return Instants(instants.seconds.reshape(-1), flat_low, instants.epoch, scale=instants.scale)
 
 
 def _in_frame(data: EphemerisData, vectors: np.ndarray, frame: str) -> np.ndarray:

@@ -135,12 +135,18 @@ def check(
         text = f"instant {i} ({seconds[i]:.9g} s) is not after the one before it ({seconds[i - 1]:.9g} s)"
         return (Finding("coverage", True, text, {"index": i}),)
     interpolation = data.interpolation or Interpolation(())
+    off = float(np.abs(rotations.off_unit(data.quaternion("wxyz"))[0] - 1.0).max())
     return (
         _coverage(data),
         _gaps(data, interpolation),
         _spacing(data, interpolation),
         _signs(data, interpolation),
-        _unit_length(data),
+        Finding(
+            "unit length",
+            off > rotations.UNIT_TOLERANCE,
+            f"within {off:.1e} of 1",
+            {"greatest_difference": off},
+        ),
         *_rates(data, interpolation),
         *_interpolation(interpolation, max_interpolation_error),
     )
@@ -208,14 +214,6 @@ def _signs(data: EphemerisData, interpolation: Interpolation) -> Finding:
         return Finding("signs", False, "q and -q are never mixed", {"sign_changes": 0})
     text = f"{count} changes from q to -q, which polynomials must not pass through; read here as one sign"
     return Finding("signs", True, text, {"sign_changes": count})
-
-
-def _unit_length(data: EphemerisData) -> Finding:
-    length, _ = rotations.off_unit(data.quaternion("wxyz"))
-    off = float(np.abs(length - 1.0).max())
-    return Finding(
-        "unit length", off > rotations.UNIT_TOLERANCE, f"within {off:.1e} of 1", {"greatest_difference": off}
-    )
 
 
 def _rates(data: EphemerisData, interpolation: Interpolation) -> Iterator[Finding]:

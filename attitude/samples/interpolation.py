@@ -31,6 +31,11 @@ class InterpolationMethod(NamedTuple):
     degree: int = 1
     shrinks: bool = False
 
+    @property
+    def node_count(self) -> int:
+        """Nodes that a polynomial goes through; Hermite's also through the derivatives there."""
+        return (self.degree + 2) // 2 if self.kind == "hermite" else self.degree + 1
+
     def __str__(self) -> str:
         return "slerp" if self.kind == "slerp" else f"{self.kind.capitalize()}, degree {self.degree}"
 

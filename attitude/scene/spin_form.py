@@ -113,8 +113,7 @@ class SpinForm(Part):
             momentum = np.array([sine * np.cos(phase), -sine * np.sin(phase), np.cos(nutation)])
             return np.asarray(2.0 * np.pi / self.nutation_period.si * momentum)
         if self.momentum is not None and self.nutation_rate is not None:
-            ra, dec = self.momentum.angles()
-            momentum = np.array([np.cos(dec) * np.cos(ra), np.cos(dec) * np.sin(ra), np.sin(dec)])
+            momentum = rotations.unit_direction(*self.momentum.angles())
             return np.asarray(self.nutation_rate.si * rotations.rotate(rotations.conjugate(q), momentum))
         return np.zeros(3)
 

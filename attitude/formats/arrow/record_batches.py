@@ -59,7 +59,13 @@ def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str)
         for name, kind in zip(reader.schema.names, reader.schema.types, strict=True):
             if kind != _type(name):
                 raise FormatError(f"column {name!r} of {kind}, not {_type(name)}", source)
-        meta = _metadata(reader.schema, source)
+        text = (reader.schema.metadata or {}).get(METADATA)
+        if text is None:
+            raise FormatError("not an ephemeris of this library: no metadata under 'attitude'", source)
+        try:
+            meta = orjson.loads(text)
+        except orjson.JSONDecodeError:
+            raise FormatError("metadata that are not JSON", source) from None
         table = _table(reader, meta, source)
         table.validate(full=True)
         if not has_footer(reader):
@@ -91,13 +97,3 @@ def _table(reader: Any, meta: Any, source: str) -> Any:
         count += max(1, batch.num_rows)
         schema.refuse_more(count, stated, source)
     return pa.Table.from_batches(batches, reader.schema)
-
-
-def _metadata(arrow_schema: Any, source: str) -> Any:
-    text = (arrow_schema.metadata or {}).get(METADATA)
-    if text is None:
-        raise FormatError("not an ephemeris of this library: no metadata under 'attitude'", source)
-    try:
-        return orjson.loads(text)
-    except orjson.JSONDecodeError:
-        raise FormatError("metadata that are not JSON", source) from None

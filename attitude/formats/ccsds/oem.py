@@ -8,7 +8,8 @@ import numpy as np
 
 from ... import stopping
 from ...errors import AttitudeError
-from ..orbits import OrbitMethod, OrbitRows, OrbitSegment
+from ...samples.interpolation import InterpolationMethod
+from ..orbits import OrbitRows, OrbitSegment
 from ..text_reader import TextReader
 from .epochs import RowError, Timestamps, to_instants
 from .keywords import BOTH, HEADER, Keyword, KeywordBlock, frame_named
@@ -125,20 +126,16 @@ class _OemReader(TextReader):
             instants = to_instants(stamps, system)
         except AttitudeError as error:
             raise self.error(str(error), rows[0].number) from None
-        useable = [self._useable(fields, name, stamps, system) for name in ("START", "STOP")]
-        ends = [float(instants.seconds[0]), float(instants.seconds[-1])]
-        start, stop = (end if own is None else own for own, end in zip(useable, ends, strict=True))
-        start, stop = max(start, ends[0]), min(stop, ends[1])
+        first, last = float(instants.seconds[0]), float(instants.seconds[-1])
+        ends = {"START": first, "STOP": last}  # of the useable span, s since the first row
+        for end in ends:
+            time = fields.time(f"USEABLE_{end}_TIME")
+            if time is not None:
+                both = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
+                ends[end] = float(to_instants(both, system).seconds[1])
+        start, stop = max(ends["START"], first), min(ends["STOP"], last)
         if not start <= stop:
             raise fields.error("USEABLE_START_TIME", "no rows in the useable span")
         stated = fields.interpolation("INTERPOLATION")
-        method = None if stated is None else OrbitMethod(*stated)
+        method = None if stated is None else InterpolationMethod(*stated)
         return OrbitSegment(instants, 1e3 * numbers[:3].T, 1e3 * numbers[3:6].T, method, (start, stop))
-
-    def _useable(self, fields: KeywordBlock, end: str, stamps: Timestamps, system: str) -> float | None:
-        """An end of the useable span, s since the first row."""
-        time = fields.time(f"USEABLE_{end}_TIME")
-        if time is None:
-            return None
-        both = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
-        return float(to_instants(both, system).seconds[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -48,20 +49,13 @@ class Segment:
         self.kind = ATTITUDE_TYPES[fields.get("ATTITUDE_TYPE") or ""]
         stated = fields.interpolation("INTERPOLATION_METHOD")
         self.method = None if stated is None else InterpolationMethod(*stated)
-        self.span = self._read_span()
+        times = {name: fields.time(name) for name in TIMES}
+        self.span = {name: time for name, time in times.items() if time is not None}
+        for name, other in pairwise(self.span):
+            if self.span[name] > self.span[other]:
+                raise fields.error(other, f"before {name}")
         self.blocks: list[Rows] = []
         self._column_kinds = "t" + "n" * len(self.columns)  # an epoch and numbers
-
-    # -- metadata -------------------------------------------------------------------------------
-
-    def _read_span(self) -> dict[str, tuple[int, int]]:
-        """Times of the metadata, in order."""
-        times = {name: self.fields.time(name) for name in TIMES}
-        span = {name: time for name, time in times.items() if time is not None}
-        for name, other in zip(span, list(span)[1:], strict=False):
-            if span[name] > span[other]:
-                raise self.fields.error(other, f"before {name}")
-        return span
 
     @property
     def useable(self) -> tuple[tuple[int, int] | None, tuple[int, int] | None]:

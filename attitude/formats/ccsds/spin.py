@@ -41,12 +41,14 @@ def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np
         good = (period > 0.0) | ((period == 0.0) & (nutation == 0.0))  # writers leave all zero for none
         if not good.all():
             raise RowError(int(np.argmin(good)), "NUTATION_PER: a period greater than 0 belongs here")
-        momentum = _direction(-phase, 0.5 * np.pi - nutation)
+        momentum = rotations.unit_direction(-phase, 0.5 * np.pi - nutation)
         rate = (
             np.where(period > 0.0, 2.0 * np.pi / np.where(period > 0.0, period, 1.0), 0.0)[:, None] * momentum
         )
     elif "NUTATION_VEL" in columns:
-        momentum = _direction(np.deg2rad(columns["MOMENTUM_ALPHA"]), np.deg2rad(columns["MOMENTUM_DELTA"]))
+        momentum = rotations.unit_direction(
+            np.deg2rad(columns["MOMENTUM_ALPHA"]), np.deg2rad(columns["MOMENTUM_DELTA"])
+        )
         momentum = rotations.rotate(rotations.conjugate(q), momentum)
         rate = np.deg2rad(columns["NUTATION_VEL"])[:, None] * momentum
     rate[:, 2] += speed
@@ -90,9 +92,3 @@ def _refuse_other_rates(rate: np.ndarray, off: np.ndarray, kind: str) -> None:
         share = float((off / np.where(size > 0.0, size, 1.0)).max())
         kinds = f"is not that of {kind}; QUATERNION/ANGVEL holds any rate"
         raise FormatError(f"attitude_type: {share:.1e} of the body's rate {kinds}")
-
-
-def _direction(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
-    """(n, 3) unit vectors."""
-    c = np.cos(latitude)
-    return np.stack([c * np.cos(longitude), c * np.sin(longitude), np.sin(latitude)], axis=1)

@@ -15,6 +15,7 @@ from ...times.iso8601 import MONTHS
 
 TICKS = 65536  # in a second of our clocks
 SECONDS = 2**36  # of our clocks, 2178 years: their ticks are whole doubles to the end
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")  # with Fortran's D for the exponent, too
 MAX_STRING_LENGTH = 70  # characters of a string in a kernel; longer ones are continued
 
 LEAP_SECONDS = """KPL/LSK
@@ -113,15 +114,13 @@ def frames(naif_id: int, structure: int, frame: str, body: str, name: str) -> st
 
 def meta_kernel(files: list[str]) -> str:
     """Meta-kernel that loads the files beside it."""
-    return META_KERNEL.format(files=",\n".join(_string(file) for file in files))
-
-
-def _string(text: str) -> str:
-    """Text as strings of a kernel: quotes doubled, and a long one continued after a plus."""
-    parts = [text[i : i + MAX_STRING_LENGTH] for i in range(0, len(text), MAX_STRING_LENGTH)]
-    return "\n".join(
-        "  '" + part.replace("'", "''") + ("+" if part is not parts[-1] else "") + "'" for part in parts
-    )
+    strings = []  # quotes doubled, and a long one continued after a plus
+    for file in files:
+        parts = [file[i : i + MAX_STRING_LENGTH] for i in range(0, len(file), MAX_STRING_LENGTH)]
+        ends = ["+"] * (len(parts) - 1) + [""]
+        doubled = zip((part.replace("'", "''") for part in parts), ends, strict=True)
+        strings.append("\n".join(f"  '{part}{end}'" for part, end in doubled))
+    return META_KERNEL.format(files=",\n".join(strings))
 
 
 # -- reading ------------------------------------------------------------------------------------
@@ -130,8 +129,13 @@ def _string(text: str) -> str:
 def variables(text: str, source: str) -> dict[str, list[Any]]:
     """Variables that a text kernel assigns: numbers as floats, everything else as text."""
     assigned: dict[str, list[Any]] = {}
-    name, values, open_since = "", "", 0
-    for number, line in _data_lines(text):
+    name, values, open_since, is_data = "", "", 0, False
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() in (r"\begindata", r"\begintext"):
+            is_data = line.strip() == r"\begindata"
+            continue
+        if not is_data or not line.strip():
+            continue
         if not open_since:
             match = re.fullmatch(r"\s*([^\s=+(),']+)\s*(\+?)=\s*(.*)", line)
             if match is None:
@@ -144,24 +148,10 @@ def variables(text: str, source: str) -> dict[str, list[Any]]:
         plain = re.sub(r"'[^']*'", "", values)
         open_since = (open_since or number) if "(" in plain and ")" not in plain else 0
         if not open_since:
-            assigned.setdefault(name, []).extend(_values(values))
+            words = re.findall(r"'(?:[^']|'')*'|[^\s,()]+", values)
+            numbers = (word.upper().replace("D", "E") if NUMBER.fullmatch(word) else "" for word in words)
+            both = zip(numbers, words, strict=True)
+            assigned.setdefault(name, []).extend(float(value) if value else word for value, word in both)
     if open_since:
         raise FormatError(f"{name} has no closing parenthesis", source, open_since)
     return assigned
-
-
-def _data_lines(text: str) -> list[tuple[int, str]]:
-    lines, is_data = [], False
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.strip() in (r"\begindata", r"\begintext"):
-            is_data = line.strip() == r"\begindata"
-        elif is_data and line.strip():
-            lines.append((number, line))
-    return lines
-
-
-def _values(text: str) -> list[Any]:
-    """Values between commas or blanks; numbers may have Fortran's D for the exponent."""
-    is_number = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?").fullmatch
-    words = re.findall(r"'(?:[^']|'')*'|[^\s,()]+", text)
-    return [float(word.upper().replace("D", "E")) if is_number(word) else word for word in words]

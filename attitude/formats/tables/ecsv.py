@@ -56,7 +56,10 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     text = bounded_read.text(stream, source)
     if b"\n" not in text:  # astropy would take it for the name of a file
         raise FormatError("not ECSV that astropy reads: one line without an end", source)
-    _refuse_gaps(text, source)
+    if b'""' in text or b"null" in text:  # which astropy would read as zero
+        for number, line in enumerate(text.split(b"\n"), start=1):
+            if (b'""' in line or b"null" in line) and not line.startswith(b"#"):
+                raise FormatError("elapsed, quaternion or rate without a value", source, number)
     try:
         begin = HEADER.match(text).end()  # type: ignore[union-attr]  # the match may be empty
         header = text[:begin].decode().split("\n")
@@ -102,12 +105,3 @@ def _vectors(cells: Any, width: int) -> np.ndarray | None:
     if rows is None or rows.columns.shape[1] != len(cells) or text[:1] + text[-1:] != b"[]":
         return None
     return rows.columns.T
-
-
-def _refuse_gaps(text: bytes, source: str) -> None:
-    """Refuses missing numbers, "" in a row or null in a cell, which astropy would read as zero."""
-    if b'""' not in text and b"null" not in text:
-        return
-    for number, line in enumerate(text.split(b"\n"), start=1):
-        if (b'""' in line or b"null" in line) and not line.startswith(b"#"):
-            raise FormatError("elapsed, quaternion or rate without a value", source, number)

@@ -39,7 +39,9 @@ def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> 
     table = QTable(meta=meta if shape is None else {**meta, "shape": list(shape)})
     names = schema.names(Samples.of(ephemeris))
     if schema.TIME in names:
-        table["time"] = _without_delta(ephemeris.time)
+        time = ephemeris.time  # whose TDB - TT astropy may have stored, and would write as a column
+        table["time"] = Time(time.jd1, time.jd2, format="jd", scale=time.scale)
+        table["time"].format, table["time"].precision = time.format, time.precision
         table["time"].info.serialize_method["ecsv"] = "jd1_jd2"  # as text it would lose digits
     if schema.ELAPSED in names:
         table["elapsed"] = ephemeris.elapsed * u.s
@@ -50,13 +52,6 @@ def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> 
         rows = np.moveaxis(values, len(ephemeris.batch_shape), 0)
         table[column.label] = rows * u.Unit(column.unit) if column.unit else rows
     return table
-
-
-def _without_delta(time: Time) -> Time:
-    """The same instants, without the TDB - TT that astropy may have stored, and would write as a column."""
-    plain = Time(time.jd1, time.jd2, format="jd", scale=time.scale)
-    plain.format, plain.precision = time.format, time.precision
-    return plain
 
 
 def refuse_unfolding(header: str) -> None:

@@ -27,7 +27,10 @@ AXES = {"quaternion": "body to inertial"} | dict.fromkeys(("angular_velocity", *
 def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
     """See `Ephemeris.to_xarray`."""
     xarray = needed("xarray", "to_xarray", "tables")
-    bodies, times = _dimensions(ephemeris)
+    # dimensions, numbered where there are several
+    bodies = ["body" if i == 0 else f"body_{i}" for i in range(len(ephemeris.batch_shape))]
+    count = len(ephemeris.instants.shape)
+    times = ["time"] if count == 1 else [f"time_{i}" for i in range(count)]
     variables: dict[str, Any] = {}
     components: dict[str, list[Any]] = {}
     for column in schema.vectors(ephemeris):
@@ -63,13 +66,6 @@ def _attributes(ephemeris: EphemerisData) -> dict[str, Any]:
         meta |= {"epoch": epoch["time"], "epoch_scale": epoch["scale"], "epoch_jd": days}
     nested = {name: orjson.dumps(meta[name]).decode() for name in ("body", "events") if meta.get(name)}
     return {name: value for name, value in (meta | nested).items() if value is not None}
-
-
-def _dimensions(ephemeris: EphemerisData) -> tuple[list[str], list[str]]:
-    """Names of the batch dimensions, and of those of the instants; numbered where there are several."""
-    bodies = ["body" if i == 0 else f"body_{i}" for i in range(len(ephemeris.batch_shape))]
-    dimensions = len(ephemeris.instants.shape)
-    return bodies, ["time"] if dimensions == 1 else [f"time_{i}" for i in range(dimensions)]
 
 
 def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
