@@ -134,6 +134,17 @@ def file_errors(path: Any, verb: str = "read") -> Iterator[None]:
         raise FormatError(f"cannot be {verb} ({reason})", str(path)) from None
 
 
+@contextmanager
+def library_errors(reason: str, source: str) -> Iterator[None]:
+    """Turn what a library raises in this block, of whatever class, into a FormatError with this reason."""
+    try:
+        yield
+    except FormatError:
+        raise
+    except Exception as error:
+        raise FormatError(f"{reason}: {one_line(error)}", source) from None
+
+
 def one_line(error: Exception) -> str:
     """A library's message of an error, in one line of at most 200 characters."""
     return " ".join(str(error).split())[:200] or type(error).__name__

@@ -132,10 +132,12 @@ def is_attitude_file(name: str) -> bool:
         return KIND.encode() in file.read(4096)
 
 
-def pop_tolerance(options: Namespace) -> str | None:
-    """The tolerance of torques that --set gives, taken from the options of the format."""
+def pop_tolerance(options: Namespace, is_alone: bool = False) -> str | None:
+    """The tolerance of torques that --set gives, taken from the options of the format, if there are any."""
     given = [text for text in options.set if text.startswith("tolerance=")]
     options.set = [text for text in options.set if text not in given]
+    if options.set and is_alone:
+        raise InputError("--set", options.set[0], "tolerance=TOL")
     return given[-1].partition("=")[2] if given else None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Callable
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -214,19 +215,17 @@ def table_text(statistics: Statistics) -> str:
 
 def _encoder(path: str) -> Callable[[Statistics], bytes]:
     """The function that encodes statistics for such a file; InputError for another ending."""
-    encoders = {".ecsv": _ecsv, ".json": _json}
+
+    def ecsv(statistics: Statistics) -> bytes:
+        sink = StringIO()
+        statistics.to_table().write(sink, format="ascii.ecsv")
+        return sink.getvalue().encode()
+
+    encoders = {".ecsv": ecsv, ".json": _json}
     ending = ".json" if path == STANDARD_STREAM else Path(path).suffix
     if ending not in encoders:
         raise InputError("--statistics", path, f"a name that ends in {' or '.join(encoders)}")
     return encoders[ending]
-
-
-def _ecsv(statistics: Statistics) -> bytes:
-    from io import StringIO
-
-    sink = StringIO()
-    statistics.to_table().write(sink, format="ascii.ecsv")
-    return sink.getvalue().encode()
 
 
 def _json(statistics: Statistics) -> bytes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..errors import InputError
 from . import arguments, console
 
 DESCRIPTION = (
@@ -28,9 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(options: Namespace) -> None:
     """Print the plan."""
     drop_below = arguments.angle(options.drop_below, "--drop-below")
-    tolerance = arguments.pop_tolerance(options)
-    if options.set:
-        raise InputError("--set", options.set[0], "tolerance=TOL")
+    tolerance = arguments.pop_tolerance(options, is_alone=True)
     scene = arguments.read_scene(options.scene, tolerance, arguments.times(options))
     console.announce_compilation(options)
     plan = scene.plan(drop_below)

@@ -56,9 +56,7 @@ def execute(options: Namespace) -> None:
     picture = None if options.plot is None else output_paths.check_picture(options.plot)
     if options.output != output_paths.STANDARD_STREAM:
         output_paths.check(options.output)
-    tolerance = arguments.pop_tolerance(options)
-    if options.set:
-        raise InputError("--set", options.set[0], "tolerance=TOL")
+    tolerance = arguments.pop_tolerance(options, is_alone=True)
     scene = arguments.read_scene(options.scene, tolerance)
     try:
         width = None if options.width is None else float(options.width)

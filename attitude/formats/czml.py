@@ -24,7 +24,7 @@ from ..samples.chunks import CHUNK_INSTANTS, Samples
 from ..samples.ephemeris_data import EphemerisData, OrbitStates
 from ..samples.transform import in_frame, rotation_between
 from ..times.instants import Instants
-from . import schema
+from . import schema, time_origin
 from .czml_reader import parse as parse
 from .interpolant import Interpolant
 from .interpolation_nodes import Nodes
@@ -130,7 +130,8 @@ def _document(head: EphemerisData, tail: EphemerisData, span: str, name: str) ->
 
 def _orientation(segments: tuple[Samples, ...]) -> Iterator[bytes]:
     """Orientation as one object, or a list of one object an interval, which extends to the next."""
-    last, is_list = None, len(segments) > 1
+    last: float | None = None
+    is_list = len(segments) > 1
     yield b"[" if is_list else b""
     for i, segment in enumerate(segments):
         head = segment.first
@@ -141,8 +142,10 @@ def _orientation(segments: tuple[Samples, ...]) -> Iterator[bytes]:
             sampled = {"interval": interval, **sampled, "forwardExtrapolationType": "HOLD"}
         yield (b"," if i else b"") + orjson.dumps(sampled)[:-1] + b',"unitQuaternion":['
         for k, piece in enumerate(segment.chunks()):
-            last = _refuse_disorder(piece, last)
-            yield (b"," if k else b"") + _rows(piece.elapsed, _earth_fixed(piece).quaternion("xyzw"))
+            seconds = piece.elapsed
+            time_origin.refuse_unordered(seconds, last, "CZML", "s")
+            last = float(seconds[-1])
+            yield (b"," if k else b"") + _rows(seconds, _earth_fixed(piece).quaternion("xyzw"))
         yield b"]}"
     yield b"]" if is_list else b""
 
@@ -197,19 +200,6 @@ def _rows(seconds: np.ndarray, values: np.ndarray) -> bytes:
     """Numbers of all rows, t, x, y, z, ..., between commas."""
     table = np.column_stack([seconds, values]).reshape(-1)
     return orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1]
-
-
-def _refuse_disorder(piece: EphemerisData, last: float | None) -> float:
-    """Return the last instant of a piece; refuses instants that do not increase, from `last` on."""
-    seconds = piece.elapsed
-    before = np.concatenate([[-np.inf if last is None else last], seconds[:-1]])
-    late = ~(seconds > before)
-    if late.any():
-        i = int(np.argmax(late))
-        raise FormatError(
-            f"CZML is written in order of time; {seconds[i]:.17g} s is not after {before[i]:.17g} s"
-        )
-    return float(seconds[-1])
 
 
 def _interval(head: EphemerisData, tail: EphemerisData) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 import orjson
 from numpy.lib import format as npy
 
-from ..errors import FormatError, one_line
+from ..errors import FormatError, library_errors
 from ..samples.chunks import Samples
 from . import columnar, schema
 from .binary import Sink, refuse_inflated, seekable
@@ -76,19 +76,14 @@ def _chunks(samples: Samples, step: int, steps: int) -> Iterator[EphemerisData]:
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     stream = seekable(stream, source)
-    try:
-        with zipfile.ZipFile(stream) as archive:
-            stream.seek(-22, io.SEEK_END)  # where the archive's last record begins, if it has no comment
-            if stream.read(4) != b"PK\5\6":
-                raise FormatError("data after its end", source)
-            members = _members(archive, source)
-            refuse_inflated(sum(each.file_size for each in members.values()), stream, source)
-            meta = orjson.loads(_metadata_text(archive, members.pop(METADATA), source))
-            table = {name: _column(archive, each, name, source) for name, each in members.items()}
-    except FormatError:
-        raise
-    except Exception as error:  # a dozen classes, of zipfile and of numpy
-        raise FormatError(f"not NPZ: {one_line(error)}", source) from None
+    with library_errors("not NPZ", source), zipfile.ZipFile(stream) as archive:
+        stream.seek(-22, io.SEEK_END)  # where the archive's last record begins, if it has no comment
+        if stream.read(4) != b"PK\5\6":
+            raise FormatError("data after its end", source)
+        members = _members(archive, source)
+        refuse_inflated(sum(each.file_size for each in members.values()), stream, source)
+        meta = orjson.loads(_metadata_text(archive, members.pop(METADATA), source))
+        table = {name: _column(archive, each, name, source) for name, each in members.items()}
     table.pop(columnar.TIME_TAI, None)  # the seconds are exact
     return schema.ephemeris_from(meta, table, source)
 

@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import FormatError, InputError
 from ..frames import rotations
 from ..frames.inertial import from_gcrf
-from ..samples.ephemeris_data import EphemerisData, convention
+from ..samples.ephemeris_data import convention
 from . import schema, text_rows, time_origin
 from .interpolant import Interpolant, higher_degrees, lagrange
 from .interpolation_nodes import Nodes
@@ -154,20 +154,13 @@ def _rows(
             count = min(left, len(piece))
             left -= count
             if count:
-                table = _table(piece[:count], origin, rates, turn)
-                table[:, 1:5] = rotations.sign_continuous(table[:, 1:5], last_attitude)
-                last_attitude = table[-1, 1:5]
+                part = piece[:count]
+                q = part.quaternion("wxyz")
+                q = rotations.in_order(q if turn is None else rotations.product(turn, q), "xyzw")
+                q = rotations.sign_continuous(q, last_attitude)
+                last_attitude = q[-1]
+                velocities = [schema.degrees(part)] if rates else []
+                table = np.column_stack([origin.seconds(part.instants)[0], q, *velocities])
                 time_origin.refuse_unordered(table[:, 0], last_time, "An STK attitude file", "s of its epoch")
                 last_time = float(table[-1, 0])
                 yield text_rows.texts(table.T, [b"", *[b" "] * (table.shape[1] - 1), b"\n"])
-
-
-def _table(piece: EphemerisData, origin: TimeOrigin, rates: bool, turn: np.ndarray | None) -> np.ndarray:
-    """(n, 5) or (n, 8): seconds, quaternion, deg/s."""
-    q = piece.quaternion("wxyz")
-    if turn is not None:
-        q = rotations.product(turn, q)
-    columns = [origin.seconds(piece.instants)[0][:, None], rotations.in_order(q, "xyzw")]
-    if rates:
-        columns.append(schema.degrees(piece))
-    return np.concatenate(columns, axis=1)

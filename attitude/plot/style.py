@@ -6,6 +6,7 @@ import io
 from collections.abc import Callable
 
 import numpy as np
+from astropy.time import Time
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -33,6 +34,12 @@ def time_unit(seconds: np.ndarray) -> tuple[str, float]:
     span = float(np.abs(seconds).max())
     units = (("d", 86400.0), ("h", 3600.0), ("min", 60.0), ("s", 1.0))
     return next((each for each in units if span >= 4.0 * each[1]), units[-1])
+
+
+def time_label(epoch: Time | None, unit: str) -> str:
+    """The label of a time axis in a unit, since an epoch or without one."""
+    since = f" since {epoch.isot} {epoch.scale}" if epoch is not None else ""
+    return f"time{since}, {unit}"
 
 
 def figure_of(draw: Callable[[Figure], None], size: tuple[float, float]) -> Figure:

@@ -14,7 +14,7 @@ from ..frames.rotations import TURNING_FRAMES
 from . import choices, spread
 from .choices import TimelinePanel
 from .curves import CURVES, line_style
-from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, figure_of, time_unit
+from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, figure_of, time_label, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,9 +129,7 @@ def draw(ephemeris: EphemerisData, panels: list[TimelinePanel], figure: Any) -> 
             for handle in legend.legend_handles:
                 handle.set_markersize(4.0)
         axes.set_ylabel(panel.title)
-    epoch = ephemeris.epoch
-    since = f" since {epoch.isot} {epoch.scale}" if epoch is not None else ""
-    rows[-1].set_xlabel(f"time{since}, {unit}")
+    rows[-1].set_xlabel(time_label(ephemeris.epoch, unit))
     marks = draw_events(rows, ephemeris, size) | draw_limit(rows, ephemeris, panels, (unit, size))
     if panels[0].title == "attitude":
         rows[0].set_ylim(-1.08, 1.08)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .style import BLUE, drawn, time_unit
+from .style import BLUE, drawn, time_label, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,9 +41,7 @@ def draw(windows: Windows, figure: Figure) -> None:
     share.plot(np.append(edges, span[1]) / size, np.append(opened, opened[-1]) / size, color=BLUE)
     share.set_ylabel(f"open in all, {unit}")
     share.set_xlim(*(span / size))
-    epoch = windows.epoch
-    since = f" since {epoch.isot} {epoch.scale}" if epoch is not None else ""
-    share.set_xlabel(f"time{since}, {unit}")
+    share.set_xlabel(time_label(windows.epoch, unit))
     figure.suptitle(f"{windows.name or 'A scene'}: {label(windows.condition.document())}", fontsize=11)
 
 

@@ -15,7 +15,7 @@ from astropy.table import QTable, Table, serialize
 from astropy.table import meta as table_meta
 from astropy.utils.data_info import serialize_context_as
 
-from ...errors import FormatError, one_line
+from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
 from .. import schema
 from ..binary import Sink, refuse_inflated, seekable
@@ -73,7 +73,7 @@ def _array(column: np.ndarray) -> Any:
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     stream = seekable(stream, source)
-    try:
+    with library_errors("not Parquet as astropy writes it", source):
         file = pq.ParquetFile(stream)
         meta = _check(file.schema_arrow, source)
         groups = [file.metadata.row_group(i).num_rows for i in range(file.metadata.num_row_groups)]
@@ -81,10 +81,6 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
         refuse_inflated(8 * stated_rows * file.metadata.num_columns, stream, source)
         table = file.read()
         table.validate(full=True)
-    except FormatError:
-        raise
-    except Exception as error:  # of pyarrow, of astropy's YAML, and of the stream
-        raise FormatError(f"not Parquet as astropy writes it: {one_line(error)}", source) from None
     columns = {}
     for name, column in SCALARS.items():
         if name in table.column_names:

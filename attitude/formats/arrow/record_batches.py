@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import orjson
 import pyarrow as pa
 
-from ...errors import FormatError, one_line
+from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
 from .. import columnar, schema
 from ..binary import Sink, refuse_trailing
@@ -53,7 +53,7 @@ def _arrow_schema(samples: Samples, names: list[str]) -> Any:
 
 def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris; `open_reader` is `pyarrow.ipc.open_file` or `open_stream`."""
-    try:
+    with library_errors("not Arrow", source):
         reader = open_reader(stream)
         columnar.check_names(reader.schema.names, source)  # before any data is read
         for name, kind in zip(reader.schema.names, reader.schema.types, strict=True):
@@ -70,10 +70,6 @@ def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str)
         table.validate(full=True)
         if not has_footer(reader):
             refuse_trailing(stream, source)
-    except FormatError:
-        raise
-    except Exception as error:  # of pyarrow, and of the stream
-        raise FormatError(f"not Arrow: {one_line(error)}", source) from None
     if any(column.null_count for column in table.columns):
         raise FormatError("a column with missing values", source)
     names = [name for name in table.column_names if name != columnar.TIME_TAI]

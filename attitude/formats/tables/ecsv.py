@@ -11,7 +11,7 @@ import numpy as np
 import orjson
 from astropy.table import QTable
 
-from ...errors import FormatError, one_line
+from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
 from .. import bounded_read, text_rows
 from ..text_rows import texts
@@ -60,14 +60,12 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
         for number, line in enumerate(text.split(b"\n"), start=1):
             if (b'""' in line or b"null" in line) and not line.startswith(b"#"):
                 raise FormatError("elapsed, quaternion or rate without a value", source, number)
-    try:
+    with library_errors("not ECSV that astropy reads", source):
         begin = HEADER.match(text).end()  # type: ignore[union-attr]  # the match may be empty
         header = text[:begin].decode().split("\n")
         refuse_unfolding("\n".join(line[2:] for line in header if line.startswith("# ")))
         table = _fast_path(text, begin)
         table = QTable.read(text.decode(), format="ascii.ecsv") if table is None else table
-    except Exception as error:  # a dozen classes, of astropy's reader
-        raise FormatError(f"not ECSV that astropy reads: {one_line(error)}", source) from None
     return from_table(table, source)
 
 

@@ -18,7 +18,7 @@ from astropy import units as u
 from astropy.io import fits
 from astropy.table import QTable
 
-from ...errors import FormatError, one_line
+from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
 from ..binary import refuse_trailing
 from .qtable import CELLS, from_table, to_table
@@ -85,15 +85,11 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of cards that astropy repairs; those used here are checked below
-        try:
+        with library_errors("not a FITS table of this library", source):
             _read_header(stream, source)
             header = _read_header(stream, source)
             count, shapes = _layout(header, source)
             meta = json.loads(header[METADATA])
-        except FormatError:
-            raise
-        except Exception as error:  # a dozen classes, for malformed cards
-            raise FormatError(f"not a FITS table of this library: {one_line(error)}", source) from None
     if not isinstance(meta, dict):
         raise FormatError("metadata that are not an object", source)
     rows = _read_rows(stream, count, _kind(shapes), source)
