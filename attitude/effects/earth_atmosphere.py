@@ -11,7 +11,6 @@ from ..errors import InputError
 from ..frames.earth_fixed import WGS84, celestial_pole, itrf, scene_axes, since_j2000
 from ..frames.rotations import rotate
 from ..orbit.path_states import position
-from ..pointing.surface_points import WGS84
 from ..problem.initial_state import InitialState
 from ..times.instants import Instants
 from .atmosphere import Atmosphere
