@@ -12,13 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import AttitudeWarning, ToleranceError
-from ..kernels import layout
 from ..times.instants import Instants
 from .angular_rates import max_angular_rates
 from .arc_integration import two_part
 from .batch_states import Bodies, TorqueProblem, named
 from .error_estimate import (
-    MAX_COMPARED_INSTANTS,
     Comparison,
     compare,
     compared_instants,
@@ -44,8 +42,6 @@ SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.5, 1.1
 # least.
 MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.3
 ORDER, ORDER_OF_BREAKS = 14.0, 1.0
-# Seconds of which an error is predicted, and the power of time that it is taken to grow with beyond.
-MAX_SECONDS_OF_PREDICTION, GROWTH_OF_PREDICTION = 0.3, 2.0
 
 
 @dataclass(frozen=True)
@@ -135,34 +131,6 @@ def outgrown(problem: TorqueProblem, kept: tuple[float, float], error: float) ->
         reason = "errors of the interpolated orbit or density, and what the motion makes of them,"
         reason += " are more"
     return f"tolerance: {problem.tolerance:.1e} rad is {until}{reason} (estimated error {error:.1e} rad)"
-
-
-def predicted_error(problem: TorqueProblem, candidate: Candidate) -> tuple[float, tuple[float, float] | None]:
-    """rad, of the scene's own body; and the span, s, in which the tolerance is kept, where it is not in all.
-
-    What errors grow to depends on the motion: it is solved, over as much of the span as takes
-    MAX_SECONDS_OF_PREDICTION; beyond, errors are taken to grow with the square of time.  Where a torque is
-    a user's, whose cost is not known, the error of the trial is the prediction.
-    """
-    part, reached = min(1.0, MAX_SECONDS_OF_PREDICTION / candidate.seconds), candidate.error
-    if any((torque.own_rows[:, 0] == layout.USER).any() for torque in problem.torques):
-        part = 1.0
-    else:
-        template = replace(
-            problem.template, start=part * problem.template.start, stop=part * problem.template.stop
-        )
-        first = replace(problem, template=template)
-        seconds = np.linspace(template.start, template.stop, MAX_COMPARED_INSTANTS)
-        instants = np.array([seconds, np.zeros_like(seconds)])
-        (refined,) = refine(first, problem.body, instants, candidate, np.empty((1, OUTPUTS, seconds.size)))
-        reached = refined.error
-        if not (refined.reached or problem.best):
-            return reached / part**GROWTH_OF_PREDICTION, refined.kept
-    error = reached / part**GROWTH_OF_PREDICTION
-    share = part * (problem.tolerance / reached) ** (1.0 / GROWTH_OF_PREDICTION) if reached > 0.0 else 1.0
-    if problem.best or share >= 1.0:
-        return error, None
-    return error, (share * problem.template.start, share * problem.template.stop)
 
 
 # -- steps made finer, body by body -----------------------------------------------------------------------

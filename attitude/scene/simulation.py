@@ -21,6 +21,7 @@ import numpy as np
 from ..dynamics import coasting, integration
 from ..dynamics.batch_states import Bodies, TorqueProblem
 from ..dynamics.exact_motion import ExactMotion, exact_motion
+from ..dynamics.prediction import predict
 from ..dynamics.step_selection import Candidate
 from ..effects.effect import BodyDependentTorque, Effect, Torque
 from ..effects.ground import Ground
@@ -133,16 +134,17 @@ class SimulationInputs:
         """Steps for the torques."""
         return integration.choose(self.problem, samples=self.scene.times.samples)
 
-    def predicted_seconds(self, samples: int) -> float:
-        """s, of computing so many samples."""
+    def predicted_seconds(self, samples: int, candidate: Candidate | None = None) -> float:
+        """s, of computing so many samples, by another candidate than that of the trial."""
         if self.exact is None:
             path = self.initial_state.orbit_path
             profiles = (torque.air(self.initial_state) for torque in self.torques)
             air = sum(profile.cost for profile in profiles if profile is not None)
-            seconds = self.candidate.seconds + air
+            candidate = candidate or self.candidate
+            seconds = candidate.seconds + air
             if path is not None and path.refined is not None:
                 seconds += SECONDS_OF_PIECES + SECONDS_PER_PIECE * len(path.coefficients)
-            return seconds + samples * self.candidate.sample_seconds
+            return seconds + samples * candidate.sample_seconds
         return 2e-5 + samples * 9e-9  # of a closed form, measured by tests/benchmarks/test_speed.py
 
 
@@ -195,7 +197,9 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
         chosen = considered[0]
         name, order = chosen.solver, chosen.order
         step = None if chosen.ends_at_edges else chosen.step
-        error, kept = integration.predicted_error(inputs.problem, chosen)
+        predicted = predict(inputs.problem, chosen)
+        error, kept = predicted.error, predicted.kept
+        considered = [replace(chosen, seconds=predicted.seconds)]
     elif inputs.ground is not None:
         name, error = BOUNCING, WORST_BOUND
     elif inputs.coasts:
@@ -213,7 +217,7 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
         samples,
         scene.asked_tolerance,
         error,
-        inputs.predicted_seconds(samples),
+        inputs.predicted_seconds(samples, *considered),
         tuple((name, one.step, error, one.seconds) for one in considered),
         kept,
         inputs.notes,

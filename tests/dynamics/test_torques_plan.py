@@ -1,12 +1,15 @@
 """What a plan says of torques, what is dropped, and what cannot be given."""
 
 import math
+import re
+import warnings
 from time import perf_counter, process_time
 
 import numpy as np
 import pytest
 
 from attitude import AttitudeWarning, InputError, Scene, ToleranceError
+from attitude.dynamics.step_selection import MAX_RADIANS, STEP_NS, SWEEP_NS
 from tests.dynamics.motions import angle
 from tests.dynamics.test_torques_effects import MOMENTS, MU, orbit, quantity, scene
 
@@ -110,6 +113,37 @@ def test_plan_is_the_same_each_time():
     assert made.plan() == made.plan()
     one, other = made.run(), made.run()
     assert one.quaternion("wxyz").tobytes() == other.quaternion("wxyz").tobytes()
+
+
+# Time
+
+SLOW = (0.02, 0.01, 0.003)
+
+
+def spun_up(torque, span):
+    """A body that turns slowly at first, and that a torque fixed in it spins up."""
+    elapsed = np.linspace(0.0, span, 5)
+    return scene(
+        constant([0.01 * torque, torque, 0]), rate=(0.02, 0.01, 0.003), elapsed=elapsed, tolerance=1e-6
+    )
+
+
+def test_time_of_a_body_that_is_spun_up_follows_from_the_steps_it_takes():
+    made = spun_up(2.0, 7200.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AttitudeWarning)
+        steps, sweeps = (int(n) for n in re.findall(r"(\d+) (?:steps|sweeps)", made.run().plan.solver))
+    assert steps > 100 * 7200.0 * np.linalg.norm(SLOW) / MAX_RADIANS
+    taken = 1e-9 * (steps * STEP_NS + sweeps * SWEEP_NS)
+    assert 0.5 * taken < made.plan().predicted_seconds < 2.0 * taken
+
+
+def test_plan_of_a_motion_that_takes_minutes_takes_seconds():
+    made, begun = spun_up(1e10, 60.0), process_time()
+    plan = made.plan()
+    assert process_time() - begun < 5.0
+    assert plan.predicted_seconds > 300.0
+    assert plan.tolerance_span is not None
 
 
 # Dropping

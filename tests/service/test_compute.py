@@ -13,7 +13,7 @@ from starlette.requests import ClientDisconnect, Request
 
 from attitude import InputError, Scene
 from service import create_app
-from service.compute import Compute, Job, check_wanted, current, hold
+from service.compute import Compute, CutError, Job, check_wanted, current, hold
 from service.settings import Settings
 
 WITHIN_S = 30
@@ -289,7 +289,7 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
 
     async def scenario(compute):
         current.set(job := Job("test", Client().request(), compute.settings.max_seconds, compute.room))
-        with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
+        with pytest.raises(CutError, match="ATTITUDE_MAX_SECONDS"):
             await take(compute)
         compute.leave(job)
         assert len(taken) == 4

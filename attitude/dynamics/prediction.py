@@ -1,0 +1,98 @@
+"""What a motion under torques will be off by, and take, as plans say it before it is computed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..kernels import layout
+from ..problem.spin_bound import reached_spin
+from .angular_rates import max_angular_rates
+from .batch_states import TorqueProblem
+from .error_estimate import MAX_COMPARED_INSTANTS
+from .integration import Refinement, refine
+from .solver import OUTPUTS
+from .step_selection import Candidate
+
+# Seconds that a prediction may take; from one part of the span to the next that is solved for it.
+MAX_SECONDS, NEXT_PART = 0.3, 4.0
+# The powers of time that the work may grow with (a body that spins up steadily turns by its square), and
+# that errors are taken to grow with beyond the part that was solved.
+MAX_GROWTH_OF_WORK, GROWTH_OF_ERROR = 2.0, 2.0
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Of one body over the span of its scene.
+
+    Attributes
+    ----------
+    error : rad
+    seconds : of the solution, without samples
+    kept : s, the span in which the tolerance is kept; None for all of it
+    """
+
+    error: float
+    seconds: float
+    kept: tuple[float, float] | None = None
+
+
+def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
+    """Of the scene's own body, from a solution over as much of the span as MAX_SECONDS are enough for.
+
+    What errors grow to, and how fast a body turns that torques spin up, depends on the motion.  Where a
+    torque is a user's, whose cost is not known, the trial of the steps is the prediction.
+    """
+    if any((torque.own_rows[:, 0] == layout.USER).any() for torque in problem.torques):
+        return _beyond(problem, candidate.error, candidate.seconds, 1.0)
+    part, work, growth = _first_part(problem, candidate), 0.0, 1.0
+    while True:
+        refined = _solved(problem, candidate, part)
+        before, work = work, part if candidate.ends_at_edges else _work(problem, candidate, refined)
+        if before:
+            growth = min(MAX_GROWTH_OF_WORK, max(1.0, math.log(work / before, NEXT_PART)))
+        if part == 1.0 or candidate.seconds * work * NEXT_PART**MAX_GROWTH_OF_WORK > MAX_SECONDS:
+            break
+        part = min(1.0, NEXT_PART * part)
+    seconds = candidate.seconds * work / part**growth
+    if refined.reached or problem.best:
+        return _beyond(problem, refined.error, seconds, part)
+    return Prediction(refined.error / part**GROWTH_OF_ERROR, seconds, refined.kept)
+
+
+def _first_part(problem: TorqueProblem, candidate: Candidate) -> float:
+    """Of the span: solved in MAX_SECONDS, whatever the torques make of the spin."""
+    rate = float(max_angular_rates(problem.template, problem.body, problem.torques, problem.impulses)[0])
+    bound = reached_spin(problem.template, problem.torques, problem.impulses).rate
+    seconds = candidate.seconds * max(1.0, bound / rate if rate else 1.0)
+    part = 1.0
+    while part * seconds > MAX_SECONDS:
+        part /= NEXT_PART
+    return part
+
+
+def _solved(problem: TorqueProblem, candidate: Candidate, part: float) -> Refinement:
+    start, stop = part * problem.template.start, part * problem.template.stop
+    template, seconds = (
+        replace(problem.template, start=start, stop=stop),
+        np.linspace(start, stop, MAX_COMPARED_INSTANTS),
+    )
+    instants, rows = np.array([seconds, np.zeros_like(seconds)]), np.empty((1, OUTPUTS, seconds.size))
+    (refined,) = refine(replace(problem, template=template), problem.body, instants, candidate, rows)
+    return refined
+
+
+def _work(problem: TorqueProblem, candidate: Candidate, refined: Refinement) -> float:
+    """The steps made, of those that the candidate expects in the whole span."""
+    return refined.steps * candidate.step / problem.max_abs_seconds
+
+
+def _beyond(problem: TorqueProblem, reached: float, seconds: float, part: float) -> Prediction:
+    """From the error that a part of the span ends with."""
+    share = part * (problem.tolerance / reached) ** (1.0 / GROWTH_OF_ERROR) if reached > 0.0 else 1.0
+    error = reached / part**GROWTH_OF_ERROR
+    if problem.best or share >= 1.0:
+        return Prediction(error, seconds)
+    return Prediction(error, seconds, (share * problem.template.start, share * problem.template.stop))
