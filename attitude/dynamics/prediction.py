@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kernels import layout
+from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from .angular_rates import max_angular_rates
 from .batch_states import TorqueProblem
@@ -16,8 +17,9 @@ from .integration import Refinement, refine
 from .solver import OUTPUTS
 from .step_selection import Candidate
 
-# Seconds that a prediction may take; from one part of the span to the next that is solved for it.
-MAX_SECONDS, NEXT_PART = 0.3, 4.0
+# Seconds that a prediction may take; from one part of the span to the next that is solved for it, and the
+# least part, where spins have no bound (eddies, far backwards).
+MAX_SECONDS, NEXT_PART, LEAST_PART = 0.3, 4.0, 4.0**-30
 # The powers of time that the work may grow with (a body that spins up steadily turns by its square), and
 # that errors are taken to grow with beyond the part that was solved.
 MAX_GROWTH_OF_WORK, GROWTH_OF_ERROR = 2.0, 2.0
@@ -53,7 +55,10 @@ def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
         before, work = work, part if candidate.ends_at_edges else _work(problem, candidate, refined)
         if before:
             growth = min(MAX_GROWTH_OF_WORK, max(1.0, math.log(work / before, NEXT_PART)))
-        if part == 1.0 or candidate.seconds * work * NEXT_PART**MAX_GROWTH_OF_WORK > MAX_SECONDS:
+        if part == 1.0:
+            break
+        faster = _rate_bound(problem, NEXT_PART * part) / _rate_bound(problem, part)
+        if not candidate.seconds * work * NEXT_PART * faster <= MAX_SECONDS:
             break
         part = min(1.0, NEXT_PART * part)
     seconds = candidate.seconds * work / part**growth
@@ -65,20 +70,29 @@ def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
 def _first_part(problem: TorqueProblem, candidate: Candidate) -> float:
     """Of the span: solved in MAX_SECONDS, whatever the torques make of the spin."""
     rate = float(max_angular_rates(problem.template, problem.body, problem.torques, problem.impulses)[0])
-    bound = reached_spin(problem.template, problem.torques, problem.impulses).rate
-    seconds = candidate.seconds * max(1.0, bound / rate if rate else 1.0)
     part = 1.0
-    while part * seconds > MAX_SECONDS:
+    while part > LEAST_PART:
+        faster = max(1.0, _rate_bound(problem, part) / rate if rate else 1.0)
+        if part * candidate.seconds * faster <= MAX_SECONDS:
+            break
         part /= NEXT_PART
     return part
 
 
-def _solved(problem: TorqueProblem, candidate: Candidate, part: float) -> Refinement:
+def _rate_bound(problem: TorqueProblem, part: float) -> float:
+    """rad/s, over a part of the span; infinite where eddies are followed far backwards."""
+    return reached_spin(_over(problem, part), problem.torques, problem.impulses).rate
+
+
+def _over(problem: TorqueProblem, part: float) -> InitialState:
+    """The scene's state, with a part of its span."""
     start, stop = part * problem.template.start, part * problem.template.stop
-    template, seconds = (
-        replace(problem.template, start=start, stop=stop),
-        np.linspace(start, stop, MAX_COMPARED_INSTANTS),
-    )
+    return replace(problem.template, start=start, stop=stop)
+
+
+def _solved(problem: TorqueProblem, candidate: Candidate, part: float) -> Refinement:
+    template = _over(problem, part)
+    seconds = np.linspace(template.start, template.stop, MAX_COMPARED_INSTANTS)
     instants, rows = np.array([seconds, np.zeros_like(seconds)]), np.empty((1, OUTPUTS, seconds.size))
     (refined,) = refine(replace(problem, template=template), problem.body, instants, candidate, rows)
     return refined

@@ -146,6 +146,15 @@ def test_plan_of_a_motion_that_takes_minutes_takes_seconds():
     assert plan.tolerance_span is not None
 
 
+def test_plan_of_a_spin_without_a_bound_ends():
+    """Eddies far backwards: the rate grows by a factor e each 1,000 s, and its bound is no double."""
+    eddies = {"type": "eddy_damping", "coefficient": 1e-2, "unit": "N m s"}
+    made = scene(eddies, constant([1e-6, 0, 1e-6]), rate=SLOW, elapsed=np.linspace(-1e7, 0.0, 5))
+    begun = process_time()
+    assert made.plan().predicted_error > 1e-9
+    assert process_time() - begun < 5.0
+
+
 # Dropping
 
 
