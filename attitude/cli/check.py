@@ -14,7 +14,7 @@ DESCRIPTION = (
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude check`."""
+    """Add the arguments of `attitude check`."""
     table = {
         "file FILE": "a file of attitudes",
         "--from F": "its format; by default from its ending",

@@ -106,12 +106,12 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"attitude: {message} (see {self.prog} --help)\n")
 
     def words(self) -> Iterator[str]:
-        """Its options, the choices of its arguments, and those of its commands."""
+        """Words that complete a line: options, choices of arguments, and the same of commands."""
         for action in self.actions():
             yield from (*action.option_strings, *map(str, action.choices or ()))
 
     def actions(self) -> Iterator[argparse.Action]:
-        """Its options and arguments, and those of its commands."""
+        """Options and arguments of a parser, and those of its commands."""
         for action in self._actions:
             yield action
             for command in action.choices.values() if isinstance(action.choices, Mapping) else ():

@@ -14,7 +14,7 @@ DESCRIPTION = (
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude compare`."""
+    """Add the arguments of `attitude compare`."""
     table = {
         "first A": "a file of attitudes",
         "second B": "another, of any format",

@@ -14,7 +14,7 @@ DESCRIPTION = (
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude convert`."""
+    """Add the arguments of `attitude convert`."""
     table = {
         "files FILE": "a file of attitudes; several that follow each other are joined",
         "--from F": "its format; by default from its ending",

@@ -18,7 +18,7 @@ REPORTS = {"json": "to_json", "csv": "to_csv", "markdown": "markdown"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude cost`."""
+    """Add the arguments of `attitude cost`."""
     table = {
         "scene SCENE": arguments.SCENE,
         "--hard": "the hard ladders, instead of a scene",

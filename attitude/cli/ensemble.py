@@ -14,7 +14,7 @@ DESCRIPTION = (
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude ensemble`."""
+    """Add the arguments of `attitude ensemble`."""
     table = {
         "document DOCUMENT": arguments.SCENE + ", or a document of an ensemble, which has a scene in it",
         "-o --output DIRECTORY": "NAME.zarr or NAME.parquet: store attitudes and rates there",

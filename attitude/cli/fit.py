@@ -19,7 +19,7 @@ KINDS = ("attitudes", "rates", "directions", "ranges")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude fit`."""
+    """Add the arguments of `attitude fit`."""
     table = {
         "document DOCUMENT": "a scene document, or a built-in scene; attitude and rate, where it has them, "
         "are the start",

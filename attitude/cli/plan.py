@@ -13,7 +13,7 @@ DESCRIPTION = (
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude plan`."""
+    """Add the arguments of `attitude plan`."""
     table = {
         "scene SCENE": arguments.SCENE,
         "--drop-below TOL": arguments.DROP_BELOW,

@@ -14,7 +14,7 @@ DESCRIPTION = (
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude plot`."""
+    """Add the arguments of `attitude plot`."""
     table = {
         "scene SCENE": f"{arguments.SCENE}, or a file of attitudes in any format that is read",
         "--what LIST": "what is drawn, such as euler:ZYX,angle:z:sun,rates,polhode: the columns of "

@@ -17,7 +17,7 @@ DESCRIPTION = "Simulate a scene and write its ephemeris."
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude run`."""
+    """Add the arguments of `attitude run`."""
     table = {
         "scene SCENE": arguments.SCENE,
         **arguments.OUTPUT,

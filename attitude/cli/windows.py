@@ -21,7 +21,7 @@ DIRECT = ("axis", "to", "below", "above", "above_plane", "shadow")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Those of `attitude windows`."""
+    """Add the arguments of `attitude windows`."""
     table = {
         "scene SCENE": arguments.SCENE,
         "--axis AXIS": "x, y, z, -x, -y, -z, or three numbers with commas",

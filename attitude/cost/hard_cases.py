@@ -80,7 +80,7 @@ def cases(seed: int = 0) -> list[Case]:
 
 
 def outside_separatrix(d: float) -> State:
-    """At d = 0 on it to the last bit: I1 (I1 - I2) w1^2 + I3 (I3 - I2) w3^2 = 0."""
+    """A state on the separatrix to the last bit where d = 0: I1 (I1 - I2) w1^2 + I3 (I3 - I2) w3^2 = 0."""
     return (3.0, 4.0, 6.0), (2.0, 0.7, 1.0 + d)
 
 

@@ -74,7 +74,7 @@ class Report(CostData):
         ]
 
     def table(self) -> str:
-        """For a terminal 110 columns wide."""
+        """Table for a terminal 110 columns wide."""
         lines = [*_wrapped(self.header())]
         for horizon in self.horizons:
             count = f"{horizon:g}" if horizon < 1e4 else f"{horizon:.0e}".replace("e+0", "e")

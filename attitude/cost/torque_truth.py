@@ -97,7 +97,7 @@ def is_known(environment: TorqueEnvironment) -> bool:
 
 
 def by_oracle(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples:
-    """By the Taylor oracle."""
+    """Truths by the Taylor oracle."""
     environment = environment_of(problem)
     terms = [ORACLE_TORQUES[effect.type](effect, environment) for effect in environment.effects]
     inertia = problem.tensor if problem.moments is None else problem.moments
@@ -168,7 +168,7 @@ ORACLE_TORQUES: dict[str, Callable[[Any, TorqueEnvironment], tuple[Any, ...]]] =
 
 
 def by_extrapolation(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples:
-    """By the finer of two integrations; their difference estimates its error, rounding included."""
+    """Truths by the finer of two integrations; their difference estimates its error, rounding included."""
     attitudes, rates = extrapolate(problem, instants, TOLERANCE)
     rough, _ = extrapolate(problem, instants, 10.0 * TOLERANCE)
     with exclusive_oracle() as truth:

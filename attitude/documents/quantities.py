@@ -58,7 +58,7 @@ class Quantity(Measured):
 
     @property
     def si(self) -> float:
-        """In SI units and radians."""
+        """The value in SI units and radians."""
         return float(self.value * self.factor)
 
 

@@ -135,9 +135,7 @@ class TorqueProblem:
 
     @cached_property
     def refined(self) -> TorqueProblem:
-        """The same along a path, and with a density, from which the orbit's differ by their errors; itself
-        where both are exact.
-        """
+        """The same problem with orbit and density off by their errors; itself where both are exact."""
         path, template = self.template.orbit_path, self.template
         if path is None or (
             path.refined is None and not any(torque.air(template) for torque in self.torques)

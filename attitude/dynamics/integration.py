@@ -121,7 +121,7 @@ def _out_of_reach(problem: TorqueProblem, error: float) -> ToleranceError:
 
 
 def outgrown(problem: TorqueProblem, kept: tuple[float, float], error: float) -> str:
-    """Of an error that grows beyond the tolerance: from when on, and why."""
+    """The warning of an error that grows beyond the tolerance: from when on, and why."""
     ends = [f"{end:.6g} s" for end in kept if end != 0.0]
     until = (
         f"kept up to {' and '.join(ends)} from the epoch; beyond, " if ends else "kept at the epoch only: "

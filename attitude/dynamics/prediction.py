@@ -27,7 +27,7 @@ MAX_GROWTH_OF_WORK, GROWTH_OF_ERROR = 2.0, 2.0
 
 @dataclass(frozen=True)
 class Prediction:
-    """Of one body over the span of its scene.
+    """Predicted error and work of one body over the span of its scene.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Prediction:
 
 
 def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
-    """Of the scene's own body, from a solution over as much of the span as MAX_SECONDS are enough for.
+    """Predict for the scene's own body, from a solution over as much of the span as takes MAX_SECONDS.
 
     What errors grow to, and how fast a body turns that torques spin up, depends on the motion.  Where a
     torque is a user's, whose cost is not known, the trial of the steps is the prediction.
@@ -68,7 +68,7 @@ def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
 
 
 def _first_part(problem: TorqueProblem, candidate: Candidate) -> float:
-    """Of the span: solved in MAX_SECONDS, whatever the torques make of the spin."""
+    """Return the part of the span that is solved in MAX_SECONDS, whatever the torques make of the spin."""
     rate = float(max_angular_rates(problem.template, problem.body, problem.torques, problem.impulses)[0])
     part = 1.0
     while part > LEAST_PART:
@@ -104,7 +104,7 @@ def _work(problem: TorqueProblem, candidate: Candidate, refined: Refinement) -> 
 
 
 def _beyond(problem: TorqueProblem, reached: float, seconds: float, part: float) -> Prediction:
-    """From the error that a part of the span ends with."""
+    """Extrapolate from the error that a part of the span ends with."""
     share = part * (problem.tolerance / reached) ** (1.0 / GROWTH_OF_ERROR) if reached > 0.0 else 1.0
     error = reached / part**GROWTH_OF_ERROR
     if problem.best or share >= 1.0:

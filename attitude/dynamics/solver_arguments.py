@@ -54,7 +54,7 @@ class SolverArguments:
         return not self.codes & NOT_SMOOTH
 
     def repeated(self, times: int) -> SolverArguments:
-        """Those of each body so many times."""
+        """The arguments of each body so many times."""
         fields = (self.body, self.symmetric, self.to_axes, self.effects)
         body, symmetric, to_axes, effects = (np.repeat(field, times, axis=0) for field in fields)
         return replace(self, body=body, symmetric=symmetric, to_axes=to_axes, effects=effects)
@@ -92,7 +92,7 @@ class SolverArguments:
 def most_symmetric(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
 ) -> SolverArguments:
-    """Of bodies under torques, with axes as the solver needs them: the two of most similar moments first."""
+    """Arguments with axes in the order that the solver needs: the two of most similar moments first."""
     least, middle, greatest = np.argsort(bodies.body.moments, axis=1, kind="stable").T
     moments = np.asarray(bodies.body.moments)
     ordered = 1.0 / np.sort(moments, axis=1)
@@ -106,7 +106,7 @@ def most_symmetric(
 def solver_arguments(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque], order: np.ndarray
 ) -> SolverArguments:
-    """With the axes of each body in an order, (n, 3)."""
+    """Arguments with the axes of each body in an order, (n, 3)."""
     moments = np.take_along_axis(np.asarray(bodies.body.moments), order, axis=1)
     axes = right_handed(np.take_along_axis(np.asarray(bodies.body.axes), order[:, :, None], axis=1))
     rows = [_rows_of(template, bodies, torque, axes, order) for torque in torques]

@@ -50,7 +50,7 @@ class ConstantTorque(Torque):
         return row(layout.CONSTANT_BODY, initial_state.axes @ self.torque.si)[None]
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
-        """From start to stop, cut to the span of the scene; None for always."""
+        """The interval from start to stop, cut to the span of the scene; None for always."""
         if self.start is None and self.stop is None:
             return None
         start, stop = self._limits(initial_state)

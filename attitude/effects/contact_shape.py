@@ -81,7 +81,7 @@ class Shape(Part):
 
 
 def _check_vertices(points: np.ndarray, vertices: list[list[float]]) -> None:
-    """At least four, not in one plane, and the centre of mass inside their convex hull."""
+    """Refuse fewer than four, all in one plane, or the centre of mass outside their convex hull."""
     if len(points) < 4:
         raise InputError("vertices", vertices, "at least 4 vertices")
     extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)

@@ -203,7 +203,7 @@ def _template(
 
 
 def _with_instants(given: Sequence[ObservationSet], template: BodyState) -> list[ObservationSet]:
-    """In the frame of the answer; what is odd about their instants is warned of."""
+    """The sets in the frame of the answer; what is odd about their instants is warned of."""
     sets = [each.in_frame(template.frame) for each in given]
     for i, each in enumerate(sets):
         instants = each.instants(template.epoch)

@@ -28,7 +28,7 @@ Cells = list[Number | str | None]
 
 
 def _few(columns: Any) -> Any:
-    """Refused before each is looked at."""
+    """Refuse too many before each is looked at."""
     if isinstance(columns, dict) and len(columns) > MAX_COLUMNS:
         raise ValueError(f"at most {MAX_COLUMNS} columns")
     return columns
@@ -106,12 +106,12 @@ class FitDocument(Part):
 
     @classmethod
     def from_json(cls, text: str | bytes, source: str = "document") -> FitDocument:
-        """From JSON text; InputError with the field's path for whatever is wrong."""
+        """Make the document of JSON text; InputError with the field's path for whatever is wrong."""
         return cls.of(parse_json(text, source))
 
     @classmethod
     def of(cls, document: Any) -> FitDocument:
-        """From plain data, as JSON text holds it."""
+        """Make the document of plain data, as JSON text holds it."""
         if not isinstance(document, dict):
             raise InputError("document", document, "a JSON object", steps=())
         return cls(**document)

@@ -98,7 +98,7 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
 
 
 def _gap_indices(data: EphemerisData) -> np.ndarray:
-    """Of the attitudes before gaps."""
+    """Indices of the attitudes before gaps."""
     seconds = data.elapsed
     steps = np.diff(seconds)
     is_gap = steps > LONG_STEP * np.median(steps) if steps.size else np.zeros(0, dtype=bool)

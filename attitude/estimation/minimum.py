@@ -44,7 +44,7 @@ class Minimum(NamedTuple):
 
     @property
     def state(self) -> BodyState:
-        """At the epoch."""
+        """The state at the epoch."""
         return self.problem.parameters.state(self.x)
 
     def separation(self, other: Minimum) -> float:

@@ -31,7 +31,7 @@ class Observability:
 
     @classmethod
     def of(cls, triangle: np.ndarray, names: tuple[str, ...], scale: float) -> Observability:
-        """Of the (p, p) triangle of weighted derivatives; `scale` of the standard deviations of the data."""
+        """Decompose the (p, p) triangle of weighted derivatives; `scale` of standard deviations."""
         _, values, directions = np.linalg.svd(triangle)
         is_zero = values <= ROUNDING * values.max(initial=0.0)
         sigma = np.where(is_zero, np.inf, scale / np.where(is_zero, 1.0, values))
@@ -39,7 +39,7 @@ class Observability:
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """In words: what free rotation never shows, then the directions that these data do not see."""
+        """Words for what free rotation never shows, then for the directions that these data do not see."""
         return (*ALWAYS_UNSEEN, *(self.words(int(i)) for i in np.flatnonzero(~self.is_seen)))
 
     def words(self, index: int) -> str:

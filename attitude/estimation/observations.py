@@ -66,7 +66,7 @@ class ObservationSet:
 
     @property
     def name(self) -> str:
-        """Its label, else its kind."""
+        """The label, else the kind."""
         return self.label or self.KIND
 
     def __len__(self) -> int:
@@ -242,7 +242,7 @@ class BodyRates(ObservationSet):
         return self.rate - (bias if self.has_bias else 0.0) - rate
 
     def derivatives(self, attitude: np.ndarray, residuals: np.ndarray) -> np.ndarray:
-        """By the rate."""
+        """Derivatives by the rate."""
         del attitude
         return np.broadcast_to(-np.eye(3), (len(residuals), 3, 3))
 

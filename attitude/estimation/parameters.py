@@ -39,7 +39,7 @@ class BodyState:
 
     @classmethod
     def of(cls, motion: TorqueFreeMotion) -> BodyState:
-        """Of the motion of one body."""
+        """The state of the motion of one body."""
         if motion.shape:
             raise InputError("start", f"{motion.shape} bodies", "the motion of one body")
         at_epoch, body = motion.at(0.0), motion.body
@@ -59,7 +59,7 @@ class BodyState:
 
     @property
     def body(self) -> RigidBody:
-        """By its moments or by its tensor."""
+        """The body, by its moments or by its tensor."""
         if self.inertia_form == "moments":
             return RigidBody.from_moments(self.moments, physical=False)
         return RigidBody(self.tensor, physical=False)
@@ -211,7 +211,7 @@ class Parameters:
         )
 
     def biases(self, x: np.ndarray) -> list[np.ndarray]:
-        """Those of every set, in SI units; empty of a set that has none."""
+        """The biases of every set, in SI units; empty of a set that has none."""
         return [(x * self.unit_array)[columns] for columns in self.bias_columns]
 
     def input_matrix(self, x: np.ndarray) -> np.ndarray:

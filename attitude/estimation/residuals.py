@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """Of one set of observations.
+    """Residuals of one set of observations.
 
     name : of the set; seconds : (n,) since the epoch
     vectors : (n, k) observed less computed: rotation vectors along body axes (rad), rates (rad/s), chords of
@@ -29,7 +29,7 @@ class Residuals:
     is_outlier: np.ndarray
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return plain data."""
         return {
             "name": self.name,
             "unit": self.unit,

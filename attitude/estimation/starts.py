@@ -141,7 +141,7 @@ def _first_states(
 
 
 def _states(window: Sequence[ObservationSet], anchor: float) -> StartStates:
-    """From every attitude of the window, by every rate observed in it, or that two attitudes make."""
+    """States of every attitude of the window with every rate observed in it, or that two attitudes make."""
     attitudes = [each for each in window if isinstance(each, Attitudes)]
     rates = [each.rate for each in window if isinstance(each, BodyRates)]
     if not attitudes:

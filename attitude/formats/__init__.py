@@ -189,7 +189,7 @@ def find(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public 
 
 
 def find_source(path: str | Path, format: str | None) -> Format:  # noqa: A002 (public name)
-    """As `find`, of a file that is read: also formats that are not written.
+    """The registered format of a file that is read, as by `find`; some formats are only read.
 
     The mission's own names (MMS1_DEFATT_2015074_2015075.V00) tell that a file is DEFATT.
     """

@@ -223,7 +223,7 @@ def _check_interval(interval: Any, epoch: Time, seconds: np.ndarray, field: str)
 
 
 def _seconds_between(time: Time, epoch: Time) -> float:
-    """From the epoch to the time, s."""
+    """Seconds from the epoch to the time."""
     return float(as_instants(time, epoch).seconds)
 
 

@@ -76,7 +76,7 @@ def encoded_file(
 
 
 def coalesced(blocks: Iterator[Any], first_bytes: int = 1) -> Iterator[Any]:
-    """The same bytes with short blocks joined: to send a block costs as much as to write a page of text.
+    """Join short blocks to the same bytes: to send a block costs as much as to write a page of text.
 
     first_bytes : of the first of them, at least; by default it is passed on, so that an answer begins at once
     """

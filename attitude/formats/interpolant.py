@@ -99,7 +99,7 @@ class Interpolant(NamedTuple):
     def _hermite_errors(
         self, t: np.ndarray, nodes: np.ndarray, intervals: np.ndarray, fractions: np.ndarray, true: np.ndarray
     ) -> np.ndarray:
-        """As `errors`, of windows that are smaller near the ends, as SPICE has them; true : (m, p, 4)."""
+        """Errors as by `errors`, of windows that shrink near the ends, as in SPICE; true : (m, p, 4)."""
         half, errors = (self.width + 1) // 2, np.empty(len(intervals))
         q = rotations.sign_continuous(nodes[:, :4])
         before = np.minimum(intervals, half - 1)

@@ -8,7 +8,7 @@ import numpy as np
 
 
 class GaussScheme(NamedTuple):
-    """Of n nodes on the interval from -1 to 1; all in the processor's longest numbers.
+    """Gauss's scheme of n nodes on the interval from -1 to 1, in the processor's longest numbers.
 
     Attributes
     ----------

@@ -39,7 +39,7 @@ def _root_and_sign(D, rate_scale):
 
 @routine
 def root_of_D(inertia, omega, lo, mid, hi, space):
-    """From principal moments: D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2 (eq. 6).
+    """Root and sign of D = I_lo (I_lo - I_mid) w_lo^2 + I_hi (I_hi - I_mid) w_hi^2 (eq. 6).
 
     Its two rates are first scaled by one power of two, so that their squares stay in range.
     """
@@ -62,7 +62,7 @@ def root_of_D(inertia, omega, lo, mid, hi, space):
 
 @routine
 def root_of_D_of_tensor(tensor, rate, inertia, lo, mid, hi, space):
-    """From a full tensor: D = abs(I omega)^2 - I_mid omega.(I omega), each product of numbers as given.
+    """Root and sign of D = abs(I omega)^2 - I_mid omega.(I omega), of a full tensor's numbers as given.
 
     The middle moment, which is computed and not given, has a third part; a D below the error of that
     part counts as zero.

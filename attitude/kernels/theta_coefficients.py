@@ -101,7 +101,7 @@ def linear(w0, w1, w2, w3, x):
 
 @inlined
 def powers_of_cosine(a, b, c, d):
-    """From multiple angles to powers of w = cos 2v (eq. 22)."""
+    """Convert coefficients of multiple angles to those of powers of w = cos 2v (eq. 22)."""
     alpha_re = (
         linear(1.0, 0.0, -1.0, 0.0, a),
         linear(0.0, 1.0, 0.0, -3.0, a),

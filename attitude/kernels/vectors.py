@@ -19,7 +19,7 @@ def rows_of(matrix):
 
 @inlined
 def unit_vector(i):
-    """Of axis i, from 0."""
+    """Unit vector along axis i, counted from 0."""
     return 1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0
 
 

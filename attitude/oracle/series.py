@@ -66,7 +66,7 @@ class Tape:
         return out
 
     def bilinear(self, factors, rows):
-        """For each row the sum of products of the factors with its entries: a series, (-1, series), or None.
+        """Sum, for each row, products of the factors with its entries: a series, (-1, series), or None.
 
         The entries that one factor multiplies are packed in one long integer, so that Python multiplies and
         adds once for all rows.

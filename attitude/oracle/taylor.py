@@ -53,7 +53,7 @@ def attitude_and_rate(moments, omega, q0, t, digits=50):
 
 
 def integrate(moments, omega, q0, t, digits=50):
-    """As `attitude_and_rate`, but stepping all the way to t, over however many periods."""
+    """Attitude and rate, stepping all the way to t, over however many periods."""
     return motion(fractions(moments), fractions(omega), digits).at(t, q0, by_period=False)
 
 

@@ -338,7 +338,7 @@ def _tensor(inertia):
 
 
 def _inverse(tensor):
-    """By cofactors."""
+    """The inverse, by cofactors."""
     A = tensor
     near, far = (1, 2, 0), (2, 0, 1)
     cofactors = [

@@ -48,7 +48,7 @@ def attitude_and_rate(moments, omega, q0, t, digits=50, route="theta"):
 
 
 def attitude_and_rate_of_tensor(tensor, omega, q0, t, digits=50, route="theta"):
-    """As `attitude_and_rate`, for a symmetric (3, 3) inertia tensor; q and omega refer to its axes.
+    """Attitude and rate for a symmetric (3, 3) inertia tensor; q and omega refer to its axes.
 
     With R the principal axes as columns and q_R its quaternion: q_IB = q_IP * conj(q_R), omega_B = R omega_P.
     """

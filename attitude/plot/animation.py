@@ -94,7 +94,7 @@ def _prepare(figure: Figure, data: EphemerisData) -> Any:
 
 
 def _half_sides(data: EphemerisData) -> np.ndarray:
-    """Of a box that has the ratios of the body's moments, along the body's axes, the largest 0.6."""
+    """Half the edges of a box with the body's moments, along the body's axes, the largest 0.6."""
     if data.body is None:
         return np.full(3, 0.45)
     moments = np.diagonal(data.body.tensor)

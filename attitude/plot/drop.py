@@ -74,7 +74,7 @@ def draw_departure(axes: Any, drop: Drop) -> None:
 
 
 def apart(moments: list[float], distance: float) -> list[float]:
-    """Those of ascending moments whose labels do not overlap."""
+    """Which of ascending moments have labels that do not overlap."""
     labelled: list[float] = []
     for moment in moments:
         if not labelled or moment - labelled[-1] >= distance:

@@ -79,7 +79,7 @@ def moved(data: EphemerisData, change: np.ndarray) -> EphemerisData:
 
 
 def _moved_body(body: RigidBody, change: np.ndarray) -> RigidBody:
-    """With principal moments and, as a small turn about the body axes, principal axes changed by (6,)."""
+    """The body with its moments, and its axes by a small turn about the body axes, changed by (6,)."""
     if not change.any():
         return body
     axes, turn = np.asarray(body.axes), Rotation.from_rotvec(change[3:]).as_matrix()

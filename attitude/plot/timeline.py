@@ -44,7 +44,7 @@ def picture(ephemeris: EphemerisData, file_format: str, what: Sequence[str] = ()
 
 
 def figure(ephemeris: EphemerisData, what: Sequence[str] = ()) -> Figure:
-    """The same as a figure of matplotlib."""
+    """The timeline as a figure of matplotlib."""
     return figure_of(*_prepared(ephemeris, what))
 
 

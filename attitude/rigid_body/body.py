@@ -151,7 +151,7 @@ def _principal(tensors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def asymmetry(tensor: np.ndarray) -> np.ndarray:
-    """By how much each element differs from its mirrored one, over the largest; (..., 3, 3)."""
+    """(..., 3, 3): difference of each element from its mirrored one, over the largest."""
     size = np.abs(tensor).max(axis=(-1, -2), keepdims=True)
     difference = np.abs(tensor - np.swapaxes(tensor, -1, -2))
     return np.divide(difference, size, out=np.zeros_like(tensor), where=size > 0.0)
@@ -179,7 +179,7 @@ def unphysical(moments: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
 
 
 def _over_others(moments: np.ndarray) -> np.ndarray:
-    """By how much each moment (..., 3) is greater than the sum of the other two, over that sum."""
+    """(..., 3): excess of each moment over the sum of the other two, over that sum."""
     quarter = 0.25 * moments  # the sum of two huge moments must not overflow
     others = quarter.sum(axis=-1, keepdims=True) - quarter
     return np.divide(quarter - others, others, out=np.full_like(others, -1.0), where=others > 0.0)

@@ -71,7 +71,7 @@ class DrivenBatch(Batch):
         threads: int = 1,
         out: np.ndarray | None = None,
     ) -> tuple[Any, Any]:
-        """As `Batch.sample`."""
+        """Attitudes and rates at instants, as by `Batch.sample`."""
         own, size = self.law.times(instants)
         quaternions, rates = super().sample(own, quaternion, rate, threads, out)
         return quaternions, None if rates is None else rates * size[..., None]

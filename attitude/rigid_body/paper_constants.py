@@ -47,7 +47,7 @@ class PaperConstants:
 
     @classmethod
     def from_invariants(cls, bodies: np.ndarray) -> PaperConstants:
-        """From records of the motion, of any batch shape; no constant rates."""
+        """Constants from records of the motion, of any batch shape; none of a constant rate."""
         sense = _sense(bodies)
         with np.errstate(invalid="ignore"):
             nome = np.where(np.isinf(bodies["K"]), 1.0, np.exp(-np.pi * bodies["K_prime"] / bodies["K"]))

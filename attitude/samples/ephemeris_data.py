@@ -85,7 +85,7 @@ class OrbitStates(Protocol):
         """Position and velocity, (n, 3), m and m/s, from the central body along the axes of `frame`."""
 
     def axes(self, instants: Instants) -> FrameRotation:
-        """From `frame` to QSW, at (n,) instants."""
+        """Rotations from `frame` to QSW, at (n,) instants."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

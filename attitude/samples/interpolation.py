@@ -123,7 +123,7 @@ def interpolate(segment: InterpolationSegment, instants: Instants) -> tuple[np.n
 def _in_shrinking_windows(
     segment: InterpolationSegment, t: np.ndarray, at: np.ndarray, interval: np.ndarray, half: int
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """As `interpolate`, through up to `half` nodes on either side, those that exist."""
+    """Values as by `interpolate`, through up to `half` nodes on either side, those that exist."""
     batch = segment.attitude.shape[:-2]
     q = np.empty((*batch, at.size, 4))
     rate = None if segment.rate is None else np.empty((*batch, at.size, 3))

@@ -85,7 +85,7 @@ def _resample_in_frame(
 def rotation_to(
     frame: str, source: str, orbit: OrbitStates | None, instants: Instants, ut1: str = "tables"
 ) -> FrameRotation | None:
-    """From a frame that lies along no orbit to another one; None where only the name changes.
+    """Rotation from a frame that lies along no orbit to another one; None where only the name changes.
 
     To an orbital frame, by way of the frame of its orbit.
     """
@@ -106,7 +106,7 @@ def rotation_to(
 def rotation_between(
     source: str, target: str, instants: Instants, ut1: str = "tables"
 ) -> FrameRotation | None:
-    """From one frame to another, neither along an orbit; None where only the name changes.
+    """Rotation from one frame to another, neither along an orbit; None where only the name changes.
 
     By way of GCRF, whose axes are those of ICRF.
     """

@@ -46,7 +46,7 @@ class Uncertainty:
 
 
 def ellipse(attitude_covariance: np.ndarray, body_axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of the 1 sigma ellipse of a body axis's direction (3,): semi-axes and where they lie.
+    """The 1 sigma ellipse of a body axis's direction (3,): semi-axes and where they lie.
 
     The major and the minor, (..., 2) rad; unit vectors along both, (..., 2, 3), body axes.
     The small rotation theta moves the unit vector b by theta x b, which lies across it.

@@ -152,19 +152,19 @@ class Scene(Part):
 
     @classmethod
     def model_validate(cls, document: Any) -> Scene:  # type: ignore[override]
-        """From plain data, as JSON text holds it."""
+        """Make a scene of plain data, as JSON text holds it."""
         if not isinstance(document, dict) or not set(map(type, document)) <= {str}:
             raise InputError("document", document, "a JSON object", steps=())
         return cls(**document)
 
     @classmethod
     def from_json(cls, text: str | bytes, source: str = "document") -> Scene:
-        """From JSON text.  Refuses NaN, Infinity and duplicate keys, which JSON readers let pass."""
+        """Make a scene of JSON text.  Refuses NaN, Infinity, duplicate keys, which JSON readers let pass."""
         return cls.model_validate(parse_json(text, source))
 
     @classmethod
     def read(cls, path: str | Path, times: dict[str, Any] | None = None) -> Scene:
-        """From a JSON file, or from an APM (.apm) and the `times` of a document.
+        """Read a scene from a JSON file, or from an APM (.apm) and the `times` of a document.
 
         times : in place of those of the document
         """
@@ -181,7 +181,7 @@ class Scene(Part):
 
     @classmethod
     def load(cls, source: Any) -> Scene:
-        """From the path of a JSON file, the name of a built-in scene, or plain data.
+        """Make a scene of the path of a JSON file, the name of a built-in scene, or plain data.
 
         Raises FormatError for a path that cannot be read, InputError for a name that is none.
         """

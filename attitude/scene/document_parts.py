@@ -56,7 +56,7 @@ class Body(Part):
         return self
 
     def build(self) -> RigidBody:
-        """In SI units, checked."""
+        """Return the part in SI units, checked."""
         field = "moments" if self.moments is not None else "tensor"
         values = _si(getattr(self, field), self.unit, units.MOMENT, "body.unit")
         with field_named(f"body.{field}"):
@@ -127,7 +127,7 @@ _MEANING = {
 
 
 class AngularVelocity(Part):
-    """Of the body relative to the inertial frame, components in the body frame, at the epoch."""
+    """The rate of the body relative to the inertial frame, components in the body frame, at the epoch."""
 
     value: Vector
     unit: str = Field(examples=["deg/d"])

@@ -25,7 +25,7 @@ class Described(Protocol):
 
     @property
     def name(self) -> str:
-        """For people."""
+        """The name in plans."""
 
     @property
     def frame(self) -> str:
@@ -33,7 +33,7 @@ class Described(Protocol):
 
     @property
     def effects(self) -> Sequence[Effect]:
-        """In the document's order."""
+        """The effects in the document's order."""
 
     @property
     def orbit(self) -> OrbitDefinition | None:
@@ -60,7 +60,7 @@ class Described(Protocol):
         """How values were taken, when the document was read, that are not as they should be."""
 
     def initial_state(self) -> InitialState:
-        """In SI units; every effect is checked against it."""
+        """The state in SI units; every effect is checked against it."""
 
     def motion(self) -> TorqueFreeMotion:
         """The torque-free motion from the epoch on."""
@@ -93,7 +93,7 @@ class EffectPlan:
     influence: float | None = None
 
     def to_dict(self) -> EffectAnswer:
-        """As plain data; units in the names."""
+        """Return plain data, with units in the names."""
         return {
             "field": self.field,
             "type": self.type,
@@ -210,7 +210,7 @@ class ScenePlan:
     central_body: CentralBody | None = None
 
     def to_dict(self) -> PlanAnswer:
-        """As plain data; units in the names."""
+        """Return plain data, with units in the names."""
         answer: PlanAnswer = {
             "name": self.name,
             "simulates": self.simulates,
@@ -250,7 +250,7 @@ class ScenePlan:
         return html_table(f"Plan of {self.name or 'a scene'}", rows | effects)
 
     def text(self) -> str:
-        """For people: what is simulated, what is not and why, and how."""
+        """Tell people what is simulated, what is not and why, and how."""
         lines = [f"{self.name or 'scene'}: {self.simulates}, {self.samples} samples"]
         for effect in self.effects:
             mark = f"simulated, acts on {effect.acts_on}" if effect.simulated else "left out"

@@ -319,7 +319,7 @@ def _coast(inputs: SimulationInputs, exact: ExactMotion, instants: Instants) -> 
 def _ephemeris_of_rows(
     inputs: SimulationInputs, instants: Instants, rows: np.ndarray, plan: Plan, events: Sequence[Event]
 ) -> Ephemeris:
-    """Of quaternion, rate and momentum, (10, n), at the instants and, after them, at the pushes."""
+    """Ephemeris of quaternion, rate and momentum, (10, n), at the instants and, after them, at the pushes."""
     shape, count = instants.shape, instants.seconds.size
     columns = rows[:, :count]
     quaternion, rate, momentum = (columns[a:b].T.reshape(*shape, b - a) for a, b in ((0, 4), (4, 7), (7, 10)))
@@ -421,7 +421,7 @@ def switching_events(inputs: SimulationInputs) -> list[Event]:
 
 
 def _limit_events(inputs: SimulationInputs, kept: tuple[float, float] | None) -> list[Event]:
-    """From where on the error is estimated above the tolerance."""
+    """Events from where on the error is estimated above the tolerance."""
     if kept is None:
         return []
     text = f"estimated error above {inputs.scene.asked_tolerance:.1e} rad"

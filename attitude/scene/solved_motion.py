@@ -141,7 +141,7 @@ class SolutionNodes:
         return np.clip(np.searchsorted(self.seconds, seconds, side="right") - 1, 0, self.seconds.size - 2)
 
     def with_rows(self, at: np.ndarray, seconds: np.ndarray, rows: np.ndarray) -> SolutionNodes:
-        """With more nodes, each inside the interval before the node at an index, which is not exact."""
+        """Add nodes, each inside the interval before the node at an index, which is not exact."""
         return replace(
             self,
             seconds=np.insert(self.seconds, at, seconds),

@@ -17,7 +17,7 @@ ZERO = Angle(value=0.0, unit="deg")
 
 
 class CelestialDirection(Part):
-    """In the scene's frame: right ascension `ra` and declination `dec` in a `unit`, or a `vector`."""
+    """A direction in the scene's frame: right ascension `ra`, declination `dec` in a `unit`; or `vector`."""
 
     ra: float | None = Field(None, strict=True, allow_inf_nan=False)
     dec: float | None = Field(None, strict=True, allow_inf_nan=False)

@@ -65,7 +65,7 @@ class Instants:
         return np.zeros(self.shape) if self.seconds_low is None else self.seconds_low
 
     def flattened(self) -> Instants:
-        """The same along one dimension, in contiguous doubles, as kernels take them."""
+        """The same instants along one dimension, in contiguous doubles, as kernels take them."""
         low = None if self.seconds_low is None else _kernel_array(self.seconds_low).reshape(-1)
         return Instants(_kernel_array(self.seconds).reshape(-1), low, self.epoch, scale=self.scale)
 
@@ -241,7 +241,7 @@ def _tai_days(jd1: float, jd2: float, scale: str, field: str = "epoch") -> tuple
 
 
 def _tai(time: Time, field: str) -> Time:
-    """In TAI; what astropy cannot convert (UT1 outside its bundled tables) is refused."""
+    """The Time in TAI; what astropy cannot convert (UT1 outside its bundled tables) is refused."""
     try:
         return with_ut1(time).tai
     except (ValueError, ScaleValueError, erfa.ErfaError) as error:

@@ -64,7 +64,7 @@ class PositionTarget(Part):
 
     @property
     def evaluable(self) -> dict[str, Any]:
-        """As `targets.target_vector` takes it."""
+        """The target as `targets.target_vector` takes it."""
         return {"position": self.position.si.tolist()}
 
 
@@ -75,7 +75,7 @@ class BodyAxisTarget(Part):
 
     @property
     def evaluable(self) -> dict[str, Any]:
-        """As `targets.target_vector` takes it."""
+        """The target as `targets.target_vector` takes it."""
         return {"body_axis": self.body_axis}
 
 
@@ -145,7 +145,7 @@ class Condition(Part):
         return self
 
     def document(self) -> dict[str, Any]:
-        """As plain data; `parse_condition` of it is this condition."""
+        """Return plain data; `parse_condition` of it is this condition."""
         return self.model_dump(exclude_unset=True, by_alias=True)
 
     def __and__(self, other: Condition) -> Condition:

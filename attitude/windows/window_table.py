@@ -85,7 +85,7 @@ class Windows:
             yield dict(zip(columns, values, strict=True))
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return plain data."""
         epoch = None if self.epoch is None else self.epoch.copy()
         if epoch is not None:
             epoch.precision = SECOND_DECIMALS
@@ -101,11 +101,11 @@ class Windows:
         }
 
     def to_json(self) -> str:
-        """As JSON text."""
+        """Return JSON text."""
         return json.dumps(self.to_dict(), indent=2)
 
     def to_csv(self) -> str:
-        """As CSV: comments with the condition and the span, then a line a window."""
+        """Return CSV: comments with the condition and the span, then a line a window."""
         text = io.StringIO()
         text.write(f"# {json.dumps(self.condition.document())}\n")
         scale = f", dates in {self.epoch.scale}" if self.epoch is not None else ""
@@ -120,7 +120,7 @@ class Windows:
         return text.getvalue()
 
     def text(self) -> str:
-        """As a table for people."""
+        """Return a table for people."""
         columns = {name: values for name, values in self.columns().items() if not name.startswith(("b", "e"))}
         cells = [
             [f"{value:.{SECOND_DECIMALS}f}" if isinstance(value, float) else str(value) for value in column]

@@ -69,7 +69,7 @@ def _torque(
     q: tuple[Any, ...],
     w: np.ndarray,
 ) -> np.ndarray:
-    """Of one row of effects, along the principal axes; rotors and dissipation are in the rates."""
+    """Torque of one row of effects, along the principal axes; rotors and dissipation are in the rates."""
     code, values = int(row[0]), _vector(row[1:])
     if code == layout.CONSTANT_BODY:
         return values[:3]

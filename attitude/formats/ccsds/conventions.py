@@ -148,7 +148,7 @@ def _external_frame(fields: KeywordBlock) -> tuple[str, bool]:
 
 
 def _is_a_to_b(fields: KeywordBlock) -> bool:
-    """Of version 1; version 2 has no other direction."""
+    """Whether the direction is A to B, which version 1 states; version 2 has no other."""
     direction = fields.get("ATTITUDE_DIR") or "A2B"
     if direction not in ("A2B", "B2A"):
         raise fields.error("ATTITUDE_DIR", "neither A2B nor B2A")

@@ -105,7 +105,7 @@ class CkTarget(NamedTuple):
 
     @property
     def segment_name(self) -> str:
-        """As much of the name as a segment's can have."""
+        """Cut a name to the length that a segment's may have."""
         return self.name[:MAX_SEGMENT_LENGTH].rstrip()
 
     @classmethod

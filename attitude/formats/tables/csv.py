@@ -78,7 +78,7 @@ class CsvReader(RowReader):
         return meta
 
     def no_rows(self) -> FormatError:
-        """Of a file without metadata, without names, or without rows."""
+        """The error of a file without metadata, without names, or without rows."""
         self._metadata()
         if not self.names:
             return self.error("ends before the column names", len(self.comments))

@@ -28,7 +28,7 @@ def dumps(ephemeris: EphemerisData) -> bytes:
 
 
 def blocks_with_plan(samples: Samples) -> Iterator[bytes]:
-    """As `blocks`, with the library's version, the plan of the ephemeris, and the cost of computing it.
+    """The blocks with the library's version, the plan of the ephemeris, and the cost of computing it.
 
     For responses: the bytes of a file should not depend on these.
     """

@@ -118,7 +118,7 @@ def without_negligible(inertia, h, rows):
 
 @routine
 def without_symmetry(inertia, h, axes, rows):
-    """Of moments that are different where rotors tell them apart; axes : rows, along the principal ones."""
+    """The problem of moments that differ where rotors tell them apart; axes : rows, along the principal."""
     along = int(h[0][0] != 0.0) + int(h[1][0] != 0.0) + int(h[2][0] != 0.0)
     if along > 1:
         return _any_rotor(inertia, h, axes, rows)

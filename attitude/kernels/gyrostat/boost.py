@@ -202,7 +202,7 @@ def quadric(a, k, c, x, y):
 
 @routine
 def boosted(inertia, k, gamma):
-    """From moments, k and gamma along principal axes, all in two parts.
+    """Boost from moments, k and gamma along principal axes, all in two parts.
 
     At least two components of k are not zero, and none of these is below SMALLEST_K of the greatest number of
     the problem; of two axes with equal moments one has k = 0.

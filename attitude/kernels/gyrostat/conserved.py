@@ -42,7 +42,7 @@ class Conserved(NamedTuple):
 
 @routine
 def conserved(rows, W, a, momentum):
-    """From the expansions of M, A_ij and K in the first rows; W, the a_i and the true L in two parts.
+    """The invariants, from expansions of M, A_ij and K in the first rows; W, a_i and true L in two parts.
 
     The momentum is zero where L is the length of M; M may have any length.
     """

@@ -98,7 +98,7 @@ def _labelled_middle(c, R):
 
 @routine
 def roots(b, constant, discriminant):
-    """Of A x^2 + 2 b x + constant: the root nearer to zero, and A times the farther one."""
+    """Roots of A x^2 + 2 b x + constant: the one nearer to zero, and A times the farther one."""
     root = sqrt(discriminant)
     t = add(b, root if b[0] >= 0.0 else neg(root))
     near = neg(div(constant, t)) if t[0] != 0.0 else ZERO

@@ -117,7 +117,7 @@ def to_body_axes(P, v):
 
 @routine
 def rate_column(record, P, start, c):
-    """Of component c of the initial rate; start : gamma0, g0, chi0."""
+    """Derivatives by component c of the initial rate; start : gamma0, g0, chi0."""
     J, per_L = record.inverse, 1.0 / record.momentum
     mu = P[0][c] / J[0] * per_L, P[1][c] / J[1] * per_L, P[2][c] / J[2] * per_L
     return column(record, P, start, mu, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -125,7 +125,7 @@ def rate_column(record, P, start, c):
 
 @routine
 def inertia_column(record, P, start, k):
-    """Of column k of the inertia."""
+    """Derivatives by column k of the inertia."""
     mix, per_size, gamma0 = record.mix, 1.0 / record.size, start[0]
     weights = (
         per_size * mix[k, 0],

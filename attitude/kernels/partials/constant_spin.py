@@ -113,7 +113,7 @@ def turn_about(axis, angle):
 
 @inlined
 def growing(turns, differences, root, tau, instant):
-    """As `oscillating`, where A = [[0, a31], [-a32, 0]] does not turn: tau, or sinh(root tau)/root."""
+    """What `oscillating` returns, where A = [[0, a31], [-a32, 0]] does not turn."""
     _a21, a31, a32 = differences
     sine, cosine = sine_cosine(*phase(turns, *instant))
     half = sine_cosine(*phase((0.5 * turns[0], 0.5 * turns[1]), *instant))[0]

@@ -86,7 +86,7 @@ def along(row, axis):
 
 @routine
 def polhode_record(inertia, omega, axes, body, unit, record):
-    """Of a motion whose rate is not constant."""
+    """Fill the record of a motion whose rate is not constant."""
     lo, mid, hi = ascending(inertia)
     first, third = (hi, lo) if body.regime == LONG_AXIS else (lo, hi)
     order = (first, mid, third)
@@ -205,7 +205,7 @@ def write_needle(s, body, record):
 
 @routine
 def constant_record(inertia, omega, axes, unit, record):
-    """Of a constant rate: axis 3 along the momentum, and both turns of what departs from it."""
+    """Fill the record of a constant rate: axis 3 along the momentum, both turns of what departs from it."""
     record.kind, record.elements = CONSTANT_PARTIALS, 6
     speed = hypot(hypot(omega[0], omega[1]), omega[2])
     if speed[0] == 0.0:

@@ -160,7 +160,7 @@ def advances(record, scheme, tau, work):
 
 @routine
 def state_column(record, i, mu, passed, start, now, columns):
-    """Of a unit momentum mu along axis i."""
+    """Derivatives by the momentum mu along axis i."""
     (C, tau, h, A1), (gamma0, g0, chi0), (vectors, change, whole) = passed, start, now
     gamma, g, slope, _chi, _X = vectors
     v = cross(gamma0, mu)

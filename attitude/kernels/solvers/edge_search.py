@@ -123,7 +123,7 @@ def first_edge(plates, lights, flags, work):
 
 @routine
 def find_reach(sources, work):
-    """By how much a cosine can differ from that at the middle of the arc, for each source."""
+    """Bound, for each source, how far a cosine is from that at the middle of the arc."""
     for k in range(sources):
         first, reach = source_row(k, POWERS) * ARC_NODES, 0.0
         for i in range(1, ARC_NODES):

@@ -278,7 +278,7 @@ def _rate(record):
 
 @routine
 def _turn_per_momentum(record):
-    """By how much the rate changes with the momentum, 1/(kg m2): about, and at most."""
+    """Change of the rate with the momentum, 1/(kg m2): about, and at most."""
     body, L = record.body, momentum_of(record.state)
     rate, size = _rate(record), math.sqrt(dot(L, L))
     most = max(body[INVERSES], body[INVERSES + 1], body[INVERSES + 2])

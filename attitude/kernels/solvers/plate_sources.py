@@ -135,7 +135,7 @@ def _place_air(row, air, work, nodes):
 
 @routine
 def log_density(air, first, count, t, t_low):
-    """On the polynomial of the piece that t is in (the outermost, outside), as `layout` has them."""
+    """Logarithm of the density on the piece that t is in; before and after all pieces, on the outermost."""
     low, high = first, first + count
     while high - low > 1:
         middle = (low + high) // 2
