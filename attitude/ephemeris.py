@@ -116,7 +116,7 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
         Parameters
         ----------
         body_axis : "x", "-z", or three numbers along the body axes
-        to : "sun" (its geometric direction, from the body where the scene has an orbit), "earth" (nadir),
+        to : "sun" (its geometric direction, from the body where the scene has an orbit), "nadir" or "earth",
             "velocity" (inertial), "orbit_normal", "momentum", "magnetic_field" (of the Earth's dipole); a
             direction of three numbers along the axes of `frame`; {"body_axis": axis}; {"position": (3,) m,
             from the centre}

@@ -239,6 +239,17 @@ def test_effects_dropped_on_request_are_always_reported(tolerance, answer, tmp_p
     assert answer(*arguments, "--quiet") == (0, b"", "")
 
 
+def test_step_alone_is_over_the_span_of_the_document(answer, tmp_path):
+    document = Scene.builtin("envisat").document()
+    document |= {"times": {"elapsed": [-30, 10, 100], "unit": "s"}, "effects": []}
+    (tmp_path / "in.json").write_text(json.dumps(document))
+    code, _, err = answer("run", tmp_path / "in.json", "--step", "20 s", "-o", tmp_path / "out.csv")
+    assert (code, err) == (0, "")
+    assert Ephemeris.read(tmp_path / "out.csv").elapsed.tolist() == [-30, -10, 10, 30, 50, 70, 90]
+    code, _, err = answer("run", "envisat", "--stop", "1 h")
+    assert (code, err[:17]) == (2, "attitude: --step:")
+
+
 @pytest.mark.parametrize("quiet", [[], ["--quiet"]])
 def test_ephemeris_that_ends_early_is_always_reported(quiet, answer, tmp_path):
     times = {"start": 0, "stop": 20, "step": 0.01, "unit": "s"}

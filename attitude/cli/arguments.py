@@ -25,7 +25,7 @@ SET = "--set NAME=VALUE ..."
 QUIET = {"-q --quiet": "no progress on standard error"}
 TIMES = {
     "--stop T": f"instants from the epoch to T, {DURATION}",
-    "--step DT": f"every DT, {DURATION}; with --stop",
+    "--step DT": f"every DT, {DURATION}; alone: over the span of the document",
 }
 COLUMNS = {
     "--columns LIST": "what a table holds, such as time,euler:ZYX,direction:z,angle:z:sun (docs/formats.md)"
@@ -73,46 +73,57 @@ def angle(text: str | None, field: str) -> float | None:
 
 
 def times(options: Namespace) -> dict[str, Any] | None:
-    """The times of a document, of --stop and --step; None without either."""
+    """The times of a document, of --stop and --step, or the step alone; None without either."""
     from .. import units
 
-    if options.stop is None and options.step is None:
-        return None
-    for name in ("stop", "step"):
-        if getattr(options, name) is None:
-            raise InputError(f"--{name}", None, f"{DURATION}, beside the other one of --stop and --step")
-    stop, step = (
-        units.positive_quantity(getattr(options, name), (units.SECOND, "s"), f"--{name}", DURATION)
-        for name in ("stop", "step")
-    )
-    return {"start": 0.0, "stop": stop, "step": step, "unit": "s"}
+    if options.stop is not None and options.step is None:
+        raise InputError("--step", None, f"{DURATION}, beside --stop")
+    texts = {name: getattr(options, name) for name in ("stop", "step") if getattr(options, name) is not None}
+    seconds = {
+        name: units.positive_quantity(text, (units.SECOND, "s"), f"--{name}", DURATION)
+        for name, text in texts.items()
+    }
+    return {"start": 0.0, **seconds, "unit": "s"} if seconds else None
 
 
 def read_scene(name: str, tolerance: str | None = None, instants: dict[str, Any] | None = None) -> Scene:
     """A scene by the path of its document or APM, "-" for standard input, or the name of a built-in one.
 
     tolerance : of torques, in place of the document's: an angle, or "best"
-    instants : `times`, in place of the document's
+    instants : `times`, in place of the document's; without a stop a step over the document's span
     """
-    from ..documents.fields import parse_json
-    from ..documents.files import files_in
-    from ..scene.document import Scene
     from ..scene.document_parts import BEST
 
-    if Path(name).suffix.lower() == ".apm":
-        scene = Scene.read(name, instants)
+    if instants is None or "stop" in instants:
+        scene = _parsed_scene(name, instants)
     else:
-        with files_in(Path(name).parent):
-            document = parse_json(*document_text(name))
-            if instants is not None and isinstance(document, dict):
-                document |= {"times": instants}
-            scene = Scene.model_validate(document)
+        scene = _parsed_scene(name, None)
+        start, stop = scene.times.limits(scene.epoch_time)
+        scene = _replaced(scene, "times", instants | {"start": start, "stop": stop})
     if tolerance is None:
         return scene
     value: Any = BEST
     if tolerance != BEST:
         value = {"value": angle(tolerance, "--set tolerance"), "unit": "rad"}
-    return Scene.model_validate({**scene.document(), "tolerance": value})
+    return _replaced(scene, "tolerance", value)
+
+
+def _parsed_scene(name: str, instants: dict[str, Any] | None) -> Scene:
+    from ..documents.fields import parse_json
+    from ..documents.files import files_in
+    from ..scene.document import Scene
+
+    if Path(name).suffix.lower() == ".apm":
+        return Scene.read(name, instants)
+    with files_in(Path(name).parent):
+        document = parse_json(*document_text(name))
+        if instants is not None and isinstance(document, dict):
+            document |= {"times": instants}
+        return Scene.model_validate(document)
+
+
+def _replaced(scene: Scene, member: str, value: Any) -> Scene:
+    return type(scene).model_validate({**scene.document(), member: value})
 
 
 def is_attitude_file(name: str) -> bool:

@@ -26,8 +26,8 @@ KINDS = {
     "euler:SEQUENCE": "angles of intrinsic rotations, such as euler:ZYX, deg",
     "radec:AXIS": "right ascension and declination of a body axis, ICRS, deg",
     "direction:AXIS": "unit vector of a body axis along the axes of the frame",
-    "direction_to:TARGET": "unit vector to sun, earth, velocity ... along the axes of the frame",
-    "angle:AXIS:TARGET": "to sun, earth, velocity, orbit_normal, momentum or magnetic_field, deg",
+    "direction_to:TARGET": "unit vector to sun, nadir, velocity ... along the axes of the frame",
+    "angle:AXIS:TARGET": "to sun, nadir, velocity, orbit_normal, momentum or magnetic_field, deg",
     "attitude_sigma": "1 sigma of the small rotation about each body axis, deg",
     "angular_velocity_sigma": "1 sigma of each component, rad/s",
     "attitude_covariance": "of the small rotation about the body axes: xx, yy, zz, xy, xz, yz, rad2",
@@ -78,14 +78,15 @@ REQUESTS = (
     *(kind for kind in KINDS if ":" not in kind),
     *(f"{kind}:{sequence}" for kind in ("euler", "euler_sigma") for sequence in SEQUENCES),
     *(f"{kind}:{axis}" for kind in ("radec", "direction", "direction_sigma") for axis in AXES),
-    *(f"direction_to:{target}" for target in targets.TARGETS),
-    *(f"angle:{axis}:{target}" for axis in AXES for target in targets.TARGETS),
+    *(f"direction_to:{target}" for target in targets.NAMES),
+    *(f"angle:{axis}:{target}" for axis in AXES for target in targets.NAMES),
 )
 
 
 def parse(text: str | Sequence[str]) -> tuple[str, ...]:
     """The requests of a list, or of a text with commas; InputError for what is none, or there twice."""
     requests = [part.strip() for part in text.split(",")] if isinstance(text, str) else list(text)
+    requests = [request.replace(":+", ":") for request in requests]  # an axis "+x" is the axis "x"
     for i, request in enumerate(requests):
         if request not in REQUESTS:
             expected = f"each of {', '.join(KINDS)}{suggestion(request, REQUESTS)}"

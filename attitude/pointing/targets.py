@@ -61,7 +61,7 @@ def target(data: EphemerisData, to: Any) -> np.ndarray:
 def target_vector(data: EphemerisData, to: Any) -> np.ndarray:
     """Vectors (3,), (instants, 3) or (..., 3) to a target along the axes of the ephemeris's frame, SI units.
 
-    to : "sun", "earth" (nadir), "velocity", "orbit_normal", "momentum", "magnetic_field"; a direction of
+    to : "sun", "nadir" (or "earth"), "velocity", "orbit_normal", "momentum", "magnetic_field"; a direction of
         three numbers along the axes of the frame; {"body_axis": axis}; {"position": (3,) m, along the axes of
         the frame, from the central body}
 
@@ -72,16 +72,16 @@ def target_vector(data: EphemerisData, to: Any) -> np.ndarray:
         momentum at rest.
     """
     if isinstance(to, str):
-        if to not in TARGETS:
-            known = f"one of {', '.join(TARGETS)}, a direction, a body axis or a position"
-            raise InputError("to", to, known + suggestion(to, TARGETS))
-        return TARGETS[to](data)
+        if to not in NAMES:
+            known = f"one of {', '.join(NAMES)}, a direction, a body axis or a position"
+            raise InputError("to", to, known + suggestion(to, NAMES))
+        return TARGETS[SYNONYMS.get(to, to)](data)
     if isinstance(to, dict) and set(to) == {"body_axis"}:
         return direction(data, to["body_axis"])
     if isinstance(to, dict) and set(to) == {"position"}:
         place = np.asarray(units.si_array(to["position"], units.LENGTH, "to.position"))
         return np.asarray(place - position(data))
-    return unit_vector(to, "to", f"one of {', '.join(TARGETS)}, or a direction of three numbers")
+    return unit_vector(to, "to", f"one of {', '.join(NAMES)}, or a direction of three numbers")
 
 
 def unit_vectors(vectors: np.ndarray, noun: str) -> np.ndarray:
@@ -165,6 +165,8 @@ TARGETS: dict[str, Callable[[EphemerisData], np.ndarray]] = {
     "momentum": momentum,
     "magnetic_field": magnetic_field,
 }
+SYNONYMS = {"nadir": "earth"}  # whatever the central body is
+NAMES = (*TARGETS, *SYNONYMS)
 
 
 def _in_frame(data: EphemerisData, vectors: np.ndarray, frame: str) -> np.ndarray:

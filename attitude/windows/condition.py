@@ -85,18 +85,19 @@ def _parse_target(value: Any) -> Any:
         return value
     if isinstance(value, dict):
         return (BodyAxisTarget if "body_axis" in value else PositionTarget).model_validate(value)
-    expected = f"one of {', '.join(targets.TARGETS)}, three numbers, a body_axis or a position"
-    expected += suggestion(value, targets.TARGETS)
+    expected = f"one of {', '.join(targets.NAMES)}, three numbers, a body_axis or a position"
+    expected += suggestion(value, targets.NAMES)
     if isinstance(value, list):
         targets.unit_vector(value, "", expected)
-    elif value not in targets.TARGETS:
+        return value
+    if value not in targets.NAMES:
         raise InputError("", value, expected)
-    return value
+    return targets.SYNONYMS.get(value, value)
 
 
 TARGET_SCHEMA = {
     "oneOf": [
-        {"enum": list(targets.TARGETS)},
+        {"enum": list(targets.NAMES)},
         VECTOR,
         {"type": "object", "required": ["body_axis"], "properties": {"body_axis": AXIS_SCHEMA}},
         {"type": "object", "required": ["position"], "properties": {"position": {"type": "object"}}},

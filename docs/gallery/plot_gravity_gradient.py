@@ -13,7 +13,7 @@ from attitude import Scene
 
 ephemeris = Scene.builtin("gravity-gradient-capture").run()
 figure, axes = plt.subplots(figsize=(8.0, 3.8), layout="constrained")
-axes.plot(ephemeris.elapsed / 3600.0, ephemeris.angle("z", "earth", "deg"), color="#0072b2", linewidth=0.8)
+axes.plot(ephemeris.elapsed / 3600.0, ephemeris.angle("z", "nadir", "deg"), color="#0072b2", linewidth=0.8)
 axes.set(xlabel="hours", ylabel="long axis off nadir, deg", yticks=[0, 45, 90, 135, 180])
 axes.set_title("a cylinder of 10 m in an orbit at 600 km, with a damper of 0.25 N m s")
 plt.show()

@@ -100,6 +100,12 @@ def test_angle_is_chosen_by_axis_and_target():
     assert data.to_table().colnames == names
 
 
+def test_nadir_is_the_direction_to_the_central_body_and_plus_x_is_x():
+    table = orbiting().with_columns("angle:+x:nadir,angle:x:earth,direction_to:nadir").to_table()
+    assert table.colnames == ["angle_x_nadir", "angle_x_earth", "direction_to_nadir"]
+    assert (table["angle_x_nadir"] == table["angle_x_earth"]).all()
+
+
 WRONG = {
     "time,nonsense": None,
     "quaternoin": "quaternion",

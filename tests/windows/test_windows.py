@@ -313,6 +313,8 @@ def test_a_body_at_rest_has_windows_of_what_moves():
     windows = scene.crossings(angle("x", to="earth") < 60 * u.deg)
     period = 2.0 * np.pi * np.sqrt(6878100.0**3 / 3.986004e14)
     assert windows.start.seconds[1] - windows.start.seconds[0] == pytest.approx(period, rel=1e-6)
+    nadir = scene.crossings(angle("x", to="nadir") < 60 * u.deg)
+    assert (nadir.start.seconds == windows.start.seconds).all()
 
 
 # -- refusals -------------------------------------------------------------------------------------
