@@ -208,7 +208,8 @@ def check_options(entry: Format, options: Mapping[str, Any], reading: bool = Fal
     names = options_of(entry, reading) if options else {}
     for name, value in options.items():
         if name not in names:
-            expected = f"for {entry.name} an option of {', '.join(names) or 'none'}{suggestion(name, names)}"
+            known = f"unknown option of {entry.name}; known: {', '.join(names)}{suggestion(name, names)}"
+            expected = known if names else f"unknown option; {entry.name} has none"
             raise InputError(name, value, expected)
 
 

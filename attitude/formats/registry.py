@@ -35,9 +35,9 @@ _ENTRIES = (
     Format("aem-xml", "ccsds.aem", (".xml",), "application/xml", syntax="xml"),
     Format("acm", "ccsds.acm_writer", (".acm",), "text/x-ccsds-acm", syntax="kvn"),
     Format("acm-xml", "ccsds.acm_writer", (".acm.xml",), "application/x-ccsds-acm+xml", syntax="xml"),
-    Format("stk", "stk", (".a",), "text/x-stk-attitude"),
+    Format("stk", "stk", (".a", ".stk"), "text/x-stk-attitude"),
     Format("czml", "czml", (".czml",), "application/vnd.czml+json"),
-    Format("ck", "spice.ck", (".bc",), "application/x-spice-ck", True),
+    Format("ck", "spice.ck", (".bc", ".ck"), "application/x-spice-ck", True),
 )
 FORMATS = {entry.name: entry for entry in _ENTRIES}
 BY_ENDING = {ending: entry for entry in _ENTRIES for ending in entry.endings}

@@ -142,7 +142,7 @@ class Condition(Part):
             if limit is not None and self.to is None:
                 raise InputError(name, limit.value, "no angle beside above_plane")
             if limit is not None and not 0.0 <= limit.si <= np.pi:
-                raise InputError(f"{name}.value", limit.value, "an angle from 0 to 180 deg")
+                raise InputError(f"{name}.value", f"{limit.value} {limit.unit}", "an angle from 0 to 180 deg")
         return self
 
     def document(self) -> dict[str, Any]:

@@ -673,7 +673,7 @@ def test_option_that_a_file_cannot_hold_is_named(options, syntax, tmp_path):
 @both
 def test_options_that_the_writer_does_not_have_are_refused(syntax):
     assert AemOptions().object_id == "UNKNOWN"
-    with pytest.raises(InputError, match=r"subject: for .* an option of object_name, originator, "):
+    with pytest.raises(InputError, match=r"subject: unknown option of .*; known: object_name, originator, "):
         motion().at(T).write("-", FORMATS[syntax], subject="X")
 
 

@@ -195,7 +195,7 @@ def test_files_by_their_ending(tmp_path):
     back = Ephemeris.read(tmp_path / "a.czml")
     assert back.name == "a <body>"
     assert Ephemeris.read(tmp_path / "a.czml", frame="EME2000").frame == "EME2000"
-    with pytest.raises(InputError, match="for czml an option of id, position, box, model"):
+    with pytest.raises(InputError, match="unknown option of czml; known: id, position, box, model"):
         written.write(tmp_path / "b.czml", colour="red")
 
 

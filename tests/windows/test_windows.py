@@ -337,7 +337,7 @@ REFUSED = {
     "target": ({"axis": "z", "to": "mars", "below": {"value": 1, "unit": "deg"}}, "condition.to: one of sun"),
     "no limit": ({"axis": "z", "to": "sun"}, "condition.below: an angle"),
     "no target": ({"axis": "z", "below": {"value": 1, "unit": "deg"}}, "exactly one of to, above_plane"),
-    "limit": ({"axis": "z", "to": "sun", "below": {"value": 181, "unit": "deg"}}, "from 0 to 180 deg"),
+    "limit": ({"axis": "z", "to": "sun", "below": {"value": 181, "unit": "deg"}}, "180 deg; got .181.* deg"),
     "unit": ({"axis": "z", "to": "sun", "below": {"value": 1, "unit": "m"}}, "condition.below.unit: a unit"),
     "number": ({"axis": "z", "to": "sun", "below": 10}, "condition.below: a JSON object"),
     "shadow": ({"shadow": "umbre"}, "did you mean 'umbra'"),
