@@ -10,8 +10,6 @@ import ast
 from importlib import import_module
 from pathlib import Path
 
-import pytest
-
 import attitude
 
 ROOT = Path(attitude.__file__).parent
@@ -65,16 +63,26 @@ def compiled_loops(path):
                 yield from ((function.name, loop) for loop in loops)
 
 
+def sources():
+    """The loops of each module that has any, by its name."""
+    for path in sorted(ROOT.rglob("*.py")):
+        if loops := [*compiled_loops(path)]:
+            yield ".".join(path.relative_to(ROOT).with_suffix("").parts), loops
+
+
+LOOPS = dict(sources())
+
+
 def reads_stop(loop):
     subscripts = (node.value for node in ast.walk(loop) if isinstance(node, ast.Subscript))
     return any(getattr(value, "id", "") == "halted" for value in subscripts)
 
 
-def is_short(loop, module):
+def is_short(loop, name):
     """Whether it runs over a tuple, or over a short range or tuple of constants of the module."""
     if isinstance(loop, ast.While) or isinstance(loop.iter, ast.Tuple):
         return isinstance(loop, ast.For)
-    expression = compile(ast.Expression(loop.iter), module.__name__, "eval")
+    module, expression = import_module(f"attitude.{name}"), compile(ast.Expression(loop.iter), name, "eval")
     try:
         return len(eval(expression, dict(vars(module)))) <= SHORT
     except NameError:  # of a local variable
@@ -88,43 +96,35 @@ def is_bounded(function, loop, name):
     return bool(entries & set(BOUNDED))
 
 
-SOURCES = [path for path in sorted(ROOT.rglob("*.py")) if next(compiled_loops(path), None)]
-NAMES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in SOURCES]
-
-
-@pytest.mark.parametrize(("path", "name"), [*zip(SOURCES, NAMES, strict=True)], ids=NAMES)
-def test_compiled_loops_read_the_stop_or_are_short(path, name):
-    module = import_module(f"attitude.{name}")
+def test_compiled_loops_read_the_stop_or_are_short():
     endless = [
-        f"{path}:{loop.lineno} ({function})"
-        for function, loop in compiled_loops(path)
-        if not (reads_stop(loop) or is_short(loop, module) or is_bounded(function, loop, name))
+        f"attitude.{name}:{loop.lineno} ({function})"
+        for name, loops in LOOPS.items()
+        for function, loop in loops
+        if not (reads_stop(loop) or is_short(loop, name) or is_bounded(function, loop, name))
     ]
     assert not endless, "neither halted[0] is read nor an entry of BOUNDED stands for:\n" + "\n".join(endless)
 
 
 def test_sources_with_compiled_loops_are_found():
-    assert {"collocation", "flight", "impact", "interpolation", "euler"} <= {path.stem for path in SOURCES}
-    assert "attitude.kernels.contact.flight" in {f"attitude.{name}" for name in NAMES}
+    found = {name.rpartition(".")[2] for name in LOOPS}
+    assert {"collocation", "flight", "impact", "interpolation", "euler"} <= found
+    assert "kernels.contact.flight" in LOOPS
 
 
-@pytest.mark.parametrize("entry", BOUNDED)
-def test_entry_stands_for_a_loop_that_neither_reads_the_stop_nor_is_short(entry):
-    def is_needed(path, name):
-        loops = [
-            each
-            for each in compiled_loops(path)
-            if entry in (f"{name}.{each[0]}", name, name.rpartition(".")[0])
-        ]
-        module = import_module(f"attitude.{name}") if loops else None
-        return any(not reads_stop(loop) and not is_short(loop, module) for _, loop in loops)
-
-    assert any(is_needed(*source) for source in zip(SOURCES, NAMES, strict=True))
+def test_entries_stand_for_loops_that_neither_read_the_stop_nor_are_short():
+    needed = {
+        entry
+        for name, loops in LOOPS.items()
+        for function, loop in loops
+        if not reads_stop(loop) and not is_short(loop, name)
+        for entry in (f"{name}.{function}", name, name.rpartition(".")[0])
+    }
+    assert set(BOUNDED) <= needed
 
 
 def test_loop_without_either_is_found():
     loops = ast.parse("while x[0] > 0.0: pass\nfor i in range(n): pass").body
-    module = import_module("attitude.kernels.phase")
     for loop in loops:
-        checks = reads_stop(loop), is_short(loop, module), is_bounded("f", loop, "kernels.phase")
+        checks = reads_stop(loop), is_short(loop, "kernels.phase"), is_bounded("f", loop, "kernels.phase")
         assert checks == (False, False, False)

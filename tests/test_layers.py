@@ -5,9 +5,8 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 import attitude
 import attitude.kernels
@@ -36,9 +35,14 @@ def statements(tree, everywhere):
             yield from statements(node, everywhere)
 
 
+@cache
+def syntax_tree(path):
+    return ast.parse(path.read_text())
+
+
 def imported(path, package, everywhere=True):
     """Absolute names of what a file imports; names imported from a module follow its own."""
-    for node in statements(ast.parse(path.read_text()), everywhere):
+    for node in statements(syntax_tree(path), everywhere):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         else:
@@ -48,14 +52,18 @@ def imported(path, package, everywhere=True):
             yield from (f"{module}.{alias.name}" for alias in node.names)
 
 
-def package_of(name):
-    return name if MODULES[name].name == "__init__.py" else name.rpartition(".")[0]
+@cache
+def names_imported(name, everywhere=True):
+    """Absolute names of what a module of the library imports."""
+    package = name if MODULES[name].name == "__init__.py" else name.rpartition(".")[0]
+    return frozenset(imported(MODULES[name], package, everywhere))
 
 
+@cache
 def modules_imported(name, everywhere=True):
     """Which of the library's modules a module imports."""
     found = set()
-    for target in imported(MODULES[name], package_of(name), everywhere):
+    for target in names_imported(name, everywhere):
         while target and target not in MODULES:
             target = target.rpartition(".")[0]
         found.add(target)
@@ -107,10 +115,14 @@ def test_every_module_has_a_wing_and_every_wing_a_module():
     assert {wing(name) for name in MODULES if name != "attitude"} == set(FLOOR)
 
 
-@pytest.mark.parametrize("name", [name for name in MODULES if name != "attitude"])
-def test_imports_run_down(name):
-    others = {other for other in modules_imported(name) if other == "attitude" or wing(other) != wing(name)}
-    assert all(other != "attitude" and FLOOR[wing(other)] < FLOOR[wing(name)] for other in others), others
+def test_imports_run_down():
+    upward = {
+        (name, other)
+        for name in MODULES.keys() - {"attitude"}
+        for other in modules_imported(name)
+        if other == "attitude" or (wing(other) != wing(name) and FLOOR[wing(other)] >= FLOOR[wing(name)])
+    }
+    assert not upward
 
 
 def test_no_module_imports_itself_in_a_circle():
@@ -141,7 +153,7 @@ def test_public_classes_have_names_of_their_own():
     names = Counter(
         node.name
         for path in MODULES.values()
-        for node in ast.parse(path.read_text()).body
+        for node in syntax_tree(path).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )
     assert {name for name, count in names.items() if count > 1} <= SHARED_CLASSES
@@ -150,9 +162,8 @@ def test_public_classes_have_names_of_their_own():
 # -- kernels ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", KERNELS)
-def test_kernel_knows_numbers_and_nothing_else(name):
-    names = set(imported(MODULES[name], package_of(name)))
+def test_kernels_know_numbers_and_nothing_else():
+    names = set().union(*map(names_imported, KERNELS))
     ours = {target for target in names if target.startswith("attitude")}
     assert all(target.startswith("attitude.kernels.") for target in ours)
     assert tops(names - ours) <= {"numpy", "numba", "llvmlite"} | sys.stdlib_module_names
@@ -168,44 +179,41 @@ def test_every_kernel_has_its_place_in_the_calculation():
     assert sorted(kernels_in_order()) == sorted(name.removeprefix("attitude.kernels.") for name in modules)
 
 
-@pytest.mark.parametrize("name", [name for name in KERNELS if MODULES[name].name != "__init__.py"])
-def test_kernel_imports_from_those_before_it(name):
+def test_kernels_import_from_those_before_them():
     order = [f"attitude.kernels.{module}" for module in kernels_in_order()]
-    assert modules_imported(name) <= set(order[: order.index(name)])
+    assert not {
+        name: later for k, name in enumerate(order) if (later := modules_imported(name) - {*order[:k]})
+    }
 
 
 # -- library and service ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_library_knows_no_http(name):
-    names = set(imported(MODULES[name], package_of(name)))
-    if name == "attitude.cli.command":  # the command that starts the service
-        assert {target for target in names if target.startswith("service")} == {"service.serve"}
-        names.discard("service.serve")
-    assert not tops(names) & {"fastapi", "uvicorn", "starlette", "httpx", "service"}
+def test_library_knows_no_http():
+    http = {"fastapi", "uvicorn", "starlette", "httpx", "service"}
+    uses = {(name, target) for name in MODULES for target in names_imported(name) if tops([target]) & http}
+    assert uses == {("attitude.cli.command", "service.serve")}  # the command that starts the service
 
 
-@pytest.mark.parametrize("path", SERVICE, ids=[path.stem for path in SERVICE])
-def test_service_reaches_no_kernel(path):
-    assert not any(name.startswith("attitude.kernels") for name in imported(path, "service"))
+def test_service_reaches_no_kernel():
+    names = {name for path in SERVICE for name in imported(path, "service")}
+    assert "attitude.errors.AttitudeError" in names
+    assert not any(name.startswith("attitude.kernels") for name in names)
 
 
-ORACLE = [name for name in MODULES if name.startswith("attitude.oracle")]
+ORACLE = {name for name in MODULES if name.startswith("attitude.oracle")}
 
 
-@pytest.mark.parametrize("name", [name for name in MODULES if name not in ORACLE])
-def test_oracle_judges_and_never_computes(name):
-    assert name.startswith("attitude.cost") or not modules_imported(name) & set(ORACLE)
+def test_oracle_judges_and_never_computes():
+    users = {name for name in MODULES.keys() - ORACLE if modules_imported(name) & ORACLE}
+    assert users
+    assert all(name.startswith("attitude.cost") for name in users)
 
 
-@pytest.mark.parametrize("name", ORACLE)
-def test_oracle_knows_nothing_of_what_it_judges(name):
-    assert modules_imported(name) <= set(ORACLE)
-    assert (
-        tops(imported(MODULES[name], package_of(name)))
-        <= {"attitude", "mpmath", "gmpy2"} | sys.stdlib_module_names
-    )
+def test_oracle_knows_nothing_of_what_it_judges():
+    names = set().union(*map(names_imported, ORACLE))
+    assert set().union(*map(modules_imported, ORACLE)) <= ORACLE
+    assert tops(names) <= {"attitude", "mpmath", "gmpy2"} | sys.stdlib_module_names
 
 
 # -- what an import loads -----------------------------------------------------------------------
