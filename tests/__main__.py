@@ -12,7 +12,10 @@ from contextlib import ExitStack
 from tempfile import TemporaryFile
 
 COMPILE = "from attitude.runtime import compiled; compiled.compile_all()"
-PYTEST = ("-m", "pytest", "-q", "-rs")
+# Only the plugins that tests use: those of schemathesis and zarr take seconds of every process.
+PLUGINS = ("-p", "xdist", "-p", "anyio", "-p", "hypothesispytest")
+ENVIRONMENT = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+PYTEST = ("-m", "pytest", "-q", "-rs", *PLUGINS)
 WORKERS = ("-n", str(min(os.cpu_count() or 1, 8)), "--dist", "worksteal")
 NO_TESTS = 5  # of those that the arguments select
 
@@ -33,7 +36,9 @@ def run(checks):
         running = []
         for check in checks:
             output = files.enter_context(TemporaryFile()) if running else None
-            process = subprocess.Popen([sys.executable, *check], stdout=output, stderr=output)
+            process = subprocess.Popen(
+                [sys.executable, *check], env=ENVIRONMENT, stdout=output, stderr=output
+            )
             running.append((check, process, output))
         for check, process, output in running:
             print("$ python", *check, flush=True)

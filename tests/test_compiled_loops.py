@@ -10,6 +10,8 @@ import ast
 from importlib import import_module
 from pathlib import Path
 
+import pytest
+
 import attitude
 
 ROOT = Path(attitude.__file__).parent
@@ -63,14 +65,13 @@ def compiled_loops(path):
                 yield from ((function.name, loop) for loop in loops)
 
 
-def sources():
+@pytest.fixture(scope="module")
+def loops_of():
     """The loops of each module that has any, by its name."""
-    for path in sorted(ROOT.rglob("*.py")):
-        if loops := [*compiled_loops(path)]:
-            yield ".".join(path.relative_to(ROOT).with_suffix("").parts), loops
-
-
-LOOPS = dict(sources())
+    each = {path: [*compiled_loops(path)] for path in sorted(ROOT.rglob("*.py"))}
+    return {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts): loops for path, loops in each.items() if loops
+    }
 
 
 def reads_stop(loop):
@@ -96,26 +97,26 @@ def is_bounded(function, loop, name):
     return bool(entries & set(BOUNDED))
 
 
-def test_compiled_loops_read_the_stop_or_are_short():
+def test_compiled_loops_read_the_stop_or_are_short(loops_of):
     endless = [
         f"attitude.{name}:{loop.lineno} ({function})"
-        for name, loops in LOOPS.items()
+        for name, loops in loops_of.items()
         for function, loop in loops
         if not (reads_stop(loop) or is_short(loop, name) or is_bounded(function, loop, name))
     ]
     assert not endless, "neither halted[0] is read nor an entry of BOUNDED stands for:\n" + "\n".join(endless)
 
 
-def test_sources_with_compiled_loops_are_found():
-    found = {name.rpartition(".")[2] for name in LOOPS}
+def test_sources_with_compiled_loops_are_found(loops_of):
+    found = {name.rpartition(".")[2] for name in loops_of}
     assert {"collocation", "flight", "impact", "interpolation", "euler"} <= found
-    assert "kernels.contact.flight" in LOOPS
+    assert "kernels.contact.flight" in loops_of
 
 
-def test_entries_stand_for_loops_that_neither_read_the_stop_nor_are_short():
+def test_entries_stand_for_loops_that_neither_read_the_stop_nor_are_short(loops_of):
     needed = {
         entry
-        for name, loops in LOOPS.items()
+        for name, loops in loops_of.items()
         for function, loop in loops
         if not reads_stop(loop) and not is_short(loop, name)
         for entry in (f"{name}.{function}", name, name.rpartition(".")[0])

@@ -143,7 +143,7 @@ def in_shell(command, folder, **options):
 
 
 def in_this_process(command, folder, captured):
-    """The same, where nothing has to be imported again: of a pipe only what follows `attitude` is a shell's."""
+    """The same without importing everything again; what stands after a pipe is a shell's."""
     first, _, others = command.partition(" | ")
     main(shlex.split(first)[1:])
     out, err = captured.readouterr()

@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import pytest
 
@@ -15,7 +16,9 @@ from attitude import Scene
 from attitude.formats.encoding import encoded_file
 from attitude.formats.registry import FORMATS
 
-pytest.importorskip("openapi_python_client")
+pytestmark = pytest.mark.skipif(
+    find_spec("openapi_python_client") is None, reason="openapi-python-client is not installed"
+)
 
 
 @pytest.fixture(scope="module")

@@ -10,19 +10,20 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-import schemathesis
 from hypothesis import HealthCheck, given, settings
-from schemathesis.config import SchemathesisConfig
 from worked import examples
 
-CONFIG = SchemathesisConfig.from_path(Path(__file__).with_name("schemathesis.toml"))
+CONFIG = Path(__file__).with_name("schemathesis.toml")
 FILES = {"/v1/convert", "/v1/check", "/v1/compare"}
 SLOW = "/v1/cost"  # measures, for seconds
 
 
 @pytest.fixture(scope="module")
 def described(client):
-    return schemathesis.openapi.from_asgi("/openapi.json", client.app, config=CONFIG)
+    import schemathesis  # takes seconds, which only this file has to spend
+
+    config = schemathesis.config.SchemathesisConfig.from_path(CONFIG)
+    return schemathesis.openapi.from_asgi("/openapi.json", client.app, config=config)
 
 
 @pytest.mark.parametrize("path", sorted({*examples(), *FILES} - {SLOW}))
