@@ -93,7 +93,7 @@ class TorqueFreeMotion:
         Parameters
         ----------
         t : float array (s since the epoch), Quantity, TimeDelta; or, with an epoch, Time, datetime or ISO
-            8601 text in the epoch's time scale.  Any shape, either sign, any order.
+            8601 text in the epoch's time scale.  Any shape, either sign, any order.  Or a `Grid`.
         threads : int
             Share the samples among so many threads; the bits do not depend on it.
         out : float64 array (batch..., t..., 4), optional

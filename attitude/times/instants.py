@@ -164,12 +164,14 @@ def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) 
     Parameters
     ----------
     t : float array (s), Quantity, TimeDelta; or dates, which need an epoch: Time, datetime, or ISO 8601 text
-        in the epoch's time scale; any shape, either sign
+        in the epoch's time scale; any shape, either sign; or a Grid
 
     Raises
     ------
     InputError : not one of these, not finite, masked, or a Time without an epoch.
     """
+    if isinstance(t, Grid):
+        return t.part(0, t.count, epoch)
     if type(t) is not np.ndarray or t.dtype != np.float64:
         date = None if isinstance(t, (Time, TimeDelta)) else dated(t, epoch.scale if epoch else "utc", field)
         t = t if date is None else date
@@ -189,7 +191,7 @@ def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) 
     except InputError as error:
         expected = error.expected
         if expected == "numbers":
-            expected = "seconds as floats, a Quantity, a TimeDelta or (with an epoch) a Time"
+            expected = "seconds as floats, a Quantity, a TimeDelta, a Grid or (with an epoch) a Time"
         raise InputError(error.field, error.value, expected) from None
 
 
@@ -335,7 +337,7 @@ def _kernel_array(array: Any) -> np.ndarray:
 
 
 class Grid:
-    """Evenly spaced instants, computed in ranges on request: for `TorqueFreeMotion.chunks`.
+    """Evenly spaced instants; `TorqueFreeMotion.chunks` computes them range by range.
 
     Parameters
     ----------
