@@ -116,7 +116,7 @@ def test_errors_come_back_whole_from_a_worker_process(error, again):
 
 POSITIVE = "positive principal moments"
 TRIANGLE = "no principal moment greater than the sum of the other two"
-SECONDS = "seconds as floats, a Quantity, a TimeDelta or .* a Time"
+SECONDS = "seconds as floats, a Quantity, a TimeDelta, a Grid or .* a Time"
 
 INERTIA = {
     "zero moment": ((1, 0, 1), "inertia[1]", POSITIVE),
