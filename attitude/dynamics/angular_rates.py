@@ -11,7 +11,8 @@ from ..frames import rotations
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import free_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
-from .batch_states import Bodies, along_axes, once_for_bodies
+from ..problem.torque_rows import turned
+from .batch_states import Bodies, once_for_bodies
 from .momentum import impulse_sums, nutation_rates, rotors_and_dissipation
 from .solver import vector_lengths
 
@@ -27,12 +28,13 @@ def max_angular_rates(
     rotors make, and the orbit's.
     """
     moments = np.asarray(bodies.body.moments)
-    at_epoch = along_axes(bodies, bodies.rate)
-    fastest, own, momentum = at_epoch, np.zeros(len(bodies)), np.zeros(len(bodies))
-    for added in impulse_sums(impulses, bodies.attitude):
+    axes = bodies.axes
+    fastest = at_epoch = turned(axes, bodies.rate)
+    own, momentum = vector_lengths(at_epoch), vector_lengths(moments * at_epoch)
+    for added in impulse_sums(impulses, bodies.attitude)[1:]:
         stopping.check()
         back = rotations.rotate(rotations.conjugate(bodies.attitude), added)
-        rates = at_epoch + along_axes(bodies, back) / moments
+        rates = at_epoch + turned(axes, back) / moments
         speed = vector_lengths(rates)
         fastest = np.where((speed > own)[:, None], rates, fastest)
         own, momentum = np.maximum(own, speed), np.maximum(momentum, vector_lengths(moments * rates))
@@ -42,7 +44,7 @@ def max_angular_rates(
     with np.errstate(over="ignore"):  # infinite for a body that is thin enough
         swung = np.sqrt(size / moments.min(axis=1))
     turning = np.maximum(own, momentum / moments.max(axis=1))
-    rotors = along_axes(bodies, rotors_and_dissipation(template, bodies, torques)[0])
+    rotors = turned(axes, rotors_and_dissipation(template, bodies, torques)[0])
     nutation = nutation_rates(moments, rotors)
     greatest: np.ndarray = np.maximum(np.maximum(np.maximum(turning, nutation), swung), orbit)
     return greatest

@@ -11,7 +11,7 @@ from ..frames import rotations
 from ..problem.torque_model import CachedTorque
 from ..times.instants import Instants
 from .angular_rates import max_angular_rates
-from .arcs import Arc, arcs_by_direction, instants_within
+from .arcs import Arc, instants_within
 from .batch_states import Bodies, TorqueProblem
 from .momentum import initial_momenta
 from .plate_solver import take_arcs
@@ -59,7 +59,7 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
     work = np.zeros((3, n), np.int64)
     rows, symmetric, edges = np.full((n, OUTPUTS, seconds.size), np.nan), np.ones(n, np.bool_), np.zeros(n)
     smooth, plates = True, False
-    for path in arcs_by_direction(problem.template, problem.torques, problem.impulses):
+    for path in problem.arcs:
         within = np.flatnonzero(seconds < 0.0 if path[-1].stop < 0.0 else seconds >= 0.0)
         if within.size:
             outwards = _Outwards(problem, bodies, setting, path[0])

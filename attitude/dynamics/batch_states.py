@@ -13,8 +13,8 @@ import numpy as np
 from ..errors import InputError, RegimeError, ToleranceError
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
-from ..problem.torque_rows import turned
 from ..rigid_body.body import RigidBody
+from .arcs import Arc, arcs_by_direction
 
 Result = TypeVar("Result")
 
@@ -85,11 +85,6 @@ def right_handed(axes: np.ndarray) -> np.ndarray:
     return axes
 
 
-def along_axes(bodies: Bodies, vectors: np.ndarray) -> np.ndarray:
-    """(n, 3): components along the principal axes of vectors of the bodies' frames."""
-    return turned(bodies.axes, vectors)
-
-
 @contextmanager
 def named(bodies: Bodies, i: int, lost: list[int] | None = None) -> Iterator[None]:
     """Errors raised within name the body by its index; the body of a scene needs no name.
@@ -144,6 +139,11 @@ class TorqueProblem:
         template = replace(template, orbit_path=path.refined or path, refined=True)
         torques = tuple(CachedTorque(torque.effect, template) for torque in self.torques)
         return replace(self, template=template, torques=torques)
+
+    @cached_property
+    def arcs(self) -> list[list[Arc]]:
+        """The span cut where torques or the momentum change: backwards and forwards, as far as it goes."""
+        return arcs_by_direction(self.template, self.torques, self.impulses)
 
     @property
     def max_abs_seconds(self) -> float:

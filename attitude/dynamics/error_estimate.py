@@ -9,7 +9,7 @@ import numpy as np
 
 from ..runtime import threads
 from .arc_integration import Solution, integrate
-from .arcs import Arc, arcs_by_direction
+from .arcs import Arc
 from .batch_states import Bodies, TorqueProblem
 from .solver import StepSetting
 
@@ -59,7 +59,7 @@ class Comparison(NamedTuple):
 
 def compared_instants(count: int) -> np.ndarray:
     """Indices of the instants, of so many, that a coarser solution is compared at."""
-    return np.unique(np.linspace(0, count - 1, min(count, MAX_COMPARED_INSTANTS)).round().astype(int))
+    return np.linspace(0, count - 1, min(count, MAX_COMPARED_INSTANTS)).round().astype(int)
 
 
 def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, setting: StepSetting) -> Comparison:
@@ -69,7 +69,7 @@ def compare(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, settin
     The coarser ones go along the orbit's `refined` path, so that what an interpolated orbit is off by is in
     the differences.
     """
-    directions = arcs_by_direction(problem.template, problem.torques, problem.impulses)
+    directions = problem.arcs
     spread = _drift_instants(directions)
     evenly, asked = np.array([spread, np.zeros_like(spread)]), instants.shape[1]
     if asked < spread.size:

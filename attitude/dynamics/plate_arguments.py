@@ -93,9 +93,9 @@ def plate_arguments(
 
 def edges_per_turn(torques: Sequence[CachedTorque]) -> int:
     """About how often in a turn of the body plates turn their edges to wind or Sun, opposite ones as one."""
-    rows = np.concatenate([np.zeros((0, layout.EFFECT_WIDTH)), *(torque.own_rows for torque in torques)])
+    rows = [row.round(12) for torque in torques for row in torque.own_rows if row[0] in PLATES]
     planes = set()
-    for row in rows[np.isin(rows[:, 0], PLATES)].round(12):
+    for row in rows:
         sign = 1.0 if tuple(row[1:4]) > (0.0, 0.0, 0.0) else -1.0
         planes.add((row[0], *(sign * row[1:4] + 0.0)))
     return 2 * len(planes)

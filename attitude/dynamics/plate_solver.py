@@ -11,7 +11,7 @@ from ..kernels.solvers import plate_layout
 from ..problem.torque_model import CachedTorque
 from ..runtime import compiled
 from .plate_arguments import scheme
-from .solver import SolverTask, SolverWork
+from .solver import SolverTask, SolverWork, workspace
 
 NAME = "gauss, order 16, in arcs between the edges of plates"
 STRIDE = 1.5  # arcs of the coarser solution over those of the answer
@@ -24,8 +24,7 @@ def take_arcs(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     records = _records(task)
     sources = plates.sources.shape[1]
     rows = plate_layout.SCHEME_ROWS + plate_layout.ROWS_PER_SOURCE * sources
-    work = np.zeros(rows * plate_layout.ARC_NODES)
-    work[: scheme().size] = scheme()
+    work = workspace(rows * plate_layout.ARC_NODES, scheme())
     try:
         compiled.march(
             *(records, np.array([task.start, task.stop]), task.instants, task.out),

@@ -99,8 +99,7 @@ def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     """Step the bodies of a task; raises what a user's function raised while stepping, and Stopped."""
     records, arguments = _records(task), task.arguments
     rows = layout.KNOWN + layout.KNOWN_ROWS * arguments.effects.shape[1]
-    work = np.zeros(rows * NODES)
-    work[: scheme().size] = scheme()
+    work = workspace(rows * NODES, scheme())
     span, flag = np.array([task.start, task.stop]), stopping.current().flag
     orbit = arguments.surroundings[:2]
     try:
@@ -112,6 +111,15 @@ def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     task.states[task.which] = records["state"]
     sweeps, failed, pieces = records["counts"].astype(np.int64).T
     return SolverWork(pieces, sweeps, failed)
+
+
+def workspace(numbers: int, scheme: np.ndarray) -> np.ndarray:
+    """(numbers,) for a kernel, the scheme first; its vectors do not reach over lines of the cache."""
+    spare = np.zeros(numbers + 7)
+    first = -(spare.ctypes.data // 8) % 8
+    work = spare[first : first + numbers]
+    work[: scheme.size] = scheme
+    return work
 
 
 def _records(task: SolverTask) -> np.ndarray:

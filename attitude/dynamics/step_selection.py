@@ -18,7 +18,7 @@ from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.torque_model import CachedTorque
 from . import plate_solver, solver
 from .angular_rates import max_angular_rates, rates_after
-from .arcs import Arc, arcs_by_direction
+from .arcs import Arc
 from .batch_states import Bodies, TorqueProblem
 from .error_estimate import MULTIPLE_OF_ROUNDING, SAFETY, SAFETY_OF_BREAKS, rounding_of
 from .momentum import impulse_sums, initial_momenta
@@ -165,7 +165,7 @@ def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]
     That in which the body turns fastest, of these that with the most torques, of these the longest.
     """
     starts = []
-    for path in arcs_by_direction(problem.template, problem.torques, problem.impulses):
+    for path in problem.arcs:
         sums, count = impulse_sums([impulse for arc in path for impulse in arc.impulses], body.attitude), 0
         for arc in path:
             count += len(arc.impulses)

@@ -91,6 +91,9 @@ class Torque(Effect):
         """Upper bound on the torque in the span, N m, close to what is reached."""
         raise NotImplementedError
 
+    def raise_failure(self) -> None:
+        """Raise what a function of the user's raised while it was asked for the torque, once."""
+
 
 class BodyDependentTorque(Torque):
     """A torque whose size depends on the body's moments or spin; that of any other is the same for all."""

@@ -6,14 +6,12 @@ Moments and rates, (..., 3), are those along the principal axes, kg m2 and rad/s
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
 from ..kernels import layout
 from .initial_state import InitialState, Spin
-from .torque_model import AppliedImpulse
-from .torque_rows import own_rows
+from .torque_model import AppliedImpulse, CachedTorque
 
 # Torques that vanish on a body at rest: others have to spin it up first.
 SPIN_DEPENDENT = {layout.WHEELS, layout.DISSIPATION, layout.EDDY}
@@ -39,7 +37,7 @@ def greatest_free_rate(moments: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
 
 def reached_spin(
-    initial_state: InitialState, torques: Iterable[Any], impulses: Sequence[AppliedImpulse]
+    initial_state: InitialState, torques: Iterable[CachedTorque], impulses: Sequence[AppliedImpulse]
 ) -> Spin:
     """Bounds over the whole span for one body under all torques and impulses.
 
@@ -54,7 +52,7 @@ def reached_spin(
     angular_impulse = sum(float(np.linalg.norm(impulse.angular)) for impulse in impulses)
     conservative, potential = 0.0, 0.0
     for torque in torques:
-        rows = own_rows(torque, initial_state)
+        rows = torque.own_rows
         codes = {int(code) for code in rows[:, 0]}
         if codes <= SPIN_DEPENDENT:
             rotors += float(np.linalg.norm(rows[rows[:, 0] == layout.WHEELS, 1:4], axis=1).sum())

@@ -69,12 +69,11 @@ class CachedTorque:
     @cached_property
     def follows_axes(self) -> bool:
         """Whether the rows depend on the body through its principal axes only."""
-        return torque_rows.follows_axes(self.effect, self._initial_state)
+        return torque_rows.follows_axes(self.effect, self.own_rows, self._initial_state)
 
     def raise_failure(self) -> None:
         """Raise the exception that a user's function raised, if it did."""
-        if hasattr(self.effect, "raise_failure"):
-            self.effect.raise_failure()
+        self.effect.raise_failure()
 
 
 class AppliedImpulse(NamedTuple):

@@ -77,10 +77,12 @@ def number_pieces(
     return np.concatenate(pieces)
 
 
-def follows_axes(torque: Any, initial_state: InitialState) -> bool:
+def follows_axes(torque: Any, own: np.ndarray, initial_state: InitialState) -> bool:
     """Whether the rows depend on the body through its axes only, as those of all documented effects do.
 
     Compared for two bodies and states: the given one, and one without symmetry.
+
+    own : by `own_rows`
     """
     probe = replace(
         initial_state,
@@ -89,7 +91,6 @@ def follows_axes(torque: Any, initial_state: InitialState) -> bool:
         rate=1.7 * np.asarray(initial_state.rate) + 0.1,
         order=(2, 0, 1),
     )
-    own = own_rows(torque, initial_state)
     return all(
         _agree(torque.rows(state), turned_rows(own, state.axes[None])[0]) for state in (initial_state, probe)
     )

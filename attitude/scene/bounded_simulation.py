@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from ..problem.spin_bound import SPIN_DEPENDENT, free_spin, greatest_free_rate
-from ..problem.torque_rows import own_rows
 from ..samples.ephemeris_data import EphemerisData
 from ..times.instants import Instants
 from ..windows.bounded_functions import BoundedMotion
@@ -33,7 +32,7 @@ def bounded(
     driving = sum(  # of those that do work on the body, rather than none, or take energy from it
         float(torque.size(state))
         for torque in inputs.torques
-        if not {int(code) for code in own_rows(torque, state)[:, 0]} <= SPIN_DEPENDENT
+        if not {int(code) for code in torque.own_rows[:, 0]} <= SPIN_DEPENDENT
     )
 
     def rate(data: EphemerisData) -> np.ndarray:

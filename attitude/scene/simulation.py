@@ -156,8 +156,8 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
     begun = perf_counter()
     with noted() as notes:
         initial_state = scene.initial_state()
-    acting = [effect for effect in scene.effects if isinstance(effect, Torque)]
-    spin = reached_spin(initial_state, acting, applied_impulses(scene.effects, initial_state))
+    torques = [CachedTorque(effect, initial_state) for effect in scene.effects if isinstance(effect, Torque)]
+    spin = reached_spin(initial_state, torques, applied_impulses(scene.effects, initial_state))
     plans = [
         planning.of_effect(scene, f"effects[{i}]", effect, initial_state, spin, drop_below)
         for i, effect in enumerate(scene.effects)
@@ -170,7 +170,7 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
     return SimulationInputs(
         scene,
         initial_state,
-        tuple(CachedTorque(effect, initial_state) for effect in used if effect.ACTS_ON == "attitude"),
+        tuple(torque for torque in torques if any(torque.effect is effect for effect in used)),
         applied_impulses(used, initial_state),
         next((effect for effect in used if isinstance(effect, Ground)), None),
         sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3)),

@@ -15,7 +15,7 @@ from attitude.dynamics.momentum import initial_momenta
 from attitude.dynamics.solver import StepSetting
 from attitude.kernels import layout
 from attitude.problem.torque_model import CachedTorque
-from attitude.problem.torque_rows import follows_axes
+from attitude.problem.torque_rows import follows_axes, own_rows
 from attitude.times.instants import as_instants
 from tests.dynamics.motions import Rows, angle, integrated, kepler, matrix
 from tests.dynamics.test_torques_truth import prepared, whole_rate
@@ -234,7 +234,8 @@ class ByMoments:
 @pytest.mark.parametrize("place", [1, 4, 5])
 def test_torque_by_moments_is_seen_to_be_one(place):
     initial_state = scene(effect("gravity_gradient")).initial_state()
-    assert not follows_axes(ByMoments(place), initial_state)
+    torque = ByMoments(place)
+    assert not follows_axes(torque, own_rows(torque, initial_state), initial_state)
 
 
 def test_error_estimated_of_one_of_many_is_what_it_is_alone():

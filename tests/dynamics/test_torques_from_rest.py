@@ -166,7 +166,7 @@ def test_no_body_turns_faster_than_it_is_taken_to(elapsed):
         except ToleranceError:  # eddies that feed a body for long
             continue
         way = resolve(made)
-        spin = reached_spin(way.initial_state, [one.effect for one in way.torques], way.kicks)
+        spin = reached_spin(way.initial_state, way.torques, way.kicks)
         alpha = sum(e.coefficient.si for e in made.effects if e.type == "dissipation")
         if not alpha:  # a sink turns the body besides
             assert np.linalg.norm(run.angular_velocity, axis=1).max() <= spin.rate * (1.0 + 1e-9)

@@ -21,7 +21,6 @@ from ..layout import (
     ATTITUDE_LOW,
     AXIAL,
     AXIAL_LOW,
-    CHANGE,
     COEFFICIENT,
     COSINE,
     EDDIES,
@@ -227,9 +226,7 @@ def _settle(start, h, own, world, work):
         _forces(start, h, own, world, work)
         integrate(work, (SLOPE + 4) * NODES, (STAGE + 4) * NODES)
         _turns(start, h, own, work)
-        _keep_attitude(work)
-        integrate(work, SLOPE * NODES, STAGE * NODES)
-        change = _change(work)
+        change = integrate(work, SLOPE * NODES, STAGE * NODES)
         if not change <= 1e3:  # sweeps go astray: attitudes differ by no more than 2
             return sweep + 1, False
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
@@ -324,28 +321,6 @@ def _turns(start, h, own, work):
             i,
             (left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]),
         )
-
-
-@inlined
-def _keep_attitude(work):
-    """Keep the departures, to tell by what a sweep changes them."""
-    for i in range(4 * NODES):
-        work[COEFFICIENT * NODES + i] = work[STAGE * NODES + i]
-
-
-@inlined
-def _change(work):
-    """The greatest change of a departure."""
-    for i in range(NODES):
-        change = 0.0
-        for row in range(4):
-            old, new = work[(COEFFICIENT + row) * NODES + i], work[(STAGE + row) * NODES + i]
-            change = max(change, abs(new - old))
-        work[CHANGE * NODES + i] = change
-    for half in (8, 4, 2, 1):
-        for i in range(half):
-            work[CHANGE * NODES + i] = max(work[CHANGE * NODES + i], work[CHANGE * NODES + half + i])
-    return work[CHANGE * NODES]
 
 
 @routine

@@ -8,13 +8,15 @@ from numba.extending import intrinsic
 
 from ..layout import HALF, KNOWN_ROWS, MATRIX, NODES, WEIGHTS
 
-VECTOR = ir.VectorType(ir.DoubleType(), HALF)
+VECTOR, MAGNITUDES = (ir.VectorType(kind, HALF) for kind in (ir.DoubleType(), ir.IntType(64)))
 ROWS = 4  # that are integrated together: sums of several do not wait for one another
 
 
 @intrinsic
 def integrate(typingctx, work, slopes, integrals):
     """Integrals of ROWS rows of slopes up to the nodes; both begin at these numbers of the workspace.
+
+    Returns by how much one of them differs from the number that it replaces, at the most; NaN if any is.
 
     That from the middle of the step to a node is the integral of the even part of a function, odd in the
     node, and that of its odd part, even in the node: sums and differences of mirrored nodes, half of all
@@ -27,6 +29,7 @@ def integrate(typingctx, work, slopes, integrals):
         of_differences = [rows.load(rows.at(NODES * (MATRIX + j) + HALF)) for j in range(HALF)]
         weights = rows.load(rows.at(NODES * WEIGHTS))
         weight = [rows.spread(weights, j) for j in range(HALF)]
+        greatest = ir.Constant(MAGNITUDES, [0] * HALF)
         for row in range(ROWS):
             one, other = (rows.load(rows.at(NODES * row + half, args[1])) for half in (0, HALF))
             sums, differences = builder.fadd(one, other), builder.fsub(one, other)
@@ -36,12 +39,16 @@ def integrate(typingctx, work, slopes, integrals):
                 odd = rows.fma(of_sums[j], total, odd)
                 even = rows.fma(of_differences[j], difference, even)
                 whole = rows.fma(weight[j], total, whole)
-            rows.store(builder.fadd(odd, even), rows.at(NODES * row, args[2]))
             mirrored = builder.fadd(builder.fsub(whole, odd), even)
-            rows.store(mirrored, rows.at(NODES * row + HALF, args[2]))
-        return context.get_dummy_value()
+            for half, integral in ((0, builder.fadd(odd, even)), (HALF, mirrored)):
+                address = rows.at(NODES * row + half, args[2])
+                change = rows.magnitudes(builder.fsub(integral, rows.load(address)))
+                greatest = rows.call("llvm.smax", MAGNITUDES, greatest, change)
+                rows.store(integral, address)
+        reduced = rows.call("llvm.vector.reduce.smax", ir.IntType(64), greatest)
+        return builder.bitcast(reduced, ir.DoubleType())
 
-    return types.void(work, types.int64, types.int64), codegen
+    return types.float64(work, types.int64, types.int64), codegen
 
 
 @intrinsic
@@ -81,7 +88,17 @@ class _Rows:
         return self._builder.shuffle_vector(vector, vector, places)
 
     def fma(self, a: ir.Value, b: ir.Value, c: ir.Value) -> ir.Value:
-        module, name = self._builder.module, f"llvm.fma.v{HALF}f64"
-        function_type = ir.FunctionType(VECTOR, [VECTOR] * 3)
+        return self.call("llvm.fma", VECTOR, a, b, c)
+
+    def magnitudes(self, vector: ir.Value) -> ir.Value:
+        """The bits of absolute values, which are ordered as integers, NaN last."""
+        bits = self._builder.bitcast(vector, MAGNITUDES)
+        return self._builder.and_(bits, ir.Constant(MAGNITUDES, [(1 << 63) - 1] * HALF))
+
+    def call(self, name: str, kind: ir.Type, *vectors: ir.Value) -> ir.Value:
+        """An instruction of LLVM's on half rows, which returns a value of this type."""
+        of_integers = vectors[0].type == MAGNITUDES
+        name = f"{name}.v{HALF}{'i' if of_integers else 'f'}64"
+        module, function_type = self._builder.module, ir.FunctionType(kind, [each.type for each in vectors])
         instruction = module.globals.get(name) or ir.Function(module, function_type, name)
-        return self._builder.call(instruction, [a, b, c])
+        return self._builder.call(instruction, vectors)
