@@ -7,7 +7,9 @@ itself, and one whose estimate stays above the tolerance is solved as a scene of
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -41,7 +43,7 @@ SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.5, 1.1
 # Of an attempt's step, what the next takes at most (more would hardly change the number of steps) and at
 # least.
 MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.3
-ORDER, ORDER_OF_BREAKS = 14.0, 1.0
+ORDER = 14.0
 
 
 @dataclass(frozen=True)
@@ -197,43 +199,41 @@ def refine(
 
     out : (n, k, m), written where an estimate is the least of the attempts: the first k of `Solution.rows`
     """
-    rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
-    angles, momenta = rates * problem.max_abs_seconds, rates * np.asarray(bodies.body.moments).max(axis=1)
+    angles, momenta = _turned_and_momenta(problem, bodies)
     chosen, dense = candidate.settings(instants.shape[1], problem.max_abs_seconds)
-    refinements, dense_coarsely = (
-        [Refinement(chosen) for _ in range(len(bodies))],
-        dense and chosen.dense_coarsely,
-    )
+    refinements = [Refinement(chosen) for _ in range(len(bodies))]
     left = np.arange(len(bodies))
     for _ in range(attempts):
         if not left.size:
             break
-        steps = np.array([refinements[i].candidate.step for i in left])
-        decay = np.array([refinements[i].candidate.decay for i in left])
-        part = bodies if left.size == len(bodies) else bodies[left]
-        least = np.array([refinements[i].candidate.min_steps for i in left])
-        setting = StepSetting(
-            steps,
-            decay,
-            dense,
-            momentum=momenta[left],
-            dense_coarsely=dense_coarsely,
-            min_steps=least,
-        )
+        now, part = [refinements[i] for i in left], bodies if left.size == len(bodies) else bodies[left]
+        setting = _setting([one.candidate for one in now], momenta[left])
+        setting = setting._replace(dense=dense, dense_coarsely=dense and chosen.dense_coarsely)
         compared = compare(problem, part, instants, setting)
         errors, rounding = estimate(compared, angles[left])
-        better = errors < np.array([refinements[i].error for i in left])
+        better = errors < np.array([one.error for one in now])
         out[left[better]] = compared.fine.rows[better, : out.shape[1]]
-        limit = REPORTED_TOLERANCE if problem.best else problem.tolerance
-        kept = kept_spans(compared, rounding, limit)
-        for k in np.flatnonzero(better):
-            refinements[left[k]].kept = float(kept[k, 0]), float(kept[k, 1])
+        if (errors > problem.tolerance).any():  # nobody asks for how long one that is reached is kept
+            kept = kept_spans(compared, rounding, REPORTED_TOLERANCE if problem.best else problem.tolerance)
+            for one, (start, stop) in zip(compress(now, better), kept[better].tolist(), strict=True):
+                one.kept = start, stop
         again = [
-            refinements[i].add(problem, compared, k, float(errors[k]), float(rounding[k]))
-            for k, i in enumerate(left.tolist())
+            one.add(problem, compared, k, float(errors[k]), float(rounding[k])) for k, one in enumerate(now)
         ]
         left = left[again]
     return refinements
+
+
+def _turned_and_momenta(problem: TorqueProblem, bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) rad and N m s: of bodies that turn as fast as they may, over the span and about any axis."""
+    rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
+    return rates * problem.max_abs_seconds, rates * np.asarray(bodies.body.moments).max(axis=1)
+
+
+def _setting(candidates: Sequence[Candidate], momenta: np.ndarray) -> StepSetting:
+    """Steps of one candidate for each body, meant for momenta (n,), N m s."""
+    steps, decays, least = np.array([(one.step, one.decay, one.min_steps) for one in candidates]).T
+    return StepSetting(steps, decays, momentum=momenta, min_steps=least)
 
 
 def finer(candidate: Candidate, ratio: float, steps: int) -> Candidate:
@@ -249,23 +249,16 @@ def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Cand
 
     To find only at the end of a long span that steps were too long would cost all of it again.
     """
-    rate = float(max_angular_rates(problem.template, body, problem.torques, problem.impulses)[0])
-    angle, momentum = rate * problem.max_abs_seconds / PARTS_OF_SPAN, rate * body.body.moments.max(axis=1)
-    if candidate.ends_at_edges or angle * PARTS_OF_SPAN < MIN_RADIANS_OF_REHEARSAL:
+    angles, momenta = _turned_and_momenta(problem, body)
+    if candidate.ends_at_edges or angles[0] < MIN_RADIANS_OF_REHEARSAL:
         return candidate
     start, stop = problem.template.start / PARTS_OF_SPAN, problem.template.stop / PARTS_OF_SPAN
     part = replace(problem, template=replace(problem.template, start=start, stop=stop))
     instants = np.array([np.linspace(start, stop, INSTANTS_OF_REHEARSAL), np.zeros(INSTANTS_OF_REHEARSAL)])
     share, before = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**ERROR_GROWTH_EXPONENT, np.inf
     for _ in range(MAX_ATTEMPTS):
-        setting = StepSetting(
-            np.array([candidate.step]),
-            np.array([candidate.decay]),
-            momentum=momentum,
-            min_steps=candidate.min_steps,
-        )
-        compared = compare(part, body, instants, setting)
-        (error,), (rounding,) = estimate(compared, np.array([angle]))
+        compared = compare(part, body, instants, _setting([candidate], momenta))
+        (error,), (rounding,) = estimate(compared, angles / PARTS_OF_SPAN)
         if error <= share or rounding > share or error > 0.5 * before:  # not of steps, but of the orbit
             break
         before = error

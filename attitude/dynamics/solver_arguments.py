@@ -93,13 +93,10 @@ def most_symmetric(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque]
 ) -> SolverArguments:
     """Arguments with axes in the order that the solver needs: the two of most similar moments first."""
-    least, middle, greatest = np.argsort(bodies.body.moments, axis=1, kind="stable").T
-    moments = np.asarray(bodies.body.moments)
-    ordered = 1.0 / np.sort(moments, axis=1)
-    is_oblate = (ordered[:, 0] - ordered[:, 1] < ordered[:, 1] - ordered[:, 2])[:, None]
-    last_is_greatest = np.stack([least, middle, greatest], axis=1)
-    last_is_least = np.stack([middle, greatest, least], axis=1)
-    order = np.where(is_oblate, last_is_greatest, last_is_least)
+    ascending = np.argsort(bodies.body.moments, axis=1, kind="stable")
+    a, b, c = 1.0 / np.sort(bodies.body.moments, axis=1).T
+    last_is_least = ascending[:, [1, 2, 0]]
+    order = np.where((a - b < b - c)[:, None], ascending, last_is_least)
     return solver_arguments(template, bodies, torques, order)
 
 
@@ -107,8 +104,8 @@ def solver_arguments(
     template: InitialState, bodies: Bodies, torques: Sequence[CachedTorque], order: np.ndarray
 ) -> SolverArguments:
     """Arguments with the axes of each body in an order, (n, 3)."""
-    moments = np.take_along_axis(np.asarray(bodies.body.moments), order, axis=1)
-    axes = right_handed(np.take_along_axis(np.asarray(bodies.body.axes), order[:, :, None], axis=1))
+    each = np.arange(len(bodies))[:, None]
+    moments, axes = bodies.body.moments[each, order], right_handed(bodies.body.axes[each, order])
     rows = [_rows_of(template, bodies, torque, axes, order) for torque in torques]
     air = number_pieces(rows, torques, template)
     table = np.concatenate([np.zeros((len(bodies), 0, layout.EFFECT_WIDTH)), *rows], axis=1)
