@@ -326,8 +326,9 @@ def test_document_that_is_no_object_is_refused_as_a_whole(document):
 def test_other_faults_are_named_beside_the_first():
     with pytest.raises(InputError, match=r"^body: .* \(also missing: times\)$"):
         Scene()
-    with pytest.raises(InputError, match=r"^colour: .*also wrong: body.moments\[0\]; missing: body.unit\)$"):
-        Scene.model_validate(changed(body={"moments": ["1", 1, 1]}, colour="red"))
+    listed = r"^colour: .* \(also body.moments\[0\]: a number; missing: body.unit; solver: one of .*\)$"
+    with pytest.raises(InputError, match=listed):
+        Scene.model_validate(changed(body={"moments": ["1", 1, 1]}, colour="red", solver="best"))
 
 
 def test_many_faults_are_counted_and_few_are_listed():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from attitude import Ephemeris, InputError, RegimeError, Scene
+from attitude import Ephemeris, InputError, Scene
 from tests.formats.test_aem import file
 from tests.pointing.test_pointing import ORBIT
 
@@ -198,9 +198,23 @@ def test_body_at_rest_in_lvlh_turns_once_an_orbit():
     )
 
 
-def test_frame_along_an_orbit_needs_one():
-    with pytest.raises((RegimeError, InputError), match="LVLH lies along an orbit"):
-        scene(**STATE, relative_to="LVLH").run()
+@pytest.mark.parametrize(
+    ("members", "message"),
+    [
+        ({"relative_to": "LVLH"}, "orbit: an orbit, which LVLH lies along; got nothing"),
+        ({"relative_to": "QSW", "frame": "INERTIAL"}, "orbit: an orbit, which QSW lies along; got nothing"),
+        ({"relative_to": "ITRF"}, "epoch: an epoch; the axes of ITRF are those of a date; got nothing"),
+        ({"relative_to": "TEME"}, "epoch: an epoch; the axes of TEME are those of a date; got nothing"),
+        (
+            {"relative_to": "EME2000", "frame": "INERTIAL"},
+            "relative_to: a frame whose axes relative to INERTIAL",
+        ),
+        ({"relative_to": "INERTIAL"}, "relative_to: a frame whose axes relative to GCRF are defined"),
+    ],
+)
+def test_scene_is_refused_without_what_the_frame_of_its_state_needs(members, message):
+    with pytest.raises(InputError, match=f"^{message}"):
+        scene(**{**STATE, "epoch": None, **members})
 
 
 def test_same_state_in_another_orbit_is_another_motion():

@@ -178,19 +178,23 @@ def _refuse_constant(name: str) -> float:
 def input_error(error: ValidationError, part: type[Part], document: Any) -> InputError:
     """Pydantic's errors as one InputError.
 
-    Unknown keys come first, with the key that was meant; missing keys and wrong values are listed apart.
+    Unknown keys come first, with the key that was meant.  Wrong values are listed after the first with what
+    would be right, missing and other unknown keys by their names.
     """
     all_details = sorted(error.errors(include_url=False), key=lambda each: each["type"] != "extra_forbidden")
     del all_details[20:]
     first, *others = (
         fault(details, lambda steps: _known_keys(part, document, steps)) for details in all_details
     )
-    kinds: dict[str, dict[str, None]] = {}
+    also: dict[str, dict[str, None]] = {}
     for details, other in zip(all_details[1:], others, strict=True):
-        kind = {"missing": "missing", "extra_forbidden": "unknown"}.get(details["type"], "wrong")
-        kinds.setdefault(kind, {})[other.field] = None
-    if kinds:
-        listed = "; ".join(f"{kind}: {', '.join(fields)}" for kind, fields in kinds.items())
+        kind = {"missing": "missing: ", "extra_forbidden": "unknown: "}.get(details["type"])
+        if kind:
+            also.setdefault(kind, {})[other.field] = None
+        else:
+            also[f"{other.field}: {other.expected}"] = {}
+    if also:
+        listed = "; ".join(kind + ", ".join(fields) for kind, fields in also.items())
         rest = error.error_count() - len(all_details)
         first.args = (f"{first} (also {listed}{f'; and {rest} more' if rest else ''})",)
     return first

@@ -116,7 +116,7 @@ class Scene(Part):
             if getattr(self, name) is not None and self.spin is not None:
                 raise InputError(name, "a value", f"no {name} beside spin: it would be said twice")
         if self.relative_to is not None:
-            rotations.check_any_frame(self.relative_to, "relative_to")
+            _check_reference(self, self.relative_to)
         if self.orbit is not None:
             with field_within("orbit"):
                 self.orbit.check_span(*self.times.span(self.epoch_time), self.epoch_time)
@@ -594,6 +594,20 @@ def _check_magnitudes(moments: np.ndarray, rate: np.ndarray) -> None:
     if not np.abs(rate).max() <= GREATEST:
         expected = f"a rate of at most {GREATEST:g} rad/s in a scene with effects"
         raise InputError("angular_velocity", rate.tolist(), expected)
+
+
+def _check_reference(scene: Scene, reference: str) -> None:
+    """Refuse a frame of the state without the orbit, the date or the axes that it needs."""
+    rotations.check_any_frame(reference, "relative_to")
+    if reference in rotations.ORBITAL_FRAMES:
+        if scene.orbit is None:
+            raise InputError("orbit", None, f"an orbit, which {reference} lies along")
+    elif reference != scene.frame:
+        if "INERTIAL" in (reference, scene.frame):
+            expected = f"a frame whose axes relative to {scene.frame} are defined; INERTIAL is the user's own"
+            raise InputError("relative_to", reference, expected)
+        if reference in rotations.TURNING_FRAMES and scene.epoch is None:
+            raise InputError("epoch", None, f"an epoch; the axes of {reference} are those of a date")
 
 
 def _check_drop(drop_below: float) -> None:

@@ -47,6 +47,9 @@ class Rows:
     def passages(self, initial_state):
         return None
 
+    def raise_failure(self):
+        return None
+
     def sun(self, initial_state):
         return self._sun
 
