@@ -26,7 +26,7 @@ from .error_estimate import (
     kept_spans,
 )
 from .solver import OUTPUTS, StepSetting
-from .step_selection import Candidate, candidate_of
+from .step_selection import MAX_STEP_FACTOR, Candidate, candidate_of
 
 MIN_DENSE_SAMPLES = 16  # fewer instants are reached by steps
 REPORTED_TOLERANCE = 1e-9  # rad, up to which the best answer is said to be good until some instant
@@ -36,14 +36,10 @@ MAX_ATTEMPTS = 6
 MAX_BLOCK_ATTEMPTS = 2
 # Numbers of rows that a block of bodies may fill: it stays in a processor's cache, or not far from it.
 MAX_NUMBERS_PER_BLOCK = 1 << 18
-# First parts of spans longer than this, rad, one of so many, are solved first, at so many instants; the part
-# of the tolerance that the estimate is brought to; errors grow with this power of time.
-MIN_RADIANS_OF_REHEARSAL, PARTS_OF_SPAN, INSTANTS_OF_REHEARSAL = 1e4, 12.0, 8
-SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.5, 1.1
-# Of an attempt's step, what the next takes at most (more would hardly change the number of steps) and at
-# least.
-MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.3
-ORDER = 14.0
+# Of spans longer than this, rad, the first part, one of so many, is solved before the whole.
+MIN_RADIANS_OF_REHEARSAL, PARTS_OF_SPAN = 1e4, 12.0
+SHARE_OF_TOLERANCE = 0.5  # that the estimate is brought to in that part, and for many bodies
+ORDER = 14.0  # by which steps are changed after an attempt
 
 
 @dataclass(frozen=True)
@@ -239,7 +235,7 @@ def _setting(candidates: Sequence[Candidate], momenta: np.ndarray) -> StepSettin
 def finer(candidate: Candidate, ratio: float, steps: int) -> Candidate:
     """Steps whose error is smaller by a ratio, and a little more; of few steps, some that make others."""
     share = (0.5 * ratio) ** (1.0 / ORDER) if ratio > 0.0 else 0.5  # nothing known: it did not settle
-    share = min(MAX_STEP_FACTOR, 1.0 - 1.0 / max(2, steps), max(MIN_STEP_FACTOR, share))
+    share = min(MAX_STEP_FACTOR, 1.0 - 1.0 / max(2, steps), max(0.3, share))
     decay = candidate.decay * min(0.3, max(1e-4, 0.5 * ratio))
     return replace(candidate.shortened(share), decay=decay)
 
@@ -254,8 +250,9 @@ def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Cand
         return candidate
     start, stop = problem.template.start / PARTS_OF_SPAN, problem.template.stop / PARTS_OF_SPAN
     part = replace(problem, template=replace(problem.template, start=start, stop=stop))
-    instants = np.array([np.linspace(start, stop, INSTANTS_OF_REHEARSAL), np.zeros(INSTANTS_OF_REHEARSAL)])
-    share, before = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**ERROR_GROWTH_EXPONENT, np.inf
+    instants = np.array([np.linspace(start, stop, 8), np.zeros(8)])
+    # errors grow with the power 1.1 of time
+    share, before = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**1.1, np.inf
     for _ in range(MAX_ATTEMPTS):
         compared = compare(part, body, instants, _setting([candidate], momenta))
         (error,), (rounding,) = estimate(compared, angles / PARTS_OF_SPAN)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ..errors import ToleranceError
 from ..kernels import layout
 from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.torque_model import CachedTorque
-from . import plate_solver, solver
+from . import plate_solver, solver, solver_cost
 from .angular_rates import max_angular_rates, rates_after
 from .arcs import Arc
 from .batch_states import Bodies, TorqueProblem
@@ -26,43 +27,29 @@ from .plate_arguments import edges_per_turn
 from .solver import LEAST_DECAY, MIN_STEPS, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
 from .solver_arguments import SolverArguments, most_symmetric
 
-# Radians of the fastest motion: what a trial runs over, and the longest steps, of a symmetric body and
-# others.
+# Radians of the fastest motion: what a trial runs over, and the longest steps of symmetric bodies and others.
 RADIANS_OF_TRIAL = 40.0
-MAX_RADIANS, MAX_RADIANS_UNSYMMETRIC = 12.0, 8.0
+MAX_RADIANS = {True: 12.0, False: 8.0}
 # Of the turn about the central body where it is fastest, in a step under torques that depend on the place: a
 # longer one may pass a pericentre unseen, and so may the coarser solution's.
 MAX_RADIANS_OF_ORBIT = 3.5
 ALONG_ORBIT = {layout.GRAVITY_GRADIENT, layout.MAGNETIC}
 MAX_TRIALS = 16
 SHARE_OF_MIN_STEPS = 0.5  # of the steps that every arc has, those in a trial: the longest are tried too
-MAX_STEP_FACTOR, MIN_STEP_FACTOR = 0.9, 0.4  # from one trial to the next
 # Steps that a trial may be cut into: far more than any torque that can be followed over the span.
 MAX_STEPS_OF_TRIAL = 2e4
-# Of the tolerance, what the estimate is to be: the rest is for what the trial did not meet.
-SHARE_OF_TOLERANCE = 0.25
-# The power of time that errors are taken to grow with: cautious, since the order is high.
-ERROR_GROWTH_EXPONENT = 1.5
+MAX_STEP_FACTOR = 0.9  # from one trial to the next: with more, the number of steps would hardly change
+# Of the tolerance, what the estimate is to be: the rest is for what the trial did not meet.  Errors are taken
+# to grow with this power of time: cautious, since the order is high.
+SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.25, 1.5
 # Differences below this are rounding of attitudes, which shorter steps would not make smaller.
 ROUNDING = 3e-15
-# By so much the difference falls in shorter steps, unless it is rounding that the motion multiplies: by the
-# order it falls to a tenth at the most.
-LEAST_FALL = 0.5
-# The orders that steps are changed by: of the solution, of its polynomial within a step, and where torques
-# break.
-ORDER, DENSE_ORDER, ORDER_OF_BREAKS = 20.0, 16.0, 1.0
-# Of the tolerance, what the polynomial within a step may be off by; instants in the trial that it is tried
-# at.
-SHARE_OF_DENSE, INSTANTS_OF_TRIAL, INSTANTS_OF_DIFFERENCE = 0.1, 24, 3
-DENSE_ROOM = 1.15  # of the steps of the coarser solution, which is read off polynomials without a trial
-
+ORDER = 20.0  # by which steps are changed; where torques break, the difference falls with the step itself
+# Of the tolerance, what the polynomial within a step may be off by; and the room that its steps have to have
+# for the coarser solution, which is read off polynomials without a trial.
+SHARE_OF_DENSE, DENSE_ROOM = 0.1, 1.15
 # The longest arc between edges of plates, rad; of all the angle, what such arcs turn through.
 RADIANS_OF_ARC, SHARE_OF_LONGEST_ARCS = 0.5, 0.6
-# Measured costs, ns: an arc, each edge in a turn that it may end at, and an instant within one.
-ARC_NS, EDGE_NS, ARC_SAMPLE_NS, OVERHEAD_OF_PLATES = 3500.0, 2.0, 2500.0, 1.5e-2
-# Measured costs, ns: a step, a sweep, one effect more in it; a sample off the polynomial, and by a step.
-STEP_NS, SWEEP_NS, EFFECT_NS = 400.0, 150.0, 25.0
-DENSE_SAMPLE_NS, SAMPLE_NS, OVERHEAD_SECONDS = 250.0, 1500.0, 1.5e-3
 
 
 @dataclass(frozen=True)
@@ -85,7 +72,7 @@ class Candidate:
     error: float = 0.0
     rounding: float = 0.0
     seconds: float = 0.0
-    sample_seconds: float = 1e-9 * SAMPLE_NS
+    sample_seconds: float = solver_cost.SAMPLE
     dense_step: float = 0.0
     ends_at_edges: bool = False
     min_steps: float = MIN_STEPS
@@ -145,16 +132,14 @@ def _between_edges(problem: TorqueProblem, rate: float, edges: int) -> Candidate
     """Arcs between the edges of plates: no tolerance needs others, and none is cheaper with others."""
     angle = rate * problem.max_abs_seconds
     arcs = angle * (edges / (2.0 * np.pi) + SHARE_OF_LONGEST_ARCS / RADIANS_OF_ARC)
-    ns = arcs * (ARC_NS + EDGE_NS * edges)
     rounding = float(rounding_of(angle, arcs, carried=True))
-    seconds = OVERHEAD_OF_PLATES + 1e-9 * ns
     return Candidate(
         RADIANS_OF_ARC,
         np.inf,
         error=rounding,
         rounding=rounding,
-        seconds=seconds,
-        sample_seconds=1e-9 * ARC_SAMPLE_NS,
+        seconds=solver_cost.of_arcs(arcs, edges),
+        sample_seconds=solver_cost.ARC_SAMPLE,
         ends_at_edges=True,
     )
 
@@ -180,6 +165,27 @@ def _fastest_arc(problem: TorqueProblem, body: Bodies) -> tuple[Arc, np.ndarray]
     return starts[ranks.index(max(ranks))]
 
 
+class _Pair(NamedTuple):
+    """Journeys over the trial in a candidate's steps and in longer ones.
+
+    Attributes
+    ----------
+    difference : rad, infinite where either failed; steps, sweeps : of the first
+    """
+
+    candidate: Candidate
+    difference: float
+    steps: int
+    sweeps: int
+
+    def is_rounding(self, shorter: float, most: float) -> bool:
+        """Whether the difference is rounding that the motion multiplies, no more than `most`.
+
+        It is where that of shorter steps is no less than half of it: by the order it would fall to a tenth.
+        """
+        return 0.5 * self.difference <= shorter <= most and self.difference <= most
+
+
 class _Trial:
     """The first few turns of one body on an arc."""
 
@@ -191,9 +197,11 @@ class _Trial:
         self.whole = problem.max_abs_seconds
         self.span = min(self.whole, arc.length or self.whole, RADIANS_OF_TRIAL / rate)
         self.start, self.stop = arc.start, arc.start + float(np.copysign(self.span, arc.stop - arc.start))
-        self.compared = np.linspace(self.start, self.stop, INSTANTS_OF_DIFFERENCE + 1)[1:]
+        self.compared = np.linspace(self.start, self.stop, 4)[1:]
         momentum = initial_momenta(problem.template, body, arc.torques) + added
         self.states = np.repeat(one.states(body.attitude, momentum), 2, axis=0)
+        self.smooth = self.arguments.is_smooth
+        self.safety = SAFETY if self.smooth else SAFETY_OF_BREAKS
         follows_orbit = self.arguments.codes & ALONG_ORBIT
         self.orbit_path = problem.template.orbit_path if follows_orbit else None
         self.refined: SolverArguments | None = None
@@ -233,44 +241,55 @@ class _Trial:
 
     def candidate(self, wants_dense: bool) -> Candidate:
         """Steps in which the difference of two journeys, and its growth, keep a share of the tolerance."""
-        smooth, growth = self.arguments.is_smooth, self.whole / self.span
-        safety, order = (SAFETY, ORDER) if smooth else (SAFETY_OF_BREAKS, ORDER_OF_BREAKS)
-        aim = SHARE_OF_TOLERANCE * self.tolerance / growth**ERROR_GROWTH_EXPONENT / safety
-        now = Candidate(self._longest_step(), aim if smooth else max(aim, LEAST_DECAY))
-        aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(now) / safety)
-        settled, most = None, MULTIPLE_OF_ROUNDING * self._rounding(now, self.span)
-        for _ in range(MAX_TRIALS):
-            difference, work = self._difference(now)
-            if work.steps[0] > MAX_STEPS_OF_TRIAL:
-                if settled is None:
-                    raise ToleranceError(
-                        "tolerance: the steps of the trial have no end: the torque is far too great for the "
-                        "body, or not continuous anywhere"
-                    )
-                difference, now, work = settled  # shorter ones are below rounding
-                break
-            # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
-            is_cut = smooth and work.steps[0] > 1.2 * self.span / self._step_made(now) + 2.0
-            if (difference <= max(aim, ROUNDING) and not is_cut) or not (smooth or now.decay > LEAST_DECAY):
-                break
-            if settled and smooth and LEAST_FALL * settled[0] <= difference <= most and settled[0] <= most:
-                difference, now, work = settled
-                break
-            settled = (difference, now, work) if np.isfinite(difference) and not is_cut else settled
-            ratio = (0.5 * aim / difference) ** (1.0 / order) if difference > aim else 1.0
-            now = now.shortened(min(MAX_STEP_FACTOR, max(MIN_STEP_FACTOR, ratio)))
-            if not smooth:
-                now = replace(now, decay=max(LEAST_DECAY, now.decay * min(0.3, max(1e-3, ratio))))
+        settled, growth = self._settled(), self.whole / self.span
+        now, effects = settled.candidate, self.arguments.effects.shape[1]
         rounding = self._rounding(now, self.whole)
         dense_step = self._dense_step(now) if wants_dense else 0.0
         return replace(
             now,
-            error=safety * difference * growth + rounding,
+            error=self.safety * settled.difference * growth + rounding,
             rounding=rounding,
-            seconds=self._seconds(work) * growth + OVERHEAD_SECONDS,
-            sample_seconds=1e-9 * (DENSE_SAMPLE_NS if dense_step >= now.step else SAMPLE_NS),
+            seconds=solver_cost.of_steps(growth * settled.steps, growth * settled.sweeps, effects),
+            sample_seconds=solver_cost.DENSE_SAMPLE if dense_step >= now.step else solver_cost.SAMPLE,
             dense_step=dense_step,
         )
+
+    def _settled(self) -> _Pair:
+        """The first pair, in ever shorter steps, that differs by no more than it may."""
+        growth = (self.whole / self.span) ** ERROR_GROWTH_EXPONENT
+        aim = SHARE_OF_TOLERANCE * self.tolerance / growth / self.safety
+        now = Candidate(self._longest_step(), aim if self.smooth else max(aim, LEAST_DECAY))
+        aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(now) / self.safety)
+        most = MULTIPLE_OF_ROUNDING * self._rounding(now, self.span)
+        before: _Pair | None = None
+        for _ in range(MAX_TRIALS):
+            pair = self._pair(now)
+            if pair.steps > MAX_STEPS_OF_TRIAL:
+                if before is None:
+                    raise ToleranceError(
+                        "tolerance: the steps of the trial have no end: the torque is far too great for the "
+                        "body, or not continuous anywhere"
+                    )
+                return before  # shorter ones are below rounding
+            # pieces that steps have to be cut into, for their sweeps to settle, cost more than shorter steps
+            is_cut = self.smooth and pair.steps > 1.2 * self.span / self._step_made(now) + 2.0
+            is_least = not self.smooth and now.decay <= LEAST_DECAY
+            if (pair.difference <= max(aim, ROUNDING) and not is_cut) or is_least:
+                return pair
+            if before is not None and self.smooth and before.is_rounding(pair.difference, most):
+                return before
+            before = pair if np.isfinite(pair.difference) and not is_cut else before
+            now = self._finer(pair, aim)
+        return pair._replace(candidate=now)
+
+    def _finer(self, pair: _Pair, aim: float) -> Candidate:
+        """Steps in which the difference falls to half the aim, by the order."""
+        order = ORDER if self.smooth else 1.0
+        ratio = (0.5 * aim / pair.difference) ** (1.0 / order) if pair.difference > aim else 1.0
+        now = pair.candidate.shortened(min(MAX_STEP_FACTOR, max(0.4, ratio)))
+        if self.smooth:
+            return now
+        return replace(now, decay=max(LEAST_DECAY, now.decay * min(0.3, max(1e-3, ratio))))
 
     def _rounding(self, candidate: Candidate, span: float) -> float:
         """rad, over so many seconds."""
@@ -278,7 +297,7 @@ class _Trial:
 
     def _longest_step(self) -> float:
         """The longest steps, s, that are tried: a part of the span, of turns, and of the turn on an orbit."""
-        longest = MAX_RADIANS if self.arguments.symmetric[0] else MAX_RADIANS_UNSYMMETRIC
+        longest = MAX_RADIANS[bool(self.arguments.symmetric[0])]
         step = min(longest / self.rate, self.whole / MIN_STEPS)
         path = self.orbit_path
         return step if path is None else min(step, MAX_RADIANS_OF_ORBIT / path.max_rate)
@@ -287,13 +306,14 @@ class _Trial:
         """The length of the trial's steps, s."""
         return min(candidate.step, self.span / (SHARE_OF_MIN_STEPS * candidate.min_steps))
 
-    def _difference(self, candidate: Candidate) -> tuple[float, SolverWork]:
-        """rad, from a journey in longer steps, and the work of the first.
+    def _pair(self, candidate: Candidate) -> _Pair:
+        """Two journeys, the second in longer steps.
 
         Compared at several instants: at one alone the two may agree by chance.
         """
         out, work = self.run(candidate, self.compared, (False, True))
-        return np.inf if work.failed.any() else difference_of(*out), work
+        difference = np.inf if work.failed.any() else difference_of(*out)
+        return _Pair(candidate, difference, int(work.steps[0]), int(work.sweeps[0]))
 
     def _difference_of_orbits(self, candidate: Candidate) -> float:
         """rad, at the end, by what the orbit's path is off: its jumps are not followed by shorter steps."""
@@ -304,18 +324,12 @@ class _Trial:
         off = difference_of(*each)
         return off if np.isfinite(off) else 0.0
 
-    def _seconds(self, work: SolverWork) -> float:
-        """Of that work and of the coarser solution beside it."""
-        effects = max(0, self.arguments.effects.shape[1] - 1)
-        ns = work.steps[0] * STEP_NS + work.sweeps[0] * (SWEEP_NS + EFFECT_NS * effects)
-        return 1e-9 * float(ns)
-
     def _dense_step(self, candidate: Candidate) -> float:
         """The longest steps, s, within which polynomials keep a part of the tolerance."""
-        at = np.linspace(self.start, self.stop, INSTANTS_OF_TRIAL + 1)[1:]
+        at = np.linspace(self.start, self.stop, 25)[1:]
         off = difference_of(*self.run(candidate, at, (False, False), np.array([False, True]))[0])
         share = SHARE_OF_DENSE * self.tolerance / (SAFETY * max(off, ROUNDING))
-        return self._step_made(candidate) * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / DENSE_ORDER)
+        return self._step_made(candidate) * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / layout.NODES)
 
 
 def difference_of(one: np.ndarray, other: np.ndarray) -> float:
