@@ -15,6 +15,7 @@ from astropy.time import Time, TimeDelta
 
 from attitude import Ephemeris, FormatError, RigidBody, Scene, TorqueFreeMotion
 from attitude.formats import schema
+from attitude.pointing import vector_columns
 from attitude.samples import chunks
 from tests.bodies import ATTITUDE
 from tests.effects.scenes import FALLING, effect, quantity, scene
@@ -306,7 +307,13 @@ def test_csv_is_numbers_under_names_for_numpy(tmp_path):
     written.write(tmp_path / "a.csv")
     comments = 2
     table = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True, skip_header=comments, dtype=None)
-    assert table.dtype.names == ("time", "elapsed_s", "elapsed_rest_s", *schema.QUATERNION, *schema.RATE)
+    assert table.dtype.names == (
+        "time",
+        "elapsed_s",
+        "elapsed_rest_s",
+        *vector_columns.QUATERNION,
+        *vector_columns.RATE,
+    )
     assert np.array_equal(table["q_y"], written.quaternion("wxyz")[:, 2])
     assert np.array_equal(table["elapsed_s"], T)
     assert np.array_equal(table["time"], isot(written.time))

@@ -68,9 +68,9 @@ def execute(options: Namespace) -> None:
     text = {"table": windows.text, "csv": windows.to_csv, "json": windows.to_json}[written]()
     output_paths.write(options.output, text.encode() + (b"\n" if written == "json" else b""))
     if picture is not None:
-        from ..plot import windows_timeline
+        from ..windows import plot
 
-        output_paths.write(options.plot, windows_timeline.picture(windows, picture))
+        output_paths.write(options.plot, plot.picture(windows, picture))
         console.remark(options, f"drawn: {options.plot}")
 
 

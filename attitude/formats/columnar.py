@@ -12,6 +12,7 @@ import numpy as np
 from astropy.time import Time
 
 from ..errors import FormatError
+from ..pointing import vector_columns
 from ..runtime import compiled
 from ..samples.chunks import Samples
 from ..times.instants import Instants
@@ -28,8 +29,8 @@ HALF_DAY_NS = 43_200 * 10**9
 MAX_DATE_NS = 9_200_000_000 * 10**9  # the greatest of 64 bits is 0.25 % more
 TIME_COLUMNS = (TIME_TAI, schema.ELAPSED, schema.REST)
 VECTOR_COLUMNS = (
-    *(*schema.QUATERNION, *schema.RATE, *schema.MOMENTUM),
-    *(*schema.POSITION, *schema.VELOCITY, *schema.NOT_READ),
+    *(*vector_columns.QUATERNION, *vector_columns.RATE, *vector_columns.MOMENTUM),
+    *(*vector_columns.POSITION, *vector_columns.VELOCITY, *vector_columns.NOT_READ),
 )
 
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import AttitudeError, InputError, suggestion
-from ..formats import schema
 from ..pointing.columns import COVARIANCES, KINDS, REQUESTS
+from ..pointing.vector_columns import vectors
 from ..samples.ephemeris_data import EphemerisData
 from .curves import CURVES
 
@@ -68,7 +68,7 @@ def panels(data: EphemerisData, names: Sequence[str]) -> Iterator[TimelinePanel]
 
 
 def _columns(data: EphemerisData, request: str) -> Iterator[TimelinePanel]:
-    for column in schema.vectors(replace(data, columns=(request,))):
+    for column in vectors(replace(data, columns=(request,))):
         title = column.label.replace("_", " ") + (f", {column.unit}" if column.unit else "")
         # of a line without what the title says: "euler_zyx_1_deg" is "1"
         short = [name.removeprefix(f"{column.label}_").removesuffix("_deg") for name in column.names]

@@ -17,7 +17,8 @@ from attitude.ensemble.execution import run
 from attitude.ensemble.storage import store_head
 from attitude.ensemble.storage.chunk_grid import ChunkGrid, chunk_grid
 from attitude.errors import FormatError, InputError
-from attitude.formats.schema import ELAPSED, QUATERNION, RATE
+from attitude.formats.schema import ELAPSED
+from attitude.pointing.vector_columns import QUATERNION, RATE
 from attitude.times.instants import as_instants
 from tests.ensemble.fake_source import many
 

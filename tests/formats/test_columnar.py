@@ -20,6 +20,7 @@ from astropy.time import Time
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, Scene
 from attitude.formats import binary, columnar, find, line_blocks, module_of, schema, text_rows
+from attitude.pointing import vector_columns
 from attitude.samples import chunks
 from attitude.samples.ephemeris_data import CONVENTION
 from tests.test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, metadata, motion
@@ -135,7 +136,13 @@ def test_dates_that_64_bits_cannot_hold_are_left_out_with_a_remark(year, years, 
 def test_arrow_is_columns_for_any_reader(format):
     ephemeris = motion(epoch=EPOCH).at(T)
     table = frame_of(written(ephemeris, format), format)
-    assert table.column_names == ["time_tai", "elapsed_s", "elapsed_rest_s", *schema.QUATERNION, *schema.RATE]
+    assert table.column_names == [
+        "time_tai",
+        "elapsed_s",
+        "elapsed_rest_s",
+        *vector_columns.QUATERNION,
+        *vector_columns.RATE,
+    ]
     assert table["q_y"].to_pylist() == ephemeris.quaternion("wxyz")[:, 2].tolist()
     assert table.schema.field("time_tai").type == pa.timestamp("ns")
     assert np.array_equal(table["time_tai"].to_numpy(), nanoseconds(ephemeris.time))
@@ -225,8 +232,8 @@ def test_npz_is_arrays_for_numpy(tmp_path):
             "time_tai",
             "elapsed_s",
             "elapsed_rest_s",
-            *schema.QUATERNION,
-            *schema.RATE,
+            *vector_columns.QUATERNION,
+            *vector_columns.RATE,
         ]
         assert np.array_equal(actual["q_z"], ephemeris.quaternion("wxyz")[:, 3])
         assert np.array_equal(actual["time_tai"], nanoseconds(ephemeris.time))
@@ -305,7 +312,12 @@ def test_dataset_holds_the_path_the_momentum_and_the_second_part_of_seconds():
 def test_frame_is_columns_at_dates():
     ephemeris = motion(epoch=EPOCH).at(T)
     frame = ephemeris.to_pandas()
-    assert list(frame.columns) == ["elapsed_s", "elapsed_rest_s", *schema.QUATERNION, *schema.RATE]
+    assert list(frame.columns) == [
+        "elapsed_s",
+        "elapsed_rest_s",
+        *vector_columns.QUATERNION,
+        *vector_columns.RATE,
+    ]
     assert isinstance(frame.index, pd.DatetimeIndex)
     assert frame.index.name == "time_tai"
     assert np.array_equal(frame.index.to_numpy(), nanoseconds(ephemeris.time))
@@ -316,7 +328,7 @@ def test_frame_is_columns_at_dates():
 def test_frame_without_dates_is_at_seconds():
     frame = SINGLE["two-part seconds"]().to_pandas()
     assert frame.index.name == "elapsed_s"
-    assert list(frame.columns) == ["elapsed_rest_s", *schema.QUATERNION, *schema.RATE]
+    assert list(frame.columns) == ["elapsed_rest_s", *vector_columns.QUATERNION, *vector_columns.RATE]
     assert np.array_equal(frame.index, SINGLE["two-part seconds"]().elapsed)
 
 

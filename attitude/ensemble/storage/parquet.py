@@ -22,8 +22,9 @@ import pyarrow as pa
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
-from ...formats.schema import ELAPSED, QUATERNION, RATE
+from ...formats.schema import ELAPSED
 from ...formats.schema import REST as ELAPSED_REST
+from ...pointing.vector_columns import QUATERNION, RATE
 from .chunk_grid import ChunkGrid
 from .store_head import COMPLETE, REST, SECONDS, Head, Vectors, checked
 

@@ -16,6 +16,7 @@ from astropy.table import meta as table_meta
 from astropy.utils.data_info import serialize_context_as
 
 from ...errors import FormatError, library_errors
+from ...pointing import vector_columns
 from ...samples.chunks import Samples
 from .. import schema
 from ..binary import Sink, refuse_inflated, seekable
@@ -85,7 +86,7 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     for name, column in SCALARS.items():
         if name in table.column_names:
             columns[column] = _numbers(table, name, source)
-    for name, (names, _) in schema.VECTORS.items():
+    for name, (names, _) in vector_columns.VECTORS.items():
         if name in table.column_names:
             matrix = _numbers(table, name, source).reshape(-1, len(names))
             columns.update(zip(names, matrix.T, strict=True))

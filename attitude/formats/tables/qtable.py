@@ -10,6 +10,7 @@ from astropy.table import QTable
 from astropy.time import Time
 
 from ...errors import FormatError, InputError, shown
+from ...pointing import vector_columns
 from ...samples.chunks import Samples
 from .. import schema
 
@@ -24,7 +25,7 @@ CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {
     "elapsed_rest": ((), u.s),
     **{
         name: ((len(names),) if len(names) > 1 else (), u.Unit(unit) if unit else None)
-        for name, (names, unit) in schema.KNOWN_VECTORS.items()
+        for name, (names, unit) in vector_columns.KNOWN_VECTORS.items()
     },
 }
 
@@ -47,7 +48,7 @@ def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> 
         table["elapsed"] = ephemeris.elapsed * u.s
     if not ephemeris.columns:
         table["elapsed_rest"] = ephemeris.instants.low * u.s
-    for column in schema.vectors(ephemeris):
+    for column in vector_columns.vectors(ephemeris):
         values = column.values if len(column.names) > 1 else column.values[..., 0]
         rows = np.moveaxis(values, len(ephemeris.batch_shape), 0)
         table[column.label] = rows * u.Unit(column.unit) if column.unit else rows
@@ -86,8 +87,8 @@ def from_table(table: QTable, source: str) -> EphemerisData:
     columns = {schema.ELAPSED: _values(table, "elapsed", source)}
     if "elapsed_rest" in table.colnames:
         columns[schema.REST] = _values(table, "elapsed_rest", source)
-    for name, (names, _) in schema.VECTORS.items():
-        if name in table.colnames or names is schema.QUATERNION:
+    for name, (names, _) in vector_columns.VECTORS.items():
+        if name in table.colnames or names is vector_columns.QUATERNION:
             vector = _values(table, name, source)
             # (instant, batch, component) to (component, batch, instant)
             components = np.moveaxis(np.moveaxis(vector, 0, min(axis, vector.ndim - 2)), -1, 0)

@@ -9,6 +9,7 @@ import orjson
 
 from ... import units
 from ...errors import InputError
+from ...pointing import vector_columns
 from ...pointing.columns import COVARIANCES, ELEMENTS, VectorColumn
 from ...runtime.optional_imports import needed
 from ...samples.chunks import Samples
@@ -33,7 +34,7 @@ def to_xarray(ephemeris: EphemerisData) -> xr.Dataset:
     times = ["time"] if count == 1 else [f"time_{i}" for i in range(count)]
     variables: dict[str, Any] = {}
     components: dict[str, list[Any]] = {}
-    for column in schema.vectors(ephemeris):
+    for column in vector_columns.vectors(ephemeris):
         attributes, values = {"units": column.unit or "1"}, column.values.copy(order="K")
         dimension = _of_components(column)
         components |= dimension
@@ -49,7 +50,7 @@ def _of_components(column: VectorColumn) -> dict[str, list[Any]]:
     """The dimension of a variable's components and their labels; none of one number an instant."""
     if len(column.names) == 1:
         return {}
-    if column.names is schema.QUATERNION:
+    if column.names is vector_columns.QUATERNION:
         return {"quaternion_component": list("wxyz")}
     if len(column.names) == len(ELEMENTS):
         return {"element": list(ELEMENTS)}

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .style import BLUE, drawn, time_label, time_unit
+from ..plot.style import BLUE, drawn, time_label, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..windows.window_table import Windows
+    from .window_table import Windows
 
 MAX_LABEL = 90  # characters of a condition
 
