@@ -2,7 +2,7 @@
 
 routes has the handlers, schemas and dependencies what they take, computations the library calls that compute
 runs in threads; streaming, errors and openapi make and describe the answers; around all stand
-middleware, security, logs and metrics; notebook makes the viewer's page with its answers inside.
+middleware, security, logs and metrics.
 No mathematics is done here: what an answer says `attitude` computed.
 """
 

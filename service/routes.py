@@ -17,13 +17,16 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 import attitude
+from attitude.cost.answers import CostAnswer
 from attitude.errors import unknown_name
+from attitude.estimation.fit_result import FitAnswer
 from attitude.formats.registry import FORMATS
 from attitude.quality.check import CheckAnswer
 from attitude.quality.compare import ComparisonAnswer
 from attitude.scene.document import Scene, builtin_names
 from attitude.scene.motion_summary import MotionAnswer
 from attitude.scene.planning import PlanAnswer
+from attitude.windows.window_table import WindowsAnswer
 
 from . import computations, metrics
 from .dependencies import Document, Files, once
@@ -32,7 +35,6 @@ from .openapi import REFUSALS, UNCHANGED, Responses, file_responses, json_or_csv
 from .schemas import (
     CompareQuery,
     ConvertQuery,
-    Cost,
     CostQuery,
     Ephemerides,
     Ephemeris,
@@ -40,7 +42,6 @@ from .schemas import (
     NoQuery,
     PlanQuery,
     SourceQuery,
-    Windows,
     WindowsQuery,
 )
 from .streaming import answered, fixed, json_response
@@ -64,11 +65,11 @@ COMPUTATIONS: dict[str, tuple[Any, Any, Any, Responses]] = {
     "/v1/convert": (computations.convert, Files, ConvertQuery, file_responses(Ephemeris)),
     "/v1/check": (computations.check, Files, SourceQuery, {200: {"model": CheckAnswer}}),
     "/v1/compare": (computations.compare, Files, CompareQuery, {200: {"model": ComparisonAnswer}}),
-    "/v1/fit": (computations.fit, Document, NoQuery, {200: {"model": dict[str, Any]}}),
+    "/v1/fit": (computations.fit, Document, NoQuery, {200: {"model": FitAnswer}}),
     "/v1/plan": (computations.plan, Document, PlanQuery, {200: {"model": PlanAnswer}}),
     "/v1/motion": (computations.motion, Document, NoQuery, {200: {"model": MotionAnswer}}),
-    "/v1/windows": (computations.windows, Document, WindowsQuery, json_or_csv(Windows)),
-    "/v1/cost": (computations.cost, Document, CostQuery, {200: {"model": Cost}}),
+    "/v1/windows": (computations.windows, Document, WindowsQuery, json_or_csv(WindowsAnswer)),
+    "/v1/cost": (computations.cost, Document, CostQuery, {200: {"model": CostAnswer}}),
 }
 
 

@@ -11,7 +11,6 @@ from attitude.formats import options_of
 from attitude.formats.encoding import parse_options
 from attitude.formats.registry import FORMATS, READ_ONLY, Format
 from attitude.pointing.columns import KINDS
-from attitude.windows import Condition
 
 Text = str | SkipJsonSchema[None]
 FormatName = Annotated[Text, Field(json_schema_extra={"enum": list(FORMATS)})]
@@ -141,81 +140,6 @@ class Problem(BaseModel):
     pointer: str | None = Field(None, description="JSON pointer to the field in the request's document")
     line: int | None = Field(None, description="line of the document that cannot be read")
     id: str | None = Field(None, description="under which the service's log has an unexpected error")
-
-
-class Windows(BaseModel):
-    """The intervals in which a condition holds, within the scene's instants."""
-
-    kind: Literal["attitude-windows/1"]
-    name: str
-    condition: Condition
-    epoch: dict[str, str] | None
-    span_s: list[float]
-    width_s: float = Field(description="windows, and gaps between them, that are narrower may be missed")
-    total_s: float
-    windows: list[dict[str, Any]]
-
-
-class HorizonUnit(BaseModel):
-    """The unit of the horizons."""
-
-    name: str
-    s: float
-
-
-class HorizonTruth(BaseModel):
-    """What a horizon's attitudes are compared with."""
-
-    horizon: float
-    instants: int
-    route: str
-
-
-class CostCell(BaseModel):
-    """One method over one horizon, as `attitude.cost.Cell`; null where nothing was measured."""
-
-    family: str
-    setting: str
-    horizon: float
-    status: Literal["measured", "absent", "failed", "not run"]
-    detail: str
-    predicted_s: float | None
-    attitude_error_rad: float | None
-    energy_error: float | None
-    momentum_error: float | None
-    ns_per_sample: float | None
-    repeats: int | None
-    setup_s: float | None
-    first_use_s: float | None
-
-
-class CostGrowth(BaseModel):
-    """Exponents of a method's error and cost as powers of the horizon, as `attitude.cost.report.Growth`."""
-
-    family: str
-    setting: str
-    error: float | None
-    cost: float | None
-
-
-class Cost(BaseModel):
-    """What accuracy costs; the last two members under torques only."""
-
-    kind: Literal["attitude-cost/1"]
-    name: str
-    regime: str
-    unit: HorizonUnit
-    samples: int
-    budget_s: float
-    seed: int
-    compilation_s: float
-    machine: dict[str, str | int]
-    versions: dict[str, str]
-    truth: list[HorizonTruth]
-    cells: list[CostCell]
-    growth: list[CostGrowth]
-    effects: list[str] = []
-    truth_off_rad: float = 0.0
 
 
 class Ephemeris(BaseModel):

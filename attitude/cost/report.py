@@ -6,10 +6,11 @@ import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 
+from .answers import CostAnswer, CostCell, CostGrowth
 from .cell import ABSENT, LOST, MEASURED, ZERO_ERROR, Cell, CostData
 from .initial_value_problem import counted
 from .method import method_name
@@ -114,10 +115,9 @@ class Report(CostData):
 
     # -- for machines -----------------------------------------------------------------------
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> CostAnswer:
         """Plain data; what was not measured is None."""
-        under_torques = {"effects": list(self.effects), "truth_off_rad": self.truth_off_rad}
-        return {
+        answer: CostAnswer = {
             "kind": "attitude-cost/1",
             "name": self.name,
             "regime": self.regime,
@@ -132,9 +132,12 @@ class Report(CostData):
                 {"horizon": horizon, "instants": count, "route": route}
                 for horizon, (count, route) in zip(self.horizons, self.truths, strict=True)
             ],
-            "cells": [asdict(cell) for cell in self.cells],
-            "growth": [asdict(growth) for growth in self.growth()],
-        } | (under_torques if self.effects else {})
+            "cells": [cast("CostCell", asdict(cell)) for cell in self.cells],
+            "growth": [cast("CostGrowth", asdict(growth)) for growth in self.growth()],
+        }
+        if self.effects:
+            answer |= {"effects": list(self.effects), "truth_off_rad": self.truth_off_rad}
+        return answer
 
     def picture(self, format: str) -> bytes:  # noqa: A002 (public name)
         """The picture of `plot` as the bytes of an "svg" or "png" file."""

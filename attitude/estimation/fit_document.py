@@ -19,7 +19,7 @@ from ..scene.document import Scene, builtin_text
 from ..scene.document_parts import AngularVelocity, Attitude, Body, Epoch, Times
 from ..scene.spin_form import SpinForm
 from .fit import prepare
-from .fit_result import Fit
+from .fit_result import Fit, FitAnswer
 from .observation_table import Table, read_table
 from .observations import Attitudes, BodyRates, ObservationSet
 
@@ -146,7 +146,7 @@ class FitDocument(Part):
         )
         return inputs.solve(progress)
 
-    def answer(self, observations: Sequence[ObservationSet] = ()) -> dict[str, Any]:
+    def answer(self, observations: Sequence[ObservationSet] = ()) -> FitAnswer:
         """The fit as plain data, with the scene of `scene`."""
         result = self.fit(observations)
         return {**result.to_dict(), "scene": self.scene(result).document()}

@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import GetPydanticSchema
+from typing_extensions import TypedDict
 
 from ..motion import TorqueFreeMotion
 from ..runtime import output_paths
@@ -16,10 +18,33 @@ from ..samples.html_table import html_table
 from ..scene.document import Scene
 from .observability import Observability
 from .parameters import GROUPS
-from .residuals import Residuals
+from .residuals import Residuals, ResidualsAnswer
 
 MAX_OUTLIERS_SHOWN = 10
 SCENE_INSTANTS = 1001  # of the scene, over the span of the observations
+
+
+class ParameterAnswer(TypedDict):
+    """An estimated number, and its standard deviation."""
+
+    value: float
+    sigma: float
+
+
+class FitAnswer(TypedDict):
+    """A `Fit` as plain data; SI units and radians in the names of parameters."""
+
+    scene: Annotated[dict[str, Any], GetPydanticSchema(lambda _, handler: handler(Scene))]
+    chi_square: float
+    degrees_of_freedom: int
+    sigma_scale: float
+    parameters: dict[str, ParameterAnswer]
+    covariance: list[list[float]]
+    correlation: list[list[float]]
+    residuals: list[ResidualsAnswer]
+    outliers: list[str]
+    not_seen: list[str]
+    alternatives: list[FitAnswer]
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +159,11 @@ class Fit:
             document["epoch"] = {"time": isot.isot, "scale": epoch.scale}
         return Scene.model_validate(document)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> FitAnswer:
         """Everything as plain data, SI units and radians in the names of parameters."""
-        rows = {name: {"value": value, "sigma": sigma} for name, value, sigma in self._rows()}
+        rows: dict[str, ParameterAnswer] = {
+            name: {"value": value, "sigma": sigma} for name, value, sigma in self._rows()
+        }
         return {
             "scene": self.scene.document(),
             "chi_square": self.chi_square,

@@ -3,9 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from typing_extensions import TypedDict
+
+
+class ResidualsAnswer(TypedDict):
+    """`Residuals` as plain data."""
+
+    name: str
+    unit: str
+    rms: float
+    elapsed_s: list[float]
+    vectors: list[list[float]]
+    sizes: list[float]
+    sigmas: list[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +40,7 @@ class Residuals:
     sigmas: np.ndarray
     is_outlier: np.ndarray
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> ResidualsAnswer:
         """Return plain data."""
         return {
             "name": self.name,

@@ -10,7 +10,6 @@ from copy import copy
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from importlib import resources
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -29,7 +28,7 @@ from ..documents.files import files_in
 from ..documents.quantities import GREATEST, LengthVector, SpeedVector
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import AttitudeError, InputError, file_errors, noted, unknown_name, warn
+from ..errors import InputError, file_errors, noted, unknown_name, warn
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -61,6 +60,7 @@ if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
     from ..windows.window_table import Windows
     from .planning import ScenePlan
+    from .viewer_page import ViewerPage
 
 MAX_SAMPLES_IN_FILE = 10_000_000_000  # in a file: a thousand gigabytes
 # Fields that determine the motion; and those besides, where it is stated relative to a frame that turns.
@@ -214,21 +214,16 @@ class Scene(Part):
         }
         return html_table(self.name or "Scene", rows)
 
-    def view(self, columns: str = "") -> Any:
+    def view(self, columns: str = "") -> ViewerPage:
         """The viewer's page of this scene: shown by a notebook, written to a file by its `write(path)`.
 
         columns : that are plotted besides, as "angle:z:sun,euler:ZYX" (docs/pointing.md)
 
-        Raises AttitudeError without `attitude[service]`, whose viewer it is; InputError and RegimeError for a
-        column that there is not, or that the scene cannot have.
+        Raises InputError and RegimeError for a column that there is not, or that the scene cannot have.
         """
-        try:
-            (show,) = {point.load() for point in entry_points(group="attitude.viewer")}
-        except (ModuleNotFoundError, ValueError):
-            raise AttitudeError(
-                "view: the viewer comes with the service: pip install 'attitude[service]'"
-            ) from None
-        return show(self, columns)
+        from .viewer_page import view
+
+        return view(self, columns)
 
     def to_json(self) -> str:
         """The document as JSON text; `from_json` of it is this scene."""

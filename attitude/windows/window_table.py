@@ -7,10 +7,12 @@ import io
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from astropy.time import Time
+from pydantic import Field, GetPydanticSchema
+from typing_extensions import TypedDict
 
 from ..errors import InputError
 from ..samples.chunks import Progress
@@ -22,6 +24,21 @@ from .root_search import crossings
 DEFAULT_WIDTH = 1e-6  # of the shortest period of the motion at the start
 SECOND_DECIMALS = 9
 SAME_INSTANT = 1e-9  # s, between crossings of two functions
+
+
+class WindowsAnswer(TypedDict):
+    """The intervals in which a condition holds, within the scene's instants."""
+
+    kind: Literal["attitude-windows/1"]
+    name: str
+    condition: Annotated[dict[str, Any], GetPydanticSchema(lambda _, handler: handler(Condition))]
+    epoch: dict[str, str] | None
+    span_s: list[float]
+    width_s: Annotated[
+        float, Field(description="windows, and gaps between them, that are narrower may be missed")
+    ]
+    total_s: float
+    windows: list[dict[str, Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +101,7 @@ class Windows:
         for values in zip(*columns.values(), strict=True):
             yield dict(zip(columns, values, strict=True))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> WindowsAnswer:
         """Return plain data."""
         epoch = None if self.epoch is None else self.epoch.copy()
         if epoch is not None:

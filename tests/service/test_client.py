@@ -11,6 +11,7 @@ import sys
 from importlib.util import find_spec
 
 import pytest
+from worked import examples
 
 from attitude import Scene
 from attitude.formats.encoding import encoded_file
@@ -92,6 +93,14 @@ def test_cost_is_measured(generated):
     )
     assert report.kind == "attitude-cost/1"
     assert all(each.attitude_error_rad < 4e-15 for each in report.cells)
+
+
+def test_fit_is_parsed(generated):
+    (asked,) = examples()["/v1/fit"]["requests"].values()
+    fit = api("fit_v1_fit_post").sync(client=generated, body=model("FitV1FitPostBody").from_dict(asked))
+    assert fit.scene.name == asked["name"]
+    assert fit.parameters["attitude.x"].sigma > 0
+    assert [len(each.sizes) for each in fit.residuals] == [6]
 
 
 @pytest.fixture

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
-from importlib.metadata import EntryPoint
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from attitude import AttitudeError, InputError, RegimeError, Scene
-from attitude.scene import document
-from service.notebook import view
+from attitude import InputError, RegimeError, Scene
 from tests.viewer.test_viewer import values
 
-ROOT = Path(__file__).parents[2]
 COLUMNS = "angle:-y:sun,euler:ZYX"
 
 
@@ -34,7 +27,7 @@ def page(browser, tmp_path):
 
 def test_file_shows_the_scene_and_fetches_nothing(page, tmp_path):
     path = tmp_path / "envisat.html"
-    view("envisat", COLUMNS).write(path)
+    Scene.load("envisat").view(COLUMNS).write(path)
     page.goto(path.as_uri())
     page.locator(".plot canvas").nth(5).wait_for()
     assert [url for url in page.asked if not url.startswith("data:")] == [path.as_uri()]
@@ -55,7 +48,7 @@ def test_file_shows_the_scene_and_fetches_nothing(page, tmp_path):
 
 
 def test_notebook_shows_it_in_a_frame(page):
-    page.set_content(f"<!doctype html><title>notebook</title>{view('toutatis')._repr_html_()}")
+    page.set_content(f"<!doctype html><title>notebook</title>{Scene.load('toutatis').view()._repr_html_()}")
     frame = page.frame_locator("iframe")
     frame.locator(".plot canvas").nth(3).wait_for()
     assert frame.locator("#stage-title").inner_text() == "4179 Toutatis"
@@ -66,7 +59,7 @@ def test_notebook_shows_it_in_a_frame(page):
 
 def test_name_of_a_scene_cannot_end_its_script(page, tmp_path):
     name = "</script><script>document.title='taken'</script>"
-    view({"scene": "toutatis", "name": name}).write(tmp_path / "a.html")
+    Scene.load({"scene": "toutatis", "name": name}).view().write(tmp_path / "a.html")
     page.goto((tmp_path / "a.html").as_uri())
     page.locator(".plot canvas").nth(3).wait_for()
     assert page.inner_text("#stage-title") == name
@@ -75,22 +68,14 @@ def test_name_of_a_scene_cannot_end_its_script(page, tmp_path):
 
 def test_columns_that_a_scene_cannot_have_are_refused():
     with pytest.raises(InputError, match="columns"):
-        view("toutatis", "angle:z:sum")
+        Scene.load("toutatis").view("angle:z:sum")
     with pytest.raises(RegimeError, match="orbit"):
-        view("toutatis", "angle:z:earth")
+        Scene.load("toutatis").view("angle:z:earth")
 
 
-def test_scene_is_viewed_by_what_the_package_names(monkeypatch):
-    groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
-    ((name, place),) = groups["attitude.viewer"].items()
-    point = EntryPoint(name, place, "attitude.viewer")
-    monkeypatch.setattr(document, "entry_points", lambda group: {"attitude.viewer": [point]}[group])
-    scene = Scene.builtin("envisat")
-    assert "angle_z_sun_deg" in scene.view("angle:z:sun").text
-    monkeypatch.setattr(document, "entry_points", lambda group: [])
-    with pytest.raises(AttitudeError, match=r"pip install 'attitude\[service\]'"):
-        scene.view()
+def test_scene_is_viewed_by_its_method():
+    assert "angle_z_sun_deg" in Scene.builtin("envisat").view("angle:z:sun").text
 
 
 def test_page_is_described_briefly():
-    assert repr(view("toutatis")).startswith("<ViewerPage: 1,")
+    assert repr(Scene.load("toutatis").view()).startswith("<ViewerPage: 1,")

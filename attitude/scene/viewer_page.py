@@ -11,14 +11,14 @@ from typing import Any
 
 import orjson
 
-from attitude import Ephemeris, Scene
-from attitude.errors import AttitudeError
-from attitude.formats.encoding import encoded_file
-from attitude.formats.registry import FORMATS
-from attitude.pointing.columns import parse
-from attitude.scene.motion_summary import motion_summary
+from ..ephemeris import Ephemeris
+from ..errors import AttitudeError
+from ..formats.encoding import encoded_file
+from ..formats.registry import FORMATS
+from ..pointing.columns import parse
+from .motion_summary import motion_summary
 
-DIST = Path(__file__).parent / "viewer/dist"
+DIST = Path(__file__).parents[2] / "service/viewer/dist"  # in every installation, whatever its extras
 # Of the page: its one script and its styles are in it, and nothing can be fetched.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
@@ -50,18 +50,17 @@ def view(scene: Any, columns: str = "") -> ViewerPage:
 
     Parameters
     ----------
-    scene : Scene, or what `Scene.load` takes
+    scene : Scene
     columns : that are plotted besides, as "angle:z:sun,euler:ZYX" (docs/pointing.md)
 
     Raises
     ------
     InputError, RegimeError : a column that there is not, or that the scene cannot have.
     """
-    loaded = scene if isinstance(scene, Scene) else Scene.load(scene)
-    return ViewerPage(_page(orjson.dumps(_answers(loaded, parse(columns) if columns else ())).decode()))
+    return ViewerPage(_page(orjson.dumps(_answers(scene, parse(columns) if columns else ())).decode()))
 
 
-def _answers(scene: Scene, chosen: tuple[str, ...]) -> dict[str, Any]:
+def _answers(scene: Any, chosen: tuple[str, ...]) -> dict[str, Any]:
     """What the service would answer about the scene, by what `answers/scene.js` calls it."""
     plan = scene.plan().to_dict()
     ephemeris = scene.run()
