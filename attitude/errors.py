@@ -91,6 +91,7 @@ class AttitudeWarning(UserWarning):
 
 
 _notes: ContextVar[list[str] | None] = ContextVar("notes", default=None)
+_collected: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
 
 @contextmanager
@@ -113,10 +114,32 @@ def note(text: str) -> None:
         notes.append(text)
 
 
+@contextmanager
+def collected_warnings(texts: list[str]) -> Iterator[None]:
+    """Append the library's warnings in this block to `texts`, once each, instead of issuing them.
+
+    For one of several threads, which share Python's filters of warnings.
+    """
+    token = _collected.set(texts)
+    try:
+        yield
+    finally:
+        _collected.reset(token)
+
+
+def emit_warning(text: str, stacklevel: int = 2, category: type[Warning] = AttitudeWarning) -> None:
+    """A warning, or one more of those that `collected_warnings` collects."""
+    texts = _collected.get()
+    if texts is None:
+        warnings.warn(text, category, stacklevel=stacklevel + 1)
+    elif text not in texts:
+        texts.append(text)
+
+
 def warn(text: str, stacklevel: int = 2) -> None:
     """`note`, and an `AttitudeWarning`: input that is taken although it is not as it should be."""
     note(text)
-    warnings.warn(text, AttitudeWarning, stacklevel=stacklevel + 1)
+    emit_warning(text, stacklevel + 1)
 
 
 @contextmanager

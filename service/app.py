@@ -12,10 +12,11 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 import attitude
+from attitude.errors import InputError
 from attitude.formats.registry import FORMATS
 
 from . import logs, metrics
-from .compute import Compute, collect_warnings
+from .compute import Compute
 from .deadline import end_stuck_process
 from .errors import install
 from .middleware import Requests
@@ -23,7 +24,7 @@ from .openapi import DescribedAPI
 from .readiness import Readiness
 from .routes import open_router, router
 from .security import Guard, bearer
-from .settings import Settings
+from .settings import Settings, refused_start
 
 app: FastAPI
 
@@ -90,8 +91,11 @@ def __getattr__(name: str) -> FastAPI:
     """`app`, made when a server asks for it: importing the package needs no settings."""
     if name != "app":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    settings = Settings.read()
+    try:
+        settings = Settings.read()
+    except InputError as error:
+        raise refused_start(error) from None
     logging.config.dictConfig(logs.configuration(settings.log_level))
-    collect_warnings()
+    logging.captureWarnings(True)  # those of other libraries
     made = globals()["app"] = create_app(settings)
     return made

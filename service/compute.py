@@ -7,7 +7,6 @@ more requests than are meant to wait are refused at once, with the time after wh
 
 import asyncio
 import logging
-import warnings
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
@@ -15,12 +14,12 @@ from functools import partial
 from http import HTTPStatus
 from threading import Lock
 from time import perf_counter, thread_time
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
-from attitude.errors import AttitudeError, AttitudeWarning, InputError
+from attitude.errors import AttitudeError, InputError, collected_warnings
 from attitude.stopping import Stop, stoppable
 
 from . import deadline, metrics
@@ -113,7 +112,7 @@ class Job:
         allowed = self.max_seconds - self._before + deadline.OVERTIME_S
         self._begun, processor_begun = perf_counter(), thread_time()
         try:
-            with stoppable(self._stop):
+            with stoppable(self._stop), collected_warnings(self.warnings):
                 return work()
         finally:
             self._before, self._begun = self.spent(), None
@@ -137,20 +136,6 @@ def check_wanted(_done: float = 0.0) -> None:
     """What the library calls between pieces of its work, as its `progress`; see `Job.check_deadline`."""
     if (job := current.get()) is not None:
         job.check_deadline()
-
-
-def note_warning(message: Warning | str, *_: Any) -> None:
-    """In place of `warnings.showwarning`: to the log, and to the answer of the request that it is about."""
-    log.warning("%s", message)
-    if (job := current.get()) is not None and str(message) not in job.warnings:
-        job.warnings.append(str(message))
-
-
-def collect_warnings() -> None:
-    """From now on, have every warning of the library noted, however often it comes."""
-    warnings.showwarning = note_warning  # type: ignore[assignment]
-    for category in (AttitudeWarning, FutureWarning):
-        warnings.simplefilter("always", category)
 
 
 def hold(samples: int) -> None:

@@ -1,6 +1,7 @@
 """What handlers depend on: the body within its limits, parameters once each, and the format to answer in."""
 
 import asyncio
+import re
 from collections import Counter
 from functools import lru_cache
 from http import HTTPStatus
@@ -131,13 +132,11 @@ def negotiated(name: str | None, accept: str) -> Format:
 
 
 def qualities(header: str) -> dict[str, float]:
-    """Weights of the members of Accept or Accept-Encoding, by name (RFC 9110, 12.4.2)."""
+    """Weights of the members of Accept or Accept-Encoding (RFC 9110, 12.4.2); of one named twice the least."""
     weights: dict[str, float] = {}
-    for member in header.lower().split(","):
-        name, *others = (part.strip() for part in member.split(";"))
+    for member in re.sub(r"[ \t]", "", header.lower()).split(","):
+        name, *others = member.split(";")
         quality = next((other[2:] for other in others if other.startswith("q=")), "1")
-        try:
-            weights.setdefault(name, min(max(float(quality), 0.0), 1.0))
-        except ValueError:
-            weights.setdefault(name, 0.0)
+        is_number = re.fullmatch(r"[01](\.\d*)?", quality, re.ASCII)
+        weights[name] = min(float(quality) if is_number else 0.0, weights.get(name, 1.0))
     return weights

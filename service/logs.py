@@ -41,5 +41,5 @@ def configuration(level: str) -> dict[str, Any]:
         "disable_existing_loggers": False,
         "formatters": {"json": {"()": JsonLines}},
         "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": "json"}},
-        "loggers": {__package__: ours, **uvicorn},
+        "loggers": {__package__: ours, "py.warnings": ours, **uvicorn},
     }

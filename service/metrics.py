@@ -12,6 +12,8 @@ from prometheus_client.multiprocess import MultiProcessCollector, mark_process_d
 
 from attitude.errors import InputError
 
+from .settings import refused_start
+
 DIRECTORY = "PROMETHEUS_MULTIPROC_DIR"  # read by prometheus_client when it is imported
 if folder := os.environ.get(DIRECTORY):  # where its files are made together with the figures below
     try:
@@ -19,7 +21,7 @@ if folder := os.environ.get(DIRECTORY):  # where its files are made together wit
         TemporaryFile(dir=folder).close()
     except OSError as error:
         reason = f"a folder that can be written to ({error.strerror})"
-        raise InputError(DIRECTORY, folder, reason) from None
+        raise refused_start(InputError(DIRECTORY, folder, reason)) from None
 # What a refusal is counted under: the reasons are few, so that their series are too.
 REASONS = {400: "format", 401: "token", 404: "path", 405: "method", 406: "accept", 408: "slow"}
 REASONS |= {413: "size", 415: "content_type", 422: "value", 431: "headers", 503: "busy"}

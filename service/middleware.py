@@ -82,6 +82,8 @@ class Requests:
                 await refusal(scope, receive, answer.send)
         finally:
             self.compute.leave(job)
+            for text in job.warnings:
+                log.warning("%s", text)
             taken, route = perf_counter() - begun, getattr(scope.get("route"), "path", "none")
             outcome = answer.status if answer.is_whole else unfinished
             metrics.observe(method, route, outcome, taken)

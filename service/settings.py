@@ -3,12 +3,15 @@
 `python -m service.settings` prints them as a table.
 """
 
+import multiprocessing
 import re
+import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+from uvicorn.config import STARTUP_FAILURE
 
 from attitude.errors import InputError
 from attitude.runtime.threads import processors
@@ -117,6 +120,14 @@ def check_token(token: str) -> str:
     if not re.fullmatch(r"[A-Za-z0-9\-._~+/=]{16,}", token):
         raise ValueError("at least 16 letters, digits or any of -._~+/=")
     return token
+
+
+def refused_start(error: InputError) -> SystemExit:
+    """One line on standard error, and the command's exit code for bad arguments; of a worker uvicorn's own,
+    by which its supervisor ends too, instead of starting another for ever.
+    """
+    print(f"attitude: {error}", file=sys.stderr)
+    return SystemExit(2 if multiprocessing.parent_process() is None else STARTUP_FAILURE)
 
 
 def variable(field_name: str) -> str:

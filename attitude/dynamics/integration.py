@@ -6,14 +6,13 @@ itself, and one whose estimate stays above the tolerance is solved as a scene of
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 
 import numpy as np
 
-from ..errors import AttitudeWarning, ToleranceError
+from ..errors import ToleranceError, emit_warning
 from ..times.instants import Instants
 from .angular_rates import max_angular_rates
 from .arc_integration import two_part
@@ -332,7 +331,7 @@ def solve_each(
                 if kept is not None and not problem.best:
                     name = "" if block.index is None else f"bodies[{block.index[i]}]: "
                     text = name + outgrown(problem, kept, error)
-                    warnings.warn(text, AttitudeWarning, stacklevel=2)
+                    emit_warning(text)
     return out
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 from astropy.time import Time
 
-from ..errors import AttitudeWarning, InputError, ToleranceError
+from ..errors import InputError, ToleranceError, emit_warning
 from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
 from ..scene.document import Scene
@@ -219,7 +218,7 @@ def _with_instants(given: Sequence[ObservationSet], template: BodyState) -> list
 
 
 def _warn(text: str) -> None:
-    warnings.warn(text, AttitudeWarning, stacklevel=5)
+    emit_warning(text, 5)
 
 
 def _warn_of(result: Fit, absolute: bool, loss: Loss) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import stopping
-from ..errors import AttitudeWarning, InputError, RegimeError
+from ..errors import InputError, RegimeError, collected_warnings, emit_warning
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..quality.check import LONG_STEP
@@ -86,12 +85,10 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
     spans = [data[first:last] for first, last in pairwise(edges)]
     gaps = tuple(_filled(before[-SIDE:], after[:SIDE], body) for before, after in pairwise(spans))
     if not gaps:
-        warnings.warn(
-            "no gaps: every instant is interpolated as the file states", AttitudeWarning, stacklevel=2
-        )
+        emit_warning("no gaps: every instant is interpolated as the file states")
     for gap in gaps:
         if gap.is_ambiguous or not gap.is_consistent:
-            warnings.warn(str(gap), AttitudeWarning, stacklevel=2)
+            emit_warning(str(gap))
     events = tuple(Event(gap.start, "gap", str(gap)) for gap in gaps)
     resample = GapInterpolator(data, gaps)
     return replace(data, resample=resample, events=(*data.events, *events)), gaps
@@ -117,8 +114,7 @@ def _filled(before: EphemerisData, after: EphemerisData, body: RigidBody) -> Fil
         Attitudes(side.elapsed - origin, attitude=side.quaternion("wxyz"), order="wxyz", frame=side.frame)
         for side in (before, after)
     ]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AttitudeWarning)
+    with collected_warnings([]):
         sides = [
             _of_side(data, observed, body)
             for data, observed in zip((before, after), sets, strict=True)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import AttitudeWarning, InputError
+from ..errors import InputError, emit_warning
 from ..motion import TorqueFreeMotion
 from .fit_result import Fit
 from .least_squares import Loss, Problem
@@ -81,11 +80,7 @@ def minimum(
         expected = f"more than {len(x)} numbers, or standard deviations"
         raise InputError("observations", f"{numbers} numbers", expected)
     if not is_reached:
-        warnings.warn(
-            "fit: no minimum was reached within 100 steps; the best state of these is returned",
-            AttitudeWarning,
-            stacklevel=3,
-        )
+        emit_warning("fit: no minimum was reached within 100 steps; the best state of these is returned", 3)
     scale = 1.0 if absolute else float(np.sqrt(problem.at(x).chi_square / free))
     return Minimum(problem, x, _observability(problem, x, numbers, absolute), scale, free)
 

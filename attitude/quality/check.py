@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -15,7 +14,7 @@ from pydantic import ConfigDict
 from typing_extensions import TypedDict
 
 from .. import formats
-from ..errors import AttitudeWarning, RegimeError
+from ..errors import RegimeError, collected_warnings
 from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from ..samples.interpolation import Interpolation, InterpolationSegment, interpolate
@@ -101,10 +100,9 @@ def check_file(
 
     Raises FormatError for a file that cannot be read.
     """
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    warned: list[str] = []
+    with collected_warnings(warned):
         data = formats.read(path, format, **options)
-    warned = {str(entry.message) for entry in caught if issubclass(entry.category, AttitudeWarning)}
     return check_report(data, str(path), warned, max_interpolation_error)
 
 

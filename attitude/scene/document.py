@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import warnings
 from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import replace
@@ -28,7 +27,7 @@ from ..documents.files import files_in
 from ..documents.quantities import GREATEST, LengthVector, SpeedVector
 from ..effects import KNOWN_EFFECTS, AnyEffect, consistency
 from ..ephemeris import Ephemeris
-from ..errors import InputError, file_errors, noted, unknown_name, warn
+from ..errors import InputError, emit_warning, file_errors, noted, unknown_name, warn
 from ..frames import rotations
 from ..motion import TorqueFreeMotion
 from ..orbit import AnyOrbit
@@ -106,7 +105,7 @@ class Scene(Part):
     def _check(self) -> Scene:
         if self.solver in SOLVERS_THAT_LEFT:
             text = f"solver: {self.solver} is no longer offered; gauss, to the same tolerance, is used"
-            warnings.warn(text, FutureWarning, stacklevel=2)
+            emit_warning(text, 2, FutureWarning)
         rotations.check_frame(self.frame, also=("TEME",))
         if self.frame == "TEME" and self.epoch is None:
             raise InputError("epoch", None, "an epoch; the axes of TEME are those of a date")

@@ -9,7 +9,6 @@ other torques           arcs of collocation, in steps for the tolerance (`dynami
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -28,7 +27,7 @@ from ..effects.ground import Ground
 from ..effects.impulse import Impulse
 from ..effects.uniform_gravity import UniformGravity
 from ..ephemeris import Ephemeris
-from ..errors import AttitudeWarning, RegimeError, noted
+from ..errors import RegimeError, emit_warning, noted
 from ..frames import rotations
 from ..kernels.solvers.plate_layout import DARK, FULL_STRENGTH, PARTIAL
 from ..problem.initial_state import InitialState
@@ -288,7 +287,7 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
     plan = Plan(text, instants.seconds.size, 0.0, 0.0, answer.error, source, tolerance_span=kept)
     if kept is not None:
         text = integration.outgrown(inputs.problem, kept, answer.error)
-        warnings.warn(text, AttitudeWarning, stacklevel=2)
+        emit_warning(text)
     events = (*switching_events(inputs), *_limit_events(inputs, kept), *impulse_events(inputs.kicks))
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import os
-import warnings
 from functools import partial
 
 import pytest
@@ -14,7 +13,6 @@ from starlette.responses import Response
 from starlette.testclient import TestClient
 
 from service import create_app, metrics
-from service.compute import collect_warnings
 from service.middleware import listed
 from service.settings import Settings
 
@@ -233,15 +231,6 @@ def answers_of_every_kind(document):
     }
 
 
-@pytest.fixture
-def collected():
-    """Warnings go where those of a service go."""
-    with warnings.catch_warnings():
-        collect_warnings()
-        yield
-
-
-@pytest.mark.usefixtures("collected")
 def test_page_from_elsewhere_reads_every_header_that_it_may_need(document):
     seen = set()
     for name, answer in answers_of_every_kind(document).items():
@@ -256,7 +245,6 @@ def test_page_from_elsewhere_reads_every_header_that_it_may_need(document):
 # -- warnings -------------------------------------------------------------------------------------
 
 
-@pytest.mark.usefixtures("collected")
 @pytest.mark.parametrize("changed", [ROUNDED, {"solver": "splitting"}], ids=["rounded", "solver"])
 @pytest.mark.parametrize("path", ["/v1/ephemeris", "/v1/motion", "/v1/plan"])
 def test_answer_has_the_warnings_of_the_library_each_time(client, document, path, changed):

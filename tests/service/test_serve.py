@@ -17,6 +17,7 @@ import pytest
 from asking import wait_until_ready
 from hostile import HOSTILE
 from running import COMMAND, UVICORN, Running, everything
+from uvicorn.config import STARTUP_FAILURE
 
 from attitude.cli import command
 
@@ -176,12 +177,29 @@ def ask_in_turn(running, document, answers, until):
             return
 
 
-def test_named_folder_of_figures_is_made_or_refused_in_one_line():
-    named = os.environ | {"PROMETHEUS_MULTIPROC_DIR": "/proc/none/figures"}
-    ended = subprocess.run(COMMAND, env=named, capture_output=True, text=True, timeout=60, check=False)
+REFUSED = [
+    ("PROMETHEUS_MULTIPROC_DIR", "/proc/none/figures", "a folder that can be written to"),
+    ("ATTITUDE_MAX_SAMPLES", "many", "input should be a valid integer"),
+]
+
+
+@pytest.mark.parametrize("command", [COMMAND, UVICORN], ids=["attitude serve", "uvicorn"])
+@pytest.mark.parametrize(("variable", "value", "words"), REFUSED)
+def test_bad_variable_is_one_line_and_exit_code_2(command, variable, value, words):
+    refused = os.environ | {variable: value}
+    ended = subprocess.run(command, env=refused, capture_output=True, text=True, timeout=60, check=False)
     assert ended.returncode == 2
-    assert ended.stderr.startswith("attitude: PROMETHEUS_MULTIPROC_DIR: a folder that can be written to")
+    assert ended.stderr.startswith(f"attitude: {variable}: {words}")
     assert ended.stderr.count("\n") == 1
+
+
+def test_workers_of_uvicorn_that_cannot_start_end_it():
+    refused = os.environ | {"ATTITUDE_MAX_SAMPLES": "many"}
+    command = [*UVICORN, "--workers", "2"]
+    ended = subprocess.run(command, env=refused, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == STARTUP_FAILURE
+    assert "attitude: ATTITUDE_MAX_SAMPLES: input should be a valid integer" in ended.stderr
+    assert "Traceback" not in ended.stderr
 
 
 def stop_under_load(running, document):

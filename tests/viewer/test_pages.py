@@ -170,7 +170,9 @@ def test_wheel_holds_the_bundle_and_not_what_it_is_built_from(wheel: zipfile.Zip
     assert wheel.read("service/viewer/dist/viewer.js") == (BUNDLE / "viewer.js").read_bytes()
 
 
-@pytest.mark.parametrize("accepted", ["gzip;q=0", "gzip; q=0.0, br", "*;q=0", "identity"])
+@pytest.mark.parametrize(
+    "accepted", ["gzip;q=0", "gzip; q=0.0, br", "gzip; q = 0", "gzip, gzip;q=0", "*;q=0", "identity"]
+)
 def test_page_is_not_packed_for_who_refuses_that(client: TestClient, accepted: str) -> None:
     answer = client.get("/viewer/viewer.js", headers={"accept-encoding": accepted})
     assert "content-encoding" not in answer.headers

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import warnings
 from typing import Any
 
 import numpy as np
 from astropy import units as u
 
 from ... import units
-from ...errors import AttitudeWarning, InputError
+from ...errors import InputError, emit_warning
 from ...kernels.layout import MAX_DRAWS
 from ...rigid_body.body import RigidBody
 from ...runtime import compiled
@@ -119,7 +118,7 @@ class Sampled:
         if widest > MAX_USUAL_RATIO:
             wide = f"{100.0 * widest:g} %, above {100.0 * MAX_USUAL_RATIO:g} %"
             message = f"moments: a relative standard deviation of {wide}: many draws are unphysical"
-            warnings.warn(f"{message}, and are drawn again", AttitudeWarning, stacklevel=3)
+            emit_warning(f"{message}, and are drawn again", 3)
         q, omega = scene.state()
         self._nominal = np.concatenate([self.body.moments, omega, q])
 
