@@ -132,7 +132,7 @@ def negotiated(name: str | None, accept: str) -> Format:
 
 
 def qualities(header: str) -> dict[str, float]:
-    """Weights of the members of Accept or Accept-Encoding (RFC 9110, 12.4.2); of one named twice the least."""
+    """Weights of the members of Accept or Accept-Encoding (RFC 9110, 12.4.2); of twins the least."""
     weights: dict[str, float] = {}
     for member in re.sub(r"[ \t]", "", header.lower()).split(","):
         name, *others = member.split(";")
