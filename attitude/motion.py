@@ -277,7 +277,7 @@ class TorqueFreeMotion:
 
         Notes
         -----
-        Closed form (docs/theory.md, section 12).
+        Closed form (docs/partial-derivatives.md).
         """
         check(threads)
         return self._batch.partials(as_instants(t, self.epoch, threads=threads), inertia, threads)

@@ -4,6 +4,8 @@ import re
 import sys
 from pathlib import Path
 
+from docutils import nodes
+
 import attitude
 from attitude.plot.style import SETTINGS
 
@@ -42,6 +44,7 @@ myst_heading_anchors = 3
 autosummary_generate = True
 numpydoc_show_class_members = False
 autodoc_typehints = "none"
+mathjax4_config = {"output": {"displayOverflow": "linebreak"}}  # formulas wider than the page
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
@@ -122,7 +125,17 @@ def on_include(app, path, name, content):
     content[0] = lead_into_the_site(content[0])
 
 
+def number_long_formulas(app, doctree):
+    """Formulas of several lines are given to MathJax as they are: Sphinx would set them in `split`, where
+    a formula has no number."""
+    for formula in doctree.findall(nodes.math_block):
+        if r"\\" in formula.astext():
+            formula["no-wrap"] = True
+            formula[:] = [nodes.Text(rf"\[{formula.astext()}\]")]
+
+
 def setup(app):
+    app.connect("doctree-read", number_long_formulas)
     app.connect("builder-inited", write_descriptions)
     app.connect("source-read", on_page)
     app.connect("include-read", on_include)

@@ -62,6 +62,13 @@ def test_links_within_the_site_lead_to_pages_and_anchors(site, pages):
     assert broken == []
 
 
+def test_formulas_with_a_number_are_not_set_in_split(site):
+    """MathJax draws an error instead of a `split` that has a number."""
+    formulas = re.findall(r"\\\[(.*?)\\\]", (site / "theory.html").read_text(), flags=re.DOTALL)
+    assert sum(r"\tag{" in formula for formula in formulas) >= 30
+    assert not any(r"\begin{split}" in formula for formula in formulas)
+
+
 def test_no_page_asks_another_host_for_what_it_shows(pages):
     hosts = {
         target

@@ -17,7 +17,7 @@ WINDOW = 15.0  # the argument on a separatrix from where rates only fall, down t
 def flips(motion: TorqueFreeMotion, count: int) -> np.ndarray:
     """(..., count), s: the first instants after the epoch at which that rate changes sign, eq. (E9).
 
-    It is proportional to sn(u), u = u0 + u' t (docs/theory.md, section 2), and sn is zero at every 2K: half a
+    It is proportional to sn(u), u = u0 + u' t (docs/theory.md (8)), and sn is zero at every 2K: half a
     polhode period from one to the next.  Infinite where there are no more: a body at a constant rate has
     none, one on the separatrix one at most.
     """

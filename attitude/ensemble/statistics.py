@@ -1,6 +1,6 @@
 """Statistics of attitudes from sums over bodies: mean, covariance, directions of the body axes.
 
-Equation numbers are those of docs/ensembles.md.
+Equation numbers are those of docs/ensemble-statistics.md.
 """
 
 from __future__ import annotations

@@ -205,7 +205,7 @@ INVARIANTS = np.dtype(
 )
 
 # How partial derivatives are computed: beside a constant rate, by the functions that make the samples, or by
-# these with the changes for needles spun about themselves (docs/theory.md, section 12).
+# these with the changes for needles spun about themselves (docs/partial-derivatives.md).
 CONSTANT_PARTIALS, LONG_ARCS, NEEDLE = range(3)
 # Whether they may leave the range of a double, and so near the middle axis at t = 0 that they do at once.
 MAY_GROW, LOST = 1, 2
@@ -247,7 +247,7 @@ LANE_SERVED = INVARIANTS.itemsize // 8
 LANE_NOMES, LANE_MOMENTS, LANE_RATE, LANE_ATTITUDE, LANE_AXES = (LANE_SERVED + n for n in (1, 4, 10, 13, 17))
 LANE_ROWS = LANE_AXES + 18
 
-# How a gyrostat's samples are computed, and what motion it is (docs/theory.md, section 11).
+# How a gyrostat's samples are computed, and what motion it is (docs/gyrostats.md).
 CIRCLING_SERIES, SWINGING_SERIES, TRANSFORMED_SERIES = range(3)
 CONSTANT, TWO_TURNS, CIRCLING_PATH, SWINGING_PATH, SEPARATRIX_PATH = range(5)
 

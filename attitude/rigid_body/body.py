@@ -53,7 +53,7 @@ class RigidBody:
     Notes
     -----
     Principal moments and axes are kept in two parts (32 digits), since their rounding would grow
-    into a phase error with elapsed time (docs/theory.md, section 10).
+    into a phase error with elapsed time (docs/theory.md, section 9).
     """
 
     def __init__(self, inertia: Any, physical: bool = True):

@@ -19,7 +19,7 @@ FORMS = (
 THETA_FORM = 1  # index of the form that most bodies have
 # Of gyrostats: three times the greatest error measured; for any rotor times the frame's condition number.
 GYROSTAT_BOUND_SOURCE = (
-    "docs/theory.md, section 11: three times the greatest error measured against Taylor series, times the "
+    "docs/gyrostats.md: three times the greatest error measured against Taylor series, times the "
     "condition number of the transformation for a rotor along no principal axis; not proven"
 )
 GYROSTAT_FORMS = (

@@ -16,7 +16,7 @@ from .error_bounds import GYROSTAT_FORMS, gyrostat_form_of, solution
 
 
 class GyrostatBatch(Batch):
-    """Gyrostats with their states at the epoch, and the records of their motion (docs/theory.md, section 11).
+    """Gyrostats with their states at the epoch, and the records of their motion (docs/gyrostats.md).
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class PaperConstants:
     A1, A2 : rad and rad/s, constant and rate in psi(t) = A1 + A2 t - arg Theta
 
     Source: van Zon and Schofield, J. Comput. Phys. 225 (2007) 145, section 3, with omega_p,
-    epsilon, A1 and A2 as docs/theory.md (section 9) derives them from two-part phases.
+    epsilon, A1 and A2 as docs/van-zon-schofield.md derives them from two-part phases.
     """
 
     m: np.ndarray

@@ -29,7 +29,9 @@ WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 
 
 def partials(inputs: SimulationInputs, instants: Instants, inertia: str = "moments") -> Partials:
-    """Partial derivatives at instants of a scene, within about 1e-7 of the largest (docs/theory.md, 12.7).
+    """Partial derivatives at instants of a scene, within about 1e-7 of the largest.
+
+    Central differences of fourth order (docs/partial-derivatives.md, section 7).
 
     Raises
     ------

@@ -228,6 +228,25 @@ def test_refusals_name_the_line(tmp_path, text, said):
         read(tmp_path, text)
 
 
+@pytest.mark.parametrize(
+    ("options", "lines"),
+    [
+        ({"object_id": "2002-009A"}, ["INTERNATIONAL_DESIGNATOR = 2002-009A"]),
+        ({"object_id": "27386"}, ["OBJECT_DESIGNATOR = 27386"]),
+        (
+            {"object_id": "27386", "international_designator": "2002-009A"},
+            ["INTERNATIONAL_DESIGNATOR = 2002-009A", "OBJECT_DESIGNATOR = 27386"],
+        ),
+        ({}, []),
+    ],
+)
+def test_object_is_identified_by_the_keywords_that_an_acm_has(tumbler, tmp_path, options, lines):
+    tumbler.write(tmp_path / "x.acm", **options)
+    metadata = (tmp_path / "x.acm").read_text().partition("META_START\n")[2].splitlines()
+    assert metadata[: metadata.index("TIME_SYSTEM = UTC")] == ["OBJECT_NAME = TUMBLER", *lines]
+    assert len(Ephemeris.read(tmp_path / "x.acm")) == len(tumbler)
+
+
 def test_options_are_checked(tumbler, tmp_path):
     with pytest.raises(InputError, match="body_frame"):
         tumbler.write(tmp_path / "x.acm", body_frame="a\nb")

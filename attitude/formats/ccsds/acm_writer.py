@@ -6,6 +6,7 @@ the variances of attitude and rate (COV) and impulses (MAN, with the momentum af
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -38,14 +39,26 @@ class AcmOptions(MessageOptions):
     """Options of an ACM; InputError for one that a line of the file cannot hold.
 
     object_name : OBJECT_NAME; None for the ephemeris's name
+    object_id : INTERNATIONAL_DESIGNATOR where it is one, such as "2002-009A", else OBJECT_DESIGNATOR (an ACM
+        has no OBJECT_ID); None leaves both out
+    international_designator : INTERNATIONAL_DESIGNATOR, beside which `object_id` is OBJECT_DESIGNATOR
     originator, body_frame : ORIGINATOR, the name of the body's axes
-    international_designator, message_id : None leaves them out
+    message_id : MESSAGE_ID; None leaves it out
     creation_date : CREATION_DATE, UTC; None for now
     rates : whether angular velocities are written; None writes those of an ephemeris that has them
     """
 
+    object_id: str | None = None
     international_designator: str | None = None
     rates: bool | None = None
+
+    def designators(self) -> Pairs:
+        """Keywords of the object besides its name, in the order of the standard (table 5-3)."""
+        international, other = self.international_designator, self.object_id
+        if international is None and re.fullmatch(r"\d{4}-\d{3}[A-Z]{1,3}", other or ""):
+            international, other = other, None
+        pairs = ("INTERNATIONAL_DESIGNATOR", international), ("OBJECT_DESIGNATOR", other)
+        return [(keyword, value) for keyword, value in pairs if value is not None]
 
 
 Options = AcmOptions
@@ -65,10 +78,9 @@ def blocks(samples: Samples, options: AcmOptions, syntax: str) -> Iterator[bytes
     # Time tags are seconds of the time system: those of other scales (TDB, UT1) are not seconds of TAI.
     system = scale if scale in ("utc", "tt") else "tai"
     epoch = getattr(with_ut1(head.epoch), system)
-    designator = options.international_designator
     metadata = [
         ("OBJECT_NAME", options.name_of(head.name)),
-        *([("INTERNATIONAL_DESIGNATOR", designator)] if designator else []),
+        *options.designators(),
         ("TIME_SYSTEM", system.upper()),
         ("EPOCH_TZERO", schema.iso_text(epoch).item().decode()),
     ]

@@ -2,7 +2,7 @@
 
 As in `cayley_klein`, but the attitude is normalised last, since the matrix that takes (alpha, beta) to it
 need not be orthogonal, and the rate is read off the attitude: omega = I^-1 (L gamma - h).  Equations:
-docs/theory.md, section 11.
+docs/gyrostats.md.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Rotors along any axis: the Lorentz transformation to a body with its rotor along axis 3.
 
 The path of X = (gamma, 1) is where the cone X.Q_A.X = 0, Q_A = diag(1, 1, 1, -1), meets a quadric
-X.Q_B.X = 0.  Two eigenvectors of the pencil become axes 1 and 2 (docs/theory.md, section 11.6).
+X.Q_B.X = 0.  Two eigenvectors of the pencil become axes 1 and 2 (docs/gyrostats.md, section 6).
 """
 
 import math

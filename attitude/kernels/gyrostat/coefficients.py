@@ -1,4 +1,4 @@
-"""From the path of the momentum to the two theta functions of the attitude (docs/theory.md, section 11).
+"""From the path of the momentum to the two theta functions of the attitude (docs/gyrostats.md).
 
 The nome p is signed: p < 0 where the other two ends of the path's quartic are complex or interlace.
 """

@@ -1,6 +1,6 @@
 """The closed path of the momentum in a body with a rotor along axis 3: labels, ends, moduli.
 
-Two families (docs/theory.md, section 11): CIRCLING, where gamma goes round axis 3, and SWINGING, where it
+Two families (docs/gyrostats.md): CIRCLING, where gamma goes round axis 3, and SWINGING, where it
 stays on one side of it.  Every number is formed without cancellation from the conserved ones.
 """
 

@@ -1,1 +1,1 @@
-"""Partial derivatives of free rotation by its initial state and inertia (docs/theory.md, section 12)."""
+"""Partial derivatives of free rotation by its initial state and inertia (docs/partial-derivatives.md)."""

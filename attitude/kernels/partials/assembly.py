@@ -1,4 +1,4 @@
-"""Partial derivatives along the body's axes, of each body at each instant (docs/theory.md, section 12)."""
+"""Partial derivatives along the body's axes, of each body at each instant (docs/partial-derivatives.md)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Partial derivatives beside a constant rate, with axis 3 along the momentum (docs/theory.md, section 12)."""
+"""Partial derivatives beside a constant rate, axis 3 along the momentum (docs/partial-derivatives.md)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Samples with the integrals of squares of Jacobi's functions; equations of docs/theory.md, section 12.
+"""Samples with the integrals of squares of Jacobi's functions; equations of docs/partial-derivatives.md.
 
 The integrals of cn^2, sn^2, dn^2, cd^2, sd^2 and nd^2 from t = 0 are combinations of u and of one more
 function: Jacobi's zeta, or the two functions that the modular transform makes of it.

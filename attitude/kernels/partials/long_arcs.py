@@ -1,4 +1,4 @@
-"""Partial derivatives along axes 1, 2, 3 where the rate is not constant (docs/theory.md, section 12).
+"""Partial derivatives along axes 1, 2, 3 where the rate is not constant (docs/partial-derivatives.md).
 
 Vectors over or times A1: g/A1, gamma'/A1, A1 chi, A1 X, A1 F, eps/A1, so that no amplitude is squared.
 """

@@ -1,7 +1,7 @@
 """Partial derivatives over arcs in which the momentum hardly moves in the body: Gauss's quadrature.
 
 Over abs(u) < 1/2 the differences of the closed form cancel; they are integrals of smooth functions
-(docs/theory.md, section 12).  Scaled by A1 as in `long_arcs`.
+(docs/partial-derivatives.md).  Scaled by A1 as in `long_arcs`.
 """
 
 from ..cayley_klein import (

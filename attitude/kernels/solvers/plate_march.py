@@ -1,7 +1,7 @@
 """Motion of a body of flat plates, in arcs that end where a plate turns its edge to a source.
 
 Within an arc the set of lit plates is fixed and everything is analytic.  The arc is solved by Gauss's
-collocation of eight nodes around the rotation of the nearest symmetric body ((T7) and (T8) of
+collocation of eight nodes around the rotation of the nearest symmetric body ((T4) and (T5) of
 docs/torques.md); the first edge within it is found on the polynomials of the directions, the arc is solved
 again up to there, and the plate changes sides.  docs/torques.md, section 5.
 """
