@@ -44,7 +44,7 @@ myst_heading_anchors = 3
 autosummary_generate = True
 numpydoc_show_class_members = False
 autodoc_typehints = "none"
-mathjax4_config = {"output": {"displayOverflow": "linebreak"}}  # formulas wider than the page
+mathjax3_config = {"chtml": {"scale": 0.92}}  # as large as the text, by its capitals
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
