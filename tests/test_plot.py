@@ -1,14 +1,17 @@
 """Pictures of ephemerides: what is in them, by the text and the marks of an SVG."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from attitude import AttitudeError, Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
+from attitude.cli import command
 from attitude.plot import choices, curves, timeline
 from attitude.plot.drop import LABEL_WIDTH, apart
 from attitude.plot.drop import picture as drop_picture
+from attitude.plot.style import AXIS_COLOURS
 from attitude.scene.simulation import compared
 from tests.effects.scenes import effect, quantity, scene
 
@@ -181,6 +184,38 @@ def test_plotted_polhode_is_the_body_rate():
     assert np.array_equal(
         np.stack(line.get_data_3d(), axis=1), free(np.linspace(0, 20, 200)).angular_velocity
     )
+
+
+def test_every_column_of_a_request_is_a_line():
+    document = Scene.builtin("toutatis").document() | {
+        "uncertainty": {"attitude": quantity([1, 1, 1], "deg")}
+    }
+    (panel,) = Scene.model_validate(document).run().plot("attitude_covariance").subfigs[0].axes
+    assert len(panel.get_lines()) == 6
+    assert len({line.get_color() for line in panel.get_lines()}) == 6
+
+
+def test_components_have_the_colours_of_their_axes():
+    attitude, rate = Scene.builtin("toutatis").run().plot().subfigs[0].axes
+    colours = [[line.get_color() for line in axes.get_lines()] for axes in (attitude, rate)]
+    assert colours[0][1:] == colours[1] == list(AXIS_COLOURS.values())
+
+
+def test_short_axis_of_a_polhode_has_one_tick():
+    (axes,) = Scene.builtin("toutatis").run().plot("polhode").subfigs[0].axes
+    assert len(axes.zaxis.get_ticklocs()) == 1
+    assert len(axes.xaxis.get_ticklocs()) > 2
+
+
+def test_file_of_attitudes_beside_one_of_an_orbit_is_drawn_as_their_scene(tmp_path, monkeypatch):
+    path = str(Path(__file__).parents[1] / "docs" / "examples" / "satellite.oem")
+    scene = Scene.load(Scene.load("envisat").document() | {"orbit": {"file": path}, "effects": []})
+    monkeypatch.chdir(tmp_path)
+    what = "ground-track,angle:z:nadir"
+    scene.run().write("envisat.csv")
+    command.main(["plot", "envisat.csv", "--orbit", path, "--what", what, "-o", "file.svg"])
+    expected = timeline.picture(scene.run(), "svg", what.split(","))
+    assert Path("file.svg").read_bytes() == expected
 
 
 def test_unknown_name_and_missing_orbit_are_refused_by_name():

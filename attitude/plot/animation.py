@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from ..errors import AttitudeError, FormatError, InputError
 from ..runtime import output_paths
 from ..samples.ephemeris_data import EphemerisData
-from .style import BLACK, BLUE, GREEN, RED, SETTINGS, time_unit
+from .curves import line_style, name_axes
+from .style import AXIS_COLOURS, BLACK, SETTINGS, time_unit
 
 SIZE = 9.0, 4.6  # inches
 FRAMES_A_SECOND = 20
@@ -68,13 +69,15 @@ def _prepare(figure: Figure, data: EphemerisData) -> Any:
     space.set(xticks=[-1, 0, 1], yticks=[-1, 0, 1], zticks=[-1, 0, 1])
     space.set_aspect("equal")
     box = [space.plot([], [], [], color="0.35", linewidth=1.2)[0] for _ in EDGES]
-    axes = [space.plot([], [], [], color=colour, linewidth=2.0)[0] for colour in (RED, GREEN, BLUE)]
+    axes = [space.plot([], [], [], color=colour, linewidth=2.0)[0] for colour in AXIS_COLOURS.values()]
+    names = [space.text(0, 0, 0, name, color=colour) for name, colour in AXIS_COLOURS.items()]
     corners = CORNERS * _half_sides(data)
     dot: Any = None  # that moves along the path of the angular velocity in the body
     if data.has_rate:
         panel: Any = figure.add_subplot(1, 2, 2, projection="3d")
-        panel.plot(*data.angular_velocity.T, color="0.75", linewidth=0.8)
-        panel.set_title("angular velocity in the body, rad/s")
+        panel.plot(*data.angular_velocity.T, color="0.6", **line_style(data))
+        panel.set_title("polhode: angular velocity, rad/s")
+        name_axes(panel)
         dot = panel.plot([], [], [], "o", color=BLACK, markersize=5)[0]
     unit, size = time_unit(data.elapsed)
     rotations = data.rotation
@@ -85,10 +88,12 @@ def _prepare(figure: Figure, data: EphemerisData) -> Any:
             line.set_data_3d(*turned[list(edge)].T)
         for line, end in zip(axes, rotations[i].as_matrix().T, strict=True):
             line.set_data_3d(*np.stack([np.zeros(3), 0.95 * end], axis=1))
+        for name, end in zip(names, rotations[i].as_matrix().T, strict=True):
+            name.set_position_3d(1.05 * end)
         if dot is not None:
             dot.set_data_3d(*data.angular_velocity[i : i + 1].T)
         space.set_title(f"{data.elapsed[i] / size:.4g} {unit}")
-        return [*box, *axes]
+        return [*box, *axes, *names]
 
     return update
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -16,6 +17,7 @@ from .curves import CURVES
 
 # Short names of columns.
 SHORT = {"rates": "angular_velocity", "euler": "euler:ZYX", "momentum": "angular_momentum"}
+UNIT = re.compile(r"_(deg|rad)(2|_s|2_s2)?$")  # at the end of a column's name
 ANGLES = tuple(f"angle:z:{target}" for target in ("sun", "earth", "velocity", "momentum"))
 NAMES = (*SHORT, "angles", "energy", *CURVES, *REQUESTS)
 
@@ -60,7 +62,7 @@ def panels(data: EphemerisData, names: Sequence[str]) -> Iterator[TimelinePanel]
     """
     for name in names:
         if name == "energy":
-            yield TimelinePanel("kinetic energy, J", ("energy",), data.kinetic_energy[:, None])
+            yield TimelinePanel("kinetic energy, J", ("",), data.kinetic_energy[:, None])
         elif name == "angles":
             yield from _known_angles(data)
         else:
@@ -70,10 +72,9 @@ def panels(data: EphemerisData, names: Sequence[str]) -> Iterator[TimelinePanel]
 def _columns(data: EphemerisData, request: str) -> Iterator[TimelinePanel]:
     for column in vectors(replace(data, columns=(request,))):
         title = column.label.replace("_", " ") + (f", {column.unit}" if column.unit else "")
-        # of a line without what the title says: "euler_zyx_1_deg" is "1"
-        short = [name.removeprefix(f"{column.label}_").removesuffix("_deg") for name in column.names]
-        lines = (one.removesuffix("_rad_s") or name for one, name in zip(short, column.names, strict=True))
-        yield TimelinePanel(title, tuple(lines), column.values)
+        # of a line without what the title says: "euler_zyx_1_deg" is "1"; of one line alone, nothing
+        lines = tuple(UNIT.sub("", name.removeprefix(f"{column.label}_")) or name for name in column.names)
+        yield TimelinePanel(title, lines if len(lines) > 1 else ("",), column.values)
 
 
 def _known_angles(data: EphemerisData) -> Iterator[TimelinePanel]:

@@ -31,8 +31,8 @@ def polhode(data: EphemerisData, figure: Any) -> None:
     rate = data.angular_velocity
     axes.plot(*rate.T, color=BLUE, **line_style(data))
     axes.plot(*rate[:1].T, "o", color=BLACK, markersize=4)
-    _name_axes(axes, "angular velocity, rad/s")
-    axes.set_title("polhode: the angular velocity in the body")
+    name_axes(axes)
+    axes.set_title("polhode: the angular velocity in the body, rad/s")
 
 
 def momentum_sphere(data: EphemerisData, figure: Any) -> None:
@@ -47,7 +47,7 @@ def momentum_sphere(data: EphemerisData, figure: Any) -> None:
         axes.plot(*np.roll(circle, turn, axis=0), color="0.8", linewidth=0.8)
     axes.plot(*direction.T, color=RED, **line_style(data))
     axes.plot(*direction[:1].T, "o", color=BLACK, markersize=4)
-    _name_axes(axes, "direction")
+    name_axes(axes)
     axes.set_title("the angular momentum's direction in the body")
 
 
@@ -87,11 +87,18 @@ def _ground_ellipses(data: EphemerisData, axes: Any) -> None:
     axes.legend(loc="upper right")
 
 
-def _name_axes(axes: Any, quantity: str) -> None:
-    axes.set(xlabel=f"{quantity}: x", ylabel="y", zlabel="z")
+def name_axes(axes: Any) -> None:
+    """Name the axes of a picture in space, with few ticks along short ones, whose labels would meet."""
+    axes.set(xlabel="x", ylabel="y", zlabel="z")
     axes.set_aspect("equal")
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.set_major_locator(MaxNLocator(4))
+    limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    spans, middles = np.ptp(limits, axis=1), limits.mean(axis=1)
+    for axis, span, middle in zip((axes.xaxis, axes.yaxis, axes.zaxis), spans, middles, strict=True):
+        if span < 0.2 * spans.max():
+            axis.set_ticks([middle], [f"{middle:.4g}"])
+        else:
+            axis.set_major_locator(MaxNLocator(1 + round(3 * span / spans.max())))
+        axis.labelpad = 8.0
 
 
 CURVES: dict[str, Callable[[EphemerisData, Any], None]] = {

@@ -14,7 +14,7 @@ from ..frames.rotations import TURNING_FRAMES
 from . import choices, spread
 from .choices import TimelinePanel
 from .curves import CURVES, line_style
-from .style import BLACK, BLUE, DASHED, GREEN, RED, drawn, figure_of, time_label, time_unit
+from .style import DASHED, RED, drawn, figure_of, line_colours, time_label, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -119,10 +119,10 @@ def draw(ephemeris: EphemerisData, panels: list[TimelinePanel], figure: Any) -> 
     style = line_style(ephemeris)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, panel in zip(rows, panels, strict=True):
-        for i, (name, colour) in enumerate(zip(panel.names, (BLACK, RED, BLUE, GREEN), strict=False)):
+        for i, (name, colour) in enumerate(zip(panel.names, line_colours(len(panel.names)), strict=True)):
             axes.plot(seconds / size, panel.values[order, i], color=colour, label=name, **style)
         draw_bands(axes, seconds / size, panel, order, "marker" in style)
-        if len(panel.names) > 1 or panel.names[0] not in panel.title.split():
+        if any(panel.names):
             legend = axes.legend(
                 loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4
             )

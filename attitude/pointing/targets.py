@@ -110,7 +110,9 @@ def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def orbit_state(data: EphemerisData) -> tuple[np.ndarray, np.ndarray]:
     """Position (..., 3), m, and inertial velocity, m/s, of the orbit, along the axes of the frame."""
     if data.orbit is None:
-        raise RegimeError("orbit: this ephemeris is of no scene that has an orbit")
+        raise RegimeError(
+            "orbit: this ephemeris is of no scene that has an orbit (`attitude plot --orbit FILE` adds one)"
+        )
     vectors = data.orbit.state(data.instants.flattened())
     return _in_frame(data, vectors[0], data.orbit.frame), _in_frame(data, vectors[1], data.orbit.frame)
 

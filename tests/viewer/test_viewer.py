@@ -608,6 +608,17 @@ def test_chosen_columns_are_plotted_as_the_library_has_them(visit):
     page.locator(".panel", has_text="nadir").wait_for(state="detached")
 
 
+def test_right_ascension_and_declination_are_two_lines(visit):
+    page = visit.open("toutatis")
+    add_plot(page, "radec", "-y")
+    page.locator(".panel", has_text="Right ascension and declination of body -y").locator("canvas").wait_for()
+    page.focus("#time")
+    page.keyboard.press("Home")
+    sky = Scene.builtin("toutatis").run().sky_coord("-y")[0]
+    assert values(page, 4) == pytest.approx([sky.ra.deg, sky.dec.deg], rel=1e-4)
+    page.click("text=Remove")
+
+
 def test_column_that_the_scene_cannot_have_says_why(visit):
     page = visit.open("toutatis")
     add_plot(page, "angle", "z", "earth")

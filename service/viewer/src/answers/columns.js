@@ -26,8 +26,9 @@ async function asked(text, names, signal) {
 export function picked(columns, names) {
   const order = inOrder(columns.elapsed_s);
   const entries = names.map((name) => {
-    const start = `${name.toLowerCase().replaceAll(":-", ":minus_").replaceAll(":", "_")}_`;
-    const labels = Object.keys(columns).filter((label) => label.startsWith(start));
+    const stem = name.toLowerCase().replaceAll(":-", ":minus_").replaceAll(":", "_");
+    const starts = stem.startsWith("radec_") ? ["ra_", "dec_"].map((start) => stem.replace("radec_", start)) : [stem];
+    const labels = Object.keys(columns).filter((label) => starts.some((start) => label.startsWith(`${start}_`)));
     return [name, { labels: labels.map(words), data: labels.map((label) => order.map((i) => columns[label][i])) }];
   });
   return Object.fromEntries(entries);

@@ -12,7 +12,9 @@ const KINDS = {
   direction: { words: "Direction of a body axis", choices: [AXES], title: (axis) => `Direction of body ${axis}, inertial components`, sigma: true },
   direction_sigma: { words: "1 sigma of a body axis's direction", choices: [AXES], title: (axis) => `1 sigma of the direction of body ${axis}` },
   attitude_sigma: { words: "1 sigma of the attitude", choices: [], title: () => "1 sigma of the attitude, about the body axes" },
+  radec: { words: "Right ascension and declination of a body axis", choices: [AXES], title: (axis) => `Right ascension and declination of body ${axis}` },
   euler: { words: "Euler angles", choices: [SEQUENCES], title: (sequence) => `Euler angles, ${sequence}` },
+  euler_sigma: { words: "1 sigma of Euler angles", choices: [SEQUENCES], title: (sequence) => `1 sigma of Euler angles, ${sequence}` },
   spin: { words: "Spin axis, nutation and phase", choices: [], title: () => "Spin" },
 };
 
