@@ -196,7 +196,7 @@ def from_matrix(matrix: np.ndarray) -> np.ndarray:
         products[..., 0, 1 + i] = products[..., 1 + i, 0] = skew
         products[..., 1 + i, 1 + j] = products[..., 1 + j, 1 + i] = symmetric
     largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
-    q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
+    q = products[np.arange(4) == largest[..., None]].reshape(*largest.shape, 4)
     return q / np.sqrt((q * q).sum(axis=-1, keepdims=True))
 
 

@@ -50,7 +50,7 @@ from ..layout import (
 )
 from ..phase import ROUND, sine_cosine
 from ..rotation import PER_TURN, product, rotated, rotated_back
-from ..vectors import cross, dot, scaled
+from ..vectors import add_scaled, cross, dot, scaled
 from .dense_output import copied, excesses, later, momentum_of, start_of, time_of, write, write_between
 from .node_vectors import integrate
 from .orbit_path import places_and_speeds
@@ -297,7 +297,7 @@ def _excess(m, axial, constants):
 
 @inlined
 def _turns(start, h, own, work):
-    """Changes of the departure of the attitude."""
+    """Changes of the departure of the attitude: (0, a) p + p (0, b), a across the momentum, b of the body."""
     body, symmetric = own[0], own[1]
     p0, _, axial, across, _, _ = start
     constants = excesses(body), three(body, INVERSES), three(body, ROTORS), body[ALPHA]
@@ -312,15 +312,10 @@ def _turns(start, h, own, work):
             w = _excess(three_at(work, MOMENT, i), axial, constants)
             w = turned_by(work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i], w)
         cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
-        outer = scaled(half * across, turned_by(cosine, -sine, three_at(work, STAGE + 4, i)))
-        left = product((0.0, outer[0], outer[1], outer[2]), p)
-        right = product(p, (0.0, half * w[0], half * w[1], half * w[2]))
-        put_four(
-            work,
-            SLOPE,
-            i,
-            (left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]),
-        )
+        a = scaled(half * across, turned_by(cosine, -sine, three_at(work, STAGE + 4, i)))
+        sums, differences, u = add_scaled(a, half, w), add_scaled(a, -half, w), (p[1], p[2], p[3])
+        x, y, z = add_scaled(cross(differences, u), p[0], sums)
+        put_four(work, SLOPE, i, (-dot(sums, u), x, y, z))
 
 
 @routine
