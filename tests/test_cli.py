@@ -182,6 +182,18 @@ def test_time_left_of_a_resumed_run_counts_from_where_it_resumed(capsys, monkeyp
     assert " 75% |" in capsys.readouterr().err.rpartition("00:20 left")[0]
 
 
+def test_progress_is_drawn_on_a_terminal_that_reports_no_size(monkeypatch):
+    ours, theirs = os.openpty()  # of 0 columns and rows
+    os.set_blocking(ours, False)
+    with open(theirs, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        with console.progress_bar(argparse.Namespace(quiet=False)) as progress:
+            progress(0.5)
+        terminal.flush()
+        assert b" 50% |" in os.read(ours, 4096)
+    os.close(ours)
+
+
 def test_quiet_run_says_nothing(answer, tmp_path):
     assert answer("run", "toutatis", "-q", "-o", tmp_path / "out.csv", terminal=True) == (0, b"", "")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -64,7 +65,15 @@ def progress_bar(options: Namespace) -> Iterator[Callable[[float], None] | None]
             if fraction >= 1.0:
                 return
             form = "{percentage:3.0f}% |{bar:30}| {rate_fmt}, {remaining} left"
-            look = {"unit": "%", "bar_format": form, "leave": False, "miniters": 0}
+            columns, rows = shutil.get_terminal_size()  # 80 and 24 of a terminal that says neither
+            look = {
+                "unit": "%",
+                "bar_format": form,
+                "leave": False,
+                "miniters": 0,
+                "ncols": columns,
+                "nrows": rows,
+            }
             bar = tqdm(total=100.0, initial=100.0 * fraction, file=sys.stderr, **look)
         bar.update(100.0 * fraction - bar.n)
 

@@ -24,7 +24,7 @@ SETTINGS = {
     "svg.hashsalt": "attitude",  # the same scene makes the same file
 }
 RED, BLUE, GREEN, BLACK = "#d55e00", "#0072b2", "#009e73", "#000000"
-AXIS_COLOURS = dict(zip("xyz", (RED, BLUE, GREEN), strict=True))
+AXIS_COLOURS = dict(zip("xyz", (RED, GREEN, BLUE), strict=True))  # as the viewer has them
 MORE_COLOURS = ("#cc79a7", "#8c6d00", "#56b4e9", "#666666", "#7f3c8d")
 DASHED = (0, (4, 2))
 CIRCLES = {"linestyle": "none", "marker": "o", "markerfacecolor": "none"}

@@ -17,7 +17,7 @@ free = scene.motion().at(with_ground.elapsed)
 contact = next(event for event in with_ground.events if event.kind == "contact")
 
 figure, axes = plt.subplots(figsize=(8.0, 4.2), layout="constrained")
-for k, (name, colour) in enumerate(zip("wxyz", ("#000000", "#d55e00", "#0072b2", "#009e73"), strict=True)):
+for k, (name, colour) in enumerate(zip("wxyz", ("#000000", "#d55e00", "#009e73", "#0072b2"), strict=True)):
     axes.plot(with_ground.elapsed, with_ground.quaternion("wxyz")[:, k], color=colour, label=f"q_{name}")
     axes.plot(free.elapsed, free.quaternion("wxyz")[:, k], "--", color=colour, linewidth=0.8)
 axes.axvline(contact.seconds, color="0.4", linestyle=":")

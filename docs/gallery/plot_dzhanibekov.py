@@ -17,7 +17,7 @@ ephemeris = motion.at(np.linspace(0.0, 240.0, 4001))
 print(f"{motion.regime}, period of the flips {motion.polhode_period / 2:.3f} s")
 
 figure, (top, bottom) = plt.subplots(2, 1, figsize=(8.0, 5.0), sharex=True, layout="constrained")
-for k, colour in enumerate(("#000000", "#d55e00", "#0072b2")):
+for k, colour in enumerate(("#d55e00", "#009e73", "#0072b2")):
     top.plot(ephemeris.elapsed, ephemeris.angular_velocity[:, k], color=colour, label="xyz"[k])
 top.set_ylabel("body rate, rad/s")
 top.legend(title="axis", loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -20,7 +20,7 @@ figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.2), sharey=True, layo
 for axes, start in ((left, "1992-12-01"), (right, "2026-11-21")):
     days = np.linspace(0.0, 20.0, 2000)
     ephemeris = motion.at(Time(start, scale="tdb") + days * u.day)
-    for axis, colour in zip("xyz", ("#000000", "#d55e00", "#0072b2"), strict=True):
+    for axis, colour in zip("xyz", ("#d55e00", "#009e73", "#0072b2"), strict=True):
         axes.plot(days, ephemeris.direction(axis)[:, 2], color=colour, label=f"{axis} axis")
     axes.set(xlabel=f"days from {start}", ylim=(-1.05, 1.05))
 left.set_ylabel("component along the ecliptic pole")

@@ -35,7 +35,7 @@ apart = np.rad2deg(result.residuals[0].sizes)
 figure, (top, bottom) = plt.subplots(2, 1, figsize=(8.0, 6.0), sharex=True, layout="constrained")
 top.bar(days, apart, width=0.25, color="0.4")
 top.set(ylabel="residual of the attitude, deg", title=f"rms {np.sqrt(np.mean(apart**2)):.2f} deg")
-for k, colour in enumerate(("#000000", "#d55e00", "#0072b2")):
+for k, colour in enumerate(("#d55e00", "#009e73", "#0072b2")):
     bottom.plot(dense, foretold[:, k], color=colour, linewidth=1.0, label="xyz"[k])
     bottom.plot(days, np.rad2deg(np.asarray(rates.rate)[:, k]) * 86400.0, "o", color=colour, markersize=4)
 bottom.set(xlabel="days from 1992-12-10T17:20 UTC", ylabel="rate, deg/d (dots: radar)")
