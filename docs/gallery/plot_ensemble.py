@@ -20,7 +20,7 @@ days = np.linspace(0.0, 40.0, 401)
 statistics = bodies.statistics(days * 86400.0)
 
 figure, axes = plt.subplots(figsize=(8.0, 4.0), layout="constrained")
-for k, colour in enumerate(("#000000", "#d55e00", "#0072b2")):
+for k, colour in enumerate(("#d55e00", "#009e73", "#0072b2")):
     axes.plot(days, np.rad2deg(statistics.deviation[:, k]), color=colour, label=f"{'xyz'[k]} axis")
 axes.set(xlabel="days", ylabel="standard deviation, deg", title="spread of the direction of each body axis")
 axes.legend()
