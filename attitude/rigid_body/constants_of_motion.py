@@ -100,6 +100,11 @@ class Batch:
         """Turns/s of the fastest phase of all bodies; None where their records are not cached."""
         return None if self._cached is None else max_phase_rate(self._cached)
 
+    def _refuse_too_far(self, records: np.ndarray, instants: Instants) -> None:
+        """Raise ToleranceError for an instant too far from the epoch for one of these bodies."""
+        fastest = max_phase_rate(records) if self._max_phase_rate is None else self._max_phase_rate
+        refuse_too_far(fastest, instants.max_abs_seconds)
+
     def fields(self, *names: str) -> np.ndarray:
         """The named fields of all records, as a structured array of the batch's shape."""
         if self._cached is not None:
@@ -143,8 +148,7 @@ class Batch:
         def sample_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
             for index, records in self.blocks(first_body, last_body):
-                fastest = max_phase_rate(records) if self._max_phase_rate is None else self._max_phase_rate
-                refuse_too_far(fastest, instants.max_abs_seconds)
+                self._refuse_too_far(records, instants)
                 self._sample_records(records, seconds, low, q, w, index, first, last)
 
         run(sample_share, self._shares(seconds.size, threads))
@@ -197,21 +201,20 @@ class Batch:
         check_inertia(inertia)
         flat = instants.flattened()
         seconds, low = flat.seconds, flat.seconds_low
-        out = np.empty((6, 12, self.size, seconds.size))
+        out = np.empty((self.size, 6, 12, seconds.size))
         columns, scheme = (3 if inertia == "moments" else 6), quadrature()
 
         def compute_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
-            space = scheme, np.empty((9, 8)), np.zeros((9, 9)), np.zeros(72 * 64)
+            of_partials = np.empty(1, layout.PARTIALS)
+            numbers = of_partials.view(np.float64).reshape(1, -1)
+            space = of_partials, numbers, scheme, np.empty((9, 8)), np.zeros((9, 9)), np.zeros(72 * 64)
             for index, records in self.blocks(first_body, last_body):
-                refuse_too_far(max_phase_rate(records), instants.max_abs_seconds)
+                self._refuse_too_far(records, instants)
                 states = self._states(index, index + len(records))
                 _tensors, moments, axes, rates, _attitudes = with_tensors(states)
-                of_partials = np.zeros(len(records), layout.PARTIALS)
                 window = np.array([index, first, last, columns, 0])
-                compiled.partials(
-                    records, seconds, low, out, window, moments, axes, rates, of_partials, *space
-                )
+                compiled.partials(records, seconds, low, out, window, moments, axes, rates, *space)
                 if window[4]:
                     text = (
                         "partials: beyond the range of a double: they grow exponentially on the separatrix, "
@@ -220,8 +223,9 @@ class Batch:
                     raise RegimeError(text)
 
         run(compute_share, self._shares(seconds.size, threads))
-        shape = self.shape + instants.shape
-        return Partials(np.moveaxis(out.reshape(6, 12, *shape), (0, 1), (-2, -1)), inertia)
+        matrix = out.reshape(*self.shape, 6, 12, *instants.shape)
+        bodies = len(self.shape)
+        return Partials(np.moveaxis(matrix, (bodies, bodies + 1), (-2, -1)), inertia)
 
     def _states(self, first: int, last: int) -> BodyStates:
         """Tensors, two-part moments and axes, rates and attitudes of bodies by their flat index."""

@@ -101,7 +101,7 @@ theta_invariants = Kernel("lanes.theta_invariants", *(f"d3.{axes}.d2.d2.d2.i1.d1
 sample = Kernel("cayley_klein.sample", *(f"r1.d1.{outputs}.i.i.i" for outputs in SAMPLES))
 partials = Kernel(
     "partials.assembly.partials",
-    *(f"r1.d1.{low}.d4.i1.d3.d4.d2.p1.d2.d2.d2.d1" for low in ("d1", "n")),
+    *(f"r1.d1.{low}.d4.i1.d3.d4.d2.p1.d2.d2.d2.d2.d1" for low in ("d1", "n")),
 )
 azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
 gyrostats = Kernel("gyrostat.record.gyrostats", "d3.d3.d4.d2.d2.d2.g1.d2.d1.d2.d2.d2")

@@ -77,6 +77,12 @@ def test_toutatis_with_rates_and_without_outlying_rows(radar):
     assert result.sigma[6:8] == pytest.approx([0.070, 0.068], abs=6e-4)
 
 
+def test_published_state_of_toutatis_misses_2008_without_torques():
+    later = Scene.load("toutatis").motion().at(Time("2008-11-23T10:45:00", scale="utc"))
+    seen = Rotation.from_euler("ZXZ", [86.2, 85.0, 0.3], degrees=True)
+    assert (later.rotation.inv() * seen).magnitude() / DEG == pytest.approx(131.0, abs=0.1)
+
+
 def test_outlying_rates_of_toutatis_are_named(radar):
     with pytest.warns(AttitudeWarning, match=r"outliers: rates\[12\], 1992-12-14.*and 1 more; a robust loss"):
         result = fit(radar, absolute_sigma=False, epoch=EPOCH)

@@ -7,7 +7,7 @@ from ..layout import CONSTANT_PARTIALS, LONG_ARCS, LOST, THETA
 from ..vectors import add_scaled, cross, unit_vector
 from .blocks import BLOCK, PITCH, ROWS
 from .constant_spin import constant_block, rest_block
-from .long_arcs import long_arc
+from .long_arcs import needle_arc
 from .long_blocks import long_block
 from .partial_record import partial_record
 from .short_arcs import SHORT, short_arc
@@ -21,19 +21,21 @@ def partials(bodies, t, t_low, out, window, *space):
     ----------
     bodies : (n,) of INVARIANTS
     t, t_low : (k,), s; elapsed time in two parts, t_low None where it is zero
-    out : (6, 12, m, k), written: rows small rotation (rad) and body rate (rad/s), body axes; columns
+    out : (m, 6, 12, k), written: rows small rotation (rad) and body rate (rad/s), body axes; columns
         initial attitude, initial rate, and three moments and three axis angles, or six elements of the tensor
     window : (5,), row of the first body in `out`, first and last instant; 3 for moments and angles, 6 for
         the tensor; and, written where a derivative is beyond a double, 1
-    space : moments, axes, rates as of `invariants.invariants`; (n,) of PARTIALS, zeros, written; (10, 8)
-        quadrature of 8 nodes: nodes, weights, integrals up to each; (9, 8), (9, 9) scratch; (ROWS * BLOCK,)
-        zeros, scratch
+    space : moments, axes, rates as of `invariants.invariants`; (1,) of PARTIALS, and the same as (1, f)
+        numbers, scratch; (10, 8) quadrature of 8 nodes: nodes, weights, integrals up to each; (9, 8), (9, 9)
+        scratch; (ROWS * BLOCK,) zeros, scratch
     """
-    moments, axes, rates, records, scheme, work, columns, rows = space
+    moments, axes, rates, records, numbers, scheme, work, columns, rows = space
     scratch = scheme, work, columns, rows
     inertia_columns = window[3]
     for b in range(bodies.shape[0]):
-        body, record, place = bodies[b], records[b], window[0] + b
+        body, record, place = bodies[b], records[0], window[0] + b
+        for i in range(numbers.shape[1]):
+            numbers[0, i] = 0.0
         partial_record((moments[b], axes[b], rates[b]), body, inertia_columns, record)
         shortest = SHORT / max(abs(record.u_rate * record.momentum), 1e-300)
         for first in range(window[1], window[2], BLOCK):
@@ -76,7 +78,7 @@ def one(body, record, instant, i, scratch, inertia_columns):
     if abs(record.u_rate * record.momentum * t) < SHORT:
         C, gamma = short_arc(body, record, scheme, t, low, work, columns)
     else:
-        C, gamma = long_arc(body, record, t, low, columns)
+        C, gamma = needle_arc(body, record, t, low, columns)
     write_state_columns(record, C, columns, i, rows)
     write_inertia_columns(record, inertia_columns, columns, i, rows)
     if inertia_columns == 3:
@@ -95,12 +97,12 @@ def is_finite(rows, count):
 
 @routine
 def copy_block(rows, window, place, out):
-    """Rows of the block to `out`, (6, 12, m, k)."""
+    """Rows of the block to `out`, (m, 6, 12, k)."""
     first, last = window
     for r in range(6):
         for c in range(12):
             for i in range(np.uint64(last - first)):
-                out[r, c, place, np.uint64(first) + i] = rows[np.uint64(12 * r + c) * PITCH + i]
+                out[place, r, c, np.uint64(first) + i] = rows[np.uint64(12 * r + c) * PITCH + i]
 
 
 @routine

@@ -7,11 +7,10 @@ import math
 
 from ..doubledouble import pair, two_sum
 from ..intrinsics import fma, inlined, routine
-from ..layout import NEEDLE, THETA
 from ..phase import argument, phase, sine_cosine
 from ..rotation import conjugate, product
 from ..vectors import add_scaled, cross, dot, scaled, unit_vector
-from .integrals import theta_integrals, theta_now, transformed_integrals, transformed_now
+from .integrals import theta_integrals, theta_now
 
 # Columns: momenta along axes 1, 2, 3, each of L; then the elements 11, 22, 33, 12, 13, 23 of the inertia.
 # Rows of `columns`, by column: small rotation (3), momentum over L (3), rate over L (3).
@@ -170,24 +169,19 @@ def add_change_of_inertia(columns, record, gamma):
 
 
 @routine
-def long_arc(body, record, t, t_low, columns):
-    """Write the nine columns at t; returns C as three rows and gamma."""
+def needle_arc(body, record, t, t_low, columns):
+    """Write the nine columns at t of a needle that spins about itself; returns C as three rows and gamma.
+
+    Without what is particular to it, terms I omega/L times as large would cancel.
+    """
     tau = record.momentum * t
-    u = record.u_rate * tau
-    if body.route == THETA:
-        q, hat, now = theta_now(body, record, t, t_low)
-        integrals = theta_integrals(body, record, u, now)
-        momenta, F, R, eps = functionals(body, record, tau, hat, integrals, None)
-    else:
-        q, hat, now = transformed_now(body, record, t, t_low)
-        integrals = transformed_integrals(body, record, u, now)
-        momenta, F, R, eps = functionals(body, record, tau, hat, integrals, 1)
-    growth = now[3]
-    C = matrix_of(*turn_since_start(record, q))
-    vectors = vectors_along(body, record, hat)
+    q, hat, now = theta_now(body, record, t, t_low)
+    integrals = theta_integrals(body, record, record.u_rate * tau, now)
+    momenta, F, R, eps = functionals(body, record, tau, hat, integrals, None)
+    gamma, g, slope, chi, X = vectors_along(body, record, hat)
     start = record.start[0], record.start[1], record.start[2]
     gamma0, g0, _slope0, chi0, _X0 = vectors_along(body, record, start)
-    turn = azimuth_turn(body, record, t, t_low) if record.kind == NEEDLE else (0.0, 0.0)
+    turn = azimuth_turn(body, record, t, t_low)
     for column in range(3 + record.elements):
         if column < 3:
             mu = unit_vector(column)
@@ -195,21 +189,15 @@ def long_arc(body, record, t, t_low, columns):
         else:
             mu = momentum_of(record, column - 3, gamma0)
             f, shift, stay = F[column - 3], eps[column - 3], R[column - 3]
-        begun, pushed = growth * dot(chi0, mu), growth * dot(g0, mu)
-        f, shift = growth * f, growth * shift
-        gamma, g, slope, chi, X = vectors
-        momentum = add_scaled(scaled(dot(gamma0, mu), gamma), f - begun, slope)
-        if record.kind == NEEDLE:
-            rotation = needle_part(body, record, (hat, start), turn, mu)
-            third = (f - begun) * slope[2] + needle_momentum(body, record, (hat, start), mu)
-            momentum = momentum[0] + pushed * X[0], momentum[1] + pushed * X[1], third
-        else:
-            rotation = add_scaled(add_scaled(moved(C, gamma0, mu), -begun, g), pushed, chi)
-            momentum = add_scaled(momentum, pushed, X)
+        advance, pushed = f - dot(chi0, mu), dot(g0, mu)
+        momentum = add_scaled(scaled(dot(gamma0, mu), gamma), advance, slope)
+        third = advance * slope[2] + needle_momentum(body, record, (hat, start), mu)
+        momentum = momentum[0] + pushed * X[0], momentum[1] + pushed * X[1], third
+        rotation = needle_part(body, record, (hat, start), turn, mu)
         rotation = add_scaled(add_scaled(add_scaled(rotation, f, g), shift, chi), stay, gamma)
         write_column(columns, column, record, rotation, add_scaled(momentum, shift, X))
-    add_change_of_inertia(columns, record, vectors[0])
-    return C, vectors[0]
+    add_change_of_inertia(columns, record, gamma)
+    return matrix_of(*turn_since_start(record, q)), gamma
 
 
 @routine

@@ -1,7 +1,8 @@
 """Partial derivatives over long arcs, at a block of instants: straight-line code for vectors.
 
-The same as `long_arcs`, less what is rare.  All columns are made of four vectors, turned to the body's axes
-once: small rotations of C n, g, gamma, chi, and rates of J gamma, J gamma', J X.
+Of all bodies but needles that spin about themselves (`long_arcs.needle_arc`).  All columns are made of four
+vectors, turned to the body's axes once: small rotations of C n, g, gamma, chi, and rates of J gamma,
+J gamma', J X.
 """
 
 import numpy as np

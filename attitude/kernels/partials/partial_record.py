@@ -97,7 +97,9 @@ def polhode_record(inertia, omega, axes, body, unit, record):
     a21, a31, a32 = sub(I1, I2)[0] * a1 * a2, sub(I1, I3)[0] * a1 * a3, sub(I2, I3)[0] * a2 * a3
     record.differences[0], record.differences[1], record.differences[2] = a21, a31, a32
     L1, L2, L3 = I1[0] * omega[first][0], I2[0] * omega[mid][0], I3[0] * omega[third][0]
-    L = math.hypot(math.hypot(L1, L2), L3)
+    unit_of_L = power_of_two_near(max(abs(L1), abs(L2), abs(L3)))
+    inverse_unit = 1.0 / unit_of_L  # so that no square leaves the range of a double
+    L = unit_of_L * math.sqrt((L1 * inverse_unit) ** 2 + (L2 * inverse_unit) ** 2 + (L3 * inverse_unit) ** 2)
     sign1, sign3 = -1.0 if L1 < 0.0 else 1.0, -1.0 if L3 < 0.0 else 1.0
     sign2 = sign1 * sign3 * (1.0 if (mid - first) % 3 == 1 else -1.0)
     signs = (sign1, sign2, sign3)
@@ -190,12 +192,12 @@ def write_needle(s, body, record):
     if body.route != THETA:
         return
     least = min(record.inverse[0], record.inverse[1], record.inverse[2])
-    speed = math.sqrt(
+    square = (
         (record.inverse[0] * record.start[0] * body.amplitude[0]) ** 2
         + (record.inverse[1] * record.start[1] * body.amplitude[0]) ** 2
         + (record.inverse[2] * record.start[2]) ** 2
     )
-    E = math.exp(-math.pi * body.eta / body.K) if speed > NEEDLE_RATIO * least else 1.0
+    E = math.exp(-math.pi * body.eta / body.K) if square > (NEEDLE_RATIO * least) ** 2 else 1.0
     if E < NEEDLE_E:
         record.kind = NEEDLE
         record.nomes[0], record.nomes[1] = E, body.nome / E if E > 0.0 else 0.0
