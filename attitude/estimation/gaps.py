@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +27,9 @@ SIDE = 100  # attitudes on each side of a gap that the motion is fitted to
 MIN_SIDE = 3
 STATE = ("attitude", "angular_velocity")
 FLOOR = 1e-11  # rad: scatter below which it is that of rounding
-SEAM = 3.0  # sigma
+FALSE_ALARM = 1e-3  # probability that one of the tests doubts a free motion whose scatter is Gaussian
+FAR = 10.0  # times the typical scatter: an attitude that is left out
+LARGE_SCATTER = 0.3  # rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +39,7 @@ class FilledGap:
     start, stop : s since the epoch, of the last attitude before and the first after
     motion : its instants are counted from `start`
     seams : (2,) rad, between the motion and the attitudes at both ends; sigma : rad, scatter of one attitude
-    excess : how much worse, in standard deviations of chi-square, one motion fits both sides than two
-    is_ambiguous : whether another motion fits as well, as where attitudes are half a turn apart or more
+    doubts : in words, what speaks against this motion
     """
 
     start: float
@@ -45,40 +47,39 @@ class FilledGap:
     motion: TorqueFreeMotion
     seams: np.ndarray
     sigma: float
-    excess: float
-    is_ambiguous: bool = False
+    doubts: tuple[str, ...] = ()
 
     @property
     def is_consistent(self) -> bool:
-        """Whether one free motion fits both sides, and meets the attitudes at the ends, within 3 sigma."""
-        return bool(self.excess <= SEAM and (self.seams <= SEAM * np.sqrt(3.0) * self.sigma).all())
+        """Whether both sides are of this free motion, and of no other, as far as their scatter tells."""
+        return not self.doubts
 
     def __str__(self) -> str:
         ends = " and ".join(f"{np.degrees(seam):.3g}" for seam in self.seams)
         text = (
             f"gap from {self.start:.9g} to {self.stop:.9g} s by free rotation; off by {ends} deg at its ends"
         )
-        if self.is_ambiguous:
-            return f"{text}; another motion fits as well: turns between attitudes may have been missed"
-        if self.is_consistent:
+        if not self.doubts:
             return text
-        return f"{text}, sigma {np.degrees(self.sigma):.3g} deg: its sides are not of one free motion"
+        return f"{text}, sigma {np.degrees(self.sigma):.3g} deg: {'; '.join(self.doubts)}"
 
 
 def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tuple[FilledGap, ...]]:
     """The ephemeris, whose resampling follows free rotation in its gaps; and these.
 
     A gap is a span that no segment covers, or a step much longer than the others.  The motion is fitted to a
-    hundred attitudes on each side, which count alike; between, it is exact.
+    hundred attitudes on each side, which count alike, without those far off; between, it is exact.
 
     body : its inertia, of which the scale does not matter
 
     Raises InputError for fewer than three attitudes on either side of a gap, RegimeError for an ephemeris
-    that cannot be interpolated.  Warns (AttitudeWarning) of gaps whose sides are not of one free motion, of
-    those that more than one motion fits, and where there are none.
+    that cannot be interpolated.  Warns (AttitudeWarning) of gaps with `doubts`, and where there are no
+    gaps.
     """
     if data.resample is None or len(data.shape) != 1:
-        raise RegimeError("by dynamics: attitudes of one body whose instants increase are needed")
+        raise RegimeError(
+            "by dynamics: attitudes of one body, read from a file, whose instants increase, are needed"
+        )
     if data.frame in rotations.TURNING_FRAMES:
         raise RegimeError(f"by dynamics: {data.frame} is a rotating frame; use an inertial frame")
     edges = [0, *(_gap_indices(data) + 1).tolist(), len(data)]
@@ -87,7 +88,7 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
     if not gaps:
         emit_warning("no gaps: every instant is interpolated as the file states")
     for gap in gaps:
-        if gap.is_ambiguous or not gap.is_consistent:
+        if gap.doubts:
             emit_warning(str(gap))
     events = tuple(Event(gap.start, "gap", str(gap)) for gap in gaps)
     resample = GapInterpolator(data, gaps)
@@ -104,42 +105,120 @@ def _gap_indices(data: EphemerisData) -> np.ndarray:
     return np.flatnonzero(is_gap)
 
 
+class Side(NamedTuple):
+    """Attitudes on one side of a gap, without those far off, and their motion where there are enough.
+
+    far : how many were left out; alternatives : whether other motions fit them as well
+    """
+
+    observed: Attitudes
+    fit: Fit | None
+    far: int = 0
+    alternatives: bool = False
+
+    @property
+    def squares(self) -> float:
+        """Sum of squares of the residuals, rad^2; zero of so few attitudes that a motion meets them all."""
+        return _squares(self.fit) if self.fit is not None else 0.0
+
+    @property
+    def is_random(self) -> bool:
+        """Whether the residuals are as independent of their neighbours as random errors are.
+
+        By the ratio of von Neumann: of the differences' squares to the residuals', 2 +- 2/sqrt(3 n).
+        """
+        from scipy.special import ndtr
+
+        if self.fit is None:
+            return True
+        vectors, rounding = self.fit.residuals[0].vectors, self.observed.attitude.size * FLOOR**2
+        ratio = ((np.diff(vectors, axis=0) ** 2).sum() + 2.0 * rounding) / (self.squares + rounding)
+        return bool(ndtr((ratio - 2.0) * np.sqrt(0.75 * len(vectors))) > FALSE_ALARM)
+
+    def spread(self, t: float, sigma: float) -> float:
+        """Standard deviation of the attitude that the side's motion predicts at t, rad."""
+        if self.fit is None:
+            return np.inf
+        seen, there = (
+            self.fit.motion.partials(at).attitude[..., :6] for at in (self.observed.times, np.array(t))
+        )
+        return sigma * float(np.linalg.norm(there @ np.linalg.pinv(seen.reshape(-1, 6)), 2))
+
+
 def _filled(before: EphemerisData, after: EphemerisData, body: RigidBody) -> FilledGap:
     stopping.check()
     origin, counts = float(before.elapsed[-1]), (len(before), len(after))
     if max(counts) < MIN_SIDE:
         where = f"{counts[0]} and {counts[1]} attitudes beside the gap at {origin:.9g} s"
         raise InputError("by", where, f"at least {MIN_SIDE} on one side, to fit a motion to")
-    sets = [
-        Attitudes(side.elapsed - origin, attitude=side.quaternion("wxyz"), order="wxyz", frame=side.frame)
-        for side in (before, after)
-    ]
     with collected_warnings([]):
-        sides = [
-            _of_side(data, observed, body)
-            for data, observed in zip((before, after), sets, strict=True)
-            if len(data) >= MIN_SIDE
-        ]
+        sides = [_side(data, origin, body) for data in (before, after)]
         both = replace(
-            sets[0],
-            times=np.concatenate([each.times for each in sets]),
-            attitude=np.concatenate([each.attitude for each in sets]),
+            sides[0].observed,
+            times=np.concatenate([side.observed.times for side in sides]),
+            attitude=np.concatenate([side.observed.attitude for side in sides]),
         )
-        fits = [fit(both, start=side.motion, estimate=STATE) for side in sides]
-    joint = min(fits, key=lambda each: each.chi_square)
-    apart = sum(side.chi_square for side in sides) + 3 * len(both) * (FLOOR / both.unknown_sigma) ** 2
-    variance = apart / sum(max(3 * count - 6, 0) for count in counts)
-    degrees = float(min(6, 3 * min(counts)))  # that two motions have more than one
-    excess = ((joint.chi_square - apart) / variance - degrees) / np.sqrt(2.0 * degrees)
-    return FilledGap(
-        origin,
-        float(after.elapsed[0]),
-        joint.motion,
-        joint.residuals[0].sizes[[counts[0] - 1, counts[0]]],
-        float(np.sqrt(variance)) * both.unknown_sigma,
-        float(excess),
-        any(side.alternatives for side in sides),
+        starts = [side.fit.motion for side in sides if side.fit is not None]
+        joint = min((fit(both, start=start, estimate=STATE) for start in starts), key=_squares)
+    ends = np.array([0.0, float(after.elapsed[0]) - origin])
+    seams = rotations.angle_between(
+        joint.motion.at(ends).quaternion("wxyz"), np.stack([before.attitude[-1], after.attitude[0]])
     )
+    sigma, doubts = _doubts(sides, _squares(joint), seams, ends)
+    return FilledGap(origin, float(after.elapsed[0]), joint.motion, seams, sigma, doubts)
+
+
+def _doubts(
+    sides: Sequence[Side], together: float, seams: np.ndarray, ends: np.ndarray
+) -> tuple[float, tuple[str, ...]]:
+    """Scatter of one attitude about the motions of its side, rad; what speaks against one motion of both.
+
+    together : sum of squares of the residuals of both sides from one motion
+    """
+    from scipy.special import fdtrc
+
+    counts = [len(side.observed) for side in sides]
+    degrees = min(6, 3 * min(counts))  # that two motions have more than one
+    free = sum(max(3 * count - 6, 0) for count in counts)
+    apart = sum(side.squares for side in sides) + 3 * sum(counts) * FLOOR**2
+    variance = apart / free
+    sigma, far = float(np.sqrt(variance)), sum(side.far for side in sides)
+    chance = min(
+        fdtrc(degrees, free, max(together - apart, 0.0) / (degrees * variance)),
+        *fdtrc(3, free, seams**2 / (3.0 * variance)),
+    )
+    spread = min(side.spread(end, sigma) for side, end in zip(sides, ends[::-1], strict=True))
+    tests = {
+        f"{far} attitudes beside it are far off and were left out": far > 0,
+        "its sides are not of one free motion": chance < FALSE_ALARM,
+        "attitudes beside it depart from a free motion by more than random errors (torques, inertia)": (
+            not all(side.is_random for side in sides)
+        ),
+        "attitudes beside it scatter so much that they show no motion": sigma > LARGE_SCATTER,
+        "another motion fits as well: turns between attitudes may have been missed": (
+            any(side.alternatives for side in sides)
+        ),
+        "how many turns the body makes in it is uncertain": 3.0 * spread > np.pi,
+    }
+    return sigma, tuple(text for text, is_true in tests.items() if is_true)
+
+
+def _squares(each: Fit) -> float:
+    return float((each.residuals[0].vectors ** 2).sum())
+
+
+def _side(data: EphemerisData, origin: float, body: RigidBody) -> Side:
+    """Attitudes far off are left out one after another, since the worst hide the others."""
+    seconds = data.elapsed - origin
+    observed = Attitudes(seconds, attitude=data.quaternion("wxyz"), order="wxyz", frame=data.frame)
+    if len(data) < MIN_SIDE:
+        return Side(observed, None)
+    best = _of_side(data, observed, body)
+    alternatives = bool(best.alternatives)
+    while len(observed) > MIN_SIDE and best.residuals[0].sigmas.max() > FAR:
+        observed = observed[best.residuals[0].sigmas <= FAR]
+        best = fit(observed, start=best.motion, estimate=STATE)
+    return Side(observed, best, len(data) - len(observed), alternatives)
 
 
 def _of_side(data: EphemerisData, observed: Attitudes, body: RigidBody) -> Fit:

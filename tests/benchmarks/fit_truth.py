@@ -1,12 +1,17 @@
-"""Figures of docs/fit.md: `python -m tests.benchmarks.fit_truth speed`, `... coverage`."""
+"""Figures of docs/fit.md: `python -m tests.benchmarks.fit_truth speed`, `... coverage`, `... gaps`."""
 
 import sys
+import tempfile
 import time
 import warnings
+from pathlib import Path
 
 import numpy as np
 
-from attitude import RigidBody, TorqueFreeMotion, fit
+from attitude import Ephemeris, RigidBody, TorqueFreeMotion, fit
+from attitude.estimation.gaps import fill_gaps
+from attitude.frames import rotations
+from attitude.times.instants import Instants
 from tests.estimation import simulated
 from tests.estimation.test_fit import pulls
 
@@ -47,10 +52,28 @@ def coverage():
     )
 
 
+def gaps():
+    """How many gaps of a free motion with Gaussian errors are doubted, by the attitudes on each side."""
+    truth, errors = simulated.motion(), np.random.default_rng(3)
+    with tempfile.TemporaryDirectory() as folder:
+        for before, after in ((100, 100), (16, 100), (4, 100), (2, 100), (1, 100), (10, 10), (3, 3)):
+            seconds = np.concatenate([np.arange(1.0 - before, 1.0), 60.0 + np.arange(after)]) * 2.0
+            is_doubted = []
+            for _ in range(SETS):
+                q = simulated.attitudes(truth, errors, seconds, 1e-4).attitude
+                path = Path(folder) / "gappy.csv"
+                Ephemeris(rotations.sign_continuous(q), Instants(seconds, None, None), "ICRF").write(path)
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    _, (gap,) = fill_gaps(Ephemeris.read(path), truth.body)
+                is_doubted.append(bool(gap.doubts))
+            print(f"{before} and {after} attitudes: {sum(is_doubted)} of {SETS} doubted")
+
+
 def random_attitude(random):
     q = random.normal(size=4)
     return q / np.sqrt(q @ q)
 
 
 if __name__ == "__main__":
-    {"speed": speed, "coverage": coverage}[sys.argv[1]]()
+    {"speed": speed, "coverage": coverage, "gaps": gaps}[sys.argv[1]]()

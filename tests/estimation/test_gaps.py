@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 from astropy.time import Time
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeWarning, Ephemeris, InputError, RegimeError, RigidBody
@@ -23,13 +24,22 @@ EPOCH = Time("2026-01-01T00:00:00", scale="utc")
 
 def gappy(path, random=None, manoeuvre=0.0, gap=GAP):
     """A file without the instants of a gap, with errors, and after the gap turned."""
-    seconds = np.concatenate([SECONDS[gap[0] >= SECONDS], SECONDS[gap[1] <= SECONDS]])
-    q = simulated.motion().at(seconds).rotation
+
+    def attitudes(seconds):
+        turns = np.outer(np.where(gap[0] < seconds, manoeuvre, 0.0), (1.0, 0.0, 0.0))
+        return Rotation.from_rotvec(turns) * simulated.motion().at(seconds).rotation
+
+    return without(path, attitudes, gap, random)
+
+
+def without(path, attitudes, gap=GAP, random=None, seconds=SECONDS):
+    """A file of these attitudes, with errors, without the instants of a gap."""
+    seconds = seconds[(gap[0] >= seconds) | (gap[1] <= seconds)]
+    q = attitudes(seconds)
     if random is not None:
         q = q * Rotation.from_rotvec(SIGMA * random.normal(size=(len(seconds), 3)))
-    turns = np.outer(np.where(gap[0] < seconds, manoeuvre, 0.0), (1.0, 0.0, 0.0))
-    q = (Rotation.from_rotvec(turns) * q).as_quat(scalar_first=True)
-    Ephemeris(rotations.sign_continuous(q), Instants(seconds, None, EPOCH), "ICRF").write(path)
+    q = rotations.sign_continuous(q.as_quat(scalar_first=True))
+    Ephemeris(q, Instants(seconds, None, EPOCH), "ICRF").write(path)
     return Ephemeris.read(path)
 
 
@@ -84,10 +94,97 @@ def test_manoeuvre_within_a_gap_is_named(tmp_path):
     assert [event.kind for event in filled.events] == ["gap"]
 
 
-def test_other_inertia_is_named(tmp_path):
-    data = gappy(tmp_path / "gappy.csv", np.random.default_rng(1))
-    with pytest.warns(AttitudeWarning, match="not of one free motion"):
-        fill_gaps(data, RigidBody((10.0, 12.0, 17.0)))
+def integrated(torque=0.0, rate_jump=0.0, at=260.0):
+    """Attitudes by Euler's equations with a constant torque about body x, N m, and a jump of the rate."""
+    inertia, torques = np.array(MOMENTS), np.array([torque, 0.0, 0.0])
+
+    def slope(_t, state):
+        q, w = state[:4], state[4:]
+        turn = np.concatenate([[-q[1:] @ w], q[0] * w + np.cross(q[1:], w)])
+        return np.concatenate([0.5 * turn, (np.cross(inertia * w, w) + torques) / inertia])
+
+    def attitudes(seconds):
+        before, tolerances = seconds < at, {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13}
+        state = np.array([1.0, 0.0, 0.0, 0.0, *simulated.RATE])
+        first = solve_ivp(slope, (0.0, at), state, t_eval=[*seconds[before], at], **tolerances).y
+        jumped = first[:, -1] + np.array([0.0, 0.0, 0.0, 0.0, rate_jump, 0.0, 0.0])
+        second = solve_ivp(slope, (at, 600.0), jumped, t_eval=seconds[~before], **tolerances).y
+        return Rotation.from_quat(np.concatenate([first[:4, :-1], second[:4]], axis=1).T, scalar_first=True)
+
+    return attitudes
+
+
+def shaken(amplitude):
+    """The motion with an oscillation about it of 30 s, rad."""
+    return lambda seconds: (
+        simulated.motion().at(seconds).rotation
+        * Rotation.from_rotvec(amplitude * np.sin(seconds / 30.0 * 2.0 * np.pi)[:, None] * (1.0, 1.0, 0.0))
+    )
+
+
+def scattered(part, before=600.0):
+    """The motion, of whose attitudes up to an instant a part is at random."""
+
+    def attitudes(seconds):
+        random = np.random.default_rng(3)
+        q = simulated.motion().at(seconds).quaternion("wxyz").copy()
+        is_random = (random.random(len(seconds)) < part) & (seconds <= before)
+        q[is_random] = Rotation.random(int(is_random.sum()), random).as_quat(scalar_first=True)
+        return Rotation.from_quat(q, scalar_first=True)
+
+    return attitudes
+
+
+NOT_ONE, FAR_OFF, NO_MOTION = "not of one free motion", "far off and were left out", "they show no motion"
+NOT_RANDOM = "depart from a free motion by more than random errors"
+
+
+@pytest.mark.parametrize(
+    ("attitudes", "body", "doubt"),
+    [
+        pytest.param(integrated(rate_jump=1e-5), MOMENTS, NOT_ONE, id="impulse"),
+        pytest.param(integrated(rate_jump=1e-4, at=190.0), MOMENTS, NOT_ONE, id="impulse before the gap"),
+        pytest.param(integrated(torque=1e-6), MOMENTS, NOT_ONE, id="slow torque"),
+        pytest.param(shaken(1e-4), MOMENTS, NOT_RANDOM, id="oscillation"),
+        pytest.param(integrated(), (10.0, 13.01, 17.0), NOT_ONE, id="other moments"),
+        pytest.param(integrated(), (10.0, 17.0, 13.0), NOT_ONE, id="moments in another order"),
+        pytest.param(scattered(0.1), MOMENTS, FAR_OFF, id="some at random"),
+        pytest.param(scattered(1.0, GAP[0]), MOMENTS, NO_MOTION, id="all before the gap at random"),
+        pytest.param(scattered(1.0), MOMENTS, NO_MOTION, id="all at random"),
+    ],
+)
+def test_what_is_no_free_motion_is_doubted(tmp_path, attitudes, body, doubt):
+    data = without(tmp_path / "gappy.csv", attitudes, random=np.random.default_rng(1))
+    with pytest.warns(AttitudeWarning, match=rf"gap from 200 to 320 s .* sigma .* deg: .*{doubt}"):
+        filled, (gap,) = fill_gaps(data, RigidBody(body))
+    assert not gap.is_consistent
+    assert [event.kind for event in filled.events] == ["gap"]
+    if doubt == FAR_OFF:
+        assert gap.doubts == (gap.doubts[0],)
+        assert off(filled, np.arange(GAP[0] + 1.0, GAP[1])).max() < SIGMA
+
+
+@pytest.mark.parametrize("size", [3, 10, 100])
+def test_free_motion_with_random_errors_is_not_doubted(tmp_path, size):
+    """One in a thousand gaps is: `python -m tests.benchmarks.fit_truth gaps`."""
+    seconds = np.concatenate([SECONDS[GAP[0] >= SECONDS][-size:], SECONDS[GAP[1] <= SECONDS][:size]])
+    for seed in range(8):
+        attitudes, random = (lambda t: simulated.motion().at(t).rotation), np.random.default_rng(seed)
+        data = without(tmp_path / "gappy.csv", attitudes, random=random, seconds=seconds)
+        _, (gap,) = fill_gaps(data, RigidBody(MOMENTS))
+        assert gap.doubts == ()
+
+
+def test_turns_of_the_body_in_a_long_gap_are_doubted(tmp_path):
+    """The rate is known to 2e-7 rad/s."""
+    for length, is_uncertain in ((2e5, False), (1e8, True)):
+        seconds = np.concatenate([SECONDS[:100], length + SECONDS[:100]])
+        attitudes, random = (lambda t: simulated.motion().at(t).rotation), np.random.default_rng(1)
+        data = without(tmp_path / "gappy.csv", attitudes, (198.0, length), random, seconds)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AttitudeWarning)
+            _, (gap,) = fill_gaps(data, RigidBody(MOMENTS))
+        assert any("how many turns" in text for text in gap.doubts) == is_uncertain
 
 
 def test_ephemeris_without_gaps_stays(tmp_path):
@@ -130,7 +227,7 @@ def test_turns_that_attitudes_may_have_missed_are_named_unless_rates_tell_them(t
         filled, (gap,) = fill_gaps(Ephemeris.read(tmp_path / "gappy.aem"), RigidBody(MOMENTS))
     said = [str(each.message) for each in caught]
     assert any("another motion fits as well: turns" in text for text in said) == (not has_rate)
-    assert gap.is_ambiguous == (not has_rate)
+    assert gap.is_consistent == has_rate
     if has_rate:
         inside = np.arange(GAP[0] + 1.0, GAP[1])
         expected = truth.at(inside).quaternion("wxyz")
