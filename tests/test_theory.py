@@ -1,4 +1,4 @@
-"""The equations of docs/theory.md, evaluated by mpmath, solve the equations of motion."""
+"""Equations of docs/theory.md and docs/gyrostats.md, evaluated by mpmath, solve the equations of motion."""
 
 from types import SimpleNamespace
 
@@ -214,3 +214,81 @@ def test_periods_of_published_bodies(moments, rates, period, around, monkeypatch
     turn = 2 * b.rate_of_phase - (b.v_rate if b.s < 0 else 0)  # (29)
     assert mp.almosteq(4 * b.K / b.u_rate, mp.mpf(period), rel_eps=mp.mpf(10) ** -14)  # (13)
     assert mp.almosteq(2 * mp.pi / abs(turn), mp.mpf(around), rel_eps=mp.mpf(10) ** -14)
+
+
+# -- gyrostats: docs/gyrostats.md ------------------------------------------------------------------
+
+# Inverse moments, a3 that of the rotor's axis; k = a3 h / L; the greater end of gamma3.
+GYROSTATS = {
+    "circling, p > 0": ("0.3", "0.447", "0.937", "0.141", "0.92"),
+    "circling, p < 0": ("0.711", "0.429", "0.658", "0.189", "0.629"),
+    "swinging, p > 0": ("0.576", "0.898", "0.749", "0.0301", "0.933"),
+    "swinging, p < 0": ("0.98", "0.862", "0.513", "0.265", "-0.273"),
+}
+
+
+@pytest.mark.parametrize("name", GYROSTATS)
+def test_theta_functions_of_gyrostats_solve_the_equations_of_motion(name):
+    """At L = 1, from the upper end: gamma2 = 0 and gamma1 > 0."""
+    a1, a2, a3, k, e2 = (mp.mpf(text) for text in GYROSTATS[name])
+    a12, a13, a23 = a1 - a2, a1 - a3, a2 - a3
+    g1, s, is_circling = mp.sqrt(1 - e2**2), mp.sign(a12), name.startswith("circling")
+    b1, b2 = a23 * e2 + k, a13 * e2 + k  # (39)
+    d1, d2 = b1**2 - a23 * a12 * g1**2, b2**2
+    above, below = (a13 * g1**2 + sign * 2 * k * (1 - sign * e2) for sign in (1, -1))
+    J, U = a12 * a13 * g1**2 - 2 * b1 * b2, 2 * a12 - a13 * (1 + e2**2) - 2 * k * e2
+    assert abs(J**2 - 4 * d1 * d2 - a12**2 * above * below) < EQUAL  # (40)
+    assert abs(U**2 - above * below - 4 * d1) < EQUAL
+    if is_circling:
+        root = mp.sqrt(d1 * d2)
+        M, N, nu = mp.sqrt(abs(J - 2 * root)), 2 * mp.sqrt(root), mp.sqrt(abs(J + 2 * root))
+        mu, rate = (J + 2 * root) / (J - 2 * root), mp.mpf(1) / 2
+    else:
+        ratio, span = abs(a13 / a12), 2 * mp.sqrt(d2) / abs(a13)
+        n = mp.sqrt(above * below) / abs(a13)
+        S = (n + mp.sqrt(n**2 + span**2)) / 2
+        S1, A, B = span**2 / (4 * S), (U / a12 - ratio * n) / 2, (U / a12 + ratio * n) / 2
+        M, N, nu, mu = mp.sqrt(S * B), mp.sqrt(n), mp.sqrt(S1 * abs(A)), S1 * A / (S * B)
+        rate = mp.sqrt(abs(a12 * a13)) / 2
+    v_rate = rate * mp.agm(M, N)  # (42)
+    R = mp.agm(1, N / M) / mp.agm(1, nu / M) if mu > 0 else mp.agm(1, M / N) / mp.agm(1, nu / N)
+    p = mp.sign(mu) * mp.exp(-mp.pi * R)
+    assert p > 0 if "p > 0" in name else p < 0
+
+    def slope(x):  # (40a), from the upper end
+        return (a12 * g1**2 + 2 * b1 * x + a23 * x**2) * (-2 * b2 * x - a13 * x**2)
+
+    def integrand(u):  # x = (1 - e2) u^2, as the slope has a root at the end
+        return 2 * u * (1 - e2) / mp.sqrt(abs(slope((1 - e2) * u**2)))
+
+    h = v_rate * mp.quad(integrand, [0, 0.5, 1], method="gauss-legendre")  # (42a)
+    if not is_circling:
+        assert abs(h - mp.agm(M, N) * rf(S, S1, ratio * S * S1) / 2) < EULER
+    mean = (a3 * e2 - k + a1 * (1 - e2)) / 2
+    E, sign = mp.exp(-2 * h), mp.sign(p)
+    E2 = abs(p) / E
+    if is_circling:  # (43)
+        total = sum(((sign * E2) ** n - (p * E) ** n) / (1 - p ** (2 * n)) for n in SERIES)
+        precession = mean + 2 * s * v_rate * total
+    else:
+        total = sum((-1) ** n * p**n * mp.sinh(2 * n * h) / (1 - p**n) for n in SERIES)
+        precession = mean - s * v_rate * (mp.tanh(h) - 4 * total)
+    kind, nome = (4, p) if is_circling else (2, mp.sqrt(mp.mpc(p)))
+    scales = (kind, mp.sqrt((1 + e2) / 2)), (1, -1j * mp.sqrt((1 - e2) / 2))
+
+    def solution(t):  # (41)
+        alpha, beta = (
+            scale
+            * mp.exp(1j * precession * t)
+            * mp.jtheta(i, v_rate * t - 1j * s * h, nome)
+            / mp.jtheta(i, -1j * s * h, nome)
+            for i, scale in scales
+        )
+        size = mp.sqrt(abs(alpha) ** 2 + abs(beta) ** 2)
+        return alpha / size, beta / size
+
+    def rates(t):  # (37)
+        gamma = momentum_direction(*solution(t))
+        return a1 * gamma[0], a2 * gamma[1], a3 * gamma[2] - k
+
+    assert_solves_kinematics(solution, rates, mp.mpf("1.3"))

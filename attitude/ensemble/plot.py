@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..plot.style import BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
+from ..plot.style import AXIS_COLOURS, BLACK, BLUE, DASHED, GREEN, RED, drawn, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,9 +75,9 @@ def draw_growth(axes: Any, statistics: Statistics) -> None:
     t = statistics.seconds / seconds
     spread = np.degrees(np.sqrt(np.trace(statistics.covariance, axis1=1, axis2=2)))
     axes.plot(t, spread, color=BLACK, linewidth=1.8, label="attitude, all directions")
-    for k, color in enumerate((RED, BLUE, GREEN)):
+    for k, (name, color) in enumerate(AXIS_COLOURS.items()):
         angle = np.degrees(statistics.spreads[:, k])
-        axes.plot(t, angle, color=color, linestyle=(DASHED, "-.", ":")[k], label=f"axis {'xyz'[k]}")
+        axes.plot(t, angle, color=color, linestyle=(DASHED, "-.", ":")[k], label=f"axis {name}")
     axes.set(xlabel=f"time, {unit}", ylabel="spread, deg", title="how the spread grows")
     greatest = float(spread.max())
     if np.median(spread) < 0.3 * greatest:  # most of the curve would be too low on a linear scale
