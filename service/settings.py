@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
-from uvicorn.config import STARTUP_FAILURE
+from uvicorn import config
 
 from attitude.errors import InputError
 from attitude.runtime.threads import processors
@@ -127,7 +127,7 @@ def refused_start(error: InputError) -> SystemExit:
     by which its supervisor ends too, instead of starting another for ever.
     """
     print(f"attitude: {error}", file=sys.stderr)
-    return SystemExit(2 if multiprocessing.parent_process() is None else STARTUP_FAILURE)
+    return SystemExit(2 if multiprocessing.parent_process() is None else config.STARTUP_FAILURE)
 
 
 def variable(field_name: str) -> str:
