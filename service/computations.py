@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import orjson
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
 
 from attitude.documents.fields import parse_json
 from attitude.documents.files import files_in
@@ -34,7 +35,7 @@ from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
 from attitude.windows import parse_condition
 
-from .compute import check_wanted, current, hold
+from .compute import Compute, check_wanted, current, hold
 from .dependencies import Upload, format_of, negotiated
 from .errors import refusal, unexpected
 from .schemas import (
@@ -49,7 +50,7 @@ from .schemas import (
     WindowsQuery,
 )
 from .settings import Settings, variable
-from .streaming import JSON, Computed, is_known, tag_of
+from .streaming import JSON, file_response, is_known, tag_of, unchanged, whole
 
 # Each computation takes the request, its document or its files, and its query; what it says first is what
 # the route's description says.
@@ -64,20 +65,20 @@ MAX_COST_SAMPLES = 100_000
 MAX_WINDOWS = 100_000  # of an answer, some 200 bytes each
 
 
-def plan(request: Request, document: bytes, query: PlanQuery) -> bytes:
+def plan(request: Request, document: bytes, query: PlanQuery) -> Response:
     """What of a scene would be simulated, what not and why, by which solver, at what cost and error."""
     scene = scene_within(parse_json(document, "document"), settings_of(request))
     with no_field("drop_below"):
-        return orjson.dumps(scene.plan(query.drop_below).to_dict())
+        return whole(orjson.dumps(scene.plan(query.drop_below).to_dict()))
 
 
-def motion(request: Request, document: bytes, _: NoQuery) -> bytes:
+def motion(request: Request, document: bytes, _: NoQuery) -> Response:
     """Regime, periods, rates and constants of a scene's motion; null for what this motion has not."""
     scene = scene_within(parse_json(document, "document"), settings_of(request))
-    return motion_summary(scene.motion(), scene.name)
+    return whole(motion_summary(scene.motion(), scene.name))
 
 
-def windows(request: Request, document: bytes, query: WindowsQuery) -> Computed | bytes:
+def windows(request: Request, document: bytes, query: WindowsQuery) -> Response:
     """The intervals of a scene in which a condition holds; none that is wider than `width` is missed."""
     settings, parsed = settings_of(request), parse_json(document, "document")
     keys = ("scene", "condition")
@@ -97,8 +98,8 @@ def windows(request: Request, document: bytes, query: WindowsQuery) -> Computed 
         expected = f"a condition, or a span, of at most {MAX_WINDOWS} windows"
         raise InputError("condition", f"{len(found)} windows", expected)
     if query.format == "csv":
-        return Computed(iter([found.to_csv().encode()]), True, FORMATS["csv"].media, {})
-    return orjson.dumps(found.to_dict())
+        return whole(found.to_csv().encode(), FORMATS["csv"].media)
+    return whole(orjson.dumps(found.to_dict()))
 
 
 @contextmanager
@@ -111,7 +112,7 @@ def within(name: str) -> Iterator[None]:
         raise
 
 
-def cost(request: Request, document: bytes, query: CostQuery) -> bytes:
+def cost(request: Request, document: bytes, query: CostQuery) -> Response:
     """What accuracy costs in time on a scene's body and state, measured here within a budget."""
     settings = settings_of(request)
     budget = query.budget or min(5.0, settings.max_seconds)
@@ -132,17 +133,18 @@ def cost(request: Request, document: bytes, query: CostQuery) -> bytes:
     if samples is None and settings.max_samples < measurement.SAMPLES:
         samples = max(2, min(settings.max_samples, measurement.SAMPLES_UNDER_TORQUES))
     with no_field(*type(query).model_fields):
-        return measure(scene, budget, query.method or None, samples, seed=query.seed).to_json().encode()
+        report = measure(scene, budget, query.method or None, samples, seed=query.seed)
+    return whole(report.to_json().encode())
 
 
-def fit(request: Request, document: bytes, _: NoQuery) -> bytes:
+def fit(request: Request, document: bytes, _: NoQuery) -> Response:
     """The free motion that fits a document's observations: scene, covariance, residuals, outliers."""
     parsed = FitDocument.from_json(document)
     lists = (cells for each in parsed.observations for cells in each.columns.values())
     count = sum(len(cells) for cells in lists if isinstance(cells, list))
     check_count("observations", count, "samples", settings_of(request))
     hold(count)
-    return orjson.dumps(parsed.answer())
+    return whole(orjson.dumps(parsed.answer()))
 
 
 # -- limits: what is refused for its size -----------------------------------------------------------
@@ -205,11 +207,11 @@ class Writing(NamedTuple):
     options: dict[str, Any]
     reading: dict[str, Any]
     columns: tuple[str, ...]
-    settings: Settings
+    compute: Compute
 
     @classmethod
     def of(
-        cls, query: FileQuery, target: Format, settings: Settings, source: Format | None = None
+        cls, query: FileQuery, target: Format, compute: Compute, source: Format | None = None
     ) -> "Writing":
         """What a query asks for; InputError for an option, a frame or a column that there is not."""
         options, reading = query.options(target, source)
@@ -217,10 +219,10 @@ class Writing(NamedTuple):
             if query.frame is not None:
                 check_any_frame(query.frame)
             columns = () if query.columns is None else parse(query.columns)
-        return cls(query, target, options, reading, columns, settings)
+        return cls(query, target, options, reading, columns, compute)
 
     def samples(self, scene: Scene, budget: Budget, drop_below: float | None) -> Samples:
-        limit = self.settings.max_samples, variable("max_samples")
+        limit = self.compute.settings.max_samples, variable("max_samples")
         if self.query.ut1 is not None:
             scene = scene.model_copy(update={"ut1": self.query.ut1})
         with no_field("drop_below"):
@@ -230,7 +232,7 @@ class Writing(NamedTuple):
         return counted(samples)
 
     def file(self, samples: Samples, target: Format) -> EncodedFile:
-        error, limit = self.query.interpolation_error, self.settings.max_samples
+        error, limit = self.query.interpolation_error, self.compute.settings.max_samples
         with no_field(*type(self.query).model_fields, *self.options):
             return encoded_file(samples, target, error, limit, self.options)
 
@@ -242,35 +244,30 @@ def counted(samples: Samples) -> Samples:
     return samples
 
 
-def computed(file: EncodedFile, **headers: str) -> Computed:
-    disposition = f'{"inline" if file.media == JSON else "attachment"}; filename="{file.name}"'
-    return Computed(file.blocks, file.is_whole, file.media, {"content-disposition": disposition, **headers})
-
-
-def convert(request: Request, files: dict[str, Upload], query: ConvertQuery) -> Computed:
+def convert(request: Request, files: dict[str, Upload], query: ConvertQuery) -> Response:
     """A file of attitudes in another format or frame."""
     settings, target = settings_of(request), negotiated(query.format, request.headers.get("accept", ""))
-    writing = Writing.of(query, target, settings, format_of(files["file"], query.source))
+    writing = Writing.of(query, target, request.app.state.compute, format_of(files["file"], query.source))
     data = Ephemeris.of(read(files, "file", settings, query.source, writing.reading))
     asked = query.frame, query.ut1, query.times, query.step, query.by, query.inertia
     with no_field():
         data, _ = Conversion(*asked).apply(data, FitDocument.from_json, settings.max_samples)
     samples = counted(Samples.of(replace(data, columns=writing.columns), check_wanted))
-    return computed(writing.file(samples, target))
+    return file_response(writing.compute, writing.file(samples, target))
 
 
-def check(request: Request, files: dict[str, Upload], query: SourceQuery) -> bytes:
+def check(request: Request, files: dict[str, Upload], query: SourceQuery) -> Response:
     """What is off in a file of attitudes: coverage, gaps, spacing, signs, unit length, rates."""
     data, job = read(files, "file", settings_of(request), query.source), current.get()
     warned = job.warnings if job is not None else []
-    return orjson.dumps(check_report(data, files["file"].name, warned).to_dict())
+    return whole(orjson.dumps(check_report(data, files["file"].name, warned).to_dict()))
 
 
-def compare(request: Request, files: dict[str, Upload], query: CompareQuery) -> bytes:
+def compare(request: Request, files: dict[str, Upload], query: CompareQuery) -> Response:
     """How the attitudes of two files, `file` and `other`, differ."""
     first, second = (read(files, name, settings_of(request)) for name in ("file", "other"))
     with no_field("frame", "epoch", "instants"):
-        return orjson.dumps(compare_ephemerides(first, second, query.frame).to_dict())
+        return whole(orjson.dumps(compare_ephemerides(first, second, query.frame).to_dict()))
 
 
 def read(
@@ -295,19 +292,20 @@ def read(
     return data
 
 
-def ephemeris(request: Request, document: bytes, query: EphemerisQuery) -> Computed:
+def ephemeris(request: Request, document: bytes, query: EphemerisQuery) -> Response:
     """Attitude and body rate at a scene's instants, or at those of each of a list of scenes."""
     settings, target = settings_of(request), negotiated(query.format, request.headers.get("accept", ""))
     parsed = parse_json(document, "document")
     tag = tag_of(document, target.name, repr(sorted(request.query_params.multi_items())))
     if is_known(tag, request):
-        return Computed(iter([]), True, target.media, {"etag": tag}, HTTPStatus.NOT_MODIFIED)
-    writing = Writing.of(query, target, settings)
+        return unchanged(etag=tag, vary="accept, accept-encoding")
+    writing = Writing.of(query, target, request.app.state.compute)
     if isinstance(parsed, list):
         answer = batch(parsed, writing, query.drop_below, request)
     else:
         answer = single(scene_within(parsed, settings), writing, query.drop_below)
-    return answer._replace(headers={**answer.headers, "etag": tag})
+    answer.headers["etag"] = tag
+    return answer
 
 
 def held_samples(scene: Scene, writing: Writing) -> int:
@@ -316,34 +314,35 @@ def held_samples(scene: Scene, writing: Writing) -> int:
     For readers that interpolate, the error between all samples is computed before the first byte.
     """
     if writing.query.interpolation_error is not None:
-        return writing.settings.max_samples
+        return writing.compute.settings.max_samples
     is_simulated = scene.effects or scene.position is not None
     is_read_twice = hasattr(module_of(writing.target), "interpolant")
     return scene.times.samples if is_simulated or is_read_twice or not scene.times.is_grid else 0
 
 
-def single(scene: Scene, writing: Writing, drop_below: float | None) -> Computed:
+def single(scene: Scene, writing: Writing, drop_below: float | None) -> Response:
     """Files say plan and cost in headers, since their bytes do not depend on these.
 
     Of samples that are computed as they are sent, what that takes is not known before: it is predicted.
     """
     if held := held_samples(scene, writing):
         hold(held)
-    samples = writing.samples(scene, Budget(writing.settings.max_seconds), drop_below)
+    samples = writing.samples(scene, Budget(writing.compute.settings.max_seconds), drop_below)
     file = writing.file(samples, writing.target)
     plan = samples.first.plan
     if file.media == JSON or plan is None:
-        return computed(file)
+        return file_response(writing.compute, file)
     cost = {"set_up_s": plan.set_up_seconds, "sample_s": plan.sample_seconds}
     if not samples.in_memory:
         cost = {"set_up_s": plan.set_up_seconds, "predicted_s": scene.plan().predicted_seconds}
     described = {"attitude-plan": columns_as_json.plan_of(plan, samples), "attitude-cost": cost}
-    return computed(file, **{name: orjson.dumps(value).decode() for name, value in described.items()})
+    texts = {name: orjson.dumps(value).decode() for name, value in described.items()}
+    return file_response(writing.compute, file, **texts)
 
 
-def batch(documents: list[Any], writing: Writing, drop_below: float | None, request: Request) -> Computed:
+def batch(documents: list[Any], writing: Writing, drop_below: float | None, request: Request) -> Response:
     """An answer or a problem for each, in the order of the list; limits hold for all together."""
-    settings, target = writing.settings, writing.target
+    settings, target = writing.compute.settings, writing.target
     if target.name not in ("json", "ndjson"):
         raise InputError("format", target.name, "one of json, ndjson for a list of scenes", steps=())
     if not documents:
@@ -361,15 +360,14 @@ def batch(documents: list[Any], writing: Writing, drop_below: float | None, requ
     blocks = joined(answers(scenes, writing, drop_below, request), target.media == JSON)
     blocks = coalesced(blocks, BLOCK_BYTES)
     first = next(blocks)  # whatever is refused as a whole is refused here
-    return computed(
-        EncodedFile(chain([first], blocks), f"ephemerides{target.endings[0]}", target.media, False)
-    )
+    file = EncodedFile(chain([first], blocks), f"ephemerides{target.endings[0]}", target.media, False)
+    return file_response(writing.compute, file)
 
 
 def answers(
     scenes: list[Scene | AttitudeError], writing: Writing, drop_below: float | None, request: Request
 ) -> Iterator[Iterator[bytes]]:
-    budget = Budget(writing.settings.max_seconds)
+    budget = Budget(writing.compute.settings.max_seconds)
     for index, scene in enumerate(scenes):
         try:
             if isinstance(scene, AttitudeError):

@@ -21,6 +21,7 @@ from attitude.cost.answers import CostAnswer
 from attitude.errors import unknown_name
 from attitude.estimation.fit_result import FitAnswer
 from attitude.formats.registry import FORMATS
+from attitude.formats.tables.json import EphemerisAnswer
 from attitude.quality.check import CheckAnswer
 from attitude.quality.compare import ComparisonAnswer
 from attitude.scene.document import Scene, builtin_names
@@ -37,14 +38,13 @@ from .schemas import (
     ConvertQuery,
     CostQuery,
     Ephemerides,
-    Ephemeris,
     EphemerisQuery,
     NoQuery,
     PlanQuery,
     SourceQuery,
     WindowsQuery,
 )
-from .streaming import answered, fixed, json_response
+from .streaming import fixed, whole
 
 Nothing = Annotated[NoQuery, Query()]
 
@@ -60,9 +60,9 @@ COMPUTATIONS: dict[str, tuple[Any, Any, Any, Responses]] = {
         computations.ephemeris,
         Document,
         EphemerisQuery,
-        file_responses(Ephemeris | Ephemerides) | UNCHANGED,
+        file_responses(EphemerisAnswer | Ephemerides) | UNCHANGED,
     ),
-    "/v1/convert": (computations.convert, Files, ConvertQuery, file_responses(Ephemeris)),
+    "/v1/convert": (computations.convert, Files, ConvertQuery, file_responses(EphemerisAnswer)),
     "/v1/check": (computations.check, Files, SourceQuery, {200: {"model": CheckAnswer}}),
     "/v1/compare": (computations.compare, Files, CompareQuery, {200: {"model": ComparisonAnswer}}),
     "/v1/fit": (computations.fit, Document, NoQuery, {200: {"model": FitAnswer}}),
@@ -81,7 +81,8 @@ def computing(work: Any, kind_of_source: Any, kind_of_query: Any) -> Any:
         query: Annotated[kind_of_query, Query()],
         source: kind_of_source,
     ) -> Response:
-        return await answered(work, request, source, query)
+        response: Response = await request.app.state.compute.run(work, request, source, query)
+        return response
 
     endpoint.__name__, endpoint.__doc__ = work.__name__, work.__doc__
     return endpoint
@@ -123,7 +124,7 @@ async def healthz(request: Request) -> Response:
     if request.app.state.compute.is_stuck():
         detail = "a computation goes on long after it was stopped; this process is to be replaced"
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, detail)
-    return json_response(b'{"status":"alive"}')
+    return whole(b'{"status":"alive"}')
 
 
 @open_router.get("/readyz", response_model=dict[str, str])
@@ -132,7 +133,7 @@ async def readyz(request: Request) -> Response:
     obstacle = request.app.state.readiness.obstacle
     if obstacle is not None:
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, obstacle)
-    return json_response(b'{"status":"ready"}')
+    return whole(b'{"status":"ready"}')
 
 
 @router.get("/version", responses=tagged(dict[str, str]))

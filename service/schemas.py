@@ -10,6 +10,7 @@ from attitude.errors import InputError, unknown
 from attitude.formats import options_of
 from attitude.formats.encoding import parse_options
 from attitude.formats.registry import FORMATS, READ_ONLY, Format
+from attitude.formats.tables.json import EphemerisAnswer
 from attitude.pointing.columns import KINDS
 
 Text = str | SkipJsonSchema[None]
@@ -142,27 +143,7 @@ class Problem(BaseModel):
     id: str | None = Field(None, description="under which the service's log has an unexpected error")
 
 
-class Ephemeris(BaseModel):
-    """Columns, one list each, units in their names, and how to read them."""
-
-    kind: Literal["attitude-ephemeris/1"]
-    name: str
-    convention: str
-    quaternion_order: Literal["wxyz"]
-    frame: str
-    epoch: dict[str, Any] | None
-    time_scale: str | None
-    body: dict[str, Any] | None
-    shape: list[int]
-    events: list[dict[str, Any]] = []
-    chosen_columns: list[str] = Field([], description="what the query asked for in `columns`")
-    version: str
-    plan: dict[str, Any] | None = Field(description="how it was computed, and what it is worth")
-    columns: dict[str, list[float | str]]
-    cost: dict[str, float] | None = Field(description="wall-clock seconds of the computation")
-
-
 class Ephemerides(BaseModel):
     """Of a list of scenes: an answer or a problem for each, in its order."""
 
-    answers: list[Ephemeris | Problem]
+    answers: list[EphemerisAnswer | Problem]

@@ -1,28 +1,39 @@
 """Responses: in blocks as they are computed, or whole; tags, and 304 for who has the answer already."""
 
-from collections.abc import Callable, Iterator
 from hashlib import blake2b
 from http import HTTPStatus
-from typing import Any, NamedTuple
 
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 import attitude
+from attitude.formats.encoding import EncodedFile
 
 from .compute import Compute
 
 JSON = "application/json"
 
 
-class Computed(NamedTuple):
-    """An answer whose first block is there: whatever could be refused has been."""
+def whole(content: bytes, media: str = JSON, **headers: str) -> Response:
+    """A response in one piece, with its length."""
+    return Response(content, headers={**common(media), **headers})
 
-    blocks: Iterator[Any]
-    is_whole: bool
-    media: str
-    headers: dict[str, str]
-    status: int = HTTPStatus.OK
+
+def common(media: str) -> dict[str, str]:
+    """Headers of all responses of this type."""
+    return {"content-type": media, "attitude-version": attitude.__version__}
+
+
+def file_response(compute: Compute, file: EncodedFile, **headers: str) -> Response:
+    """A file in one piece, or in blocks, each computed when the one before is on its way.
+
+    The first block is there: whatever could be refused has been.
+    """
+    disposition = f'{"inline" if file.media == JSON else "attachment"}; filename="{file.name}"'
+    headers |= {"vary": "accept, accept-encoding", "content-disposition": disposition}
+    if file.is_whole:
+        return whole(next(file.blocks, b""), file.media, **headers)
+    return StreamingResponse(compute.blocks(file.blocks), headers={**common(file.media), **headers})
 
 
 def tag_of(*parts: str | bytes) -> str:
@@ -40,32 +51,13 @@ def is_known(tag: str, request: Request) -> bool:
     return tag.removeprefix("W/") in {each.strip().removeprefix("W/") for each in tags}
 
 
-async def answered(
-    work: Callable[[Request, Any, Any], Computed | bytes], request: Request, source: Any, query: Any
-) -> Response:
-    """What a call answers that computes, beside the event loop and within the settings' limits.
-
-    In one piece, with its length, or in blocks, each computed when the one before is on its way.
-    """
-    compute: Compute = request.app.state.compute
-    computed = await compute.run(work, request, source, query)
-    if isinstance(computed, bytes):
-        return json_response(computed)
-    headers = {"vary": "accept, accept-encoding", "attitude-version": attitude.__version__}
-    headers |= {"content-type": computed.media, **computed.headers}
-    if computed.is_whole:
-        return Response(next(computed.blocks, b""), computed.status, headers)
-    return StreamingResponse(compute.blocks(computed.blocks), computed.status, headers)
-
-
-def json_response(content: bytes) -> Response:
-    return Response(content, HTTPStatus.OK, {"attitude-version": attitude.__version__}, JSON)
-
-
 def fixed(request: Request, content: bytes, media: str = JSON, **headers: str) -> Response:
     """What never changes while the service runs: with a tag, and not sent again to who has it."""
     tag = tag_of(content)
-    headers |= {"etag": tag, "vary": "accept-encoding", "attitude-version": attitude.__version__}
-    if is_known(tag, request):
-        return Response(b"", HTTPStatus.NOT_MODIFIED, headers)
-    return Response(content, HTTPStatus.OK, headers, media)
+    headers |= {"etag": tag, "vary": "accept-encoding"}
+    return unchanged(**headers) if is_known(tag, request) else whole(content, media, **headers)
+
+
+def unchanged(**headers: str) -> Response:
+    """The client has the answer of this tag already."""
+    return Response(b"", HTTPStatus.NOT_MODIFIED, {"attitude-version": attitude.__version__, **headers})

@@ -99,8 +99,9 @@ def _solved(problem: TorqueProblem, candidate: Candidate, part: float) -> Refine
 
 
 def _work(problem: TorqueProblem, candidate: Candidate, refined: Refinement) -> float:
-    """The steps made, of those that the candidate expects in the whole span."""
-    return refined.steps * candidate.step / problem.max_abs_seconds
+    """The steps made, of those that the candidate expects in the whole span; none in a span of no length."""
+    span = problem.max_abs_seconds
+    return refined.steps * candidate.step / span if span else 0.0
 
 
 def _beyond(problem: TorqueProblem, reached: float, seconds: float, part: float) -> Prediction:

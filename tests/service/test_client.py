@@ -63,9 +63,9 @@ def test_scenes_are_posted_and_their_answers_parsed(generated, name):
     scene = model("Scene").from_dict(document)
     assert json.loads(json.dumps(scene.to_dict())) == document
     ephemeris = api("ephemeris_v1_ephemeris_post").sync(client=generated, body=scene)
-    assert isinstance(ephemeris, model("Ephemeris"))
+    assert isinstance(ephemeris, model("EphemerisAnswer"))
     assert len(ephemeris.columns["q_w"]) == ephemeris.shape[0]
-    assert ephemeris.plan["solver"]
+    assert ephemeris.plan.solver
     chosen = api("ephemeris_v1_ephemeris_post").sync(
         client=generated, body=scene, columns="elapsed,direction:z"
     )
@@ -81,7 +81,7 @@ def test_scenes_are_posted_and_their_answers_parsed(generated, name):
 def test_list_of_scenes_and_refusals_are_parsed(generated):
     named = model("Scene")(scene=model("SceneScene").TOUTATIS)
     answers = api("ephemeris_v1_ephemeris_post").sync(client=generated, body=[named, 5]).answers
-    assert [type(each).__name__ for each in answers] == ["Ephemeris", "Problem"]
+    assert [type(each).__name__ for each in answers] == ["EphemerisAnswer", "Problem"]
     refusal = api("motion_v1_motion_post").sync(client=generated, body=model("Scene")(name="x"))
     assert (refusal.status, refusal.pointer) == (422, "/body")
 

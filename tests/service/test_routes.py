@@ -12,13 +12,13 @@ import numpy as np
 import orjson
 import pytest
 from asking import assert_problem, library_json, without_cost
+from starlette.responses import Response
 
 import attitude
 from attitude import Scene
 from attitude.scene.document import builtin_names
 from attitude.scene.motion_summary import motion_summary
 from service import computations
-from service.streaming import Computed
 
 
 def test_answer_says_what_it_cost_and_is_worth(client, document):
@@ -78,7 +78,7 @@ def test_health_is_answered_while_a_computation_is_under_way(client, document, m
     def slow(*given):
         begun.set()
         assert go_on.wait(60)
-        return Computed(iter([b"{}"]), True, "application/json", {})
+        return Response(b"{}")
 
     monkeypatch.setattr(computations, "single", slow)
     with ThreadPoolExecutor(1) as pool:

@@ -14,7 +14,7 @@ from starlette.testclient import TestClient
 
 import attitude
 from attitude import Scene
-from attitude.formats.encoding import coalesced, encoded_file
+from attitude.formats.encoding import EncodedFile, coalesced, encoded_file
 from attitude.formats.registry import FORMATS
 from attitude.samples.chunks import CHUNK_INSTANTS
 from service import computations, create_app, streaming
@@ -45,10 +45,11 @@ def large_client(client):
 def test_seconds_used_up_before_the_second_block_cut_the_answer_and_are_no_error(
     large_client, document, monkeypatch, caplog, encoding
 ):
-    def spent(*_):
+    def spent(_, writing, *__):
         job = computations.current.get()
         job.max_seconds = 0  # as if the first block had taken all
-        return streaming.Computed(iter([b"first,\n" * 200, b"second\n"]), False, "text/csv", {})
+        file = EncodedFile(iter([b"first,\n" * 200, b"second\n"]), "a.csv", "text/csv", False)
+        return streaming.file_response(writing.compute, file)
 
     monkeypatch.setattr(computations, "single", spent)
     answer = large_client.post("/v1/ephemeris", json=document, headers={"accept-encoding": encoding})

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, NotRequired
 
 import numpy as np
 import orjson
+from pydantic import Field
+from typing_extensions import TypedDict
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
@@ -19,6 +21,40 @@ if TYPE_CHECKING:
     from ...samples.provenance import Plan
 
 ROWS_PER_DUMP = 1 << 12  # orjson holds the interpreter's lock: other threads wait for the end of a dump
+
+
+class ComputationAnswer(TypedDict):
+    """How an ephemeris was computed, and its error bound; null where none is known."""
+
+    solver: str
+    samples: int
+    simulated: tuple[str, ...]
+    left_out: tuple[str, ...]
+    error_bound_rad: float | None
+    error_bound_source: str
+    tolerance_span_s: NotRequired[tuple[float, float]]
+    notes: NotRequired[tuple[str, ...]]
+    orbit: NotRequired[str]
+
+
+class EphemerisAnswer(TypedDict):
+    """What `blocks_with_plan` says: columns, one list each, units in their names, and how to read them."""
+
+    kind: Literal["attitude-ephemeris/1"]
+    name: str
+    convention: str
+    quaternion_order: Literal["wxyz"]
+    frame: str
+    epoch: dict[str, Any] | None
+    time_scale: str | None
+    body: dict[str, Any] | None
+    shape: list[int]
+    events: NotRequired[list[dict[str, Any]]]
+    chosen_columns: NotRequired[Annotated[list[str], Field(description="those that were requested")]]
+    version: str
+    plan: ComputationAnswer | None
+    columns: dict[str, list[float | str]]
+    cost: Annotated[dict[str, float] | None, Field(description="wall-clock seconds of the computation")]
 
 
 def dumps(ephemeris: EphemerisData) -> bytes:
