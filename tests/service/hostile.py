@@ -24,6 +24,8 @@ FREE: dict[str, Any] = {
     "times": FEW,
 }
 
+AGES = {"scene": "toutatis", "times": {"start": 0, "stop": 4e6, "count": 100_000, "unit": "d"}}
+
 
 def quantity(value: Any, unit: str) -> dict[str, Any]:
     return {"value": value, "unit": unit}
@@ -238,6 +240,7 @@ HOSTILE: dict[str, tuple[str, Any]] = {
     "windows over 30 years": (WINDOWS, {"scene": torques(), "condition": NEAR_THE_SUN}),
     "windows over 30 years in shadow": (WINDOWS, {"scene": torques(), "condition": {"shadow": "umbra"}}),
     "windows of a body that loses energy": (WINDOWS, {"scene": "explorer-1", "condition": NEAR_MOMENTUM}),
+    "windows over 11,000 years": (WINDOWS, {"scene": AGES, "condition": NEAR_THE_SUN}),
     "windows of no width": (
         WINDOWS + "?width=1e-300",
         {"scene": torques(times=FEW | {"stop": 1e5}), "condition": NEAR_THE_SUN},
@@ -264,6 +267,11 @@ HOSTILE: dict[str, tuple[str, Any]] = {
     "a million angles to the Sun": (
         EPHEMERIS + "?format=csv&columns=" + ",".join(f"angle:{axis}:sun" for axis in ("x", "y", "z")),
         torques(times=MANY),
+    ),
+    "the Sun over 11,000 years": (EPHEMERIS + "?format=csv&columns=direction_to:sun", AGES),
+    "axes of the Earth over 900 years": (
+        EPHEMERIS + "?frame=ITRF&ut1=utc",
+        free(epoch=EPOCH, times=MANY | {"stop": 3e5, "unit": "d"}),
     ),
     # cost
     "cost beside the separatrix": (COST, free(angular_velocity=UNIT_RATE)),
