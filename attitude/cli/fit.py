@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 from pathlib import Path
 
-from ..errors import unknown_name
+from ..errors import InputError, unknown_name
 from . import arguments, console
 
 DESCRIPTION = (
@@ -52,7 +52,7 @@ def execute(options: Namespace) -> None:
         output_paths.check(options.output)
     document = FitDocument.from_json(*arguments.document_text(options.document))
     changes = {
-        "estimate": options.estimate and options.estimate.split(","),
+        "estimate": options.estimate and [word.strip() for word in options.estimate.split(",")],
         "loss": options.loss,
         "absolute_sigma": False if options.relative_sigma else None,
     }
@@ -79,6 +79,8 @@ def execute(options: Namespace) -> None:
             replace(each, has_bias=True) if isinstance(each, (BodyRates, RangeOffsets)) else each
             for each in sets
         ]
+        if not any(each.biases for each in sets):
+            raise InputError("--bias", True, "rates or range offsets, which may have a bias")
     with console.progress_bar(options) as progress:
         result = document.fit(sets, progress)
     scene = document.scene(result)

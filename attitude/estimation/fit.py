@@ -149,6 +149,8 @@ def prepare(
     frame: str | None,
 ) -> FitInputs:
     """The inputs of a fit; parameters, errors and warnings are those of `fit`."""
+    if body is not None and not isinstance(body, RigidBody):
+        raise InputError("body", body, "a RigidBody")
     if body is not None and body.shape:
         raise InputError("body", f"{body.shape} bodies", "one body")
     given = observation_sets(observations)

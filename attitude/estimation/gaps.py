@@ -21,15 +21,15 @@ from ..samples.provenance import BETWEEN_ATTITUDES_OF_A_FILE, Plan
 from ..times.instants import Instants, as_instants
 from .fit import fit
 from .fit_result import Fit
+from .observability import UNSEEN
 from .observations import Attitudes
 
 SIDE = 100  # attitudes on each side of a gap that the motion is fitted to
 MIN_SIDE = 3
 STATE = ("attitude", "angular_velocity")
 FLOOR = 1e-11  # rad: scatter below which it is that of rounding
-FALSE_ALARM = 1e-3  # probability that one of the tests doubts a free motion whose scatter is Gaussian
-FAR = 10.0  # times the typical scatter: an attitude that is left out
-LARGE_SCATTER = 0.3  # rad
+MIN_CHANCE = 1e-3  # probability that one of the tests doubts a free motion whose scatter is Gaussian
+MAX_SCATTER = 10.0  # times the typical one: attitudes beyond it are left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ class Side(NamedTuple):
             return True
         vectors, rounding = self.fit.residuals[0].vectors, self.observed.attitude.size * FLOOR**2
         ratio = ((np.diff(vectors, axis=0) ** 2).sum() + 2.0 * rounding) / (self.squares + rounding)
-        return bool(ndtr((ratio - 2.0) * np.sqrt(0.75 * len(vectors))) > FALSE_ALARM)
+        return bool(ndtr((ratio - 2.0) * np.sqrt(0.75 * len(vectors))) > MIN_CHANCE)
 
     def spread(self, t: float, sigma: float) -> float:
         """Standard deviation of the attitude that the side's motion predicts at t, rad."""
@@ -190,11 +190,11 @@ def _doubts(
     spread = min(side.spread(end, sigma) for side, end in zip(sides, ends[::-1], strict=True))
     tests = {
         f"{far} attitudes beside it are far off and were left out": far > 0,
-        "its sides are not of one free motion": chance < FALSE_ALARM,
+        "its sides are not of one free motion": chance < MIN_CHANCE,
         "attitudes beside it depart from a free motion by more than random errors (torques, inertia)": (
             not all(side.is_random for side in sides)
         ),
-        "attitudes beside it scatter so much that they show no motion": sigma > LARGE_SCATTER,
+        "attitudes beside it scatter so much that they show no motion": sigma > UNSEEN,
         "another motion fits as well: turns between attitudes may have been missed": (
             any(side.alternatives for side in sides)
         ),
@@ -215,8 +215,8 @@ def _side(data: EphemerisData, origin: float, body: RigidBody) -> Side:
         return Side(observed, None)
     best = _of_side(data, observed, body)
     alternatives = bool(best.alternatives)
-    while len(observed) > MIN_SIDE and best.residuals[0].sigmas.max() > FAR:
-        observed = observed[best.residuals[0].sigmas <= FAR]
+    while len(observed) > MIN_SIDE and best.residuals[0].sigmas.max() > MAX_SCATTER:
+        observed = observed[best.residuals[0].sigmas <= MAX_SCATTER]
         best = fit(observed, start=best.motion, estimate=STATE)
     return Side(observed, best, len(data) - len(observed), alternatives)
 

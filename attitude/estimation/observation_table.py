@@ -168,6 +168,8 @@ class Table:
                 list(self.columns),
                 "observations: q_w, euler_ZXZ_1, omega_x, body_x or range_offset",
             )
+        if self.has_bias and not any(each.biases for each in sets):
+            raise InputError("bias", True, "rates or range offsets, which may have a bias")
         return sets
 
     def _attitudes(self) -> ObservationSet | None:

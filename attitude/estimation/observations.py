@@ -6,6 +6,7 @@ and their derivatives by its attitude (small rotation theta about body axes, q e
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -22,6 +23,7 @@ from ..samples.transform import rotation_to
 from ..times.instants import Instants, as_instants
 
 SMALL_ANGLE = 1e-4  # rad, below which series replace quotients of sines
+MIN_SIGMA = 1e-50  # SI; squares of what it divides, and of the inverse, are doubles
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +63,9 @@ class ObservationSet:
                 raise InputError(
                     f"{self.name}.sigma", f"shape {sigma.shape}", f"one number, or {shape[0]} of them"
                 )
-            units.refuse_where(~(sigma > 0.0), sigma, f"{self.name}.sigma", "numbers greater than 0")
+            wrong = (sigma < MIN_SIGMA) | (sigma > 1.0 / MIN_SIGMA)
+            expected = f"numbers greater than 0, from {MIN_SIGMA} to {1.0 / MIN_SIGMA}"
+            units.refuse_where(wrong, sigma, f"{self.name}.sigma", expected)
             object.__setattr__(self, "sigma", sigma)
 
     @property
@@ -356,7 +360,9 @@ def turn_of_frame(frame: str, other: str) -> np.ndarray:
 
 def observation_sets(observations: Any) -> list[ObservationSet]:
     """One set or ephemeris, or a list of these, as sets; InputError for what is none, and for none."""
-    is_one = isinstance(observations, (ObservationSet, EphemerisData))
+    is_one = isinstance(observations, (ObservationSet, EphemerisData)) or not isinstance(
+        observations, Iterable
+    )
     sets = [
         Attitudes.of(each) if isinstance(each, EphemerisData) else each
         for each in ([observations] if is_one else observations)

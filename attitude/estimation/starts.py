@@ -177,7 +177,8 @@ def _differences(each: Attitudes) -> tuple[np.ndarray, np.ndarray]:
 def _random_states(window: Sequence[ObservationSet], rates: Sequence[np.ndarray]) -> StartStates:
     """Attitudes at random, with rates up to half a turn between neighbours where none was observed."""
     if not any(isinstance(each, Directions) for each in window):
-        raise InputError("start", None, "a motion to start from: these observations are too few to find one")
+        expected = "a motion to start from, beside rates and ranges, which do not show the attitude alone"
+        raise InputError("start", None, expected)
     random = np.random.default_rng(0)
     gaps = np.diff(np.unique(np.concatenate([each.times.seconds for each in window])))
     limit = np.pi / np.median(gaps) if gaps.size else 0.0

@@ -454,6 +454,7 @@ def test_instants_that_occur_twice_are_named():
         ({"estimate": ("attitude",)}, "start: a motion, whose angular_velocity is kept"),
         ({"body": None, "estimate": STATE_ONLY}, "body: the inertia, where it is not estimated"),
         ({"start": 3}, "start: a TorqueFreeMotion or a Scene"),
+        ({"body": [10.0, 13.0, 17.0]}, r"body: a RigidBody; got \[10"),
         ({"start": Scene.builtin("gravity-gradient-capture")}, "none: the fit is of free rotation"),
         ({"frame": "ITRF"}, "an inertial frame"),
     ],
@@ -461,6 +462,25 @@ def test_instants_that_occur_twice_are_named():
 def test_arguments_that_are_wrong_are_refused(options, message, random):
     with pytest.raises(InputError, match=message):
         fit(simulated.attitudes(simulated.motion(), random), **{"body": RigidBody(MOMENTS), **options})
+
+
+@pytest.mark.parametrize("observations", [None, 3, np.eye(4), [None], "table.csv"])
+def test_what_is_no_observation_is_refused(observations):
+    with pytest.raises(InputError, match=r"observations\[0\]: Attitudes, BodyRates"):
+        fit(observations, RigidBody(MOMENTS))
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1e-300, 1e300])
+def test_deviations_whose_squares_are_no_doubles_are_refused(random, sigma):
+    for made in (simulated.attitudes, simulated.rates, simulated.ranges):
+        with pytest.raises(InputError, match=r"sigma: numbers greater than 0, from 1e-50 to 1e\+50"):
+            replace(made(simulated.motion(), random), sigma=sigma)
+
+
+def test_rates_and_ranges_alone_need_a_start(random):
+    for made in (simulated.rates, simulated.ranges):
+        with pytest.raises(InputError, match="rates and ranges, which do not show the attitude alone"):
+            quiet_fit(made(simulated.motion(), random), RigidBody(MOMENTS))
 
 
 def test_too_few_observations_for_their_own_scatter_are_refused():
@@ -609,6 +629,7 @@ TABLE = "time [utc],q_w,q_x,q_y,q_z\n2026-01-01T00:00:00,1,0,0,0\n2026-01-01T00:
         (TABLE.splitlines()[0], "no observations"),
         ("# attitude_sigma [m]: 5\n" + TABLE, "attitude_sigma .m.: a unit of angle"),
         ("# frame: ITRF\n" + TABLE, "an inertial frame"),
+        ("# bias: true\n" + TABLE, "bias: rates or range offsets"),
         (TABLE.replace("q_w,q_x,q_y,q_z", "euler_ZZX_1 [deg],q_x,q_y,q_z"), "no two neighbours the same"),
         (TABLE.replace("q_w,q_x,q_y,q_z", "a,b,c,d"), "unknown column 'a'"),
     ],
@@ -731,6 +752,14 @@ def test_command_writes_a_scene_to_go_on_from(tmp_path, capsys):
         (["--observations", str(EXAMPLES / "toutatis-radar.csv"), "--only", "rate"], "did you mean 'rates'"),
         (["--observations", str(EXAMPLES / "toutatis-radar.csv"), "--sigma", "1 deg"], "none beside a table"),
         (["--loss", "cauchi"], "did you mean 'cauchy'"),
+        (
+            ["--observations", str(EXAMPLES / "toutatis-radar.csv"), "--estimate", "attitude, moment"],
+            "unknown parameter 'moment'; did you mean 'moments'",
+        ),
+        (
+            ["--observations", str(EXAMPLES / "toutatis-radar.csv"), "--only", "attitudes", "--bias"],
+            "--bias: rates or range offsets",
+        ),
         (["--rate-sigma", "1 deg"], "--rate-sigma: an angular velocity above 0"),
         (["-o", "/nowhere/scene.json"], "cannot be written"),
     ],
