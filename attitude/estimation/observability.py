@@ -54,9 +54,3 @@ class Observability:
     def seen_basis(self) -> np.ndarray:
         """(p, m): the directions that are seen, in columns."""
         return self.directions[self.is_seen].T
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """(p, p), natural units, of what is seen."""
-        scaled = self.seen_basis * self.sigma[self.is_seen]
-        return scaled @ scaled.T
