@@ -77,8 +77,10 @@ SIGMAS: dict[type[ObservationSet], str] = {
     Attitudes: ATTITUDE_SIGMA,
     **{kind.made: kind.sigma for kind in (RATE, DIRECTION, RANGE)},
 }
-NAMES = "|".join(sorted((*UNITS, *WITHOUT_UNIT), key=len, reverse=True))
-WITH_SUFFIX = re.compile(rf"({NAMES}|euler_[xyz]{{3}}_[123])_([a-z]+(?:_[a-z]+)?)")
+COLUMNS = (*UNITS, *WITHOUT_UNIT)
+WITH_SUFFIX = re.compile(
+    rf"({'|'.join(sorted(COLUMNS, key=len, reverse=True))}|euler_[xyz]{{3}}_[123])_([a-z]+(?:_[a-z]+)?)"
+)
 EXAMPLES = {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}
 
 
@@ -124,8 +126,7 @@ class Table:
         is_euler = EULER.fullmatch(name)
         like = units.ANGLE if is_euler else UNITS.get(name)
         if like is None and name not in WITHOUT_UNIT:
-            known = (*UNITS, *WITHOUT_UNIT, "euler_ZXZ_1")
-            raise InputError(header, name, unknown("column", name, known))
+            raise InputError(header, name, unknown("column", name, (*COLUMNS, "euler_ZXZ_1")))
         if (like is None) != (unit is None):
             expected = "no unit"
             if like is not None:
@@ -268,9 +269,8 @@ def read_table(path: str | Path, frame: str | None = None) -> list[ObservationSe
         text = Path(path).read_text(encoding="utf-8-sig")
     lines = text.splitlines()
     comments: dict[str, str] = {match[1]: match[2] for line in lines if (match := COMMENT.fullmatch(line))}
-    known = (*UNITS, *WITHOUT_UNIT)  # other comments are of no account
-    columns: dict[str, Any] = {
-        name: each for name, each in comments.items() if parse_header(name)[0] in known
+    columns: dict[str, Any] = {  # other comments are of no account
+        name: each for name, each in comments.items() if parse_header(name)[0] in COLUMNS
     }
     numbers = [i + 1 for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     if len(numbers) < 2:
