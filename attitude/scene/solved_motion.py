@@ -141,12 +141,19 @@ class SolutionNodes:
         return np.clip(np.searchsorted(self.seconds, seconds, side="right") - 1, 0, self.seconds.size - 2)
 
     def with_rows(self, at: np.ndarray, seconds: np.ndarray, rows: np.ndarray) -> SolutionNodes:
-        """Add nodes, each inside the interval before the node at an index, which is not exact."""
+        """Add nodes, each inside the interval before the node at an index.
+
+        No interval stays exact whose polynomial may pass through a new node: where nodes are close to each
+        other, the polynomial of a longer interval beside them magnifies the rounding of the solver.
+        """
+        is_exact, added = np.insert(self.is_exact, at, False), at + np.arange(at.size)
+        near = added[:, None] + np.arange(-WINDOW, WINDOW)
+        is_exact[np.clip(near, 0, is_exact.size - 1)] = False
         return replace(
             self,
             seconds=np.insert(self.seconds, at, seconds),
             rows=np.insert(self.rows, at, rows, axis=0),
-            is_exact=np.insert(self.is_exact, at, False),
+            is_exact=is_exact,
         )
 
     def interpolated(self, instants: Instants) -> np.ndarray:

@@ -18,6 +18,7 @@ from attitude.windows import angle, in_shadow
 
 document = Scene.builtin("envisat").document()
 document["times"] = {"start": 0, "stop": 110, "step": 0.05, "unit": "min"}
+document["tolerance"] = {"value": 1e-6, "unit": "rad"}
 scene = Scene.model_validate(document)
 ephemeris = scene.run()
 near_sun = angle("x", to="sun") < 45 * u.deg

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from attitude import Scene
 from attitude.dynamics import integration
 from attitude.frames import rotations
 from attitude.scene import simulation
@@ -68,6 +69,19 @@ def test_attitudes_between_nodes_are_those_of_the_solver(effects, solutions):
     assert np.abs(found.angular_velocity - exact.angular_velocity).max() < 1e-11
     size = np.linalg.norm(exact.angular_momentum, axis=1, keepdims=True)
     assert (np.abs(found.angular_momentum - exact.angular_momentum) / size).max() < 2e-10
+
+
+def test_attitudes_beside_added_nodes_are_those_of_the_solver():
+    """The limit is near the solver's rounding here: nodes are added that lie close to each other."""
+    scene = Scene.builtin("envisat").document() | {"times": {"start": 0, "stop": 2100, "step": 3, "unit": "s"}}
+    inputs = simulation.resolve(Scene.model_validate(scene))
+    motion = bounded(inputs, (0.0, 2100.0), None)
+    nodes = np.linspace(0.0, 2100.0, 537)
+    motion.sampled(nodes, np.zeros_like(nodes))
+    t = np.sort(np.random.default_rng(1).uniform(0.0, 2100.0, 3000))
+    found = motion.sampled(t, np.zeros_like(t))
+    exact = simulation.run(inputs, None, Instants(t, None, motion.epoch))
+    assert rotations.angle_between(found.quaternion("wxyz"), exact.quaternion("wxyz")).max() < 1e-10
 
 
 @pytest.mark.parametrize("effects", EFFECTS.values(), ids=EFFECTS)
