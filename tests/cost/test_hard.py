@@ -21,7 +21,7 @@ CASES = cases(SEED)
 @pytest.fixture(scope="module")
 def report():
     """All methods; the budget leaves the integrators no more than the shortest of the huge times."""
-    return hard(budget=3.0, seed=SEED)
+    return hard(budget=1.0, seed=SEED)
 
 
 def by_family(report, family):
