@@ -73,7 +73,9 @@ def test_attitudes_between_nodes_are_those_of_the_solver(effects, solutions):
 
 def test_attitudes_beside_added_nodes_are_those_of_the_solver():
     """The limit is near the solver's rounding here: nodes are added that lie close to each other."""
-    scene = Scene.builtin("envisat").document() | {"times": {"start": 0, "stop": 2100, "step": 3, "unit": "s"}}
+    scene = Scene.builtin("envisat").document() | {
+        "times": {"start": 0, "stop": 2100, "step": 3, "unit": "s"}
+    }
     inputs = simulation.resolve(Scene.model_validate(scene))
     motion = bounded(inputs, (0.0, 2100.0), None)
     nodes = np.linspace(0.0, 2100.0, 537)
