@@ -9,18 +9,25 @@ import numpy as np
 
 from ..frames import rotations
 from ..problem.torque_model import CachedTorque
+from ..problem.torque_rows import turned
 from ..times.instants import Instants
 from .angular_rates import max_angular_rates
 from .arcs import Arc, instants_within
 from .batch_states import Bodies, TorqueProblem
-from .momentum import initial_momenta
+from .momentum import initial_momenta, rotors_and_dissipation
 from .plate_solver import take_arcs
 from .solver import OUTPUTS, SolverTask, StepSetting, take_steps, vector_lengths
 from .solver_arguments import SolverArguments, most_symmetric
 
-# By this part of its size the momentum that the coarser solution starts with is turned: what both solutions
-# share of rounding, and how the motion makes it grow, is in their difference too.
+# By this part of its size the momentum of the coarser solution is changed: at the epoch along itself, and
+# across it between both other directions of `rounding`; and once more on the way, along the rate, since the
+# motion may multiply later roundings more than the first.  What the two solutions share of rounding, and what
+# the motion makes of it, is in their difference then.
 ROUNDING_OF_MOMENTUM = 2.0**-50
+ALONG_AND_ACROSS = 1.0, 0.5**0.5, 0.5**0.5
+# Those directions are of a state that is off by this part, more along one axis than another: about an axis,
+# and at rest, there are none.  Of the rate a further part is off, for those of a sphere.
+OFF_AXES, OFF_SPHERE = 2.0**-40 * np.array([1.0, 0.5, 0.25]), 2.0**-5
 
 
 class Solution(NamedTuple):
@@ -74,25 +81,45 @@ def integrate(problem: TorqueProblem, bodies: Bodies, instants: np.ndarray, sett
 
 
 def rounding(
-    bodies: Bodies, momenta: np.ndarray, rates: np.ndarray | float = 0.0, aside: bool = False
+    bodies: Bodies,
+    rotors: np.ndarray,
+    weights: tuple[float, float, float],
+    sizes: np.ndarray,
 ) -> np.ndarray:
-    """(n, 3), inertial: a change of momenta across them, the more along an axis the less its moment.
+    """Change of momenta (n, 3), body frame, by rounding in the directions of which motions make most.
 
-    Momenta count for no less than torques and impulses will make of them: (n,) rad/s, the greatest rates.
+    Along the momentum; across it along the gradient of the energy, which is the rate: another energy is
+    another period, or the other side of a separatrix; and across both, along the momentum's own path in the
+    body, with the sign with which free motion stretches the sum of the two, as it does beside a middle axis.
 
-    aside : across both the momentum and that change instead
+    rotors : (..., 3) N m s, body frame; weights : of these three
+    sizes : (n,) N m s, of the momenta
     """
-    moments, axes = np.asarray(bodies.body.moments), bodies.axes
-    first, second, third = np.sqrt(moments.min(axis=1, keepdims=True) / moments).T[:, :, None]
-    change = rotations.rotate(
-        bodies.attitude, (first * axes[:, 0] + second * axes[:, 1]) + third * axes[:, 2]
-    )
-    own = vector_lengths(momenta)[:, None]
-    direction = momenta / np.where(own > 0.0, own, 1.0)
-    size = np.maximum(own, (rates * moments.min(axis=1))[:, None])
-    x, y, z = (change * direction).T[:, :, None]
-    turned: np.ndarray = ROUNDING_OF_MOMENTUM * size * (change - ((x + y) + z) * direction)
-    return np.cross(direction, turned) if aside else turned
+    axes, moments = bodies.axes, np.asarray(bodies.body.moments)
+    rates, size = turned(axes, bodies.rate), sizes[:, None]
+    off = size * OFF_AXES
+    along = _unit(moments * rates + turned(axes, rotors) + off)
+    rates = rates + off / moments + OFF_SPHERE * off / moments.min(axis=1, keepdims=True)
+    energy = _unit(rates - _dot(rates, along) * along)
+    (a, b, c), (x, y, z) = along.T, energy.T
+    path = np.array([b * z - c * y, c * x - a * z, a * y - b * x]).T
+    sign = np.copysign(1.0, _dot(energy * energy - path * path, 1.0 / moments))
+    change = weights[0] * along + weights[1] * energy + weights[2] * sign * path
+    return turned(axes.swapaxes(1, 2), ROUNDING_OF_MOMENTUM * size * change)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Of length 1, (n, 3); zeros stay."""
+    lengths = vector_lengths(vectors)[:, None]
+    unit: np.ndarray = vectors / np.where(lengths > 0.0, lengths, 1.0)
+    return unit
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(n, 1), of (n, 3)."""
+    x, y, z = (a * b).T[:, :, None]
+    product: np.ndarray = (x + y) + z
+    return product
 
 
 class _Outwards:
@@ -108,10 +135,27 @@ class _Outwards:
         self.smooth, self.plates = True, False
         self._prepared: dict[tuple[int, ...], SolverArguments] = {}
         momenta = initial_momenta(problem.template, bodies, first.torques)
+        self._pushed: np.ndarray | None = None  # N m s, negative eddies of the coarser solution
         if setting.coarsely:
-            rates = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
-            momenta = momenta + rounding(bodies, momenta, rates)
+            momenta = momenta + self._disturb(momenta, first)
         self._states = self._under(first.torques).states(self._attitude, momenta, bodies.rate)
+
+    def _disturb(self, momenta: np.ndarray, first: Arc) -> np.ndarray:
+        """(n, 3), inertial: the change of the momenta at the epoch; also sets that on the way.
+
+        Momenta count for no less than torques and impulses will make of them.
+        """
+        problem, bodies = self._problem, self._bodies
+        speeds = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
+        least = np.asarray(bodies.body.moments).min(axis=1)
+        sizes = np.maximum(vector_lengths(momenta), least * speeds)
+        end = problem.template.stop if first.stop >= 0.0 else problem.template.start
+        if end != 0.0:
+            self._pushed = ROUNDING_OF_MOMENTUM / end * sizes / np.where(speeds > 0.0, speeds, np.inf)
+        rotors, _ = rotors_and_dissipation(problem.template, bodies, first.torques)
+        change = rounding(bodies, rotors, ALONG_AND_ACROSS, sizes)
+        turned_change: np.ndarray = rotations.rotate(bodies.attitude, change)
+        return turned_change
 
     def over(self, arc: Arc, instants: np.ndarray) -> np.ndarray:
         """(n, OUTPUTS, m): over the next arc, at the instants (2, m) in it."""
@@ -136,6 +180,8 @@ class _Outwards:
         key = tuple(id(torque) for torque in torques)
         if key not in self._prepared:
             arguments = most_symmetric(self._problem.template, self._bodies, torques)
+            if self._pushed is not None:
+                arguments = arguments.pushed(self._pushed)
             self._prepared[key] = arguments
             self.symmetric &= arguments.symmetric
             self.smooth = self.smooth and arguments.is_smooth

@@ -54,7 +54,7 @@ class Bodies:
         """The state of one of the bodies, in the surroundings and span of the template."""
         return replace(template, body=self.body[i], attitude=self.attitude[i], rate=self.rate[i])
 
-    @property
+    @cached_property
     def axes(self) -> np.ndarray:
         """(n, 3, 3): rows are the principal axes, right-handed, in the order of the moments."""
         return right_handed(np.array(self.body.axes))

@@ -19,10 +19,10 @@ from .batch_states import Bodies, named
 from .error_estimate import angles, compared_instants
 from .exact_motion import FREE_ROTATION, ExactMotion
 from .momentum import inertial_components
-from .solver import OUTPUTS
+from .solver import OUTPUTS, vector_lengths
 
 # By what the difference is multiplied that a rounding at every impulse makes.
-SAFETY_OF_IMPULSES = 6.0
+SAFETY_OF_IMPULSES = 4.0
 
 
 def coast(
@@ -97,12 +97,12 @@ def _coast(
             for impulse in arc.impulses:
                 momentum = momentum + sign * inertial_components(impulse, q)
             if arc.impulses:
-                felt = momentum
+                own = rotations.rotate(rotations.conjugate(q), momentum)
+                w = exact.rate(body, own)
                 if disturbed:  # what rotors have of the momentum is taken off again, but not its rounding
-                    off = ROUNDING_OF_MOMENTUM * rotations.rotate(q, exact.rotors)
-                    bodies = Bodies(body, q, w)
-                    felt = momentum + rounding(bodies, momentum, aside=disturbed > 1) + off
-                w = exact.rate(body, rotations.rotate(rotations.conjugate(q), felt))
+                    across = 0.0, float(disturbed == 1), float(disturbed == 2)
+                    change = rounding(Bodies(body, q, w), exact.rotors, across, vector_lengths(own))
+                    w = exact.rate(body, own + change + ROUNDING_OF_MOMENTUM * exact.rotors)
             motion, here = exact.of(body, q, w), within[index]
             since = _since(arc.start, np.append(seconds[here], arc.stop), np.append(low[here], 0.0))
             quaternion, turning = motion.sample(since, quaternion=True, rate=True)

@@ -188,11 +188,16 @@ def rounding_of(
 
 
 def _margin(fine: Solution, difference: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-    """What a difference is taken for, rad: by how it comes about; twice where the motion may multiply it."""
+    """What a difference is taken for, rad: by how it comes about; twice where the motion may multiply it.
+
+    As much as the rounding of the motion counts once: the coarser solution's own start makes that of it.
+    """
     safety = SAFETY_OF_PLATES if fine.plates else SAFETY
+    safety = safety if fine.smooth else SAFETY_OF_BREAKS
     with np.errstate(invalid="ignore"):  # infinite where a solution failed
+        more = np.maximum(0.0, difference - rounding)
         beyond = np.maximum(0.0, difference - MULTIPLE_OF_ROUNDING * rounding) * ~fine.symmetric[:, None]
-        margin: np.ndarray = (safety if fine.smooth else SAFETY_OF_BREAKS) * (difference + beyond)
+        margin: np.ndarray = difference + (safety - 1.0) * more + safety * beyond
     return margin
 
 

@@ -59,6 +59,13 @@ class SolverArguments:
         body, symmetric, to_axes, effects = (np.repeat(field, times, axis=0) for field in fields)
         return replace(self, body=body, symmetric=symmetric, to_axes=to_axes, effects=effects)
 
+    def pushed(self, momenta: np.ndarray) -> SolverArguments:
+        """Those of bodies that are pushed along their rate, (n,) N m s; of a symmetric body nothing is."""
+        body = self.body.copy()
+        diagonal = [layout.EDDIES, layout.EDDIES + 4, layout.EDDIES + 8]
+        body[:, diagonal] -= np.where(self.symmetric, 0.0, momenta)[:, None]
+        return replace(self, body=body)
+
     def states(
         self, attitude: np.ndarray, momentum: np.ndarray, rate: np.ndarray | None = None
     ) -> np.ndarray:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from attitude import Scene, ToleranceError
-from attitude.dynamics.arc_integration import integrate
-from attitude.dynamics.batch_states import TorqueProblem
+from attitude import RigidBody, Scene, ToleranceError, TorqueFreeMotion
+from attitude.dynamics.arc_integration import ALONG_AND_ACROSS, integrate, rounding
+from attitude.dynamics.batch_states import Bodies, TorqueProblem
 from attitude.dynamics.solver import StepSetting
 from attitude.scene.simulation import resolve
 from tests.dynamics.motions import angle
@@ -221,3 +221,120 @@ def test_estimate_of_a_body_at_rest_sees_the_rounding_of_what_turns_it(name):
     run = Scene.model_validate(document).run()
     error = angle(run.quaternion("wxyz").T[:, :1], np.array(expected)[:, None])
     assert 1e-14 < error < run.plan.error_bound < 1e-9
+
+
+# Two scenes whose estimate did not see rounding: the change at the epoch was across that which the motion
+# multiplies, beside a separatrix and by a gravity gradient.  Attitudes at the far end by Taylor series in
+# 80-bit numbers.
+MULTIPLIED = {
+    "beside a separatrix": {
+        "body": {"moments": [12.077898605912017, 27.767088894991726, 15.701268187685622], "unit": "kg m2"},
+        "attitude": [0.49662509314481224, 0.002326198515869393, -0.848885941425829, -0.18097172184889898],
+        "angular_velocity": [0.05614452633752898, 0.0202915778257382, -0.012891284236421482],
+        "times": {"start": -472.2759581236795, "stop": 0.0, "count": 41, "unit": "s"},
+        "effects": [
+            {"type": "dissipation", "coefficient": quantity(1.3613176638673338e-06, "1/(N m s)")},
+            {
+                "type": "magnetic_dipole",
+                "dipole": quantity(
+                    [-0.005055960407766904, -0.01514764758657764, -0.01610127070436089], "A m2"
+                ),
+                "field": {
+                    "strength": quantity(3e-05, "T"),
+                    "radius": quantity(6371200.0, "m"),
+                    "tilt": quantity(0.0532403966780551, "rad"),
+                    "longitude": quantity(-2.9795801700404185, "rad"),
+                    "rotation": quantity(7.292115e-05, "rad/s"),
+                },
+            },
+        ],
+        "orbit": (19782687.58780899, 0.5878589698167708, 2.787508124400394),
+        "angles": (0.9263707022178429, -1.254092210500076, 1.939801971147018),
+        "tolerance": 6.433519284712741e-12,
+        "expected": [-0.044823687138063215, 0.04660477799501918, -0.1865592414041479, -0.9803134606778042],
+    },
+    "under gravity gradient": {
+        "body": {"moments": [233.19335304365694, 412.3934758825902, 179.37950234127456], "unit": "kg m2"},
+        "attitude": [0.6268002610151728, -0.39209191270908733, 0.13403876710263563, -0.6598628446071548],
+        "angular_velocity": [-0.0009392673046374181, 9.462890271787565e-05, -0.0006228284517864036],
+        "times": {"start": 0.0, "stop": 34447.44952232742, "count": 5, "unit": "s"},
+        "effects": [
+            {
+                "type": "constant_torque",
+                "torque": quantity(
+                    [-3.6987256186022348e-09, -5.898190301132456e-10, -2.3439000328639932e-08], "N m"
+                ),
+                "frame": "body",
+            },
+            {"type": "gravity_gradient"},
+        ],
+        "orbit": (8259128.521130409, 0.0, 0.2594521812568966),
+        "angles": (-1.6961412137459297, 0.8272147381829464, 1.3536153695415223),
+        "tolerance": 2.8653637806143325e-12,
+        "expected": [-0.1805293695359351, -0.2903070122025653, -0.05754061736214689, -0.9379872401874987],
+    },
+}
+
+
+@pytest.mark.filterwarnings("ignore:tolerance")
+@pytest.mark.parametrize("name", MULTIPLIED)
+def test_estimate_sees_rounding_that_the_motion_multiplies_a_thousandfold(name):
+    document = dict(MULTIPLIED[name])
+    a, eccentricity, inclination = document["orbit"]
+    raan, argument, anomaly = document.pop("angles")
+    expected = np.array(document.pop("expected"))[:, None]
+    run = Scene.model_validate(
+        document
+        | {
+            "frame": "INERTIAL",
+            "attitude": {"quaternion": document["attitude"], "order": "wxyz"},
+            "angular_velocity": quantity(document["angular_velocity"], "rad/s"),
+            "orbit": {
+                "semi_major_axis": quantity(a, "m"),
+                "eccentricity": eccentricity,
+                "inclination": quantity(inclination, "rad"),
+                "raan": quantity(raan, "rad"),
+                "argument_of_pericentre": quantity(argument, "rad"),
+                "mean_anomaly": quantity(anomaly, "rad"),
+                "mu": quantity(3.986004418e14, "m3/s2"),
+                "radius": quantity(6378137.0, "m"),
+            },
+            "tolerance": quantity(document["tolerance"], "rad"),
+        }
+    ).run()
+    far = int(np.abs(run.elapsed).argmax())
+    error = angle(run.quaternion("wxyz").T[:, [far]], expected)
+    assert 1e-13 < 3.0 * error < run.plan.error_bound < 1e-10
+
+
+BESIDE_MIDDLE = [
+    (inertia, [1e-6 * np.cos(phase), 1.0, 1e-6 * np.sin(phase)])
+    for inertia in ([1.0, 1.5, 2.0], [1.0, 1.9, 2.0], [1.2, 1.6, 2.79])
+    for phase in np.linspace(0.1, 6.0, 8)
+]
+
+
+@pytest.mark.parametrize(
+    ("inertia", "rate"),
+    [
+        *BESIDE_MIDDLE,
+        ([1.0, 1.5, 2.0], [0.0, 1.0, 0.0]),
+        ([1.0, 1.5, 2.0], [1.0, 0.0, 0.0]),
+        ([1.0, 1.5, 2.0], [0.3, -0.5, 0.4]),
+        ([12.08, 27.77, 15.7], [0.05614452633752898, 0.0202915778257382, -0.012891284236421482]),
+        ([1.0, 1.0, 0.6], [0.3, 0.2, -0.5]),
+        ([1.0, 1.0, 1.0], [1.0, 0.0, 0.0]),
+    ],
+)
+def test_change_at_the_epoch_is_no_less_than_a_quarter_in_the_direction_that_is_multiplied_most(
+    inertia, rate
+):
+    """Free motion: by its partial derivatives in closed form, over 30 rad."""
+    body, rate = RigidBody(inertia), np.array(rate)
+    bodies = Bodies(body.broadcast_to((1,)), np.array([[1.0, 0.0, 0.0, 0.0]]), rate[None])
+    (change,) = rounding(bodies, np.zeros(3), ALONG_AND_ACROSS, np.ones(1))
+    t = np.linspace(0.0, 30.0 / np.linalg.norm(rate), 31)
+    motion = TorqueFreeMotion(body, [1.0, 0.0, 0.0, 0.0], rate, order="wxyz")
+    grown = motion.partials(t).matrix[:, :3, 3:6] / inertia
+    worst = np.linalg.norm(change) * np.linalg.norm(grown, 2, axis=(1, 2)).max()
+    assert np.linalg.norm(grown @ change, axis=1).max() > 0.25 * worst
