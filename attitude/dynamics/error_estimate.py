@@ -21,6 +21,9 @@ INSTANTS_OF_DRIFT = 16
 # torques of every size the difference itself was up to twice too small.  Where torques break, two solutions
 # may agree by chance.
 SAFETY, SAFETY_OF_BREAKS = 3.0, 10.0
+# Up to so many times the rounding a difference counts once: the coarser solution's own start and way make that
+# of a tame motion.
+MULTIPLE_OF_START = 1.5
 # A difference beyond so many times the rounding, taken to grow evenly, is one that steps or the motion have
 # made: how far the motion multiplies either solution's own rounding is known by a factor only.
 MULTIPLE_OF_ROUNDING = 10.0
@@ -188,14 +191,11 @@ def rounding_of(
 
 
 def _margin(fine: Solution, difference: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-    """What a difference is taken for, rad: by how it comes about; twice where the motion may multiply it.
-
-    As much as the rounding of the motion counts once: the coarser solution's own start makes that of it.
-    """
+    """What a difference is taken for, rad: by how it comes about; twice where the motion may multiply it."""
     safety = SAFETY_OF_PLATES if fine.plates else SAFETY
     safety = safety if fine.smooth else SAFETY_OF_BREAKS
     with np.errstate(invalid="ignore"):  # infinite where a solution failed
-        more = np.maximum(0.0, difference - rounding)
+        more = np.maximum(0.0, difference - MULTIPLE_OF_START * rounding)
         beyond = np.maximum(0.0, difference - MULTIPLE_OF_ROUNDING * rounding) * ~fine.symmetric[:, None]
         margin: np.ndarray = difference + (safety - 1.0) * more + safety * beyond
     return margin

@@ -94,6 +94,14 @@ def test_needle_of_plates_is_followed():
     assert angle(run.quaternion("wxyz")[1], expected[0][:4]) <= run.plan.error_bound + 1e-10 <= 2e-7
 
 
+def test_sweeps_of_a_needle_of_plates_stand_still_to_the_rounding_of_its_momentum():
+    light = cubesat()["effects"][2] | {"shadow": False}
+    scene = document([4.8585, 3e-4, 4.85823], [-0.0115, 0.00527, -0.00778], 60.0, [light], 1e-3)
+    scene["orbit"] = cubesat()["orbit"]
+    run, (expected, _) = Scene.model_validate(scene).run(), PlateMotion(scene).states([60.0])
+    assert angle(run.quaternion("wxyz")[1], expected[0][:4]) <= run.plan.error_bound + 1e-9 < 1e-6
+
+
 @pytest.mark.parametrize("rotor", [[0.3, 0.0, 0.0], [0.0, 0.0, 0.3], [0.1, -0.2, 0.15]])
 def test_steps_of_a_body_at_rest_are_measured_by_the_nutation_that_its_wheels_make(rotor):
     moments, torque = [2.5, 2.4, 1.5], [1e-6, -2e-6, 1.5e-6]

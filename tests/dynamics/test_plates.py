@@ -117,6 +117,14 @@ def test_motion_is_that_of_an_integration_cut_at_every_edge(name):
     assert run.plan.error_bound < AGREEMENT
 
 
+@pytest.mark.parametrize("rate", [1e-30, 1e-18, 1e-16])
+def test_body_of_plates_nearly_at_rest_moves_as_one_at_rest(rate):
+    slow = cubesat(DRAG, angular_velocity=quantity([rate, -0.3 * rate, 0.2 * rate], "deg/s"))
+    run, rest = (Scene.model_validate(one).run() for one in (slow, cubesat(DRAG, **REST)))
+    apart = angle(run.quaternion("wxyz"), rest.quaternion("wxyz"))
+    assert apart <= run.plan.error_bound + rest.plan.error_bound < 1e-12
+
+
 def test_torque_of_the_users_acts_beside_plates():
     run, truth, _ = run_and_truth(cubesat(DRAG), user)
     assert angle(run.quaternion("wxyz")[1:], truth) < AGREEMENT

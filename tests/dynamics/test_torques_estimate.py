@@ -307,34 +307,39 @@ def test_estimate_sees_rounding_that_the_motion_multiplies_a_thousandfold(name):
     assert 1e-13 < 3.0 * error < run.plan.error_bound < 1e-10
 
 
-BESIDE_MIDDLE = [
-    (inertia, [1e-6 * np.cos(phase), 1.0, 1e-6 * np.sin(phase)])
-    for inertia in ([1.0, 1.5, 2.0], [1.0, 1.9, 2.0], [1.2, 1.6, 2.79])
-    for phase in np.linspace(0.1, 6.0, 8)
+def random_states(count=200):
+    """(moments, rate), beside the middle axis and beside the separatrix."""
+    rng, found = np.random.default_rng(50), []
+    for _ in range(count):
+        a, b, c = inertia = np.sort(moments(rng, symmetric=False))
+        aside, rate = 10.0 ** rng.uniform(-8, -1) * rng.normal(size=3), rng.normal(size=3)
+        found.append((inertia, np.array([0.0, 1.0, 0.0]) + aside))
+        rate[0] = np.sqrt(c * (c - b) / (a * (b - a))) * rate[2] + 10.0 ** rng.uniform(-8, -2)
+        found.append((inertia, rate))
+    return found
+
+
+SPINS = [
+    ([1.0, 1.5, 2.0], [0.0, 1.0, 0.0]),
+    ([1.0, 1.5, 2.0], [1.0, 0.0, 0.0]),
+    ([1.0, 1.5, 2.0], [0.3, -0.5, 0.4]),
+    ([12.08, 27.77, 15.7], [0.05614452633752898, 0.0202915778257382, -0.012891284236421482]),
+    ([1.0, 1.0, 0.6], [0.3, 0.2, -0.5]),
+    ([1.0, 1.0, 1.0], [1.0, 0.0, 0.0]),
 ]
 
 
-@pytest.mark.parametrize(
-    ("inertia", "rate"),
-    [
-        *BESIDE_MIDDLE,
-        ([1.0, 1.5, 2.0], [0.0, 1.0, 0.0]),
-        ([1.0, 1.5, 2.0], [1.0, 0.0, 0.0]),
-        ([1.0, 1.5, 2.0], [0.3, -0.5, 0.4]),
-        ([12.08, 27.77, 15.7], [0.05614452633752898, 0.0202915778257382, -0.012891284236421482]),
-        ([1.0, 1.0, 0.6], [0.3, 0.2, -0.5]),
-        ([1.0, 1.0, 1.0], [1.0, 0.0, 0.0]),
-    ],
-)
-def test_change_at_the_epoch_is_no_less_than_a_quarter_in_the_direction_that_is_multiplied_most(
-    inertia, rate
-):
-    """Free motion: by its partial derivatives in closed form, over 30 rad."""
-    body, rate = RigidBody(inertia), np.array(rate)
-    bodies = Bodies(body.broadcast_to((1,)), np.array([[1.0, 0.0, 0.0, 0.0]]), rate[None])
-    (change,) = rounding(bodies, np.zeros(3), ALONG_AND_ACROSS, np.ones(1))
-    t = np.linspace(0.0, 30.0 / np.linalg.norm(rate), 31)
-    motion = TorqueFreeMotion(body, [1.0, 0.0, 0.0, 0.0], rate, order="wxyz")
-    grown = motion.partials(t).matrix[:, :3, 3:6] / inertia
-    worst = np.linalg.norm(change) * np.linalg.norm(grown, 2, axis=(1, 2)).max()
-    assert np.linalg.norm(grown @ change, axis=1).max() > 0.25 * worst
+def test_change_at_the_epoch_is_a_fair_part_of_what_the_motion_multiplies_most():
+    """Of free motions, over 5 to 40 rad: by their partial derivatives in closed form."""
+    rng, shares = np.random.default_rng(51), []
+    for inertia, rate in [*SPINS, *random_states()]:
+        body, rate = RigidBody(inertia), np.array(rate)
+        bodies = Bodies(body.broadcast_to((1,)), np.array([[1.0, 0.0, 0.0, 0.0]]), rate[None])
+        (change,) = rounding(bodies, np.zeros(3), ALONG_AND_ACROSS, np.ones(1))
+        t = np.linspace(0.0, rng.uniform(5.0, 40.0) / np.linalg.norm(rate), 31)
+        motion = TorqueFreeMotion(body, [1.0, 0.0, 0.0, 0.0], rate, order="wxyz")
+        grown = motion.partials(t).matrix[:, :3, 3:6] / np.array(inertia)
+        worst = np.linalg.norm(change) * np.linalg.norm(grown, 2, axis=(1, 2)).max()
+        shares.append(np.linalg.norm(grown @ change, axis=1).max() / worst)
+    assert min(shares) > 0.3
+    assert np.median(shares) > 0.5

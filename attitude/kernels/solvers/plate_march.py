@@ -362,10 +362,16 @@ def _polynomial(coefficients, y):
 
 @routine
 def _settle(record, state, h, limit, own, memory):
-    """(sweeps, whether the stages stand still to a limit); see `collocation`."""
-    L, work = momentum_of(state), memory[0]
+    """(sweeps, whether the stages stand still to a limit, or to rounding); see `collocation`.
+
+    A body nearly at rest gains all its momentum in the first sweep; the turns of a thin one stand still to the
+    rounding of its momentum only.
+    """
+    L, work, body = momentum_of(state), memory[0], record.body
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
     last, ratio = 1.0, 1.0
+    turn = abs(h) * size * max(body[INVERSES], body[INVERSES + 1], body[INVERSES + 2])
+    rounding = max(1e-13, 1e-15 * turn)
     for sweep in range(MOST_SWEEPS):
         _slopes(record, state, own, memory)
         change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
@@ -373,9 +379,9 @@ def _settle(record, state, h, limit, own, memory):
             for i in range((STAGE + 4) * ARC_NODES, (STAGE + 7) * ARC_NODES):
                 size = max(size, abs(work[i]))  # a body at rest has no other momentum than it gains
         gain = max(ratio, change / last)
-        if not change <= 1e3:  # sweeps go astray
+        if sweep > 0 and not change <= 1e3:  # sweeps go astray
             return sweep + 1, False
-        if change * gain <= limit or (change >= 0.5 * last and change < 1e-13):
+        if change * gain <= limit or (change >= 0.5 * last and change < rounding):
             return sweep + 1, True
         last, ratio = max(change, 1e-300), change / last
     return MOST_SWEEPS, False
