@@ -20,11 +20,11 @@ from .solver import OUTPUTS, SolverTask, StepSetting, take_steps, vector_lengths
 from .solver_arguments import SolverArguments, most_symmetric
 
 # By this part of its size the momentum of the coarser solution is changed: at the epoch along itself, and
-# across it between both other directions of `rounding`; and once more on the way, along the rate, since the
-# motion may multiply later roundings more than the first.  What the two solutions share of rounding, and what
-# the motion makes of it, is in their difference then.
+# across it between both other directions of `rounding`; and by half as much on the way, along the rate, since
+# the motion may multiply later roundings more than the first.  What the two solutions share of rounding, and
+# what the motion makes of it, is in their difference then.
 ROUNDING_OF_MOMENTUM = 2.0**-50
-ALONG_AND_ACROSS = 1.0, 0.5**0.5, 0.5**0.5
+ALONG_AND_ACROSS, PUSHED = (1.0, 0.5**0.5, 0.5**0.5), 0.5 * ROUNDING_OF_MOMENTUM
 # Those directions are of a state that is off by this part, more along one axis than another: about an axis,
 # and at rest, there are none.  Of the rate a further part is off, for those of a sphere.
 OFF_AXES, OFF_SPHERE = 2.0**-40 * np.array([1.0, 0.5, 0.25]), 2.0**-5
@@ -151,7 +151,7 @@ class _Outwards:
         sizes = np.maximum(vector_lengths(momenta), least * speeds)
         end = problem.template.stop if first.stop >= 0.0 else problem.template.start
         if end != 0.0:
-            self._pushed = ROUNDING_OF_MOMENTUM / end * sizes / np.where(speeds > 0.0, speeds, np.inf)
+            self._pushed = PUSHED / end * sizes / np.where(speeds > 0.0, speeds, np.inf)
         rotors, _ = rotors_and_dissipation(problem.template, bodies, first.torques)
         change = rounding(bodies, rotors, ALONG_AND_ACROSS, sizes)
         turned_change: np.ndarray = rotations.rotate(bodies.attitude, change)

@@ -21,8 +21,8 @@ INSTANTS_OF_DRIFT = 16
 # torques of every size the difference itself was up to twice too small.  Where torques break, two solutions
 # may agree by chance.
 SAFETY, SAFETY_OF_BREAKS = 3.0, 10.0
-# Up to so many times the rounding a difference counts once: the coarser solution's own start and way make that
-# of a tame motion.
+# Up to so many times the rounding a difference counts once: the coarser solution's own start and way make
+# that of a tame motion.
 MULTIPLE_OF_START = 1.5
 # A difference beyond so many times the rounding, taken to grow evenly, is one that steps or the motion have
 # made: how far the motion multiplies either solution's own rounding is known by a factor only.

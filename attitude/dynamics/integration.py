@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import compress
 
 import numpy as np
 
@@ -140,7 +139,8 @@ class Refinement:
     Attributes
     ----------
     candidate : with the steps of the last attempt where the tolerance is reached, else of the next
-    error : rad, the least estimate of the attempts
+    error : rad, the least estimate of the attempts; where one in more steps is greater, that: the least was
+        so small by chance
     steps, sweeps : of the last
     reached : whether its estimate is below the tolerance
     kept : s, the part of the span in which the least estimate is, or of the best answer below
@@ -170,13 +170,15 @@ class Refinement:
     ) -> bool:
         """Add the attempt of the k-th body compared; returns whether another, finer one is worth making."""
         fine, tolerance = compared.fine, problem.tolerance
-        if error > 0.5 * self.error and fine.steps[k] > self.steps:
+        more = fine.steps[k] > self.steps
+        if error > 0.5 * self.error and more:
             self.stalled += 1  # of few steps, a setting somewhat finer may make as many again
         self.steps, self.sweeps = int(fine.steps[k]), int(fine.sweeps[k])
         self.reached = error <= tolerance
         if not self.reached:
             self.candidate = finer(self.candidate, tolerance / error, self.steps)
-        self.error = min(self.error, error)
+        if error < self.error or (more and np.isfinite(error)):  # more steps are no less exact
+            self.error = error
         stalls = 2 if problem.refined is problem else 1  # an orbit's own error is the same in any steps
         worth_making = not self.reached and self.stalled < stalls and rounding <= tolerance
         return worth_making and not (fine.plates and fine.smooth)  # arcs, which end at edges, are short
@@ -210,8 +212,9 @@ def refine(
         out[left[better]] = compared.fine.rows[better, : out.shape[1]]
         if (errors > problem.tolerance).any():  # nobody asks for how long one that is reached is kept
             kept = kept_spans(compared, rounding, REPORTED_TOLERANCE if problem.best else problem.tolerance)
-            for one, (start, stop) in zip(compress(now, better), kept[better].tolist(), strict=True):
-                one.kept = start, stop
+            for one, is_better, (start, stop) in zip(now, better, kept.tolist(), strict=True):
+                before = (-np.inf, np.inf) if is_better else one.kept
+                one.kept = max(before[0], start), min(before[1], stop)
         again = [
             one.add(problem, compared, k, float(errors[k]), float(rounding[k])) for k, one in enumerate(now)
         ]

@@ -364,8 +364,8 @@ def _polynomial(coefficients, y):
 def _settle(record, state, h, limit, own, memory):
     """(sweeps, whether the stages stand still to a limit, or to rounding); see `collocation`.
 
-    A body nearly at rest gains all its momentum in the first sweep; the turns of a thin one stand still to the
-    rounding of its momentum only.
+    A body nearly at rest gains all its momentum in the first sweep; the turns of a thin one stand still to
+    the rounding of its momentum only.
     """
     L, work, body = momentum_of(state), memory[0], record.body
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
