@@ -150,8 +150,8 @@ class _Outwards:
         least = np.asarray(bodies.body.moments).min(axis=1)
         sizes = np.maximum(vector_lengths(momenta), least * speeds)
         end = problem.template.stop if first.stop >= 0.0 else problem.template.start
-        if end != 0.0:
-            self._pushed = PUSHED / end * sizes / np.where(speeds > 0.0, speeds, np.inf)
+        radians = np.maximum(speeds * abs(end), 1.0)  # spans may be of no length
+        self._pushed = np.copysign(PUSHED, end) * sizes / radians
         rotors, _ = rotors_and_dissipation(problem.template, bodies, first.torques)
         change = rounding(bodies, rotors, ALONG_AND_ACROSS, sizes)
         turned_change: np.ndarray = rotations.rotate(bodies.attitude, change)

@@ -190,6 +190,7 @@ FROM_REST = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:tolerance")
 @pytest.mark.parametrize("name", FROM_REST)
 def test_estimate_of_a_body_at_rest_sees_the_rounding_of_what_turns_it(name):
     body, attitude, (start, time), angular, effects, expected = FROM_REST[name]

@@ -234,8 +234,9 @@ def test_chaotic_motion_is_given_with_the_instant_from_which_it_cannot_be_follow
     assert 20000.0 < until < 400000.0
     (exceeded,) = [event for event in run.events if event.kind == "tolerance exceeded"]
     assert exceeded.seconds == until
-    # up to there it is what a shorter span gives within the tolerance
-    early = LONG[until >= LONG]
+    # up to there, less the time in which errors grow e-fold, it is what a shorter span gives within the
+    # tolerance: two estimates of one chaotic motion differ by some times
+    early = LONG[until - 9300.0 >= LONG]
     other = tumbling(early.tolist(), 1e-7).run()
     assert other.plan.tolerance_span is None
     apart = angle(run.quaternion("wxyz").T[:, : early.size], other.quaternion("wxyz").T)
