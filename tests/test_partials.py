@@ -65,6 +65,11 @@ HARD = {
     "nearly a sphere": Body((1.0, 1.0 + 1e-14, 1.0 + 3e-14), (0.3, -0.4, 0.8)),
     "beside the middle axis": Body((1.0, 2.0, 2.5), (1e-8, 1.0, -1e-8)),
     "a hair off the separatrix": Body((3.0, 4.0, 6.0), (2.0, 0.7, 1.0 + 1e-12)),
+    # where rounding decides which half turn a quarter of a period is in
+    "no rate about the greatest axis": Body((1.2, 1.6, 2.79), (0.1, 1.0, 0.0)),
+    "no rate about the greatest axis, beside the middle one": Body((1.2, 1.6, 2.79), (1e-5, 1.0, 0.0)),
+    "no rate about the least axis": Body((0.806, 0.986, 0.591), (1.0, 5e-6, -0.0)),
+    "a tiny rate about the greatest axis": Body((1.2, 1.6, 2.79), (1e-6, 1.0, -2.4e-22)),
 }
 
 

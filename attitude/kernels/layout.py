@@ -231,7 +231,7 @@ PARTIALS = np.dtype(
         ("weight", "f8", 2),  # D/K and B/K, or D'/K' and B'/K'
         ("series", "f8", 4),  # of Jacobi's zeta in w; or p = Q^2, 4p/m1 of the transformed series
         ("quotient", "f8"),  # s A1 A3/A2
-        ("integral0", "f8", 2),  # Z, S; or T2, T3, at t = 0
+        ("integral0", "f8", 3),  # Z, S, 0; or T2, T3 and half turns, at t = 0
         ("turns", "f8", (2, 2)),  # turns/s, two parts: half the sum and half the difference of both turns
         ("nomes", "f8", 2),  # E, E' of a needle
         ("mix", "f8", (6, 6)),  # elements of the tensor along axes 1, 2, 3 in each column of inertia

@@ -101,7 +101,7 @@ def copies(body, record):
         pair(record.weight),
         four(record.series),
         record.quotient,
-        pair(record.integral0),
+        first_three(record.integral0),
     )
 
 

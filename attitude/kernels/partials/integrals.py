@@ -96,7 +96,8 @@ def transformed_pair_of_zeta(powers, sign, series):
 def transformed_integrals(body, record, u, now):
     """(cn2, sn2, dn2, cd2, sd2, nd2) from t = 0; now : as of `transformed_now`."""
     m, m1 = body.modulus * body.modulus, body.complementary_modulus * body.complementary_modulus
-    c, n = 0.5 * math.pi / body.K_prime, now[2]
+    # where the start is half way between two half turns, rounding decides whose it is
+    c, n = 0.5 * math.pi / body.K_prime, now[2] - record.integral0[2]
     D, B = record.weight[0] * u, record.weight[1] * u
     dT2 = (now[0] - record.integral0[0]) + 2.0 * n
     dT3 = now[1] - record.integral0[1]

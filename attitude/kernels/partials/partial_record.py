@@ -182,7 +182,8 @@ def write_start(body, record):
         q, _gamma, now = transformed_now(body, record, 0.0, 0.0)
     for i in range(4):
         record.quaternion[i] = q[i]
-    record.integral0[0], record.integral0[1] = now[0], now[1]
+    for i in range(3):
+        record.integral0[i] = now[i]
 
 
 @routine
