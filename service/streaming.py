@@ -54,8 +54,10 @@ def is_known(tag: str, request: Request) -> bool:
 def fixed(request: Request, content: bytes, media: str = JSON, **headers: str) -> Response:
     """What never changes while the service runs: with a tag, and not sent again to who has it."""
     tag = tag_of(content)
-    headers |= {"etag": tag, "vary": "accept-encoding"}
-    return unchanged(**headers) if is_known(tag, request) else whole(content, media, **headers)
+    headers |= {"etag": tag, "vary": "accept-encoding", "attitude-version": attitude.__version__}
+    if is_known(tag, request):
+        return unchanged(**headers)
+    return Response(content, headers=headers, media_type=media)  # text with its charset
 
 
 def unchanged(**headers: str) -> Response:

@@ -611,7 +611,7 @@ def test_chosen_columns_are_plotted_as_the_library_has_them(visit):
 def test_right_ascension_and_declination_are_two_lines(visit):
     page = visit.open("toutatis")
     add_plot(page, "radec", "-y")
-    page.locator(".panel", has_text="Right ascension and declination of body -y").locator("canvas").wait_for()
+    page.locator(".panel", has_text="RA and Dec of body -y").locator("canvas").wait_for()
     page.focus("#time")
     page.keyboard.press("Home")
     sky = Scene.builtin("toutatis").run().sky_coord("-y")[0]
