@@ -35,26 +35,31 @@ def momentum_law(
     if not np.isin(rows[:, 0], (layout.CONSTANT_BODY, layout.CONSTANT_INERTIAL, layout.EDDY)).all():
         return None
     inertia, damping = [_exact(row) for row in initial_state.body.tensor], _damping(rows)
-    rate, torque = _exact(initial_state.rate), _torque(initial_state, rows)
+    rate, torques = _exact(initial_state.rate), _torques(initial_state, rows)
     ratio = damping[0][0] / inertia[0][0]
-    any_motion = damping == [[ratio * element for element in row] for row in inertia] and not any(torque)
+    is_proportional = damping == [[ratio * element for element in row] for row in inertia]
+    any_motion = is_proportional and not any(map(any, torques))
     if any_motion:
         law: MomentumLaw | None = _law(Fraction(1), Fraction(0), ratio)
     else:
-        law, rate = (None, rate) if impulses else _about_an_axis(inertia, damping, rate, torque)
+        law, rate = (None, rate) if impulses else _about_an_axis(inertia, damping, rate, torques)
     if law is None or -law.damping[0] * initial_state.start > MAX_DECAY:
         return None
     return law, np.array([float(component) for component in rate])
 
 
 def _about_an_axis(
-    inertia: list[Vector], damping: list[Vector], rate: Vector, torque: Vector
+    inertia: list[Vector], damping: list[Vector], rate: Vector, torques: tuple[Vector, Vector]
 ) -> tuple[MomentumLaw | None, Vector]:
-    """The law where the axis of rotation, or of the torque on a body at rest, is one that stands still."""
+    """The law where the axis of rotation, or of the torque on a body at rest, is one that stands still.
+
+    torques : fixed in the body, and in space; each has to be along the axis, since one of them turns
+    """
     turns = any(rate)
+    torque = [a + b for a, b in zip(*torques, strict=True)]
     axis = rate if turns else torque
     momentum, resistance = _times(inertia, axis), _times(damping, axis)
-    if not any(axis) or any(any(_cross(axis, other)) for other in (momentum, resistance, torque)):
+    if not any(axis) or any(any(_cross(axis, other)) for other in (momentum, resistance, *torques)):
         return None, rate
     size = _dot(axis, momentum)
     spin_up = _dot(axis, torque) / size
@@ -80,9 +85,12 @@ def _law(start: Fraction, torque: Fraction, damping: Fraction) -> MomentumLaw:
     return MomentumLaw(float(start), two_part(torque), two_part(damping))
 
 
-def _torque(initial_state: InitialState, rows: np.ndarray) -> Vector:
-    """The constant torque in body components at the epoch, exactly but for the length of the quaternion."""
-    total = [Fraction(0)] * 3
+def _torques(initial_state: InitialState, rows: np.ndarray) -> tuple[Vector, Vector]:
+    """The constant torques fixed in the body, and in space, along the body's axes at the epoch.
+
+    Exactly but for the length of the quaternion.
+    """
+    own, inertial = [Fraction(0)] * 3, [Fraction(0)] * 3
     w, x, y, z = _exact(initial_state.attitude)
     norm = w * w + x * x + y * y + z * z
     # columns of R(q): inertial components of the body's axes, times the square of the quaternion's length
@@ -93,11 +101,11 @@ def _torque(initial_state: InitialState, rows: np.ndarray) -> Vector:
     )
     for row in rows:
         vector = _exact(row[1:4])
-        if row[0] == layout.CONSTANT_INERTIAL:
-            vector = [_dot(column, vector) / norm for column in columns]
-        if row[0] != layout.EDDY:
-            total = [a + b for a, b in zip(total, vector, strict=True)]
-    return total
+        if row[0] == layout.CONSTANT_BODY:
+            own = [a + b for a, b in zip(own, vector, strict=True)]
+        elif row[0] == layout.CONSTANT_INERTIAL:
+            inertial = [a + _dot(column, vector) / norm for a, column in zip(inertial, columns, strict=True)]
+    return own, inertial
 
 
 def _exact(values: Sequence[float] | np.ndarray) -> Vector:

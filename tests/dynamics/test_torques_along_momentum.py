@@ -38,6 +38,7 @@ EXACT = {
     "spin-up from rest": (BRICK, REST, [torque(0.25, 0, 0)]),
     "about the middle axis": (BRICK, (0.4, 0.0, 0.0), [torque(-0.25, 0, 0)]),
     "fixed in space": (BRICK, SPIN, [torque(0, 0, 0.25, frame="inertial")]),
+    "in the body and in space": (BRICK, SPIN, [torque(0, 0, 0.25), torque(0, 0, 0.125, frame="inertial")]),
     "eddies about a principal axis": (BRICK, SPIN, [eddies(0.1, 0.2, 0.3)]),
     "torque against eddies": (BRICK, SPIN, [torque(0, 0, 0.25), eddies(0.1, 0.2, 0.3)]),
     "torque against eddies, from rest": (BRICK, REST, [torque(0, 0, 0.25), eddies(0.1, 0.2, 0.3)]),
@@ -76,6 +77,28 @@ def test_eddies_of_a_sphere_are_exact_from_first_to_last(t):
         q, w = damped_sphere(1.5, 0.125, [1e5 * w for w in RATE], t)
         assert attitude_error(ephemeris.quaternion("wxyz")[1].tolist(), q) < PROMISED
         assert rate_error(ephemeris.angular_velocity[1].tolist(), w) < PROMISED or abs(w[0]) < 1e-300
+
+
+# Torques of which those fixed in space and those fixed in the body are along the axis in sum alone.
+TURNING_APART = {
+    "a sphere from rest": (SPHERE, REST, [torque(0.1, 0.2, -0.3), torque(0.2, -0.1, 0.1, frame="inertial")]),
+    "along the rate in sum": (SPHERE, SPIN, [torque(0.1, 0, 0.2), torque(-0.1, 0, 0, frame="inertial")]),
+    "none in sum": (
+        SPHERE,
+        RATE,
+        [eddies(0.125, 0.125, 0.125), torque(0.1, 0.2, 0), torque(-0.1, -0.2, 0, frame="inertial")],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TURNING_APART)
+def test_torques_along_the_axis_at_the_epoch_alone_are_integrated(name):
+    moments, rate, effects = TURNING_APART[name]
+    ephemeris = scene(*effects, moments=moments, rate=rate, elapsed=SECONDS).run()
+    assert ephemeris.plan.solver.startswith("gauss")
+    truth = TorqueMotion(moments, rate, (1, 0, 0, 0), [of_truth(effect) for effect in effects], digits=40)
+    for q, (attitude, _) in zip(ephemeris.quaternion("wxyz"), truth.at(list(SECONDS)), strict=True):
+        assert attitude_error(q.tolist(), attitude) <= ephemeris.plan.error_bound < 1e-9
 
 
 # Name: moments, rate and effects whose motion is no closed form here.
