@@ -277,7 +277,7 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
     def blocks():
         yield b"x"  # is there when an answer begins
         while True:
-            time.sleep(0.3)
+            time.sleep(0.2)
             yield b"x"
 
     taken = []
@@ -292,7 +292,7 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
         with pytest.raises(CutError, match="ATTITUDE_MAX_SECONDS"):
             await take(compute)
         compute.leave(job)
-        assert len(taken) == 4
+        assert 4 <= len(taken) <= 5  # of 0.2 s each but the first; 2 where waiting counted
         assert 1.0 < job.spent() < 2.0
 
     computing(scenario, max_seconds=1)
