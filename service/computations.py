@@ -238,7 +238,7 @@ class Writing(NamedTuple):
 
 
 def counted(samples: Samples) -> Samples:
-    """The same, known to the log and the figures."""
+    """The samples, whose number the log and the figures state."""
     if (job := current.get()) is not None:
         job.samples += samples.count
     return samples

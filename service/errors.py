@@ -87,7 +87,7 @@ def http_refusal(request: Request, error: Any) -> Response:
 
 
 def unexpected(request: Request) -> Response:
-    """Called where an error is handled, which goes into the log."""
+    """Answer an error that nothing else handles, which goes into the log."""
     identity = secrets.token_hex(8)
     log.exception("unexpected error %s at %s %r", identity, request.method, request.scope["path"])
     return problem(HTTPStatus.INTERNAL_SERVER_ERROR, UNEXPECTED, id=identity)

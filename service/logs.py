@@ -32,7 +32,7 @@ def plain(value: Any) -> Any:
 
 
 def configuration(level: str) -> dict[str, Any]:
-    """For logging.config: this service's lines and the server's in one form; requests are logged by ours."""
+    """Return what logging.config takes: lines of service and server in one form; ours log the requests."""
     ours = {"handlers": ["stderr"], "level": level.upper(), "propagate": False}
     silent: dict[str, Any] = {"handlers": [], "propagate": False}
     uvicorn = {"uvicorn": ours, "uvicorn.error": silent | {"propagate": True}, "uvicorn.access": silent}

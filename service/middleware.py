@@ -110,7 +110,7 @@ class Answer:
         self.is_whole = False
 
     async def send(self, message: Message) -> None:
-        """With the headers that all answers have; ClientDisconnect where the client does not take it."""
+        """Send with the headers that all answers have; ClientDisconnect where the client does not take it."""
         if message["type"] == "http.response.start":
             self.status = message["status"]
             headers = MutableHeaders(raw=message.setdefault("headers", []))
@@ -133,7 +133,7 @@ class Answer:
 
 
 def listed(warnings: list[str]) -> str:
-    """As many of them as a header may hold, as a list in JSON."""
+    """A list in JSON of as many as a header may hold."""
     texts = [warning[:MAX_WARNING_CHARACTERS] for warning in warnings]
     while len(text := json.dumps(texts)) > MAX_WARNINGS_BYTES:
         texts.pop()

@@ -36,7 +36,7 @@ def tagged(model: Any) -> Responses:
 
 
 def file_responses(model: Any) -> Responses:
-    """Of a route that answers in every format: JSON as any answer, the others as files."""
+    """Responses of a route that answers in every format: JSON as any answer, the others as files."""
     media = [each.media for each in FORMATS.values() if each.name != "json"] + ["application/zip"]
     file = {"schema": {"type": "string", "format": "binary"}}
     content: dict[str, Any] = {each: {"schema": {}} if each.endswith("+json") else file for each in media}
@@ -45,7 +45,7 @@ def file_responses(model: Any) -> Responses:
 
 
 def json_or_csv(model: Any) -> Responses:
-    """Of a route that answers as JSON or as CSV."""
+    """Responses of a route that answers as JSON or as CSV."""
     content = {FORMATS["csv"].media: {"schema": {"type": "string"}}}
     return {200: {"model": model, "description": "As JSON, or as CSV", "content": content}}
 

@@ -29,13 +29,13 @@ Whole = Annotated[int, Field(ge=0), BeforeValidator(decimal)]
 
 
 class NoQuery(BaseModel):
-    """Of a route that has no parameters; any is refused."""
+    """The query of a route without parameters; any is refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class PlanQuery(NoQuery):
-    """Of a plan, and of what is computed by it."""
+    """The query of a plan, and of what is computed by it."""
 
     drop_below: Positive = Field(None, description="rad: leave out torques that matter less over the span")
 
@@ -126,7 +126,7 @@ class SourceQuery(NoQuery):
 
 
 class CompareQuery(NoQuery):
-    """In which frame files are compared; their names say what formats they are in."""
+    """The frame in which files are compared; their names say what formats they are in."""
 
     frame: Text = Field(None, description="instead of that of the first file")
 
@@ -144,6 +144,6 @@ class Problem(BaseModel):
 
 
 class Ephemerides(BaseModel):
-    """Of a list of scenes: an answer or a problem for each, in its order."""
+    """Answers to a list of scenes: an answer or a problem for each, in its order."""
 
     answers: list[EphemerisAnswer | Problem]

@@ -43,7 +43,7 @@ def serve(**options: object) -> None:
 
 
 def folder_of_figures(workers: int) -> ExitStack:
-    """With room for the figures of all workers: they are mapped, and a process that finds none there dies."""
+    """Return a folder with room for the figures of all workers: a process that finds none there dies."""
     with ExitStack() as stack:
         try:
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="attitude-metrics-"))

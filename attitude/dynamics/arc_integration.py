@@ -109,7 +109,7 @@ def rounding(
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Of length 1, (n, 3); zeros stay."""
+    """Unit vectors (n, 3); zeros stay."""
     lengths = vector_lengths(vectors)[:, None]
     unit: np.ndarray = vectors / np.where(lengths > 0.0, lengths, 1.0)
     return unit

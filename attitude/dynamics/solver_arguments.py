@@ -60,7 +60,7 @@ class SolverArguments:
         return replace(self, body=body, symmetric=symmetric, to_axes=to_axes, effects=effects)
 
     def pushed(self, momenta: np.ndarray) -> SolverArguments:
-        """Those of bodies that are pushed along their rate, (n,) N m s; of a symmetric body nothing is."""
+        """Arguments of bodies that are pushed along their rate, (n,) N m s; a symmetric body is not."""
         body = self.body.copy()
         diagonal = [layout.EDDIES, layout.EDDIES + 4, layout.EDDIES + 8]
         body[:, diagonal] -= np.where(self.symmetric, 0.0, momenta)[:, None]
