@@ -260,6 +260,8 @@ def test_step_alone_is_over_the_span_of_the_document(answer, tmp_path):
     assert Ephemeris.read(tmp_path / "out.csv").elapsed.tolist() == [-30, -10, 10, 30, 50, 70, 90]
     code, _, err = answer("run", "envisat", "--stop", "1 h")
     assert (code, err[:17]) == (2, "attitude: --step:")
+    (tmp_path / "a.apm").write_text("CCSDS_APM_VERS = 2.0\n")
+    assert "--stop: a time above 0" in answer("run", tmp_path / "a.apm", "--step", "1 s")[2]
 
 
 @pytest.mark.parametrize("quiet", [[], ["--quiet"]])

@@ -94,6 +94,8 @@ def read_scene(name: str, tolerance: str | None = None, instants: dict[str, Any]
     """
     from ..scene.document_parts import BEST
 
+    if instants is not None and "stop" not in instants and Path(name).suffix.lower() == ".apm":
+        raise InputError("--stop", None, f"{DURATION}, beside --step: an APM states no times")
     if instants is None or "stop" in instants:
         scene = _parsed_scene(name, instants)
     else:
