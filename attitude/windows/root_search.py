@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -104,18 +103,24 @@ def crossings(
     Parameters
     ----------
     width : s; two crossings closer to each other than this may be missed
-    cuts : s, instants where the rate of change jumps, so that no bound holds across them
+    cuts : s, instants where the rate of change, or the function, jumps: no bound holds across them
     progress : called with the fraction of the span that is searched
 
     Raises
     ------
     RegimeError : the function stays at zero, as far as doubles tell.
     """
-    pieces = [start, *sorted({cut for cut in cuts if start < cut < stop}), stop]
-    starts = function(np.array(pieces[:-1]), np.zeros(len(pieces) - 1))
-    found = []
-    for i, (begin, end) in enumerate(pairwise(pieces)):
-        reached, state = begin, starts.state[i]
+    inner = np.array(sorted({cut for cut in cuts if start < cut < stop}))
+    begins = np.append(start, inner)
+    # the last instant of a piece is before what happens at the cut, which may change the function itself
+    ends = np.append(np.nextafter(inner, -np.inf), np.nextafter(stop, start) if stop in cuts else stop)
+    at_ends = np.stack([begins, ends], axis=1).reshape(-1)
+    sample = function(at_ends, np.zeros_like(at_ends))
+    is_negative = (sample.values < 0.0).reshape(-1, 2)
+    jumps = inner[is_negative[:-1, 1] != is_negative[1:, 0]]
+    found = [(jumps, np.zeros_like(jumps))]
+    for i, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+        reached, state = begin, sample.state[2 * i]
         while reached < end:
             intervals, after, state = _first_intervals(function, reached, end, state)
             halvings = max(0.0, math.log2(intervals.duration.max() / width))
@@ -128,7 +133,8 @@ def crossings(
             found.append(_refined(function, _in_order(brackets)))
             reached = after
     seconds, low = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    return Crossings(bool(starts.values[0] < 0.0), seconds, low)
+    order = np.lexsort((low, seconds))
+    return Crossings(bool(is_negative[0, 0]), seconds[order], low[order])
 
 
 def _first_intervals(

@@ -218,6 +218,26 @@ def test_windows_across_an_impulse_are_those_of_the_scan():
     assert inside(windows, t[holds]).all()
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("seconds", [1000.0, 3000.0], ids=["within", "last instant"])
+def test_window_of_the_momentum_that_an_impulse_ends_is_found_up_to_it(seconds, sign):
+    """The body's axis nears its momentum, whose direction the impulse changes at once."""
+    kick = {"type": "impulse", "frame": "body", "time": {"value": seconds, "unit": "s"}}
+    kick["angular_impulse"] = {"value": [sign * 40.0, sign * 40.0, 0.0], "unit": "N m s"}
+    times = {"start": 0, "stop": 3000, "count": 300_001, "unit": "s"}
+    free = document(effects=[], times=times).run()
+    nutation, t = free.angle("x", "momentum"), free.elapsed
+    last = int(np.searchsorted(t, seconds)) - 1
+    rising = nutation[last] > nutation[last - 1]
+    limit = float(nutation[last - 20])  # crossed 0.2 s before the impulse
+    condition = angle("x", to="momentum")
+    condition = condition > limit if rising else condition < limit
+    windows = document(effects=[kick], times=times).crossings(condition)
+    expected = t[last - 19 : last + 1]
+    assert inside(windows, expected).all()
+    assert not inside(windows, t[last - 25 : last - 20]).any()
+
+
 def test_windows_of_a_bouncing_body_end_where_it_comes_to_rest():
     scene = Scene.builtin("drop")
     windows = scene.crossings(angle("z", to=[0.0, 0.0, 1.0]) < 60 * u.deg)
