@@ -89,7 +89,11 @@ class SolvedMotion:
                 parts.append(np.linspace(first, last, 2 * NODES_AT_ENDS + 4))
                 continue
             inside = (seconds > first + ends + 0.1 * step) & (seconds < last - ends - 0.1 * step)
-            both = [np.linspace(a, a + ends, NODES_AT_ENDS) for a in (first, last - ends)]
+            pairs = (
+                (first, first + ends),
+                (last - ends, last),
+            )  # last itself: no rounding leads beyond the break
+            both = [np.linspace(*pair, NODES_AT_ENDS) for pair in pairs]
             parts.append(np.concatenate([both[0], seconds[inside], both[1]]))
         return np.concatenate(parts), starts
 
@@ -101,7 +105,7 @@ class SolvedMotion:
         for _ in range(MAX_HALVINGS):
             unknown = np.flatnonzero(~nodes.is_exact)
             halves = 0.5 * (nodes.seconds[unknown] + nodes.seconds[unknown + 1])
-            is_off = nodes.errors(halves, halfway) > self._limit
+            is_off = ~(nodes.errors(halves, halfway) <= self._limit)
             is_off |= np.append(is_off[1:], False) | np.append(False, is_off[:-1])
             nodes.is_exact[unknown[~is_off]] = True
             if not is_off.any() or nodes.seconds.size + is_off.sum() > MAX_NODES:

@@ -86,6 +86,25 @@ def test_attitudes_beside_added_nodes_are_those_of_the_solver():
     assert rotations.angle_between(found.quaternion("wxyz"), exact.quaternion("wxyz")).max() < 1e-10
 
 
+def test_attitudes_beside_breaks_at_any_instants_are_those_of_the_solver():
+    """Nodes end before each break, however their distance from it is rounded."""
+    rng = np.random.default_rng(2)
+    breaks = 150.0 * np.arange(-19.0, 20.0) + rng.uniform(0.0, 20.0, 39)
+    push = {"frame": "body", "angular_impulse": {"value": [0.0, 1e-4, 0.0], "unit": "N m s"}}
+    firings = [push | {"time": {"value": each, "unit": "s"}} for each in breaks.tolist()]
+    times = {"start": -3000, "stop": 3000, "count": 2, "unit": "s"}
+    effects = [GRADIENT, {"type": "impulse", "firings": firings}]
+    inputs = simulation.resolve(document(effects=effects, times=times))
+    motion = bounded(inputs, (-3000.0, 3000.0), None)
+    nodes = np.linspace(-3000.0, 3000.0, 1201)
+    motion.sampled(nodes, np.zeros_like(nodes))
+    t = np.sort(np.concatenate([breaks + offset for offset in (-7.0, -0.3, 0.0, 0.3, 7.0)]))
+    found = motion.sampled(t, np.zeros_like(t))
+    exact = simulation.run(inputs, None, Instants(t, None, motion.epoch))
+    assert rotations.angle_between(found.quaternion("wxyz"), exact.quaternion("wxyz")).max() < 2e-11
+    assert np.abs(found.angular_velocity - exact.angular_velocity).max() < 1e-11
+
+
 @pytest.mark.parametrize("effects", EFFECTS.values(), ids=EFFECTS)
 def test_windows_under_torques_take_few_solutions_and_are_roots_of_the_solvers_motion(effects, solutions):
     scene = document(effects=effects)
